@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+import operator
 import os
 import re
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,14 @@ from typing import Any
 import numpy as np
 
 from .aliases import Array
+
+BOUNDS: dict[str, tuple[Callable[[Any, Any], Any], str]] = {
+    "above": (operator.gt, ">"),
+    "at_least": (operator.ge, ">="),
+    "below": (operator.lt, "<"),
+    "at_most": (operator.le, "<="),
+}
+"""Bounds of numbers: whether a number or an array holds one, and its sign."""
 
 
 def number(
@@ -33,17 +42,10 @@ def number(
         result = float(value)
     except OverflowError:
         result = math.inf
-    bounds = []
-    if above is not None:
-        bounds.append((result > above, f"> {above:g}"))
-    if at_least is not None:
-        bounds.append((result >= at_least, f">= {at_least:g}"))
-    if below is not None:
-        bounds.append((result < below, f"< {below:g}"))
-    if at_most is not None:
-        bounds.append((result <= at_most, f"<= {at_most:g}"))
-    if not math.isfinite(result) or not all(holds for holds, _ in bounds):
-        allowed = " and ".join(["finite", *(text for _, text in bounds)])
+    given = zip(BOUNDS.values(), (above, at_least, below, at_most), strict=True)
+    bounds = [(holds, sign, bound) for (holds, sign), bound in given if bound is not None]
+    if not math.isfinite(result) or not all(holds(result, bound) for holds, _, bound in bounds):
+        allowed = " and ".join(["finite", *(f"{sign} {bound:g}" for _, sign, bound in bounds)])
         raise ValueError(f"{name} must be {allowed}{_in(unit)}, got {result!r}")
     return result
 

@@ -36,14 +36,12 @@ class Parameter:
     @cached_property
     def bounds(self) -> dict[str, float]:
         """The bounds that there are, by their names."""
-        names = ("above", "at_least", "below", "at_most")
-        return {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+        return {name: getattr(self, name) for name in checks.BOUNDS if getattr(self, name) is not None}
 
     @property
     def text(self) -> str:
         """The bounds in words, as ``> 0 and <= 1 (in m)``."""
-        signs = {"above": ">", "at_least": ">=", "below": "<", "at_most": "<="}
-        bounds = " and ".join(f"{signs[name]} {value:g}" for name, value in self.bounds.items())
+        bounds = " and ".join(f"{checks.BOUNDS[name][1]} {value:g}" for name, value in self.bounds.items())
         return f"{bounds} (in {self.unit})" if self.unit else bounds
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> dict[str, Any]:
@@ -53,10 +51,9 @@ class Parameter:
 
     def holds(self, values: Array) -> Flags:
         """Return, for each of many values, whether it is finite and within the bounds."""
-        compare = {"above": np.greater, "at_least": np.greater_equal, "below": np.less, "at_most": np.less_equal}
         flags: Flags = np.isfinite(values)
         for name, bound in self.bounds.items():
-            flags &= compare[name](values, bound)
+            flags &= checks.BOUNDS[name][0](values, bound)
         return flags
 
     def number(self, name: str, value: Any) -> float:
@@ -68,13 +65,9 @@ class Parameter:
         if self.words:
             checks.choice(name, value, self.words)
             return
-        if kind is str:
-            if not isinstance(value, str):
-                raise TypeError(f"{name} must be text, got {value!r:.60}")
-            return
-        if kind is bool:
-            if not isinstance(value, bool):
-                raise TypeError(f"{name} must be true or false, got {value!r:.60}")
+        if kind in (str, bool):
+            if not isinstance(value, kind):
+                raise TypeError(f"{name} must be {'text' if kind is str else 'true or false'}, got {value!r:.60}")
             return
         if kind is int:
             number = checks.count(name, value, at_least=int(self.bounds.get("at_least", 0)))

@@ -1,6 +1,7 @@
 """Physical constants, the units of labelled arrays (SI and radians, in CF notation), and the provenance of datasets."""
 
 import json
+from collections.abc import Mapping
 from functools import cache
 from importlib import metadata
 from typing import Any, Final
@@ -44,6 +45,11 @@ UNITS: Final[dict[str, tuple[float, str]]] = {
 def described(long_name: str, units: str = DIMENSIONLESS) -> dict[str, str]:
     """Return the attributes of a labelled array: its unit and its long name."""
     return {"units": units, "long_name": long_name}
+
+
+def variables(dims: Any, table: Mapping[str, tuple[Any, str, str]]) -> dict[str, tuple[Any, Any, dict[str, str]]]:
+    """Return labelled variables on some dimensions by name, from the values, the unit and the long name of each."""
+    return {name: (dims, values, described(long_name, units)) for name, (values, units, long_name) in table.items()}
 
 
 SCHEMA: Final = 1

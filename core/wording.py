@@ -8,7 +8,8 @@ worded here, too.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from os import getcwd
 from os.path import islink
 from typing import TYPE_CHECKING
@@ -31,11 +32,7 @@ def three_digits(value: float) -> str:
         return "∞"
     if value == 0.0 or math.isnan(value):
         return "0" if value == 0.0 else "not known"
-    if not 1e-4 <= abs(value) < 1e9:
-        return f"{value:.2e}"
-    # (rounded first: 0.9996 is 1.00)
-    digits = 2 - math.floor(math.log10(abs(float(f"{value:.2e}"))))
-    return f"{round(value, digits):,.{max(0, digits)}f}"
+    return _rounded(value, 3) if 1e-4 <= abs(value) < 1e9 else f"{value:.2e}"
 
 
 def short_digits(value: float) -> str:
@@ -106,19 +103,6 @@ def given_number(value: float) -> str:
     return f"{value:,.12g}"
 
 
-def one_digit(value: float) -> str:
-    """Return a number with one significant digit, two where it begins with 1.
-
-    >>> one_digit(27.4), one_digit(473.0), one_digit(1234.0)
-    ('30', '500', '1,200')
-    """
-    if not math.isfinite(value) or value <= 0.0:
-        return "∞" if value > 0.0 else "0"
-    lead = f"{value:.1e}"
-    digits = (2 if lead[0] == "1" else 1) - 1 - math.floor(math.log10(float(lead)))
-    return f"{round(value, digits):,.{max(digits, 0)}f}"
-
-
 def interval_text(low: float, high: float, write: Callable[[float], str] = three_digits) -> str:
     """The ends of an interval, each formatted by `write`; an interval with an open end is described in words.
 
@@ -132,15 +116,6 @@ def interval_text(low: float, high: float, write: Callable[[float], str] = three
     if math.isinf(high):
         return "not known" if low <= 0.0 else "no interval" if math.isinf(low) else f"above {write(low)}"
     return f"below {write(high)}" if math.isinf(low) else f"{write(low)}–{write(high)}"
-
-
-def value_text(value: float, low: float, high: float) -> str:
-    """A number with its interval in brackets.
-
-    >>> value_text(2.5, 2.1, 3.0)
-    '2.50 (2.10–3.00)'
-    """
-    return f"{three_digits(value)} ({interval_text(low, high)})"
 
 
 def percent(share: float) -> str:
@@ -157,18 +132,14 @@ def given_percent(share: float) -> str:
     return f"{100.0 * share:g} %"
 
 
-def whole_percent(share: float, *, signed: bool = False) -> str:
-    """A share in whole per cent; `signed` writes it as a relative change, with a plus or a minus sign.
+def whole_percent(share: float) -> str:
+    """A share in whole per cent.
 
-    >>> whole_percent(0.256), whole_percent(0.256, signed=True), whole_percent(-0.256, signed=True)
-    ('26 %', '+26 %', '−26 %')
-    >>> whole_percent(-0.001, signed=True)
-    '0 %'
+    >>> whole_percent(0.256), whole_percent(-0.001)
+    ('26 %', '0 %')
     """
     text = f"{100.0 * share:.0f}"
-    if text in ("0", "-0"):
-        return "0 %"
-    return f"{100.0 * share:+.0f} %".replace("-", "−") if signed else f"{text} %"
+    return "0 %" if text == "-0" else f"{text} %"
 
 
 def two_digit_percent(share: float) -> str:
@@ -232,23 +203,10 @@ def in_years(rate: float) -> str:
 def about_years(rate: float, write: Callable[[float], str] = two_digits) -> str:
     """The mean number of years between two events of an annual rate, as an approximate number.
 
-    >>> about_years(1.0 / 2137.0), about_years(0.0), about_years(1.0 / 2137.0, one_digit)
-    ('2,100', '∞', '2,000')
+    >>> about_years(1.0 / 2137.0), about_years(0.0)
+    ('2,100', '∞')
     """
     return UNKNOWN if math.isnan(rate) else write(1.0 / rate) if rate > 0.0 else "∞"
-
-
-def years_between(often: float, seldom: float) -> str:
-    """The ends of a rate's interval, the higher first, as years between two events.
-
-    >>> years_between(0.1, 0.05), years_between(math.inf, 0.05), years_between(math.inf, 0.0)
-    ('10.0–20.0', 'below 20.0', 'not known')
-    """
-    if not often > 0.0:
-        return "no interval"
-    low, high = (1.0 / rate if rate > 0.0 else math.inf for rate in (often, seldom))
-    low = -math.inf if low == 0.0 else low  # (nothing bounds the rate)
-    return interval_text(low, high, lambda years: in_years(1.0 / years))
 
 
 def listed_name(name: str) -> str:
@@ -306,6 +264,15 @@ def time_text(seconds: float) -> str:
 def currency_of(results: xr.Dataset) -> str:
     """The currency of an assessment's losses and costs, '' where the inventory states none."""
     return str(results.attrs.get("currency", ""))
+
+
+@contextmanager
+def system_errors(error: type[Exception], what: str) -> Iterator[None]:
+    """Raise `error` where the system refuses something in the block: `what` it is, and the system's words for it."""
+    try:
+        yield
+    except OSError as refused:
+        raise error(f"{what} ({system_reason(refused)})") from None
 
 
 def system_reason(error: BaseException) -> str:

@@ -8,6 +8,7 @@ last one by its rupture; all sheets then stand in the table a second time, witho
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from .engine import tables as engine
@@ -116,7 +117,10 @@ class _End(NamedTuple):
 
 
 class _Sheet(NamedTuple):
-    """Restoring law over an interval, in the rotation y seen from its side (a zone: from the front)."""
+    """Restoring law over an interval, in the rotation y seen from its side (a zone: from the front).
+
+    A piece is a part of the sheet `name` in a state (`mode`) of the restraint.
+    """
 
     side: float
     lower: float
@@ -129,20 +133,8 @@ class _Sheet(NamedTuple):
     outer: _End
     held: bool = False
     captured: bool = False
-
-
-class _Piece(NamedTuple):
-    """Part of a sheet in a state of the restraint."""
-
-    sheet: str
-    mode: int
-    lower: float
-    upper: float
-    stiffness: float
-    offset: float
-    potential: float
-    inner: _End
-    outer: _End
+    name: str = ""
+    mode: int = INTACT
 
 
 FALLS = _End(engine.OVERTURN)
@@ -263,35 +255,33 @@ def _factor(before: float, after: float) -> float:
     return 1.0 if before == after else math.sqrt(before / after)
 
 
-def _pieces(sheets: dict[str, _Sheet], around: Surroundings) -> list[_Piece]:
+def _pieces(sheets: dict[str, _Sheet], around: Surroundings) -> list[_Sheet]:
     """Return the sheets as they stand with the restraint, in pieces, and then without it."""
-    pieces: list[_Piece] = []
+    whole = [sheet._replace(name=name) for name, sheet in sheets.items()]
+    pieces: list[_Sheet] = []
     springs = (around.front_spring, around.back_spring)
     rigid = any(spring is not None and spring.stiffness == math.inf for spring in springs)
     if not rigid:  # (a rigid one: at rest until it breaks)
-        for name, sheet in sheets.items():
-            pieces += _restrained(name, sheet, springs[0] if sheet.side == FRONT else springs[1])
+        for sheet in whole:
+            pieces += _restrained(sheet, springs[0] if sheet.side == FRONT else springs[1])
     if rigid or any(piece.outer.action == engine.BREAK for piece in pieces):
-        pieces += [piece._replace(mode=BROKEN) for name, sheet in sheets.items() for piece in _restrained(name, sheet)]
+        pieces += [sheet._replace(mode=BROKEN) for sheet in whole]
     return pieces
 
 
-def _restrained(name: str, sheet: _Sheet, spring: Spring | None = None) -> list[_Piece]:
+def _restrained(sheet: _Sheet, spring: Spring | None) -> list[_Sheet]:
     """Return a sheet in pieces: slack, taut up to the rupture; the sheet itself without a restraint."""
-    whole = _Piece(
-        name, INTACT, sheet.lower, sheet.upper, sheet.stiffness, sheet.offset, sheet.potential, sheet.inner, sheet.outer
-    )
     if spring is None or sheet.upper <= spring.taut:  # (a zone ends before the restraint is taut)
-        return [whole]
-    slack = whole._replace(offset=sheet.offset - spring.preload)
-    breaks = _End(engine.BREAK, name)
+        return [sheet]
+    slack = sheet._replace(offset=sheet.offset - spring.preload)
+    breaks = _End(engine.BREAK, sheet.name)
     end, outer = (spring.breaks, breaks) if spring.breaks < sheet.upper else (sheet.upper, sheet.outer)
     if end <= max(spring.taut, sheet.lower):  # it breaks as soon as it is taut
         return [slack._replace(upper=end, outer=outer)]
     stiffness = sheet.stiffness + spring.stiffness
     if abs(stiffness) < SMALLEST * abs(sheet.stiffness):
         stiffness = -SMALLEST * abs(sheet.stiffness)
-    through = _End(engine.CROSS, name)
+    through = _End(engine.CROSS, sheet.name)
     starts = max(spring.taut, sheet.lower)
     taut = slack._replace(
         lower=starts,
@@ -305,39 +295,33 @@ def _restrained(name: str, sheet: _Sheet, spring: Spring | None = None) -> list[
     return [taut] if starts == sheet.lower else [slack._replace(upper=starts, outer=through), taut]
 
 
+@dataclass(eq=False)
 class _Table:
     """Sheets and pieces on their way to regions: their sides, and the first and the last piece of each sheet."""
 
-    def __init__(
-        self,
-        front: Side,
-        back: Side,
-        zone: Zone | None,
-        around: Surroundings,
-        sheets: dict[str, _Sheet],
-        pieces: list[_Piece],
-        exact: bool,
-    ) -> None:
-        self.front = front
-        self.zone = zone
-        self.around = around
-        self.sheets = sheets
-        self.pieces = pieces
-        self.exact = exact
-        self.sides = {name: front if sheet.side == FRONT else back for name, sheet in sheets.items()}
-        if zone is not None:
-            self.sides["zone"] = front._replace(gain=zone.gain, inertia=zone.inertia)
+    front: Side
+    back: Side
+    zone: Zone | None
+    around: Surroundings
+    sheets: dict[str, _Sheet]
+    pieces: list[_Sheet]
+    exact: bool
+
+    def __post_init__(self) -> None:
+        self.sides = {name: self.front if sheet.side == FRONT else self.back for name, sheet in self.sheets.items()}
+        if self.zone is not None:
+            self.sides["zone"] = self.front._replace(gain=self.zone.gain, inertia=self.zone.inertia)
         self.first: dict[tuple[int, str], int] = {}
         self.last: dict[tuple[int, str], int] = {}
-        for index, piece in enumerate(pieces):
-            self.first.setdefault((piece.mode, piece.sheet), index)
-            self.last[piece.mode, piece.sheet] = index
-        self.modes = (INTACT, BROKEN) if pieces[-1].mode == BROKEN else (INTACT,)
-        self.elastic = zone is not None and not zone.rigid_rest and "back" in sheets
-        names = [] if self.elastic else [("middle", mode) for mode in self.modes]
-        for name, sheet in sheets.items():
+        for index, piece in enumerate(self.pieces):
+            self.first.setdefault((piece.mode, piece.name), index)
+            self.last[piece.mode, piece.name] = index
+        modes = (INTACT, BROKEN) if self.pieces[-1].mode == BROKEN else (INTACT,)
+        self.elastic = self.zone is not None and not self.zone.rigid_rest and "back" in self.sheets
+        names = [] if self.elastic else [("middle", mode) for mode in modes]
+        for name, sheet in self.sheets.items():
             if sheet.outer.action == engine.BOUNCE:
-                names += [(name, mode) for mode in self.modes if self._reaches(name, mode)]
+                names += [(name, mode) for mode in modes if self._reaches(name, mode)]
         self.rests = {key: k for k, key in enumerate(names)}
 
     def oscillator(self, e: float) -> Oscillator:
@@ -364,38 +348,36 @@ class _Table:
         rest = self.rests[end.rest, piece.mode] if end.rest else engine.NO_REGION
         if end.action == engine.BOUNCE:
             return Edge(engine.BOUNCE, index, factor=end.factor, rest=rest)
-        if end.sheet == piece.sheet and end.action == engine.CROSS:
+        if end.sheet == piece.name and end.action == engine.CROSS:
             return Edge(engine.CROSS, index + 1 if outward else index - 1)
         mode = BROKEN if end.action == engine.BREAK else piece.mode
-        mine = self.sheets[piece.sheet].side
         # seen from its side, the motion enters a sheet at its lower end if it goes outward there
-        entered = self.first if outward == (mine == self.sheets[end.sheet].side) else self.last
+        entered = self.first if outward == (piece.side == self.sheets[end.sheet].side) else self.last
         other = self.last[mode, end.other] if end.other else engine.NO_REGION
         return Edge(end.action, entered[mode, end.sheet], other, end.factor, rest)
 
-    def _region(self, index: int, piece: _Piece) -> Region:
-        sheet = self.sheets[piece.sheet]
+    def _region(self, index: int, piece: _Sheet) -> Region:
         inner = self._edge(index, piece.inner, outward=False)
         outer = self._edge(index, piece.outer, outward=True)
         turns = (engine.NO_REGION, engine.NO_REGION)
-        if sheet.captured:
+        if piece.captured:
             turns = self.first[piece.mode, "rigid back"], self.first[piece.mode, "rigid front"]
-        side = self.sides[piece.sheet]
+        side = self.sides[piece.name]
         gain = side.gain / self.front.gain
         if self.exact:
-            first = self.sides[self.pieces[0].sheet]  # (the engine takes the lever 1/cos(alpha) of region 0)
+            first = self.sides[self.pieces[0].name]  # (the engine takes the lever 1/cos(alpha) of region 0)
             gain *= math.cos(first.alpha) / math.cos(side.alpha)
-        front = sheet.side == FRONT
+        front = piece.side == FRONT
         return Region(
             piece.lower if front else -piece.upper,
             piece.upper if front else -piece.lower,
             piece.stiffness,
             piece.offset if front else -piece.offset,
-            sheet.damping,
+            piece.damping,
             piece.potential,
             inner if front else outer,
             outer if front else inner,
-            sheet.held,
+            piece.held,
             *turns,
             gain,
             side.inertia / self.front.inertia,

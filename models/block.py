@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Annotated, Any
 
 from ..core import checks
 from ..core.parameters import Parameter, check
 from ..core.units import STANDARD_GRAVITY
-from .scenes.bed import Bed, balance_on_bed, check_bed, describe_bed
-from .scenes.edge import Edge, describe_edge
-from .scenes.restraint import Restraint, describe_restraint
-from .scenes.wall import Wall, describe_wall
+from .scenes.bed import Bed, balance_on_bed, check_bed
+from .scenes.edge import Edge
+from .scenes.restraint import Restraint
+from .scenes.wall import Wall
 
 UNIFORM_INERTIA_FACTOR = 4.0 / 3.0
 MIN_SIZE, MIN_ANGLE = 1e-6, 1e-6
@@ -27,6 +27,8 @@ WIDEST = 1.5
 WIDTHS, HEIGHTS, RATIOS = (0.05, WIDEST), (0.1, 4.0), (1.0, 12.0)
 """Plausible widths, m, heights, m, and heights over widths; the catalogue's are 0.13-0.9, 0.23-2.4 and 1.04-8.5."""
 FACTORS = (10.0, 100.0, 1000.0)
+PARTS: dict[str, Any] = {"wall": Wall, "restraint": Restraint, "bed": Bed, "edge": Edge}
+"""What stands around a block or holds it, by the names of its fields."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,9 +135,12 @@ class Block:
         object.__setattr__(self, "cm_height", cm_height)
         object.__setattr__(self, "inertia_factor", factor)
         self._check_plan()
+        self._check_stance()
+        for name, part in PARTS.items():
+            given = getattr(self, name)
+            if given is not None and not isinstance(given, part):
+                raise TypeError(f"{name} must be a toppling {part.__name__}, got {checks.kind(given)}")
         self._check_surroundings()
-        if self.edge is not None:
-            self._check_edge(self.edge)
 
     def _check_plan(self) -> None:
         """Check the plan, and set the depth of a round block."""
@@ -154,8 +159,8 @@ class Block:
         elif self.round:
             object.__setattr__(self, "depth", self.width)
 
-    def _check_surroundings(self) -> None:
-        """Raise for a mass, an offset, a lean, a wall or a restraint that the block cannot have."""
+    def _check_stance(self) -> None:
+        """Raise for an offset or a lean that the block cannot have."""
         checks.number("cm_offset", self.cm_offset, above=-self.b, below=self.b, unit="m")
         (_, front), (_, back) = self.corners
         if min(front, back) < MIN_ANGLE:
@@ -170,51 +175,42 @@ class Block:
                 f"{self.lean + front - 0.5 * math.pi:.4g} and {self.lean - back + 0.5 * math.pi:.4g} rad, "
                 f"got {self.lean:.4g}"
             )
-        if self.wall is not None and not isinstance(self.wall, Wall):
-            raise TypeError(f"wall must be a toppling Wall, got {checks.kind(self.wall)}")
+
+    def _check_surroundings(self) -> None:
+        """Raise for a wall, a bed, a restraint or an edge that the block cannot have."""
         if self.wall is not None and self.wall.height is not None and self.wall.height > self.height:
             raise ValueError(
                 f"the wall's height must be at most the block's {self.height:g} m, got {self.wall.height:g}"
             )
         if self.bed is not None:
-            self._check_bed(self.bed)
-        if self.restraint is None:
-            return
-        if not isinstance(self.restraint, Restraint):
-            raise TypeError(f"restraint must be a toppling Restraint, got {checks.kind(self.restraint)}")
-        if self.mass is None:
-            raise ValueError("a block with a restraint needs its mass (kg)")
-        if self.restraint.front is None and self.restraint.back is None:
-            raise ValueError(f"the {self.restraint.kind} acts on neither side: give a front or a back arm")
-        # (a sloping cable may have an arm up to the diagonal, and one that slopes upwards less than its height)
-        highest = {"cable": math.hypot(self.width, self.height), "strap": self.height, "bracket": self.height}
-        limit, arm = highest.get(self.restraint.kind), max(self.restraint.front or 0.0, self.restraint.back or 0.0)
-        size, most = ("height", self.height) if limit else ("width", self.width)
-        if self.restraint.height is not None:
-            limit, arm = most, self.restraint.height
-        if arm > (limit or most) * (1.0 + 1e-9):
-            raise ValueError(f"the {self.restraint.kind} must act within the block's {size} of {most:g} m, got {arm:g}")
-
-    def _check_edge(self, edge: Edge) -> None:
-        """Raise for what is no edge, and for a block whose slips are not known."""
-        if not isinstance(edge, Edge):
-            raise TypeError(f"edge must be a toppling Edge, got {checks.kind(edge)}")
-        if describe_scene(self):
-            own = [words for words in self.scene_words if words != edge.label]
+            if not self.symmetric:
+                raise ValueError("a block on a bed must be symmetric: without cm_offset and lean")
+            if self.restraint is not None:
+                raise ValueError("a block on a bed has no restraint: what would press it onto the bed is not modelled")
+            check_bed(self.bed, self.b, self.alpha)
+        if self.restraint is not None:
+            self._check_restraint(self.restraint)
+        if self.edge is not None and describe_scene(self):
+            own = [words for words in self.scene_words if words != self.edge.label]
             raise ValueError(
                 f"a block near an edge must stand free, with its mass in the middle and upright, got {', '.join(own)}: "
                 "how others slide is not known"
             )
 
-    def _check_bed(self, bed: Bed) -> None:
-        """Raise for a bed that the block cannot stand on."""
-        if not isinstance(bed, Bed):
-            raise TypeError(f"bed must be a toppling Bed, got {checks.kind(bed)}")
-        if not self.symmetric:
-            raise ValueError("a block on a bed must be symmetric: without cm_offset and lean")
-        if self.restraint is not None:
-            raise ValueError("a block on a bed has no restraint: what would press it onto the bed is not modelled")
-        check_bed(bed, self.b, self.alpha)
+    def _check_restraint(self, restraint: Restraint) -> None:
+        """Raise for a restraint that the block cannot have."""
+        if self.mass is None:
+            raise ValueError("a block with a restraint needs its mass (kg)")
+        if restraint.front is None and restraint.back is None:
+            raise ValueError(f"the {restraint.kind} acts on neither side: give a front or a back arm")
+        # (a sloping cable may have an arm up to the diagonal, and one that slopes upwards less than its height)
+        highest = {"cable": math.hypot(self.width, self.height), "strap": self.height, "bracket": self.height}
+        limit, arm = highest.get(restraint.kind), max(restraint.front or 0.0, restraint.back or 0.0)
+        size, most = ("height", self.height) if limit else ("width", self.width)
+        if restraint.height is not None:
+            limit, arm = most, restraint.height
+        if arm > (limit or most) * (1.0 + 1e-9):
+            raise ValueError(f"the {restraint.kind} must act within the block's {size} of {most:g} m, got {arm:g}")
 
     @classmethod
     def from_slenderness(
@@ -409,7 +405,7 @@ def describe_block(block: Block) -> dict[str, Any]:
         **({} if block.depth is None else {"depth": block.depth}),
         **({"round": True} if block.depth is not None and block.round else {}),
         **describe_scene(block),
-        **({} if block.edge is None else {"edge": describe_edge(block.edge)}),
+        **({} if block.edge is None else {"edge": asdict(block.edge)}),
     }
 
 
@@ -422,25 +418,22 @@ def describe_scene(block: Block) -> dict[str, Any]:
     if not block.symmetric:
         found |= {"cm_offset": block.cm_offset, "lean": block.lean}
     if block.wall is not None:
-        found["wall"] = describe_wall(block.wall)
+        found["wall"] = asdict(block.wall)
     if block.restraint is not None:
-        found |= {"mass": block.mass, "restraint": describe_restraint(block.restraint)}
+        # (where it is fixed changes nothing)
+        held = {name: value for name, value in asdict(block.restraint).items() if name != "height"}
+        found |= {"mass": block.mass, "restraint": held}
     if block.bed is not None:
-        found["bed"] = describe_bed(block.bed)
+        found["bed"] = asdict(block.bed)
     return found
 
 
 def block_from(described: Mapping[str, Any]) -> Block:
     """Return the block that `describe_block` describes."""
     values = dict(described)
-    if "wall" in values:
-        values["wall"] = Wall(**values["wall"])
-    if "restraint" in values:
-        values["restraint"] = Restraint(**values["restraint"])
-    if "bed" in values:
-        values["bed"] = Bed(**values["bed"])
-    if values.get("edge") is not None:
-        values["edge"] = Edge(**values["edge"])
+    for name, part in PARTS.items():
+        if values.get(name) is not None:
+            values[name] = part(**values[name])
     return Block(**values)
 
 

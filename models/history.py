@@ -24,6 +24,7 @@ from ..core.units import (
     VELOCITY,
     described,
     provenance,
+    variables,
 )
 from .block import Block, describe_block
 from .engine import tables as engine
@@ -40,6 +41,8 @@ from .slip import tables as slips
 spare_dask()
 
 MAX_FREE_SAMPLES = 10_000_000
+Variable = tuple[Any, str, str]
+"""Values, unit and long name."""
 
 
 def simulate(
@@ -254,7 +257,6 @@ def _histories(
     region = run.history[engine.HISTORY_REGION].astype(int)
     damping = run.history[engine.HISTORY_DAMPING] * omega
     forcing = -oscillator.gain * acceleration
-    overturned = bool(run.results[engine.OUT_OVERTURNED])
     # At rest the reaction of the floor balances the shaking; after overturning the block does not move either.
     restoring = forcing.copy()
     for index, part in enumerate(oscillator.regions):
@@ -267,72 +269,71 @@ def _histories(
             forcing[here] *= np.cos(tilt - theta[here]) * exact_lever(oscillator)
         else:
             restoring[here] = part.stiffness * theta[here] - part.offset
-    angular_acceleration = forcing - damping - restoring
-
-    def on_time(values: Array, units: str, long_name: str) -> tuple[str, Array, Any]:
-        return "time", values, described(long_name, units)
-
-    def scalar(value: Any, units: str, long_name: str) -> tuple[tuple[()], Any, Any]:
-        return (), value, described(long_name, units)
-
-    lifted = "vertical acceleration of the floor, upward"
-    sides = {}
+    on_time: dict[str, Variable] = {
+        "rotation": (theta, RADIAN, "rotation"),
+        "angular_velocity": (omega, ANGULAR_VELOCITY, "angular velocity"),
+        "angular_acceleration": (forcing - damping - restoring, ANGULAR_ACCELERATION, "angular acceleration"),
+        "damping_moment": (damping, ANGULAR_ACCELERATION, "damping moment per unit moment of inertia"),
+        "restoring_moment": (restoring, ANGULAR_ACCELERATION, "restoring moment per unit moment of inertia"),
+        "floor_acceleration": (acceleration, ACCELERATION, "floor acceleration"),
+    }
+    if vertical is not None:
+        on_time["vertical_acceleration"] = (vertical, ACCELERATION, "vertical acceleration of the floor, upward")
+    results = run.results
+    scalars: dict[str, Variable] = {
+        "peak_rotation": (results[engine.OUT_PEAK], RADIAN, "peak absolute rotation"),
+        "overturned": (bool(results[engine.OUT_OVERTURNED]), DIMENSIONLESS, "whether the block overturned"),
+        "uplifted": (bool(results[engine.OUT_UPLIFTED]), DIMENSIONLESS, "whether the block uplifted"),
+        "impacts": (int(results[engine.OUT_IMPACTS]), DIMENSIONLESS, "impacts during the record"),
+    }
+    fell = results[engine.OUT_OVERTURN_TIME] + time[0]
+    scalars["overturning_time"] = (fell, SECOND, "time of overturning, NaN if it stands")
     if oscillator.sided:
-        results = run.results
-        sides = {
-            "peak_front": scalar(results[engine.OUT_FRONT], RADIAN, "peak forward rotation"),
-            "peak_back": scalar(results[engine.OUT_BACK], RADIAN, "peak backward rotation"),
-            "wall_impacts": scalar(int(results[engine.OUT_WALL_IMPACTS]), DIMENSIONLESS, "impacts at walls"),
-            "wall_impact_velocity": scalar(
-                results[engine.OUT_WALL_STRIKE], ANGULAR_VELOCITY, "greatest angular speed of an impact at a wall"
-            ),
-            "ruptured": scalar(bool(results[engine.OUT_BROKEN]), DIMENSIONLESS, "whether the restraint broke"),
-            "rupture_time": scalar(
-                results[engine.OUT_BREAK_TIME] + time[0], SECOND, "time at which it broke, NaN if it held"
-            ),
-            "final_state": scalar(
-                int(results[engine.OUT_WELL]),
-                DIMENSIONLESS,
-                "0 stands, 1 and -1 held beyond its balance at the front and the back, 2 and -2 fell",
-            ),
+        strike = "greatest angular speed of an impact at a wall"
+        broke = "time at which it broke, NaN if it held"
+        final = "0 stands, 1 and -1 held beyond its balance at the front and the back, 2 and -2 fell"
+        scalars |= {
+            "peak_front": (results[engine.OUT_FRONT], RADIAN, "peak forward rotation"),
+            "peak_back": (results[engine.OUT_BACK], RADIAN, "peak backward rotation"),
+            "wall_impacts": (int(results[engine.OUT_WALL_IMPACTS]), DIMENSIONLESS, "impacts at walls"),
+            "wall_impact_velocity": (results[engine.OUT_WALL_STRIKE], ANGULAR_VELOCITY, strike),
+            "ruptured": (bool(results[engine.OUT_BROKEN]), DIMENSIONLESS, "whether the restraint broke"),
+            "rupture_time": (results[engine.OUT_BREAK_TIME] + time[0], SECOND, broke),
+            "final_state": (int(results[engine.OUT_WELL]), DIMENSIONLESS, final),
         }
     if block.restraint is not None:
         force = largest_force(
             held_by(block, oscillator),
-            run.results[engine.OUT_FRONT],
-            run.results[engine.OUT_BACK],
-            run.results[engine.OUT_BROKEN] > 0.0,
+            results[engine.OUT_FRONT],
+            results[engine.OUT_BACK],
+            results[engine.OUT_BROKEN] > 0.0,
             max(0.0, -acceleration.min()),
             max(0.0, acceleration.max()),
         )
         text = "greatest force of each part of the restraint, its strength if it broke"
-        sides["restraint_force"] = scalar(float(force), NEWTON, text)
+        scalars["restraint_force"] = (float(force), NEWTON, text)
+    title = "Rocking history of a freestanding block"
+    return _dataset(title, block, model, time, on_time, scalars, alpha=block.alpha, R=block.R, p=block.p)
+
+
+def _dataset(
+    title: str,
+    block: Block,
+    model: Model,
+    time: Array,
+    on_time: dict[str, Variable],
+    scalars: dict[str, Variable],
+    **about: float,
+) -> xr.Dataset:
+    """Return histories and results of one run as a dataset, with further attributes `about` its block."""
     return xr.Dataset(
-        {
-            "rotation": on_time(theta, RADIAN, "rotation"),
-            "angular_velocity": on_time(omega, ANGULAR_VELOCITY, "angular velocity"),
-            "angular_acceleration": on_time(angular_acceleration, ANGULAR_ACCELERATION, "angular acceleration"),
-            "damping_moment": on_time(damping, ANGULAR_ACCELERATION, "damping moment per unit moment of inertia"),
-            "restoring_moment": on_time(restoring, ANGULAR_ACCELERATION, "restoring moment per unit moment of inertia"),
-            "floor_acceleration": on_time(acceleration, "m s-2", "floor acceleration"),
-            **({} if vertical is None else {"vertical_acceleration": on_time(vertical, "m s-2", lifted)}),
-            "peak_rotation": scalar(run.results[engine.OUT_PEAK], RADIAN, "peak absolute rotation"),
-            "overturned": scalar(overturned, DIMENSIONLESS, "whether the block overturned"),
-            "uplifted": scalar(bool(run.results[engine.OUT_UPLIFTED]), DIMENSIONLESS, "whether the block uplifted"),
-            "impacts": scalar(int(run.results[engine.OUT_IMPACTS]), DIMENSIONLESS, "impacts during the record"),
-            "overturning_time": scalar(
-                run.results[engine.OUT_OVERTURN_TIME] + time[0], SECOND, "time of overturning, NaN if it stands"
-            ),
-            **sides,
-        },
-        coords={"time": on_time(time, SECOND, "time")},
+        variables("time", on_time) | variables((), scalars),
+        coords={"time": ("time", time, described("time", SECOND))},
         attrs={
-            "title": "Rocking history of a freestanding block",
+            "title": title,
             "block": block.label,
             "model": model.label,
-            "alpha": block.alpha,
-            "R": block.R,
-            "p": block.p,
+            **about,
             **provenance({"block": describe_block(block), "model": describe_law(model)}),
         },
     )
@@ -357,28 +358,17 @@ def _slide_history(
     results: dict[str, Any] = {name: run[column] for name, column in SLIDES.items()}
     results["slips"] = int(results["slips"])
     results["first_slip_time"] += time[0]
-    ends = results["slide_forward"], results["slide_backward"]
-    fell = None if block.edge is None else block.edge.fallen_off(*ends, block.b)
-    mode = Mode(int(mode_of(block, model.static, demand(acceleration, vertical, np.ones(1))[0])))
-    upward = {} if vertical is None else {"vertical_acceleration": (vertical, ACCELERATION, "of the floor, upward")}
-    series = {
+    on_time: dict[str, Variable] = {
         "slip": (history[slips.HISTORY_SLIP], METRE, "slip relative to the floor, to the front"),
         "slip_velocity": (history[slips.HISTORY_SPEED], VELOCITY, "velocity relative to the floor"),
         "floor_acceleration": (acceleration, ACCELERATION, "floor acceleration"),
-        **upward,
     }
-    return xr.Dataset(
-        {
-            **{name: ("time", values, described(text, units)) for name, (values, units, text) in series.items()},
-            **{name: ((), value, described(LABELS[name][1], LABELS[name][0])) for name, value in results.items()},
-            "mode": ((), mode.value, MODE),
-            **({} if fell is None else {FALLEN_OFF: ((), fell, OF_FALLEN_OFF)}),
-        },
-        coords={"time": ("time", time, described("time", SECOND))},
-        attrs={
-            "title": "History of a sliding block",
-            "block": block.label,
-            "model": model.label,
-            **provenance({"block": describe_block(block), "model": describe_law(model)}),
-        },
-    )
+    if vertical is not None:
+        on_time["vertical_acceleration"] = (vertical, ACCELERATION, "of the floor, upward")
+    scalars: dict[str, Variable] = {name: (value, *LABELS[name]) for name, value in results.items()}
+    mode = Mode(int(mode_of(block, model.static, demand(acceleration, vertical, np.ones(1))[0])))
+    scalars["mode"] = (mode.value, MODE["units"], MODE["long_name"])
+    if block.edge is not None:
+        fell = block.edge.fallen_off(results["slide_forward"], results["slide_backward"], block.b)
+        scalars[FALLEN_OFF] = (fell, OF_FALLEN_OFF["units"], OF_FALLEN_OFF["long_name"])
+    return _dataset("History of a sliding block", block, model, time, on_time, scalars)

@@ -6,11 +6,10 @@ import math
 
 from ..core import checks
 from .block import Block
+from .scenes.bed import MOST_SETTLEMENT
 
 MOST_DELTA = 0.3
 """Largest delta: beyond it the block uplifts at rotations at which small angles are no longer small against alpha."""
-MOST_SETTLEMENT = 0.1
-"""Largest settlement over the half width."""
 
 
 def delta_from_settlement(block: Block, settlement: float) -> float:

@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from ..core import checks
 from ..core.aliases import Array, Flags
@@ -354,24 +353,24 @@ def motion_coordinates(plain: list[Record]) -> dict[str, xr.Variable]:
     Where motions are run both ways also ``record``, the label of the motion as given, and ``polarity``, 1 or -1; where
     vertical components shake also ``downward_acceleration``, the greatest of each (m/s², of the motion as given).
     """
-    labels = np.array([record.label for record in plain], dtype=object)
-    sources = np.array([record.source for record in plain], dtype=object)
+
+    def column(name: str, attributes: dict[str, str], kind: Any = None) -> xr.Variable:
+        return xr.Variable("motion", np.array([getattr(record, name) for record in plain], dtype=kind), attributes)
+
     coordinates = {
-        "motion": xr.Variable("motion", labels, described("motion")),
-        "dt": xr.Variable("motion", [r.dt for r in plain], described("time step", SECOND)),
-        "duration": xr.Variable("motion", [r.duration for r in plain], described("duration", SECOND)),
-        "source": xr.Variable("motion", sources, described("source of the motion")),
-        "own_amplitude": xr.Variable("motion", [record.own_amplitude for record in plain], OWN_AMPLITUDE),
+        "motion": column("label", described("motion"), object),
+        "dt": column("dt", described("time step", SECOND)),
+        "duration": column("duration", described("duration", SECOND)),
+        "source": column("source", described("source of the motion"), object),
+        "own_amplitude": column("own_amplitude", OWN_AMPLITUDE),
     }
     if any(record.floor for record in plain):
-        floors = np.array([record.floor for record in plain], dtype=object)
-        coordinates["floor"] = xr.Variable("motion", floors, described("floor"))
+        coordinates["floor"] = column("floor", described("floor"), object)
     if any(record.axes for record in plain):
         text = "azimuth of the blocks' width, clockwise from north"
-        coordinates["azimuth"] = xr.Variable("motion", [r.azimuth for r in plain], described(text, RADIAN))
+        coordinates["azimuth"] = column("azimuth", described(text, RADIAN))
     if any(record.reverse_of for record in plain):
-        given = np.array([record.given for record in plain], dtype=object)
-        coordinates[RECORD] = xr.Variable("motion", given, AS_GIVEN)
+        coordinates[RECORD] = column("given", AS_GIVEN, object)
         coordinates[POLARITY] = polarity_coordinate(np.array([bool(record.reverse_of) for record in plain]))
     if any(record.vertical is not None for record in plain):
         down = [0.0 if record.vertical is None else -float(record.vertical.min()) for record in plain]
@@ -431,8 +430,8 @@ def floor_coordinates(floors: Sequence[Any], heights: Array | None = None) -> di
 def floor_array(
     values: Array,
     dt: float,
-    labels: NDArray[np.object_],
-    sources: NDArray[np.object_],
+    labels: Sequence[str],
+    sources: Sequence[str],
     floors: Sequence[Any],
     heights: Array | None = None,
     own_amplitude: Sequence[bool] | None = None,
@@ -444,11 +443,11 @@ def floor_array(
         values,
         dims=("motion", "floor", "time"),
         coords={
-            "motion": ("motion", labels, described("motion")),
+            "motion": ("motion", np.array(labels, dtype=object), described("motion")),
             **floor_coordinates(floors, heights),
             "time": ("time", time, described("time", SECOND)),
             "dt": ("motion", np.full(len(labels), dt), described("time step", SECOND)),
-            "source": ("motion", sources, described("source of the motion")),
+            "source": ("motion", np.array(sources, dtype=object), described("source of the motion")),
             "own_amplitude": ("motion", np.array(own), OWN_AMPLITUDE),
         },
         name="acceleration",

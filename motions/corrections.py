@@ -8,7 +8,7 @@ motion among a thousand.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any, Literal
 
@@ -102,20 +102,17 @@ def bandpass(motions: xr.DataArray, low: float, high: float, order: int = 4, zer
     >>> motions.bandpass(record, 0.1, 20.0).attrs["processing"]
     'bandpass(low=0.1 Hz, high=20 Hz, order=4, zero_phase=True)'
     """
-    corners = _corners(motions, low, high)
-    return _filtered(motions, corners, "bandpass", f"low={corners[0]:g} Hz, high={corners[1]:g} Hz", order, zero_phase)
+    return _filtered(motions, "bandpass", {"low": low, "high": high}, order, zero_phase)
 
 
 def highpass(motions: xr.DataArray, low: float, order: int = 4, zero_phase: bool = True) -> xr.DataArray:
     """Filter motions with a Butterworth high-pass above `low` (Hz); everything else as in `bandpass`."""
-    corners = _corners(motions, low)
-    return _filtered(motions, corners, "highpass", f"low={corners[0]:g} Hz", order, zero_phase)
+    return _filtered(motions, "highpass", {"low": low}, order, zero_phase)
 
 
 def lowpass(motions: xr.DataArray, high: float, order: int = 4, zero_phase: bool = True) -> xr.DataArray:
     """Filter motions with a Butterworth low-pass below `high` (Hz); everything else as in `bandpass`."""
-    corners = _corners(motions, high)
-    return _filtered(motions, corners, "lowpass", f"high={corners[0]:g} Hz", order, zero_phase)
+    return _filtered(motions, "lowpass", {"high": high}, order, zero_phase)
 
 
 def taper(motions: xr.DataArray, duration: float) -> xr.DataArray:
@@ -219,7 +216,7 @@ def resample(motions: xr.DataArray, dt: float) -> xr.DataArray:
     return _corrected(motions, note, lambda a: scipy.signal.resample_poly(a, up, down, window=taps)[:n], dt=new)
 
 
-def _butterworth(order: int, corners: tuple[float, ...], kind: Kind, dt: float) -> Array:
+def _butterworth(order: int, corners: Sequence[float], kind: Kind, dt: float) -> Array:
     """Return the sections (section, 6) of `scipy.signal.butter`, whose tangents and products depend on the processor.
 
     Slow poles go with zeros of slow motions, fast ones with those of fast motions.
@@ -242,17 +239,20 @@ def _butterworth(order: int, corners: tuple[float, ...], kind: Kind, dt: float) 
     return found
 
 
-def _filtered(
-    motions: xr.DataArray, corners: tuple[float, ...], kind: Kind, note: str, order: int, zero_phase: bool
-) -> xr.DataArray:
+def _filtered(motions: xr.DataArray, kind: Kind, given: dict[str, float], order: int, zero_phase: bool) -> xr.DataArray:
+    values, dt = _values(motions)
+    corners: list[float] = []
+    for name, corner in given.items():
+        what, least = (name if len(given) > 1 else "the corner frequency"), max(corners, default=0.0)
+        corners.append(checks.number(what, corner, above=least, below=0.5 / dt, unit="Hz"))
     poles = checks.count("order", order, at_least=1)
     if poles > 10:
         raise ValueError(f"order must be at most 10, got {poles}")
     if not isinstance(zero_phase, bool):
         raise TypeError(f"zero_phase must be True or False, got {zero_phase!r}")
-    values, dt = _values(motions)
     sections = _butterworth(poles, corners, kind, dt)
-    note = f"{kind}({note}, order={poles}, zero_phase={zero_phase})"
+    limits = ", ".join(f"{name}={corner:g} Hz" for name, corner in zip(given, corners, strict=True))
+    note = f"{kind}({limits}, order={poles}, zero_phase={zero_phase})"
     warn(filter_doubts([motions.assign_attrs(processing=note)]))
     if not zero_phase:
         return _corrected(motions, note, lambda a: scipy.signal.sosfilt(sections, a))
@@ -272,14 +272,6 @@ def _filtered(
         return np.asarray(twice[::-1][zeros : zeros + a.size])
 
     return _corrected(motions, note, both_ways)
-
-
-def _corners(motions: xr.DataArray, low: float, high: float | None = None) -> tuple[float, ...]:
-    nyquist = 0.5 / _values(motions)[1]
-    if high is None:
-        return (checks.number("the corner frequency", low, above=0.0, below=nyquist, unit="Hz"),)
-    first = checks.number("low", low, above=0.0, below=nyquist, unit="Hz")
-    return first, checks.number("high", high, above=first, below=nyquist, unit="Hz")
 
 
 def _values(motions: xr.DataArray) -> tuple[Array, float]:

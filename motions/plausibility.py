@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, insort
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations, pairwise
 from operator import itemgetter
@@ -229,73 +230,54 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
     looked_at = [record for record in records if record.recorded or not (record.floor or record.own_level)]
     read = [component for record in looked_at for component in _components(record)]
     uncorrected: set[str] = set()
-    offset: list[str] = []
-    upright: list[str] = []
-    lone: list[str] = []
-    held: list[str] = []
-    drift: list[str] = []
-    wandering: list[str] = []
-    strong: list[tuple[float, str]] = []
-    ratio: list[str] = []
-    long: list[str] = []
+    odd: dict[str, list[str]] = defaultdict(list)
     copies = {floor: _copies([one for one in records if bool(one.floor) == floor]) for floor in (False, True)}
+    greatest = 0.0
 
-    def keep(names: list[str], record: Record, what: str) -> None:
-        names.append(f"{record.label}: {what}")
+    def keep(name: str, record: Record, what: str) -> None:
+        odd[name].append(f"{record.label}: {what}")
         if not record.corrected:
-            uncorrected.add(names[-1])
+            uncorrected.add(name)
 
     for record in read:
         pga = peak_acceleration(record.acceleration, record.dt)
         if pga == 0.0:
             continue
+        greatest = max(greatest, pga)
+        reached = f"{record.label}: {short_digits(pga / STANDARD_GRAVITY)} g"
         if pga > HIGHEST_PGA:
-            strong.append((pga, f"{record.label}: {short_digits(pga / STANDARD_GRAVITY)} g"))
+            odd["strong"].append(reached)
         if record.duration > LONGEST:
-            long.append(f"{record.label}: {short_digits(record.duration)} s")
+            odd["long"].append(f"{record.label}: {short_digits(record.duration)} s")
         if not record.recorded:
             continue
         pgv = peak_velocity(record.acceleration, record.dt)
         size = np.abs(record.acceleration)
         if size.size > 1 and pga > LONE * np.partition(size, -2)[-2]:
-            lone.append(f"{record.label}: {short_digits(pga / STANDARD_GRAVITY)} g")
+            odd["lone"].append(reached)
         flat = np.diff(record.acceleration) == 0.0
         if np.count_nonzero(flat[1:] & flat[:-1] & (size[1:-1] == pga)) >= HELD:
-            held.append(f"{record.label}: {short_digits(pga / STANDARD_GRAVITY)} g")
+            odd["held"].append(reached)
         mean = abs(float(record.acceleration.mean())) / pga
         if STANDING[0] < mean * pga / STANDARD_GRAVITY < STANDING[1]:
-            upright.append(f"{record.label}: {short_digits(mean * pga / STANDARD_GRAVITY)} g")
+            odd["upright"].append(f"{record.label}: {short_digits(mean * pga / STANDARD_GRAVITY)} g")
         elif mean > OFFSET:
-            keep(offset, record, f"its mean is {two_digit_percent(mean)} of its PGA")
+            keep("offset", record, f"its mean is {two_digit_percent(mean)} of its PGA")
         left = abs(float(velocity(record.acceleration, record.dt)[-1])) / pgv
         if left > DRIFT:
-            keep(drift, record, f"{two_digit_percent(left)} of its PGV is left at its end")
+            keep("drift", record, f"{two_digit_percent(left)} of its PGV is left at its end")
         pgd = peak_displacement(record.acceleration, record.dt)
         if pgd > WANDERING * record.duration * pgv:
-            keep(wandering, record, f"PGD {short_digits(pgd)} m with PGV {short_digits(pgv)} m/s")
+            keep("wandering", record, f"PGD {short_digits(pgd)} m with PGV {short_digits(pgv)} m/s")
         if max(mean / OFFSET, left / DRIFT) <= 1.0 and not SHORTEST_PGV_PGA <= pgv / pga <= LONGEST_PGV_PGA:
-            ratio.append(f"{record.label}: {short_digits(pgv / pga)} s")
+            odd["ratio"].append(f"{record.label}: {short_digits(pgv / pga)} s")
     found: list[Doubt] = []
-
-    def doubt(kind: str, names: list[str], one: str, more: str, remedy: str, grave: bool = False) -> None:
-        if names:
-            many = f"{len(names):,} of {len(read):,} records {more if len(names) > 1 else one}"
-            what = f"the record {one}" if len(read) == 1 else many
-            found.append(Doubt(kind, f"{what} ({first_of(names)}): {remedy}", grave))
-
     level = "baseline_order = 1 (in Python motions.baseline) removes it"
     filtered = "baseline_order = 1 or highpass_hz (in Python motions.baseline, motions.highpass) removes that"
     if any(record.floor for record in read):  # (a study corrects records alone)
         level = filtered = "floor histories are used as they are, so correct them where they were made"
 
-    def cure(names: list[str], what: str) -> str:
-        if uncorrected & set(names):
-            return what
-        return "after the corrections that were asked for; a window and filters can leave that"
-
     told = "the file says, gal" if any(record.recorded for record in read) else "is meant, per cent of g"
-    unit = f"another unit than {told} headed g?"
-    grave = any(pga > IMPOSSIBLE_PGA for pga, _ in strong)
     for named, kind, what, cure_of in (
         (copies[False], "spectra", "record", "leave copies out"),
         (copies[True], "table", "floor motion", "give each floor and motion its own"),
@@ -303,20 +285,28 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
         if named:
             have = f"a {what} has" if len(named) == 1 else f"{counted(len(named), what)} have"
             found.append(Doubt(kind, f"{have} the samples of another ({first_of(named)}): {cure_of}"))
-    doubt(
-        "vertical", upright, "has the mean of gravity", "have the mean of gravity", "a vertical component? Leave it out"
-    )
-    doubt("PGA", lone, "has a peak of one sample", "have a peak of one sample", "a spike, or a lost decimal point?")
-    doubt("PGA", held, "stays at its peak", "stay at their peaks", "clipped, or rounded too much?")
-    doubt("offset", offset, "keeps an offset", "keep an offset", cure(offset, level))
-    doubt("drift", drift, "ends in motion", "end in motion", cure(drift, filtered))
-    doubt("displacement", wandering, "wanders off", "wander off", cure(wandering, filtered))
-    doubt("PGA", [name for _, name in strong], "reaches more than 3 g", "reach more than 3 g", unit, grave)
+    upright = "a vertical component? Leave it out"
     outside = f"PGV/PGA outside {SHORTEST_PGV_PGA:g} to {LONGEST_PGV_PGA:g} s"
     slow = "another time step than the file says, a drift, or no acceleration?"
-    doubt("PGV/PGA", ratio, f"has {outside}", f"have {outside}", slow)
     noise = "another time step than the file says, or noise before and after (window)?"
-    doubt("duration", long, f"lasts longer than {LONGEST:g} s", f"last longer than {LONGEST:g} s", noise)
+    still = "after the corrections that were asked for; a window and filters can leave that"
+    rows = (
+        ("upright", "vertical", "has the mean of gravity", "have the mean of gravity", upright),
+        ("lone", "PGA", "has a peak of one sample", "have a peak of one sample", "a spike, or a lost decimal point?"),
+        ("held", "PGA", "stays at its peak", "stay at their peaks", "clipped, or rounded too much?"),
+        ("offset", "offset", "keeps an offset", "keep an offset", level if "offset" in uncorrected else still),
+        ("drift", "drift", "ends in motion", "end in motion", filtered if "drift" in uncorrected else still),
+        ("wandering", "displacement", "wanders off", "wander off", filtered if "wandering" in uncorrected else still),
+        ("strong", "PGA", "reaches more than 3 g", "reach more than 3 g", f"another unit than {told} headed g?"),
+        ("ratio", "PGV/PGA", f"has {outside}", f"have {outside}", slow),
+        ("long", "duration", f"lasts longer than {LONGEST:g} s", f"last longer than {LONGEST:g} s", noise),
+    )
+    for name, kind, one, more, remedy in rows:
+        if names := odd[name]:
+            many = f"{len(names):,} of {len(read):,} records {more if len(names) > 1 else one}"
+            what = f"the record {one}" if len(read) == 1 else many
+            grave = name == "strong" and greatest > IMPOSSIBLE_PGA
+            found.append(Doubt(kind, f"{what} ({first_of(names)}): {remedy}", grave))
     return found
 
 

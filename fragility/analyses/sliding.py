@@ -124,7 +124,7 @@ def slide_runs(
     coefficient may lead to a smaller slip: slips are run, never interpolated between coefficients.
 
     Under pairs of components the block slides in the plane of the floor, with friction against its velocity
-    (`toppling.models.sliding.plane`), and slide_peak is its greatest distance from where it stood.  With a friction
+    (`toppling.models.sliding.runs`), and slide_peak is its greatest distance from where it stood.  With a friction
     below b/h along the width it never rocks.  With one between b/h along the width and b/h along the depth it rocks
     about its width as if it did not slide, and in a run in which both components together exceed what holds it
     (`mode`) it slides as if it did not rock.  slide_forward, slide_backward and the edge are of the width.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from ...models import Block, Model
 from ...models.block import describe_scene
 from ...models.oscillator import Oscillator
 from ...models.restraint_force import held_by, largest_force
-from ...models.scenes.edge import FALLEN_OFF, OF_FALLEN_OFF, describe_edge
+from ...models.scenes.edge import FALLEN_OFF, OF_FALLEN_OFF
 from ...models.sliding.mode import MODE, demand, mode_of
 from ...models.sliding.runs import LABELS
 from ...motions.intensity.measure import RESULT_MEASURES
@@ -158,7 +159,7 @@ def block_coordinates(blocks: Sequence[Block]) -> dict[str, xr.Variable]:
         attributes = described("what stands around the block or holds it (JSON, SI)")
         coordinates[SCENE] = xr.Variable("block", _strings([json.dumps(one) for one in scenes]), attributes)
     if any(block.edge is not None for block in blocks):
-        edges = [json.dumps(None if block.edge is None else describe_edge(block.edge)) for block in blocks]
+        edges = [json.dumps(None if block.edge is None else asdict(block.edge)) for block in blocks]
         attributes = described("edges over which the block may slide (JSON, SI)")
         coordinates[EDGE] = xr.Variable("block", _strings(edges), attributes)
     if any(block.bed is not None for block in blocks):

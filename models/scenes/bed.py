@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from ...core import checks
 from ...core.parameters import Parameter, check
@@ -112,8 +112,3 @@ def polygon(uplift: float) -> Polygon:
     beyond = [uplift * ratio**k for k in range(1, CHORDS + 1)]
     moments = [1.0 - 2.0 / 3.0 * share * math.sqrt(uplift / x) for x in beyond]
     return Polygon((uplift, *beyond), (1.0 / 3.0, *moments), balance)
-
-
-def describe_bed(bed: Bed) -> dict[str, Any]:
-    """Return the bed's parameters as plain values (SI)."""
-    return {"settlement": bed.settlement}

@@ -80,8 +80,3 @@ class Edge:
         """What it is in a few words, as ``edge 100 mm in front``."""
         sides = ((self.front, "in front"), (self.back, "behind"))
         return "edge " + " and ".join(f"{1000.0 * one:.4g} mm {side}" for one, side in sides if one is not None)
-
-
-def describe_edge(edge: Edge) -> dict[str, Any]:
-    """Return an edge as plain values (SI)."""
-    return {"front": edge.front, "back": edge.back, "falls_when": edge.falls_when}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import Annotated
 
 from ...core.parameters import Parameter, check
 from ...core.wording import with_article
@@ -188,9 +188,3 @@ class Restraint:
         strength = "unbreakable" if self.strength == math.inf else f"of {self.strength:.4g} N"
         slack = "" if self.slack == 0.0 else f", slack {1000.0 * self.slack:.4g} mm"
         return f"{number}{self.kind} {strength}{slack}"
-
-
-def describe_restraint(restraint: Restraint) -> dict[str, Any]:
-    """Return the restraint's parameters as plain values (SI)."""
-    names = ("kind", "strength", "stiffness", "front", "back", "slack", "preload", "count")
-    return {name: getattr(restraint, name) for name in names}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 from ...core.parameters import Parameter, check
 
@@ -80,8 +80,3 @@ def rebound(gyration: float, half_width: float, cm_height: float, contact_height
     above = contact_height - cm_height
     ratio = (square + cm_height * cm_height - cm_height * contact_height) / (square + above * above)
     return min(max(0.0, -ratio), 1.0)
-
-
-def describe_wall(wall: Wall) -> dict[str, Any]:
-    """Return the wall's parameters as plain values (SI)."""
-    return {name: getattr(wall, name) for name in ("gap", "height", "restitution", "front_gap")}

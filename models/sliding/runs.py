@@ -1,17 +1,22 @@
-"""Runs of sliding blocks as plain arrays: friction and scale factors in, results out.  Calls the compiled engine."""
+"""Runs of sliding blocks, along one axis or in the plane of the floor: friction and factors in, results out, as arrays.
+
+They call the compiled engine.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from ...core.aliases import Array, Index
+from ...core.aliases import Array, Flags, Index
 from ...core.units import DIMENSIONLESS, METRE, SECOND, STANDARD_GRAVITY, VELOCITY
-from ..slip import tables
+from ..slip import columns, tables
 from ..slip.lanes import slide
 from ..slip.obstacle import run_into
-from .law import Slider
+from ..slip.plane import slide_in_plane
+from .law import PlaneSlider, Slider
 
 SLIDES: dict[str, int] = {
     "slide_peak": tables.OUT_PEAK,
@@ -45,6 +50,12 @@ LABELS: dict[str, tuple[str, str]] = {
 ONE_WAY = 1e300
 """Static friction that nothing exceeds: infinity times a vertical acceleration of zero has no value."""
 NO_HISTORY = np.empty((tables.HISTORY_ROWS, 0))
+IN_PLANE: dict[str, int] = {
+    "slide_residual_along": columns.OUT_RESIDUAL_X,
+    "slide_residual_across": columns.OUT_RESIDUAL_Y,
+}
+"""Results of a run in the plane beside those of `SLIDES`, which have the columns of runs in one direction."""
+NO_PATH = np.empty((columns.HISTORY_ROWS, 0))
 NO_VERTICAL = np.empty(0)
 
 
@@ -81,7 +92,9 @@ def run_sliders(
     upward = NO_VERTICAL if vertical is None else np.ascontiguousarray(vertical)
     record = np.ascontiguousarray(acceleration)
     held = np.minimum(friction[:, 0], friction[:, 1])[which]
-    first, last = _moving(record, upward, held, scale) if skip else (0 * which, np.full(which.size, record.size))
+    first, last = 0 * which, np.full(which.size, record.size)
+    if skip:
+        first, last = _moving(np.abs(record), upward, held, scale)
     # Runs that slide alike are side by side; the later a block slides first, the higher its threshold is.
     order = np.argsort(held / scale, kind="stable")
     out = np.empty((which.size, tables.OUT_COLUMNS))
@@ -110,18 +123,77 @@ def airborne(vertical: Array, factors: Array) -> Array:
     return np.asarray(STANDARD_GRAVITY + factors * vertical.min() <= 0.0)
 
 
-def _moving(record: Array, vertical: Array, held: Array, scale: Array) -> tuple[Index, Index]:
+def _moving(demand: Array, vertical: Array, static: Array, scale: Array) -> tuple[Index, Index]:
     """Samples before which runs cannot slide, and after which they cannot begin to.
 
-    A block stays while abs(u'') <= static (g + w''): certainly while abs(u'') + static max(0, -w'') is not above
-    static g, with the largest static friction of the runs that can slide both ways for the product; and a little below
-    that, since the products of the engine are rounded in another way.
+    A block stays while the size of the acceleration, `demand`, is not above static (g + w''): certainly while demand +
+    static max(0, -w'') is not above static g, with the largest static friction of the runs that can slide both ways for
+    the product; and a little below that, since the products of the engine are rounded in another way.
     """
-    demand = np.abs(record)
     if vertical.size > 0:
-        most = float(held[held < ONE_WAY].max(initial=0.0))
+        most = float(static[static < ONE_WAY].max(initial=0.0))
         demand = demand + most * np.maximum(0.0, -vertical)
-    threshold = (1.0 - 1e-12) * held * STANDARD_GRAVITY / scale
+    threshold = (1.0 - 1e-12) * static * STANDARD_GRAVITY / scale
     first = np.searchsorted(np.maximum.accumulate(demand), threshold, side="right")
     last = demand.size - np.searchsorted(np.maximum.accumulate(demand[::-1]), threshold, side="right")
     return np.maximum(first - 1, 0), last
+
+
+class PlaneTable(NamedTuple):
+    """The coefficients of blocks (block, 2), static and kinetic, as the engine reads them."""
+
+    friction: Array
+
+
+def plane_table(sliders: Sequence[PlaneSlider]) -> PlaneTable:
+    """Return the coefficients of blocks."""
+    return PlaneTable(np.array(sliders, dtype=np.float64).reshape(-1, columns.FRICTION_COLUMNS))
+
+
+def run_in_plane(
+    friction: Array,
+    factors: Array,
+    along: Array,
+    across: Array,
+    vertical: Array | None,
+    dt: float,
+    skip: bool = True,
+    tally: Index | None = None,
+    history: Array = NO_PATH,
+) -> Array:
+    """Results (o, m, 11) of friction (o, 2) under factors (o, m) > 0 times one record; all start at rest.
+
+    `along` and `across` (n,) are the accelerations along the width and the depth of the block, m/s², and `vertical`
+    (n,) the vertical one, scaled likewise.  Runs in which it takes the whole weight at some instant are NaN.  Other
+    arguments as of `run_sliders`.  The slip is solved piece by piece as a Taylor series of order 14 whose last terms
+    are below 1e-12 m/s; where the push does not turn, as a cubic, exactly.  ArithmeticError for a run that takes
+    too many pieces, as none with the accelerations of earthquakes does.
+    """
+    which = np.repeat(np.arange(factors.shape[0]), factors.shape[1])
+    scale = np.ascontiguousarray(factors.ravel())
+    upward = NO_VERTICAL if vertical is None else np.ascontiguousarray(vertical)
+    x, y = np.ascontiguousarray(along), np.ascontiguousarray(across)
+    coefficients = np.ascontiguousarray(friction[which])
+    out = np.empty((which.size, columns.OUT_COLUMNS))
+    lifted: Flags = np.zeros(scale.size, np.bool_)
+    if upward.size > 0:
+        lifted[:] = airborne(upward, scale)
+    first, last = 0 * which, np.full(which.size, x.size)
+    if skip:  # (the size of the acceleration is convex within a sample, so that its samples tell)
+        first, last = _moving(np.hypot(x, y), upward, coefficients[:, 0], scale)
+    shaking = columns.PlaneShaking(x, y, upward, dt)
+    stays = np.flatnonzero(np.logical_not(lifted))
+    if stays.size:
+        found = np.empty((stays.size, columns.OUT_COLUMNS))
+        slide_in_plane(shaking, coefficients[stays], scale[stays], first[stays], last[stays], found, history)
+        if np.isnan(found[:, tables.OUT_PEAK]).any():
+            raise ArithmeticError(
+                f"sliding in the plane takes more than {columns.MOST_PIECES:,} pieces in a sample: the motion is too "
+                "strong for its time step"
+            )
+        out[stays] = found
+    out[lifted] = np.nan
+    if tally is not None:
+        tally[0] += which.size * x.size
+        tally[1] += int(first.sum())
+    return out.reshape(*factors.shape, columns.OUT_COLUMNS)

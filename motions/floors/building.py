@@ -518,8 +518,8 @@ class Building:
             if floors[highest] > 0 and relative.max() > 0.0:
                 ringing[i] = relative[-last:].max() / relative.max()
         step = ground[0].dt / parts
-        labels = np.array([record.label for record in ground], dtype=object)
-        sources = np.array([f"{self.description}, {record.source}" for record in ground], dtype=object)
+        labels = [record.label for record in ground]
+        sources = [f"{self.description}, {record.source}" for record in ground]
         own = [record.own_amplitude for record in ground]
         text = "relative acceleration of the highest floor in the last fundamental period, over its peak"
         return (

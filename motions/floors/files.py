@@ -149,5 +149,4 @@ def _read_table(lines: Lines) -> xr.DataArray:
         raise RecordError(f"{file}: {error}") from None
     labels = [int(one) if one.isdecimal() else one for one in floors]
     whole = all(isinstance(one, int) for one in labels) and len(set(labels)) == len(labels)
-    sources = np.array([file.name] * len(names), dtype=object)
-    return floor_array(values, dt, np.array(names, dtype=object), sources, labels if whole else floors)
+    return floor_array(values, dt, names, [file.name] * len(names), labels if whole else floors)

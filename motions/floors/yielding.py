@@ -174,8 +174,8 @@ class YieldingBuilding:
             strength[i], isolator[i] = one.strength, one.isolator
             collapsed[i] = one.collapsed
         of = f" times {scale:g}" if scale != 1.0 else ""
-        labels = np.array([record.label for record in plain], dtype=object)
-        sources = np.array([f"{self.description}, {record.source}{of}" for record in plain], dtype=object)
+        labels = [record.label for record in plain]
+        sources = [f"{self.description}, {record.source}{of}" for record in plain]
         own = [record.own_amplitude for record in plain]
         drift = "greatest drift of a storey over its yield drift"
         storey = "storey that collapsed, from 1; 0 for none"
@@ -195,7 +195,7 @@ class YieldingBuilding:
             found = found.assign_coords(strength_factor=("motion", strength, FACTOR))
         if self.isolation is not None:
             found = found.assign_coords(isolator_displacement=("motion", isolator, DISPLACEMENT))
-        warn(collapse_doubts(labels.tolist(), collapsed, scale), CollapsingBuilding)
+        warn(collapse_doubts(labels, collapsed, scale), CollapsingBuilding)
         return found
 
     def response(self, motions: xr.DataArray, factors: Any = 1.0) -> xr.Dataset:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from functools import lru_cache
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 import scipy
@@ -17,7 +17,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
-from ...core.units import ACCELERATION, METRE, SECOND, VELOCITY, described, provenance
+from ...core.units import ACCELERATION, METRE, SECOND, VELOCITY, described, provenance, variables
 from ..arrays import motion_coordinates, records
 from ..kernels import oscillators as engine
 
@@ -29,14 +29,6 @@ MEAN_PERIOD_STEP = 0.05  # Hz
 BAND_SHARES = (0.05, 0.95)
 BAND_STEP = 0.05  # Hz
 MOST_PADDED = 2**20  # samples; motions of more than an eighth of them are padded to eight times their length
-
-
-class Peaks(NamedTuple):
-    """Peak relative displacement (m), relative velocity (m/s) and absolute acceleration (m/s²), each (period,)."""
-
-    displacement: Array
-    velocity: Array
-    acceleration: Array
 
 
 def period_of(name: str, value: Any) -> float:
@@ -51,16 +43,15 @@ def damping_of(value: Any) -> float:
 
 def peak_displacements(acceleration: Array, dt: float, periods: Array, damping: float) -> Array:
     """Return the peak relative displacement of oscillators (period,) under one record, m."""
-    displacement: Array = _peaks(acceleration, dt, periods, damping, quantities=1)[0]
+    displacement: Array = peak_responses(acceleration, dt, periods, damping, quantities=1)[0]
     return displacement
 
 
-def peak_responses(acceleration: Array, dt: float, periods: Array, damping: float) -> Peaks:
-    """Return peak displacement, velocity and absolute acceleration of oscillators (period,) under one record."""
-    return Peaks(*_peaks(acceleration, dt, periods, damping, quantities=3))
+def peak_responses(acceleration: Array, dt: float, periods: Array, damping: float, quantities: int = 3) -> Array:
+    """Return peaks of oscillators under one record, (quantity, period), of one to three quantities.
 
-
-def _peaks(acceleration: Array, dt: float, periods: Array, damping: float, quantities: int) -> Array:
+    These are relative displacement (m), relative velocity (m/s) and absolute acceleration (m/s²).
+    """
     omega = 2.0 * math.pi / periods
     found = np.empty((quantities, omega.size))
     parts = np.ceil(omega * dt).astype(np.int64)
@@ -124,7 +115,7 @@ def response_spectrum(
     omega = 2.0 * math.pi / axis
     found = np.array([peak_responses(record.acceleration, record.dt, axis, zeta) for record in plain])
     text = f"{100.0 * zeta:g} % damping"
-    variables = {
+    spectra = {
         "sd": (found[:, 0], METRE, f"spectral displacement, {text}"),
         "sv": (found[:, 0] * omega, VELOCITY, f"pseudo-spectral velocity, {text}"),
         "sa": (found[:, 0] * omega**2, ACCELERATION, f"pseudo-spectral acceleration, {text}"),
@@ -132,10 +123,7 @@ def response_spectrum(
         "sa_true": (found[:, 2], ACCELERATION, f"greatest absolute acceleration of an oscillator, {text}"),
     }
     return xr.Dataset(
-        {
-            name: (("motion", "period"), values, described(long_name, units))
-            for name, (values, units, long_name) in variables.items()
-        },
+        variables(("motion", "period"), spectra),
         coords={**motion_coordinates(plain), "period": ("period", axis, described("period of the oscillator", SECOND))},
         attrs={"title": "Response spectra", **provenance({"periods": axis.tolist(), "damping": zeta}), "damping": zeta},
     )

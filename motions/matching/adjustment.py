@@ -18,7 +18,7 @@ from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, first_of
 from ...core.parameters import Parameter
-from ...core.units import DIMENSIONLESS, METRE, VELOCITY, described
+from ...core.units import DIMENSIONLESS, METRE, VELOCITY, variables
 from ...core.wording import two_digit_percent
 from ..arrays import from_array
 from ..intensity.peaks import peak_displacement, peak_velocity
@@ -179,12 +179,8 @@ def labelled_matches(
             f"the mean misfit of the matched spectrum is at most {allowed:g}",
         ),
     }
-    return from_array(values, dt, labels, sources, own_amplitude=False).assign_coords(
-        {
-            name: ("motion", np.array(numbers), described(long_name, units))
-            for name, (numbers, units, long_name) in coordinates.items()
-        }
-    )
+    matched = from_array(values, dt, labels, sources, own_amplitude=False)
+    return matched.assign_coords(variables("motion", coordinates))
 
 
 def matching_doubts(arrays: Iterable[xr.DataArray]) -> list[Doubt]:

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array
-from ...core.units import ACCELERATION, DIMENSIONLESS, METRE, SECOND, VELOCITY, described, provenance
+from ...core.units import ACCELERATION, DIMENSIONLESS, METRE, SECOND, VELOCITY, described, provenance, variables
 from ..arrays import motion_coordinates, records
 from ..intensity.peaks import displacement, peak_displacement, peak_velocity, velocity
 from ..intensity.spectra import peak_displacements
@@ -51,7 +51,7 @@ def matching_report(motions: xr.DataArray | Iterable[xr.DataArray], target: Targ
     # the records of an array are its motions, each with all its floors
     references = {name: np.concatenate([_reference(one, name) for one in arrays]) for name in ("pgv", "pgd")}
     ends = np.array([[of(one.acceleration, one.dt)[-1] for of in (velocity, displacement)] for one in plain])
-    on_motion = {
+    on_motion: dict[str, tuple[Array, str, str]] = {
         "misfit_mean": (np.abs(misfit).mean(axis=1), DIMENSIONLESS, "mean misfit over periods"),
         "misfit_max": (np.abs(misfit).max(axis=1), DIMENSIONLESS, "greatest misfit over periods"),
         "pgv": (pgv, VELOCITY, "peak velocity"),
@@ -61,16 +61,11 @@ def matching_report(motions: xr.DataArray | Iterable[xr.DataArray], target: Targ
         "end_velocity": (ends[:, 0], VELOCITY, "velocity at the end"),
         "end_displacement": (ends[:, 1], METRE, "displacement at the end"),
     }
-    variables = {
-        name: xr.Variable("motion", values, described(long_name, units))
-        for name, (values, units, long_name) in on_motion.items()
-    }
     text = described("pseudo-acceleration over the target, less 1")
-    variables["misfit"] = xr.Variable(("motion", "period"), misfit, text)
     period = xr.Variable("period", axis, described("period of the oscillator", SECOND))
     aim = xr.Variable("period", target.at(axis), described("target pseudo-acceleration", ACCELERATION))
     return xr.Dataset(
-        variables,
+        {**variables("motion", on_motion), "misfit": (("motion", "period"), misfit, text)},
         coords={**motion_coordinates(plain), "period": period, "target": aim},
         attrs={
             "title": "Misfit of a target spectrum",

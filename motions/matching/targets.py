@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Self, TypeVar
+from typing import Any, Self
 
 import numpy as np
 
@@ -24,7 +24,6 @@ EDITIONS = ("7-16", "7-22")
 AC156_FREQUENCIES = (0.1, 1.3, 8.3, 33.3)  # Hz
 LARGEST_SA = 1e3  # m/s²
 SMALLEST_SA = 1e-9
-_Target = TypeVar("_Target", bound="TargetSpectrum")
 CEILING = 1.6  # of S_DS: the greatest flexible acceleration
 RESPONSE_REDUCTION = 1.3  # R_mu of an unknown building; 1 at or below grade
 
@@ -215,7 +214,9 @@ class TargetSpectrum:
             flexible = min(CEILING * design, design * ratio)
             rigid = min(CEILING * design, 0.4 * design * ratio)
         text = ", vertical" if vertical else f", z/h {height:g}"
-        return _ac156_shape(cls, flexible, rigid, f"AC156 with ASCE {edition}, S_DS {design:g} g{text}")
+        sa = tuple(STANDARD_GRAVITY * value for value in (rigid, flexible, flexible, 0.1 * flexible))
+        periods = tuple(1.0 / f for f in reversed(AC156_FREQUENCIES))
+        return cls(periods, sa, DAMPING, f"AC156 with ASCE {edition}, S_DS {design:g} g{text}")
 
     @classmethod
     def asce7_floor(
@@ -309,10 +310,3 @@ def _amplification(height: float, h_f: float | None, r_mu: float | None) -> floa
     if r_mu is None:
         return amplified / (RESPONSE_REDUCTION if height > 0.0 else 1.0)
     return amplified / checks.number("r_mu", r_mu, at_least=1.0, at_most=10.0)
-
-
-def _ac156_shape(cls: type[_Target], flexible: float, rigid: float, name: str) -> _Target:
-    """Return the spectrum of AC156 shape through A_FLX and A_RIG, both in g."""
-    knots = [0.1 * flexible, flexible, flexible, rigid]
-    periods = tuple(1.0 / f for f in reversed(AC156_FREQUENCIES))
-    return cls(periods, tuple(STANDARD_GRAVITY * value for value in reversed(knots)), DAMPING, name)

@@ -12,7 +12,7 @@ import xarray as xr
 
 from ...core.doubts import Doubt, warn
 from ...core.units import STANDARD_GRAVITY
-from ...core.wording import system_reason
+from ...core.wording import system_errors
 from ...core.writing import write_bytes
 from ..arrays import from_array, records
 from .components import refuse_gaps, refuse_stated_peak
@@ -136,7 +136,5 @@ def write_at2(motion: xr.DataArray, path: str | os.PathLike[str], title: str = "
         f"ACCELERATION RECORD IN PEER AT2 FORMAT\n{title or record.label}\n"
         f"ACCELERATION TIME HISTORY IN UNITS OF G\nNPTS= {values.size:6d}, DT= {step} SEC"
     )
-    try:
+    with system_errors(RecordError, f"{path}: cannot be written"):
         write_bytes(Path(path), f"{header}\n{body}\n".encode("ascii", "replace"))
-    except OSError as error:
-        raise RecordError(f"{path}: cannot be written ({system_reason(error)})") from None

@@ -9,7 +9,6 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache
 from itertools import compress
 from pathlib import Path
-from typing import NamedTuple
 
 import xarray as xr
 
@@ -63,14 +62,6 @@ ANOTHER = math.sin(math.radians(2.0))
 """Sine of the angle between two directions from which they are not one."""
 ON_PURPOSE, BY_ITSELF = "component = 'v', or a file named by itself, takes them", "a file named by itself is taken"
 """How a study takes vertical components, and how all others do."""
-
-
-class Direction(NamedTuple):
-    """Direction of a component: whether it is vertical, its azimuth, rad (NaN: not known), and its recording."""
-
-    vertical: bool
-    azimuth: float
-    recording: str
 
 
 @cache
@@ -139,8 +130,8 @@ def is_vertical(motion: xr.DataArray) -> bool:
     return found is not None and found[0]
 
 
-def of_file(path: Path, motion: xr.DataArray) -> Direction:
-    """Return the direction of the only motion of a file, and the recording that it belongs to.
+def of_file(path: Path, motion: xr.DataArray) -> tuple[bool, float, str]:
+    """Return whether the only motion of a file is vertical, its azimuth, rad (NaN: not known), and its recording.
 
     The direction is what the file says, otherwise that of its name, otherwise that of its title; the recording is named
     by the record sequence number of the NGA databases, by the name without its direction, or by the station and event.
@@ -158,7 +149,7 @@ def of_file(path: Path, motion: xr.DataArray) -> Direction:
         raise RecordError(
             f"{path}: its name gives no direction, such as an ending 090 or -N, to find its other components by"
         )
-    return Direction(*(found or (False, math.nan)), f"{path.parent}/{base}")
+    return *(found or (False, math.nan)), f"{path.parent}/{base}"
 
 
 def _named(path: Path) -> tuple[str, str, bool]:

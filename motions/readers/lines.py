@@ -24,7 +24,7 @@ from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, warn
 from ...core.limits import RECORD_BYTES
-from ...core.wording import system_reason
+from ...core.wording import system_errors, system_reason
 
 LATIN = "of-latin-1"
 """Decoding of bytes that are not of UTF-8 as Latin-1: its m/s² would else be a velocity, or no unit at all."""
@@ -82,20 +82,14 @@ def refuse_packed(file: Path) -> None:
 
 def beginning(file: Path, size: int = 4096) -> bytes:
     """Return the first bytes of a file; RecordError if it cannot be opened."""
-    try:
-        with file.open("rb") as stream:
-            return stream.read(size)
-    except OSError as error:
-        raise RecordError(f"{file}: cannot be read ({system_reason(error)})") from None
+    with system_errors(RecordError, f"{file}: cannot be read"), file.open("rb") as stream:
+        return stream.read(size)
 
 
 def lines_of(file: Path) -> Iterator[str]:
     """Yield the lines of a text file; RecordError if it cannot be read."""
-    try:
-        with file.open(encoding="utf-8-sig", errors=LATIN) as stream:
-            yield from stream
-    except OSError as error:
-        raise RecordError(f"{file}: cannot be read ({system_reason(error)})") from None
+    with system_errors(RecordError, f"{file}: cannot be read"), file.open(encoding="utf-8-sig", errors=LATIN) as stream:
+        yield from stream
 
 
 class Lines:
@@ -112,10 +106,8 @@ class Lines:
         self._unended = False
         # (a transfer between systems may double the line ends, CR CR LF, which are one each)
         newline = "\n" if b"\r\r\n" in beginning(self.file) else None
-        try:
+        with system_errors(RecordError, f"{self.file}: cannot be read"):
             self._stream = self.file.open(encoding="utf-8-sig", errors=LATIN, newline=newline)
-        except OSError as error:
-            raise RecordError(f"{self.file}: cannot be read ({system_reason(error)})") from None
         try:
             self._ahead = list(itertools.islice(iter(self._fetch, ""), HEAD_LINES))
             self.head = tuple(line[:HEADER_WIDTH].rstrip() for line in self._ahead)

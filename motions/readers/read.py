@@ -7,7 +7,6 @@ import re
 from collections.abc import Callable, Sequence
 from importlib import resources
 from pathlib import Path
-from typing import NamedTuple
 
 import xarray as xr
 
@@ -25,23 +24,15 @@ from .lines import Lines, RecordError, beginning, existing, refuse_packed
 from .obspy import is_obspy_text, obspy_components
 from .patterns import expand, is_pattern
 
-
-class Format(NamedTuple):
-    """Record format: its name, a test of the first lines of a file, and the reader of its components."""
-
-    name: str
-    matches: Callable[[Sequence[str]], bool]
-    components: Callable[[Lines], list[Component]]
-
-
 # GeoNet before CSMIP: both begin with the words of a corrected accelerogram, and GeoNet's next line names a site.
-FORMATS = (
-    Format("K-NET", is_knet, knet_components),
-    Format("ESM", is_esm, esm_components),
-    Format("COSMOS", is_cosmos, cosmos_components),
-    Format("GeoNet", is_geonet, geonet_components),
-    Format("CSMIP V2", is_csmip, csmip_components),
-)
+FORMATS: dict[str, tuple[Callable[[Sequence[str]], bool], Callable[[Lines], list[Component]]]] = {
+    "K-NET": (is_knet, knet_components),
+    "ESM": (is_esm, esm_components),
+    "COSMOS": (is_cosmos, cosmos_components),
+    "GeoNet": (is_geonet, geonet_components),
+    "CSMIP V2": (is_csmip, csmip_components),
+}
+"""A test of the first lines of a file, and the reader of its components, by the names of the formats."""
 
 _OTHERS = {
     "CSMIP V1": (re.compile(r"\s*uncorrected accelerogram", re.IGNORECASE), "take the corrected file, V2"),
@@ -137,10 +128,10 @@ def read_file(
         if is_at2(lines.head):
             _refuse(file, "a PEER AT2 file", dt, unit)
             return [read_at2(file)]
-        for found in FORMATS:
-            if found.matches(lines.head):
-                _refuse(file, f"a {found.name} file", dt, unit)
-                return arrays_of(file, found.components(lines))
+        for name, (matches, read_components) in FORMATS.items():
+            if matches(lines.head):
+                _refuse(file, f"a {name} file", dt, unit)
+                return arrays_of(file, read_components(lines))
         if lines.head[0].upper().startswith("PEER"):
             raise RecordError(f"{file}: looks like a PEER file, but has no 'NPTS= …, DT= …' above its numbers")
         for name, (pattern, cure) in _OTHERS.items():

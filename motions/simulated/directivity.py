@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from ...core.elementary import Array, cholesky, times
-from .marginals import BoundedBeta, ExponentialOfBeta, LognormalMarginal, Marginal, TwoSidedExponential
+from .marginals import Marginal, bounded_beta, exponential_of_beta, lognormal, two_sided_exponential
 from .scenario import TWO_PI, Parameters
 
 TRUNCATION = 2.0  # standard deviations beyond which scores are drawn again
@@ -71,20 +72,18 @@ CORRELATION_WITHOUT_PULSE = (
     (-0.0854,),
 )
 
+UNIT_LOGNORMAL: Marginal = partial(lognormal, 0.0, 1.0)
 PULSE_MARGINALS: tuple[Marginal, ...] = (
-    LognormalMarginal(),
-    LognormalMarginal(),
-    BoundedBeta(1.3033, 3.9686, 2.0, 3.2),
-    BoundedBeta(1.0, 1.0, 0.0, TWO_PI),
-    LognormalMarginal(),
+    UNIT_LOGNORMAL,
+    UNIT_LOGNORMAL,
+    partial(bounded_beta, 1.3033, 3.9686, 2.0, 3.2),
+    partial(bounded_beta, 1.0, 1.0, 0.0, TWO_PI),
+    UNIT_LOGNORMAL,
 )
 BACKGROUND_MARGINALS: tuple[Marginal, ...] = (
-    LognormalMarginal(),
-    LognormalMarginal(),
-    LognormalMarginal(),
-    LognormalMarginal(),
-    TwoSidedExponential(6.4024, 14.2936, -3.5, 1.5),
-    ExponentialOfBeta(5.3355, 3.8295, -4.7, 0.0),
+    *(UNIT_LOGNORMAL,) * 4,
+    partial(two_sided_exponential, 6.4024, 14.2936, -3.5, 1.5),
+    partial(exponential_of_beta, 5.3355, 3.8295, -4.7, 0.0),
 )
 BACKGROUND_SI = (0.01, 1.0, 1.0, TWO_PI, TWO_PI, 1.0)
 PULSE_SI = (0.01, 1.0, 1.0, 1.0, 1.0)

@@ -17,7 +17,7 @@ import xarray as xr
 from ...core import checks
 from ...core.elementary import Array, exp, log
 from ...core.streams import stream
-from ...core.units import ACCELERATION, DIMENSIONLESS, SECOND, STANDARD_GRAVITY, VELOCITY, described, provenance
+from ...core.units import ACCELERATION, SECOND, STANDARD_GRAVITY, VELOCITY, described, provenance
 from ..arrays import records
 from ..intensity.dataset import measure, measure_named
 from ..intensity.parametric_measures import Sa
@@ -28,7 +28,6 @@ MODELS: dict[str, str] = {"BSSA14": "BooreStewartSeyhanAtkinson2014", "CY14": "C
 PERIODS = (0.1, 0.2, 0.3, 0.5, 1.0, 2.0, 3.0, 4.0)
 """Periods of Sa, s."""
 _MECHANISMS = {"strike-slip": "SS", "reverse": "RS"}
-_SPREAD = {"units": DIMENSIONLESS}
 _one_at_a_time = threading.Lock()
 
 
@@ -114,9 +113,9 @@ def expected_motions(scenario: Scenario, model: str = "BSSA14", periods: Sequenc
             "pga": ((), STANDARD_GRAVITY * float(computed.pga), described("median PGA", ACCELERATION)),
             "pgv": ((), 0.01 * float(computed.pgv), described("median PGV", VELOCITY)),
             "sa": ("period", sa, described("median Sa, 5 % damping", ACCELERATION)),
-            "pga_dispersion": ((), float(computed.ln_std_pga), {**_SPREAD, "long_name": "dispersion of PGA"}),
-            "pgv_dispersion": ((), float(computed.ln_std_pgv), {**_SPREAD, "long_name": "dispersion of PGV"}),
-            "sa_dispersion": ("period", spread, {**_SPREAD, "long_name": "dispersion of Sa"}),
+            "pga_dispersion": ((), float(computed.ln_std_pga), described("dispersion of PGA")),
+            "pgv_dispersion": ((), float(computed.ln_std_pgv), described("dispersion of PGV")),
+            "sa_dispersion": ("period", spread, described("dispersion of Sa")),
         },
         coords={"period": period},
         attrs={"title": f"{model}: {scenario.text}", **provenance({"model": model, "scenario": scenario._asdict()})},
@@ -239,7 +238,7 @@ def _ratios(values: Array, labels: Sequence[str], expected: xr.Dataset, model: s
     )
 
     def on_measure(found: Any, long_name: str) -> xr.Variable:
-        return xr.Variable("measure", np.asarray(found, dtype=float), {**_SPREAD, "long_name": long_name})
+        return xr.Variable("measure", np.asarray(found, dtype=float), described(long_name))
 
     names = np.array(labels, dtype=object)
     return xr.Dataset(
@@ -248,6 +247,6 @@ def _ratios(values: Array, labels: Sequence[str], expected: xr.Dataset, model: s
             "dispersion": on_measure(log(values).std(axis=1, ddof=1), "dispersion of the motions"),
             "model_dispersion": on_measure(spreads, f"dispersion of {model}"),
         },
-        coords={"measure": ("measure", names, {**_SPREAD, "long_name": "intensity measure"})},
+        coords={"measure": ("measure", names, described("intensity measure"))},
         attrs=expected.attrs,
     )

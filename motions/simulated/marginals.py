@@ -1,87 +1,48 @@
-"""Marginal distributions of sampled motion parameters, as maps from a standard normal score to the parameter."""
+"""Marginal distributions of sampled motion parameters, as maps from a standard normal score v to F⁻¹(Phi(v)).
+
+Each is a function of its parameters and of scores, which it maps in their shape; equations bind the parameters.
+"""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 import scipy
 
 from ...core.elementary import Array, exp, expm1, log, log1p
 
-
-class Marginal(ABC):
-    """Marginal distribution F; call it with scores v to get the values F⁻¹(Phi(v)), in the same shape."""
-
-    @abstractmethod
-    def __call__(self, score: Array) -> Array:
-        """Return the values at standard normal scores."""
+Marginal = Callable[[Array], Array]
+"""Map from scores to values in the same shape."""
 
 
-@dataclass(frozen=True)
-class LognormalMarginal(Marginal):
+def lognormal(mean: float, sd: float, score: Array) -> Array:
     """Lognormal distribution, ln x ~ N(mean, sd)."""
-
-    mean: float = 0.0
-    sd: float = 1.0
-
-    def __call__(self, score: Array) -> Array:
-        return exp(self.mean + self.sd * score)
+    return exp(mean + sd * score)
 
 
-@dataclass(frozen=True)
-class BoundedBeta(Marginal):
+def bounded_beta(a: float, b: float, lower: float, upper: float, score: Array) -> Array:
     """Beta distribution Beta(a, b), stretched to [lower, upper]."""
-
-    a: float
-    b: float
-    lower: float
-    upper: float
-
-    def __call__(self, score: Array) -> Array:
-        share = scipy.special.betaincinv(self.a, self.b, scipy.special.ndtr(score))
-        return np.asarray(self.lower + (self.upper - self.lower) * share)
+    share = scipy.special.betaincinv(a, b, scipy.special.ndtr(score))
+    return np.asarray(lower + (upper - lower) * share)
 
 
-@dataclass(frozen=True)
-class ExponentialOfBeta(Marginal):
+def exponential_of_beta(a: float, b: float, lower: float, upper: float, score: Array) -> Array:
     """Distribution with ln x ~ Beta(a, b), stretched to [lower, upper]."""
-
-    a: float
-    b: float
-    lower: float
-    upper: float
-
-    def __call__(self, score: Array) -> Array:
-        return exp(BoundedBeta(self.a, self.b, self.lower, self.upper)(score))
+    return exp(bounded_beta(a, b, lower, upper, score))
 
 
-@dataclass(frozen=True)
-class GammaLaw(Marginal):
+def gamma(shape: float, scale: float, score: Array) -> Array:
     """Gamma distribution of given shape and scale."""
-
-    shape: float
-    scale: float
-
-    def __call__(self, score: Array) -> Array:
-        return np.asarray(self.scale * scipy.special.gammaincinv(self.shape, scipy.special.ndtr(score)))
+    return np.asarray(scale * scipy.special.gammaincinv(shape, scipy.special.ndtr(score)))
 
 
-@dataclass(frozen=True)
-class TwoSidedExponential(Marginal):
+def two_sided_exponential(rise: float, fall: float, lower: float, upper: float, score: Array) -> Array:
     """Distribution with density c exp(rise x) on [lower, 0] and c exp(-fall x) on [0, upper]; c makes the total 1."""
-
-    rise: float
-    fall: float
-    lower: float
-    upper: float
-
-    def __call__(self, score: Array) -> Array:
-        p = scipy.special.ndtr(score)
-        left = -expm1(self.rise * self.lower) / self.rise
-        right = -expm1(-self.fall * self.upper) / self.fall
-        c = 1.0 / (left + right)
-        below = log(exp(self.rise * self.lower) + np.minimum(p, c * left) * self.rise / c) / self.rise
-        above = -log1p(-np.maximum(p - c * left, 0.0) * self.fall / c) / self.fall
-        return np.asarray(np.where(p <= c * left, below, np.minimum(above, self.upper)))
+    p = scipy.special.ndtr(score)
+    left = -expm1(rise * lower) / rise
+    right = -expm1(-fall * upper) / fall
+    c = 1.0 / (left + right)
+    below = log(exp(rise * lower) + np.minimum(p, c * left) * rise / c) / rise
+    above = -log1p(-np.maximum(p - c * left, 0.0) * fall / c) / fall
+    return np.asarray(np.where(p <= c * left, below, np.minimum(above, upper)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, NamedTuple
+from typing import Annotated, ClassVar
 
 import numpy as np
 import xarray as xr
@@ -27,14 +27,6 @@ PULSE_UNITS = {
     "pulse_nu": ("rad", "phase of the pulse"),
     "pulse_time": ("s", "time of the middle of the pulse"),
 }
-
-
-class _Draw(NamedTuple):
-    """Drawn parameters (motion,); the parameters of the pulse (5, motion) are NaN for motions without a pulse."""
-
-    background: Parameters
-    pulse: Array
-    redrawn: Index
 
 
 @dataclass(frozen=True)
@@ -121,13 +113,14 @@ class NearFault(ScenarioGenerator):
     def parameters(self, n: int, seed: int = 0, first: int = 0) -> xr.Dataset:
         """Return the drawn parameters of motions `first` … `first + n - 1`; NaN for motions without a pulse."""
         n, seed, first = counts(n, seed, first)
-        draw = self._draw([stream(seed, first + i) for i in range(n)])
+        background, pulse, redrawn = self._draw([stream(seed, first + i) for i in range(n)])
         named = {**UNITS, **PULSE_UNITS, "redrawn": ("1", "draws that were not used")}
-        values = [*draw.background, *draw.pulse, draw.redrawn]
+        values = [*background, *pulse, redrawn]
         columns = {name: (value, *units) for (name, units), value in zip(named.items(), values, strict=True)}
         return self._labelled(seed, first, columns)
 
-    def _draw(self, streams: Streams) -> _Draw:
+    def _draw(self, streams: Streams) -> tuple[Parameters, Array, Index]:
+        """Return parameters (motion,), those of the pulse (5, motion), NaN without one, and the draws not used."""
         equations = self.equations
         chance = {"always": 1.0, "never": 0.0, "probability": equations.pulse_probability}[self.with_pulse]
         pulsed = np.array([random.random() < chance for random in streams])
@@ -148,7 +141,7 @@ class NearFault(ScenarioGenerator):
             outside = (pulse[4, left] < half) | (pulse[4, left] + half > self.length)
             left = left[~good | outside]
             if left.size == 0:
-                return _Draw(background_parameters(background), pulse, redrawn)
+                return background_parameters(background), pulse, redrawn
         raise ValueError(f"no motion of this scenario fits into {self.length:g} s: raise duration or f_c")
 
     def _make(self, streams: Streams) -> Array:

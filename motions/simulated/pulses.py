@@ -88,7 +88,9 @@ class HalfSine(Pulse):
     cycles: ClassVar[float] = 0.5
 
     def shape(self, time: Array) -> Array:
-        return _exact_end(np.sin(self.omega * time))
+        values = np.sin(self.omega * time)
+        values[-1] = 0.0  # (rounding leaves 1e-16)
+        return values
 
 
 @dataclass(frozen=True)
@@ -219,12 +221,6 @@ def velocity_pulse_slope(time: Array, omega: float, gamma: float, nu: float, zer
 def _drift(gamma: float, nu: float) -> float:
     """Return D f/gamma for A = 1; D = cos nu sin(pi gamma)/[2 pi f (1 - gamma²)] is regular at gamma = 1."""
     return math.cos(nu) * float(np.sinc(1.0 - gamma)) / (2.0 * gamma * (1.0 + gamma))
-
-
-def _exact_end(values: Array) -> Array:
-    """Set the last value of a sine to zero, which rounding leaves at 1e-16."""
-    values[-1] = 0.0
-    return values
 
 
 PULSES: dict[str, type[Pulse]] = {

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ import numpy as np
 from ...core.elementary import Array, cholesky, times
 from ...core.parameters import Parameter
 from ...core.units import STANDARD_GRAVITY
-from .marginals import BoundedBeta, GammaLaw, LognormalMarginal, Marginal, TwoSidedExponential
+from .marginals import Marginal, bounded_beta, gamma, lognormal, two_sided_exponential
 
 FAULTINGS = ("strike-slip", "reverse")
 Faulting = Annotated[str, Parameter(words=FAULTINGS)]
@@ -82,12 +83,12 @@ CORRELATION = np.array(
 )
 # In the papers' units: s g, s, s, Hz, Hz/s, 1.
 MARGINALS: tuple[Marginal, ...] = (
-    LognormalMarginal(-4.374, 1.432),
-    BoundedBeta(1.1314, 2.4474, 5.0, 45.0),
-    BoundedBeta(1.5792, 3.6405, 0.5, 40.0),
-    GammaLaw(4.0982, 1.4330),
-    TwoSidedExponential(6.7729, 17.095, -2.0, 0.5),
-    BoundedBeta(1.4250, 5.7208, 0.02, 1.0),
+    partial(lognormal, -4.374, 1.432),
+    partial(bounded_beta, 1.1314, 2.4474, 5.0, 45.0),
+    partial(bounded_beta, 1.5792, 3.6405, 0.5, 40.0),
+    partial(gamma, 4.0982, 1.4330),
+    partial(two_sided_exponential, 6.7729, 17.095, -2.0, 0.5),
+    partial(bounded_beta, 1.4250, 5.7208, 0.02, 1.0),
 )
 SI = np.array([STANDARD_GRAVITY, 1.0, 1.0, TWO_PI, TWO_PI, 1.0])
 

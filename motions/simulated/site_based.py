@@ -18,7 +18,7 @@ from ...core import checks
 from ...core.elementary import Array, Flags, Index, arccos, arcsin, orthonormal, solve, times
 from ...core.parameters import Parameter, check
 from ...core.streams import stream
-from ...core.units import STANDARD_GRAVITY, described
+from ...core.units import STANDARD_GRAVITY, described, variables
 from ..arrays import records
 from ..intensity.cumulative import energy_at_samples
 from ..kernels.drifting_filters import drifting_noise
@@ -228,10 +228,7 @@ class ScenarioGenerator(Generator):
         n = len(next(iter(columns.values()))[0])
         labels = np.array([f"{type(self).__name__} {seed}-{first + i}" for i in range(n)], dtype=object)
         return xr.Dataset(
-            {
-                name: ("motion", values, described(long_name, unit))
-                for name, (values, unit, long_name) in columns.items()
-            },
+            variables("motion", columns),
             {"motion": ("motion", labels, described("motion"))},
         )
 

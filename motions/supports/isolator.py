@@ -268,7 +268,11 @@ class Isolator:
         def on_top(acceleration: Array, dt: float) -> Motion:
             if self.stops.modelled:
                 return self._stopped(acceleration, dt, parts)
-            return self._free(acceleration, dt, parts)
+            if self.kind == LINEAR:
+                return Support(1.0 / self.period, self.damping, self.mass_ratio, self.one_way).on_top(acceleration, dt)
+            if self.kind == PENDULUM:
+                return self._pendulum(acceleration, dt, parts)
+            return self._bilinear(acceleration, dt)
 
         found = chained(motions, on_top, repr(self), parts, scale, level=True, stops=self.stops.modelled)
         warn(self.stops.doubts([found]), IsolatorStrikes)
@@ -287,11 +291,6 @@ class Isolator:
             acceleration, dt, parts, spring, self.stops.over_mass, at_rest, displacement, found
         )
         return Motion(found, float(np.abs(displacement).max()), int(strikes), float(peak))
-
-    def _free(self, acceleration: Array, dt: float, parts: int) -> Motion:
-        if self.kind == LINEAR:
-            return Support(1.0 / self.period, self.damping, self.mass_ratio, self.one_way).on_top(acceleration, dt)
-        return self._pendulum(acceleration, dt, parts) if self.kind == PENDULUM else self._bilinear(acceleration, dt)
 
     def _pendulum(self, acceleration: Array, dt: float, parts: int) -> Motion:
         n = (acceleration.size - 1) * parts + 1

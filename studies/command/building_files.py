@@ -10,7 +10,6 @@ import numpy as np
 import xarray as xr
 
 from ...core.wording import counted, currency_of
-from ...fragility import Written
 from ...fragility.curves.curve import ISOTONIC
 from ...fragility.exchange.ids import TABLE_MARKS, is_id
 from ...fragility.exchange.pelicun.building import FILES, Line, write_building
@@ -61,7 +60,13 @@ def write_building_files(
         correlation = _correlation(results)
     description = f"Damping law: {law}. Probabilities are those of a study that found them by simulation. {LIMITS}"
     ids = None if prefix is None else _ids(prefix, len(items))
-    written = _written(curves, lines, folder, currency, description, ids)
+    try:
+        with own_files(folder, PELICUN, FILES):  # (those of an earlier export for pelicun are removed)
+            written = write_building(curves, lines, folder, currency, description, ids)
+    except StudyError:
+        raise
+    except (TypeError, ValueError) as error:
+        raise StudyError(str(error)) from None
     never = sum(bool((row == 0.0).all()) for row in curves["probability"].values)
     pieces = sum(line.number for line in lines)
     said = [f"{counted(len(items), 'component')} of {counted(pieces, 'piece')} for pelicun, damping law {law}"]
@@ -190,16 +195,3 @@ def _ids(prefix: str, number: int) -> list[str]:
             "some 55 characters"
         )
     return ids
-
-
-def _written(
-    curves: xr.Dataset, lines: list[Line], folder: Path, currency: str, description: str, ids: list[str] | None
-) -> Written:
-    """Write the files into a folder, from which those of an earlier export for pelicun are removed."""
-    try:
-        with own_files(folder, PELICUN, FILES):
-            return write_building(curves, lines, folder, currency, description, ids)
-    except (TypeError, ValueError) as error:
-        if isinstance(error, StudyError):
-            raise
-        raise StudyError(str(error)) from None

@@ -125,7 +125,7 @@ def run(
     size = plan.words if dry_run or verbose else plan.size
     say(console, f"{plan.title}: {size}", *(f"note: {note}" for note in told))
     if dry_run:
-        say(console, *forecast(plan, folder).lines())
+        say(console, *forecast(plan, folder))
         if folder.is_dir() and any(folder.iterdir()) and not fresh:
             try:
                 plan.refuse_occupied(folder)
@@ -549,8 +549,13 @@ def _out_of_memory() -> int:
         least = _least_limit(CPU_COUNT)
         does = f"allow at least {least}" if limit < least else "allow more, or make the study smaller"
         sentence = f"{limit} kB of memory (ulimit -v) are not enough; {does}"
+    return _ended(sentence, EXIT_FAILED)
+
+
+def _ended(sentence: str, code: int) -> int:
+    """Print the sentence of an end and return its exit code."""
     print(f"toppling: {sentence}", file=sys.stderr)
-    return EXIT_FAILED
+    return code
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -571,25 +576,22 @@ def main(arguments: list[str] | None = None) -> int:
     except CycloptsError as error:
         sentence = " ".join(str(error).split())
         command = f"toppling {words[0]}" if words and words[0] in COMMANDS else "toppling"
-        print(f"toppling: {printable(sentence)} (see {command} --help)", file=sys.stderr)
-        return EXIT_INPUT
+        return _ended(f"{printable(sentence)} (see {command} --help)", EXIT_INPUT)
     except OSError as error:
         if error.errno is None and memory_limit():  # (llvmlite's, of a library that there was no memory for)
             return _out_of_memory()
-        print(f"toppling: {printable(_refused(error))}", file=sys.stderr)
-        return EXIT_INPUT
+        return _ended(printable(_refused(error)), EXIT_INPUT)
     except RuntimeWarning as error:
         sentence = str(error).partition("\n")[0].rstrip(".")
         if not sentence.startswith("Environment variable"):
             raise
-        print(f"toppling: {printable(sentence)}; correct or unset it", file=sys.stderr)
-        return EXIT_INPUT
+        return _ended(f"{printable(sentence)}; correct or unset it", EXIT_INPUT)
     except MemoryError:
         return _out_of_memory()
     except KeyboardInterrupt as error:
-        print(f"toppling: {str(error) or 'interrupted, no results written'}", file=sys.stderr)
         # (`Interrupted` knows the number of its signal)
-        return EXIT_SIGNAL + int(getattr(error, "number", signal.SIGINT))
+        code = EXIT_SIGNAL + int(getattr(error, "number", signal.SIGINT))
+        return _ended(str(error) or "interrupted, no results written", code)
     except (ValueError, RuntimeError) as error:
         return _code_of(error)
     return 0
@@ -611,9 +613,7 @@ def _code_of(error: ValueError | RuntimeError) -> int:
     from ..text.error import StudyError
 
     if isinstance(error, StudyError | EndlessRunError):
-        print(f"toppling: {error}", file=sys.stderr)
-        return EXIT_INPUT
+        return _ended(str(error), EXIT_INPUT)
     if isinstance(error, ClusterError):
-        print(f"toppling: {error}; what is finished is kept: run the same command again to go on", file=sys.stderr)
-        return EXIT_FAILED
+        return _ended(f"{error}; what is finished is kept: run the same command again to go on", EXIT_FAILED)
     raise error

@@ -1,80 +1,46 @@
-"""The forecast of a study's time, memory and disk before it runs, and the status of a running or interrupted study."""
+"""The forecast of a study's time, memory and disk before it runs, by the generous planning figures of the engine."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
 
 from ...core.wording import counted, size_text, time_text
 from ...fragility.runs.runners import thread_count
-from ..kinds.study import Expected, Study
+from ..kinds.study import Study
 from ..store.resources import free_bytes
 
 LONG_FITS = 1.0
 """Seconds from which the time of fits is worth telling."""
 
 
-class Forecast(NamedTuple):
-    """Approximate runs, chunks, seconds on `threads`, bytes of memory and disk, free bytes, curves, and slides."""
-
-    runs: int
-    chunks: int
-    seconds: float
-    threads: int
-    memory: float
-    disk: float
-    left: float
-    free: float | None
-    curves: int
-    fits_seconds: float
-    slides: int = 0
-    expected: Expected | None = None
-
-    def lines(self) -> list[str]:
-        """Return the forecast as lines of text."""
-        runs = f"{self.runs:,}" + (f", and {self.slides:,} of sliding blocks" if self.slides else "")
-        seconds = f"{'about ' if self.seconds >= 1.0 else ''}{time_text(self.seconds)}"
-        if self.expected is not None:
-            few, usual, many = self.expected.runs
-            runs = f"about {usual:,} ({few:,} to {many:,}), at most {self.runs:,}, {self.expected.words}"
-            if self.slides:
-                runs += f"; and about {self.expected.slides:,} runs of sliding blocks"
-            each = self.seconds / max(self.runs, 1)
-            few_seconds, most_seconds = time_text(each * usual), time_text(each * many)
-            seconds = few_seconds if few_seconds == most_seconds else f"{few_seconds} or so, up to {most_seconds}"
-            seconds += " of runs"
-        return [
-            f"runs:    {runs}",
-            f"chunks:  about {self.chunks:,}" + (" at most" if self.expected is not None else ""),
-            f"time:    {seconds} on {counted(self.threads, 'thread')}, "
-            + (f"then {self.fits} and figures" if self.expected is None else "and the motions, fits and figures"),
-            f"memory:  about {size_text(self.memory)}",
-            f"disk:    about {size_text(self.disk)} while it runs, {size_text(self.left)} afterwards"
-            + ("" if self.free is None else f"; {size_text(self.free)} are free"),
-        ]
-
-    @property
-    def fits(self) -> str:
-        """The phrase for the work that follows the runs."""
-        if self.fits_seconds < LONG_FITS:
-            return "fits"
-        return f"fits of {counted(self.curves, 'curve')} (about {time_text(self.fits_seconds)})"
+def forecast(study: Study, folder: Path | None = None) -> list[str]:
+    """Return what a study takes on this machine as lines of text: runs, chunks, time, memory and disk."""
+    room, work, slides, threads = study.room, study.work, study.slide_runs, thread_count()
+    expected = study.expected
+    duration = (room.seconds + study.seconds_of_slides) / threads
+    runs = f"{work:,}" + (f", and {slides:,} of sliding blocks" if slides else "")
+    seconds = f"{'about ' if duration >= 1.0 else ''}{time_text(duration)}"
+    if expected is not None:
+        few, usual, many = expected.runs
+        runs = f"about {usual:,} ({few:,} to {many:,}), at most {work:,}, {expected.words}"
+        if slides:
+            runs += f"; and about {expected.slides:,} runs of sliding blocks"
+        each = duration / max(work, 1)
+        few_seconds, most_seconds = time_text(each * usual), time_text(each * many)
+        seconds = few_seconds if few_seconds == most_seconds else f"{few_seconds} or so, up to {most_seconds}"
+        seconds += " of runs"
+    return [
+        f"runs:    {runs}",
+        f"chunks:  about {room.chunks:,}" + (" at most" if expected is not None else ""),
+        f"time:    {seconds} on {counted(threads, 'thread')}, "
+        + (f"then {fits(study)} and figures" if expected is None else "and the motions, fits and figures"),
+        f"memory:  about {size_text(room.memory)}",
+        f"disk:    about {size_text(room.disk)} while it runs, {size_text(room.left)} afterwards"
+        + ("" if folder is None else f"; {size_text(free_bytes(folder))} are free"),
+    ]
 
 
-def forecast(study: Study, folder: Path | None = None) -> Forecast:
-    """Return the forecast of a study on this machine, by the generous planning figures of the engine."""
-    room = study.room
-    return Forecast(
-        study.work,
-        room.chunks,
-        (room.seconds + study.seconds_of_slides) / thread_count(),
-        thread_count(),
-        room.memory,
-        room.disk,
-        room.left,
-        None if folder is None else free_bytes(folder),
-        study.curves,
-        study.seconds_of_fits(thread_count()),
-        study.slide_runs,
-        study.expected,
-    )
+def fits(study: Study) -> str:
+    """Return the phrase for the work that follows the runs."""
+    seconds = study.seconds_of_fits(thread_count())
+    return "fits" if seconds < LONG_FITS else f"fits of {counted(study.curves, 'curve')} (about {time_text(seconds)})"

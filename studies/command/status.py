@@ -75,23 +75,19 @@ def status_of(folder: Path, verify: bool = False) -> StudyStatus:
 
 
 def _title(path: Path, verify: bool) -> str:
+    """Return the title of results; `verify` refuses those of a later version, and those that were edited."""
     with reading(path):
         found = _printable(title_of(path))
         if verify:
-            _verify(path)
+            # labelled arrays take half a second to load, which only the checksum of contents needs
+            from ..report.results_file import refuse_newer  # noqa: PLC0415
+            from ..store.content import check_content  # noqa: PLC0415
+
+            with opened(path) as stored:
+                load_small(stored)
+                refuse_newer(path, stored)
+                check_content(path, stored, True)
         return found
-
-
-def _verify(path: Path) -> None:
-    """Refuse results of a later version, or that were edited."""
-    # labelled arrays take half a second to load, which only the checksum of contents needs
-    from ..report.results_file import refuse_newer  # noqa: PLC0415
-    from ..store.content import check_content  # noqa: PLC0415
-
-    with opened(path) as stored:
-        load_small(stored)
-        refuse_newer(path, stored)
-        check_content(path, stored, True)
 
 
 def _printable(title: object) -> str:

@@ -150,10 +150,14 @@ def finished(target: Path, identity: str, study: Mapping[str, Any]) -> xr.Datase
             stored = closing.enter_context(opened(target))
             about = dict(stored.attrs)
             if str(about.get("identity")) == identity:
-                found = _sound(stored, target)
-                if any(one.nbytes > WHOLE_BYTES for one in found.variables.values()):
+                try:
+                    load_small(stored)
+                    look_through(stored)
+                except (OSError, RuntimeError):
+                    raise damaged(target) from None
+                if any(one.nbytes > WHOLE_BYTES for one in stored.variables.values()):
                     closing.pop_all()  # (large variables are read when they are used)
-                return found
+                return stored
     raise StudyError(
         f"{target}: holds the results of another study{_other(about, study, identity)}; use another folder or --fresh"
     )
@@ -179,16 +183,6 @@ def reading(path: Path, fix: str = "") -> Iterator[None]:
 def damaged(path: Path) -> StudyError:
     """Return the error of a result file whose checksums do not match its content."""
     return StudyError(f"{path}: is damaged, it cannot be read whole; run its study again with --fresh")
-
-
-def _sound(stored: xr.Dataset, target: Path) -> xr.Dataset:
-    """Return results with their small variables in memory; StudyError where any variable is damaged."""
-    try:
-        load_small(stored)
-        look_through(stored)
-        return stored
-    except (OSError, RuntimeError):
-        raise damaged(target) from None
 
 
 def _other(about: Mapping[str, Any], study: Mapping[str, Any], identity: str) -> str:

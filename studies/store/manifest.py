@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import re
+from collections import defaultdict
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +41,7 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
     except OSError as error:
         raise StudyError(f"{path}: cannot be read ({system_reason(error)})") from None
     except (ValueError, RecursionError):
-        raise StudyError(f"{path}: is no manifest of a study; use --fresh to start over") from None
+        found = None
     kinds = {"layout": int, "engine": dict, "identity": str, "study": dict, "work": int, "calls": list}
     if not isinstance(found, dict) or not all(isinstance(found.get(name), kind) for name, kind in kinds.items()):
         raise StudyError(f"{path}: is no manifest of a study; use --fresh to start over")
@@ -61,27 +63,18 @@ def _counts_of(one: Any) -> list[Any]:
     return [value for pair in pairs for value in pair]
 
 
-def kept_chunks(folder: Path) -> dict[int, set[int]]:
-    """Return the numbers of the kept chunks, by call."""
-    try:
-        chunks = {NAME.fullmatch(path.name) for path in (folder / FOLDER).iterdir()}
-    except FileNotFoundError:  # (the study has just been finished)
-        return {}
-    found: dict[int, set[int]] = {}
-    for name in chunks:
-        if name is not None:
-            found.setdefault(int(name[1]), set()).add(int(name[2]))
-    return found
-
-
 def kept_runs(folder: Path, manifest: dict[str, Any]) -> tuple[int, int]:
     """Return the number of chunks that are kept in a folder, and the number of their runs."""
-    found = kept_chunks(folder)
+    found: dict[int, set[int]] = defaultdict(set)
+    with suppress(FileNotFoundError):  # (the study has just been finished)
+        for path in (folder / FOLDER).iterdir():
+            if name := NAME.fullmatch(path.name):
+                found[int(name[1])].add(int(name[2]))
     chunks = runs = 0
     for i, one in enumerate(manifest["calls"]):
         first = 0
         for number, each in one["chunks"]:
-            kept = sum(first <= chunk < first + number for chunk in found.get(i, ()))
+            kept = sum(first <= chunk < first + number for chunk in found[i])
             chunks += kept
             runs += kept * each
             first += number

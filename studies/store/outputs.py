@@ -8,9 +8,9 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from ...core.wording import system_reason
+from ...core.wording import system_errors, system_reason
 from ...core.writing import write_bytes
-from ..text.error import StudyError
+from ..text.error import StudyError, writing
 
 RECORD = ".toppling.json"
 """Name of the record: for each command the names of its files with their SHA-256."""
@@ -23,10 +23,8 @@ Record = dict[str, dict[str, str]]
 def own_files(folder: Path, command: str, names: Collection[str]) -> Iterator[None]:
     """Write files of these names within; afterwards `command`'s earlier ones are gone, and no other file is touched."""
     made = not folder.exists()
-    try:
+    with system_errors(StudyError, f"{folder}: cannot be made a folder"):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise StudyError(f"{folder}: cannot be made a folder ({system_reason(error)})") from None
     record = _read(folder)
     before = _stamps(folder, names)
     for name in sorted(before):
@@ -69,11 +67,8 @@ def _is_ours(path: Path, record: Record) -> bool:
 
 def file_digest(path: Path) -> str:
     """Return the SHA-256 of a file's bytes; StudyError if it cannot be read."""
-    try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise StudyError(f"{path}: cannot be read ({system_reason(error)})") from None
+    with system_errors(StudyError, f"{path}: cannot be read"), path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _read(folder: Path) -> Record:
@@ -107,14 +102,10 @@ def _settle(folder: Path, others: Record, command: str, there: Collection[str], 
 
 def _write(folder: Path, record: Record) -> None:
     path = folder / RECORD
-    try:
+    with writing(path):
         write_bytes(path, (json.dumps(record, indent=1, sort_keys=True) + "\n").encode())
-    except OSError as error:
-        raise StudyError(f"{path}: cannot be written ({system_reason(error)})") from None
 
 
 def _remove(path: Path) -> None:
-    try:
+    with system_errors(StudyError, f"{path}: is of an earlier run and cannot be removed"):
         path.unlink(missing_ok=True)
-    except OSError as error:
-        raise StudyError(f"{path}: is of an earlier run and cannot be removed ({system_reason(error)})") from None

@@ -23,7 +23,7 @@ import netCDF4
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.wording import system_reason
+from ...core.wording import system_errors, system_reason
 from ...fragility.runs.factors import BlockFactors
 from ...fragility.runs.plan import OUTPUT_TYPES, Chunk, ChunkResult, Work
 from ...fragility.runs.runners import Runner
@@ -147,10 +147,8 @@ def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool) -> tuple[P
         if any(NAME.fullmatch(path.name) for path in shards.iterdir()):
             raise StudyError(f"{shards}: holds parts of a study without a manifest; use --fresh to start over")
     remove_shards(folder)
-    try:
+    with system_errors(StudyError, f"{shards}: cannot be made a folder"):
         shards.mkdir(exist_ok=True)
-    except OSError as error:
-        raise StudyError(f"{shards}: cannot be made a folder ({system_reason(error)})") from None
     write_whole(shards / MANIFEST, _json(_manifest(pinned)))
     return shards, False
 
@@ -187,14 +185,12 @@ def remove_shards(folder: Path) -> None:
     refuse_link(shards)
     if not shards.exists():
         return
-    try:
+    with system_errors(StudyError, f"{shards}: cannot be removed"):
         ours = [path for path in shards.iterdir() if NAME.fullmatch(path.name) or PART.fullmatch(path.name)]
         for path in (*ours, shards / MANIFEST):
             _remove(path)
         if not any(shards.iterdir()):  # (other files were put there by somebody else)
             shards.rmdir()
-    except OSError as error:
-        raise StudyError(f"{shards}: cannot be removed ({system_reason(error)})") from None
 
 
 def remove_emptied(folder: Path) -> None:

@@ -15,10 +15,10 @@ from types import FrameType
 
 import numpy as np
 
-from ...core.wording import part_text, system_reason, whole_percent
+from ...core.wording import part_text, whole_percent
 from ...fragility.runs.plan import ChunkResult
 from ...models.runs import TALLY
-from ..text.error import StudyError
+from ..text.error import writing
 
 LOG_NAME = "run.log"
 LOG_SECONDS = 10.0
@@ -121,23 +121,6 @@ class Watch:
         """Computed runs per second."""
         return (self.runs - self.kept) / max(time.monotonic() - self.started, 1e-9)
 
-    @property
-    def skipped(self) -> float:
-        """The share of all samples that did not have to be computed."""
-        counts = dict(zip(TALLY, self.tally.tolist(), strict=True))
-        left_out = sum(counts[name] for name in TALLY if name not in ("samples", "events"))
-        return float(left_out / max(counts["samples"], 1))
-
-    @property
-    def detail(self) -> str:
-        """The share of samples skipped and the time of the slowest chunk, which a progress bar does not show."""
-        return f"{whole_percent(self.skipped)} of samples skipped, slowest chunk {self.slowest:.1f} s"
-
-    @property
-    def count(self) -> str:
-        """The number of runs so far, of how many where that is known."""
-        return self.count_of(self.runs)
-
     def count_of(self, runs: int) -> str:
         """Return a number of runs, of how many where that is known."""
         return f"{runs:,} runs" if self.most else f"{runs:,} of {self.total:,} runs"
@@ -146,12 +129,14 @@ class Watch:
     def words(self) -> str:
         """The counts in one line."""
         share = f"at most {self.total:,}" if self.most else part_text(self.runs, self.total)
-        return f"{self.count} ({share}), {self.pace}"
+        return f"{self.count_of(self.runs)} ({share}), {self.pace}"
 
     @property
     def pace(self) -> str:
-        """The rate, the share of samples skipped and the time of the slowest chunk."""
-        return f"{self.rate:,.0f}/s, {self.detail}"
+        """The rate, the share of all samples that did not have to be computed, and the time of the slowest chunk."""
+        counts = dict(zip(TALLY, self.tally.tolist(), strict=True))
+        skipped = sum(counts[name] for name in TALLY if name not in ("samples", "events")) / max(counts["samples"], 1)
+        return f"{self.rate:,.0f}/s, {whole_percent(skipped)} of samples skipped, slowest chunk {self.slowest:.1f} s"
 
 
 class _LogFile(logging.FileHandler):
@@ -171,12 +156,10 @@ def run_log(folder: Path) -> Iterator[logging.Logger]:
     log = logging.getLogger(f"toppling.run.{folder.resolve()}")
     log.setLevel(logging.INFO)
     log.propagate = False
-    try:
+    with writing(folder / LOG_NAME):
         if (folder / LOG_NAME).is_symlink():  # (the file that it points to must not be overwritten)
             (folder / LOG_NAME).unlink()
         handler = _LogFile(folder / LOG_NAME, encoding="utf-8")
-    except OSError as error:
-        raise StudyError(f"{folder / LOG_NAME}: cannot be written ({system_reason(error)})") from None
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     log.addHandler(handler)
     try:

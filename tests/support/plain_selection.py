@@ -15,8 +15,7 @@ from stress_cases import BLOCK, threshold
 import toppling as tp
 from toppling.models.runs import run_many, run_mixed, stacked, trace
 from toppling.models.sliding.law import PlaneSlider
-from toppling.models.sliding.plane import plane_table, run_in_plane
-from toppling.models.sliding.runs import ONE_WAY, run_sliders
+from toppling.models.sliding.runs import ONE_WAY, plane_table, run_in_plane, run_sliders
 from toppling.motions.arrays import from_array, records
 
 PLAIN = """

@@ -11,8 +11,7 @@ from toppling.fragility import Slip, fit_fragility, overturning_probability, sli
 from toppling.models.friction import CONTACTS, FixedFriction, LognormalFriction, contact_named
 from toppling.models.sliding.law import PlaneSlider
 from toppling.models.sliding.mode import Mode
-from toppling.models.sliding.plane import plane_table, run_in_plane
-from toppling.models.sliding.runs import SLIDES
+from toppling.models.sliding.runs import SLIDES, plane_table, run_in_plane
 from toppling.motions.arrays import records
 
 G = 9.80665

@@ -8,11 +8,10 @@ import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY
 from toppling.fragility.runs import plan
 from toppling.models import runs
-from toppling.models.batches import batch_of, lay_out
 from toppling.models.engine.starts import begin_runs
 from toppling.models.engine.tables import LANES, SPAN, TILE
 from toppling.models.oscillator import stack
-from toppling.models.runs import OUTPUTS, TALLY, run_many, run_mixed, run_specimens, stacked
+from toppling.models.runs import OUTPUTS, TALLY, batch_of, lay_out, run_many, run_mixed, run_specimens, stacked
 from toppling.models.sliding.law import Slider
 from toppling.motions.arrays import Record
 

@@ -8,8 +8,7 @@ from slip_in_plane import peak_in_plane
 import toppling as tp
 from toppling.models.runs import run_specimens, stacked
 from toppling.models.sliding.law import PlaneSlider, Slider
-from toppling.models.sliding.plane import IN_PLANE, plane_table, run_in_plane
-from toppling.models.sliding.runs import SLIDES, friction_table, run_sliders
+from toppling.models.sliding.runs import IN_PLANE, SLIDES, friction_table, plane_table, run_in_plane, run_sliders
 from toppling.models.slip import columns
 
 G = 9.80665

@@ -152,10 +152,9 @@ class TestRandomParameters:
 
     def test_dispersions_of_the_source(self):
         """The documented dispersions are of lognormals with the source's coefficients of variation, rounded up."""
-        frequency, damping = MARGINALS[3], MARGINALS[5]
-        share = scipy.stats.beta(damping.a, damping.b)
-        width = damping.upper - damping.lower
-        found = (1.0 / math.sqrt(frequency.shape), width * share.std() / (damping.lower + width * share.mean()))
+        (shape, _), (a, b, lower, upper) = MARGINALS[3].args, MARGINALS[5].args
+        share, width = scipy.stats.beta(a, b), upper - lower
+        found = (1.0 / math.sqrt(shape), width * share.std() / (lower + width * share.mean()))
         assert found == pytest.approx((0.49, 0.64), abs=0.006)
         dispersions = [math.sqrt(math.log1p(one * one)) for one in found]
         assert dispersions == pytest.approx([0.47, 0.58], abs=0.006)

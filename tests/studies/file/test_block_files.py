@@ -26,7 +26,7 @@ from toppling.models.laws import oscillator_of
 from toppling.motions.arrays import records
 from toppling.studies import StudyError, show
 from toppling.studies.command.cli import main
-from toppling.studies.command.forecast import forecast
+from toppling.studies.command.forecast import fits
 from toppling.studies.facts.curves import answer
 from toppling.studies.facts.say import say
 from toppling.studies.file.blocks import read_blocks
@@ -269,13 +269,13 @@ period_s = 0.5
         few, many_ = (tp.Study.from_toml(written(tmp_path, many(n))) for n in (10, 510))
         assert many_.room.memory - few.room.memory >= 1000 * 3e3
         assert many_.room.left - few.room.left >= 1000 * 1e3
-        assert forecast(few).fits == "fits"
-        assert forecast(many_).fits.startswith("fits of 1,020")
+        assert fits(few) == "fits"
+        assert fits(many_).startswith("fits of 1,020")
         path = written(tmp_path, many(10))
         path.write_text(path.read_text() + "[fit]\nreplicates = 100_000\n")
-        one = forecast(tp.Study.from_toml(path))
-        assert one.fits_seconds > 50.0 * forecast(few).fits_seconds
-        assert one.fits.startswith("fits of 20")
+        one = tp.Study.from_toml(path)
+        assert one.seconds_of_fits(1) > 50.0 * few.seconds_of_fits(1)
+        assert fits(one).startswith("fits of 20")
 
 
 class TestManyBlocks:

@@ -15,7 +15,6 @@ from toppling.core.units import STANDARD_GRAVITY
 from toppling.motions.arrays import digest, records
 from toppling.studies import StudyError, show
 from toppling.studies.command.cli import main
-from toppling.studies.command.forecast import forecast
 from toppling.studies.facts import building as of_building, curves
 from toppling.studies.facts.bars import bars_of
 from toppling.studies.facts.footnotes import footnotes
@@ -379,7 +378,6 @@ class TestInventories:
         assert one.work - plain.work == 3 * 2 * 12 * 7
         assert "504 under" in one.words
         assert one.identity != plain.identity
-        assert forecast(one).runs == one.work
         made = {digest(record) for record in motions_again(json.dumps(one.configuration))}
         assert made == {digest(record) for array in one.arrays for record in records(array)}
 

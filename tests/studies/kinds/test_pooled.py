@@ -259,7 +259,7 @@ def test_the_forecast_has_a_range_that_holds_the_motions(study):
     assert few < 582
     assert many > 730
     assert one.design.runs_of(usual) == 16 * usual + BLOCKS * max(MOTIONS, usual // 6)
-    lines = forecast(one).lines()
+    lines = forecast(one)
     assert "at most" in lines[0]
     assert "of runs on" in lines[2]
 

@@ -417,7 +417,7 @@ def test_the_forecast_has_a_range_that_holds_the_runs(study, finished):
     few, _, many = one.expected.runs
     every = results.sizes["run"] + 4 * int(results["undecided_tested"].sum())
     assert 0.5 * few <= every <= many
-    lines = forecast(one).lines()
+    lines = forecast(one)
     assert "at most" in lines[0]
     assert "of runs on" in lines[2]
     # (two curves; 16 motions, 3 of those that look for the curve, are run again four times)
@@ -704,7 +704,7 @@ def test_slips_are_run_one_way(study):
     text = STUDY.replace('levels = "adaptive"', 'levels = "adaptive"\npolarity = "both"') + FRICTION
     results = study(text).run()
     assert (results["slip_motions_run"] <= 200).all()
-    assert forecast(study(text)).slides == forecast(study(STUDY + FRICTION)).slides
+    assert study(text).slide_runs == study(STUDY + FRICTION).slide_runs
 
 
 @pytest.mark.slow
@@ -733,10 +733,10 @@ def test_slips_beyond_any_shaking_are_a_note(study):
 
 
 def test_the_forecast_counts_slides(study):
-    whole = forecast(study(STUDY + FRICTION))
-    assert whole.slides == 4 * (3 * 200 + 3 * 32)
-    assert f"about {4 * (3 * 96 + 3 * 32):,} runs" in "\n".join(whole.lines())
-    assert forecast(study()).slides == 0
+    whole = study(STUDY + FRICTION)
+    assert whole.slide_runs == 4 * (3 * 200 + 3 * 32)
+    assert f"about {4 * (3 * 96 + 3 * 32):,} runs" in "\n".join(forecast(whole))
+    assert study().slide_runs == 0
 
 
 @pytest.mark.slow
