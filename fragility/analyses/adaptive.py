@@ -38,8 +38,9 @@ from ..runs.provenance import ADAPTIVE, AXES, RUN
 from ..runs.request import DERIVED, ENDS, Request, check_vertical
 from ..runs.scaling import check_factors
 from ..validity.plausibility import block_doubts, cut_slides, end_doubts, law_doubts
-from ..validity.screen import with_sparse_screen
-from ..validity.sparse_screen import ScreenRequest, Shaken
+from ..validity.screen import with_screen
+from ..validity.slab_screen import ScreenRequest
+from ..validity.sparse_screen import Shaken, sparse_screen
 from ..validity.undecided import perturbed_runs
 from .analysis import specimens_of
 from .friction_draws import FRICTION, PROPORTIONAL, check_draws, draws, is_random, specimens_in
@@ -134,7 +135,7 @@ def adaptive(
     found = labelled(request, list(curves.values()), waves, scaled, others, state, configuration)
     if request.screen:
         told = part_of(request.progress, (2 if axes == BOTH_AXES else 1) * found.sizes[RUN])
-        found = with_sparse_screen(found, shaken, asked, request.runner, told)
+        found = with_screen(found, sparse_screen(found, shaken, asked, request.runner, told))
     return found.assign_attrs(notes=ends[0].sentence) if ends else found
 
 

@@ -29,7 +29,7 @@ from ..runs.provenance import AXES, DESCRIBED, STRIPES
 from ..runs.request import ENDS, USUAL, Request, check_vertical, collect, collect_both, work_of
 from ..validity.plausibility import block_doubts, cut_slides, end_doubts, law_doubts, level_doubts
 from ..validity.screen import with_screen
-from ..validity.slab_screen import ScreenInput
+from ..validity.slab_screen import ScreenInput, ScreenRequest, screened_runs
 from .measuring import MeasuringThread
 
 OF_WIDTH = ", of the component along the width"
@@ -167,7 +167,8 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     if characteristics is not None:
         # (about both axes the screen is that of the width, the axis about which the block overturns more easily)
         given = ScreenInput(sizes, coordinates, design.scale)
-        labelled = with_screen(labelled, given, characteristics, request.runner.array)
+        screened = screened_runs(given, characteristics, ScreenRequest(), None, request.runner.array)
+        labelled = with_screen(labelled, screened)
     taken = {*labelled.variables, *labelled.dims, *MEANT, *MEASURES}
     return labelled.assign_coords({name: one for name, one in design.described.items() if name not in taken})
 

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from ...core.aliases import Flags, Index, Progress
-from ...models import Block, Law
-from ...models.friction import FixedFriction, Friction
+from ...models.friction import FixedFriction
 from ...motions.arrays import POLARITY, Record
 from ...motions.polarity import AS_RECORDED, BOTH, records_under
 from ...motions.simulated.generator import Generator
-from ..runs.axes import along_depth
 from ..runs.factors import ScaleFactors
 from ..runs.progress import part_of
 from ..runs.provenance import (
@@ -28,6 +25,7 @@ from ..runs.provenance import (
     laws_of,
     level_measure,
     places_in,
+    polarity_pairs,
     records_of,
     runs_near_curves,
     same_motions,
@@ -38,18 +36,17 @@ from .reasons import REASONS, UNDECIDED, labelled
 from .slab_screen import (
     NEEDED,
     TESTED,
-    Bounds,
+    Screened,
     ScreenInput,
+    ScreenRequest,
     described_friction,
     few_motions,
-    fewest_motions,
     in_order,
     known_coordinates,
     screened_runs,
-    settings_of,
 )
 from .sliding import as_probability, friction_by_block
-from .undecided import FLAGS, Axis, FlipCounts, count_flips_of, perturbed_runs
+from .undecided import FLAGS, FlipCounts, count_flips_of, perturbed_runs, turned
 
 OF_RUNS = ("run_block", "run_model", "run_motion")
 """Variables with the block, the law and the motion of a run, by number."""
@@ -59,14 +56,6 @@ OF_ALL = ("few_motions", "interval_half_width", "band_low", "band_high", "pertur
 """Variables that are of no curve by itself."""
 AT_ONCE = 32
 """Motions of a generator that are made at a time: only their characteristics are kept."""
-
-
-class ScreenRequest(NamedTuple):
-    """What is asked of a screen of runs: friction and bounds as of `screen`, and the share of the motions tested."""
-
-    friction: float | Friction | Mapping[str, float | Friction] | None = None
-    bounds: Bounds = Bounds()
-    undecided: float = 0.0
 
 
 class Shaken:
@@ -160,11 +149,11 @@ def _curves(runs: xr.Dataset) -> Iterator[_Curve]:
 
 def sparse_screen(
     runs: xr.Dataset, shaken: Shaken | None, asked: ScreenRequest, runner: Runner, progress: Progress | None = None
-) -> tuple[dict[str, xr.Variable], dict[str, Any]]:
-    """Return the variables of the screen of runs at adaptive levels (`selected`), and its settings.
+) -> Screened:
+    """Return the screen of runs at adaptive levels (`selected`).
 
-    They are those of `screen`, what is of every run on run, and ``undecided_tested`` (block, model). Without `shaken`
-    they are those of `screen` without motions; `runner` and `progress` serve the runs that are repeated.
+    The variables are those of `screen`, what is of every run on run, and ``undecided_tested`` (block, model). Without
+    `shaken` they are those of `screen` without motions; `runner` and `progress` serve the runs that are repeated.
     """
     labels = [str(label) for label in runs["block"].values]
     available = friction_by_block(asked.friction, labels)
@@ -175,11 +164,12 @@ def sparse_screen(
     shaking = None if shaken is None else shaken.characteristics
     sizes = {str(dim): runs.sizes[dim] for dim in (RUN, "block", "model")}
     found: dict[str, xr.Variable] = {}
+    settings: dict[str, Any] = {}
     for k, (curve, given) in enumerate(zip(curves, inputs, strict=True)):
         own = None if shaking is None else shaking.at(curve.motions)
         counts = None if flips is None else flips[k]
-        friction = None if asked.friction is None else available[curve.block]
-        variables, _ = screened_runs(given, own, friction, asked.bounds, counts, np.empty)
+        of_block = asked._replace(friction=None if asked.friction is None else available[curve.block])
+        variables, settings = screened_runs(given, own, of_block, counts, np.empty)
         if "slides" in variables and not known:
             variables["slides"] = as_probability(variables["slides"])
         if counts is not None:
@@ -193,15 +183,14 @@ def sparse_screen(
         assert shaken is not None
         chosen = xr.Variable("motion", np.isin(np.arange(runs.sizes["motion"]), list(shaken.kept)))
         found["perturbed"] = labelled(chosen, "whether the runs of the motion were run again, perturbed")
-    few = [
-        given.at_motions(np.unique(curve.motions, return_index=True)[1])
-        for curve, given in zip(curves, inputs, strict=True)
-    ]
-    of_all, fewest = few_motions(min(few, key=fewest_motions), asked.bounds)
-    described = described_friction(asked.friction, available, labels)
-    tested = 0 if flips is None else max(one.tested for one in flips if one is not None)
-    told = settings_of(asked.bounds, fewest, described, shaken is not None, tested, inputs[0].lifted)
-    return in_order(found | of_all), told | {"tested": asked.undecided}
+    pairs = polarity_pairs(runs)
+    fewest = min(np.unique(pairs[curve.motions]).size for curve in curves)
+    of_all = {
+        "friction": described_friction(asked.friction, available, labels),
+        "fewest_motions": fewest,
+        "tested_runs": 0 if flips is None else max(one.tested for one in flips if one is not None),
+    }
+    return in_order(found | few_motions(fewest, asked.bounds)), settings | of_all
 
 
 def _input(runs: xr.Dataset, curve: _Curve) -> ScreenInput:
@@ -229,16 +218,6 @@ def _share_near(
         outside.values[curve.block, curve.model] = shares
 
 
-def _all(flags: Flags, _: slice) -> Flags:
-    """Return the flags of the one row that there is."""
-    return flags
-
-
-def _across(pair: tuple[Block, Law]) -> list[tuple[Block, Law]]:
-    block, law = pair
-    return [(block.across, law)]
-
-
 def _flips(
     runs: xr.Dataset,
     curves: Sequence[_Curve],
@@ -263,15 +242,17 @@ def _flips(
         if not own.any():
             found.append(None)
             continue
-        records = [kept[place] for place in curve.motions[own].tolist()]
-        axes: list[Axis[tuple[Block, Law]]] = [Axis(lambda pair: [pair], records)]
-        if about == 2:
-            axes.append(Axis(_across, [along_depth(one) for one in records]))
         flags = runs[FLAGS[0]].values[curve.runs[own]][None, None, None]
-        factors = given.factors.values.values.reshape(1, 1, -1)[..., own]
-        told = part_of(progress, sum(work[:k]), sum(work))
-        pairs = [(blocks[curve.block], laws[curve.model])]
-        counts = count_flips_of(pairs, axes, partial(_all, flags), factors, runner, told)
+        counts = count_flips_of(
+            [[(blocks[curve.block], laws[curve.model])]],
+            turned,
+            [kept[place] for place in curve.motions[own].tolist()],
+            lambda _, flags=flags: flags,
+            given.factors.values.values.reshape(1, 1, -1)[..., own],
+            runner,
+            part_of(progress, sum(work[:k]), sum(work)),
+            about == 2,
+        )
         found.append(FlipCounts(own, np.asarray(counts)))
     return found
 
