@@ -168,8 +168,7 @@ def pooled(
     if hazard is not None:
         unit = found.unit(found.check_points)
         curves = [curves_at(one, found.check_points, unit, hazard.pieces()[0]) for one in known]
-        rated = found.rates(curves)
-        known = [one._replace(rates=None if own is None else own.plane) for one, own in zip(known, rated, strict=True)]
+        known = [one._replace(rates=plane) for one, plane in zip(known, found.rates(curves), strict=True)]
     surface = surface_dataset(plan, found, known, checked)
     described = {
         "design": POOLED,

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ...core.elementary import Array, log, times
+
+if TYPE_CHECKING:
+    from .epistemic import Branch
 
 MODELS, MOTIONS, HAZARD, MODEL_ERROR, FINITE, JOINT = (
     "models",
@@ -20,22 +23,6 @@ MODELS, MOTIONS, HAZARD, MODEL_ERROR, FINITE, JOINT = (
 SOURCES = (MODELS, MOTIONS, HAZARD, MODEL_ERROR, FINITE, JOINT)
 """What spreads a rate: branches of models, motions and hazards; beta_m; the finite number of motions; and what branches
 do together."""
-
-
-class Named(Protocol):
-    """The names of a branch."""
-
-    @property
-    def model(self) -> str:
-        """Its model."""
-
-    @property
-    def motions(self) -> str:
-        """Its motions."""
-
-    @property
-    def hazard_name(self) -> str:
-        """Its hazard curve."""
 
 
 class SampledRates(NamedTuple):
@@ -79,7 +66,7 @@ def fractiles_of(found: Sequence[SampledRates], weights: Array, shares: Sequence
     return out
 
 
-def shares_of_spread(every: Sequence[Named], found: Sequence[SampledRates], weights: Array) -> Array:
+def shares_of_spread(every: Sequence[Branch], found: Sequence[SampledRates], weights: Array) -> Array:
     """Return the shares (curve, source) of the variance of ln(rate)."""
     with np.errstate(divide="ignore", invalid="ignore"):
         plain = [log(one.samples) for one in found]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from ...core.aliases import Flags, Index, Progress
+from ...core.aliases import Flags, Progress
 from ...models.friction import FixedFriction
 from ...motions.arrays import POLARITY, Record
 from ...motions.polarity import AS_RECORDED, BOTH, records_under
@@ -18,10 +18,12 @@ from ..runs.factors import ScaleFactors
 from ..runs.progress import part_of
 from ..runs.provenance import (
     RUN,
+    CurveRuns,
     Motions,
     about_both_axes,
     blocks_of,
     configuration_of,
+    curves_of,
     laws_of,
     level_measure,
     places_in,
@@ -126,27 +128,6 @@ def selected(runs: xr.Dataset) -> xr.Dataset:
     return runs.isel({RUN: np.logical_and.reduce([one >= 0 for one in places_in(runs).values()])})
 
 
-class _Curve(NamedTuple):
-    """The runs of one block under one law: places of the two, of the runs, and of the motion of each run."""
-
-    block: int
-    model: int
-    runs: Index
-    motions: Index
-
-
-def _curves(runs: xr.Dataset) -> Iterator[_Curve]:
-    """Yield the curves of selected runs."""
-    block, model, motion = places_in(runs).values()
-    for i in range(runs.sizes["block"]):
-        for j in range(runs.sizes["model"]):
-            own = np.flatnonzero((block == i) & (model == j))
-            if own.size == 0:
-                label, law = (str(runs[dim].values[k]) for dim, k in (("block", i), ("model", j)))
-                raise ValueError(f"runs must hold runs of every block under every law, got none of {label} under {law}")
-            yield _Curve(i, j, own, motion[own])
-
-
 def sparse_screen(
     runs: xr.Dataset, shaken: Shaken | None, asked: ScreenRequest, runner: Runner, progress: Progress | None = None
 ) -> Screened:
@@ -158,7 +139,11 @@ def sparse_screen(
     labels = [str(label) for label in runs["block"].values]
     available = friction_by_block(asked.friction, labels)
     known = all(isinstance(one, FixedFriction) for one in available)
-    curves = list(_curves(runs))
+    curves = list(curves_of(runs))
+    for curve in curves:
+        if not curve.runs.size:
+            label, law = str(runs["block"].values[curve.block]), str(runs["model"].values[curve.model])
+            raise ValueError(f"runs must hold runs of every block under every law, got none of {label} under {law}")
     inputs = [_input(runs, one) for one in curves]
     flips = _flips(runs, curves, inputs, shaken.kept, runner, progress) if shaken is not None and shaken.kept else None
     shaking = None if shaken is None else shaken.characteristics
@@ -193,7 +178,7 @@ def sparse_screen(
     return in_order(found | few_motions(fewest, asked.bounds)), settings | of_all
 
 
-def _input(runs: xr.Dataset, curve: _Curve) -> ScreenInput:
+def _input(runs: xr.Dataset, curve: CurveRuns) -> ScreenInput:
     """Return the properties of the runs of a curve, each of which has the place of a motion."""
     at: dict[str, Any] = {"block": [curve.block], "model": [curve.model], "motion": curve.motions}
     measured = level_measure(runs)
@@ -206,7 +191,7 @@ def _input(runs: xr.Dataset, curve: _Curve) -> ScreenInput:
 
 
 def _share_near(
-    outside: xr.Variable, verdict: xr.Variable, undecided: xr.Variable | None, curves: Sequence[_Curve], near: Flags
+    outside: xr.Variable, verdict: xr.Variable, undecided: xr.Variable | None, curves: Sequence[CurveRuns], near: Flags
 ) -> None:
     """Make shares of all runs those of the runs near the curves; that of undecided ones is of the runs tested."""
     bits = np.array([[one.bit] for one in REASONS])
@@ -220,7 +205,7 @@ def _share_near(
 
 def _flips(
     runs: xr.Dataset,
-    curves: Sequence[_Curve],
+    curves: Sequence[CurveRuns],
     inputs: Sequence[ScreenInput],
     kept: Mapping[int, Record],
     runner: Runner,
@@ -258,7 +243,7 @@ def _flips(
 
 
 def _put(
-    found: dict[str, xr.Variable], variables: Mapping[str, xr.Variable], curve: _Curve, sizes: Mapping[str, int]
+    found: dict[str, xr.Variable], variables: Mapping[str, xr.Variable], curve: CurveRuns, sizes: Mapping[str, int]
 ) -> None:
     """Put the variables of a curve where they belong; what is of its motions, which are its runs, belongs on run."""
     places = {"block": slice(curve.block, curve.block + 1), "model": slice(curve.model, curve.model + 1)}
