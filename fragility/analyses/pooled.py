@@ -234,9 +234,8 @@ def checked_plan(
     if blocks_per_motion > 256:
         raise ValueError(f"blocks_per_motion must be at most 256, got {blocks_per_motion}")
     source = MotionSource(motions, seed, ground, polarity)
-    if source.size is not None and source.size < goal.least:
-        raise ValueError(f"motions must be {goal.least} at least (until motions least), got {source.size}")
-    plan = PooledPlan(request, laws, scaled, source, domain, goal, blocks_per_motion, seed, hazard, varied)
+    most = source.most(goal)
+    plan = PooledPlan(request, laws, scaled, source, most, domain, goal, blocks_per_motion, seed, hazard, varied)
     if hazard is not None:
         _check_hazard(hazard, plan)
     return plan

@@ -47,12 +47,13 @@ CHECKED_TOGETHER = 500
 
 
 class PooledPlan(NamedTuple):
-    """A pooled analysis, checked; own: the options of its laws that blocks have of their own."""
+    """A pooled analysis, checked; most: of the motions; own: the options of its laws that blocks have of their own."""
 
     request: Request
     laws: Sequence[Law]
     scaled: Scaled
     source: MotionSource
+    most: int
     domain: Domain
     until: Until
     blocks_per_motion: int
@@ -64,11 +65,6 @@ class PooledPlan(NamedTuple):
     def power(self) -> float:
         """Power of the motion's scale that the measure grows with."""
         return 1.0 if self.scaled.base is None else self.scaled.base.power
-
-    @property
-    def most(self) -> int:
-        """Greatest number of motions."""
-        return self.until.most if self.source.size is None else min(self.until.most, self.source.size)
 
 
 def blocks_at(domain: Domain, points: Array) -> list[Block]:

@@ -30,7 +30,7 @@ from .slab_screen import (
     screened_runs,
 )
 from .sparse_screen import NUMBERS, OF_RUNS, selected, shaken_by, sparse_screen
-from .undecided import count_flips
+from .undecided import FlipCounts, count_flips
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -160,7 +160,16 @@ def screen(
         variables, settings = sparse_screen(runs, shaken, asked, runner, progress)
         variables |= {name: runs[name].variable for name in (*OF_RUNS, "wave")}
     else:
-        variables, settings = _dense(runs, motions, asked, runner, progress)
+        given = screen_input(runs)
+        shaking: Characteristics | None = None
+        flips: FlipCounts | None = None
+        if isinstance(motions, Generator):
+            raise TypeError("motions must be labelled arrays: a generator is for runs at adaptive levels alone")
+        if motions is not None:
+            every = motions if isinstance(motions, xr.DataArray) else list(motions)
+            shaking = Characteristics.of(records_of(runs, every))
+            flips = count_flips(runs, every, share, runner, progress) if share > 0.0 else None
+        variables, settings = screened_runs(given, shaking, asked, flips, runner.array)
     kept = [dim for dim in DIMS if dim in runs.coords]
     kept += [name for name in (BED, "round", *NUMBERS) if name in runs.coords]  # (for the notes)
     if (runs["rest"] == "soft").any():  # (likewise: they tell whose elastic mode is real)
@@ -174,25 +183,6 @@ def screen(
             "screen": json.dumps(settings, ensure_ascii=False),
         },
     )
-
-
-def _dense(
-    runs: xr.Dataset,
-    motions: Motions | Generator | None,
-    asked: ScreenRequest,
-    runner: Runner,
-    progress: Progress | None,
-) -> Screened:
-    """Return the screen of runs on block, model, motion and possibly level."""
-    given = screen_input(runs)
-    if motions is None:
-        return screened_runs(given, None, asked, None, runner.array)
-    if isinstance(motions, Generator):
-        raise TypeError("motions must be labelled arrays: a generator is for runs at adaptive levels alone")
-    every = motions if isinstance(motions, xr.DataArray) else list(motions)
-    shaking = Characteristics.of(records_of(runs, every))
-    flips = count_flips(runs, every, asked.undecided, runner, progress) if asked.undecided > 0.0 else None
-    return screened_runs(given, shaking, asked, flips, runner.array)
 
 
 def with_screen(runs: xr.Dataset, screened: Screened) -> xr.Dataset:

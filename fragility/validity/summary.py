@@ -16,7 +16,7 @@ from ...motions.arrays import DOWNWARD, OWN_AMPLITUDE, POLARITY, RECORD, Record,
 from ..numerics.proportions import wilson_interval
 from ..numerics.slabs import Where, in_memory, put
 from ..runs.factors import ScaleFactors
-from ..runs.labels import block_coordinates
+from ..runs.labels import block_coordinates, law_variable, restitution_variable
 from ..runs.provenance import BED
 from .characteristics import Characteristics
 from .reasons import labelled, reason_names
@@ -44,18 +44,15 @@ def input_of_pairs(
 
     `pairs` (block, model) have the block, the same in a row, with each of its laws.
     """
-
-    def of_laws(values: list[list[object]]) -> xr.Variable:
-        return xr.Variable(("block", "model"), np.array(values).reshape(len(pairs), -1))
-
     kept = (RECORD, POLARITY, DOWNWARD)
-    e = [[law.restitution(block) for block, law in row] for row in pairs]
+    every = [pair for row in pairs for pair in row]
+    laws, on = [law for _, law in every], (("block", "model"), (len(pairs), -1))
     known = {
         **block_coordinates([row[0][0] for row in pairs]),
         "block": xr.Variable("block", np.array(labels, dtype=object)),
-        "e": of_laws([[np.nan if one is None else one for one in row] for row in e]),
-        "delta": of_laws([[getattr(law, "delta", np.nan) for _, law in row] for row in pairs]),
-        "rest": of_laws([[str(getattr(law, "rest", "")) for _, law in row] for row in pairs]),
+        "e": restitution_variable(every, *on),
+        "delta": law_variable("delta", laws, *on),
+        "rest": law_variable("rest", laws, *on),
         "pga": xr.Variable("motion", [float(np.abs(one.acceleration).max()) for one in motions]),
         "own_amplitude": xr.Variable("motion", [one.own_amplitude for one in motions], OWN_AMPLITUDE),
         **{name: one for name, one in motion_coordinates(list(motions)).items() if name in kept},
