@@ -200,6 +200,7 @@ def law_variable(
     name: str, models: Sequence[Model], dims: tuple[str, ...] = ("model",), shape: tuple[int, ...] = (-1,)
 ) -> xr.Variable:
     """Return a property of laws (`OF_LAWS`) on dimensions of a shape; NaN or empty of laws without it."""
+    values: NDArray[Any]
     if name == "delta":
         values = np.array([getattr(model, name, math.nan) for model in models], np.float64)
     else:

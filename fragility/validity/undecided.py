@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -129,7 +128,7 @@ def count_flips_of(
     def works(oscillators_of: Callable[[Row, bool], list[Specimen]], each: int, factors: Factors) -> list[Work]:
         return [
             Work(
-                OscillatorGrid(rows, partial(oscillators_of, across=across), each),
+                OscillatorGrid(rows, lambda row, across=across: oscillators_of(row, across), each),
                 tuple(along_depth(one) for one in motions) if across else tuple(motions),
                 factors,
                 outputs=FLAGS,
