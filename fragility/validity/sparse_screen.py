@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -203,6 +204,11 @@ def _share_near(
         outside.values[curve.block, curve.model] = shares
 
 
+def _all(flags: Flags, _: slice) -> Flags:
+    """Return the flags of the one row that there is."""
+    return flags
+
+
 def _flips(
     runs: xr.Dataset,
     curves: Sequence[CurveRuns],
@@ -232,7 +238,7 @@ def _flips(
             [[(blocks[curve.block], laws[curve.model])]],
             turned,
             [kept[place] for place in curve.motions[own].tolist()],
-            lambda _, flags=flags: flags,
+            partial(_all, flags),
             given.factors.values.values.reshape(1, 1, -1)[..., own],
             runner,
             part_of(progress, sum(work[:k]), sum(work)),

@@ -126,15 +126,11 @@ def count_flips_of(
         return [one for j in with_e for one in _either_side(*pairs[j])]
 
     def works(oscillators_of: Callable[[Row, bool], list[Specimen]], each: int, factors: Factors) -> list[Work]:
-        return [
-            Work(
-                OscillatorGrid(rows, lambda row, across=across: oscillators_of(row, across), each),
-                tuple(along_depth(one) for one in motions) if across else tuple(motions),
-                factors,
-                outputs=FLAGS,
-            )
-            for across in ((False, True) if both else (False,))
-        ]
+        def about(across: bool) -> Work:
+            grid = OscillatorGrid(rows, lambda row: oscillators_of(row, across), each)
+            return Work(grid, tuple(map(along_depth, motions) if across else motions), factors, outputs=FLAGS)
+
+        return [about(across) for across in ((False, True) if both else (False,))]
 
     _, levels, n = factors.shape
     # (up and down are factors in the first works, along the levels, and oscillators in the second)
