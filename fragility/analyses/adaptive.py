@@ -38,8 +38,9 @@ from ..runs.provenance import ADAPTIVE, AXES, RUN
 from ..runs.request import DERIVED, ENDS, Request, check_vertical
 from ..runs.scaling import check_factors
 from ..validity.plausibility import block_doubts, cut_slides, end_doubts, law_doubts
-from ..validity.screen import with_sparse_screen
-from ..validity.sparse_screen import ScreenRequest, Shaken
+from ..validity.screen import with_screen
+from ..validity.slab_screen import ScreenRequest
+from ..validity.sparse_screen import Shaken, sparse_screen
 from ..validity.undecided import perturbed_runs
 from .analysis import specimens_of
 from .friction_draws import FRICTION, PROPORTIONAL, check_draws, draws, is_random, specimens_in
@@ -59,8 +60,8 @@ class Plan(NamedTuple):
     """What a sequential analysis does, checked.
 
     until: the precision; state: the damage state whose curve is sought; runs_per_motion, seed: as of `toppling.ida`;
-    hazard: of the levels' measure, for rates alone; scaled: the measure; source: the motions; ground: whether levels
-    refer to the ground below floors.
+    hazard: of the levels' measure, for rates alone; scaled: the measure; source: the motions, `most` of them at most;
+    ground: whether levels refer to the ground below floors.
     """
 
     until: Until
@@ -70,13 +71,8 @@ class Plan(NamedTuple):
     hazard: HazardCurve | None
     scaled: Scaled
     source: MotionSource
+    most: int
     ground: bool
-
-    @property
-    def most(self) -> int:
-        """Greatest number of motions."""
-        size = self.source.size
-        return self.until.most if size is None else min(self.until.most, size)
 
 
 def adaptive(
@@ -101,9 +97,7 @@ def adaptive(
     scaled = scaled_to(im)
     _check_hazard(until, hazard, scaled)
     source = MotionSource(motions, seed, ground, polarity)
-    if source.size is not None and source.size < until.least:
-        raise ValueError(f"motions must be {until.least} at least (until motions least), got {source.size}")
-    plan = Plan(until, state, runs_per_motion, seed, hazard, scaled, source, ground is not None)
+    plan = Plan(until, state, runs_per_motion, seed, hazard, scaled, source, source.most(until), ground is not None)
     doubts = [*block_doubts(request.blocks), *law_doubts(request.blocks, request.models, request.outputs)]
     curves: dict[tuple[int, int], SequentialCurve] = {}
     others = OtherMeasures(scaled)
@@ -134,7 +128,7 @@ def adaptive(
     found = labelled(request, list(curves.values()), waves, scaled, others, state, configuration)
     if request.screen:
         told = part_of(request.progress, (2 if axes == BOTH_AXES else 1) * found.sizes[RUN])
-        found = with_sparse_screen(found, shaken, asked, request.runner, told)
+        found = with_screen(found, sparse_screen(found, shaken, asked, request.runner, told))
     return found.assign_attrs(notes=ends[0].sentence) if ends else found
 
 
@@ -310,7 +304,7 @@ def _outputs(
     """
     both, laws = axes_of(wave.records) == BOTH_AXES, len(request.models)
     specimens = specimens_in(request, both and request.sliding)
-    across = request.across
+    across = request.specimens(across=True)
     random = is_random(request.models)
     found: dict[tuple[int, int], dict[str, NDArray[Any]]] = {}
     cut = np.zeros(len(wave.records), np.bool_)

@@ -21,15 +21,15 @@ from ...motions.arrays import BOTH_AXES, DOWNWARD, DRAW, POLARITY, RECORD, Recor
 from ...motions.intensity.measure import MEASURES
 from ...motions.plausibility import record_doubts
 from ...motions.polarity import BOTH
-from ..runs.axes import AXIS, RULES, along_width, axes_of, both_works, check_axes, check_outputs
+from ..runs.axes import AXIS, RULES, along_width, axes_of, check_axes, check_outputs
 from ..runs.factors import Factors, ScaleFactors
-from ..runs.labels import block_coordinates, depth_coordinate, model_coordinates, output_variables
+from ..runs.labels import block_coordinates, depth_coordinate, law_coordinates, output_variables, restitution_variable
 from ..runs.plan import refuse_endless_runs
 from ..runs.provenance import AXES, DESCRIBED, STRIPES
-from ..runs.request import ENDS, USUAL, Request, check_vertical, collect, collect_both, work_of
+from ..runs.request import ENDS, USUAL, Request, check_vertical, collect_about, work_of
 from ..validity.plausibility import block_doubts, cut_slides, end_doubts, law_doubts, level_doubts
 from ..validity.screen import with_screen
-from ..validity.slab_screen import ScreenInput
+from ..validity.slab_screen import ScreenInput, ScreenRequest, screened_runs
 from .measuring import MeasuringThread
 
 OF_WIDTH = ", of the component along the width"
@@ -85,13 +85,15 @@ def specimens_of(request: Request) -> Specimens:
         if len(blocks) <= DESCRIBED
         else f"{len(blocks)}, as their coordinates say"
     )
+    sizes = {"block": len(blocks), "model": len(models)}
+    e = restitution_variable(product(blocks, models), tuple(sizes), tuple(sizes.values()))
     return Specimens(
-        request.oscillators,
+        request.specimens(),
         blocks,
-        {"block": len(blocks), "model": len(models)},
-        {**block_coordinates(blocks), **model_coordinates(blocks, models)},
+        sizes,
+        {**block_coordinates(blocks), **law_coordinates(models), "e": e},
         {"blocks": described, "models": [describe_law(model) for model in models]},
-        request.across,
+        request.specimens(across=True),
     )
 
 
@@ -119,18 +121,15 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     each = math.prod(list(specimens.sizes.values())[1:])
     motions = [along_width(one) for one in design.motions]
     work = work_of(specimens.oscillators, motions, design.factors, request, each)
-    both = None
+    across = None
     if axes == BOTH_AXES and request.sliding:
-        work = work._replace(oscillators=request.in_plane, motions=tuple(motions))
+        work = work._replace(oscillators=request.specimens(plane=True))
     elif axes == BOTH_AXES:
         assert specimens.across is not None  # (whoever takes such motions makes them)
-        both = both_works(work, specimens.across)
+        across = specimens.across
     thread = MeasuringThread(design.motions, request.screen)
     with thread:
-        if both is None:
-            runs = collect(work, request.runner, request.progress)
-        else:
-            runs = collect_both(work.outputs, both, request.runner, request.progress)
+        runs = collect_about(work, across, request.runner, request.progress)
     if all(name in runs.results for name in ENDS):
         labels = [record.label for record in design.motions]
         peaks, after = (runs.results[name] for name in ENDS)
@@ -167,7 +166,8 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     if characteristics is not None:
         # (about both axes the screen is that of the width, the axis about which the block overturns more easily)
         given = ScreenInput(sizes, coordinates, design.scale)
-        labelled = with_screen(labelled, given, characteristics, request.runner.array)
+        screened = screened_runs(given, characteristics, ScreenRequest(), None, request.runner.array)
+        labelled = with_screen(labelled, screened)
     taken = {*labelled.variables, *labelled.dims, *MEANT, *MEASURES}
     return labelled.assign_coords({name: one for name, one in design.described.items() if name not in taken})
 

@@ -12,7 +12,7 @@ from ...models import Block, Model, RandomSliding
 from ...models.runs import Specimen
 from ...models.sliding.law import SlidingLaw
 from ...motions.arrays import Record
-from ..runs.request import Request
+from ..runs.request import Request, specimen_of
 
 DRAWS = (0, 4)
 """Key, under a seed and before the number of a motion, of the random number that its coefficients are drawn from."""
@@ -35,16 +35,14 @@ def specimens_in(request: Request, plane: bool) -> Sequence[Specimen]:
     plane: whether both horizontal components shake blocks that slide.
     """
     if not is_random(request.models):
-        return request.in_plane if plane else request.oscillators
+        return request.specimens(plane=plane)
 
-    def numbers(law: SlidingLaw, block: Block) -> Specimen:
+    def numbers(law: Model, block: Block) -> Specimen:
         if isinstance(law, RandomSliding):
             return law.of_unit_in_plane if plane else law.of_unit
-        return law.in_plane(block) if plane else law.slider(block)
+        return specimen_of(block, law, plane)
 
-    # (where one law slides, all do)
-    laws = [one for one in request.models if isinstance(one, SlidingLaw)]
-    return [numbers(law, block) for block in request.blocks for law in laws]
+    return [numbers(law, block) for block in request.blocks for law in request.models]
 
 
 def draws(law: SlidingLaw, block: Block, seed: int, motions: Index, runs: int) -> Array:

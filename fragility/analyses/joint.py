@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array, Flags, Progress
+from ...core.aliases import Flags, Progress
 from ...core.streams import stream
 from ...core.units import described, provenance
 from ...models import Block, Law
@@ -119,7 +119,7 @@ def joint_falls(
     dims = ("model", "level")
     variables: dict[str, Any] = {}
     for name, text in _LABELS.items():
-        values = np.array([[getattr(one, name) for one in row] for row in table])
+        values = np.array([[one[name] for one in row] for row in table])
         more = {"share": ("motion",), "quantile": ("quantile",), "sampling_error": ("quantile",)}.get(name, ())
         variables[f"fallen_{name}"] = ((*dims, *more), values, described(text))
     shares = described("share of the events in which less falls")
@@ -134,20 +134,6 @@ def joint_falls(
             **provenance({"design": "joint falls", "blocks": number, "sample": len(chosen), "seed": seed}),
         },
     )
-
-
-class _Falls(NamedTuple):
-    """What the falls of a sample say of all blocks, as `joint_falls` returns it."""
-
-    share: Array
-    mean: float
-    mean_lower: float
-    mean_upper: float
-    sd: float
-    sd_independent: float
-    correlation: float
-    quantile: Array
-    sampling_error: Array
 
 
 _LABELS = {
@@ -177,8 +163,8 @@ def _sample(blocks: Block | Sequence[Block] | BlockArray, sample: int, seed: int
     return number, given.some(which) if isinstance(given, BlockArray) else [given[i] for i in which.tolist()]
 
 
-def _falls(fell: Flags, number: int) -> _Falls:
-    """Return what falls (block of the sample, motion) say of the shares of `number` blocks."""
+def _falls(fell: Flags, number: int) -> dict[str, Any]:
+    """Return what falls (block of the sample, motion) say of the shares of `number` blocks, by name (`_LABELS`)."""
     n, motions = fell.shape
     share = fell.mean(axis=0)
     chances = fell.mean(axis=1)
@@ -195,14 +181,14 @@ def _falls(fell: Flags, number: int) -> _Falls:
         lower, upper = binomial_interval(round(mean) * motions, motions, CONFIDENCE, "clopper-pearson")
         ends = float(lower), float(upper)
     quantile = np.quantile(share, QUANTILES)
-    return _Falls(
-        share,
-        mean,
-        max(ends[0], 0.0),
-        min(ends[1], 1.0),
-        math.sqrt(max((number - 1.0) * together + alone, 0.0) / number),
-        math.sqrt(alone / number),
-        together / alone if alone > 0.0 else math.nan,
-        quantile,
-        np.sqrt(left * quantile * (1.0 - quantile) / (n - 1.0)),
-    )
+    return {
+        "share": share,
+        "mean": mean,
+        "mean_lower": max(ends[0], 0.0),
+        "mean_upper": min(ends[1], 1.0),
+        "sd": math.sqrt(max((number - 1.0) * together + alone, 0.0) / number),
+        "sd_independent": math.sqrt(alone / number),
+        "correlation": together / alone if alone > 0.0 else math.nan,
+        "quantile": quantile,
+        "sampling_error": np.sqrt(left * quantile * (1.0 - quantile) / (n - 1.0)),
+    }

@@ -168,8 +168,7 @@ def pooled(
     if hazard is not None:
         unit = found.unit(found.check_points)
         curves = [curves_at(one, found.check_points, unit, hazard.pieces()[0]) for one in known]
-        rated = found.rates(curves)
-        known = [one._replace(rates=None if own is None else own.plane) for one, own in zip(known, rated, strict=True)]
+        known = [one._replace(rates=plane) for one, plane in zip(known, found.rates(curves), strict=True)]
     surface = surface_dataset(plan, found, known, checked)
     described = {
         "design": POOLED,
@@ -235,9 +234,8 @@ def checked_plan(
     if blocks_per_motion > 256:
         raise ValueError(f"blocks_per_motion must be at most 256, got {blocks_per_motion}")
     source = MotionSource(motions, seed, ground, polarity)
-    if source.size is not None and source.size < goal.least:
-        raise ValueError(f"motions must be {goal.least} at least (until motions least), got {source.size}")
-    plan = PooledPlan(request, laws, scaled, source, domain, goal, blocks_per_motion, seed, hazard, varied)
+    most = source.most(goal)
+    plan = PooledPlan(request, laws, scaled, source, most, domain, goal, blocks_per_motion, seed, hazard, varied)
     if hazard is not None:
         _check_hazard(hazard, plan)
     return plan

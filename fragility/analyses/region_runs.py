@@ -28,7 +28,7 @@ from ..surfaces.checks import BLOCKS, MOTIONS, RUNS, RUNS_OF_MANY, Check, check_
 from ..surfaces.curves import FIRM, PooledCurves
 from ..surfaces.domain import Domain, candidates, check_points, cut_check_points, design_weights, designed, normals
 from ..surfaces.evaluation import Curves
-from ..surfaces.rate_checks import STRATA, STRATA_OF_MANY, RateCheck, check_rates, rate_levels
+from ..surfaces.rate_checks import STRATA, STRATA_OF_MANY, RatePlane, check_rates, rate_levels
 from .adaptive import fall_start, first_levels, peaks_of
 from .other_measures import OtherMeasures
 from .waves import MotionSource, MotionWave, Scaled, run_wave
@@ -47,12 +47,13 @@ CHECKED_TOGETHER = 500
 
 
 class PooledPlan(NamedTuple):
-    """A pooled analysis, checked; own: the options of its laws that blocks have of their own."""
+    """A pooled analysis, checked; most: of the motions; own: the options of its laws that blocks have of their own."""
 
     request: Request
     laws: Sequence[Law]
     scaled: Scaled
     source: MotionSource
+    most: int
     domain: Domain
     until: Until
     blocks_per_motion: int
@@ -64,11 +65,6 @@ class PooledPlan(NamedTuple):
     def power(self) -> float:
         """Power of the motion's scale that the measure grows with."""
         return 1.0 if self.scaled.base is None else self.scaled.base.power
-
-    @property
-    def most(self) -> int:
-        """Greatest number of motions."""
-        return self.until.most if self.source.size is None else min(self.until.most, self.source.size)
 
 
 def blocks_at(domain: Domain, points: Array) -> list[Block]:
@@ -305,7 +301,7 @@ class PooledRuns:
         motions, x, fell = (np.concatenate([one[i] for one in parts], axis=-1) for i in range(3))
         return motions, x, fell
 
-    def rates(self, curves: Sequence[Curves]) -> list[RateCheck | None]:
+    def rates(self, curves: Sequence[Curves]) -> list[RatePlane | None]:
         """Compare, for each law, the rates of the curves of the blocks of a check with those of runs without a form."""
         plan = self.plan
         assert plan.hazard is not None

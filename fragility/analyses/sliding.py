@@ -143,7 +143,8 @@ def slide_runs(
     number = checks.count("draws", draws, at_least=1)
     checks.callback("progress", progress)
     mirrored = checks.choice("polarity", polarity, POLARITIES) == BOTH and POLARITY not in runs.coords
-    plain, across = _components(records_of(runs, motions))
+    records = records_of(runs, motions)
+    plane, plain = bool(axes_of(records)), [along_width(one) for one in records]
     blocks = blocks_of(runs)
     for block in blocks:
         check_free(block)
@@ -151,7 +152,7 @@ def slide_runs(
         raise TypeError("friction must be a number or a Friction, got None")
     available = friction_by_block(friction, [block.label for block in blocks])
     obstacles = _obstacles(trip, [block.label for block in blocks])
-    if across and obstacles:
+    if plane and obstacles:
         raise ValueError("trip must be left out for motions of both components: trips are of one component")
     names = (*SLIPS, AFTER, TRIP_VELOCITY) if obstacles else (*SLIPS, AFTER)
     coefficients = np.stack([coefficients_of(one, number) for one in available])
@@ -162,20 +163,20 @@ def slide_runs(
     shape = (len(blocks), coefficients.shape[1], factors.shape[1], len(plain))
     slips = {name: np.full(shape, np.nan if name == TRIP_VELOCITY else 0.0) for name in names}
     modes = np.empty(shape, np.int8)
-    highest = [slides_below(block, bool(across)) for block in blocks]
+    highest = [slides_below(block, plane) for block in blocks]
     total = sum(int((own < level).sum()) for own, level in zip(coefficients, highest, strict=True))
     done = 0
     for i, (block, own) in enumerate(zip(blocks, coefficients, strict=True)):
         scale = factors[i if factors.shape[0] > 1 else 0]
-        modes[i] = _modes(block, own, plain, scale) if not across else _in_plane(block, own, plain, across, scale)
+        modes[i] = _modes(block, own, plain, scale, plane)
         sliding = np.flatnonzero(own < highest[i])
         if sliding.size:
             at = obstacles.get(block.label, math.inf)
             wanted = names if block.label in obstacles else (*SLIPS, AFTER)
-            found = slips_of(sliders_of(own[sliding], ratio, at, bool(across)), plain, scale, runner, wanted)
+            found = slips_of(sliders_of(own[sliding], ratio, at, plane), plain, scale, runner, wanted)
             for name, values in found.items():
                 # (what rocks about its width does not slide along it alone)
-                slips[name][i, sliding] = np.where(modes[i, sliding] == Mode.SLIDES, values, 0.0) if across else values
+                slips[name][i, sliding] = np.where(modes[i, sliding] == Mode.SLIDES, values, 0.0) if plane else values
         done += sliding.size
         if progress is not None:
             progress(done * scale.size, total * scale.size)
@@ -201,16 +202,9 @@ def slide_runs(
     settings |= {"trip": [obstacles.get(block.label) for block in blocks]} if obstacles else {}
     settings |= {SLIDES_ON: np.flatnonzero(on).tolist()} if doubts else {}
     labelled = _labelled(runs, available, coefficients, every, settings, mirrored)
-    for name in SLIPS if across else ():
+    for name in SLIPS if plane else ():
         labelled[name].attrs["long_name"] += RULES[name]
     return labelled.assign_attrs(notes=doubts[0].sentence) if doubts else labelled
-
-
-def _components(motions: list[Record]) -> tuple[list[Record], list[Record]]:
-    """Return motions along the width, and along the depth where both components are known to shake, else none."""
-    if not axes_of(motions):
-        return motions, []
-    return [along_width(one) for one in motions], [along_depth(one) for one in motions]
 
 
 def _fallen_off(blocks: list[Block], slips: Mapping[str, Array]) -> Any:
@@ -254,31 +248,29 @@ def _obstacles(trip: float | Mapping[str, float] | None, labels: Sequence[str]) 
     return {name: checks.number("trip", one, at_least=LEAST_GAP, unit="m") for name, one in given.items()}
 
 
-def _modes(block: Block, coefficients: Array, motions: list[Record], factors: Array) -> Any:
-    """Return what a block does first (draw, level, motion)."""
-    demands = np.stack(
-        [demand(one.acceleration, one.vertical, factors[:, k].copy()) for k, one in enumerate(motions)], axis=1
-    )
-    return mode_of(block, coefficients[:, None, None], demands[None])
+def demands(motions: Sequence[Record], factors: Array) -> Array:
+    """Return the friction (level, motion) that keeps blocks in place under motions times factors (level, motion)."""
+    found = [demand(one.acceleration, one.vertical, factors[:, k].copy()) for k, one in enumerate(motions)]
+    return np.stack(found, axis=1)
 
 
-def _in_plane(block: Block, coefficients: Array, along: list[Record], across: list[Record], factors: Array) -> Any:
-    """Return what a block does under both components (draw, level, motion)."""
-    x, y = (
-        np.stack(
-            [demand(one.acceleration, one.vertical, factors[:, k].copy()) for k, one in enumerate(motions)], axis=1
-        )
-        for motions in (along, across)
-    )
-    level = block.b / block.h
-    both = np.stack(
-        [
-            demand_in_plane(one.acceleration, other.acceleration, one.vertical, factors[:, k], level)
-            for k, (one, other) in enumerate(zip(along, across, strict=True))
-        ],
-        axis=1,
-    )
-    return mode_in_plane(block, coefficients[:, None, None], x[None], y[None], both[None])
+def demands_in_plane(motions: Sequence[Record], factors: Array, level: float) -> Array:
+    """Return the same under both components of motions, of a block with this b/h along its width."""
+    found = [
+        demand_in_plane(one.acceleration, along_depth(one).acceleration, one.vertical, factors[:, k], level)
+        for k, one in enumerate(motions)
+    ]
+    return np.stack(found, axis=1)
+
+
+def _modes(block: Block, coefficients: Array, motions: Sequence[Record], factors: Array, plane: bool) -> Any:
+    """Return what a block does first (draw, level, motion); `plane`: under both components."""
+    friction, along = coefficients[:, None, None], demands(motions, factors)[None]
+    if not plane:
+        return mode_of(block, friction, along)
+    across = demands([along_depth(one) for one in motions], factors)[None]
+    both = demands_in_plane(motions, factors, block.b / block.h)[None]
+    return mode_in_plane(block, friction, along, across, both)
 
 
 def sliders_of(coefficients: Array, ratio: float, obstacle: float, plane: bool) -> list[Specimen]:

@@ -19,13 +19,14 @@ from ...core.streams import stream
 from ...core.units import DIMENSIONLESS
 from ...models import Block
 from ...models.runs import Specimen
-from ...motions.arrays import BOTH_AXES, Record
+from ...motions.arrays import Record
 from ...motions.intensity.measure import Measure
 from ...motions.polarity import AS_RECORDED, records_under
 from ...motions.simulated.generator import Generator
-from ..runs.axes import along_width, axes_of, both_works
+from ..adaptive.until import Until
+from ..runs.axes import along_width
 from ..runs.plan import LEAST_OF_A_WAVE
-from ..runs.request import Request, collect, collect_both, work_of
+from ..runs.request import Request, collect_about, work_of
 from ..runs.scaling import SCALE, BlockMeasure, ground_of, intensities, intensity_measure
 
 ORDER = (0, 3)
@@ -124,6 +125,14 @@ class MotionSource:
         below = None if self._below is None else [one for two in self._below[first : first + n] for one in two]
         return MotionWave(numbers, [one for two in own for one in two], below)
 
+    def most(self, until: Until) -> int:
+        """Return the greatest number of motions to take; ValueError for a set of fewer than are to be taken."""
+        if self.size is None:
+            return until.most
+        if self.size < until.least:
+            raise ValueError(f"motions must be {until.least} at least (until motions least), got {self.size}")
+        return min(until.most, self.size)
+
     def describe(self) -> Any:
         """Return the source as plain values."""
         return {"generator": repr(self.generator)} if self.generator is not None else {"motions": self.size}
@@ -143,9 +152,4 @@ def run_wave(
     axes need for blocks that rock. `factors` are (curve, level, motion).
     """
     work = work_of(specimens, [along_width(one) for one in records], factors, request)
-    if axes_of(records) == BOTH_AXES and request.sliding:
-        work = work._replace(motions=tuple(records))
-    elif axes_of(records) == BOTH_AXES:
-        assert across is not None
-        return collect_both(work.outputs, both_works(work, across), request.runner, None, LEAST_OF_A_WAVE).results
-    return collect(work, request.runner, None, LEAST_OF_A_WAVE).results
+    return collect_about(work, across, request.runner, None, LEAST_OF_A_WAVE).results

@@ -11,7 +11,7 @@ from ...core.units import PER_YEAR, described
 from ..adaptive.rate import weighted_samples
 from ..fitting.bootstrap import draw_motions
 from ..fitting.states import OVERTURNED, State, flags_of, needed_output
-from ..runs.provenance import RUN, clusters_of
+from ..runs.provenance import RUN, clusters_of, curves_of
 
 
 def weighted_rate_samples(runs: xr.Dataset, replicates: int, seed: int = 0, state: State = OVERTURNED) -> xr.DataArray:
@@ -26,16 +26,12 @@ def weighted_rate_samples(runs: xr.Dataset, replicates: int, seed: int = 0, stat
         raise ValueError("rates without a form of curve need the weights of runs at adaptive levels, until a rate")
     clusters = clusters_of(runs)
     drawn = draw_motions((np.arange(clusters.max() + 1),), replicates, seed)
-    number = np.full(1 + int(max(runs["run_motion"].values.max(), runs["motion_number"].values.max())), -1)
-    number[runs["motion_number"].values] = clusters
-    of_run, verdicts = number[runs["run_motion"].values], runs[needed_output(state)].values
-    blocks, models = (runs[f"{dim}_number"].values for dim in ("block", "model"))
-    alpha = runs["alpha"].values if "alpha" in runs.coords else np.full(blocks.size, math.nan)
-    found = np.empty((blocks.size, models.size, replicates))
-    for i, j in np.ndindex(blocks.size, models.size):
-        own = (runs["run_block"].values == blocks[i]) & (runs["run_model"].values == models[j]) & (of_run >= 0)
+    verdicts = runs[needed_output(state)].values
+    alpha = runs["alpha"].values if "alpha" in runs.coords else np.full(runs.sizes["block"], math.nan)
+    found = np.empty((runs.sizes["block"], runs.sizes["model"], replicates))
+    for i, j, own, motions in curves_of(runs):
         fell = np.asarray(flags_of(verdicts[own], state, float(alpha[i])), dtype=np.bool_)
-        found[i, j] = weighted_samples(runs["weight"].values[own], fell, of_run[own], drawn)
+        found[i, j] = weighted_samples(runs["weight"].values[own], fell, clusters[motions], drawn)
     text = "annual rate of each replicate, from weighted runs without a form of curve"
     return xr.DataArray(
         found,

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from ...core.parameters import CHANCE
 from ...core.units import DIMENSIONLESS
@@ -65,18 +62,9 @@ def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARG
     )
     ratio, lower, upper = (here[name] / base for name in ("median", "median_lower", "median_upper"))
     least, most = 1.0 / (1.0 + width), 1.0 + width
-    conditions: list[tuple[Any, str]] = [
-        (np.isnan(lower) | np.isnan(upper), OPEN),
-        ((lower >= least) & (upper <= most), AGREES),
-        (lower > 1.0, HIGHER),
-        (upper < 1.0, LOWER),
-    ]
-    verdict: NDArray[np.object_] = np.full(ratio.shape, OPEN, dtype=object)
-    decided = np.zeros(ratio.shape, dtype=bool)
-    for condition, word in conditions:
-        now = condition.transpose(*ratio.dims).values & ~decided
-        verdict[now] = word
-        decided |= now
+    low, high = (end.transpose(*ratio.dims).values for end in (lower, upper))
+    conditions = [np.isnan(low) | np.isnan(high), (low >= least) & (high <= most), low > 1.0, high < 1.0]
+    verdict = np.select(conditions, [OPEN, AGREES, HIGHER, LOWER], OPEN).astype(object)
     text = "median over the published one"
     found = {
         "ratio": (ratio, text),

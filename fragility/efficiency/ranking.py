@@ -32,7 +32,7 @@ from ..runs.provenance import (
 )
 from .candidates import Candidate, Motions, candidates_of, covariates_of, motions_of_runs
 from .capacity import OrderedRuns, ordered_runs
-from .trends import STATUSES, DispersionFits, LogCapacityEnds, capacity_trends, demand_trends, fit_dispersions
+from .trends import STATUSES, LogCapacityEnds, capacity_trends, demand_trends, fit_dispersions
 
 ALL_LEVELS = slice(None)
 LEVEL_SAMPLES = 20
@@ -243,27 +243,27 @@ def _compare(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
     powers = np.array([one.power for one in candidates])
     # (a motion and its reverse are one earthquake, so that fits of both ways are as precise as those of one)
     fits = _dispersions(ordered, candidates, ends, weights * as_given(runs).mean(), options)
-    columns = _efficiency(fits, powers, options.confidence)
+    columns = _efficiency(*fits, powers, options.confidence)
     if "peak_rotation" in runs:
         columns |= _practicality(runs, ordered, candidates, weights, options)
     variables: dict[str, Any] = {name: (dims, *column) for name, column in columns.items()}
     known = covariates_of(runs, run_motions)
     # (a motion that is run both ways counts once, as given: its two capacities are not independent)
     given = as_given(runs)
-    found = capacity_trends(
+    slope, error, p, motions = capacity_trends(
         [(lower[..., given], upper[..., given]) for lower, upper in ends], [one.isel(motion=given) for one in known]
     )
     for name, values, text in (
-        ("slope", found.slope, "slope of ln capacity on the covariate"),
-        ("slope_se", found.error, "standard error of the slope"),
-        ("p_value", found.p, "p-value of no slope"),
+        ("slope", slope, "slope of ln capacity on the covariate"),
+        ("slope_se", error, "standard error of the slope"),
+        ("p_value", p, "p-value of no slope"),
     ):
         variables[name] = ((*dims, "covariate"), *_column(values, text))
     coords = {
         **_coordinates(runs, candidates),
         "covariate": ("covariate", *_texts([one.name for one in known], "covariate")),
         "covariate_long_name": ("covariate", *_texts([one.attrs["long_name"] for one in known], "what it is")),
-        "covariate_motions": ("covariate", *_column(found.motions, "motions whose covariate is known")),
+        "covariate_motions": ("covariate", *_column(motions, "motions whose covariate is known")),
     }
     labels = [one.label for one in candidates]
     summary = _summary(capacities, columns["rank"][0], labels)
@@ -297,21 +297,21 @@ def _dispersions(
     ends: Sequence[LogCapacityEnds],
     weights: Array,
     options: RankingOptions,
-) -> DispersionFits:
+) -> tuple[Array, NDArray[np.int8]]:
     """Return the dispersions under each row of weights (sample, motion): the first of all levels, others of samples."""
     levels = ordered.overturned.sizes["level"]
     if levels < FEWEST:
         return fit_dispersions(ends, weights)
-    whole = fit_dispersions(ends, weights[:1])
-    found = np.concatenate([whole.dispersion, np.empty((*whole.dispersion.shape[:-1], options.replicates))], axis=-1)
+    whole, status = fit_dispersions(ends, weights[:1])
+    found = np.concatenate([whole, np.empty((*whole.shape[:-1], options.replicates))], axis=-1)
     for i in range(min(LEVEL_SAMPLES, options.replicates)):
         kept = np.unique([0, levels - 1, *stream(options.seed, i, levels).integers(levels, size=levels)])
         sampled = _capacities(ordered, kept)
         of_levels = [_log_capacities(sampled, candidate) for candidate in candidates]
         own = slice(1 + i, None, LEVEL_SAMPLES)
-        fits = fit_dispersions(of_levels, np.concatenate([weights[:1], weights[own]]))
-        found[..., own] = fits.dispersion[..., 1:]
-    return whole._replace(dispersion=found)
+        sample, _ = fit_dispersions(of_levels, np.concatenate([weights[:1], weights[own]]))
+        found[..., own] = sample[..., 1:]
+    return found, status
 
 
 def _log_capacities(capacities: Brackets, one: Candidate) -> LogCapacityEnds:
@@ -350,8 +350,8 @@ def _with_interval(name: str, values: Array, confidence: float, long_name: str) 
     }
 
 
-def _efficiency(fits: DispersionFits, powers: Array, confidence: float) -> dict[str, Column]:
-    amplitude = fits.dispersion / powers[:, None]
+def _efficiency(dispersion: Array, status: NDArray[np.int8], powers: Array, confidence: float) -> dict[str, Column]:
+    amplitude = dispersion / powers[:, None]
     ranked = np.where(np.isnan(amplitude), np.inf, amplitude)
     first, samples = ranked[..., 0], ranked[..., 1:]
     below = first[..., None, :] < first[..., :, None] * (1.0 - SAME)
@@ -365,8 +365,8 @@ def _efficiency(fits: DispersionFits, powers: Array, confidence: float) -> dict[
         share = (wins / np.maximum(wins.sum(axis=2, keepdims=True), 1)).mean(axis=-1)
     text = "standard deviation of ln capacity"
     return {
-        **_with_interval("dispersion", fits.dispersion, confidence, text),
-        "status": _column(np.array(STATUSES, dtype=object)[fits.status], "ok, or why there is no dispersion"),
+        **_with_interval("dispersion", dispersion, confidence, text),
+        "status": _column(np.array(STATUSES, dtype=object)[status], "ok, or why there is no dispersion"),
         **_with_interval("amplitude_dispersion", amplitude, confidence, f"{text} over the measure's power"),
         "rank": _column(rank, "place by amplitude_dispersion, 1 for the least, 0 without one"),
         **excess,

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -34,15 +33,10 @@ ROUNDING = 1e-13
 """Share of a sum of squares up to which what a line leaves of it is rounding."""
 
 
-class DispersionFits(NamedTuple):
-    """Dispersions (…, measure, sample) and the status of the first sample; NaN where there is none."""
-
-    dispersion: Array
-    status: NDArray[np.int8]
-
-
-def fit_dispersions(ends: Sequence[LogCapacityEnds], weights: Array) -> DispersionFits:
+def fit_dispersions(ends: Sequence[LogCapacityEnds], weights: Array) -> tuple[Array, NDArray[np.int8]]:
     """Fit the standard deviation of ln capacity in each measure, under weights (sample, motion), the first row alike.
+
+    Return dispersions (…, measure, sample) and the status of the first sample; NaN where there is none.
 
     Rows are shared between threads; the result of a row depends on that row alone.
     """
@@ -59,7 +53,7 @@ def fit_dispersions(ends: Sequence[LogCapacityEnds], weights: Array) -> Dispersi
         engine.fit_rows(lower[own], upper[own], weights, RESAMPLE_TOLERANCE, *results)
 
     list(shared(part, list(pairwise(bounds))))
-    return DispersionFits(dispersion.reshape(*shape, -1), status[:, 0].copy().reshape(shape))
+    return dispersion.reshape(*shape, -1), status[:, 0].copy().reshape(shape)
 
 
 def fit_trend(ends: LogCapacityEnds, covariate: Array) -> tuple[Array, Array]:
@@ -71,19 +65,13 @@ def fit_trend(ends: LogCapacityEnds, covariate: Array) -> tuple[Array, Array]:
     return found[0].reshape(shape), found[1].reshape(shape)
 
 
-class Trends(NamedTuple):
-    """Slopes of ln capacity, their standard errors and p-values (…, covariate), and the motions of each covariate."""
-
-    slope: Array
-    error: Array
-    p: Array
-    motions: Index
-
-
-def capacity_trends(ends: Sequence[LogCapacityEnds], covariates: Sequence[xr.DataArray]) -> Trends:
+def capacity_trends(
+    ends: Sequence[LogCapacityEnds], covariates: Sequence[xr.DataArray]
+) -> tuple[Array, Array, Array, Index]:
     """Fit the slope of ln capacity on each covariate (motion,), given ends (…, motion) in each measure.
 
-    Results are (…, measure, covariate).  Slope and dispersion are fitted together to the intervals, over the motions
+    Return slopes, their standard errors and p-values (…, measure, covariate), and the motions of each covariate
+    (covariate,).  Slope and dispersion are fitted together to the intervals, over the motions
     whose covariate is known; the slope is NaN where the covariate does not vary.
     """
     shape = (*ends[0][0].shape[:-1], len(ends), len(covariates))
@@ -96,7 +84,7 @@ def capacity_trends(ends: Sequence[LogCapacityEnds], covariates: Sequence[xr.Dat
         for j, (lower, upper) in enumerate(ends):
             slope[..., j, c], error[..., j, c] = fit_trend((lower[..., here], upper[..., here]), x)
         p[..., c] = 2.0 * scipy.special.stdtr(max(x.size - 2, 1), -np.abs(slope[..., c] / error[..., c]))
-    return Trends(slope, error, p, counts)
+    return slope, error, p, counts
 
 
 def demand_trends(

@@ -26,6 +26,7 @@ from ..runs.provenance import (
     STRIPES,
     clusters_of,
     configuration_of,
+    curves_of,
     design_of,
     levels_of_the_ground,
     load_coordinates,
@@ -333,23 +334,18 @@ def _trials_of_adaptive(data: xr.Dataset, first: bool, state: State, together: S
             "select with isel or sel (where makes fractions of numbers)"
         )
     motions = clusters_of(data)
-    cluster = np.full(1 + int(max(data["run_motion"].values.max(initial=0), data["motion_number"].values.max())), -1)
-    cluster[data["motion_number"].values] = motions
-    of_run = cluster[data["run_motion"].values]
     x = _positive("level", data["level"].values)
     alpha = np.broadcast_to(data["alpha"].values if "alpha" in data.coords else math.nan, block.shape)
     verdicts = data[needed_output(state)].values
     samples = []
-    for i, j in np.ndindex(block.size, model.size):
-        here = (data["run_block"].values == block[i]) & (data["run_model"].values == model[j]) & (of_run >= 0)
-        own = np.flatnonzero(here)
+    for i, j, own, of_run in curves_of(data):
         if not own.size:
             raise ValueError(f"runs must hold some of block number {block[i]} under law number {model[j]}, got none")
         fell = flags_of(verdicts[own], state, float(alpha[i]))
         levels, where = np.unique(x[own], return_inverse=True)
         size = levels.size * STATES
         cell = STATES * where + np.where(fell, TOPPLED, STOOD)
-        keys, counts = np.unique(of_run[own] * size + cell, return_counts=True)
+        keys, counts = np.unique(motions[of_run] * size + cell, return_counts=True)
         known = PatternTable(int(motions.max()) + 1)
         known.add(keys // size, keys % size, counts)
         cells = np.bincount(cell, minlength=size).astype(np.float64)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -479,16 +479,23 @@ def one_measure(lines: Lines, names: list[str], im: str | None) -> tuple[str, li
     matches = [OF_MEASURES.fullmatch(name) for name in names]
     labels = [None if match is None else program_measure(lines, match[1]) for match in matches]
     held = dict.fromkeys(label for label in labels if label is not None)
-    if im is None and len(held) > 1:
-        raise HazardError(f"{lines.file}: holds curves of {', '.join(held)}: give im")
-    label = im or next(iter(held))
-    if label not in held:
-        raise HazardError(f"{lines.file}: holds no curve of {label}, only of {', '.join(held)}")
+    label = _chosen(lines.file, held, im)
     columns = zip(names, matches, labels, strict=True)
     levels = [float(match[2]) for match, own in zip(matches, labels, strict=True) if match is not None and own == label]
     if levels != sorted(levels) or (len(levels) < 5 and _POES.issuperset(levels)):
         raise HazardError(f"{lines.file}: {MAP}")
     return label, [f"poe-{match[2]}" if match is not None and own == label else name for name, match, own in columns]
+
+
+def _chosen(file: Path, held: Iterable[str], im: str | None) -> str:
+    """Return the measure `im`, or the only one that a file holds; HazardError where it is not there."""
+    labels = list(held)
+    if im is None and len(labels) > 1:
+        raise HazardError(f"{file}: holds curves of {', '.join(labels)}: give im")
+    label = im or labels[0]
+    if label not in labels:
+        raise HazardError(f"{file}: holds no curve of {label}, only of {', '.join(labels)}")
+    return label
 
 
 def read_nshmp(
@@ -606,11 +613,7 @@ def read_services(lines: Lines, im: str | None, component: str) -> HazardCurve:
         if label in found:
             raise HazardError(f"{file}: holds several curves of {label}: keep the one of the site")
         found[label] = entry
-    if im is None and len(found) > 1:
-        raise HazardError(f"{file}: holds curves of {', '.join(found)}: give im")
-    label = im or next(iter(found))
-    if label not in found:
-        raise HazardError(f"{file}: holds no curve of {label}, only of {', '.join(found)}")
+    label = _chosen(file, found, im)
     curves = _member(file, found[label], "data")
     if not isinstance(curves, list):
         raise HazardError(f"{file}: data must be a list, got {_shown(curves)}")

@@ -76,16 +76,16 @@ def wilson_interval(successes: Any, trials: Any, confidence: float = 0.95) -> En
     return binomial_interval(successes, trials, confidence, "wilson")
 
 
-def wilson_half_width(runs: int, confidence: float = 0.95) -> float:
-    """Return the half width of Wilson's interval of a probability of 1/2: z/(2 sqrt(runs + z²))."""
-    z = float(scipy.special.ndtri(0.5 + 0.5 * CHANCE.number("confidence", confidence)))
+def wilson_half_width(runs: int) -> float:
+    """Return the half width of Wilson's 95 % interval of a probability of 1/2: z/(2 sqrt(runs + z²))."""
+    z = float(scipy.special.ndtri(0.975))
     return 0.5 * z / math.sqrt(checks.count("runs", runs) + z * z)
 
 
-def runs_for_half_width(half_width: float, confidence: float = 0.95) -> int:
+def runs_for_half_width(half_width: float) -> int:
     """Return the least number of runs whose `wilson_half_width` does not exceed `half_width` (above 0, below 1/2)."""
     width = checks.number("half_width", half_width, above=0.0, below=0.5)
-    z = float(scipy.special.ndtri(0.5 + 0.5 * CHANCE.number("confidence", confidence)))
+    z = float(scipy.special.ndtri(0.975))
     return math.ceil(z * z * (0.25 / width**2 - 1.0))
 
 

@@ -121,7 +121,8 @@ def epistemic_rates(
             for branch in every
         ]
         mean = times(np.stack(modelled, axis=-1), weights)
-    spread = shares_of_spread(every, found, weights)
+    names = [(one.model, one.motions, one.hazard_name) for one in every]
+    spread = shares_of_spread(names, found, weights)
     quantiles = fractiles_of(found, weights, shares)
     shape = [first.sizes[dim] for dim in dims]
     text = "annual rate of overturning"

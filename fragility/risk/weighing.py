@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,22 +20,6 @@ MODELS, MOTIONS, HAZARD, MODEL_ERROR, FINITE, JOINT = (
 SOURCES = (MODELS, MOTIONS, HAZARD, MODEL_ERROR, FINITE, JOINT)
 """What spreads a rate: branches of models, motions and hazards; beta_m; the finite number of motions; and what branches
 do together."""
-
-
-class Named(Protocol):
-    """The names of a branch."""
-
-    @property
-    def model(self) -> str:
-        """Its model."""
-
-    @property
-    def motions(self) -> str:
-        """Its motions."""
-
-    @property
-    def hazard_name(self) -> str:
-        """Its hazard curve."""
 
 
 class SampledRates(NamedTuple):
@@ -79,8 +63,8 @@ def fractiles_of(found: Sequence[SampledRates], weights: Array, shares: Sequence
     return out
 
 
-def shares_of_spread(every: Sequence[Named], found: Sequence[SampledRates], weights: Array) -> Array:
-    """Return the shares (curve, source) of the variance of ln(rate)."""
+def shares_of_spread(names: Sequence[tuple[str, str, str]], found: Sequence[SampledRates], weights: Array) -> Array:
+    """Return the shares (curve, source) of the variance of ln(rate) of branches by model, motions and hazard."""
     with np.errstate(divide="ignore", invalid="ignore"):
         plain = [log(one.samples) for one in found]
         modelled = [log(one.modelled) for one in found]
@@ -88,17 +72,17 @@ def shares_of_spread(every: Sequence[Named], found: Sequence[SampledRates], weig
         central = [_moments(one)[0] for one in plain]
     cells: list[tuple[str, str, str]] = []
     columns, mass = [], []
-    for branch, one, values, weight in zip(every, found, central, weights, strict=True):
+    for (model, motions, hazard), one, values, weight in zip(names, found, central, weights, strict=True):
         for k, share in enumerate(one.weights):
-            cells.append((branch.model, branch.motions, f"{branch.hazard_name} {k}"))
+            cells.append((model, motions, f"{hazard} {k}"))
             columns.append(values[:, k])
             mass.append(weight * share / one.weights.sum())
     means, part = np.stack(columns, axis=1), np.array(mass)
     out = np.zeros((means.shape[0], len(SOURCES)))
     between = _variance(means, part)
     for i in range(3):
-        names = list(dict.fromkeys(cell[i] for cell in cells))
-        of = [np.array([cell[i] == name for cell in cells]) for name in names]
+        kinds = list(dict.fromkeys(cell[i] for cell in cells))
+        of = [np.array([cell[i] == name for cell in cells]) for name in kinds]
         main = np.stack([times(means[:, at], part[at]) / part[at].sum() for at in of], axis=1)
         out[:, i] = _variance(main, np.array([part[at].sum() for at in of]))
     out[:, SOURCES.index(JOINT)] = np.maximum(between - out[:, :3].sum(axis=1), 0.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -180,25 +180,39 @@ def depth_coordinate(blocks: Sequence[Block]) -> dict[str, xr.Variable]:
     return {"depth": xr.Variable("block", depths, attributes)}
 
 
-def model_coordinates(blocks: Sequence[Block], models: Sequence[Model]) -> dict[str, xr.Variable]:
-    """Return `law_coordinates` and the restitution of every block under every law, on (``block``, ``model``)."""
-    restitution = [[model.restitution(block) for model in models] for block in blocks]
-    e = np.array([[np.nan if value is None else value for value in row] for row in restitution])
-    attributes = described("coefficient of restitution used")
-    return {**law_coordinates(models), "e": xr.Variable(("block", "model"), e, attributes)}
+OF_LAWS = {
+    "law": "short name of the damping law",
+    "delta": "half width of the elastic zone over alpha",
+    "lever": "lever arm of the shaking: h (height of the centre of mass) or R",
+    "rest": "kind of rest: elastic (zone) or rigid, empty where the law has no choice",
+    "geometry": "geometry of the impact model: exact, linear or bilinear, empty for other laws",
+}
+"""Properties of laws, with their long names."""
 
 
 def law_coordinates(models: Sequence[Model]) -> dict[str, xr.Variable]:
     """Return the labels and options of laws, on ``model``."""
-    columns: dict[str, tuple[Any, str]] = {
-        "model": (_strings([model.label for model in models]), "damping law with its options"),
-        "law": (_strings([model.law for model in models]), "short name of the damping law"),
-        "delta": ([getattr(model, "delta", np.nan) for model in models], "half width of the elastic zone over alpha"),
-    }
-    for name, long_name in (
-        ("lever", "lever arm of the shaking: h (height of the centre of mass) or R"),
-        ("rest", "kind of rest: elastic (zone) or rigid, empty where the law has no choice"),
-        ("geometry", "geometry of the impact model: exact, linear or bilinear, empty for other laws"),
-    ):
-        columns[name] = _strings([str(getattr(model, name, "")) for model in models]), long_name
-    return {name: xr.Variable("model", values, described(long_name)) for name, (values, long_name) in columns.items()}
+    labels = _strings([model.label for model in models])
+    model = xr.Variable("model", labels, described("damping law with its options"))
+    return {"model": model, **{name: law_variable(name, models) for name in OF_LAWS}}
+
+
+def law_variable(
+    name: str, models: Sequence[Model], dims: tuple[str, ...] = ("model",), shape: tuple[int, ...] = (-1,)
+) -> xr.Variable:
+    """Return a property of laws (`OF_LAWS`) on dimensions of a shape; NaN or empty of laws without it."""
+    values: NDArray[Any]
+    if name == "delta":
+        values = np.array([getattr(model, name, math.nan) for model in models], np.float64)
+    else:
+        values = _strings([str(getattr(model, name, "")) for model in models])
+    return xr.Variable(dims, values.reshape(shape), described(OF_LAWS[name]))
+
+
+def restitution_variable(
+    pairs: Iterable[tuple[Block, Model]], dims: tuple[str, ...], shape: tuple[int, ...]
+) -> xr.Variable:
+    """Return the restitution of blocks under laws on dimensions of a shape; NaN of laws without one."""
+    restitution = [law.restitution(block) for block, law in pairs]
+    e = np.array([math.nan if value is None else value for value in restitution])
+    return xr.Variable(dims, e.reshape(shape), described("coefficient of restitution used"))

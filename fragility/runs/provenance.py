@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -324,6 +324,25 @@ def places_in(runs: xr.Dataset) -> dict[str, Index]:
         at = order[np.minimum(np.searchsorted(numbers[order], runs[f"run_{dim}"].values), numbers.size - 1)]
         found[dim] = np.where(numbers[at] == runs[f"run_{dim}"].values, at, -1)
     return found
+
+
+class CurveRuns(NamedTuple):
+    """The runs of one block under one law: places of the two, of the runs, and of the motion of each run."""
+
+    block: int
+    model: int
+    runs: Index
+    motions: Index
+
+
+def curves_of(runs: xr.Dataset) -> Iterator[CurveRuns]:
+    """Yield the runs at adaptive levels of every block under every law, under the motions that a dataset holds."""
+    block, model = (np.atleast_1d(runs[f"{dim}_number"].values) for dim in ("block", "model"))
+    motion = places_in(runs)["motion"]
+    for i, j in np.ndindex(block.size, model.size):
+        own = (runs["run_block"].values == block[i]) & (runs["run_model"].values == model[j]) & (motion >= 0)
+        mine = np.flatnonzero(own)
+        yield CurveRuns(i, j, mine, motion[mine])
 
 
 def runs_near_curves(runs: xr.Dataset) -> Flags:

@@ -17,7 +17,7 @@ from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.law import SlidingLaw
 from ...models.sliding.runs import OF_OBSTACLES, SLIDES
 from ...motions.arrays import Record
-from .axes import AXIS, axes_of, of_both
+from .axes import AXIS, axes_of, both_works, of_both
 from .factors import Factors
 from .oscillators import OscillatorGrid
 from .plan import OUTPUT_TYPES, Work, plan_chunks
@@ -68,23 +68,18 @@ class Request(NamedTuple):
         """True if the blocks slide."""
         return any(isinstance(one, SlidingLaw) for one in self.models)
 
-    @property
-    def oscillators(self) -> OscillatorGrid[Block]:
-        """The oscillators block by block, those of all laws for each block."""
-        laws = self.models
-        return OscillatorGrid(self.blocks, lambda block: [specimen_of(block, law) for law in laws], len(laws))
+    def specimens(self, across: bool = False, plane: bool = False) -> OscillatorGrid[Block]:
+        """Return the specimens block by block, those of all laws for each block, as `specimen_of` returns them.
 
-    @property
-    def across(self) -> OscillatorGrid[Block]:
-        """The oscillators of the blocks in the direction of their depth, of blocks that rock."""
+        across: of the blocks in the direction of their depth.
+        """
         laws = self.models
-        return OscillatorGrid(self.blocks, lambda block: [specimen_of(block.across, law) for law in laws], len(laws))
 
-    @property
-    def in_plane(self) -> OscillatorGrid[Block]:
-        """The sliding blocks where both horizontal components shake them."""
-        laws = [one for one in self.models if isinstance(one, SlidingLaw)]
-        return OscillatorGrid(self.blocks, lambda block: [law.in_plane(block) for law in laws], len(laws))
+        def of_block(block: Block) -> list[Specimen]:
+            own = block.across if across else block
+            return [specimen_of(own, law, plane) for law in laws]
+
+        return OscillatorGrid(self.blocks, of_block, len(laws))
 
 
 class Runs(NamedTuple):
@@ -136,9 +131,11 @@ def rocking_laws(models: Sequence[Model]) -> list[Law]:
     return labelled_sequence("models", models, Law)  # type: ignore[type-abstract]
 
 
-def specimen_of(block: Block, model: Model) -> Specimen:
-    """Return a block under a law in numbers, as its engine takes it."""
-    return model.slider(block) if isinstance(model, SlidingLaw) else oscillator_of(block, model)
+def specimen_of(block: Block, model: Model, plane: bool = False) -> Specimen:
+    """Return a block under a law in numbers, as its engine takes it; `plane`: sliding under both components."""
+    if not isinstance(model, SlidingLaw):
+        return oscillator_of(block, model)
+    return model.in_plane(block) if plane else model.slider(block)
 
 
 def _outputs(outputs: Sequence[str] | None, models: Sequence[Model]) -> list[str]:
@@ -170,7 +167,7 @@ def work_of(
 ) -> Work:
     """Return the work of a request: every oscillator under factors (block, level, motion; see `Work`) times motions.
 
-    ValueError for motions of both axes, which need blocks and are the affair of `both_works`.
+    ValueError for motions of both axes, which need blocks and are the affair of `collect_about`.
     """
     if axes_of(motions):
         raise ValueError(
@@ -182,24 +179,33 @@ def work_of(
     return Work(oscillators, tuple(motions), factors, request.skip, names, each)
 
 
-def collect_both(
-    outputs: Sequence[str], works: Sequence[Work], runner: Runner, progress: Progress | None, least: float | None = None
+def collect_about(
+    work: Work,
+    across: Sequence[Specimen] | None,
+    runner: Runner,
+    progress: Progress | None,
+    least: float | None = None,
 ) -> Runs:
-    """Do the work about each axis, and put the outputs of the two together (`axes.of_both`)."""
-    total = sum(work.runs for work in works)
-    each: list[Runs] = []
-    for work in works:
-        before = total // 2 * len(each)
-        each.append(collect(work, runner, part_of(progress, before, total), least))
-    x, y = (one.results for one in each)
-    kinds = {name: OUTPUT_TYPES.get(name, np.int8) for name in outputs}
-    shape = next(iter(x.values())).shape
+    """Do the work, also about the other axis where there are specimens of it, and put the outputs of the two together.
+
+    across: the specimens of blocks that rock in the direction of their depth (`axes.of_both`).
+    """
+    if across is None:
+        return collect(work, runner, progress, least)
+    works = both_works(work, across)
+    total = sum(each.runs for each in works)
+    x, y = (
+        collect(own, runner, part_of(progress, before, total), least)
+        for own, before in zip(works, (0, total // 2), strict=True)
+    )
+    kinds = {name: OUTPUT_TYPES.get(name, np.int8) for name in work.outputs}
+    shape = next(iter(x.results.values())).shape
     found = {name: runner.array(shape, kind) for name, kind in kinds.items()}
     for row in range(shape[0]):  # (arrays may lie in files)
-        own = of_both(outputs, {name: one[row] for name, one in x.items()}, {name: one[row] for name, one in y.items()})
-        for name, values in own.items():
+        of_row = ({name: values[row] for name, values in runs.results.items()} for runs in (x, y))
+        for name, values in of_both(work.outputs, *of_row).items():
             found[name][row] = values
-    return Runs(found, each[0].tally + each[1].tally)
+    return Runs(found, x.tally + y.tally)
 
 
 def collect(work: Work, runner: Runner, progress: Progress | None, least: float | None = None) -> Runs:

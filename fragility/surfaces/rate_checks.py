@@ -41,14 +41,6 @@ class RatePlane(NamedTuple):
         return times(rows, self.coefficients), np.sqrt(squares(rows, self.covariance))
 
 
-class RateCheck(NamedTuple):
-    """Ln ratios of the rates of checked blocks (block,) and their standard errors, NaN where nothing fell."""
-
-    ratio: Array
-    error: Array
-    plane: RatePlane
-
-
 def rate_levels(hazard: HazardCurve, log_medians: Array, dispersions: Array, uniform: Array) -> tuple[Array, Array]:
     """Return ln levels and weights, 1/year, (block, stratum, motion) of the runs of blocks (block,).
 
@@ -61,7 +53,7 @@ def rate_levels(hazard: HazardCurve, log_medians: Array, dispersions: Array, uni
     return np.stack([x for x, _ in found]), np.stack([weights for _, weights in found])
 
 
-def check_rates(points: Array, curve_rates: Array, weights: Array, fell: Flags, motions: Index) -> RateCheck | None:
+def check_rates(points: Array, curve_rates: Array, weights: Array, fell: Flags, motions: Index) -> RatePlane | None:
     """Compare rates of curves (block,) with weighted runs (block, stratum, motion), motions (motion,) as clusters.
 
     None where fewer blocks fell than a plane has terms.
@@ -87,6 +79,4 @@ def check_rates(points: Array, curve_rates: Array, weights: Array, fell: Flags, 
     chance = 2.0 * scipy.special.stdtr(max(k - 2, 1), -np.abs(left / np.where(error > 0.0, error, np.inf)))
     beyond = chance < LIKELY / used.sum()
     apart = float(np.abs(left[beyond]).max()) if beyond.any() else 0.0
-    ratios, errors = np.full(len(points), np.nan), np.full(len(points), np.nan)
-    ratios[used], errors[used] = ratio, np.linalg.norm(influence, axis=1)
-    return RateCheck(ratios, errors, RatePlane(coefficients, times(share, np.ascontiguousarray(share.T)), apart))
+    return RatePlane(coefficients, times(share, np.ascontiguousarray(share.T)), apart)

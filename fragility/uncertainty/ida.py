@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.aliases import Progress
-from ...core.units import described
 from ...models import Block, Law, describe_block, describe_law
 from ...models.laws import oscillator_of
 from ...motions.arrays import BOTH_AXES
@@ -20,7 +17,7 @@ from ...motions.polarity import AS_RECORDED
 from ..analyses.analysis import Specimens, analyse
 from ..analyses.ida import incremental
 from ..runs.axes import axes_of, check_axes
-from ..runs.labels import block_coordinates, depth_coordinate
+from ..runs.labels import block_coordinates, depth_coordinate, law_coordinates, law_variable, restitution_variable
 from ..runs.request import check_request, rocking_laws
 from .inputs import RandomInputs
 from .realisation import LAW
@@ -139,19 +136,12 @@ def _sample_coordinates(
             coordinates[name] = xr.Variable("sample", one.values, one.attrs)
     dims = ("sample",) if models is None else ("model", "sample")
     shape = (n,) if models is None else (len(models), n)
-
-    def of_law(values: Iterable[Any], dtype: Any, long_name: str) -> xr.Variable:
-        column: NDArray[Any] = np.array(list(values), dtype=dtype).reshape(shape)
-        return xr.Variable(dims, column, described(long_name))
-
-    e = (law.restitution(block) for block, law in pairs)
-    coordinates["e"] = of_law((np.nan if one is None else one for one in e), float, "coefficient of restitution used")
-    delta = (getattr(law, "delta", np.nan) for _, law in pairs)
-    coordinates["delta"] = of_law(delta, float, "half width of the elastic zone over alpha")
+    laws = [law for _, law in pairs]
+    coordinates["e"] = restitution_variable(pairs, dims, shape)
+    coordinates["delta"] = law_variable("delta", laws, dims, shape)
     if LAW not in drawn:
-        coordinates["law"] = of_law((law.law for _, law in pairs), object, "short name of the damping law")
+        coordinates["law"] = law_variable("law", laws, dims, shape)
     if models is not None:
-        labels = np.array([law.label for law in models], dtype=object)
-        coordinates["model"] = ("model", labels, described("damping law with its options"))
+        coordinates["model"] = law_coordinates(models)["model"]
     coordinates["sample"] = drawn["sample"].variable
     return coordinates

@@ -17,8 +17,8 @@ from ...models import Block, Law
 from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator
 from ...motions.arrays import Record
-from ..runs.axes import AXIS, both_works
-from ..runs.request import Request, collect, collect_both, runner_of, work_of
+from ..runs.axes import AXIS
+from ..runs.request import Request, collect, collect_about, runner_of, work_of
 from ..runs.runners import Runner
 from .distributions import Beta, Lognormal
 
@@ -220,9 +220,6 @@ def falls_of_axes(
     names = ["direction", *([] if across is None else [AXIS]), *(["ruptured"] if held else [])]
     request = Request([], [], names, True, runner, progress, screen=False)
     work = work_of(oscillators, motions, factors, request)
-    if across is None:
-        results = collect(work, runner, progress).results
-    else:
-        results = collect_both(request.outputs, both_works(work, across), runner, progress).results
+    results = collect_about(work, across, runner, progress).results
     axes = None if across is None else np.asarray(results[AXIS])
     return np.asarray(results["direction"]), axes, np.asarray(results["ruptured"]) if held else None

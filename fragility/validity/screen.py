@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -15,15 +15,23 @@ from ...core.parameters import SHARE
 from ...models.friction import Friction
 from ...models.sliding.law import SlidingLaw
 from ...motions.simulated.generator import Generator
-from ..numerics.slabs import Allocator
 from ..runs.provenance import BED, RUN, Motions, provenance_from, records_of
 from ..runs.request import runner_of
 from ..runs.runners import Runner
 from .characteristics import Characteristics
 from .reasons import reason_names
-from .slab_screen import DIMS, FACTORS, HALF_WIDTH, Bounds, ScreenInput, screen_input, screened_runs
-from .sparse_screen import NUMBERS, OF_RUNS, ScreenRequest, Shaken, selected, shaken_by, sparse_screen
-from .undecided import count_flips
+from .slab_screen import (
+    DIMS,
+    FACTORS,
+    HALF_WIDTH,
+    Bounds,
+    Screened,
+    ScreenRequest,
+    screen_input,
+    screened_runs,
+)
+from .sparse_screen import NUMBERS, OF_RUNS, selected, shaken_by, sparse_screen
+from .undecided import FlipCounts, count_flips
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -150,7 +158,16 @@ def screen(
         variables, settings = sparse_screen(runs, shaken, asked, runner, progress)
         variables |= {name: runs[name].variable for name in (*OF_RUNS, "wave")}
     else:
-        variables, settings = _dense(runs, motions, asked, runner, progress)
+        given = screen_input(runs)
+        shaking: Characteristics | None = None
+        flips: FlipCounts | None = None
+        if isinstance(motions, Generator):
+            raise TypeError("motions must be labelled arrays: a generator is for runs at adaptive levels alone")
+        if motions is not None:
+            every = motions if isinstance(motions, xr.DataArray) else list(motions)
+            shaking = Characteristics.of(records_of(runs, every))
+            flips = count_flips(runs, every, share, runner, progress) if share > 0.0 else None
+        variables, settings = screened_runs(given, shaking, asked, flips, runner.array)
     kept = [dim for dim in DIMS if dim in runs.coords]
     kept += [name for name in (BED, "round", *NUMBERS) if name in runs.coords]  # (for the notes)
     if (runs["rest"] == "soft").any():  # (likewise: they tell whose elastic mode is real)
@@ -166,41 +183,8 @@ def screen(
     )
 
 
-def _dense(
-    runs: xr.Dataset,
-    motions: Motions | Generator | None,
-    asked: ScreenRequest,
-    runner: Runner,
-    progress: Progress | None,
-) -> tuple[dict[str, xr.Variable], dict[str, Any]]:
-    """Return the variables and the settings of the screen of runs on block, model, motion and possibly level."""
-    given = screen_input(runs)
-    if motions is None:
-        return screened_runs(given, None, asked.friction, asked.bounds, None, runner.array)
-    if isinstance(motions, Generator):
-        raise TypeError("motions must be labelled arrays: a generator is for runs at adaptive levels alone")
-    every = motions if isinstance(motions, xr.DataArray) else list(motions)
-    shaking = Characteristics.of(records_of(runs, every))
-    flips = count_flips(runs, every, asked.undecided, runner, progress) if asked.undecided > 0.0 else None
-    variables, settings = screened_runs(given, shaking, asked.friction, asked.bounds, flips, runner.array)
-    return variables, settings | {"tested": asked.undecided}
-
-
-def with_screen(runs: xr.Dataset, given: ScreenInput, shaking: Characteristics, array: Allocator) -> xr.Dataset:
-    """Add to runs the variables of the screen that need no friction and no further runs.
-
-    given: the properties of the runs, which are not read from the dataset; shaking: the characteristics of their
-    motions; array: allocates variables that have a value for every run.
-    """
-    variables, settings = screened_runs(given, shaking, None, Bounds(), None, array)
-    told = json.dumps(settings, ensure_ascii=False)
-    return runs.assign(variables).assign_coords(reason=reason_names()).assign_attrs(screen=told)
-
-
-def with_sparse_screen(
-    runs: xr.Dataset, shaken: Shaken, asked: ScreenRequest, runner: Runner, progress: Progress | None
-) -> xr.Dataset:
-    """Add to runs at adaptive levels the variables of their screen; arguments as for `sparse_screen`."""
-    variables, settings = sparse_screen(runs, shaken, asked, runner, progress)
+def with_screen(runs: xr.Dataset, screened: Screened) -> xr.Dataset:
+    """Add to runs the variables of their screen, and its settings."""
+    variables, settings = screened
     told = json.dumps(settings, ensure_ascii=False)
     return runs.assign(variables).assign_coords(reason=reason_names()).assign_attrs(screen=told)

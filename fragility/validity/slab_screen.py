@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from ...core.aliases import Index
 from ...core.units import HERTZ, STANDARD_GRAVITY
 from ...models.friction import FixedFriction, Friction
 from ...models.runs import leaves_floor
@@ -83,14 +82,6 @@ class ScreenInput(NamedTuple):
             self.factors.part(where),
         )
 
-    def at_motions(self, motions: Index) -> ScreenInput:
-        """Return the input for the runs under the motions at some places."""
-        return ScreenInput(
-            {**self.sizes, "motion": motions.size},
-            {name: one.isel(motion=motions, missing_dims="ignore") for name, one in self.coordinates.items()},
-            self.factors,
-        )
-
 
 NEEDED = ("width", "cm_height", "alpha", "p", "inertia_factor", "e", "delta", "rest", "pga")
 """Coordinates without which runs cannot be screened."""
@@ -118,65 +109,80 @@ class Bounds(NamedTuple):
     half_width: float = HALF_WIDTH
 
 
+class ScreenRequest(NamedTuple):
+    """What is asked of a screen of runs: friction and bounds as of `screen`, and the share of the motions tested."""
+
+    friction: float | Friction | Mapping[str, float | Friction] | None = None
+    bounds: Bounds = Bounds()
+    undecided: float = 0.0
+
+
+Screened = tuple[dict[str, xr.Variable], dict[str, Any]]
+"""The variables of a screen and its settings, plain values."""
+Keep = Callable[[dict[str, xr.Variable], dict[str, xr.Variable], Where], None]
+"""Function that puts what is kept of the variables of a slab into those of all runs."""
+
+
 def screened_runs(
     given: ScreenInput,
     shaking: Characteristics | None,
-    friction: float | Friction | Mapping[str, float | Friction] | None,
-    bounds: Bounds,
+    asked: ScreenRequest,
     flips: FlipCounts | None,
     array: Allocator,
-) -> tuple[dict[str, xr.Variable], dict[str, Any]]:
-    """Return the variables of a screen and its settings.
+) -> Screened:
+    """Return the screen with every variable: `array` allocates those with a value for every run."""
+    sizes, dims = given.sizes, tuple(given.sizes)
 
-    flips: of the runs that were repeated under perturbations; array: allocates variables with a value for every run.
+    def keep(found: dict[str, xr.Variable], variables: dict[str, xr.Variable], where: Where) -> None:
+        put(found, ordered(variables, dims), where, sizes, array)
+
+    found, settings = screened_slabs(given, shaking, asked, flips, keep)
+    return in_order(found), settings
+
+
+def screened_slabs(
+    given: ScreenInput, shaking: Characteristics | None, asked: ScreenRequest, flips: FlipCounts | None, keep: Keep
+) -> Screened:
+    """Screen runs slab by slab of blocks and motions, and return what is kept of it.
+
+    flips: of the runs that were repeated under perturbations.
     The screen works on plain variables, because labelled arrays compare their labels at every step, which takes longer
     than the arithmetic.
     """
     labels = [str(label) for label in given.coordinates["block"].values]
-    available = friction_by_block(friction, labels)
+    available = friction_by_block(asked.friction, labels)
     known = all(isinstance(one, FixedFriction) for one in available)
-    sizes = given.sizes
-    dims = tuple(sizes)
-    found: dict[str, xr.Variable] = {} if flips is None else undecided_shares(flips, dims)
+    sizes, dims = given.sizes, tuple(given.sizes)
+    found: dict[str, xr.Variable] = {}
     shares = Shares(sizes)
-    for where, variables, chances, holds in screened_slabs(given, shaking, available, bounds, flips):
-        if friction is not None:
+    for where in slabs(sizes, ("block", "motion")):
+        part = given.part(where)
+        shaken = None if shaking is None else shaking.part(where.get("motion", slice(None)))
+        friction = available[where.get("block", slice(None))]
+        variables, chances, holds = _screen_slab(part, shaken, friction, asked.bounds)
+        if flips is not None:
+            holds[UNDECIDED] = flips.flipped(where, dims)
+        variables["verdict"] = verdict_of(part.sizes, holds)
+        if asked.friction is not None:
             variables["slides"] = slides_of(chances, known)
         shares.add(holds, variables["verdict"], where)
-        put(found, ordered(variables, dims), where, sizes, array)
+        keep(found, variables, where)
+    if flips is not None:
+        found |= undecided_shares(flips, dims)
     found["outside"] = shares.outside(found.get("undecided"))
-    few, fewest = few_motions(given, bounds)
-    found |= few
-    tested = 0 if flips is None else flips.tested
-    described = described_friction(friction, available, labels)
-    return in_order(found), settings_of(bounds, fewest, described, shaking is not None, tested, given.lifted)
-
-
-class Slab(NamedTuple):
-    """The screen of a slab of the runs: its variables with the verdict, chances of sliding, and where reasons hold."""
-
-    where: Where
-    variables: dict[str, xr.Variable]
-    chances: dict[Reason, xr.Variable]
-    holds: dict[Reason, xr.Variable]
-
-
-def screened_slabs(
-    given: ScreenInput,
-    shaking: Characteristics | None,
-    available: list[Friction],
-    bounds: Bounds,
-    flips: FlipCounts | None,
-) -> Iterator[Slab]:
-    """Yield the screen slab by slab of blocks and motions; `available`: the friction of each block."""
-    for where in slabs(given.sizes, ("block", "motion")):
-        own = given.part(where)
-        here = None if shaking is None else shaking.part(where.get("motion", slice(None)))
-        variables, chances, holds = _screen_slab(own, here, available[where.get("block", slice(None))], bounds)
-        if flips is not None:
-            holds[UNDECIDED] = flips.flipped(where, tuple(given.sizes))
-        variables["verdict"] = verdict_of(own.sizes, holds)
-        yield Slab(where, variables, chances, holds)
+    fewest = fewest_motions(given)
+    settings = {
+        "friction": described_friction(asked.friction, available, labels),
+        "factors": list(asked.bounds.factors),
+        "half_width": asked.bounds.half_width,
+        "fewest_motions": fewest,
+        "motions": shaking is not None,
+        "tested": asked.undecided,
+        "tested_runs": 0 if flips is None else flips.tested,
+        "perturbation": PERTURBATION,
+        **({"vertical": True} if given.lifted else {}),
+    }
+    return found | few_motions(fewest, asked.bounds), settings
 
 
 def described_friction(friction: Any, available: Sequence[Friction], labels: Sequence[str]) -> Any:
@@ -198,35 +204,14 @@ def ordered(variables: Mapping[str, xr.Variable], dims: tuple[str, ...]) -> dict
     return {name: one.transpose(*[dim for dim in dims if dim in one.dims]) for name, one in variables.items()}
 
 
-def few_motions(given: ScreenInput, bounds: Bounds) -> tuple[dict[str, xr.Variable], int]:
-    """Return the variables that say whether there are enough motions, and the number on the floor with the fewest."""
-    fewest = fewest_motions(given)
+def few_motions(fewest: int, bounds: Bounds) -> dict[str, xr.Variable]:
+    """Return the variables that say whether there are enough motions; fewest: of the floor with the fewest."""
     half = wilson_half_width(fewest)
     text = "half width of the 95 % interval of a probability of 1/2"
     few = f"whether interval_half_width is above {bounds.half_width:g}"
     return {
         "interval_half_width": labelled(xr.Variable((), half), text),
         "few_motions": labelled(xr.Variable((), half > bounds.half_width), few),
-    }, fewest
-
-
-def settings_of(
-    bounds: Bounds, fewest: int, friction: Any, motions: bool, tested: int = 0, vertical: bool = False
-) -> dict[str, Any]:
-    """Return the settings of a screen as plain values; `tested`: the runs of a block under a law that were repeated.
-
-    vertical: whether the motions shake vertically, too.
-    """
-    return {
-        "friction": friction,
-        "factors": list(bounds.factors),
-        "half_width": bounds.half_width,
-        "fewest_motions": fewest,
-        "motions": motions,
-        "tested": 0.0,
-        "tested_runs": tested,
-        "perturbation": PERTURBATION,
-        **({"vertical": True} if vertical else {}),
     }
 
 

@@ -3,31 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from ...core.aliases import Flags, Index, Progress
-from ...models import Block, Law
-from ...models.friction import FixedFriction, Friction
+from ...core.aliases import Flags, Progress
+from ...models.friction import FixedFriction
 from ...motions.arrays import POLARITY, Record
 from ...motions.polarity import AS_RECORDED, BOTH, records_under
 from ...motions.simulated.generator import Generator
-from ..runs.axes import along_depth
 from ..runs.factors import ScaleFactors
 from ..runs.progress import part_of
 from ..runs.provenance import (
     RUN,
+    CurveRuns,
     Motions,
     about_both_axes,
     blocks_of,
     configuration_of,
+    curves_of,
     laws_of,
     level_measure,
     places_in,
+    polarity_pairs,
     records_of,
     runs_near_curves,
     same_motions,
@@ -38,18 +39,17 @@ from .reasons import REASONS, UNDECIDED, labelled
 from .slab_screen import (
     NEEDED,
     TESTED,
-    Bounds,
+    Screened,
     ScreenInput,
+    ScreenRequest,
     described_friction,
     few_motions,
-    fewest_motions,
     in_order,
     known_coordinates,
     screened_runs,
-    settings_of,
 )
 from .sliding import as_probability, friction_by_block
-from .undecided import FLAGS, Axis, FlipCounts, count_flips_of, perturbed_runs
+from .undecided import FLAGS, FlipCounts, count_flips_of, perturbed_runs, turned
 
 OF_RUNS = ("run_block", "run_model", "run_motion")
 """Variables with the block, the law and the motion of a run, by number."""
@@ -59,14 +59,6 @@ OF_ALL = ("few_motions", "interval_half_width", "band_low", "band_high", "pertur
 """Variables that are of no curve by itself."""
 AT_ONCE = 32
 """Motions of a generator that are made at a time: only their characteristics are kept."""
-
-
-class ScreenRequest(NamedTuple):
-    """What is asked of a screen of runs: friction and bounds as of `screen`, and the share of the motions tested."""
-
-    friction: float | Friction | Mapping[str, float | Friction] | None = None
-    bounds: Bounds = Bounds()
-    undecided: float = 0.0
 
 
 class Shaken:
@@ -137,49 +129,33 @@ def selected(runs: xr.Dataset) -> xr.Dataset:
     return runs.isel({RUN: np.logical_and.reduce([one >= 0 for one in places_in(runs).values()])})
 
 
-class _Curve(NamedTuple):
-    """The runs of one block under one law: places of the two, of the runs, and of the motion of each run."""
-
-    block: int
-    model: int
-    runs: Index
-    motions: Index
-
-
-def _curves(runs: xr.Dataset) -> Iterator[_Curve]:
-    """Yield the curves of selected runs."""
-    block, model, motion = places_in(runs).values()
-    for i in range(runs.sizes["block"]):
-        for j in range(runs.sizes["model"]):
-            own = np.flatnonzero((block == i) & (model == j))
-            if own.size == 0:
-                label, law = (str(runs[dim].values[k]) for dim, k in (("block", i), ("model", j)))
-                raise ValueError(f"runs must hold runs of every block under every law, got none of {label} under {law}")
-            yield _Curve(i, j, own, motion[own])
-
-
 def sparse_screen(
     runs: xr.Dataset, shaken: Shaken | None, asked: ScreenRequest, runner: Runner, progress: Progress | None = None
-) -> tuple[dict[str, xr.Variable], dict[str, Any]]:
-    """Return the variables of the screen of runs at adaptive levels (`selected`), and its settings.
+) -> Screened:
+    """Return the screen of runs at adaptive levels (`selected`).
 
-    They are those of `screen`, what is of every run on run, and ``undecided_tested`` (block, model). Without `shaken`
-    they are those of `screen` without motions; `runner` and `progress` serve the runs that are repeated.
+    The variables are those of `screen`, what is of every run on run, and ``undecided_tested`` (block, model). Without
+    `shaken` they are those of `screen` without motions; `runner` and `progress` serve the runs that are repeated.
     """
     labels = [str(label) for label in runs["block"].values]
     available = friction_by_block(asked.friction, labels)
     known = all(isinstance(one, FixedFriction) for one in available)
-    curves = list(_curves(runs))
+    curves = list(curves_of(runs))
+    for curve in curves:
+        if not curve.runs.size:
+            label, law = str(runs["block"].values[curve.block]), str(runs["model"].values[curve.model])
+            raise ValueError(f"runs must hold runs of every block under every law, got none of {label} under {law}")
     inputs = [_input(runs, one) for one in curves]
     flips = _flips(runs, curves, inputs, shaken.kept, runner, progress) if shaken is not None and shaken.kept else None
     shaking = None if shaken is None else shaken.characteristics
     sizes = {str(dim): runs.sizes[dim] for dim in (RUN, "block", "model")}
     found: dict[str, xr.Variable] = {}
+    settings: dict[str, Any] = {}
     for k, (curve, given) in enumerate(zip(curves, inputs, strict=True)):
         own = None if shaking is None else shaking.at(curve.motions)
         counts = None if flips is None else flips[k]
-        friction = None if asked.friction is None else available[curve.block]
-        variables, _ = screened_runs(given, own, friction, asked.bounds, counts, np.empty)
+        of_block = asked._replace(friction=None if asked.friction is None else available[curve.block])
+        variables, settings = screened_runs(given, own, of_block, counts, np.empty)
         if "slides" in variables and not known:
             variables["slides"] = as_probability(variables["slides"])
         if counts is not None:
@@ -193,18 +169,17 @@ def sparse_screen(
         assert shaken is not None
         chosen = xr.Variable("motion", np.isin(np.arange(runs.sizes["motion"]), list(shaken.kept)))
         found["perturbed"] = labelled(chosen, "whether the runs of the motion were run again, perturbed")
-    few = [
-        given.at_motions(np.unique(curve.motions, return_index=True)[1])
-        for curve, given in zip(curves, inputs, strict=True)
-    ]
-    of_all, fewest = few_motions(min(few, key=fewest_motions), asked.bounds)
-    described = described_friction(asked.friction, available, labels)
-    tested = 0 if flips is None else max(one.tested for one in flips if one is not None)
-    told = settings_of(asked.bounds, fewest, described, shaken is not None, tested, inputs[0].lifted)
-    return in_order(found | of_all), told | {"tested": asked.undecided}
+    pairs = polarity_pairs(runs)
+    fewest = min(np.unique(pairs[curve.motions]).size for curve in curves)
+    of_all = {
+        "friction": described_friction(asked.friction, available, labels),
+        "fewest_motions": fewest,
+        "tested_runs": 0 if flips is None else max(one.tested for one in flips if one is not None),
+    }
+    return in_order(found | few_motions(fewest, asked.bounds)), settings | of_all
 
 
-def _input(runs: xr.Dataset, curve: _Curve) -> ScreenInput:
+def _input(runs: xr.Dataset, curve: CurveRuns) -> ScreenInput:
     """Return the properties of the runs of a curve, each of which has the place of a motion."""
     at: dict[str, Any] = {"block": [curve.block], "model": [curve.model], "motion": curve.motions}
     measured = level_measure(runs)
@@ -217,7 +192,7 @@ def _input(runs: xr.Dataset, curve: _Curve) -> ScreenInput:
 
 
 def _share_near(
-    outside: xr.Variable, verdict: xr.Variable, undecided: xr.Variable | None, curves: Sequence[_Curve], near: Flags
+    outside: xr.Variable, verdict: xr.Variable, undecided: xr.Variable | None, curves: Sequence[CurveRuns], near: Flags
 ) -> None:
     """Make shares of all runs those of the runs near the curves; that of undecided ones is of the runs tested."""
     bits = np.array([[one.bit] for one in REASONS])
@@ -234,14 +209,9 @@ def _all(flags: Flags, _: slice) -> Flags:
     return flags
 
 
-def _across(pair: tuple[Block, Law]) -> list[tuple[Block, Law]]:
-    block, law = pair
-    return [(block.across, law)]
-
-
 def _flips(
     runs: xr.Dataset,
-    curves: Sequence[_Curve],
+    curves: Sequence[CurveRuns],
     inputs: Sequence[ScreenInput],
     kept: Mapping[int, Record],
     runner: Runner,
@@ -263,21 +233,23 @@ def _flips(
         if not own.any():
             found.append(None)
             continue
-        records = [kept[place] for place in curve.motions[own].tolist()]
-        axes: list[Axis[tuple[Block, Law]]] = [Axis(lambda pair: [pair], records)]
-        if about == 2:
-            axes.append(Axis(_across, [along_depth(one) for one in records]))
         flags = runs[FLAGS[0]].values[curve.runs[own]][None, None, None]
-        factors = given.factors.values.values.reshape(1, 1, -1)[..., own]
-        told = part_of(progress, sum(work[:k]), sum(work))
-        pairs = [(blocks[curve.block], laws[curve.model])]
-        counts = count_flips_of(pairs, axes, partial(_all, flags), factors, runner, told)
+        counts = count_flips_of(
+            [[(blocks[curve.block], laws[curve.model])]],
+            turned,
+            [kept[place] for place in curve.motions[own].tolist()],
+            partial(_all, flags),
+            given.factors.values.values.reshape(1, 1, -1)[..., own],
+            runner,
+            part_of(progress, sum(work[:k]), sum(work)),
+            about == 2,
+        )
         found.append(FlipCounts(own, np.asarray(counts)))
     return found
 
 
 def _put(
-    found: dict[str, xr.Variable], variables: Mapping[str, xr.Variable], curve: _Curve, sizes: Mapping[str, int]
+    found: dict[str, xr.Variable], variables: Mapping[str, xr.Variable], curve: CurveRuns, sizes: Mapping[str, int]
 ) -> None:
     """Put the variables of a curve where they belong; what is of its motions, which are its runs, belongs on run."""
     places = {"block": slice(curve.block, curve.block + 1), "model": slice(curve.model, curve.model + 1)}

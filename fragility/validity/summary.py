@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -13,31 +14,24 @@ from ...models import Block, Law
 from ...models.friction import Friction
 from ...motions.arrays import DOWNWARD, OWN_AMPLITUDE, POLARITY, RECORD, Record, motion_coordinates
 from ..numerics.proportions import wilson_interval
-from ..numerics.slabs import Where
+from ..numerics.slabs import Where, in_memory, put
 from ..runs.factors import ScaleFactors
-from ..runs.labels import block_coordinates
+from ..runs.labels import block_coordinates, law_variable, restitution_variable
 from ..runs.provenance import BED
 from .characteristics import Characteristics
-from .reasons import Shares, labelled, reason_names
-from .slab_screen import (
-    SQUAT_RATIO,
-    Bounds,
-    ScreenInput,
-    described_friction,
-    few_motions,
-    screened_slabs,
-    settings_of,
-    undecided_shares,
-)
-from .sliding import NEEDS, friction_by_block
+from .reasons import labelled, reason_names
+from .slab_screen import SQUAT_RATIO, ScreenInput, ScreenRequest, ordered, screened_slabs
+from .sliding import NEEDS
 from .undecided import FlipCounts
 
 OF_BLOCKS = ("squat", "friction_uplift", "friction_impact", "elastic_frequency")
 """Variables that do not depend on the motion."""
-DEMANDS = tuple(name for name, _ in NEEDS.values() if name not in OF_BLOCKS)
-"""Variables of every run of which the greatest value is kept."""
-ENDS = {"scale_factor_lowest": np.fmin, "scale_factor_highest": np.fmax}
-"""Variables that hold the ends of the scale factors."""
+EXTREMES: dict[str, tuple[str, np.ufunc, str]] = {
+    **{name: (name, np.fmax, f"greatest {text}") for name, text in NEEDS.values() if name not in OF_BLOCKS},
+    "scale_factor_lowest": ("scale_factor", np.fmin, "lowest scale factor of the motions"),
+    "scale_factor_highest": ("scale_factor", np.fmax, "highest scale factor of the motions"),
+}
+"""Variables that hold the greatest or the least value of those of every run: of which one, and the long name."""
 
 
 def input_of_pairs(
@@ -50,18 +44,15 @@ def input_of_pairs(
 
     `pairs` (block, model) have the block, the same in a row, with each of its laws.
     """
-
-    def of_laws(values: list[list[object]]) -> xr.Variable:
-        return xr.Variable(("block", "model"), np.array(values).reshape(len(pairs), -1))
-
     kept = (RECORD, POLARITY, DOWNWARD)
-    e = [[law.restitution(block) for block, law in row] for row in pairs]
+    every = [pair for row in pairs for pair in row]
+    laws, on = [law for _, law in every], (("block", "model"), (len(pairs), -1))
     known = {
         **block_coordinates([row[0][0] for row in pairs]),
         "block": xr.Variable("block", np.array(labels, dtype=object)),
-        "e": of_laws([[np.nan if one is None else one for one in row] for row in e]),
-        "delta": of_laws([[getattr(law, "delta", np.nan) for _, law in row] for row in pairs]),
-        "rest": of_laws([[str(getattr(law, "rest", "")) for _, law in row] for row in pairs]),
+        "e": restitution_variable(every, *on),
+        "delta": law_variable("delta", laws, *on),
+        "rest": law_variable("rest", laws, *on),
         "pga": xr.Variable("motion", [float(np.abs(one.acceleration).max()) for one in motions]),
         "own_amplitude": xr.Variable("motion", [one.own_amplitude for one in motions], OWN_AMPLITUDE),
         **{name: one for name, one in motion_coordinates(list(motions)).items() if name in kept},
@@ -88,41 +79,32 @@ def summary_screen(
     a chance of sliding of single runs. Without a friction, only a need above 1 counts as sliding; `flips` are of the
     runs that were repeated under perturbations.
     """
-    limits = Bounds()
-    labels = [str(label) for label in given.coordinates["block"].values]
-    available = friction_by_block(friction, labels)
-    blocks = given.sizes["block"]
-    found: dict[str, xr.Variable] = {}
-    most = {name: np.full(blocks, np.nan) for name in (*DEMANDS, *ENDS)}
-    texts: dict[str, str] = {}
-    shares = Shares(given.sizes)
-    for slab in screened_slabs(given, shaking, available, limits, flips):
-        shares.add(slab.holds, slab.variables["verdict"], slab.where)
-        _put(found, slab.variables, slab.where, given.sizes)
-        here = slab.where.get("block", slice(None))
-        for name in DEMANDS:
-            one = slab.variables[name]
-            texts[name] = f"greatest {one.attrs['long_name']}"
-            most[name][here] = np.fmax(most[name][here], _over_runs(one, np.fmax))
-        for name, extreme in ENDS.items():
-            most[name][here] = extreme(most[name][here], _over_runs(slab.variables["scale_factor"], extreme))
-            texts[name] = f"{name.rpartition('_')[2]} scale factor of the motions"
-    found |= {name: labelled(xr.Variable("block", values), texts[name]) for name, values in most.items()}
-    if flips is not None:
-        found |= undecided_shares(flips, tuple(given.sizes))
-    found["outside"] = shares.outside(found.get("undecided"))
-    few, fewest = few_motions(given, limits)
-    of_friction = described_friction(friction, available, labels)
-    told = settings_of(limits, fewest, of_friction, True, 0 if flips is None else flips.tested, given.lifted)
+    found, settings = screened_slabs(
+        given, shaking, ScreenRequest(friction), flips, partial(_keep_extremes, given.sizes)
+    )
     return xr.Dataset(
-        {**found, **few},
+        found,
         coords={
-            "block": ("block", np.array(labels, dtype=object), described("block")),
+            "block": ("block", given.coordinates["block"].values.astype(str).astype(object), described("block")),
             "reason": reason_names(),
             **{name: one for name, one in given.coordinates.items() if name == BED},
         },
-        attrs={"screen": json.dumps(told, ensure_ascii=False)},
+        attrs={"screen": json.dumps(settings, ensure_ascii=False)},
     )
+
+
+def _keep_extremes(
+    sizes: Mapping[str, int], found: dict[str, xr.Variable], variables: Mapping[str, xr.Variable], where: Where
+) -> None:
+    """Put what depends on blocks and laws alone from a slab into the variables of all blocks, and the extremes."""
+    own = ordered({name: variables[name] for name in OF_BLOCKS}, tuple(sizes))
+    put(found, own, where, sizes, in_memory)
+    blocks = where.get("block", slice(None))
+    for name, (of, extreme, text) in EXTREMES.items():
+        if name not in found:
+            found[name] = labelled(xr.Variable("block", np.full(sizes["block"], np.nan)), text)
+        values = found[name].values
+        values[blocks] = extreme(values[blocks], _over_runs(variables[of], extreme))
 
 
 def over_samples(screened: xr.Dataset, block: Block) -> xr.Dataset:
@@ -171,19 +153,3 @@ def _over_runs(one: xr.Variable, extreme: np.ufunc) -> np.ndarray:
     values = one.transpose(*there).values
     flat = values.reshape(values.shape[0] if "block" in there else 1, -1)
     return np.asarray(extreme.reduce(flat, axis=1))
-
-
-def _put(
-    found: dict[str, xr.Variable], variables: Mapping[str, xr.Variable], where: Where, sizes: Mapping[str, int]
-) -> None:
-    """Put what depends on blocks and laws alone from a slab into the variables of all blocks."""
-    for name in OF_BLOCKS:
-        one = variables[name]
-        dims = [dim for dim in ("block", "model") if dim in one.dims]
-        if name not in found:
-            found[name] = labelled(
-                xr.Variable(dims, np.empty([sizes[dim] for dim in dims], one.dtype)),
-                str(one.attrs["long_name"]),
-                str(one.attrs["units"]),
-            )
-        found[name].values[where.get("block", slice(None))] = one.transpose(*dims).values

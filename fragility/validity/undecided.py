@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Generic, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -21,6 +21,7 @@ from ...core.parameters import PART
 from ...models import Block, Law, Model
 from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator
+from ...models.runs import Specimen
 from ...motions.arrays import Record
 from ..numerics.slabs import Where, slabs
 from ..runs.axes import along_depth
@@ -33,6 +34,7 @@ from ..runs.request import collect
 from ..runs.runners import Runner
 
 Row = TypeVar("Row")
+Pairs = Sequence[tuple[Block, Law]]
 
 PERTURBATION = 1e-6
 FLAGS = ("overturned",)
@@ -75,95 +77,82 @@ def count_flips(
     Runs are repeated with scale factors times 1 ± 1e-6 and, where the law has a restitution, with e times 1 ± 1e-6
     (1 - 1e-6 alone where e is 1).
     """
-    shaped = _shaped(_flags(runs))
+    shaped = _flags(runs)
     chosen = choose_motions(runs.sizes["motion"], share)
-    plain = [one for one, is_in in zip(records_of(runs, motions), chosen, strict=True) if is_in]
     models = laws_of(runs)
-
-    def along_width(block: Block) -> list[tuple[Block, Law]]:
-        return [(block, model) for model in models]
-
-    def across(block: Block) -> list[tuple[Block, Law]]:
-        return [(block.across, model) for model in models]
-
-    axes = [Axis(along_width, plain)]
-    if about_both_axes(runs):
-        axes.append(Axis(across, [along_depth(one) for one in plain]))
     counts = count_flips_of(
         blocks_of(runs),
-        axes,
+        lambda block, across: turned([(block, model) for model in models], across),
+        [one for one, is_in in zip(records_of(runs, motions), chosen, strict=True) if is_in],
         lambda blocks: shaped[blocks].values[..., chosen],
         factors_under(runs, chosen),
         runner,
         progress,
+        about_both_axes(runs),
     )
     return FlipCounts(chosen, counts)
 
 
-class Axis(NamedTuple, Generic[Row]):
-    """Runs about one axis.
-
-    pairs_of: makes the pairs of a block and a law of a row, as many for each row; pairs at the same position have laws
-    of the same kind (with a restitution or without, and of the same geometry).  motions: under which they are repeated.
-    """
-
-    pairs_of: Callable[[Row], Sequence[tuple[Block, Law]]]
-    motions: Sequence[Record]
+def turned(pairs: Pairs, across: bool) -> Pairs:
+    """Return blocks with their laws, with `across` in the direction of their depth."""
+    return [(block.across, law) for block, law in pairs] if across else pairs
 
 
 def count_flips_of(
     rows: Sequence[Row],
-    axes: Sequence[Axis[Row]],
+    pairs_of: Callable[[Row, bool], Pairs],
+    motions: Sequence[Record],
     flags_of: Callable[[slice], Flags],
     factors: Factors,
     runner: Runner,
-    progress: Progress | None = None,
+    progress: Progress | None,
+    both: bool,
 ) -> NDArray[np.int8]:
     """Repeat the runs of pairs of a block and a law under the perturbations of `count_flips`.
 
     Counts are (row, pair, level, motion), allocated by the runner. `rows` are whatever pairs are made of, such as
-    blocks; `axes` has the pairs of a row and their motions, about one axis or about both: a run overturns about either.
-    `flags_of` returns the flags (row, pair, level, motion) of a slice of the rows without a perturbation; `factors` are
-    (row or 1, level, motion).
+    blocks; `pairs_of` makes those of a row, as many for each row, and with True in the direction of the depth: pairs at
+    the same position have laws of the same kind (with a restitution or without, and of the same geometry). With `both`
+    the runs are about both axes: a run overturns about either. `flags_of` returns the flags (row, pair, level, motion)
+    of a slice of the rows without a perturbation; `factors` are (row or 1, level, motion).
     """
-    first = axes[0].pairs_of(rows[0])
+    first = pairs_of(rows[0], False)
     with_e = [j for j, (block, law) in enumerate(first) if law.restitution(block) is not None]
 
-    def shaken(axis: Axis[Row]) -> Work:
-        pairs_of = axis.pairs_of
-        grid = OscillatorGrid(rows, lambda row: [oscillator_of(*pair) for pair in pairs_of(row)], len(first))
-        return Work(grid, tuple(axis.motions), either_side(factors, PERTURBATION), outputs=FLAGS)
+    def shaken(row: Row, across: bool) -> list[Specimen]:
+        return [oscillator_of(*pair) for pair in pairs_of(row, across)]
 
-    def struck(axis: Axis[Row]) -> Work:
-        pairs_of = axis.pairs_of
+    def struck(row: Row, across: bool) -> list[Specimen]:
+        pairs = pairs_of(row, across)
+        return [one for j in with_e for one in _either_side(*pairs[j])]
 
-        def sides(row: Row) -> list[Oscillator]:
-            pairs = pairs_of(row)
-            return [one for j in with_e for one in _either_side(*pairs[j])]
+    def works(oscillators_of: Callable[[Row, bool], list[Specimen]], each: int, factors: Factors) -> list[Work]:
+        def about(across: bool) -> Work:
+            grid = OscillatorGrid(rows, lambda row: oscillators_of(row, across), each)
+            return Work(grid, tuple(map(along_depth, motions) if across else motions), factors, outputs=FLAGS)
 
-        return Work(OscillatorGrid(rows, sides, 2 * len(with_e)), tuple(axis.motions), factors, outputs=FLAGS)
+        return [about(across) for across in ((False, True) if both else (False,))]
 
     _, levels, n = factors.shape
-    works: list[tuple[list[Work], slice | list[int]]] = [([shaken(axis) for axis in axes], slice(None))]
+    # (up and down are factors in the first works, along the levels, and oscillators in the second)
+    perturbed: list[tuple[list[Work], slice | list[int]]] = [
+        (works(shaken, len(first), either_side(factors, PERTURBATION)), slice(None))
+    ]
     if with_e:
-        works.append(([struck(axis) for axis in axes], with_e))
+        perturbed.append((works(struck, 2 * len(with_e), factors), with_e))
     counts = runner.array((len(rows), len(first), levels, n), np.int8)
     counts[...] = 0
-    done, total = 0, sum(work.runs for each, _ in works for work in each)
-    for each, tested in works:
-        # (up and down are factors in the first work, along the levels, and oscillators in the second)
-        about = []
-        for work in each:
-            about.append(
-                collect(work, runner, part_of(progress, done, total))
-                .results["overturned"]
-                .reshape(len(rows), -1, 2, levels, n)
-            )
+    done, total = 0, sum(work.runs for about, _ in perturbed for work in about)
+    for about, tested in perturbed:
+        found = []
+        for work in about:
+            fell = collect(work, runner, part_of(progress, done, total)).results["overturned"]
+            found.append(fell.reshape(len(rows), -1, 2, levels, n))
             done += work.runs
         for part in slabs(dict(zip(("block", "model", "level", "motion"), counts.shape, strict=True)), ("block",)):
             here = part.get("block", slice(None))
             nominal = flags_of(here)[:, tested]
-            flags = np.logical_or.reduce([one[here] for one in about])
+            flags = np.logical_or.reduce([one[here] for one in found])
             counts[here, tested] += (flags != nominal[:, :, None]).sum(axis=2, dtype=np.int8)
     return counts
 
@@ -184,18 +173,17 @@ def perturbed_runs(blocks: int, models: Sequence[Model], levels: int, motions: i
 
 
 def _flags(runs: xr.Dataset) -> xr.DataArray:
+    """Return the flags of runs on (block, model, level, motion)."""
     if not isinstance(runs, xr.Dataset) or "overturned" not in runs:
         raise TypeError("runs must be a dataset with `overturned`, as toppling.ida returns it")
     flags = runs["overturned"]
     if {*flags.dims} - {"level"} != {"block", "model", "motion"}:
         raise ValueError(f"overturned must be on block, model, motion and possibly level, got dims {flags.dims}")
     checks.not_empty("overturned", flags.sizes)
-    return flags.reset_coords(drop=True)
-
-
-def _shaped(flags: xr.DataArray) -> xr.DataArray:
-    shaped = flags if "level" in flags.dims else flags.expand_dims("level")
-    return shaped.transpose("block", "model", "level", "motion")
+    shaped = flags.reset_coords(drop=True)
+    return (shaped if "level" in shaped.dims else shaped.expand_dims("level")).transpose(
+        "block", "model", "level", "motion"
+    )
 
 
 def _either_side(block: Block, model: Law) -> list[Oscillator]:

@@ -290,10 +290,11 @@ class _Found:
         """Weigh the rates of all branches: means, fractiles, shares of the spread and values of branches, by row."""
         found = [one.rates for one in sampled]
         own = np.stack([one.mean for one in found], axis=-1)
+        names = [(branch.model, branch.motions, branch.hazard_name) for branch in self.branches]
         return (
             times(np.stack([one.mean for one in sampled], axis=-1), self.weights),
             fractiles_of(found, self.weights, FRACTILES),
-            shares_of_spread(self.branches, found, self.weights),
+            shares_of_spread(names, found, self.weights),
             own,
         )
 

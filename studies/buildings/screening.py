@@ -11,7 +11,6 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array, Flags, Index, Progress
-from ...fragility.runs.axes import along_depth
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import BED, DESCRIBED
 from ...fragility.runs.runners import Runner
@@ -19,7 +18,7 @@ from ...fragility.uncertainty.joint import Variability, pieces_of, with_restitut
 from ...fragility.validity.characteristics import Characteristics
 from ...fragility.validity.sliding import ANY_FLOOR
 from ...fragility.validity.summary import OF_BLOCKS, input_of_pairs, summary_screen
-from ...fragility.validity.undecided import Axis, FlipCounts, choose_motions, count_flips_of, perturbed_runs
+from ...fragility.validity.undecided import FlipCounts, choose_motions, count_flips_of, perturbed_runs
 from ...models import Block, Law
 from ...models.friction import Friction
 from ...motions.arrays import Record
@@ -138,17 +137,18 @@ class _Tests:
             if not first:
                 continue
             lines, places = [rows[i] for i in first.values()], np.array(at)[list(first.values())]
-            axes = self._axes(near, both)
             found = count_flips_of(
                 lines,
-                axes,
+                self._pairs_of,
+                near,
                 partial(_flags_of, flags, places, chosen),
                 factors[:, :, chosen],
                 self.runner,
                 part_of(self.progress, self.done, self.total),
+                both,
             )
             run = len(first) * variants
-            self.done += perturbed_runs(run, self.models, levels, len(motions), self.share, len(axes))
+            self.done += perturbed_runs(run, self.models, levels, len(motions), self.share, 1 + both)
             numbers = {kind: k for k, kind in enumerate(first)}
             for i, row in enumerate(rows):
                 if not row.anchored and row.both_axes == both:
@@ -156,17 +156,10 @@ class _Tests:
                     counts[i] = np.moveaxis(own, 1, 2)
         return FlipCounts(chosen, counts)
 
-    def _axes(self, motions: Sequence[Record], both: bool) -> list[Axis[Contents]]:
-        """Return the pieces of a line with their laws, about the width and with `both` about the depth, too."""
-
-        def pairs_of(row: Contents, across: bool) -> list[tuple[Block, Law]]:
-            every = (pieces_of(row.block, law, row.e, self.variability, across) for law in self.models)
-            return [pair for each in every for pair in each]
-
-        axes = [Axis(partial(pairs_of, across=False), motions)]
-        if both:
-            axes.append(Axis(partial(pairs_of, across=True), [along_depth(one) for one in motions]))
-        return axes
+    def _pairs_of(self, row: Contents, across: bool) -> list[tuple[Block, Law]]:
+        """Return the pieces of a line with their laws, about the width or with `across` about the depth."""
+        every = (pieces_of(row.block, law, row.e, self.variability, across) for law in self.models)
+        return [pair for pieces in every for pair in pieces]
 
 
 def _flags_of(flags: Flags, places: Index, chosen: Flags, part: slice) -> Flags:

@@ -13,7 +13,16 @@ import numpy as np
 from ...core.aliases import Array, Flags, Index
 from ...core.doubts import Doubt
 from ...core.streams import stream
-from ...fragility.analyses.sliding import AFTER, SLIPS, coefficients_of, sliders_of, slides_below, slips_of
+from ...fragility.analyses.sliding import (
+    AFTER,
+    SLIPS,
+    coefficients_of,
+    demands,
+    demands_in_plane,
+    sliders_of,
+    slides_below,
+    slips_of,
+)
 from ...fragility.numerics.slabs import RUNS
 from ...fragility.runs.axes import along_depth
 from ...fragility.runs.runners import Runner
@@ -22,7 +31,6 @@ from ...fragility.validity.plausibility import cut_slides, end_doubts
 from ...models import Block, Law
 from ...models.friction import Friction
 from ...models.runs import Specimen
-from ...models.sliding.mode import demand, demand_in_plane
 from ...models.sliding.runs import TRIP_VELOCITY
 from ...models.sliding.trip import trips
 from ...motions.arrays import Record
@@ -293,29 +301,18 @@ class _Needed:
         self.motions, self.factors, self.plane = motions, factors, plane
         self.levels, self.polarities = levels, polarities
         self._known: dict[float, Array] = {}
-        self.along, self.across = self._of(motions), self._of(list(map(along_depth, motions))) if plane else None
+        self.along = self._on_runs(demands(motions, factors))
+        self.across = self._on_runs(demands([along_depth(one) for one in motions], factors)) if plane else None
 
-    def _of(self, motions: Sequence[Record]) -> Array:
-        return self._on_runs(
-            [demand(one.acceleration, one.vertical, self.factors[:, k].copy()) for k, one in enumerate(motions)]
-        )
-
-    def _on_runs(self, values: list[Array]) -> Array:
-        return np.repeat(np.stack(values, axis=1).reshape(self.levels, -1), self.polarities, axis=1)
+    def _on_runs(self, values: Array) -> Array:
+        return np.repeat(values.reshape(self.levels, -1), self.polarities, axis=1)
 
     def of(self, level: float) -> Array:
         """Return the friction of a block with this b/h along its width."""
         if not self.plane:
             return self.along
         if level not in self._known:
-            self._known[level] = self._on_runs(
-                [
-                    demand_in_plane(
-                        one.acceleration, along_depth(one).acceleration, one.vertical, self.factors[:, k], level
-                    )
-                    for k, one in enumerate(self.motions)
-                ]
-            )
+            self._known[level] = self._on_runs(demands_in_plane(self.motions, self.factors, level))
         return self._known[level]
 
 

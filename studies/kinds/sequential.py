@@ -20,7 +20,7 @@ from ...fragility.risk.modelling import range_of_half_levels
 from ...fragility.runs.axes import check_axes, check_outputs
 from ...fragility.runs.request import DERIVED
 from ...fragility.validity.notes import screen_facts
-from ...fragility.validity.sparse_screen import ScreenRequest
+from ...fragility.validity.slab_screen import ScreenRequest
 from ...fragility.validity.undecided import perturbed_runs
 from ...motions.arrays import LIFTS
 from ..file.schema import StudyFile

@@ -28,7 +28,7 @@ from ...fragility.runs.request import check_request
 from ...fragility.runs.scaling import ground_of, intensities, intensity_measure, scaling
 from ...fragility.surfaces import checks as of_checks
 from ...fragility.validity.plausibility import period_doubts
-from ...fragility.validity.sparse_screen import ScreenRequest
+from ...fragility.validity.slab_screen import ScreenRequest
 from ...models import Block, Law, Model
 from ...models.columns import BlockArray
 from ...motions import Generator, records

@@ -16,13 +16,12 @@ from ...fragility import capacity_variance_shares, fit_fragility, overturning_pr
 from ...fragility.fitting.intervals import WALD
 from ...fragility.hazard.rates import probability_in
 from ...fragility.numerics.slabs import gathered
-from ...fragility.runs.axes import along_depth
 from ...fragility.runs.factors import BlockFactors, Factors
 from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import ground_of, scaling
 from ...fragility.validity.characteristics import Characteristics
 from ...fragility.validity.summary import input_of_pairs, over_samples, summary_screen
-from ...fragility.validity.undecided import Axis, FlipCounts, choose_motions, count_flips_of
+from ...fragility.validity.undecided import FlipCounts, choose_motions, count_flips_of, turned
 from ...models import Block, Law
 from ...models.friction import Friction
 from ...models.laws import oscillator_of
@@ -73,10 +72,7 @@ def screen_samples(
                     progress(done + n, every)
 
             factors = _factors_of(scaled.factors, at, chosen)
-            axes: list[Axis[Sequence[tuple[Block, Law]]]] = [Axis(list, near)]
-            if design.about == 2:
-                axes.append(Axis(_across, [along_depth(one) for one in near]))
-            counts[at] = count_flips_of(rows, axes, flags_of, factors, runner, told)
+            counts[at] = count_flips_of(rows, turned, near, flags_of, factors, runner, told, design.about == 2)
             done += samples_perturbed_runs(rows, design, undecided)
         flips = FlipCounts(chosen, counts)
     return over_samples(summary_screen(given, shaking, friction, flips), block)
@@ -89,10 +85,6 @@ def samples_perturbed_runs(pairs: Sequence[Sequence[tuple[Block, Law]]], design:
     chosen = int(choose_motions(design.shakes, undecided).sum())
     each = sum(2 if law.restitution(one) is None else 4 for row in pairs for one, law in row)
     return each * chosen * (design.runs // design.shakes) * design.about
-
-
-def _across(row: Sequence[tuple[Block, Law]]) -> list[tuple[Block, Law]]:
-    return [(block.across, law) for block, law in row]
 
 
 def _alike(pairs: Sequence[Sequence[tuple[Block, Law]]]) -> list[Index]:

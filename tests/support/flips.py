@@ -9,7 +9,7 @@ from toppling.fragility.validity import undecided
 def undecided_outcomes(runs, motions, share=1.0):
     """Perturbations that change the flag of each run, on the dimensions of the flags; -1 where it was not tested."""
     found = undecided.count_flips(runs, motions, share, runner_of(None))
-    shaped = undecided._shaped(undecided._flags(runs))
+    shaped = undecided._flags(runs)
     counts = np.full(shaped.shape, -1, np.int8)
     counts[..., found.chosen] = found.counts
     labelled = shaped.copy(data=counts)

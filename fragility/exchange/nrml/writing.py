@@ -11,7 +11,7 @@ import math
 import os
 import re
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
 import scipy
@@ -33,22 +33,14 @@ STEP = 1e-9  # width of a step in probability, relative to its level
 COMMENT_MARK = "toppling"  # beginning of our comments
 
 
-class Imt(NamedTuple):
-    """OpenQuake's name of a measure, the SI unit here, and the SI value of its own unit."""
-
-    name: str
-    units: str
-    factor: float
-
-
 IMTS = {
-    "pga": Imt("PGA", "m s-2", STANDARD_GRAVITY),
-    "pgv": Imt("PGV", "m s-1", 0.01),
-    "pgd": Imt("PGD", "m", 0.01),
-    "arias": Imt("IA", "m s-1", 1.0),
-    "cav": Imt("CAV", "m s-1", STANDARD_GRAVITY),
+    "pga": ("PGA", STANDARD_GRAVITY),
+    "pgv": ("PGV", 0.01),
+    "pgd": ("PGD", 0.01),
+    "arias": ("IA", 1.0),
+    "cav": ("CAV", STANDARD_GRAVITY),
 }
-SA = Imt("SA", "m s-2", STANDARD_GRAVITY)
+"""OpenQuake's names of measures, and the SI values of its own units."""
 
 
 def write_nrml(
@@ -95,7 +87,7 @@ def write_nrml(
     file = checks.path(path)
     share = checks.number("tail", tail, at_least=1e-9, at_most=0.01)
     found = curve_set(curves, OPENQUAKE_MARKS, ids)
-    imt = _imt(found)
+    imt, unit = _imt(found)
     _refuse_floors(found)
     states = _limit_states(found)
     missing = found.missing()
@@ -111,7 +103,7 @@ def write_nrml(
         f"<limitStates>{' '.join(states)}</limitStates>",
     ]
     for name, rows in components.items():
-        lines += ["", _comment(component_record(found, rows)), *_function(name, found, rows, states, imt, share)]
+        lines += ["", _comment(component_record(found, rows)), *_function(name, found, rows, states, imt, unit, share)]
     lines += ["", "</fragilityModel>", "</nrml>", ""]
     return Written((write_text(file, "\n".join(lines)),), tuple(components), missing)
 
@@ -122,12 +114,12 @@ def arithmetic(median: float, dispersion: float) -> tuple[float, float]:
     return mean, mean * math.sqrt(math.expm1(dispersion**2))
 
 
-def _imt(found: CurveSet) -> Imt:
+def _imt(found: CurveSet) -> tuple[str, float]:
     spectral = spectral_period(found.im)
     if found.im in IMTS:
         return IMTS[found.im]
     if spectral is not None and spectral[0] == "Sa":
-        return SA._replace(name=f"SA({spectral[1]!r})")
+        return f"SA({spectral[1]!r})", STANDARD_GRAVITY
     raise ExchangeError(
         f"OpenQuake has no measure for {found.im or 'levels without a name'}, "
         f"allowed are {', '.join(IMTS)} and Sa(T) with 5 % damping"
@@ -177,22 +169,22 @@ def _comment(content: dict[str, Any]) -> str:
 
 
 def _function(
-    name: str, found: CurveSet, rows: Sequence[CurveRow], states: Sequence[str], imt: Imt, tail: float
+    name: str, found: CurveSet, rows: Sequence[CurveRow], states: Sequence[str], imt: str, unit: float, tail: float
 ) -> list[str]:
     if all(row.lognormal for row in rows):
-        low, high = (value / imt.factor for value in _range(rows, tail))
+        low, high = (value / unit for value in _range(rows, tail))
         lines = [
             f'<fragilityFunction id={quoteattr(name)} format="continuous" shape="logncdf">',
-            f'<imls imt={quoteattr(imt.name)} minIML="{low!r}" maxIML="{high!r}" noDamageLimit="{low!r}"/>',
+            f'<imls imt={quoteattr(imt)} minIML="{low!r}" maxIML="{high!r}" noDamageLimit="{low!r}"/>',
         ]
         for state, row in zip(states, rows, strict=True):
-            mean, stddev = arithmetic(row.parameters.median / imt.factor, row.parameters.dispersion)
+            mean, stddev = arithmetic(row.parameters.median / unit, row.parameters.dispersion)
             lines.append(f'<params ls="{state}" mean="{mean!r}" stddev="{stddev!r}"/>')
         return [*lines, "</fragilityFunction>"]
     levels = found.levels if found.levels is not None else grid(rows, tail, STEP)
     lines = [
         f'<fragilityFunction id={quoteattr(name)} format="discrete">',
-        f"<imls imt={quoteattr(imt.name)}>{_written(levels / imt.factor)}</imls>",
+        f"<imls imt={quoteattr(imt)}>{_written(levels / unit)}</imls>",
     ]
     for state, row in zip(states, rows, strict=True):
         p = row.probability if row.probability is not None else probability_at(row.parameters, levels)

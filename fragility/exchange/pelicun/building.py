@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -18,7 +17,7 @@ from ..datasets import curve_set
 from ..files import ExchangeError, write_text
 from ..ids import TABLE_MARKS
 from ..rows import MAX_CURVES, Written
-from .consequences import REPLACED, TABLE, UNITS, Amount, Consequence, write_consequences
+from .consequences import REPLACED, TABLE, UNITS, Line, write_consequences
 from .metadata import metadata_text
 from .writing import csv_text, write_table
 
@@ -27,23 +26,6 @@ FRAGILITY, QUANTITIES = "fragility.csv", "components.csv"
 FILES = (FRAGILITY, "fragility.json", QUANTITIES, TABLE, "consequence_repair.json", UNITS)
 """Names of all files of a building."""
 DIRECTION = "1"
-
-
-class Line(NamedTuple):
-    """Pieces of one kind on a floor: floor (0 is the ground), number, and what their fall costs, with comments.
-
-    together: whether all of them fall, or none.  cost: of one piece, drawn once for pieces that fall together, and once
-    for each otherwise; likewise the downtime, days, which is that of all pieces that fall together, None where none is
-    given.  note: on their fall; note_of_cost: on cost and downtime.
-    """
-
-    floor: int
-    number: int
-    together: bool
-    cost: Amount
-    downtime: Amount | None
-    note: str
-    note_of_cost: str = ""
 
 
 def write_building(
@@ -78,11 +60,7 @@ def write_building(
     by_id = dict(zip(found.ids, lines, strict=True))
     paths = [*written.paths, write_text(folder / QUANTITIES, _quantities(by_id))]
     labels = {name: curve.labels[0] for name, curve in zip(found.ids, found.curves, strict=True)}
-    consequences = {
-        name: Consequence(labels[name], one.cost, one.downtime, one.number if one.together else 1, one.note_of_cost)
-        for name, one in by_id.items()
-    }
-    paths += write_consequences(folder, consequences, currency, found.title, description)
+    paths += write_consequences(folder, by_id, labels, currency, found.title, description)
     return written._replace(paths=tuple(paths))
 
 

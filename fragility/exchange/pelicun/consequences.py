@@ -43,17 +43,26 @@ class Amount(NamedTuple):
     family: str = ""
 
 
-class Consequence(NamedTuple):
-    """What a fall of one component means, with its label and a comment.
+class Line(NamedTuple):
+    """Pieces of one kind on a floor: floor (0 is the ground), number, and what their fall costs, with comments.
 
-    cost: of one piece.  downtime: days, of `pieces` pieces together, None where none is given.
+    together: whether all of them fall, or none.  cost: of one piece, drawn once for pieces that fall together, and once
+    for each otherwise; likewise the downtime, days, which is that of all pieces that fall together, None where none is
+    given.  note: on their fall; note_of_cost: on cost and downtime.
     """
 
-    label: str
+    floor: int
+    number: int
+    together: bool
     cost: Amount
     downtime: Amount | None
-    pieces: int
     note: str
+    note_of_cost: str = ""
+
+    @property
+    def pieces(self) -> int:
+        """Pieces that the downtime is of."""
+        return self.number if self.together else 1
 
 
 def currency_unit(currency: str) -> str:
@@ -62,7 +71,7 @@ def currency_unit(currency: str) -> str:
 
 
 def write_consequences(
-    folder: Path, found: Mapping[str, Consequence], currency: str, title: str, description: str
+    folder: Path, found: Mapping[str, Line], labels: Mapping[str, str], currency: str, title: str, description: str
 ) -> list[Path]:
     """Write the table of consequences, by ids of components, and its metadata; nothing where there is no consequence.
 
@@ -79,7 +88,7 @@ def write_consequences(
     about = f"{of_cost}{of_time}{description}"
     paths = [
         write_text(table, _table(found, unit, valued)),
-        write_text(table.with_suffix(".json"), _metadata(found, title, about)),
+        write_text(table.with_suffix(".json"), _metadata(found, labels, title, about)),
     ]
     if valued and unit != KNOWN_CURRENCY:
         measures = {f"measure {si}": units for si, units in UNITS_OF_MEASURES.items()}
@@ -87,7 +96,7 @@ def write_consequences(
     return paths
 
 
-def _table(found: Mapping[str, Consequence], unit: str, valued: bool) -> str:
+def _table(found: Mapping[str, Line], unit: str, valued: bool) -> str:
     rows = [["ID", "Incomplete", "Quantity-Unit", "DV-Unit", "DS1-Family", "DS1-Theta_0", "DS1-Theta_1"]]
     for name, one in found.items():
         if valued:
@@ -101,20 +110,20 @@ def _cells(one: Amount) -> list[str]:
     return [one.family, repr(one.median), repr(one.dispersion) if one.family else ""]
 
 
-def _of_time(one: Consequence) -> str:
+def _of_time(one: Line) -> str:
     if one.downtime is None:
         return ""
     return f" and downtime of {f'{one.pieces} that fall together' if one.pieces > 1 else 'one'}"
 
 
-def _metadata(found: Mapping[str, Consequence], title: str, description: str) -> str:
+def _metadata(found: Mapping[str, Line], labels: Mapping[str, str], title: str, description: str) -> str:
     return json_of(
         {
             "_GeneralInformation": general_information(title, description, found),
             **{
                 name: {
-                    "Description": f"{one.label}: cost of one{_of_time(one)}",
-                    **({"Comments": one.note} if one.note else {}),
+                    "Description": f"{labels[name]}: cost of one{_of_time(one)}",
+                    **({"Comments": one.note_of_cost} if one.note_of_cost else {}),
                     "SuggestedComponentBlockSize": "1 EA",
                     "RoundUpToIntegerQuantity": "True",
                     "ControllingDemand": "Damage Quantity",

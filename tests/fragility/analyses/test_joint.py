@@ -52,12 +52,12 @@ def test_samples_say_the_same_on_the_average(fell):
     random = np.random.default_rng(4)
     some = [_falls(fell[1, 0][random.choice(300, 12, replace=False)], 300) for _ in range(500)]
     for name in ("sd", "sd_independent"):
-        squares = np.array([getattr(one, name) for one in some]) ** 2
-        assert abs(squares.mean() - getattr(whole, name) ** 2) < 4.0 * squares.std() / np.sqrt(500)
-    noisy = np.mean([one.share.var(ddof=1) for one in some])
-    assert noisy > 1.15 * whole.sd**2
+        squares = np.array([one[name] for one in some]) ** 2
+        assert abs(squares.mean() - whole[name] ** 2) < 4.0 * squares.std() / np.sqrt(500)
+    noisy = np.mean([one["share"].var(ddof=1) for one in some])
+    assert noisy > 1.15 * whole["sd"] ** 2
     more = [_falls(fell[1, 0][random.choice(300, 40, replace=False)], 300) for _ in range(300)]
-    assert np.mean([one.mean_lower <= whole.mean <= one.mean_upper for one in more]) > 0.95
+    assert np.mean([one["mean_lower"] <= whole["mean"] <= one["mean_upper"] for one in more]) > 0.95
 
 
 @pytest.mark.slow
@@ -113,7 +113,7 @@ def test_what_no_event_showed_has_an_upper_end():
     fell = np.zeros((50, 30), bool)
     none, every = _falls(fell, 300), _falls(~fell, 300)
     upper = 1.0 - 0.025 ** (1.0 / 30.0)
-    assert (none.mean, none.mean_lower) == (0.0, 0.0)
-    assert none.mean_upper == pytest.approx(upper, rel=1e-9)
-    assert (every.mean, every.mean_upper) == (1.0, 1.0)
-    assert every.mean_lower == pytest.approx(1.0 - upper, rel=1e-9)
+    assert (none["mean"], none["mean_lower"]) == (0.0, 0.0)
+    assert none["mean_upper"] == pytest.approx(upper, rel=1e-9)
+    assert (every["mean"], every["mean_upper"]) == (1.0, 1.0)
+    assert every["mean_lower"] == pytest.approx(1.0 - upper, rel=1e-9)

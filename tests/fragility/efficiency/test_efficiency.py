@@ -47,8 +47,8 @@ def direct(lower, upper, weights=None):
 
 def dispersion(lower, upper, weights=None):
     w = np.ones((1, lower.size)) if weights is None else weights
-    found = fit_dispersions([(lower[None], upper[None])], w)
-    return found.dispersion[0, 0], int(found.status[0, 0])
+    found, status = fit_dispersions([(lower[None], upper[None])], w)
+    return found[0, 0], int(status[0, 0])
 
 
 def first_all_once(n, replicates, seed):
@@ -449,7 +449,7 @@ class TestIntervals:
         shared = rng.normal(0.0, 0.3, (sets, n))
         grid = np.linspace(-1.5, 1.5, 25)
         ends = [bracketed(shared + rng.normal(0.0, 0.15, (sets, n)), grid) for _ in range(2)]
-        found = fit_dispersions(ends, first_all_once(n, 200, 12)).dispersion
+        found = fit_dispersions(ends, first_all_once(n, 200, 12))[0]
         difference = found[:, 0] - found[:, 1]
         low, high = np.quantile(difference[:, 1:], [0.025, 0.975], axis=1)
         told = int(((low > 0.0) | (high < 0.0)).sum())
@@ -503,7 +503,7 @@ class TestIntervals:
         y = rng.normal(0.0, 0.2, (50, 80))
         grid = np.linspace(-1.5, 1.5, 25)
         ends = [bracketed(y, grid), bracketed(y + rng.normal(0.0, 0.25, (50, 80)), grid)]
-        found = fit_dispersions(ends, first_all_once(80, 100, 1)).dispersion
+        found = fit_dispersions(ends, first_all_once(80, 100, 1))[0]
         assert (np.quantile(found[:, 1, 1:] - found[:, 0, 1:], 0.025, axis=1) > 0.0).mean() > 0.9
 
 

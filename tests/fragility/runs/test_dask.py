@@ -44,7 +44,7 @@ def work_of_blocks(shakes):
     request = check_request(BLOCKS, LAWS, ("overturned", "peak_rotation"), True, None, None)
     plain = records(shakes)
     factors = np.ones((1, LEVELS.size, len(plain)))
-    return work_of(request.oscillators, plain, factors, request, len(LAWS))
+    return work_of(request.specimens(), plain, factors, request, len(LAWS))
 
 
 class TestHere:

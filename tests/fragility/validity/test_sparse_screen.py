@@ -273,7 +273,7 @@ def test_progress_ends_where_it_said(pairs):
     from toppling.fragility.adaptive.until import until_of
     from toppling.fragility.analyses.adaptive import adaptive
     from toppling.fragility.runs.request import check_request
-    from toppling.fragility.validity.sparse_screen import ScreenRequest
+    from toppling.fragility.validity.slab_screen import ScreenRequest
 
     told = []
     motions = both_axes(SHAKES.sample_pairs(64))[0] if pairs else SHAKES
