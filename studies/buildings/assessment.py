@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -19,12 +19,13 @@ from ...core.units import DIMENSIONLESS, provenance
 from ...fragility import HazardCurve
 from ...fragility.analyses.sliding import SLIDES_ON
 from ...fragility.curves.means import REPLICATES
+from ...fragility.fitting.states import OVERTURNED
 from ...fragility.hazard.levels import Hazard, LevelWeights, hazard_points, level_weights, line_weights
 from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION
 from ...fragility.runs.labels import block_coordinates, depth_coordinate, law_coordinates
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import AXES
-from ...fragility.runs.request import check_vertical, runner_of
+from ...fragility.runs.request import check_vertical, labelled_sequence, runner_of
 from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE, Scaling
 from ...fragility.uncertainty.joint import (
@@ -54,15 +55,17 @@ from .variables import (
     FALLEN,
     FORWARD,
     JOINT,
+    PIECE_EVENTS,
     RUPTURE,
     SIDEWAYS,
+    LineEvent,
     Modelled,
     Precision,
     Variables,
+    Year,
     annual_variables,
     conditional_variables,
-    event_variables,
-    is_held,
+    line_variables,
     range_at_levels,
     range_of_a_year,
     variable,
@@ -233,7 +236,7 @@ def assess(
     >>> found["number_mean"].sel(place="building").values.tolist()
     [[0.0, 3.0]]
     """
-    laws = _laws(models)
+    laws = labelled_sequence("models", models, Law)
     if not isinstance(inventory, Inventory):
         raise TypeError(f"inventory must be an Inventory (read_inventory makes one), got {checks.kind(inventory)}")
     if variability is not None and not isinstance(variability, Variability):
@@ -271,13 +274,13 @@ def assess(
         shape = (run.levels.size, shaking.runs)
         plane = bool(shaking.axes)
         slips = SlidingRuns(inventory, laws[0], slipping, variability, shape, shaking.polarities, runner, plane)
-    found = _run(inventory, laws, shaking, run, im, variability, runner, progress, sides, slips)
-    alone, front, broken, sideways = found
+    falls = _run(inventory, laws, shaking, run, im, variability, runner, progress, sides, slips)
+    flags = overturned = falls[OVERTURNED]
     edges = slips is not None and bool(slips.edged)
-    flags = alone
     if slips is not None and edges:
-        front = None if front is None else slips.fallen_forward(front, alone)
-        flags = slips.fallen(alone)
+        if FORWARD in falls:
+            falls[FORWARD] = slips.fallen_forward(falls[FORWARD], overturned)
+        flags = falls[FALLEN] = slips.fallen(overturned)
     places = [BUILDING, *(f"floor {floor}" for floor in floors)]
     members = np.array(
         [[True] * len(inventory), *([str(row.floor) == one for row in inventory.rows] for one in floors)]
@@ -287,8 +290,8 @@ def assess(
         inventory, flags, members, thresholds, draws, runner.array, scores, shaking.polarities, edges, lost
     )
     precision = precision.over(shaking.runs // shaking.polarities)
-    modelled, to_front = None, None if front is None else replace(joint, flags=front)
-    to_side = None if sideways is None else replace(joint, flags=sideways)
+    year = None if weights is None else Year(weights.weights, shaking.own_motions, shaking.polarities)
+    modelled = None
     if mixture is not None:
         modelled = Modelled(joined(joint, mixture, precision.seed), mixture, np.zeros(0))
     variables = conditional_variables(joint, precision, modelled)
@@ -298,40 +301,35 @@ def assess(
     elif hazard is None:
         variables = variables | range_at_levels(plain, run.levels, scaled.levels, beta)
     if slips is not None:
-        variables |= slide_variables(joint, alone, slips, precision, weights, shaking.own_motions, modelled)
-    if mixture is not None:
-        at = np.searchsorted(run.levels, scaled.levels)
-        front = None if front is None else front[:, :, :, at]
-        alone, flags = alone[:, :, :, at], flags[:, :, :, at]
-        sideways = None if sideways is None else sideways[:, :, :, at]
-    if to_front is not None:
-        variables |= event_variables(to_front, FORWARD, precision, weights, shaking.own_motions, modelled)
-    if broken is not None:
-        ruptures = replace(joint, flags=broken)
-        variables |= event_variables(ruptures, RUPTURE, precision, weights, shaking.own_motions, modelled)
-    if to_side is not None:
-        variables |= event_variables(to_side, SIDEWAYS, precision, weights, shaking.own_motions, modelled)
-    if weights is not None:
+        variables |= slide_variables(joint, overturned, slips, precision, year, modelled)
+    for name, (text, can) in PIECE_EVENTS.items():
+        if name in falls:
+            able = [i for i, row in enumerate(inventory.rows) if can(row)]
+            event = LineEvent.of_flags(f"{name}_probability", f"item_{name}_rate", text, falls[name], able)
+            variables |= line_variables(joint, [event], precision, year, modelled)
+    if weights is not None and year is not None:
         if beta > 0.0 and several_classes(inventory):
-            modelled = _in_classes(joint, weights, scaled.levels, hazard, beta)
-        variables |= annual_variables(joint, weights, precision, shaking.own_motions, modelled)
-    if sideways is not None:
-        variables[f"{SIDEWAYS.name}_share"] = _share_of_falls(variables, weights is not None)
-    forward = "overturned forward or fell off in front" if edges else "overturned forward"
-    for name, text, own in (
-        ("overturned", "overturned", alone),
-        ("front", forward, front),
-        (SIDEWAYS.name, "overturned along its depth", sideways),
-        (FALLEN, "overturned or fell off", flags if edges else None),
-    ):
-        if own is None:
-            continue
+            assert isinstance(hazard, HazardCurve)  # (`_weights` refuses others)
+            shifted = ShiftedLevels.between(weights, covering(hazard, scaled.levels, beta), hazard, beta)
+            modelled = Modelled(joined(joint, shifted, scores.seed), shifted, shifted.rates)
+        variables |= annual_variables(joint, weights, year, precision, modelled)
+    if SIDEWAYS in falls:
+        variables[f"{SIDEWAYS}_share"] = _share_of_falls(variables, weights is not None)
+    texts = {
+        OVERTURNED: "overturned",
+        FORWARD: "overturned forward or fell off in front" if edges else "overturned forward",
+        SIDEWAYS: "overturned along its depth",
+        FALLEN: "overturned or fell off",
+    }
+    at = np.searchsorted(run.levels, scaled.levels)
+    for name in falls.keys() & texts:
+        own = falls[name] if mixture is None else falls[name][:, :, :, at]
+        text = f"whether a piece {texts[name]}"
         if variability is None and own.shape[2] == 1:
-            dims: tuple[str, ...] = ("model", "item", "level", "motion")
-            variables[name] = variable(dims, own[:, :, 0], DIMENSIONLESS, f"whether a piece {text}")
+            variables[name] = variable(("model", "item", "level", "motion"), own[:, :, 0], DIMENSIONLESS, text)
         else:
             dims = ("model", "item", "variant", "level", "motion")
-            variables[name] = variable(dims, own, DIMENSIONLESS, f"whether a piece {text}, of each variant")
+            variables[name] = variable(dims, own, DIMENSIONLESS, f"{text}, of each variant")
     configuration = {
         "inventory": [described(row) for row in inventory.rows],
         "currency": inventory.currency,
@@ -394,10 +392,10 @@ def _depths(inventory: Inventory) -> dict[str, xr.Variable]:
 def _share_of_falls(variables: Variables, yearly: bool) -> xr.Variable:
     """Return the share of the falls of each item that are along its depth, of a year or over the levels together."""
     if yearly:
-        deep, every = (variables[name].values for name in (f"item_{SIDEWAYS.name}_rate", "item_rate"))
+        deep, every = (variables[name].values for name in (f"item_{SIDEWAYS}_rate", "item_rate"))
         text = "share of its annual falls that are along its depth"
     else:
-        deep, every = (variables[name].values.sum(-1) for name in (f"{SIDEWAYS.name}_probability", "probability"))
+        deep, every = (variables[name].values.sum(-1) for name in (f"{SIDEWAYS}_probability", "probability"))
         text = "share of its falls at all levels together that are along its depth"
     with np.errstate(invalid="ignore", divide="ignore"):
         return variable(("model", "item"), np.where(every > 0.0, deep / every, np.nan), DIMENSIONLESS, text)
@@ -426,16 +424,16 @@ def _run(
     progress: Callable[[int, int], None] | None,
     sides: bool,
     slips: SlidingRuns | None,
-) -> tuple[Flags, Flags | None, Flags | None, Flags | None]:
-    """Return flags (model, item, variant, level, motion), with `sides` forward falls, ruptures and falls in depth."""
+) -> dict[str, Flags]:
+    """Return flags (model, item, variant, level, motion) of falls and, where there can be any, of `PIECE_EVENTS`."""
     variants = 1 if variability is None else variability.variants
     shape = (scaled.levels.size, shaking.runs)
     of_all = (len(laws), len(inventory), variants, *shape)
-    flags = runner.array(of_all, np.bool_)
-    front = runner.array(of_all, np.bool_) if sides else None
-    broken = runner.array(of_all, np.bool_) if sides and any(map(is_held, inventory.rows)) else None
-    sideways = runner.array(of_all, np.bool_) if any(row.both_axes for row in inventory.rows) else None
-    for every in (one for one in (flags, front, broken, sideways) if one is not None):
+    falls = {OVERTURNED: runner.array(of_all, np.bool_)}
+    for name, (_, can) in PIECE_EVENTS.items():
+        if (sides or name == SIDEWAYS) and any(map(can, inventory.rows)):
+            falls[name] = runner.array(of_all, np.bool_)
+    for every in falls.values():
         for own in every.reshape(-1, *every.shape[2:]):
             own[...] = False
     plans = {at: _runs_on(at, inventory, laws, shaking, variability) for at in shaking.supports(inventory)}
@@ -454,7 +452,7 @@ def _run(
             found: NDArray[Any]
             axes = ruptured = None
             if sides or one.across is not None:
-                found, axes, ruptured = falls_of_axes(one.oscillators, one.across, *of_runs, held=broken is not None)
+                found, axes, ruptured = falls_of_axes(one.oscillators, one.across, *of_runs, held=RUPTURE in falls)
             else:
                 found = overturning_flags(one.oscillators, *of_runs)
             for i, start in one.rows.items():
@@ -465,22 +463,22 @@ def _run(
                     mirrored = np.where(np.abs(own) == 1, own * np.int8(-1), own) if sides or axes is not None else own
                     own = np.concatenate([own, mirrored], axis=-1)
                 own = own.reshape(len(laws), variants, *shape)
-                flags[:, i] = own != 0
+                falls[OVERTURNED][:, i] = own != 0
                 if axes is None:
                     deep = np.zeros((), np.bool_)
                 else:
                     along = np.repeat(axes[rows].reshape(len(laws), variants, shape[0], -1), one.stands_for, -1)
                     deep = along.reshape(own.shape) == ALONG_DEPTH
-                if sideways is not None:
-                    sideways[:, i] = deep
-                if front is not None:
-                    front[:, i] = (own > 0) & ~deep
-                if broken is not None and ruptured is not None:
+                if SIDEWAYS in falls:
+                    falls[SIDEWAYS][:, i] = deep
+                if FORWARD in falls:
+                    falls[FORWARD][:, i] = (own > 0) & ~deep
+                if RUPTURE in falls and ruptured is not None:
                     # (what a reverse breaks is broken under the motion, too)
                     breaks = np.repeat(ruptured[rows].reshape(len(laws), variants, shape[0], -1), one.stands_for, -1)
-                    broken[:, i] = breaks.reshape(own.shape)
+                    falls[RUPTURE][:, i] = breaks.reshape(own.shape)
             done += cells // one.stands_for * one.number
-    return flags, front, broken, sideways
+    return falls
 
 
 class _Runs(NamedTuple):
@@ -556,12 +554,6 @@ def _named(row: Contents, law: Law, variability: Variability | None, across: boo
         raise ValueError(f"{row.label!r}: {error}") from None
 
 
-def _in_classes(joint: JointFlags, weights: LevelWeights, levels: Array, hazard: Any, beta: float) -> Modelled:
-    """Return the outcomes of a year over the modelling uncertainty of several classes."""
-    mixture = ShiftedLevels.between(weights, covering(hazard, levels, beta), hazard, beta)
-    return Modelled(joined(joint, mixture, joint.scores.seed), mixture, mixture.rates)
-
-
 def _weights(scaled: Scaling, hazard: Hazard, beta: float) -> LevelWeights:
     """Return the hazard curve as weights of the levels; ValueError where it is of another measure."""
     hazard_points(hazard)
@@ -623,20 +615,6 @@ def _losses(losses: Any, inventory: Inventory) -> Array:
     if values[0] < 0.0 or np.any(np.diff(values) <= 0.0):
         raise ValueError(f"losses must be >= 0 and strictly increasing, got {values.tolist()!r:.60}")
     return values
-
-
-def _laws(models: Any) -> list[Law]:
-    found = [models] if isinstance(models, Law) or not isinstance(models, Iterable) else list(models)
-    if not found:
-        raise ValueError("models must hold at least one, got none")
-    for model in found:
-        if not isinstance(model, Law):
-            raise TypeError(f"models must be one Law or a sequence of them, got {checks.kind(model)}")
-    labels = [model.label for model in found]
-    if len(set(labels)) < len(labels):
-        twice = next(label for label in labels if labels.count(label) > 1)
-        raise ValueError(f"models must have unique labels, got {twice!r} more than once")
-    return found
 
 
 _OPTIONAL = (

@@ -169,13 +169,13 @@ class _Savings:
         """Take how often one kit broke, as the results with it say: in a year or at the level, and at every level."""
         at, levels = np.array(rows), with_it["level"].values
         for i, end in enumerate(ENDS):
-            chances = with_it[f"{RUPTURE.name}_probability{end}"].values
+            chances = with_it[f"{RUPTURE}_probability{end}"].values
             self.broken[i][:, k, at] = chances
             if level is not None:
                 self.ruptures["kit_breaks"][i][:, k, at] = chances[..., level_index(with_it, level)]
                 continue
             assert hazard is not None  # (annual rates come from it)
-            self.ruptures["kit_breaks"][i][:, k, at] = with_it[f"item_{RUPTURE.name}_rate{end}"].values
+            self.ruptures["kit_breaks"][i][:, k, at] = with_it[f"item_{RUPTURE}_rate{end}"].values
             there = at_level(design_level(levels, hazard), levels, chances)
             self.ruptures["kit_breaks_at_design"][i][:, k, at] = there
 
