@@ -236,7 +236,7 @@ def assess(
     >>> found["number_mean"].sel(place="building").values.tolist()
     [[0.0, 3.0]]
     """
-    laws = labelled_sequence("models", models, Law)
+    laws: list[Law] = labelled_sequence("models", models, Law)  # type: ignore[type-abstract]
     if not isinstance(inventory, Inventory):
         raise TypeError(f"inventory must be an Inventory (read_inventory makes one), got {checks.kind(inventory)}")
     if variability is not None and not isinstance(variability, Variability):
@@ -293,7 +293,7 @@ def assess(
     year = None if weights is None else Year(weights.weights, shaking.own_motions, shaking.polarities)
     modelled = None
     if mixture is not None:
-        modelled = Modelled(joined(joint, mixture, precision.seed), mixture, np.zeros(0))
+        modelled = Modelled(joined(joint, mixture), mixture, np.zeros(0))
     variables = conditional_variables(joint, precision, modelled)
     plain = variables if mixture is None else conditional_variables(joint, precision)
     if isinstance(hazard, HazardCurve):
@@ -311,7 +311,7 @@ def assess(
         if beta > 0.0 and several_classes(inventory):
             assert isinstance(hazard, HazardCurve)  # (`_weights` refuses others)
             shifted = ShiftedLevels.between(weights, covering(hazard, scaled.levels, beta), hazard, beta)
-            modelled = Modelled(joined(joint, shifted, scores.seed), shifted, shifted.rates)
+            modelled = Modelled(joined(joint, shifted), shifted, shifted.rates)
         variables |= annual_variables(joint, weights, year, precision, modelled)
     if SIDEWAYS in falls:
         variables[f"{SIDEWAYS}_share"] = _share_of_falls(variables, weights is not None)

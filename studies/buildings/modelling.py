@@ -173,7 +173,7 @@ def refuse_own_motions(inventory: Inventory, own_motions: bool) -> None:
         )
 
 
-def joined(joint: JointFlags, mixture: Mixture, seed: int) -> JointOutcomes:
+def joined(joint: JointFlags, mixture: Mixture) -> JointOutcomes:
     """Join the outcomes of all classes in random states at points of shaking, as `JointFlags.results` does."""
     flags = joint.flags
     models, motions, points = flags.shape[0], flags.shape[-1], mixture.shares.shape[0]
@@ -199,7 +199,7 @@ def joined(joint: JointFlags, mixture: Mixture, seed: int) -> JointOutcomes:
             for i, word in enumerate(part.inventory.consequences):
                 found.happens[event.name][:, :, words.index(word)] *= stays[:, :, i]
         named = {one.name for one in part.quantities}
-        scores = _scores(str(label), motions // joint.polarities, seed)
+        scores = _scores(str(label), motions // joint.polarities, joint.scores.seed)
         for one in quantities:
             if one.name not in named:
                 continue

@@ -90,10 +90,10 @@ class Precision:
         """How often each motion is drawn (replicate, motion), the same for all variables."""
         return draw_motions(self.strata, self.replicates, self.seed)
 
-    def of_means(self, values: Array, most: Any = None) -> tuple[Array, Array, Array]:
-        """Return the mean over motions (last axis, each once) and its interval."""
+    def of_means(self, values: Array, most: Any = None, signed: bool = False) -> tuple[Array, Array, Array]:
+        """Return the mean over motions (last axis, each once) and its interval; `signed` values may be negative."""
         options = self.confidence, self.replicates, self.seed
-        found = mean_interval(values, *options, most, self.drawn, self.strata)
+        found = mean_interval(values, *options, most, self.drawn, self.strata, signed)
         return values.mean(axis=-1), found.lower, found.upper
 
     def of_probabilities(self, values: Array, possible: Flags) -> tuple[Array, Array, Array]:
