@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...core import checks
 from ...core.aliases import Array, Flags
 from ...core.doubts import warn
-from ...core.units import DIMENSIONLESS, provenance
+from ...core.units import DIMENSIONLESS, METRE, provenance
 from ...fragility import HazardCurve
 from ...fragility.analyses.sliding import SLIDES_ON
 from ...fragility.curves.means import REPLICATES
@@ -45,12 +45,13 @@ from ...motions.plausibility import record_doubts
 from ...motions.polarity import AS_RECORDED, BOTH
 from ..inventory.consequences import REALISATIONS, PieceScores
 from ..inventory.contents import Contents, Inventory, row_doubts
+from ..plan.slides import TRIP_DISTANCE
 from .axes import placed_on_axes
 from .modelling import ShiftedLevels, covering, joined, refuse_own_motions, scored_levels, several_classes
 from .outcomes import DAY, MOST_THRESHOLDS, JointFlags, lost_flags, thresholds_up_to, upper_tail
 from .shaking import Shaking, Support, support_of
 from .slide_runs import SlidingRuns, Slipping, draws_of, faces_an_edge, slides
-from .sliding import slide_coordinates, slide_variables
+from .sliding import slide_variables
 from .variables import (
     FALLEN,
     FORWARD,
@@ -353,9 +354,8 @@ def assess(
         dict(sorted(variables.items())),
         coords={
             **law_coordinates(laws),
-            **_item_coordinates(inventory, laws),
-            **(_depths(inventory) if shaking.axes else {}),
-            **slide_coordinates(inventory, slips),
+            **_item_coordinates(inventory, laws, bool(shaking.axes)),
+            **({} if slips is None else {"slip": variable(("slip",), slips.distances, METRE, "slip that is exceeded")}),
             "place": _labels("place", places, "place: the building, or a floor of it"),
             "level": xr.Variable(
                 "level", scaled.levels, {"units": scaled.units, "long_name": scaled.long_name, "im": scaled.name}
@@ -377,16 +377,6 @@ def assess(
             **provenance(configuration),
         },
     )
-
-
-def _depths(inventory: Inventory) -> dict[str, xr.Variable]:
-    """Return the depths of the items, and whether they are run about it, too."""
-    (name, one), *_ = depth_coordinate([row.block for row in inventory.rows]).items()
-    about = [row.both_axes for row in inventory.rows]
-    return {
-        name: xr.Variable("item", one.values, one.attrs),
-        "both_axes": variable(("item",), np.array(about), DIMENSIONLESS, "whether it is run about its depth, too"),
-    }
 
 
 def _share_of_falls(variables: Variables, yearly: bool) -> xr.Variable:
@@ -621,7 +611,6 @@ _OPTIONAL = (
     *("room", "direction", "piece_class", "code_class", "code_importance"),
     *("anchor_strength", "anchor_height", "kit", "contact", "stands_on"),
 )
-SUPPORT_TEXT = "bench or platform between the floor and the pieces"
 _DRAWN = ("cost", "downtime", "injury")
 """What is described where it is given."""
 
@@ -651,79 +640,71 @@ def _labels(dim: str, values: Sequence[str], long_name: str) -> xr.Variable:
     return variable((dim,), np.array(values, dtype=object), DIMENSIONLESS, long_name)
 
 
-def _item_coordinates(inventory: Inventory, laws: list[Law]) -> dict[str, xr.Variable]:
-    """Return the coordinates of the items: their numbers, values, blocks and restitution."""
-    rows = inventory.rows
+def _item_coordinates(inventory: Inventory, laws: list[Law], both_axes: bool) -> dict[str, xr.Variable]:
+    """Return the coordinates of the items: what the lines give, blocks and restitution; with `both_axes` depths."""
+    rows, blocks = inventory.rows, [row.block for row in inventory.rows]
     money = inventory.currency or DIMENSIONLESS
-    blocks = [row.block for row in rows]
+    mean = "mean " if any(row.cost is not None for row in rows) else ""
+    columns: dict[str, tuple[list[Any], str, str]] = {
+        "item": ([row.label for row in rows], DIMENSIONLESS, "item of the inventory"),
+        "floor": ([str(row.floor) for row in rows], DIMENSIONLESS, "floor, 0 is the ground"),
+        "room": ([row.room for row in rows], DIMENSIONLESS, "room"),
+        "consequences": ([JOINT.join(row.consequences) for row in rows], DIMENSIONLESS, "what its overturning means"),
+        "count": ([row.count for row in rows], DIMENSIONLESS, "number of pieces"),
+        "value": ([row.loss for row in rows], money, f"{mean}lost when a piece overturns"),
+        "anchored": ([row.anchored for row in rows], DIMENSIONLESS, "whether the pieces are anchored already"),
+        "anchoring_cost": ([row.anchoring_cost for row in rows], money, "cost of anchoring a piece"),
+    }
+    # (those that any line gives)
+    medians = [None if row.friction is None else float(row.friction.quantile(np.array(0.5))) for row in rows]
+    optional: dict[str, tuple[list[Any], str, str]] = {
+        "direction": ([row.direction for row in rows], DIMENSIONLESS, "direction in which its width lies"),
+        "anchored_with": ([row.kit for row in rows], DIMENSIONLESS, "kit that holds the pieces and can break"),
+        "support": (
+            [row.stand.name if row.stand else "" for row in rows],
+            DIMENSIONLESS,
+            "bench or platform between the floor and the pieces",
+        ),
+        "contact": ([row.contact for row in rows], DIMENSIONLESS, "what the pieces stand on, and with what"),
+        "friction": (medians, DIMENSIONLESS, "static coefficient of friction, its median"),
+        "stands_on": ([row.stands_on for row in rows], DIMENSIONLESS, "line whose piece it stands on"),
+    }
+    for name, kind, parameter, units, text in (
+        ("cost_median", "cost", "median", money, "median cost when a piece overturns"),
+        ("cost_dispersion", "cost", "dispersion", DIMENSIONLESS, "dispersion of that cost"),
+        (
+            "cost_distribution",
+            "cost",
+            "distribution",
+            DIMENSIONLESS,
+            "distribution of that cost, normal truncated at 0",
+        ),
+        ("downtime_median", "downtime", "median", DAY, "median downtime when a piece overturns"),
+        ("downtime_dispersion", "downtime", "dispersion", DIMENSIONLESS, "dispersion of that downtime"),
+        (
+            *("downtime_distribution", "downtime", "distribution", DIMENSIONLESS),
+            "distribution of that downtime, normal truncated at 0",
+        ),
+        ("persons_exposed", "injury", "persons", DIMENSIONLESS, "mean number of persons where a piece falls"),
+        ("injury_probability", "injury", "probability", DIMENSIONLESS, "probability that each of them is injured"),
+    ):
+        optional[name] = [getattr(getattr(row, kind), parameter, None) for row in rows], units, text
+    if any(slides(row) for row in rows if row.obstacle is not None):
+        columns[TRIP_DISTANCE] = [row.obstacle for row in rows], METRE, "clear distance to an obstacle"
+    if both_axes:
+        columns["both_axes"] = [row.both_axes for row in rows], DIMENSIONLESS, "whether it is run about its depth, too"
+    found = {}
+    for name, (values, units, text) in (columns | optional).items():
+        if name in columns or any(value not in (None, "") for value in values):
+            texts = any(isinstance(value, str) for value in values)
+            given = [("" if texts else np.nan) if value is None else value for value in values]
+            found[name] = variable(("item",), np.array(given, object if texts else None), units, text)
     used = [[with_restitution(law, row.e).restitution(row.block) for row in rows] for law in laws]
     e = np.array([[np.nan if one is None else one for one in line] for line in used])
-    columns: dict[str, tuple[Any, str, str]] = {
-        "count": ([row.count for row in rows], DIMENSIONLESS, "number of pieces"),
-        "value": (
-            [row.loss for row in rows],
-            money,
-            f"{'mean ' if any(row.cost is not None for row in rows) else ''}lost when a piece overturns",
-        ),
-        "anchored": ([row.anchored for row in rows], DIMENSIONLESS, "whether the pieces are anchored already"),
-        "anchoring_cost": (
-            [np.nan if row.anchoring_cost is None else row.anchoring_cost for row in rows],
-            money,
-            "cost of anchoring a piece",
-        ),
-    }
-    columns |= _drawn_columns(rows, money)
-    found = {
-        "item": _labels("item", [row.label for row in rows], "item of the inventory"),
-        "floor": _labels("item", [str(row.floor) for row in rows], "floor, 0 is the ground"),
-        "room": _labels("item", [row.room for row in rows], "room"),
-        "consequences": _labels("item", [JOINT.join(row.consequences) for row in rows], "what its overturning means"),
-        **(
-            {"direction": _labels("item", [row.direction for row in rows], "direction in which its width lies")}
-            if any(row.direction for row in rows)
-            else {}
-        ),
-        **(
-            {"anchored_with": _labels("item", [row.kit for row in rows], "kit that holds the pieces and can break")}
-            if any(row.kit for row in rows)
-            else {}
-        ),
-        **(
-            {"support": _labels("item", [row.stand.name if row.stand else "" for row in rows], SUPPORT_TEXT)}
-            if any(row.stand for row in rows)
-            else {}
-        ),
-        "e": variable(("model", "item"), e, DIMENSIONLESS, "coefficient of restitution used"),
-    }
-    for name, (values, units, long_name) in columns.items():
-        found[name] = variable(("item",), np.array(values), units, long_name)
-    for name, one in block_coordinates(blocks).items():
+    found["e"] = variable(("model", "item"), e, DIMENSIONLESS, "coefficient of restitution used")
+    for name, one in (block_coordinates(blocks) | (depth_coordinate(blocks) if both_axes else {})).items():
         if name != "block":  # (items have their own labels)
             found[name] = xr.Variable("item", one.values, one.attrs)
-    return found
-
-
-def _drawn_columns(rows: Sequence[Contents], money: str) -> dict[str, tuple[Any, str, str]]:
-    """Return the parameters and names of the distributions that lines give, NaN and '' for lines without."""
-    named = {
-        "cost_median": ("cost", "median", money, "median cost when a piece overturns"),
-        "cost_dispersion": ("cost", "dispersion", DIMENSIONLESS, "dispersion of that cost"),
-        "downtime_median": ("downtime", "median", DAY, "median downtime when a piece overturns"),
-        "downtime_dispersion": ("downtime", "dispersion", DIMENSIONLESS, "dispersion of that downtime"),
-        "persons_exposed": ("injury", "persons", DIMENSIONLESS, "mean number of persons where a piece falls"),
-        "injury_probability": ("injury", "probability", DIMENSIONLESS, "probability that each of them is injured"),
-    }
-    found: dict[str, tuple[Any, str, str]] = {}
-    for name, (kind, parameter, units, text) in named.items():
-        given = [getattr(row, kind) for row in rows]
-        if any(one is not None for one in given):
-            values = [np.nan if one is None else getattr(one, parameter) for one in given]
-            found[name] = values, units, text
-    for kind in ("cost", "downtime"):
-        drawn = [getattr(row, kind) for row in rows]
-        if any(one is not None for one in drawn):
-            names = np.array(["" if one is None else one.distribution for one in drawn], dtype=object)
-            found[f"{kind}_distribution"] = names, DIMENSIONLESS, f"distribution of that {kind}, normal truncated at 0"
     return found
 
 

@@ -25,7 +25,7 @@ from ..inventory.consequences import REALISATIONS, PieceScores
 from ..inventory.contents import Inventory
 from ..text.curve_notes import SETTLED
 from .assessment import straight_weights
-from .modelling import ShiftedLevels, classes_of, covering, joined, refuse_own_motions
+from .modelling import ShiftedLevels, covering, joined, refuse_own_motions
 from .outcomes import DAY, JointFlags
 from .savings import ItemChances
 from .variables import PER_YEAR, Year, fall_flags, per_year, range_of_a_year, variable
@@ -270,7 +270,7 @@ class _Branch:
         self.motions = self.runs // self.every.polarities
         self.drawn = draw_motions(self.every.strata(self.runs), sampling.replicates, sampling.seed)
         self.hazard, self.sampling, self.members = branch.hazard, sampling, members
-        self.inventory, self.classes = inventory, np.array(classes_of(inventory), dtype=object)
+        self.inventory, self.classes = inventory, np.array([row.class_label for row in inventory.rows], dtype=object)
         self.standing = np.array([not row.anchored for row in inventory.rows])
         rows = (branch.hazard.rates,) if branch.hazard.realisations is None else branch.hazard.realisations
         one = replace(branch.hazard, realisations=None, weights=None, fractile=None)

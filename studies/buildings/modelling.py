@@ -154,11 +154,6 @@ def positions_of(weights: Array, hazard: HazardCurve) -> Array:
     return np.asarray(found)
 
 
-def classes_of(inventory: Inventory) -> list[str]:
-    """Return the class of each line: as it is given, or the sizes of its block."""
-    return [row.class_label for row in inventory.rows]
-
-
 def several_classes(inventory: Inventory) -> bool:
     """Return whether the pieces that may fall are of several classes."""
     return len({row.class_label for row in inventory.rows if not row.anchored}) > 1
@@ -185,7 +180,7 @@ def joined(joint: JointFlags, mixture: Mixture) -> JointOutcomes:
         {one.name: joint.filled((models, *one.sets.shape[:-1], points, motions), 1.0) for one in events},
     )
     words = joint.inventory.consequences
-    labels = np.array(classes_of(joint.inventory), dtype=object)
+    labels = np.array([row.class_label for row in joint.inventory.rows], dtype=object)
     for label in dict.fromkeys(labels):
         part = joint.part(np.flatnonzero((labels == label) & (joint.exposed)))
         if part is None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -11,7 +10,7 @@ import xarray as xr
 
 from ...core.aliases import Array, Flags
 from ...core.facts import Fact, doubted
-from ...core.units import DIMENSIONLESS, METRE
+from ...core.units import DIMENSIONLESS
 from ...fragility.analyses.sliding import SLIDES_ON
 from ...fragility.runs.provenance import AXES, configuration_of
 from ...models.friction import FixedFriction
@@ -23,7 +22,6 @@ from ..plan.slides import (
     SHARE,
     SLIP,
     TRIP,
-    TRIP_DISTANCE,
     TRIP_RATE,
     exact_friction_notes,
     near_uplift,
@@ -130,29 +128,6 @@ def _weighted(flags: Flags, rows: Sequence[int], weights: Array) -> Array:
     for k, i in enumerate(rows):
         share = weights[k] if variants > 1 else weights[k].mean(keepdims=True)
         found[:, k] = np.einsum("v,mvle->mle", share, flags[:, i].astype(np.float64)) / variants
-    return found
-
-
-def slide_coordinates(inventory: Inventory, runs: SlidingRuns | None) -> dict[str, xr.Variable]:
-    """Return the coordinates of contacts, friction and what lines stand on, where any line has them, and the slips."""
-    rows = inventory.rows
-    found: dict[str, xr.Variable] = {}
-    if any(row.contact for row in rows):
-        contacts = np.array([row.contact for row in rows], dtype=object)
-        found["contact"] = variable(("item",), contacts, DIMENSIONLESS, "what the pieces stand on, and with what")
-    if any(row.friction is not None for row in rows):
-        medians = [math.nan if row.friction is None else float(row.friction.quantile(np.array(0.5))) for row in rows]
-        text = "static coefficient of friction, its median"
-        found["friction"] = variable(("item",), np.array(medians), DIMENSIONLESS, text)
-    if any(row.stands_on for row in rows):
-        below = np.array([row.stands_on for row in rows], dtype=object)
-        found["stands_on"] = variable(("item",), below, DIMENSIONLESS, "line whose piece it stands on")
-    if runs is not None:
-        text = "slip that is exceeded"
-        found["slip"] = variable(("slip",), runs.distances, METRE, text)
-        if runs.near:
-            distances = [math.nan if (at := row.obstacle) is None else at for row in rows]
-            found[TRIP_DISTANCE] = variable(("item",), np.array(distances), METRE, "clear distance to an obstacle")
     return found
 
 
