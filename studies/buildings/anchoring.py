@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -12,11 +12,11 @@ from ...core import checks
 from ...core.aliases import Array, Flags, Index
 from ...core.units import DIMENSIONLESS
 from ...core.wording import given_percent
-from ...fragility.curves.means import REPLICATES, Interval, mean_interval, resampled_means
+from ...fragility.curves.means import REPLICATES, resampled_means
 from ...fragility.numerics.slabs import Allocator, in_memory, slabs
 from .outcomes import ANY
 from .savings import AdditiveItems, EventItems, FreeItems, ItemChances, order_of, score_of
-from .variables import JOINT, PER_YEAR, Year, carried_items, level_index, per_year, variable
+from .variables import JOINT, PER_YEAR, Precision, Year, carried_items, level_index, per_year, variable
 
 AMOUNTS = ("number", "loss")
 
@@ -90,9 +90,9 @@ def anchoring(
     """
     if not isinstance(assessment, xr.Dataset) or "overturned" not in assessment or "place" not in assessment.dims:
         raise TypeError(f"assessment must be a dataset as assess returns it, got {checks.kind(assessment)}")
-    goal = _goal(assessment, objective, level is None)
+    members, units, text = _objective(assessment, objective, level is None)
     weights = weights_of(assessment, level)
-    chosen = np.flatnonzero(goal.members & ~assessment["anchored"].values.astype(bool))
+    chosen = np.flatnonzero(members & ~assessment["anchored"].values.astype(bool))
     if chosen.size == 0:
         raise ValueError(f"nothing can be anchored that counts for {objective!r}: all of it is anchored already")
     cost = (assessment["anchoring_cost"].values * assessment["count"].values)[chosen]
@@ -102,15 +102,15 @@ def anchoring(
     year = Year.of(assessment, weights)
     free = _free(assessment, objective, year, chosen, array)
     order, left = free.steps(cost if per_cost else None)
-    resampling = Resampling(replicates, seed, year.strata(assessment.sizes["motion"]))
+    precision = interval_options(assessment, year, replicates, seed)
     kept = {str(name): one.variable for name, one in assessment.coords.items() if one.dims == ("model",)}
     for name, coordinate in assessment.coords.items():
         if "item" in coordinate.dims:
             kept[str(name)] = coordinate.isel(item=chosen).variable
     return xr.Dataset(
         {
-            **_savings(assessment, free, goal, cost, per_cost, resampling),
-            **_stepped(assessment, order, left, goal, labels, cost, resampling),
+            **_savings(assessment, free, (units, text), cost, per_cost, precision),
+            **_stepped(assessment, order, left, (units, text), labels, cost, precision),
         },
         coords={
             **kept,
@@ -122,31 +122,17 @@ def anchoring(
             **assessment.attrs,
             "title": "What anchoring saves",
             "objective": objective,
-            "objective_text": goal.text,
+            "objective_text": text,
             "per_cost": int(per_cost),
             **({} if level is None else {"level": float(level)}),
         },
     )
 
 
-class _Goal(NamedTuple):
-    """An objective: the items that count for it (item,), its unit and name."""
-
-    members: Flags
-    units: str
-    text: str
-
-
-class Resampling(NamedTuple):
-    """Number of resamples of the motions, the seed that decides them, and the strata of the motions."""
-
-    replicates: int
-    seed: int
-    strata: tuple[Index, ...]
-
-    def interval(self, values: Array, confidence: float, signed: bool = False) -> Interval:
-        """Return the interval of the mean of values (…, motion), which may be negative if they are `signed`."""
-        return mean_interval(values, confidence, self.replicates, self.seed, strata=self.strata, signed=signed)
+def interval_options(assessment: xr.Dataset, year: Year, replicates: int, seed: int) -> Precision:
+    """Return the options of intervals of sums over the levels of an assessment, with its confidence."""
+    found = Precision.checked(0.5, float(assessment.attrs["confidence"]), replicates, seed)
+    return replace(found, strata=year.strata(assessment.sizes["motion"]))
 
 
 def _free(assessment: xr.Dataset, objective: str, year: Year, chosen: Index, array: Allocator) -> FreeItems:
@@ -163,7 +149,8 @@ def _free(assessment: xr.Dataset, objective: str, year: Year, chosen: Index, arr
     return EventItems(every, year, array)
 
 
-def _goal(assessment: xr.Dataset, objective: str, yearly: bool) -> _Goal:
+def _objective(assessment: xr.Dataset, objective: str, yearly: bool) -> tuple[Flags, str, str]:
+    """Return the items that count for an objective (item,), its unit and its words."""
     words = [str(word) for word in assessment["consequence"].values] if "consequence" in assessment.coords else []
     amounts = [name for name in AMOUNTS if f"{name}_mean" in assessment]
     checks.choice("objective", objective, (*amounts, ANY, *words))
@@ -172,15 +159,15 @@ def _goal(assessment: xr.Dataset, objective: str, yearly: bool) -> _Goal:
         attributes = assessment[objective].attrs
         units = per_year(attributes["units"]) if yearly else attributes["units"]
         text = f"{'expected annual' if yearly else 'mean of'} {attributes['long_name']}"
-        return _Goal(everything, units, text)
+        return everything, units, text
     what = "at least one piece overturns"
     if objective != ANY:
         lists = [str(one).split(JOINT) for one in assessment["consequences"].values]
         everything = np.array([objective in one for one in lists])
         what = f"at least one piece with {objective!r} overturns"
     if yearly:
-        return _Goal(everything, PER_YEAR, f"annual rate at which {what}")
-    return _Goal(everything, DIMENSIONLESS, f"probability that {what}")
+        return everything, PER_YEAR, f"annual rate at which {what}"
+    return everything, DIMENSIONLESS, f"probability that {what}"
 
 
 def weights_of(assessment: xr.Dataset, level: float | None) -> Array:
@@ -195,19 +182,23 @@ def weights_of(assessment: xr.Dataset, level: float | None) -> Array:
 
 
 def _savings(
-    assessment: xr.Dataset, free: FreeItems, goal: _Goal, cost: Array, per_cost: bool, resampling: Resampling
+    assessment: xr.Dataset,
+    free: FreeItems,
+    objective: tuple[str, str],
+    cost: Array,
+    per_cost: bool,
+    precision: Precision,
 ) -> dict[str, xr.Variable]:
-    """Return the variables on (model, item)."""
-    confidence = float(assessment.attrs["confidence"])
+    """Return the variables on (model, item), for an objective of some unit and words."""
+    units, text = objective
     money = assessment["anchoring_cost"].attrs["units"]
-    percent = given_percent(confidence)
+    percent, confidence = given_percent(precision.confidence), precision.confidence
     saved = free.savings
-    mean = saved.mean(axis=-1)
     total = free.whole.mean(axis=-1)
-    interval = resampling.interval(saved, confidence)
+    mean, lower, upper = precision.of_means(saved)
     price = cost if per_cost else None
     alone = free.alone.mean(axis=-1)
-    resampled = resampled_means(saved, resampling.replicates, resampling.seed, free.array, resampling.strata)
+    resampled = resampled_means(saved, precision.replicates, precision.seed, free.array, precision.strata)
     models, items, replicates = resampled.shape
     ranks = free.array(resampled.shape, np.int64)
     for k in range(models):
@@ -224,17 +215,17 @@ def _savings(
     by = "saving over cost" if per_cost else "saving"
     share = np.divide(mean, total[:, None], out=np.full(mean.shape, np.nan), where=total[:, None] > 0.0)
     each = {
-        "saving": (mean, goal.units, f"saved by anchoring it alone of: {goal.text}"),
-        "saving_lower": (interval.lower, goal.units, f"lower end of the {percent} interval of the saving"),
-        "saving_upper": (interval.upper, goal.units, f"upper end of the {percent} interval of the saving"),
+        "saving": (mean, units, f"saved by anchoring it alone of: {text}"),
+        "saving_lower": (lower, units, f"lower end of the {percent} interval of the saving"),
+        "saving_upper": (upper, units, f"upper end of the {percent} interval of the saving"),
         "saving_share": (share, DIMENSIONLESS, "saving over all that anchoring could save"),
-        "alone": (alone, goal.units, f"if it stood alone: {goal.text}"),
+        "alone": (alone, units, f"if it stood alone: {text}"),
         "rank": (_ranks(score_of(mean, price), alone), DIMENSIONLESS, f"rank by {by}, 1 is the first to anchor"),
         "rank_lower": (first, DIMENSIONLESS, f"first rank of the {percent} interval of the rank"),
         "rank_upper": (last, DIMENSIONLESS, f"last rank of the {percent} interval of the rank"),
     }
     with np.errstate(divide="ignore", invalid="ignore"):
-        each["saving_per_cost"] = (mean / cost, _over(goal.units, money), "saving over cost")
+        each["saving_per_cost"] = (mean / cost, _over(units, money), "saving over cost")
     found = {name: variable(("model", "item"), *one) for name, one in each.items()}
     found["cost"] = variable(("item",), cost, money, "cost of anchoring its pieces")
     return found
@@ -244,24 +235,24 @@ def _stepped(
     assessment: xr.Dataset,
     order: Index,
     left: Array,
-    goal: _Goal,
+    objective: tuple[str, str],
     labels: NDArray[np.object_],
     cost: Array,
-    resampling: Resampling,
+    precision: Precision,
 ) -> dict[str, xr.Variable]:
-    """Return the variables on (model, step)."""
-    confidence = float(assessment.attrs["confidence"])
-    percent = given_percent(confidence)
-    interval = resampling.interval(left, confidence)
+    """Return the variables on (model, step), for an objective of some unit and words."""
+    units, text = objective
+    percent = given_percent(precision.confidence)
+    mean, lower, upper = precision.of_means(left)
     models = order.shape[0]
     names = np.concatenate([np.full((models, 1), "", dtype=object), labels[order]], axis=1)
     spent = np.concatenate([np.zeros((models, 1)), np.cumsum(cost[order], axis=1)], axis=1)
     money = assessment["anchoring_cost"].attrs["units"]
     each = {
         "anchored_item": (names, DIMENSIONLESS, "item anchored at the step"),
-        "left": (left.mean(axis=-1), goal.units, f"what is left: {goal.text}"),
-        "left_lower": (interval.lower, goal.units, f"lower end of the {percent} interval of what is left"),
-        "left_upper": (interval.upper, goal.units, f"upper end of the {percent} interval of what is left"),
+        "left": (mean, units, f"what is left: {text}"),
+        "left_lower": (lower, units, f"lower end of the {percent} interval of what is left"),
+        "left_upper": (upper, units, f"upper end of the {percent} interval of what is left"),
         "total_cost": (spent, money, "cost of all that is anchored then"),
     }
     return {name: variable(("model", "step"), *one) for name, one in each.items()}

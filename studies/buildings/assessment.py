@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -15,16 +15,17 @@ from numpy.typing import NDArray
 from ...core import checks
 from ...core.aliases import Array, Flags
 from ...core.doubts import warn
-from ...core.units import DIMENSIONLESS, provenance
+from ...core.units import DIMENSIONLESS, METRE, provenance
 from ...fragility import HazardCurve
 from ...fragility.analyses.sliding import SLIDES_ON
 from ...fragility.curves.means import REPLICATES
+from ...fragility.fitting.states import OVERTURNED
 from ...fragility.hazard.levels import Hazard, LevelWeights, hazard_points, level_weights, line_weights
 from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION
 from ...fragility.runs.labels import block_coordinates, depth_coordinate, law_coordinates
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import AXES
-from ...fragility.runs.request import check_vertical, runner_of
+from ...fragility.runs.request import check_vertical, labelled_sequence, runner_of
 from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE, Scaling
 from ...fragility.uncertainty.joint import (
@@ -44,25 +45,28 @@ from ...motions.plausibility import record_doubts
 from ...motions.polarity import AS_RECORDED, BOTH
 from ..inventory.consequences import REALISATIONS, PieceScores
 from ..inventory.contents import Contents, Inventory, row_doubts
+from ..plan.slides import TRIP_DISTANCE
 from .axes import placed_on_axes
 from .modelling import ShiftedLevels, covering, joined, refuse_own_motions, scored_levels, several_classes
 from .outcomes import DAY, MOST_THRESHOLDS, JointFlags, lost_flags, thresholds_up_to, upper_tail
 from .shaking import Shaking, Support, support_of
 from .slide_runs import SlidingRuns, Slipping, draws_of, faces_an_edge, slides
-from .sliding import slide_coordinates, slide_variables
+from .sliding import slide_variables
 from .variables import (
     FALLEN,
     FORWARD,
     JOINT,
+    PIECE_EVENTS,
     RUPTURE,
     SIDEWAYS,
+    LineEvent,
     Modelled,
     Precision,
     Variables,
+    Year,
     annual_variables,
     conditional_variables,
-    event_variables,
-    is_held,
+    line_variables,
     range_at_levels,
     range_of_a_year,
     variable,
@@ -233,7 +237,7 @@ def assess(
     >>> found["number_mean"].sel(place="building").values.tolist()
     [[0.0, 3.0]]
     """
-    laws = _laws(models)
+    laws: list[Law] = labelled_sequence("models", models, Law)  # type: ignore[type-abstract]
     if not isinstance(inventory, Inventory):
         raise TypeError(f"inventory must be an Inventory (read_inventory makes one), got {checks.kind(inventory)}")
     if variability is not None and not isinstance(variability, Variability):
@@ -271,13 +275,13 @@ def assess(
         shape = (run.levels.size, shaking.runs)
         plane = bool(shaking.axes)
         slips = SlidingRuns(inventory, laws[0], slipping, variability, shape, shaking.polarities, runner, plane)
-    found = _run(inventory, laws, shaking, run, im, variability, runner, progress, sides, slips)
-    alone, front, broken, sideways = found
+    falls = _run(inventory, laws, shaking, run, im, variability, runner, progress, sides, slips)
+    flags = overturned = falls[OVERTURNED]
     edges = slips is not None and bool(slips.edged)
-    flags = alone
     if slips is not None and edges:
-        front = None if front is None else slips.fallen_forward(front, alone)
-        flags = slips.fallen(alone)
+        if FORWARD in falls:
+            falls[FORWARD] = slips.fallen_forward(falls[FORWARD], overturned)
+        flags = falls[FALLEN] = slips.fallen(overturned)
     places = [BUILDING, *(f"floor {floor}" for floor in floors)]
     members = np.array(
         [[True] * len(inventory), *([str(row.floor) == one for row in inventory.rows] for one in floors)]
@@ -287,10 +291,10 @@ def assess(
         inventory, flags, members, thresholds, draws, runner.array, scores, shaking.polarities, edges, lost
     )
     precision = precision.over(shaking.runs // shaking.polarities)
-    modelled, to_front = None, None if front is None else replace(joint, flags=front)
-    to_side = None if sideways is None else replace(joint, flags=sideways)
+    year = None if weights is None else Year(weights.weights, shaking.own_motions, shaking.polarities)
+    modelled = None
     if mixture is not None:
-        modelled = Modelled(joined(joint, mixture, precision.seed), mixture, np.zeros(0))
+        modelled = Modelled(joined(joint, mixture), mixture, np.zeros(0))
     variables = conditional_variables(joint, precision, modelled)
     plain = variables if mixture is None else conditional_variables(joint, precision)
     if isinstance(hazard, HazardCurve):
@@ -298,40 +302,35 @@ def assess(
     elif hazard is None:
         variables = variables | range_at_levels(plain, run.levels, scaled.levels, beta)
     if slips is not None:
-        variables |= slide_variables(joint, alone, slips, precision, weights, shaking.own_motions, modelled)
-    if mixture is not None:
-        at = np.searchsorted(run.levels, scaled.levels)
-        front = None if front is None else front[:, :, :, at]
-        alone, flags = alone[:, :, :, at], flags[:, :, :, at]
-        sideways = None if sideways is None else sideways[:, :, :, at]
-    if to_front is not None:
-        variables |= event_variables(to_front, FORWARD, precision, weights, shaking.own_motions, modelled)
-    if broken is not None:
-        ruptures = replace(joint, flags=broken)
-        variables |= event_variables(ruptures, RUPTURE, precision, weights, shaking.own_motions, modelled)
-    if to_side is not None:
-        variables |= event_variables(to_side, SIDEWAYS, precision, weights, shaking.own_motions, modelled)
-    if weights is not None:
+        variables |= slide_variables(joint, overturned, slips, precision, year, modelled)
+    for name, (text, can) in PIECE_EVENTS.items():
+        if name in falls:
+            able = [i for i, row in enumerate(inventory.rows) if can(row)]
+            event = LineEvent.of_flags(f"{name}_probability", f"item_{name}_rate", text, falls[name], able)
+            variables |= line_variables(joint, [event], precision, year, modelled)
+    if weights is not None and year is not None:
         if beta > 0.0 and several_classes(inventory):
-            modelled = _in_classes(joint, weights, scaled.levels, hazard, beta)
-        variables |= annual_variables(joint, weights, precision, shaking.own_motions, modelled)
-    if sideways is not None:
-        variables[f"{SIDEWAYS.name}_share"] = _share_of_falls(variables, weights is not None)
-    forward = "overturned forward or fell off in front" if edges else "overturned forward"
-    for name, text, own in (
-        ("overturned", "overturned", alone),
-        ("front", forward, front),
-        (SIDEWAYS.name, "overturned along its depth", sideways),
-        (FALLEN, "overturned or fell off", flags if edges else None),
-    ):
-        if own is None:
-            continue
+            assert isinstance(hazard, HazardCurve)  # (`_weights` refuses others)
+            shifted = ShiftedLevels.between(weights, covering(hazard, scaled.levels, beta), hazard, beta)
+            modelled = Modelled(joined(joint, shifted), shifted, shifted.rates)
+        variables |= annual_variables(joint, weights, year, precision, modelled)
+    if SIDEWAYS in falls:
+        variables[f"{SIDEWAYS}_share"] = _share_of_falls(variables, weights is not None)
+    texts = {
+        OVERTURNED: "overturned",
+        FORWARD: "overturned forward or fell off in front" if edges else "overturned forward",
+        SIDEWAYS: "overturned along its depth",
+        FALLEN: "overturned or fell off",
+    }
+    at = np.searchsorted(run.levels, scaled.levels)
+    for name in falls.keys() & texts:
+        own = falls[name] if mixture is None else falls[name][:, :, :, at]
+        text = f"whether a piece {texts[name]}"
         if variability is None and own.shape[2] == 1:
-            dims: tuple[str, ...] = ("model", "item", "level", "motion")
-            variables[name] = variable(dims, own[:, :, 0], DIMENSIONLESS, f"whether a piece {text}")
+            variables[name] = variable(("model", "item", "level", "motion"), own[:, :, 0], DIMENSIONLESS, text)
         else:
             dims = ("model", "item", "variant", "level", "motion")
-            variables[name] = variable(dims, own, DIMENSIONLESS, f"whether a piece {text}, of each variant")
+            variables[name] = variable(dims, own, DIMENSIONLESS, f"{text}, of each variant")
     configuration = {
         "inventory": [described(row) for row in inventory.rows],
         "currency": inventory.currency,
@@ -355,9 +354,8 @@ def assess(
         dict(sorted(variables.items())),
         coords={
             **law_coordinates(laws),
-            **_item_coordinates(inventory, laws),
-            **(_depths(inventory) if shaking.axes else {}),
-            **slide_coordinates(inventory, slips),
+            **_item_coordinates(inventory, laws, bool(shaking.axes)),
+            **({} if slips is None else {"slip": variable(("slip",), slips.distances, METRE, "slip that is exceeded")}),
             "place": _labels("place", places, "place: the building, or a floor of it"),
             "level": xr.Variable(
                 "level", scaled.levels, {"units": scaled.units, "long_name": scaled.long_name, "im": scaled.name}
@@ -381,23 +379,13 @@ def assess(
     )
 
 
-def _depths(inventory: Inventory) -> dict[str, xr.Variable]:
-    """Return the depths of the items, and whether they are run about it, too."""
-    (name, one), *_ = depth_coordinate([row.block for row in inventory.rows]).items()
-    about = [row.both_axes for row in inventory.rows]
-    return {
-        name: xr.Variable("item", one.values, one.attrs),
-        "both_axes": variable(("item",), np.array(about), DIMENSIONLESS, "whether it is run about its depth, too"),
-    }
-
-
 def _share_of_falls(variables: Variables, yearly: bool) -> xr.Variable:
     """Return the share of the falls of each item that are along its depth, of a year or over the levels together."""
     if yearly:
-        deep, every = (variables[name].values for name in (f"item_{SIDEWAYS.name}_rate", "item_rate"))
+        deep, every = (variables[name].values for name in (f"item_{SIDEWAYS}_rate", "item_rate"))
         text = "share of its annual falls that are along its depth"
     else:
-        deep, every = (variables[name].values.sum(-1) for name in (f"{SIDEWAYS.name}_probability", "probability"))
+        deep, every = (variables[name].values.sum(-1) for name in (f"{SIDEWAYS}_probability", "probability"))
         text = "share of its falls at all levels together that are along its depth"
     with np.errstate(invalid="ignore", divide="ignore"):
         return variable(("model", "item"), np.where(every > 0.0, deep / every, np.nan), DIMENSIONLESS, text)
@@ -426,16 +414,16 @@ def _run(
     progress: Callable[[int, int], None] | None,
     sides: bool,
     slips: SlidingRuns | None,
-) -> tuple[Flags, Flags | None, Flags | None, Flags | None]:
-    """Return flags (model, item, variant, level, motion), with `sides` forward falls, ruptures and falls in depth."""
+) -> dict[str, Flags]:
+    """Return flags (model, item, variant, level, motion) of falls and, where there can be any, of `PIECE_EVENTS`."""
     variants = 1 if variability is None else variability.variants
     shape = (scaled.levels.size, shaking.runs)
     of_all = (len(laws), len(inventory), variants, *shape)
-    flags = runner.array(of_all, np.bool_)
-    front = runner.array(of_all, np.bool_) if sides else None
-    broken = runner.array(of_all, np.bool_) if sides and any(map(is_held, inventory.rows)) else None
-    sideways = runner.array(of_all, np.bool_) if any(row.both_axes for row in inventory.rows) else None
-    for every in (one for one in (flags, front, broken, sideways) if one is not None):
+    falls = {OVERTURNED: runner.array(of_all, np.bool_)}
+    for name, (_, can) in PIECE_EVENTS.items():
+        if (sides or name == SIDEWAYS) and any(map(can, inventory.rows)):
+            falls[name] = runner.array(of_all, np.bool_)
+    for every in falls.values():
         for own in every.reshape(-1, *every.shape[2:]):
             own[...] = False
     plans = {at: _runs_on(at, inventory, laws, shaking, variability) for at in shaking.supports(inventory)}
@@ -454,7 +442,7 @@ def _run(
             found: NDArray[Any]
             axes = ruptured = None
             if sides or one.across is not None:
-                found, axes, ruptured = falls_of_axes(one.oscillators, one.across, *of_runs, held=broken is not None)
+                found, axes, ruptured = falls_of_axes(one.oscillators, one.across, *of_runs, held=RUPTURE in falls)
             else:
                 found = overturning_flags(one.oscillators, *of_runs)
             for i, start in one.rows.items():
@@ -465,22 +453,22 @@ def _run(
                     mirrored = np.where(np.abs(own) == 1, own * np.int8(-1), own) if sides or axes is not None else own
                     own = np.concatenate([own, mirrored], axis=-1)
                 own = own.reshape(len(laws), variants, *shape)
-                flags[:, i] = own != 0
+                falls[OVERTURNED][:, i] = own != 0
                 if axes is None:
                     deep = np.zeros((), np.bool_)
                 else:
                     along = np.repeat(axes[rows].reshape(len(laws), variants, shape[0], -1), one.stands_for, -1)
                     deep = along.reshape(own.shape) == ALONG_DEPTH
-                if sideways is not None:
-                    sideways[:, i] = deep
-                if front is not None:
-                    front[:, i] = (own > 0) & ~deep
-                if broken is not None and ruptured is not None:
+                if SIDEWAYS in falls:
+                    falls[SIDEWAYS][:, i] = deep
+                if FORWARD in falls:
+                    falls[FORWARD][:, i] = (own > 0) & ~deep
+                if RUPTURE in falls and ruptured is not None:
                     # (what a reverse breaks is broken under the motion, too)
                     breaks = np.repeat(ruptured[rows].reshape(len(laws), variants, shape[0], -1), one.stands_for, -1)
-                    broken[:, i] = breaks.reshape(own.shape)
+                    falls[RUPTURE][:, i] = breaks.reshape(own.shape)
             done += cells // one.stands_for * one.number
-    return flags, front, broken, sideways
+    return falls
 
 
 class _Runs(NamedTuple):
@@ -556,12 +544,6 @@ def _named(row: Contents, law: Law, variability: Variability | None, across: boo
         raise ValueError(f"{row.label!r}: {error}") from None
 
 
-def _in_classes(joint: JointFlags, weights: LevelWeights, levels: Array, hazard: Any, beta: float) -> Modelled:
-    """Return the outcomes of a year over the modelling uncertainty of several classes."""
-    mixture = ShiftedLevels.between(weights, covering(hazard, levels, beta), hazard, beta)
-    return Modelled(joined(joint, mixture, joint.scores.seed), mixture, mixture.rates)
-
-
 def _weights(scaled: Scaling, hazard: Hazard, beta: float) -> LevelWeights:
     """Return the hazard curve as weights of the levels; ValueError where it is of another measure."""
     hazard_points(hazard)
@@ -625,25 +607,10 @@ def _losses(losses: Any, inventory: Inventory) -> Array:
     return values
 
 
-def _laws(models: Any) -> list[Law]:
-    found = [models] if isinstance(models, Law) or not isinstance(models, Iterable) else list(models)
-    if not found:
-        raise ValueError("models must hold at least one, got none")
-    for model in found:
-        if not isinstance(model, Law):
-            raise TypeError(f"models must be one Law or a sequence of them, got {checks.kind(model)}")
-    labels = [model.label for model in found]
-    if len(set(labels)) < len(labels):
-        twice = next(label for label in labels if labels.count(label) > 1)
-        raise ValueError(f"models must have unique labels, got {twice!r} more than once")
-    return found
-
-
 _OPTIONAL = (
     *("room", "direction", "piece_class", "code_class", "code_importance"),
     *("anchor_strength", "anchor_height", "kit", "contact", "stands_on"),
 )
-SUPPORT_TEXT = "bench or platform between the floor and the pieces"
 _DRAWN = ("cost", "downtime", "injury")
 """What is described where it is given."""
 
@@ -673,79 +640,71 @@ def _labels(dim: str, values: Sequence[str], long_name: str) -> xr.Variable:
     return variable((dim,), np.array(values, dtype=object), DIMENSIONLESS, long_name)
 
 
-def _item_coordinates(inventory: Inventory, laws: list[Law]) -> dict[str, xr.Variable]:
-    """Return the coordinates of the items: their numbers, values, blocks and restitution."""
-    rows = inventory.rows
+def _item_coordinates(inventory: Inventory, laws: list[Law], both_axes: bool) -> dict[str, xr.Variable]:
+    """Return the coordinates of the items: what the lines give, blocks and restitution; with `both_axes` depths."""
+    rows, blocks = inventory.rows, [row.block for row in inventory.rows]
     money = inventory.currency or DIMENSIONLESS
-    blocks = [row.block for row in rows]
+    mean = "mean " if any(row.cost is not None for row in rows) else ""
+    columns: dict[str, tuple[list[Any], str, str]] = {
+        "item": ([row.label for row in rows], DIMENSIONLESS, "item of the inventory"),
+        "floor": ([str(row.floor) for row in rows], DIMENSIONLESS, "floor, 0 is the ground"),
+        "room": ([row.room for row in rows], DIMENSIONLESS, "room"),
+        "consequences": ([JOINT.join(row.consequences) for row in rows], DIMENSIONLESS, "what its overturning means"),
+        "count": ([row.count for row in rows], DIMENSIONLESS, "number of pieces"),
+        "value": ([row.loss for row in rows], money, f"{mean}lost when a piece overturns"),
+        "anchored": ([row.anchored for row in rows], DIMENSIONLESS, "whether the pieces are anchored already"),
+        "anchoring_cost": ([row.anchoring_cost for row in rows], money, "cost of anchoring a piece"),
+    }
+    # (those that any line gives)
+    medians = [None if row.friction is None else float(row.friction.quantile(np.array(0.5))) for row in rows]
+    optional: dict[str, tuple[list[Any], str, str]] = {
+        "direction": ([row.direction for row in rows], DIMENSIONLESS, "direction in which its width lies"),
+        "anchored_with": ([row.kit for row in rows], DIMENSIONLESS, "kit that holds the pieces and can break"),
+        "support": (
+            [row.stand.name if row.stand else "" for row in rows],
+            DIMENSIONLESS,
+            "bench or platform between the floor and the pieces",
+        ),
+        "contact": ([row.contact for row in rows], DIMENSIONLESS, "what the pieces stand on, and with what"),
+        "friction": (medians, DIMENSIONLESS, "static coefficient of friction, its median"),
+        "stands_on": ([row.stands_on for row in rows], DIMENSIONLESS, "line whose piece it stands on"),
+    }
+    for name, kind, parameter, units, text in (
+        ("cost_median", "cost", "median", money, "median cost when a piece overturns"),
+        ("cost_dispersion", "cost", "dispersion", DIMENSIONLESS, "dispersion of that cost"),
+        (
+            "cost_distribution",
+            "cost",
+            "distribution",
+            DIMENSIONLESS,
+            "distribution of that cost, normal truncated at 0",
+        ),
+        ("downtime_median", "downtime", "median", DAY, "median downtime when a piece overturns"),
+        ("downtime_dispersion", "downtime", "dispersion", DIMENSIONLESS, "dispersion of that downtime"),
+        (
+            *("downtime_distribution", "downtime", "distribution", DIMENSIONLESS),
+            "distribution of that downtime, normal truncated at 0",
+        ),
+        ("persons_exposed", "injury", "persons", DIMENSIONLESS, "mean number of persons where a piece falls"),
+        ("injury_probability", "injury", "probability", DIMENSIONLESS, "probability that each of them is injured"),
+    ):
+        optional[name] = [getattr(getattr(row, kind), parameter, None) for row in rows], units, text
+    if any(slides(row) for row in rows if row.obstacle is not None):
+        columns[TRIP_DISTANCE] = [row.obstacle for row in rows], METRE, "clear distance to an obstacle"
+    if both_axes:
+        columns["both_axes"] = [row.both_axes for row in rows], DIMENSIONLESS, "whether it is run about its depth, too"
+    found = {}
+    for name, (values, units, text) in (columns | optional).items():
+        if name in columns or any(value not in (None, "") for value in values):
+            texts = any(isinstance(value, str) for value in values)
+            given = [("" if texts else np.nan) if value is None else value for value in values]
+            found[name] = variable(("item",), np.array(given, object if texts else None), units, text)
     used = [[with_restitution(law, row.e).restitution(row.block) for row in rows] for law in laws]
     e = np.array([[np.nan if one is None else one for one in line] for line in used])
-    columns: dict[str, tuple[Any, str, str]] = {
-        "count": ([row.count for row in rows], DIMENSIONLESS, "number of pieces"),
-        "value": (
-            [row.loss for row in rows],
-            money,
-            f"{'mean ' if any(row.cost is not None for row in rows) else ''}lost when a piece overturns",
-        ),
-        "anchored": ([row.anchored for row in rows], DIMENSIONLESS, "whether the pieces are anchored already"),
-        "anchoring_cost": (
-            [np.nan if row.anchoring_cost is None else row.anchoring_cost for row in rows],
-            money,
-            "cost of anchoring a piece",
-        ),
-    }
-    columns |= _drawn_columns(rows, money)
-    found = {
-        "item": _labels("item", [row.label for row in rows], "item of the inventory"),
-        "floor": _labels("item", [str(row.floor) for row in rows], "floor, 0 is the ground"),
-        "room": _labels("item", [row.room for row in rows], "room"),
-        "consequences": _labels("item", [JOINT.join(row.consequences) for row in rows], "what its overturning means"),
-        **(
-            {"direction": _labels("item", [row.direction for row in rows], "direction in which its width lies")}
-            if any(row.direction for row in rows)
-            else {}
-        ),
-        **(
-            {"anchored_with": _labels("item", [row.kit for row in rows], "kit that holds the pieces and can break")}
-            if any(row.kit for row in rows)
-            else {}
-        ),
-        **(
-            {"support": _labels("item", [row.stand.name if row.stand else "" for row in rows], SUPPORT_TEXT)}
-            if any(row.stand for row in rows)
-            else {}
-        ),
-        "e": variable(("model", "item"), e, DIMENSIONLESS, "coefficient of restitution used"),
-    }
-    for name, (values, units, long_name) in columns.items():
-        found[name] = variable(("item",), np.array(values), units, long_name)
-    for name, one in block_coordinates(blocks).items():
+    found["e"] = variable(("model", "item"), e, DIMENSIONLESS, "coefficient of restitution used")
+    for name, one in (block_coordinates(blocks) | (depth_coordinate(blocks) if both_axes else {})).items():
         if name != "block":  # (items have their own labels)
             found[name] = xr.Variable("item", one.values, one.attrs)
-    return found
-
-
-def _drawn_columns(rows: Sequence[Contents], money: str) -> dict[str, tuple[Any, str, str]]:
-    """Return the parameters and names of the distributions that lines give, NaN and '' for lines without."""
-    named = {
-        "cost_median": ("cost", "median", money, "median cost when a piece overturns"),
-        "cost_dispersion": ("cost", "dispersion", DIMENSIONLESS, "dispersion of that cost"),
-        "downtime_median": ("downtime", "median", DAY, "median downtime when a piece overturns"),
-        "downtime_dispersion": ("downtime", "dispersion", DIMENSIONLESS, "dispersion of that downtime"),
-        "persons_exposed": ("injury", "persons", DIMENSIONLESS, "mean number of persons where a piece falls"),
-        "injury_probability": ("injury", "probability", DIMENSIONLESS, "probability that each of them is injured"),
-    }
-    found: dict[str, tuple[Any, str, str]] = {}
-    for name, (kind, parameter, units, text) in named.items():
-        given = [getattr(row, kind) for row in rows]
-        if any(one is not None for one in given):
-            values = [np.nan if one is None else getattr(one, parameter) for one in given]
-            found[name] = values, units, text
-    for kind in ("cost", "downtime"):
-        drawn = [getattr(row, kind) for row in rows]
-        if any(one is not None for one in drawn):
-            names = np.array(["" if one is None else one.distribution for one in drawn], dtype=object)
-            found[f"{kind}_distribution"] = names, DIMENSIONLESS, f"distribution of that {kind}, normal truncated at 0"
     return found
 
 

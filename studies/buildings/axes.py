@@ -91,5 +91,5 @@ def axes_notes(inventory: Inventory, as_read: Inventory, axes: str) -> list[Fact
 
 def sideways_notes(assessment: xr.Dataset) -> list[Fact]:
     """Return the note on how many of each line's falls are along its depth, in a year or over all levels."""
-    name = f"{SIDEWAYS.name}_share"
+    name = f"{SIDEWAYS}_share"
     return depth_notes(assessment["item"].values, assessment[name].isel(model=0).values) if name in assessment else []

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from ...core.elementary import Array, Flags, Index, times
@@ -26,7 +25,7 @@ from ..inventory.consequences import REALISATIONS, PieceScores
 from ..inventory.contents import Inventory
 from ..text.curve_notes import SETTLED
 from .assessment import straight_weights
-from .modelling import ShiftedLevels, classes_of, covering, joined, refuse_own_motions
+from .modelling import ShiftedLevels, covering, joined, refuse_own_motions
 from .outcomes import DAY, JointFlags
 from .savings import ItemChances
 from .variables import PER_YEAR, Year, fall_flags, per_year, range_of_a_year, variable
@@ -34,97 +33,38 @@ from .variables import PER_YEAR, Year, fall_flags, per_year, range_of_a_year, va
 LONGEST = "downtime"
 
 
-class JoinedClasses(ABC):
-    """Values (row, level, motion) of pieces together, by the classes of the pieces."""
+@dataclass(frozen=True)
+class JoinedClasses:
+    """What pieces bring about together, by the values (row, 1 + level, motion, …) of their classes, at least one.
+
+    Values are P(nothing of a set falls | motion), of which the chance that anything falls is made; with `joint` the
+    longest downtime of what falls (…, realisation), whose mean over its draws is taken. The first is where nothing
+    falls.
+    """
+
+    classes: Mapping[str, Array]
+    joint: JointFlags | None = None
 
     @property
-    @abstractmethod
-    def labels(self) -> list[str]:
-        """The classes on which the values depend, at least one."""
-
-    @property
-    @abstractmethod
     def together(self) -> Array:
         """The values with all classes at the same level (row, level, motion)."""
+        return self._of([values[:, 1:] for values in self.classes.values()])
 
-    @abstractmethod
     def blurred(self, states: ShiftedLevels) -> Array:
         """Return the means (row, point, motion) with independent scores of the classes."""
+        if self.joint is not None:
+            return np.asarray(joined(self.joint, states).expected[LONGEST][0])
+        return self._of([states.of(values[:, 1:], 1.0) for values in self.classes.values()])
 
-    @abstractmethod
     def at(self, states: Mapping[str, Index]) -> Array:
         """Return the values (row, case, motion) with each class in a state (case,), as of `ShiftedLevels`."""
+        rows = range(next(iter(self.classes.values())).shape[0])  # (one at a time, which bounds the memory)
+        return np.stack([self._of([self.classes[label][row, at] for label, at in states.items()]) for row in rows])
 
-
-@dataclass(frozen=True)
-class JoinedEvent(JoinedClasses):
-    """The probability that anything of a set falls; nothing: P(nothing of a class | motion) (row, level, motion)."""
-
-    nothing: Mapping[str, Array]
-
-    @property
-    def labels(self) -> list[str]:
-        return list(self.nothing)
-
-    @property
-    def together(self) -> Array:
-        return np.asarray(1.0 - np.prod(list(self.nothing.values()), axis=0))
-
-    def blurred(self, states: ShiftedLevels) -> Array:
-        return np.asarray(1.0 - np.prod([states.of(one, 1.0) for one in self.nothing.values()], axis=0))
-
-    def at(self, states: Mapping[str, Index]) -> Array:
-        stays = np.ones(())
-        for label, one in self._of_states.items():
-            stays = stays * one[:, states[label]]
-        return np.asarray(1.0 - stays)
-
-    @cached_property
-    def _of_states(self) -> dict[str, Array]:
-        return {label: np.concatenate([np.ones_like(one[:, :1]), one], axis=1) for label, one in self.nothing.items()}
-
-
-@dataclass(frozen=True)
-class JoinedDowntime(JoinedClasses):
-    """The longest downtime of what falls, a mean over its draws; seed: of the scores of the classes."""
-
-    joint: JointFlags
-    seed: int
-
-    @property
-    def labels(self) -> list[str]:
-        return list(self._outcomes)
-
-    @property
-    def together(self) -> Array:
-        return np.asarray(np.max(list(self._outcomes.values()), axis=0).mean(axis=-1))
-
-    def blurred(self, states: ShiftedLevels) -> Array:
-        return np.asarray(joined(self.joint, states, self.seed).expected[LONGEST][0])
-
-    def at(self, states: Mapping[str, Index]) -> Array:
-        rows = []
-        for row in range(self.joint.members.shape[0]):  # (of one place at a time, which bounds the memory)
-            longest = np.zeros(())
-            for label, one in self._outcomes.items():
-                none = np.zeros_like(one[row, :1])
-                longest = np.maximum(longest, np.concatenate([none, one[row]])[states[label]])
-            rows.append(longest.mean(axis=-1))
-        return np.stack(rows)
-
-    @cached_property
-    def _outcomes(self) -> dict[str, Array]:
-        """The longest downtime of each class (row, level, motion, realisation)."""
-        rows = self.joint.inventory.rows
-        found = {}
-        for label in dict.fromkeys(row.class_label for row in rows):
-            lines = [i for i, row in enumerate(rows) if row.class_label == label and not row.anchored]
-            part = self.joint.part(np.array(lines, dtype=np.int64))
-            if part is not None and any(row.downtime is not None for row in part.inventory.rows):
-                found[label] = part.results.outcomes[LONGEST][0]
-        if not found:
-            found[""] = np.zeros((self.joint.members.shape[0], *self.joint.flags.shape[3:], 1))
-        return found
+    def _of(self, values: Sequence[Array]) -> Array:
+        if self.joint is None:
+            return np.asarray(1.0 - np.prod(values, axis=0))
+        return np.asarray(np.max(values, axis=0).mean(axis=-1))
 
 
 ITEM_RATE, ANY_RATE, CONSEQUENCE_RATE = "item_rate", "any_rate", "consequence_rate"
@@ -236,14 +176,15 @@ def rates_over_branches(
     return xr.Dataset(
         found.variables,
         coords={
-            "epistemic_fractile": _labelled(
-                "epistemic_fractile", np.array(FRACTILES), "probability that the rate is lower"
-            ),
-            "epistemic_source": _labelled("epistemic_source", np.array(SOURCES, object), "what spreads the rate"),
-            "branch_model": _labelled("branch", np.array([one.model for one in branches], object), "model"),
-            "branch_motions": _labelled("branch", np.array([one.motions for one in branches], object), "motions"),
-            "branch_hazard": _labelled("branch", np.array([one.hazard_name for one in branches], object), "hazard"),
-            "branch_weight": _labelled("branch", weights, "weight of the branch"),
+            name: variable((dim,), np.array(values), DIMENSIONLESS, text)
+            for name, dim, values, text in (
+                ("epistemic_fractile", "epistemic_fractile", FRACTILES, "probability that the rate is lower"),
+                ("epistemic_source", "epistemic_source", np.array(SOURCES, object), "what spreads the rate"),
+                ("branch_model", "branch", np.array([one.model for one in branches], object), "model"),
+                ("branch_motions", "branch", np.array([one.motions for one in branches], object), "motions"),
+                ("branch_hazard", "branch", np.array([one.hazard_name for one in branches], object), "hazard"),
+                ("branch_weight", "branch", weights, "weight of the branch"),
+            )
         },
     )
 
@@ -330,7 +271,7 @@ class _Branch:
         self.motions = self.runs // self.every.polarities
         self.drawn = draw_motions(self.every.strata(self.runs), sampling.replicates, sampling.seed)
         self.hazard, self.sampling, self.members = branch.hazard, sampling, members
-        self.inventory, self.classes = inventory, np.array(classes_of(inventory), dtype=object)
+        self.inventory, self.classes = inventory, np.array([row.class_label for row in inventory.rows], dtype=object)
         self.standing = np.array([not row.anchored for row in inventory.rows])
         rows = (branch.hazard.rates,) if branch.hazard.realisations is None else branch.hazard.realisations
         one = replace(branch.hazard, realisations=None, weights=None, fractile=None)
@@ -353,11 +294,15 @@ class _Branch:
 
     def of_items(self, rows: slice, lost: bool = False) -> _Sampled:
         """Return the rates of a slab of items; lost: also where what they stand on falls."""
-        beta, spread = self.sampling.beta, self.sampling.spread
         given = (self.chances.lost if lost else self.chances.piece)(slice(self.at, self.at + 1), rows)[0]
         counts = np.array([row.count for row in self.inventory.rows[rows]])
         if not lost:
             self.number += np.einsum("i,ilm->l", counts, given) / self.runs
+        return self._of_rows(given, self.classes[rows])
+
+    def _of_rows(self, given: Array, labels: NDArray[np.object_]) -> _Sampled:
+        """Return the annual values of rows (row, level, run), each of which one class decides."""
+        beta, spread = self.sampling.beta, self.sampling.spread
         resampled = self.every.resampled(given, self.drawn)
         mean = self._year(self.hazard, beta).total(given).mean(axis=-1)
         inside = 0.0 if spread else beta
@@ -366,24 +311,26 @@ class _Branch:
         if not spread:
             return _Sampled(mean, SampledRates(own, plain, plain, self.shares))
         modelled = np.empty_like(plain)
-        for label in dict.fromkeys(self.classes[rows]):
-            of_class = np.flatnonzero(self.classes[rows] == label)
+        for label in dict.fromkeys(labels):
+            of_class = np.flatnonzero(labels == label)
             scores = self.sampling.scores(str(label), self.drawn.shape[0])
             for r, (states, curve) in enumerate(zip(self._shifted, self.curves, strict=True)):
-                weights = _shifted_weights(states.positions, curve, beta * scores)
+                # the weights of levels (level, sample) of capacities that are off by exp(shift)
+                rates = curve.pieces()[0].rate(states.positions[:, None] + beta * scores)
+                weights = rates - np.concatenate([rates[1:], np.zeros((1, scores.size))])
                 modelled[of_class, :, r] = np.einsum("ils,ls->is", resampled[of_class], weights)
         return _Sampled(mean, SampledRates(own, plain, modelled, self.shares))
 
     def of_joined(self, rows: JoinedClasses) -> _Sampled:
         """Return the annual values of what pieces bring about together."""
-        beta, spread = self.sampling.beta, self.sampling.spread
-        alone = len(rows.labels) == 1
-        together = rows.together
+        beta, spread, together = self.sampling.beta, self.sampling.spread, rows.together
+        if len(rows.classes) == 1:
+            return self._of_rows(together, np.repeat(list(rows.classes), len(together)))
         resampled = self.every.resampled(together, self.drawn)
 
         def of(hazard: HazardCurve, dispersion: float) -> tuple[Array, Array]:
             """The annual value (row,), and over resampled motions (row, sample)."""
-            if dispersion == 0.0 or alone:
+            if dispersion == 0.0:
                 year = self._year(hazard, dispersion)
                 return year.total(together).mean(axis=-1), year.total(resampled)
             states = self._states(hazard)
@@ -396,51 +343,48 @@ class _Branch:
         plain = np.stack([of(one, inside)[1] for one in self.curves], axis=-1)
         if not spread:
             return _Sampled(mean, SampledRates(own, plain, plain, self.shares))
-        number = self.drawn.shape[0] if alone else min(JOINT_SAMPLES, self.drawn.shape[0])
-        scores = {label: self.sampling.scores(label, number) for label in rows.labels}
+        number = min(JOINT_SAMPLES, self.drawn.shape[0])
+        scores = {label: self.sampling.scores(label, number) for label in rows.classes}
         modelled = np.empty((mean.size, number, len(self.curves)))
-        for r, (states, curve) in enumerate(zip(self._shifted, self.curves, strict=True)):
-            if alone:
-                (label,) = rows.labels
-                weights = _shifted_weights(states.positions, curve, beta * scores[label])
-                modelled[:, :, r] = np.einsum("pls,ls->ps", resampled, weights)
-                continue
+        for r, states in enumerate(self._shifted):
             for s in range(number):
-                shifts = {label: beta * each[s] for label, each in scores.items()}
-                cases, rates = _cases(states, shifts)
+                cases, rates = _cases(states, {label: beta * each[s] for label, each in scores.items()})
                 modelled[:, s, r] = times(self._year_at(rates).total(rows.at(cases)), self.drawn[s]) / self.motions
         return _Sampled(mean, SampledRates(own, plain, modelled, self.shares))
 
-    def event(self, word: str = "") -> JoinedEvent:
+    def event(self, word: str = "") -> JoinedClasses:
         """Return the fall of anything in each place, or of anything with a consequence."""
         sets = self.members & self.standing
         if word:
             sets = sets & np.array([word in row.consequences for row in self.inventory.rows])
-        shape = (self.members.shape[0], self.levels.size, self.runs)
+        shape = (self.members.shape[0], 1 + self.levels.size, self.runs)
         found: dict[str, Array] = {}
         for i in np.flatnonzero(sets.any(axis=0)):
             none = found.setdefault(str(self.classes[i]), np.ones(shape))
-            none[sets[:, i]] *= 1.0 - self.chances.any_piece_of(self.at, int(i))
-        return JoinedEvent(found or {"": np.ones(shape)})
+            none[sets[:, i], 1:] *= 1.0 - self.chances.any_piece_of(self.at, int(i))
+        return JoinedClasses(found or {"": np.ones(shape)})
 
     @property
-    def downtime(self) -> JoinedDowntime:
+    def downtime(self) -> JoinedClasses:
         """Return the longest downtime in each place."""
-        own = fall_flags(self.assessment).isel(model=[self.at]).values
         sampling = self.sampling
         realisations = REALISATIONS if sampling.variability is None else sampling.variability.realisations
-        scores = PieceScores(realisations, sampling.correlation, sampling.seed)
-        nothing = np.zeros(0)  # (no loss is asked for)
         joint = JointFlags(
             self.inventory,
-            own,
+            fall_flags(self.assessment).isel(model=[self.at]).values,
             self.members,
-            nothing,
+            np.zeros(0),  # (no loss is asked for)
             sampling.variability,
-            scores=scores,
+            scores=PieceScores(realisations, sampling.correlation, sampling.seed),
             polarities=self.every.polarities,
         )
-        return JoinedDowntime(joint, sampling.seed)
+        found = {}
+        for label in dict.fromkeys(self.classes):
+            part = joint.part(np.flatnonzero((self.classes == label) & self.standing))
+            if part is not None and any(row.downtime is not None for row in part.inventory.rows):
+                longest = part.results.outcomes[LONGEST][0]
+                found[str(label)] = np.concatenate([np.zeros_like(longest[:, :1]), longest], axis=1)
+        return JoinedClasses(found or {"": np.zeros((len(self.members), 1 + self.levels.size, self.runs, 1))}, joint)
 
     @property
     def beyond(self) -> float:
@@ -463,12 +407,6 @@ class _Branch:
         return float(np.clip(max(below, above, last) / whole, 0.0, 1.0))
 
 
-def _shifted_weights(positions: Array, hazard: HazardCurve, shifts: Array) -> Array:
-    """Return the weights of levels (level, sample) of capacities off by exp(shift) (sample,)."""
-    rates = hazard.pieces()[0].rate(positions[:, None] + shifts)
-    return np.asarray(rates - np.concatenate([rates[1:], np.zeros((1, shifts.size))]))
-
-
 def _cases(states: ShiftedLevels, shifts: Mapping[str, float]) -> tuple[dict[str, Index], Array]:
     """Return the states of all classes (case,) and their annual rates: points at which all states are equal are one."""
     at = np.stack([np.searchsorted(states.positions, states.points - one, side="right") for one in shifts.values()])
@@ -482,10 +420,6 @@ def _slabs(items: int, branches: Sequence[_Branch]) -> Iterator[slice]:
     step = max(1, SLAB // of_one)
     for start in range(0, items, step):
         yield slice(start, min(items, start + step))
-
-
-def _labelled(dim: str, values: Array, long_name: str) -> xr.Variable:
-    return xr.Variable(dim, values, {"units": DIMENSIONLESS, "long_name": long_name})
 
 
 def combinations(

@@ -154,11 +154,6 @@ def positions_of(weights: Array, hazard: HazardCurve) -> Array:
     return np.asarray(found)
 
 
-def classes_of(inventory: Inventory) -> list[str]:
-    """Return the class of each line: as it is given, or the sizes of its block."""
-    return [row.class_label for row in inventory.rows]
-
-
 def several_classes(inventory: Inventory) -> bool:
     """Return whether the pieces that may fall are of several classes."""
     return len({row.class_label for row in inventory.rows if not row.anchored}) > 1
@@ -173,7 +168,7 @@ def refuse_own_motions(inventory: Inventory, own_motions: bool) -> None:
         )
 
 
-def joined(joint: JointFlags, mixture: Mixture, seed: int) -> JointOutcomes:
+def joined(joint: JointFlags, mixture: Mixture) -> JointOutcomes:
     """Join the outcomes of all classes in random states at points of shaking, as `JointFlags.results` does."""
     flags = joint.flags
     models, motions, points = flags.shape[0], flags.shape[-1], mixture.shares.shape[0]
@@ -185,7 +180,7 @@ def joined(joint: JointFlags, mixture: Mixture, seed: int) -> JointOutcomes:
         {one.name: joint.filled((models, *one.sets.shape[:-1], points, motions), 1.0) for one in events},
     )
     words = joint.inventory.consequences
-    labels = np.array(classes_of(joint.inventory), dtype=object)
+    labels = np.array([row.class_label for row in joint.inventory.rows], dtype=object)
     for label in dict.fromkeys(labels):
         part = joint.part(np.flatnonzero((labels == label) & (joint.exposed)))
         if part is None:
@@ -199,7 +194,7 @@ def joined(joint: JointFlags, mixture: Mixture, seed: int) -> JointOutcomes:
             for i, word in enumerate(part.inventory.consequences):
                 found.happens[event.name][:, :, words.index(word)] *= stays[:, :, i]
         named = {one.name for one in part.quantities}
-        scores = _scores(str(label), motions // joint.polarities, seed)
+        scores = _scores(str(label), motions // joint.polarities, joint.scores.seed)
         for one in quantities:
             if one.name not in named:
                 continue

@@ -121,11 +121,10 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
     """
     here = results.isel(model=model)
     yearly = "item_rate" in here
-    if yearly:
-        chances = np.stack([here[f"item_rate{end}"].values for end in ("", "_lower", "_upper")], axis=-1)
-    else:
-        level = here.sel(level=float(results.attrs["at_level"]))
-        chances = np.stack([level[f"probability{end}"].values for end in ("", "_lower", "_upper")], axis=-1)
+    of, name = here, "item_rate"
+    if not yearly:
+        of, name = here.sel(level=float(results.attrs["at_level"])), "probability"
+    chances = np.stack([of[f"{name}{end}"].values for end in ("", "_lower", "_upper")], axis=-1)
     safety = str(results.attrs.get("safety", JOINT.join(SAFETY))).split(JOINT)
     observed = here["probability"].transpose("item", "level").values
     levels = here["level"].values
@@ -146,7 +145,7 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
         lost = count * value + carried
         saving = chance.times(lost) if yearly and lost > 0.0 else UNKNOWN
         if ITEM_SAVING in here and lost > 0.0 and not one["anchored"]:
-            saving = Range(*(float(here[f"{ITEM_SAVING}{end}"].values[i]) for end in ("", "_lower", "_upper")))
+            saving = _range(here, ITEM_SAVING, i)
         found.append(
             Piece(
                 item=str(item),
@@ -213,10 +212,7 @@ def _tried(here: xr.Dataset, i: int, count: int, value: float) -> tuple[KitEffec
     found = []
     for name in one["kit"].values[one["kit_fits"].values.astype(bool)]:
         kit = one.sel(kit=name)
-        saved, share = (
-            Range(*(float(kit[f"{each}{end}"]) for end in ("", "_lower", "_upper")))
-            for each in ("kit_falls_saved", "kit_share_saved")
-        )
+        saved, share = _range(kit, "kit_falls_saved"), _range(kit, "kit_share_saved")
         cost = count * float(kit["kit_cost"]) if "kit_cost" in kit else math.nan
         found.append(KitEffect(str(name), cost, saved, share, saved.times(value)))
     return tuple(found)
@@ -230,12 +226,17 @@ def _carried(here: xr.Dataset, support: str) -> float:
     return float((above["count"].values * np.nan_to_num(above["value"].values)).sum())
 
 
+def _range(values: xr.Dataset, name: str, at: int | tuple[()] = ()) -> Range:
+    """Return a value of a line with the ends of its interval."""
+    return Range(*(float(values[f"{name}{end}"].values[at]) for end in ("", "_lower", "_upper")))
+
+
 def _a_year(here: xr.Dataset, quantity: str, i: int) -> Range:
     """Return the annual amount of a line, unknown where the line does not state it or there is no hazard."""
     name, stated = f"item_annual_{quantity}", {"downtime": "downtime_median", "injuries": "persons_exposed"}[quantity]
     if name not in here or (stated in here.coords and math.isnan(here[stated].values[i])):
         return UNKNOWN
-    return Range(*(float(here[f"{name}{end}"].values[i]) for end in ("", "_lower", "_upper")))
+    return _range(here, name, i)
 
 
 def budget_set(results: xr.Dataset, budget: float, model: int = 0) -> Choice:

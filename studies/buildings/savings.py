@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -15,38 +14,12 @@ from ...fragility.numerics.totals import chances, chances_of_any
 from .variables import Year, carried_items, fall_flags
 
 
-class FreeItems(ABC):
-    """The items that can be anchored, and their contributions to the objective, motion by motion."""
+class AdditiveItems:
+    """Items whose amounts add up; loads (item, the item it stands on, amount) are lost where either falls.
 
-    alone: Array
-    """The objective if each item stood alone (model, item, motion)."""
-    array: Allocator
-    """Allocates the arrays of every item and motion."""
-
-    @property
-    @abstractmethod
-    def whole(self) -> Array:
-        """The objective with all items (model, motion)."""
-
-    @property
-    @abstractmethod
-    def savings(self) -> Array:
-        """The saving by anchoring each item while all others stand free (model, item, motion)."""
-
-    @abstractmethod
-    def steps(self, cost: Array | None) -> tuple[Index, Array]:
-        """Anchor items in the order of saving (for the cost): order (model, item), rest (model, step, motion)."""
-
-    def _nothing_left(self) -> Array:
-        """Allocate zeros (model, step, motion)."""
-        models, items, motions = self.alone.shape
-        found = self.array((models, items + 1, motions), np.float64)
-        found[...] = 0.0
-        return found
-
-
-class AdditiveItems(FreeItems):
-    """Items whose amounts add up; loads (item, the item it stands on, amount) are lost where either falls."""
+    `alone` (model, item, motion) is the objective, motion by motion, if each item stood alone; `array` allocates the
+    arrays of every item and motion.
+    """
 
     def __init__(
         self,
@@ -71,10 +44,12 @@ class AdditiveItems(FreeItems):
 
     @property
     def whole(self) -> Array:
+        """The objective with all items (model, motion)."""
         return np.asarray(self.alone.sum(axis=1) - sum(self._twice.values()))
 
     @property
     def savings(self) -> Array:
+        """The saving by anchoring each item while all others stand free (model, item, motion)."""
         if not self._twice:
             return self.alone
         found = self.array(self.alone.shape, np.float64)
@@ -85,10 +60,11 @@ class AdditiveItems(FreeItems):
         return np.maximum(found, 0.0, out=found)  # (rounding)
 
     def steps(self, cost: Array | None) -> tuple[Index, Array]:
+        """Anchor items in the order of saving (for the cost): order (model, item), rest (model, step, motion)."""
         alone, saved = self.alone.mean(axis=-1), self.savings.mean(axis=-1)
         models, items = alone.shape
         order = np.empty((models, items), np.int64)
-        left = self._nothing_left()
+        left = _nothing_left(self)
         for k in range(models):
             standing = np.ones(items, bool)
             for step in range(items):
@@ -112,8 +88,8 @@ class AdditiveItems(FreeItems):
                 yield sum(pair) - item, both[k]
 
 
-class EventItems(FreeItems):
-    """Items of which any one causes the event."""
+class EventItems:
+    """Items of which any one causes the event; what is known of them as of `AdditiveItems`."""
 
     def __init__(self, chances: ItemChances, year: Year, array: Allocator) -> None:
         self.array = array
@@ -143,7 +119,7 @@ class EventItems(FreeItems):
     def steps(self, cost: Array | None) -> tuple[Index, Array]:
         models, items, values = self.alone.shape
         order = np.empty((models, items), np.int64)
-        left = self._nothing_left()
+        left = _nothing_left(self)
         saved = self.array((items, values), np.float64)
         parts = self._motions
         for k in range(models):
@@ -198,6 +174,18 @@ class EventItems(FreeItems):
             after = after * stays[i]
         others *= chance
         return self.year.total(others)
+
+
+FreeItems = AdditiveItems | EventItems
+"""The items that can be anchored, and their contributions to the objective, motion by motion."""
+
+
+def _nothing_left(items: FreeItems) -> Array:
+    """Allocate zeros (model, step, motion)."""
+    models, number, motions = items.alone.shape
+    found = items.array((models, number + 1, motions), np.float64)
+    found[...] = 0.0
+    return found
 
 
 class ItemChances:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -29,18 +29,18 @@ from .axes import placed_on_axes
 from .shaking import Shaking, support_of
 
 
-class Screening(NamedTuple):
-    """What is screened: the share of the motions whose flags are tested."""
-
-    undecided: float = 0.0
-
-    def runs(
-        self, inventory: Inventory, models: Sequence[Law], levels: int, motions: int, variability: Variability | None
-    ) -> int:
-        """Return the number of further runs that test which outcomes are undecided."""
-        if self.undecided == 0.0:
-            return 0
-        return perturbed_runs(distinct_runs(inventory, variability), models, levels, motions, self.undecided)
+def runs_of_tests(
+    inventory: Inventory,
+    models: Sequence[Law],
+    levels: int,
+    motions: int,
+    undecided: float,
+    variability: Variability | None,
+) -> int:
+    """Return the number of further runs that test which outcomes are undecided, in a share of the motions."""
+    if undecided == 0.0:
+        return 0
+    return perturbed_runs(distinct_runs(inventory, variability), models, levels, motions, undecided)
 
 
 def screen_inventory(
@@ -50,19 +50,22 @@ def screen_inventory(
     levels: Array,
     im: str | Measure,
     overturned: xr.DataArray,
-    screening: Screening,
+    undecided: float,
     runner: Runner,
     variability: Variability | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Screen every line as `summary_screen`; NaN for what depends on the motion where it is anchored."""
+    """Screen every line as `summary_screen`; NaN for what depends on the motion where it is anchored.
+
+    undecided: the share of the motions whose flags are tested.
+    """
     inventory, scaled = placed_on_axes(inventory, shaking, models), shaking.scaled(levels, im)
     flags = overturned if "variant" in overturned.dims else overturned.expand_dims("variant")
     values = flags.transpose("item", "model", "variant", "level", "motion").values
     values = values.reshape(*values.shape[:3], *shaking.run_shape(values.shape[3]))
-    total = screening.runs(inventory, models, values.shape[3], values.shape[4], variability)
-    chosen = choose_motions(values.shape[4], screening.undecided) if screening.undecided > 0.0 else None
-    tests = _Tests(models, variability, screening.undecided, runner, progress, total)
+    total = runs_of_tests(inventory, models, values.shape[3], values.shape[4], undecided, variability)
+    chosen = choose_motions(values.shape[4], undecided) if undecided > 0.0 else None
+    tests = _Tests(models, variability, undecided, runner, progress, total)
     parts = []
     for support in shaking.supports(inventory):
         at = [i for i, row in enumerate(inventory.rows) if support_of(row) == support]

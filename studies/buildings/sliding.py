@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array, Flags
 from ...core.facts import Fact, doubted
-from ...core.units import DIMENSIONLESS, METRE
+from ...core.units import DIMENSIONLESS
 from ...fragility.analyses.sliding import SLIDES_ON
-from ...fragility.hazard.levels import LevelWeights
-from ...fragility.numerics.slabs import RUNS
 from ...fragility.runs.provenance import AXES, configuration_of
 from ...models.friction import FixedFriction
 from ..inventory.contents import Contents, Inventory
@@ -26,7 +22,6 @@ from ..plan.slides import (
     SHARE,
     SLIP,
     TRIP,
-    TRIP_DISTANCE,
     TRIP_RATE,
     exact_friction_notes,
     near_uplift,
@@ -35,7 +30,7 @@ from ..plan.slides import (
 )
 from .outcomes import JointFlags
 from .slide_runs import SlidingRuns, slides
-from .variables import PER_YEAR, Modelled, Precision, Variables, Year, of_motions, variable, with_interval
+from .variables import LineEvent, Modelled, Precision, Variables, Year, line_variables, variable
 
 SLIP_RATE = f"item_{SLIP.removesuffix('_probability')}_rate"
 GATED_RATE = "item_gated_rate"
@@ -46,35 +41,17 @@ OVERTURNING, OVERTURNING_RATE = "overturning_probability", "item_overturning_rat
 ITEM_TRIP_RATE = f"item_{TRIP_RATE}"
 
 
-class _Values(NamedTuple):
-    """Something of some lines (`rows`): names, dimensions before the level, words, and chances (…, level, motion)."""
-
-    name: str
-    rate: str
-    dims: tuple[str, ...]
-    text: str
-    rows: Sequence[int]
-    chance: Callable[[slice], Array]
-
-    @property
-    def axis(self) -> int:
-        """Where the lines are among the dimensions."""
-        return self.dims.index("item")
-
-
 def slide_variables(
     joint: JointFlags,
     overturned: Flags,
     runs: SlidingRuns,
     precision: Precision,
-    weights: LevelWeights | None,
-    own_motions: bool = False,
+    year: Year | None,
     modelled: Modelled | None = None,
 ) -> Variables:
-    """Compute what sliding changes, line by line, with annual rates if there are weights; NaN where it is not known."""
+    """Compute what sliding changes, line by line, with annual rates if there is a year; NaN where it is not known."""
     rows = joint.inventory.rows
     rocks = np.array([runs.rocks(rows[i]) for i in runs.rows]).reshape(len(runs.rows), runs.variants)
-    every, alone = range(len(rows)), np.ones((len(rows), overturned.shape[2]))
 
     def counted(which: int | slice) -> Callable[[slice], Array]:
         return lambda part: runs.counts[part, which] / runs.variants
@@ -82,53 +59,30 @@ def slide_variables(
     def gated(part: slice) -> Array:
         return _weighted(overturned, runs.rows[part], rocks[part])
 
-    def toppled(part: slice) -> Array:
-        return _weighted(overturned, every[part], alone[part])
-
     def gone(part: slice) -> Array:
         return np.asarray((runs.off[part] != 0).mean(axis=1))
 
     def tripped(part: slice) -> Array:
         return runs.tripped[part] / runs.variants
 
-    of_laws, edged = ("model", "item"), every if runs.edged else ()
-    given = [
-        _Values(SHARE, "", ("item",), "a piece slides", runs.rows, counted(0)),
-        _Values(SLIP, SLIP_RATE, ("item", "slip"), "a piece slides farther", runs.rows, counted(slice(1, None))),
-        _Values(GATED, GATED_RATE, of_laws, "a piece overturns, where it does not slide instead", runs.rows, gated),
-        _Values(OFF, OFF_RATE, ("item",), "a piece slides off an edge", runs.edged, gone),
-        _Values(TRIP, ITEM_TRIP_RATE, ("item",), "a piece slides into an obstacle and trips", runs.near, tripped),
-        _Values(OVERTURNING, OVERTURNING_RATE, of_laws, "a piece overturns, as if it could not slide", edged, toppled),
-        _Values(MOVES, MOVES_RATE, ("item",), "what it stands on slides or rocks", runs.above, runs.moving.__getitem__),
+    alone, edged = "a piece overturns, as if it could not slide", range(len(rows)) if runs.edged else ()
+    events = [
+        LineEvent(SHARE, "", ("item",), "a piece slides", runs.rows, counted(0)),
+        LineEvent(SLIP, SLIP_RATE, ("item", "slip"), "a piece slides farther", runs.rows, counted(slice(1, None))),
+        LineEvent(
+            GATED, GATED_RATE, ("model", "item"), "a piece overturns, where it does not slide instead", runs.rows, gated
+        ),
+        LineEvent(OFF, OFF_RATE, ("item",), "a piece slides off an edge", runs.edged, gone),
+        LineEvent(TRIP, ITEM_TRIP_RATE, ("item",), "a piece slides into an obstacle and trips", runs.near, tripped),
+        LineEvent.of_flags(OVERTURNING, OVERTURNING_RATE, alone, overturned, edged),
+        LineEvent(
+            MOVES, MOVES_RATE, ("item",), "what it stands on slides or rocks", runs.above, runs.moving.__getitem__
+        ),
     ]
-    given = [one for one in given if one.rows]
     found = _chances_of_friction(rows, runs, rocks) if runs.rows else {}
-    year = None if weights is None else Year(weights.weights, own_motions, joint.polarities)
     if runs.above:
         found |= _shares_with_moving_supports(joint, runs, year, modelled)
-
-    def at_levels(one: _Values, part: slice) -> tuple[Array, Array, Array]:
-        own = one.chance(part)
-        chance = own if modelled is None else modelled.mixture.of(own)
-        possible = joint.standing[list(one.rows[part])]
-        sides = tuple(i for i in range(len(one.dims) + 1) if i != one.axis)
-        return precision.of_probabilities(of_motions(chance, joint.polarities), np.expand_dims(possible, sides))
-
-    for one in given:
-        values, text = _of_lines(one, at_levels, len(rows), overturned.size), f"probability that {one.text}"
-        found |= with_interval(one.name, (*one.dims, "level"), values, DIMENSIONLESS, text, precision)
-    if year is None:
-        return found
-    yearly = replace(precision, strata=year.strata(overturned.shape[-1])) if own_motions else precision
-
-    def in_a_year(one: _Values, part: slice) -> tuple[Array, Array, Array]:
-        return yearly.of_means(year.total(one.chance(part)))
-
-    for one in given:
-        if one.rate:
-            values, text = _of_lines(one, in_a_year, len(rows), overturned.size), f"annual rate at which {one.text}"
-            found |= with_interval(one.rate, one.dims, values, PER_YEAR, text, precision)
-    return found
+    return found | line_variables(joint, (event for event in events if event.rows), precision, year, modelled)
 
 
 def _shares_with_moving_supports(
@@ -167,21 +121,6 @@ def _chances_of_friction(rows: Sequence[Contents], runs: SlidingRuns, rocks: Arr
     }
 
 
-def _of_lines(
-    one: _Values, of: Callable[[_Values, slice], tuple[Array, Array, Array]], lines: int, runs: int
-) -> list[Array]:
-    """Return a value and its ends on all lines, NaN where it is not known; lines are computed slab by slab."""
-    step = max(1, RUNS // (1 + runs // lines))
-    parts = [of(one, slice(first, first + step)) for first in range(0, len(one.rows), step)]
-    found = []
-    for values in zip(*parts, strict=True):
-        own = np.moveaxis(np.concatenate(values, axis=one.axis), one.axis, 0)
-        every = np.full((lines, *own.shape[1:]), np.nan)
-        every[list(one.rows)] = own
-        found.append(np.moveaxis(every, 0, one.axis))
-    return found
-
-
 def _weighted(flags: Flags, rows: Sequence[int], weights: Array) -> Array:
     """Return means over variants of flags of some lines (model, line, level, motion) times weights (line, variant)."""
     models, _, variants, *shape = flags.shape
@@ -189,29 +128,6 @@ def _weighted(flags: Flags, rows: Sequence[int], weights: Array) -> Array:
     for k, i in enumerate(rows):
         share = weights[k] if variants > 1 else weights[k].mean(keepdims=True)
         found[:, k] = np.einsum("v,mvle->mle", share, flags[:, i].astype(np.float64)) / variants
-    return found
-
-
-def slide_coordinates(inventory: Inventory, runs: SlidingRuns | None) -> dict[str, xr.Variable]:
-    """Return the coordinates of contacts, friction and what lines stand on, where any line has them, and the slips."""
-    rows = inventory.rows
-    found: dict[str, xr.Variable] = {}
-    if any(row.contact for row in rows):
-        contacts = np.array([row.contact for row in rows], dtype=object)
-        found["contact"] = variable(("item",), contacts, DIMENSIONLESS, "what the pieces stand on, and with what")
-    if any(row.friction is not None for row in rows):
-        medians = [math.nan if row.friction is None else float(row.friction.quantile(np.array(0.5))) for row in rows]
-        text = "static coefficient of friction, its median"
-        found["friction"] = variable(("item",), np.array(medians), DIMENSIONLESS, text)
-    if any(row.stands_on for row in rows):
-        below = np.array([row.stands_on for row in rows], dtype=object)
-        found["stands_on"] = variable(("item",), below, DIMENSIONLESS, "line whose piece it stands on")
-    if runs is not None:
-        text = "slip that is exceeded"
-        found["slip"] = variable(("slip",), runs.distances, METRE, text)
-        if runs.near:
-            distances = [math.nan if (at := row.obstacle) is None else at for row in rows]
-            found[TRIP_DISTANCE] = variable(("item",), np.array(distances), METRE, "clear distance to an obstacle")
     return found
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple, cast
@@ -21,8 +21,8 @@ from ...fragility.fitting.bootstrap import draw_motions
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.hazard.levels import LevelWeights, level_weights
 from ...fragility.numerics.proportions import wilson_interval
-from ...fragility.numerics.slabs import slabs
-from ...fragility.numerics.totals import exceedances
+from ...fragility.numerics.slabs import RUNS, slabs
+from ...fragility.numerics.totals import chances, exceedances
 from ...fragility.risk.modelling import capacity_factors, seen_by, with_ends
 from ...motions.arrays import POLARITY, RECORD
 from ..inventory.contents import Contents
@@ -82,15 +82,19 @@ class Precision:
         """Return the same options over so many motions in each of some strata."""
         return replace(self, strata=alike_strata(motions, strata))
 
+    def of_year(self, year: Year, runs: int) -> Precision:
+        """Return the same options over the values of a sum over levels of so many runs."""
+        return replace(self, strata=year.strata(runs)) if year.own_motions else self
+
     @cached_property
     def drawn(self) -> Array:
         """How often each motion is drawn (replicate, motion), the same for all variables."""
         return draw_motions(self.strata, self.replicates, self.seed)
 
-    def of_means(self, values: Array, most: Any = None) -> tuple[Array, Array, Array]:
-        """Return the mean over motions (last axis, each once) and its interval."""
+    def of_means(self, values: Array, most: Any = None, signed: bool = False) -> tuple[Array, Array, Array]:
+        """Return the mean over motions (last axis, each once) and its interval; `signed` values may be negative."""
         options = self.confidence, self.replicates, self.seed
-        found = mean_interval(values, *options, most, self.drawn, self.strata)
+        found = mean_interval(values, *options, most, self.drawn, self.strata, signed)
         return values.mean(axis=-1), found.lower, found.upper
 
     def of_probabilities(self, values: Array, possible: Flags) -> tuple[Array, Array, Array]:
@@ -106,13 +110,9 @@ class Precision:
 
 def conditional_variables(joint: JointFlags, precision: Precision, modelled: Modelled | None = None) -> Variables:
     """Compute all variables given the level; with `modelled` they are means over the modelling uncertainty."""
-    models, items, _, levels, _ = joint.flags.shape
     results = joint.results if modelled is None else modelled.results
-    levels = levels if modelled is None else modelled.mixture.shares.shape[0]
-    falls = _falls(joint, (models, items, levels), precision, modelled)
-    dims: tuple[str, ...] = ("model", "item", "level")
-    text = f"probability that a piece {joint.falls}"
-    found = with_interval("probability", dims, falls, DIMENSIONLESS, text, precision)
+    falls = LineEvent.of_flags("probability", "", f"a piece {joint.falls}", joint.flags, range(joint.flags.shape[1]))
+    found = line_variables(joint, [falls], precision, modelled=modelled)
     for one in joint.quantities:
         # at most everything overturns that is not anchored
         can_fall = joint.exposed if one.taken else joint.standing
@@ -120,7 +120,7 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
         expected = of_motions(results.expected[one.name], joint.polarities)
         # (the greatest of what is drawn is a mean of draws, which may exceed that of all pieces)
         means = precision.of_means(expected, np.maximum(most, expected.max(axis=-1)) if one.greatest else most)
-        dims = ("model", "place", "level")
+        dims: tuple[str, ...] = ("model", "place", "level")
         found |= with_interval(f"{one.name}_mean", dims, means, one.units, f"mean of {one.text}", precision)
         outcomes = results.outcomes[one.name]
         # (what is drawn has no greatest value, but where nothing can overturn)
@@ -160,59 +160,80 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
     return found
 
 
-def _falls(joint: JointFlags, shape: tuple[int, int, int], precision: Precision, modelled: Modelled | None) -> Array:
-    """Return the probability that a piece falls given the level, and its ends (value and ends, model, item, level)."""
-    found = np.empty((3, *shape))
-    for of, rows, chance, _ in joint.chances():
-        given = chance if modelled is None else modelled.mixture.of(chance)
-        of_each = of_motions(given, joint.polarities)
-        found[:, of, rows] = precision.of_probabilities(of_each, joint.standing[rows, None])
-    return found
-
-
-def is_held(row: Contents) -> bool:
-    """Return whether a restraint that can break holds the pieces of a line."""
-    return row.block.restraint is not None and not row.anchored
-
-
-class PieceEvent(NamedTuple):
-    """An event of a piece beside any fall: its name in variables, its words, and the lines that can have it (all)."""
+class LineEvent(NamedTuple):
+    """An event of pieces of some lines (`rows`): names of its chance and its rate ('' for none), dimensions before the
+    level, words, and the chances (…, level, motion) of a slab of these lines.
+    """
 
     name: str
+    rate: str
+    dims: tuple[str, ...]
     text: str
-    of: Callable[[Contents], bool] | None = None
+    rows: Sequence[int]
+    chance: Callable[[slice], Array]
+
+    @classmethod
+    def of_flags(cls, name: str, rate: str, text: str, flags: Flags, rows: Sequence[int]) -> LineEvent:
+        """Return the event that flags (model, item, variant, level, motion) are of."""
+        return cls(name, rate, ("model", "item"), text, rows, lambda part: chances(flags[:, rows[part]]))
+
+    @property
+    def item(self) -> int:
+        """Where the lines are among the dimensions."""
+        return self.dims.index("item")
+
+    def of_lines(
+        self, of: Callable[[LineEvent, slice], tuple[Array, Array, Array]], lines: int, runs: int
+    ) -> list[Array]:
+        """Return a value and its ends on all lines, NaN where it is not known; lines are computed slab by slab."""
+        step = max(1, RUNS // (1 + runs // lines))
+        parts = [of(self, slice(first, first + step)) for first in range(0, len(self.rows), step)]
+        found = []
+        for values in zip(*parts, strict=True):
+            known = np.moveaxis(np.concatenate(values, axis=self.item), self.item, 0)
+            every = np.full((lines, *known.shape[1:]), np.nan)
+            every[list(self.rows)] = known
+            found.append(np.moveaxis(every, 0, self.item))
+        return found
 
 
-FORWARD = PieceEvent("front", "a piece overturns forward")
-RUPTURE = PieceEvent("broken", "the restraint of a piece breaks", is_held)
-SIDEWAYS = PieceEvent("sideways", "a piece overturns along its depth", lambda row: row.both_axes)
+FORWARD, RUPTURE, SIDEWAYS = "front", "broken", "sideways"
+"""Events of a piece beside any fall, as variables name them."""
+PIECE_EVENTS: dict[str, tuple[str, Callable[[Contents], bool]]] = {
+    FORWARD: ("a piece overturns forward", lambda row: True),
+    RUPTURE: ("the restraint of a piece breaks", lambda row: row.block.restraint is not None and not row.anchored),
+    SIDEWAYS: ("a piece overturns along its depth", lambda row: row.both_axes),
+}
+"""Their words, and whether a line can have them."""
 
 
-def event_variables(
+def line_variables(
     joint: JointFlags,
-    event: PieceEvent,
+    events: Iterable[LineEvent],
     precision: Precision,
-    weights: LevelWeights | None,
-    own_motions: bool = False,
+    year: Year | None = None,
     modelled: Modelled | None = None,
 ) -> Variables:
-    """Compute the probabilities of an event and, with weights, its annual rates, item by item."""
-    models, items, _, levels, motions = joint.flags.shape
-    levels = levels if modelled is None else modelled.mixture.shares.shape[0]
-    falls = _falls(joint, (models, items, levels), precision, modelled)
-    other = np.array([event.of is not None and not event.of(row) for row in joint.inventory.rows])
-    falls[:, :, other] = np.nan
-    name, text = f"{event.name}_probability", f"probability that {event.text}"
-    found = with_interval(name, ("model", "item", "level"), falls, DIMENSIONLESS, text, precision)
-    if weights is not None:
-        year = Year(weights.weights, own_motions, joint.polarities)
-        precision = replace(precision, strata=year.strata(motions)) if own_motions else precision
-        rates = np.empty((3, models, items))
-        for of, rows, chance, _ in joint.chances():
-            rates[:, of, rows] = precision.of_means(year.total(chance))
-        rates[:, :, other] = np.nan
-        text = f"annual rate at which {event.text}"
-        found |= with_interval(f"item_{event.name}_rate", ("model", "item"), rates, PER_YEAR, text, precision)
+    """Compute the probabilities of events and, with a year, their annual rates, line by line; NaN of other lines."""
+    lines, runs = joint.flags.shape[1], joint.flags.size
+    found: Variables = {}
+
+    def at_levels(event: LineEvent, part: slice) -> tuple[Array, Array, Array]:
+        chance = event.chance(part)
+        chance = chance if modelled is None else modelled.mixture.of(chance)
+        possible = joint.standing[list(event.rows[part])].reshape(-1, *(1 for _ in event.dims[event.item :]))
+        return precision.of_probabilities(of_motions(chance, joint.polarities), possible)
+
+    def in_a_year(event: LineEvent, part: slice) -> tuple[Array, Array, Array]:
+        assert year is not None  # (else there is no rate)
+        return precision.of_year(year, joint.flags.shape[-1]).of_means(year.total(event.chance(part)))
+
+    for event in events:
+        values, text = event.of_lines(at_levels, lines, runs), f"probability that {event.text}"
+        found |= with_interval(event.name, (*event.dims, "level"), values, DIMENSIONLESS, text, precision)
+        if year is not None and event.rate:
+            values, text = event.of_lines(in_a_year, lines, runs), f"annual rate at which {event.text}"
+            found |= with_interval(event.rate, event.dims, values, PER_YEAR, text, precision)
     return found
 
 
@@ -241,18 +262,13 @@ def _spread(outcomes: Array, one: Quantity, most: Array, precision: Precision, p
 
 
 def annual_variables(
-    joint: JointFlags,
-    weights: LevelWeights,
-    precision: Precision,
-    own_motions: bool = False,
-    modelled: Modelled | None = None,
+    joint: JointFlags, weights: LevelWeights, year: Year, precision: Precision, modelled: Modelled | None = None
 ) -> Variables:
     """Compute annual variables from values given the level, or over modelling uncertainty (`modelled`), by motion."""
-    year = of_points = Year(weights.weights, own_motions, joint.polarities)
-    results = joint.results
+    results, of_points = joint.results, year
     if modelled is not None:
         results, of_points = modelled.results, Year(modelled.rates, polarities=joint.polarities)
-    precision = replace(precision, strata=year.strata(joint.flags.shape[-1])) if own_motions else precision
+    precision = precision.of_year(year, joint.flags.shape[-1])
     found: Variables = {
         "level_weight": variable(("level",), weights.weights, PER_YEAR, "annual rate that the level stands for"),
         "level_weight_below": variable((), weights.below, PER_YEAR, "part of the first one from below the levels"),

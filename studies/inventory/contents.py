@@ -204,12 +204,9 @@ class Contents:
 
     def __post_init__(self) -> None:
         _text("label", self.label)
-        if self.room:
-            _text("room", self.room)
-        if self.piece_class:
-            _text("piece_class", self.piece_class)
-        if self.kit:
-            _text("kit", self.kit)
+        for name in ("room", "piece_class", "kit"):
+            if getattr(self, name):
+                _text(name, getattr(self, name))
         if not isinstance(self.block, Block):
             raise TypeError(f"block must be a toppling Block, got {checks.kind(self.block)}")
         if self.anchored and self.block.restraint is not None:
@@ -256,13 +253,12 @@ class Contents:
         PART.number("kinetic_ratio", self.kinetic_ratio)
         if self.rolls and self.friction is not None:
             raise ValueError(f"friction must be None on castors, which roll, got one for {self.label!r}")
-        if self.block.edge is not None and not self.anchored and self.friction is None:
-            why = "it rolls, which is not modelled" if self.rolls else "its friction is not given"
-            raise ValueError(f"the edge of {self.label!r} needs to know how far it slides, and {why}")
-        if self.trip is None:
+        if self.anchored or self.friction is not None:
             return
-        if not self.anchored and self.friction is None:
-            why = "it rolls, which is not modelled" if self.rolls else "its friction is not given"
+        why = "it rolls, which is not modelled" if self.rolls else "its friction is not given"
+        if self.block.edge is not None:
+            raise ValueError(f"the edge of {self.label!r} needs to know how far it slides, and {why}")
+        if self.trip is not None:
             raise ValueError(f"the obstacle near {self.label!r} needs to know how fast it slides, and {why}")
 
     @property

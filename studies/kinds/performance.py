@@ -40,7 +40,7 @@ from ..buildings.branches import BEYOND, InventoryBranch, Sampling, combinations
 from ..buildings.modelling import DRAWS, MOST_POINTS, scored_levels
 from ..buildings.notes import UNDIRECTED, hazard_notes, hazard_shares, inventory_notes, notes, polarity_notes
 from ..buildings.pieces import RANKING, SAFETY, budget_set, code_variables
-from ..buildings.screening import Screening, screen_inventory
+from ..buildings.screening import runs_of_tests, screen_inventory
 from ..buildings.shaking import Shaking
 from ..buildings.slide_runs import Slipping, draws_of, falls_off, number_of_slides, slides
 from ..buildings.sliding import item_slide_notes
@@ -91,7 +91,6 @@ if TYPE_CHECKING:
 
 OSCILLATOR_BYTES = 5500.0
 """Most memory of an oscillator, with its description in the runs of its floor."""
-NOT_ASKED = Screening()
 USUAL = Slipping()
 SMALLER = (0.04, 0.03, 0.02, 0.01)
 """Half widths of an elastic zone that a refusal tries."""
@@ -132,7 +131,7 @@ class PerformanceStudy(Study):
     modelling: float = 0.0
     correlation: float = 1.0
     generator: Generator | None = None
-    screening: Screening = NOT_ASKED
+    undecided: float = 0.0
     where: str = IN_MEAN
     branches: InventoryBranches | None = None
     undirected: bool = False
@@ -242,7 +241,7 @@ class PerformanceStudy(Study):
             asked.modelling_dispersion,
             asked.consequence_correlation,
             content.motions.made_by(folder),
-            Screening(screening_of(content)[1]),
+            screening_of(content)[1],
             asked.modelling,
             kits=kits,
             target=None if asked.target is None else asked.target.limits,
@@ -355,7 +354,8 @@ class PerformanceStudy(Study):
         levels, motions = self.levels.size, self.shakes
         if isinstance(self.motions, FloorHistories):
             levels, motions = self.motions.run_shape(levels)
-        return self.screening.runs(self.inventory, self.models, levels, motions * self.polarities, self.variability)
+        motions *= self.polarities
+        return runs_of_tests(self.inventory, self.models, levels, motions, self.undecided, self.variability)
 
     @property
     def work(self) -> int:
@@ -394,7 +394,7 @@ class PerformanceStudy(Study):
         consequences = len(self.inventory.consequences)
         anchored = [of_motions] * 4 + [of_lines * self.replicates] * 2
         # flips of all lines, and of those that are run
-        flips = [self.screening.undecided * self._flags, *super().arrays_aside]
+        flips = [self.undecided * self._flags, *super().arrays_aside]
         found = flips + [of_places] * (3 + self._drawn)
         found += ([of_places * consequences] if consequences else []) + anchored
         # runs with kits: flags, and expectations in each place, kit after kit
@@ -682,7 +682,7 @@ class PerformanceStudy(Study):
             self.levels,
             self.im,
             found["overturned"],
-            self.screening,
+            self.undecided,
             client,
             self.variability,
             part_of(progress, self.runs, self.work),

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...core.elementary import Array, log
+from ...core.elementary import Array, Index, log
 from ...core.units import ACCELERATION, DIMENSIONLESS, NEWTON
-from ...core.wording import given_percent
 from ...fragility import HazardCurve
 from ...fragility.curves.means import resampled_means
 from ...fragility.numerics.slabs import in_memory
@@ -24,12 +23,12 @@ from ...models import Law, half_weight, required_force, static_capacity
 from ...motions import Building
 from ...motions.arrays import POLARITY
 from ...motions.polarity import AS_RECORDED, BOTH
-from ..buildings.anchoring import Resampling, weights_of
+from ..buildings.anchoring import interval_options, weights_of
 from ..buildings.assessment import assess, distinct_runs
 from ..buildings.savings import ItemChances
 from ..buildings.shaking import Shaking, support_of
 from ..buildings.slide_runs import Slipping
-from ..buildings.variables import PER_YEAR, RUPTURE, Year, level_index, per_year, variable
+from ..buildings.variables import PER_YEAR, RUPTURE, Precision, Year, level_index, per_year, variable, with_interval
 from ..inventory.contents import Inventory
 from ..inventory.kits import Kit
 from ..plan.design_shaking import at_level, design_level
@@ -40,8 +39,12 @@ if TYPE_CHECKING:
     from ...fragility.runs.runners import Runner
 
 ENDS = ("", "_lower", "_upper")
-RUPTURES = ("kit_breaks", "kit_breaks_at_design")
-"""Variables with how often a kit breaks."""
+AT_LEVELS = {
+    "kit_probability": (ENDS[:1], "probability", "probability that a piece with the kit overturns"),
+    "kit_front_probability": (ENDS[:1], "front_probability", "probability that a piece with the kit overturns forward"),
+    "kit_broken_probability": (ENDS, f"{RUPTURE}_probability", "probability that the kit breaks"),
+}
+"""Variables at every level: their ends, the variable of the results with a kit that they are, and their words."""
 FLAGS = {"falls": "", "front_falls": "front"}
 """Variables with the flags of any falls (as `fall_flags` names them), and of forward falls."""
 
@@ -64,22 +67,7 @@ class Shake(NamedTuple):
 
     def assess(self, inventory: Inventory, **options: Any) -> xr.Dataset:
         """Return the assessment of an inventory that is shaken so; options: the other arguments of `assess`."""
-        return assess(
-            inventory,
-            self.models,
-            self.motions,
-            self.levels,
-            self.im,
-            self.building,
-            self.hazard,
-            variability=self.variability,
-            modelling_dispersion=self.modelling_dispersion,
-            replicates=self.replicates,
-            seed=self.seed,
-            polarity=self.polarity,
-            slipping=self.slipping,
-            **options,
-        )
+        return assess(inventory, **self._asdict(), **options)
 
 
 def with_kit(inventory: Inventory, kit: Kit) -> Inventory | None:
@@ -111,8 +99,12 @@ def kit_savings(
         raise ValueError("savings of kits at a given level hold no modelling_dispersion: give a hazard curve")
     shake = shake._replace(polarity=BOTH if POLARITY in assessment.coords else AS_RECORDED)
     year = Year.of(assessment, weights_of(assessment, level))
-    precision = Resampling(shake.replicates, shake.seed, year.strata(assessment.sizes["motion"]))
-    found = _Savings(assessment, [kit.name for kit in kits])
+    precision = interval_options(assessment, year, shake.replicates, shake.seed)
+    named, sizes = _named(level is None), assessment.sizes
+    shape, dims = (sizes["model"], len(kits), sizes["item"]), ("model", "kit", "item")
+    fits = np.zeros(shape[1:], bool)
+    ranges = {name: np.full((3, *shape), np.nan) for name in named}
+    at_levels = {name: np.full((len(ends), *shape, sizes["level"]), np.nan) for name, (ends, _, _) in AT_LEVELS.items()}
     done = 0
     for k, kit in enumerate(kits):
         held = with_kit(inventory, kit)
@@ -121,110 +113,89 @@ def kit_savings(
         with_it = shake.assess(held, sides=True, client=client, progress=part_of(progress, done))
         of_each = distinct_runs(held, shake.variability, str(shake.polarity)) * number_of_motions(with_it)
         done += of_each * with_it.sizes["model"] * with_it.sizes["level"]
-        rows = [i for i, row in enumerate(inventory.rows) if kit.fits(row)]
-        found.add(k, rows, with_it, year, precision)
-        found.add_ruptures(k, rows, with_it, level, shake.hazard)
-    data = found.variables(assessment, level is None) | _static(inventory, kits, assessment, shake, level)
+        rows = np.array([i for i, row in enumerate(inventory.rows) if kit.fits(row)])
+        fits[k, rows] = True
+        for name, (ends, of, _) in AT_LEVELS.items():
+            at_levels[name][:, :, k, rows] = [with_it[f"{of}{end}"].values for end in ends]
+        for name, values in _falls(assessment, with_it, rows, year, precision).items():
+            ranges[name][:, :, k, rows] = values
+        for name, values in _ruptures(with_it, level, shake.hazard).items():
+            ranges[name][:, :, k, rows] = values
+    found = {"kit_fits": variable(("kit", "item"), fits, DIMENSIONLESS, "whether the kit fits the pieces")}
+    for name, (units, text) in named.items():
+        found |= with_interval(name, dims, ranges[name], units, text, precision)
+    for name, (ends, _, text) in AT_LEVELS.items():
+        if len(ends) == 1:
+            found[name] = variable((*dims, "level"), at_levels[name][0], DIMENSIONLESS, text)
+        else:
+            found |= with_interval(name, (*dims, "level"), at_levels[name], DIMENSIONLESS, text, precision)
+    value = assessment["value"].values * assessment["count"].values
+    if value.any():
+        money = assessment["value"].attrs["units"]
+        when, units = ("in a year", per_year(money)) if level is None else ("at the level", money)
+        text = f"mean loss that all pieces of the item save {when} by the kit"
+        found["kit_saving"] = variable(dims, ranges["kit_falls_saved"][0] * value, units, text)
+    found |= _static(inventory, kits, assessment, shake, level)
     names = np.array([kit.name for kit in kits], dtype=object)
-    return xr.Dataset(data, {"kit": variable(("kit",), names, DIMENSIONLESS, "kit that holds the pieces")})
+    return xr.Dataset(found, {"kit": variable(("kit",), names, DIMENSIONLESS, "kit that holds the pieces")})
 
 
-class _Savings:
-    """Rates with kits and what they save, gathered kit by kit; NaN for items that a kit does not fit."""
-
-    def __init__(self, assessment: xr.Dataset, kits: Sequence[str]) -> None:
-        self.assessment = assessment
-        sizes = assessment.sizes
-        shape = (sizes["model"], len(kits), sizes["item"])
-        self.falls = {name: np.full((2, 3, *shape), np.nan) for name in FLAGS}
-        self.probabilities = {name: np.full((*shape, sizes["level"]), np.nan) for name in FLAGS}
-        self.fits = np.zeros(shape[1:], bool)
-        self.shares = np.full((3, *shape), np.nan)
-        self.ruptures = {name: np.full((3, *shape), np.nan) for name in RUPTURES}
-        self.broken = np.full((3, *shape, sizes["level"]), np.nan)
-
-    def add(self, k: int, rows: Sequence[int], with_it: xr.Dataset, year: Year, precision: Resampling) -> None:
-        """Take the results with one kit, of the items at some positions."""
-        at, confidence = np.array(rows), float(self.assessment.attrs["confidence"])
-        self.fits[k, at] = True
-        for name, flags in FLAGS.items():
-            before = ItemChances(self.assessment, at, flags)
-            after = ItemChances(with_it, np.arange(at.size), flags)
-            stored = "probability" if name == "falls" else "front_probability"
-            self.probabilities[name][:, k, at] = with_it[stored].values
-            for of, part in after.of_items():
-                own = year.total(after.piece(of, part))
-                saved = year.total(before.piece(of, part)) - own
-                for i, values in enumerate((own, saved)):
-                    # (a kit may fell a piece, too)
-                    ends = precision.interval(values, confidence, signed=i == 1)
-                    one = np.stack([values.mean(axis=-1), ends.lower, ends.upper])
-                    self.falls[name][i][:, of, k, at[part]] = one
-                if name == "falls":
-                    self.shares[:, of, k, at[part]] = _share(saved, own + saved, precision, confidence)
-
-    def add_ruptures(
-        self, k: int, rows: Sequence[int], with_it: xr.Dataset, level: float | None, hazard: HazardCurve | None
-    ) -> None:
-        """Take how often one kit broke, as the results with it say: in a year or at the level, and at every level."""
-        at, levels = np.array(rows), with_it["level"].values
-        for i, end in enumerate(ENDS):
-            chances = with_it[f"{RUPTURE.name}_probability{end}"].values
-            self.broken[i][:, k, at] = chances
-            if level is not None:
-                self.ruptures["kit_breaks"][i][:, k, at] = chances[..., level_index(with_it, level)]
-                continue
-            assert hazard is not None  # (annual rates come from it)
-            self.ruptures["kit_breaks"][i][:, k, at] = with_it[f"item_{RUPTURE.name}_rate{end}"].values
-            there = at_level(design_level(levels, hazard), levels, chances)
-            self.ruptures["kit_breaks_at_design"][i][:, k, at] = there
-
-    def variables(self, assessment: xr.Dataset, yearly: bool) -> dict[str, xr.Variable]:
-        """Return the variables on (model, kit, item)."""
-        dims = ("model", "kit", "item")
-        percent = given_percent(float(assessment.attrs["confidence"]))
-        units, of = (PER_YEAR, "annual rate at which") if yearly else (DIMENSIONLESS, "probability at the level that")
-        found = {"kit_fits": variable(("kit", "item"), self.fits, DIMENSIONLESS, "whether the kit fits the pieces")}
-        for name in FLAGS:
-            where = "" if name == "falls" else " forward"
-            texts = {
-                f"kit_{name}": f"{of} a piece with the kit overturns{where}",
-                f"kit_{name}_saved": f"{of} a piece overturns{where} as it is, less that with the kit",
-            }
-            for (label, text), values in zip(texts.items(), self.falls[name], strict=True):
-                found[label] = variable(dims, values[0], units, text)
-                for end, one in (("lower", values[1]), ("upper", values[2])):
-                    long_name = f"{end} end of the {percent} interval: {text}"
-                    found[f"{label}_{end}"] = variable(dims, one, units, long_name)
-            label = "kit_probability" if name == "falls" else "kit_front_probability"
-            text = f"probability that a piece with the kit overturns{where}"
-            found[label] = variable((*dims, "level"), self.probabilities[name], DIMENSIONLESS, text)
-        rate = "annual rate at which the kit breaks" if yearly else "probability at the level that the kit breaks"
-        design = "probability that the kit breaks under the shaking that is exceeded with 10 % in 50 years"
-        broken = [("kit_broken_probability", self.broken, "probability that the kit breaks", DIMENSIONLESS)]
-        broken += [("kit_breaks", self.ruptures["kit_breaks"], rate, units)]
-        broken += [("kit_breaks_at_design", self.ruptures["kit_breaks_at_design"], design, DIMENSIONLESS)][
-            : int(yearly)
-        ]
-        for label, ruptures, text, unit in broken:
-            for end, one in zip(ENDS, ruptures, strict=True):
-                long_name = f"{end[1:]} end of the {percent} interval: {text}" if end else text
-                found[f"{label}{end}"] = variable((*dims, "level")[: one.ndim], one, unit, long_name)
-        text = "share of the falls of a piece that the kit saves"
-        for end, values in zip(("", "_lower", "_upper"), self.shares, strict=True):
-            long_name = f"{end[1:]} end of the {percent} interval: {text}" if end else text
-            found[f"kit_share_saved{end}"] = variable(dims, values, DIMENSIONLESS, long_name)
-        value = assessment["value"].values * assessment["count"].values
-        if value.any():
-            money = assessment["value"].attrs["units"]
-            unit = per_year(money) if yearly else money
-            text = f"mean loss that all pieces of the item save {'in a year' if yearly else 'at the level'} by the kit"
-            found["kit_saving"] = variable(dims, self.falls["falls"][1, 0] * value, unit, text)
-        return found
+def _named(yearly: bool) -> dict[str, tuple[str, str]]:
+    """Return the units and words of the variables on (model, kit, item) that have intervals."""
+    units, of = (PER_YEAR, "annual rate at which") if yearly else (DIMENSIONLESS, "probability at the level that")
+    found = {
+        "kit_falls": (units, f"{of} a piece with the kit overturns"),
+        "kit_falls_saved": (units, f"{of} a piece overturns as it is, less that with the kit"),
+        "kit_front_falls": (units, f"{of} a piece with the kit overturns forward"),
+        "kit_front_falls_saved": (units, f"{of} a piece overturns forward as it is, less that with the kit"),
+        "kit_share_saved": (DIMENSIONLESS, "share of the falls of a piece that the kit saves"),
+        "kit_breaks": (units, f"{of} the kit breaks"),
+    }
+    if yearly:
+        text = "probability that the kit breaks under the shaking that is exceeded with 10 % in 50 years"
+        found["kit_breaks_at_design"] = DIMENSIONLESS, text
+    return found
 
 
-def _share(saved: Array, before: Array, precision: Resampling, confidence: float) -> Array:
+def _falls(
+    assessment: xr.Dataset, with_it: xr.Dataset, rows: Index, year: Year, precision: Precision
+) -> dict[str, Array]:
+    """Return the falls of lines with a kit, and what it saves of them as they are (value and ends, model, line)."""
+    shape = (3, with_it.sizes["model"], rows.size)
+    found = {"kit_share_saved": np.empty(shape)}
+    for name, flags in FLAGS.items():
+        before, after = ItemChances(assessment, rows, flags), ItemChances(with_it, np.arange(rows.size), flags)
+        found |= {f"kit_{name}": np.empty(shape), f"kit_{name}_saved": np.empty(shape)}
+        for of, part in after.of_items():
+            own = year.total(after.piece(of, part))
+            saved = year.total(before.piece(of, part)) - own
+            found[f"kit_{name}"][:, of, part] = precision.of_means(own)
+            # (a kit may fell a piece, too)
+            found[f"kit_{name}_saved"][:, of, part] = precision.of_means(saved, signed=True)
+            if name == "falls":
+                found["kit_share_saved"][:, of, part] = _share(saved, own + saved, precision)
+    return found
+
+
+def _ruptures(with_it: xr.Dataset, level: float | None, hazard: HazardCurve | None) -> dict[str, Array]:
+    """Return how often a kit breaks (value and ends, model, line): in a year and in the design shaking, or at a level.
+
+    All values are in the results with the kit.
+    """
+    chances = np.stack([with_it[f"{RUPTURE}_probability{end}"].values for end in ENDS])
+    if level is not None:
+        return {"kit_breaks": chances[..., level_index(with_it, level)]}
+    assert hazard is not None  # (annual rates come from it)
+    levels = with_it["level"].values
+    return {
+        "kit_breaks": np.stack([with_it[f"item_{RUPTURE}_rate{end}"].values for end in ENDS]),
+        "kit_breaks_at_design": np.stack([at_level(design_level(levels, hazard), levels, each) for each in chances]),
+    }
+
+
+def _share(saved: Array, before: Array, precision: Precision) -> Array:
     """Return what is saved over what there was (value and ends, …), of values (…, motion) resampled together."""
+    confidence = precision.confidence
     draws = precision.replicates, precision.seed, in_memory, precision.strata
     with np.errstate(divide="ignore", invalid="ignore"):
         share = saved.mean(axis=-1) / before.mean(axis=-1)

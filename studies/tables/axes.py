@@ -47,7 +47,7 @@ def _of_items(here: xr.Dataset) -> Iterator[Row]:
     for i, name in enumerate(here["item"].values):
         item = here.isel(item=i)
         falls = float(item["item_rate"] if "item_rate" in item else item["probability"].mean())
-        share = _shares(float(item[f"{SIDEWAYS.name}_share"]))
+        share = _shares(float(item[f"{SIDEWAYS}_share"]))
         share = share if bool(item["both_axes"]) else {"width": "width alone", "depth": None}
         yield {"name": str(name), "falls": None if bool(item["anchored"]) else falls, **share}
 

@@ -44,9 +44,9 @@ def kit_lines(results: xr.Dataset, model: int = 0) -> list[Line]:
     """Return every piece that is not anchored for good as it is and with each kit that fits it, in their order."""
     here = results.isel(model=model)
     yearly = "item_rate" in here
-    names = {"falls": "item_rate", "front_falls": "item_front_rate", "breaks": f"item_{RUPTURE.name}_rate"}
+    names = {"falls": "item_rate", "front_falls": "item_front_rate", "breaks": f"item_{RUPTURE}_rate"}
     if not yearly:
-        names = {"falls": "probability", "front_falls": "front_probability", "breaks": f"{RUPTURE.name}_probability"}
+        names = {"falls": "probability", "front_falls": "front_probability", "breaks": f"{RUPTURE}_probability"}
     found: list[Line] = []
     for piece in pieces_of(results, model):
         if piece.held:
@@ -176,8 +176,8 @@ def kit_breaks(results: xr.Dataset) -> Table:
     """Return the shares of the motions in which kits break at each level, of the first kits on pieces."""
     here = results.isel(model=reference_law(results)[0])
     found: dict[str, list[xr.DataArray]] = {}
-    if f"{RUPTURE.name}_probability" in here:
-        names = [f"{RUPTURE.name}_probability{end}" for end in ENDS]
+    if f"{RUPTURE}_probability" in here:
+        names = [f"{RUPTURE}_probability{end}" for end in ENDS]
         for item, kit in zip(here["item"].values, here["anchored_with"].values, strict=True):
             if kit:
                 found[f"{item}: {kit}"] = [here[name].sel(item=item) for name in names]

@@ -77,7 +77,7 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
     rows: list[Row] = []
     for piece in every:
         values = of_law.sel(item=piece.item)
-        breaks = chance_of(values, f"{RUPTURE.name}_probability", f"item_{RUPTURE.name}_rate")
+        breaks = chance_of(values, f"{RUPTURE}_probability", f"item_{RUPTURE}_rate")
         row: Row = {
             "item": piece.item,
             "room": piece.room,

@@ -94,7 +94,7 @@ REGISTRY = {
     "item_falls": Entry(_both(OF_PIECES, has(INSTEAD, "contact")), item_slides.falls, by_law=True),
     "totals": Entry(OF_PIECES, assessment.totals, by_law=True),
     "consequences": Entry(_both(OF_PIECES, has("consequence")), assessment.consequences, by_law=True),
-    "axes": Entry(has(AXIS, f"{SIDEWAYS.name}_share"), axes.axes),
+    "axes": Entry(has(AXIS, f"{SIDEWAYS}_share"), axes.axes),
     "branch_rates": Entry(has("epistemic_rate", "epistemic_any_rate"), branches.branch_rates),
     "branch_amounts": Entry(has(*(f"epistemic_annual_{name}" for name in branches.AMOUNTS)), branches.amount_branches),
     "branch_consequences": Entry(has("epistemic_consequence_rate"), branches.consequence_branches),
