@@ -21,26 +21,22 @@ from ...fragility.curves.curve import UPLIFT
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.annual_rate import OF_RUNS
 from ...fragility.risk.modelling import MODELLING
-from ...fragility.risk.ratios import ratio_of
 from ...fragility.runs.provenance import RUN, number_of_motions
-from ..buildings.recommendations import YEARS, Range
+from ..buildings.recommendations import UNKNOWN, YEARS, Range
 from ..facts.coverage import coverage
 from ..file.analyses import FitTable
 from ..file.hazard import hazard_table
 from ..plan.estimates import Fit
 from ..plan.form_free import modelling_factor
-from ..plan.ratios import verdict_of
 from ..plan.risk import Risk
 from ..plan.samples import pooled_curves
 from ..text.error import StudyError
 from ..text.precision import FITTED_RATE
 from ..text.reached import EDGE, FLAT, highest_level, open_ends
 from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, level_name
-from .ratios import MEDIAN, Found, Line, Quantity
+from .ratios import MEDIAN, Found, Line, Quantity, line_of, pair_text
 from .sides import Side, floors_of, matched, matched_laws, matched_names, measure_of, same_measure, same_motions
 
-NO_RANGE = Range(math.nan, math.nan, math.nan)
-"""In place of a median that lies above the highest level that was run."""
 DISPERSION, RATE, CHANCE = "dispersion", "rate", "chance"
 """Quantities of a curve besides the median; the chance is of at least one fall in some years."""
 MOST_RESAMPLED = 2000
@@ -179,51 +175,44 @@ def _risk_of(side: Side) -> Risk | None:
 
 def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Line]:
     """Return the lines of one curve: median, dispersion, rate and chance, as far as both sides have them."""
+    sides = (a, at), (b, to)
     floors = floors_of(a.side)
     place = floor_name(floors[at[2]]) if floors != [""] else ""
-    name = _names(a.side, b.side, "block", at[0], to[0])
-    laws = (str(a.side.results["model"].values[at[1]]), str(b.side.results["model"].values[to[1]]))
+    names, laws = (
+        tuple(str(curves.side.results[dim].values[where[k]]) for curves, where in sides)
+        for k, dim in enumerate(("block", "model"))
+    )
+    of = pair_text(*names), place, laws
     confidence = float(a.side.results.attrs["confidence"])
     of_curves = same_measure(a.side, b.side) and not _of_uplift(a.side, b.side)
-    known = [name for name in (MEDIAN, DISPERSION) if of_curves and _both(a, b, name)]
-    known += [RATE] if _both(a, b, RATE) else []
-    found = []
-    for quantity in known:
-        one, other = a.value(quantity, at), b.value(quantity, to)
-        drawn = a.samples(quantity, at), b.samples(quantity, to)
-        said = [
-            "" if math.isfinite(value.value) else side.status(where)
-            for side, value, where in ((a, one, at), (b, other, to))
-        ]
-        (one, said[0]), (other, said[1]) = (
-            _reached(quantity, value, side.side.results, text)
-            for side, value, text in ((a, one, said[0]), (b, other, said[1]))
-        )
-        runs = np.full(2, math.nan)
-        if quantity == RATE:
-            runs = np.array([a.value(OF_RUNS, at).value, b.value(OF_RUNS, to).value])
-        ratio = Range(*ratio_of(one.value, other.value, *drawn, confidence, runs))
-        found.append(Line(quantity, name, place, laws, one, other, ratio, verdict_of(ratio), *said))
-        if quantity == RATE:
-            each = [Range(*(float(probability_in(np.float64(x), years)) for x in value)) for value in (one, other)]
-            in_years = [None if rates is None else probability_in(rates, years) for rates in drawn]
-            runs = probability_in(runs, years)
-            ratio = Range(*ratio_of(each[0].value, each[1].value, in_years[0], in_years[1], confidence, runs))
-            found.append(Line(CHANCE, name, place, laws, each[0], each[1], ratio, verdict_of(ratio), *said))
-    return found
+    lines = []
+    for quantity in (MEDIAN, DISPERSION, RATE) if of_curves else (RATE,):
+        if not all(quantity in curves.side.results for curves, _ in sides):
+            continue
+        samples = [curves.samples(quantity, where) for curves, where in sides]
+        values, said = zip(*(_reached(curves, quantity, where) for curves, where in sides), strict=True)
+        if quantity != RATE:
+            lines.append(line_of((quantity, *of), values, samples, said, confidence))
+            continue
+        runs = np.array([curves.value(OF_RUNS, where).value for curves, where in sides])
+        lines.append(line_of((RATE, *of), values, samples, said, confidence, runs))
+        chances = [Range(*(float(probability_in(np.float64(end), years)) for end in value)) for value in values]
+        in_years = [None if rates is None else probability_in(rates, years) for rates in samples]
+        lines.append(line_of((CHANCE, *of), chances, in_years, said, confidence, probability_in(runs, years)))
+    return lines
 
 
-def _reached(quantity: str, value: Range, results: xr.Dataset, said: str) -> tuple[Range, str]:
+def _reached(curves: Curves, quantity: str, at: Place) -> tuple[Range, str]:
     """Return a number of a curve with open ends, or words in its place, where it lies beyond what was run."""
+    value, results = curves.value(quantity, at), curves.side.results
+    if quantity == MEDIAN and value.value > EDGE * highest_level(results):
+        return UNKNOWN, NOT_REACHED
+    if quantity == DISPERSION and value.value > FLAT:
+        return UNKNOWN, f"above {FLAT:g}"
+    said = "" if math.isfinite(value.value) else curves.status(at)
     if quantity == MEDIAN:
-        if value.value > EDGE * highest_level(results):
-            return NO_RANGE, NOT_REACHED
         return Range(value.value, *open_ends(value.lower, value.upper, results)), said
-    if quantity == DISPERSION:
-        if value.value > FLAT:
-            return NO_RANGE, f"above {FLAT:g}"
-        return value._replace(upper=math.inf if value.upper > FLAT else value.upper), said
-    return value, said
+    return value._replace(upper=math.inf) if quantity == DISPERSION and value.upper > FLAT else value, said
 
 
 def _notes(a: Side, b: Side, of_a: Curves, of_b: Curves) -> Iterator[Fact]:
@@ -248,15 +237,6 @@ def _notes(a: Side, b: Side, of_a: Curves, of_b: Curves) -> Iterator[Fact]:
 def _of_uplift(a: Side, b: Side) -> bool:
     """Return whether medians of a side are of the second factor of its curves, and not where half overturn."""
     return any("uplift_median" in side.results for side in (a, b))
-
-
-def _both(a: Curves, b: Curves, name: str) -> bool:
-    return name in a.side.results and name in b.side.results
-
-
-def _names(a: Side, b: Side, dim: str, i: int, j: int) -> str:
-    names = [str(side.results[dim].values[at]) for side, at in ((a, i), (b, j))]
-    return names[0] if names[0] == names[1] else f"{names[0]} → {names[1]}"
 
 
 def _spread(values: xr.DataArray, *last: str) -> xr.DataArray:

@@ -17,7 +17,7 @@ from ..text.names import short_name
 from ..text.reached import EDGE, highest_level
 from ..text.words import axis_name, axis_of, display_unit
 from .curves import CurveComparison, Curves, Place
-from .ratios import MEDIAN, Found, Line, Quantity, furthest, law_text
+from .ratios import MEDIAN, Found, Line, Quantity, furthest, pair_text
 from .sides import Side, same_measure
 
 CHANCE = "chance"
@@ -64,7 +64,7 @@ def _panels(both: CurveComparison, medians: list[Line], titles: tuple[str, str],
         axes.probabilities(ax, str(both.a.side.results.attrs.get("state", "overturning")))
         of_laws = len({one.laws for one in medians}) > 1
         text = ", ".join(filter(None, (short_name(line.name), line.place)))
-        text += f"\n{axes.model_name(law_text(line.laws))}" if of_laws else ""
+        text += f"\n{axes.model_name(pair_text(*line.laws))}" if of_laws else ""
         axes.name(ax, text)
         axes.outer_labels(ax, i, columns, len(chosen))
     first = f"; the {len(chosen)} of {len(medians):,} whose medians differ most" if len(chosen) < len(medians) else ""
@@ -135,7 +135,7 @@ def _dots(lines: list[Line], quantity: Quantity, titles: tuple[str, str], confid
     for name, (colour, marker, _) in LOOKS.items():
         ax.plot([], [], marker, color=colour, ms=5.5, mew=0.0, label=name)
     laws = len({line.laws for line in lines}) > 1
-    parts = [(short_name(line.name), line.place, law_text(line.laws) if laws else "") for line in chosen]
+    parts = [(short_name(line.name), line.place, pair_text(*line.laws) if laws else "") for line in chosen]
     names = [", ".join(filter(None, one)) for one in parts]
     axes.named_rows(ax, [axes.model_name(name) for name in names])
     axes.plain_log(ax)
