@@ -16,7 +16,7 @@ from ..report.page import drawn_of, environment, texts
 from ..show import save_figures
 from ..store.outputs import own_files
 from ..tables.files import csv_bytes, table_json
-from ..tables.table import Column, Row, Table
+from ..tables.table import Cells, Column, Table
 from ..text.error import StudyError, writing
 from ..text.glossary import used
 from .curves import compare_curves
@@ -77,9 +77,8 @@ def compare(
             found = compare_pieces(a, b, laws)
             draw = partial(figures.of_pieces, found, drawn_titles, sure)
         else:
-            both = compare_curves(a, b, laws)
-            found = both.found
-            draw = partial(figures.of_curves, both, drawn_titles, sure)
+            found, curves, places = compare_curves(a, b, laws)
+            draw = partial(figures.of_curves, found, curves, places, drawn_titles, sure)
         compared = _compared(a, b, found, sure)
         page = _html_page((a, b), titles, compared, draw)
         drawn = list(draw())
@@ -118,11 +117,15 @@ def _compared(a: Side, b: Side, found: Found, sure: str) -> Comparison:
 
 
 def _table_of_inputs(inputs: Sequence[Fact]) -> list[Table]:
-    columns = Column("name"), Column("a", "A"), Column("b", "B")
-    rows: list[Row] = [
-        {"name": say(fact, REGISTER), "a": fact.names[1] or None, "b": fact.names[2] or None} for fact in inputs
+    rows: list[Cells] = [
+        {
+            Column("name"): say(fact, REGISTER),
+            Column("a", "A"): fact.names[1] or None,
+            Column("b", "B"): fact.names[2] or None,
+        }
+        for fact in inputs
     ]
-    return [Table.of("Inputs that differ", columns, rows, most=MOST_ROWS)] if rows else []
+    return [Table.of("Inputs that differ", rows, most=MOST_ROWS)] if rows else []
 
 
 def _html_page(sides: tuple[Side, Side], titles: tuple[str, str], compared: Comparison, draw: Draw) -> str:

@@ -30,15 +30,16 @@ from ..plan.estimates import Fit
 from ..plan.form_free import modelling_factor
 from ..plan.risk import Risk
 from ..plan.samples import pooled_curves
+from ..tables.table import chance_in
 from ..text.error import StudyError
 from ..text.precision import FITTED_RATE
 from ..text.reached import EDGE, FLAT, highest_level, open_ends
 from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, level_name
-from .ratios import MEDIAN, Found, Line, Quantity, line_of, pair_text
+from .ratios import CHANCE, MEDIAN, Found, Line, Quantity, line_of, pair_text
 from .sides import Side, floors_of, matched, matched_laws, matched_names, measure_of, same_measure, same_motions
 
-DISPERSION, RATE, CHANCE = "dispersion", "rate", "chance"
-"""Quantities of a curve besides the median; the chance is of at least one fall in some years."""
+DISPERSION, RATE = "dispersion", "rate"
+"""Quantities of a curve besides the median and the chance of at least one fall in some years."""
 MOST_RESAMPLED = 2000
 """Most curves of a side that are fitted again to replicates of the motions; ratios of more have no interval."""
 Place = tuple[int, int, int]
@@ -73,17 +74,13 @@ class Curves(NamedTuple):
         return str((one.isel(floor=k) if "floor" in one.dims else one).item())
 
 
-class CurveComparison(NamedTuple):
-    """Curves of two studies side by side: all that was compared, and the curves with their places in A and in B."""
+def compare_curves(
+    a: Side, b: Side, laws: tuple[str, str] | None = None
+) -> tuple[Found, tuple[Curves, Curves], list[tuple[Place, Place]]]:
+    """Compare curves and rates of two studies, and return both studies' curves and their places in A and in B, too.
 
-    found: Found
-    a: Curves
-    b: Curves
-    places: list[tuple[Place, Place]]
-
-
-def compare_curves(a: Side, b: Side, laws: tuple[str, str] | None = None) -> CurveComparison:
-    """Compare curves and rates of two studies; replicates draw the same motions for both if they share them."""
+    Replicates draw the same motions for both studies if they share them.
+    """
     blocks, models = matched_names(a, b, "block", "block"), matched_laws(a, b, laws)
     floors = matched(floors_of(a), floors_of(b))
     if not floors.pairs:
@@ -108,7 +105,7 @@ def compare_curves(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Cur
         more = {"most": MOST_RESAMPLED}
         notes.append(Fact("comparison.surface") if surface else Fact("comparison.too_many", number, more=more))
     found = Found({"model": models, "block": blocks, "floor": floors}, lines, _quantities(a, time), notes)
-    return CurveComparison(found, of_a, of_b, places)
+    return found, (of_a, of_b), places
 
 
 def _quantities(side: Side, years: float) -> list[Quantity]:
@@ -178,11 +175,9 @@ def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Lin
     sides = (a, at), (b, to)
     floors = floors_of(a.side)
     place = floor_name(floors[at[2]]) if floors != [""] else ""
-    names, laws = (
-        tuple(str(curves.side.results[dim].values[where[k]]) for curves, where in sides)
-        for k, dim in enumerate(("block", "model"))
-    )
-    of = pair_text(*names), place, laws
+    name = pair_text(*(str(curves.side.results["block"].values[where[0]]) for curves, where in sides))
+    laws = str(a.side.results["model"].values[at[1]]), str(b.side.results["model"].values[to[1]])
+    of = name, place, laws
     confidence = float(a.side.results.attrs["confidence"])
     of_curves = same_measure(a.side, b.side) and not _of_uplift(a.side, b.side)
     lines = []
@@ -196,9 +191,9 @@ def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Lin
             continue
         runs = np.array([curves.value(OF_RUNS, where).value for curves, where in sides])
         lines.append(line_of((RATE, *of), values, samples, said, confidence, runs))
-        chances = [Range(*(float(probability_in(np.float64(end), years)) for end in value)) for value in values]
-        in_years = [None if rates is None else probability_in(rates, years) for rates in samples]
-        lines.append(line_of((CHANCE, *of), chances, in_years, said, confidence, probability_in(runs, years)))
+        chances = [chance_in(value, years) for value in values]
+        of_samples = [None if rates is None else probability_in(rates, years) for rates in samples]
+        lines.append(line_of((CHANCE, *of), chances, of_samples, said, confidence, probability_in(runs, years)))
     return lines
 
 

@@ -22,12 +22,13 @@ from ..buildings.pieces import pieces_of
 from ..buildings.recommendations import UNKNOWN, YEARS, Range
 from ..buildings.variables import Year, fall_flags, level_index, per_year
 from ..facts.coverage import coverage
-from ..tables.unseen import at_most
+from ..tables.assessment import at_most
+from ..tables.table import chance_in
 from ..text.words import floor_name, level_name, level_text
-from .ratios import ANCHORED_IN, Found, Line, Quantity, line_of, pair_text
+from .ratios import ANCHORED_IN, CHANCE, Found, Line, Quantity, line_of, pair_text
 from .sides import Side, matched_laws, matched_names, same_motions
 
-CHANCE, NUMBER, LOSS, ANY = "chance", "number", "loss", "any"
+NUMBER, LOSS, ANY = "number", "loss", "any"
 DOWNTIME, INJURIES = "downtime", "injuries"
 """Quantities: the chance of one piece; expected pieces and value that overturn, the longest downtime of them and the
 persons whom they injure; the chance that anything overturns."""
@@ -94,11 +95,10 @@ def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Fou
             place = pair_text(*(", ".join(filter(None, (piece.room, floor_name(piece.floor)))) for piece in both))
             of_motions = [of_side[CHANCE][at] for of_side, at in zip(falls, pair, strict=True)]
             line = _line((a, b), (CHANCE, name, place, laws), chances, of_motions, drawn, yearly)
-            held = [side for side, piece in zip("AB", both, strict=True) if piece.held]
-            if held:
-                said = {f"said_{side.lower()}": "anchored" for side in held}
-                line = line._replace(verdict=ANCHORED_IN["both" if len(held) == 2 else held[0]], **said)
-            lines.append(line)
+            held = [piece.held for piece in both]
+            said_a, said_b = ("anchored" if fixed else said for fixed, said in zip(held, line[-2:], strict=True))
+            verdict = ANCHORED_IN["both" if all(held) else "A" if held[0] else "B"] if any(held) else line.verdict
+            lines.append(line._replace(verdict=verdict, said_a=said_a, said_b=said_b))
     notes = [Fact("comparison.totals")] if items.only_a or items.only_b else []
     notes += coverage(["ratio of totals"], min(number_of_motions(side.results) for side in (a, b)))
     if not _lossy(a, b) and any(map(_valued, (a, b))):
@@ -147,8 +147,9 @@ def _line(
     yearly: bool,
 ) -> Line:
     """Return the line of a number, stored and motion by motion; if `yearly`, of its chance in some years."""
-    ranges = [_in_years(rate, yearly) for rate in stored]
-    samples = [_in_years_all(number @ weights.T, yearly) for number, weights in zip(of_motions, drawn, strict=True)]
+    ranges = [chance_in(rate, YEARS) if yearly and not math.isnan(rate.value) else rate for rate in stored]
+    samples = [number @ weights.T for number, weights in zip(of_motions, drawn, strict=True)]
+    samples = [probability_in(rates, YEARS) for rates in samples] if yearly else samples
     said = [
         "" if number.value != 0.0 else at_most(side.results) if of[0] in (CHANCE, ANY) else NEVER
         for number, side in zip(ranges, sides, strict=True)
@@ -172,12 +173,3 @@ def _stored(side: Side, quantity: str, law: int, yearly: bool) -> Range:
 
 def _valued(side: Side) -> bool:
     return bool((side.results["value"].values > 0.0).any())
-
-
-def _in_years(rate: Range, yearly: bool) -> Range:
-    """Return the chance of at least one fall in `YEARS` from annual rates, or probabilities as they are."""
-    return Range(*(float(one) for one in _in_years_all(np.array(rate), yearly))) if not math.isnan(rate.value) else rate
-
-
-def _in_years_all(rates: Array, yearly: bool) -> Array:
-    return probability_in(rates, YEARS) if yearly else rates

@@ -14,11 +14,11 @@ from ...fragility.risk.ratios import ratio_of
 from ..buildings.recommendations import Range
 from ..facts.say import say
 from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, UNKNOWN, verdict_of
-from ..tables.table import ENDS, INTERVALS, Column, Row, Table, Value
+from ..tables.table import ENDS, INTERVALS, Cells, Column, Row, Table, Value
 from .sides import Matched
 
 REGISTER = "comparison"
-MEDIAN = "median"
+MEDIAN, CHANCE = "median", "chance"
 MOST_ROWS = 60
 """Most rows of a table on a terminal: those whose ratios are furthest from 1."""
 
@@ -34,28 +34,26 @@ def table_of(lines: Sequence[Line], quantities: Sequence[Quantity], confidence: 
     of_names = [line for line in lines if line.quantity in names]
     kept = of_names if first.whole else furthest(of_names, MOST_ROWS)
     several = len({line.laws for line in (lines if first.whole else of_names)}) > 1
-    rows = [
+    form = "text" if first.whole else "chance" if first.chance else "three"
+    rows: list[Cells] = [
         {
-            "name": _title(quantity) if first.whole else f"{line.name} ({line.place})" if line.place else line.name,
-            "law": pair_text(*line.laws) if several else None,
-            "a": _value(line.a, line.said_a, quantity),
-            "b": _value(line.b, line.said_b, quantity),
-            "ratio": _open(line.ratio),
-            "verdict": line.verdict or None,
+            Column("name"): (
+                _title(quantity) if first.whole else f"{line.name} ({line.place})" if line.place else line.name
+            ),
+            Column("law", "law"): pair_text(*line.laws) if several else None,
+            Column("a", "A", form): _value(line.a, line.said_a, quantity),
+            Column("b", "B", form): _value(line.b, line.said_b, quantity),
+            Column("ratio", "B/A", "ratio3"): _open(line.ratio),
+            Column("verdict", "B against A"): line.verdict or None,
         }
         for quantity in quantities
         for line in kept
         if line.quantity == quantity.name
     ]
-    form = "text" if first.whole else "chance" if first.chance else "three"
-    columns = (
-        *(Column("name"), Column("law", "law"), Column("a", "A", form), Column("b", "B", form)),
-        *(Column("ratio", "B/A", "ratio3"), Column("verdict", "B against A")),
-    )
     notes = [Fact("comparison.largest", MOST_ROWS, more={"of": len(of_names)})] if len(kept) < len(of_names) else []
     notes += [Fact("comparison.higher_median")] if first.name == MEDIAN else []
     title = "The whole building" if first.whole else _title(first)
-    return Table.of(title, columns, rows, INTERVALS.format(confidence), *(say(fact, REGISTER) for fact in notes))
+    return Table.of(title, rows, INTERVALS.format(confidence), *(say(fact, REGISTER) for fact in notes))
 
 
 def _title(quantity: Quantity) -> str:
@@ -134,8 +132,8 @@ def line_of(
     of_runs: Sequence[float] | Array = (math.nan, math.nan),
 ) -> Line:
     """Return the line of two values with their ratio and its verdict; `of`: quantity, name, place and laws."""
-    a, b = values
-    ratio = Range(*ratio_of(a.value, b.value, *samples, confidence, of_runs))
+    (a, b), (of_a, of_b) = values, samples
+    ratio = Range(*ratio_of(a.value, b.value, of_a, of_b, confidence, of_runs))
     return Line(*of, a, b, ratio, verdict_of(ratio), *said)
 
 

@@ -17,6 +17,7 @@ from ...fragility.runs.provenance import number_of_motions
 from ...fragility.uncertainty.joint import INDEPENDENT
 from ...models.friction import LOCKED, ROLLING
 from ..buildings.anchoring import weights_of
+from ..buildings.assessment import BUILDING
 from ..buildings.pieces import SAFETY, on_moving_supports, pieces_of
 from ..buildings.recommendations import (
     ANCHORED,
@@ -43,15 +44,13 @@ from ..buildings.recommendations import (
 from ..buildings.sliding import shares_with_moving_supports
 from ..buildings.variables import JOINT, Year, fall_flags
 from ..codes.check import UNSTATED_DANGER
-from ..tables.assessment import fallen_word, pieces_at, span
-from ..tables.item_slides import contacts_of
-from ..tables.unseen import at_most
+from ..tables.assessment import at_most, fallen_word, pieces_at, span
+from ..tables.slides import contacts_of
+from ..tables.table import range_of
 from ..text.spread import OUTER, building_spread, sources
 from ..text.words import block_title, floor_name, quantity_name, reference_law
 from .law_choice import damped_throughout
 
-BUILDING = "building"
-"""Place of all floors together."""
 DISAGREE = 1.1
 """Ratio of the results of two laws from which the answer says how far they lie apart."""
 TO_ANCHOR = (DUTY, FIRST, REDUCES, SAFER, SAVES, PREVENTS, WORTH)
@@ -98,8 +97,8 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
     if "branch" in results.dims:
         yield _spread("building.over_branches", building_spread(results, "any_rate", BUILDING), more)
     elif "any_rate" in here:
-        rate, low, high = (float(whole[f"any_rate{end}"]) for end in ("", "_lower", "_upper"))
-        yield Fact("building.any_fall" if rate > 0.0 else "building.nothing_falls", rate, low, high, more=more)
+        rate = range_of(whole, "any_rate")
+        yield Fact("building.any_fall" if rate.value > 0.0 else "building.nothing_falls", *rate, more=more)
     else:
         yield from _at_level(results, whole, more)
     yield from _afterwards(results, float(whole.get("any_rate", math.nan)))
@@ -125,8 +124,7 @@ def details(results: xr.Dataset) -> Iterator[Fact]:
         if branches:
             yield _spread(f"consequence.{name}", building_spread(results, f"annual_{name}", BUILDING), more)
         else:
-            value, low, high = (float(whole[f"annual_{name}{end}"]) for end in ("", "_lower", "_upper"))
-            yield Fact(f"consequence.{name}", value, low, high, more=more)
+            yield Fact(f"consequence.{name}", *range_of(whole, f"annual_{name}"), more=more)
     yield from _carried(results)
 
 
@@ -144,8 +142,7 @@ def _at_level(results: xr.Dataset, whole: xr.Dataset, more: Mapping[str, object]
     measure = "" if str(results.attrs["im"]) == "scale" else quantity_name(results["level"], str(results.attrs["im"]))
     more = {**more, "measure": measure, "units": str(results["level"].attrs.get("units", "1"))}
     for what, name in (("building.any_at_level", "any_probability"), ("building.number_at_level", "number_mean")):
-        value, low, high = (float(here[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
-        yield Fact(what, value, low, high, level=level, more=more)
+        yield Fact(what, *range_of(here, name), level=level, more=more)
 
 
 def _afterwards(results: xr.Dataset, now: float) -> Iterator[Fact]:

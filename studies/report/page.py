@@ -25,12 +25,12 @@ from ..file.report import ReportTable
 from ..store.content import check_content
 from ..tables.files import table_json
 from ..tables.inputs import provenance
-from ..tables.page import longest_word, markdown, whole_intervals
 from ..tables.pieces import code_note
 from ..tables.registry import INPUTS, LEAD, TABLES, tables
 from ..tables.table import Table, intervals
 from ..text.error import StudyError, writing
 from ..text.glossary import used
+from ..text.names import clean
 from ..text.reached import within_levels
 from ..text.spread import model_note
 from ..text.words import renamed, with_law_names
@@ -48,6 +48,11 @@ ReportFormat = Literal["html", "md"]
 
 _LINE = re.compile(r"\n\s*")
 _PLAIN_LIST = re.compile(r"\[\n\s*([^\[\]{}]*?)\n\s*\]")
+_BRACKETS = re.compile(r"(\([^()]{1,24}\))")
+_MARKDOWN = re.compile(r"([\\`*_{}\[\]|~$<>&]|(?<=.)#+$)")
+_LINE_START = re.compile(r"^(#|\+(?= |$)|-(?= |-|$)|=+$|\d+(?=[.)](?: |$)))")
+"""Characters with a meaning in Markdown: anywhere (round brackets have none without square ones) or at the end of a
+heading, which they close; at the start of a line."""
 MANY_COLUMNS = 7
 """Most columns that fit an upright sheet or a tablet; wider tables get a sheet across, or a card for each row."""
 PLAIN = "footnotes", "method"
@@ -195,6 +200,31 @@ def _study_text(results: xr.Dataset) -> str:
     text = json.dumps(study_of(results), ensure_ascii=False, indent=2)
     # each list of numbers and words is put on one line to save space (no string contains a line break)
     return _PLAIN_LIST.sub(lambda found: f"[{' '.join(re.split(_LINE, found[1]))}]", text)
+
+
+def longest_word(text: str) -> int:
+    """Return the length of the longest word, which a narrow column must break."""
+    return max(map(len, text.split()), default=0)
+
+
+def whole_intervals(text: str) -> Markup:
+    """Return a cell as one HTML element in which no line break divides an interval in brackets."""
+    whole = Markup('<span class="whole">{}</span>')
+    parts = [whole.format(one) if i % 2 else one for i, one in enumerate(_BRACKETS.split(clean(text)))]
+    return Markup("<span>{}</span>").format(Markup("").join(parts))
+
+
+def markdown(text: object) -> str:
+    """Return text escaped for Markdown in one line, so that nothing in it is markup or HTML."""
+    entities = {"<": "&lt;", ">": "&gt;", "&": "&amp;"}
+    plain = " ".join(clean(str(text)).split())
+    marked = _LINE_START.search(plain)
+    text = _MARKDOWN.sub(lambda found: entities.get(found[1], f"\\{found[1]}"), plain)
+    if marked is None:
+        return text
+    # (a number is kept from being a list by its stop or bracket: a digit cannot be escaped)
+    at = marked.end() if marked[1].isdigit() else 0
+    return f"{text[:at]}\\{text[at:]}"
 
 
 def environment(*, escaping: bool) -> Environment:

@@ -1,18 +1,75 @@
-"""How often restraints break, at each level and at the design shaking, as tables and in sentences."""
+"""Walls and restraints: chances compared with blocks without them, and how often restraints break."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array
+from ...fragility.risk.ratios import Ratio
 from ..buildings.recommendations import Range
+from ..plan.gains import GAIN, MOST, OTHER
+from ..plan.ratios import verdict_of
 from ..plan.restraints import AT_DESIGN, BROKEN, DESIGN, NEEDED, TARGET, TRIED
-from ..text.words import by_place, display_unit, quantity_name, reference_law
-from .table import ENDS, Column, Row, Table, intervals
+from ..text.words import by_place, display_unit, floor_name, quantity_name, reference_law
+from .table import ENDS, Cells, Column, Table, intervals, range_of
+
+
+class Gain(NamedTuple):
+    """The chance of a block, that of another in the same place under the same law, and their ratio."""
+
+    block: str
+    other: str
+    floor: str
+    law: str
+    chance: float
+    of_other: float
+    ratio: Ratio
+
+
+def gains_of(results: xr.Dataset, laws: list[int]) -> Iterator[Gain]:
+    """Yield the comparisons of blocks under some laws, block by block; none where there are none."""
+    if GAIN not in results:
+        return
+    labels = [str(block) for block in results["block"].values]
+    small = results[[*(f"{GAIN}{end}" for end in ENDS), OTHER, "risk_probability"]]
+    for (_, where), j in product(by_place(results, results[GAIN].dims), laws):
+        here = small.isel(where).isel(model=j)
+        ratio, other = Ratio(*range_of(here, GAIN)), str(here[OTHER].item())
+        if other not in labels or np.isnan(ratio.value):
+            continue
+        of_other = small["risk_probability"].isel({**where, "block": labels.index(other)}).isel(model=j)
+        floor = floor_name(here["floor"].item()) if "floor" in where else ""
+        chance = float(here["risk_probability"])
+        yield Gain(str(here["block"].item()), other, floor, str(here["model"].item()), chance, float(of_other), ratio)
+
+
+def gains(results: xr.Dataset) -> Table:
+    """Return the table of what walls and restraints change, under every law."""
+    every = [*gains_of(results, list(range(results.sizes["model"])))]
+    rows: list[Cells] = [
+        {
+            Column("name", "block"): f"{gain.block}, {gain.floor}" if gain.floor else gain.block,
+            Column("law", "law"): gain.law if results.sizes["model"] > 1 else None,
+            Column("other", "compared with"): gain.other,
+            Column("ratio", "ratio of chances", "ratio"): Range(*gain.ratio),
+            Column("verdict", "result"): verdict_of(gain.ratio) or None,
+        }
+        for gain in every
+    ]
+    first = (
+        f"The table has the first {MOST} blocks." if len({(gain.block, gain.floor) for gain in every}) >= MOST else ""
+    )
+    return Table.of("Effects of walls and restraints", rows, intervals(results), PAIRED, first)
+
+
+PAIRED = "Both blocks have the same motions."
+
 
 MOST_COLUMNS = 6
 """Most restraints in a table of breaks by level; the results hold all of them."""
@@ -23,13 +80,15 @@ def breaks_by_level(of: Mapping[str, Sequence[xr.DataArray]], levels: xr.DataArr
     """Return a table of the shares of motions in which restraints break: a row per level, a column per restraint."""
     scale, unit = display_unit(levels)
     names = list(of)[:MOST_COLUMNS]
-    rows: list[Row | str] = [
-        {"level": float(level) / scale, **{name: Range(*(float(end[k]) for end in of[name])) for name in names}}
+    rows: list[Cells] = [
+        {
+            Column("level", quantity_name(levels), "two", unit): float(level) / scale,
+            **{Column(name, name, "observed"): Range(*(float(end[k]) for end in of[name])) for name in names},
+        }
         for k, level in enumerate(levels.values[: _levels_below_all([of[name][0].values for name in names])])
     ]
-    columns = Column("level", quantity_name(levels), "two", unit), *(Column(name, name, "observed") for name in names)
     first = f"The table has {len(names)} of {len(of):,} {what}." if len(of) > len(names) else ""
-    return Table.of(f"Breaks of {what}", columns, rows, "Numbers are shares of the motions.", *notes, first)
+    return Table.of(f"Breaks of {what}", rows, "Numbers are shares of the motions.", *notes, first)
 
 
 def _levels_below_all(shares: Sequence[Array]) -> int:
