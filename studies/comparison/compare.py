@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...core.facts import Fact
 from ...core.wording import confidence_text
-from ...core.writing import write_bytes
 from ..facts.say import say
 from ..facts.sections import fact_json
-from ..report.page import drawn_of, environment, texts
+from ..report.page import drawn_of, environment, texts, write
 from ..show import save_figures
 from ..store.outputs import own_files
 from ..tables.files import csv_bytes, table_json
 from ..tables.table import Cells, Column, Table
-from ..text.error import StudyError, writing
+from ..text.error import StudyError
 from ..text.glossary import used
 from .curves import compare_curves
 from .inputs import inputs_that_differ, notes_on_inputs
@@ -84,9 +83,9 @@ def compare(
         drawn = list(draw())
     with own_files(folder, "compare", NAMES):
         written = [
-            _write(folder / TABLE, csv_bytes(exported_lines(found.lines, found.quantities))),
+            write(folder / TABLE, csv_bytes(exported_lines(found.lines, found.quantities))),
             *save_figures(drawn, folder),
-            _write(folder / PAGE, page.encode("utf-8")),
+            write(folder / PAGE, page.encode("utf-8")),
         ]
     return compared._replace(written=written)
 
@@ -147,9 +146,3 @@ def _html_page(sides: tuple[Side, Side], titles: tuple[str, str], compared: Comp
     terms = used(texts(content))
     template = environment(escaping=True).get_template("comparison.html.j2")
     return template.render(**content, provenance=provenance, terms=terms, figures=drawn)
-
-
-def _write(path: Path, content: bytes) -> Path:
-    with writing(path):
-        write_bytes(path, content)
-    return path

@@ -28,7 +28,6 @@ from ..file.analyses import FitTable
 from ..file.hazard import hazard_table
 from ..plan.estimates import Fit
 from ..plan.form_free import modelling_factor
-from ..plan.risk import Risk
 from ..plan.samples import pooled_curves
 from ..tables.table import chance_in
 from ..text.error import StudyError
@@ -146,7 +145,10 @@ def _resampled(side: Side, seed: int, replicates: int, chosen: list[list[int]]) 
         found = fit.curves(runs, True)
     every = {dim: side.results[dim].values for dim in ("block", "model")}
     found = found.assign_coords({dim: every[dim][own] for dim, own in zip(every, chosen, strict=True)})
-    risk = _risk_of(side)
+    hazard = side.study.get("hazard")
+    # (a curve in a file beside the study is not known)
+    known = hazard is not None and "file" not in hazard and "rate" in side.results
+    risk = hazard_table(hazard).risk(measure_of(side), Path()) if known else None
     rates = None
     if risk is not None:
         yearly = risk.rates(fit.modelled(found), fit.confidence)
@@ -160,14 +162,6 @@ def _resampled(side: Side, seed: int, replicates: int, chosen: list[list[int]]) 
         rates = rates * (1.0 if risk is None else modelling_factor(found, risk, fit))
     drawn = None if rates is None else np.asarray(_spread(rates.reindex(every), "replicate").values)
     return Curves(side, found.reindex(every), drawn)
-
-
-def _risk_of(side: Side) -> Risk | None:
-    """Return the hazard of a study, None where it has none or where the curve is in a file beside the study."""
-    asked = side.study.get("hazard")
-    if asked is None or "file" in asked or "rate" not in side.results:
-        return None
-    return hazard_table(asked).risk(measure_of(side), Path())
 
 
 def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Line]:

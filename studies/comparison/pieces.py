@@ -23,7 +23,7 @@ from ..buildings.recommendations import UNKNOWN, YEARS, Range
 from ..buildings.variables import Year, fall_flags, level_index, per_year
 from ..facts.coverage import coverage
 from ..tables.assessment import at_most
-from ..tables.table import chance_in
+from ..tables.table import chance_in, range_of
 from ..text.words import floor_name, level_name, level_text
 from .ratios import ANCHORED_IN, CHANCE, Found, Line, Quantity, line_of, pair_text
 from .sides import Side, matched_laws, matched_names, same_motions
@@ -168,7 +168,7 @@ def _stored(side: Side, quantity: str, law: int, yearly: bool) -> Range:
     name = YEARLY[quantity] if yearly else AT_LEVEL[quantity]
     if not yearly:
         here = here.isel(level=level_index(side.results, float(side.results.attrs["at_level"])))
-    return Range(*(float(here[f"{name}{end}"]) for end in ("", "_lower", "_upper")))
+    return range_of(here, name)
 
 
 def _valued(side: Side) -> bool:

@@ -315,10 +315,14 @@ def _kit_sets(results: xr.Dataset, pieces: Sequence[Piece], money: Mapping[str, 
             continue
         kits = {str(item): str(kit) for item, kit in zip(here["item"].values, here[f"{name}_kit"].values, strict=True)}
         pairs = tuple((kits[piece.item], piece.item) for piece in pieces if kits[piece.item])
-        unclear = tuple(item for item, kit in kits.items() if kit and not _shown(here, item, kit))
+        saved = [here[f"kit_{side}falls_saved_lower"] for side in ("", "front_")]
+        shown = {
+            item for item, kit in kits.items() if kit and any(least.sel(item=item, kit=kit) > 0.0 for least in saved)
+        }
         falls = here if yearly else here.sel(level=float(here.attrs["at_level"]))
-        now = [_sum(falls, f"item_{side}rate" if yearly else f"{side}probability") for side in ("", "front_")]
-        more |= {"pairs": pairs, "unclear": unclear, "now": now}
+        now = [falls[f"item_{side}rate" if yearly else f"{side}probability"] * here["count"] for side in ("", "front_")]
+        more |= {"pairs": pairs, "unclear": tuple(item for item, kit in kits.items() if kit and item not in shown)}
+        more["now"] = [math.fsum(number.values.ravel()) for number in now]
         more["then"] = [float(here[f"{name}_{side}falls"]) for side in ("", "front_")]
         yield Fact(f"kit.for_{name}", float(here[f"{name}_cost"]), more=more)
         if name == "budget":
@@ -329,16 +333,6 @@ def _kit_sets(results: xr.Dataset, pieces: Sequence[Piece], money: Mapping[str, 
                 yield Fact("kit.too_few_motions", number_of_motions(results), names=names)
         if float(here[f"{name}_gap"]) > 0.0:
             yield Fact("budget.not_optimal", float(here[f"{name}_gap"]))
-
-
-def _shown(here: xr.Dataset, item: str, kit: str) -> bool:
-    """Return whether a kit is shown to prevent falls of a line."""
-    one = here.sel(item=item, kit=kit)
-    return any(float(one[f"kit_{side}falls_saved_lower"]) > 0.0 for side in ("", "front_"))
-
-
-def _sum(here: xr.Dataset, name: str) -> float:
-    return math.fsum((here[name] * here["count"]).values.ravel())
 
 
 def _kits(results: xr.Dataset, pieces: Sequence[Piece]) -> Iterator[Fact]:

@@ -81,9 +81,10 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
     if by == HALF and "risk_probability" in small:  # (a bound of the chance may be known)
         yield from _chance(first, results)
     yield from events(results)
-    yield from _gains(results, at)
+    yield from (_gain("gain.chance", gain, results) for gain in [*gains_of(results, [at])][:MOST_SAID])
     yield from _restraints(results, at)
-    yield from _edges(results)
+    for name, off, either, when in edges_of(results)[:MOST_SAID]:
+        yield Fact("sliding.off_edge", names=(f"“{name}”",), more={"off": off, "either": either, "when": when})
     yield from _other_side(results)
     crossings = crossings_between(results, small, cases, ranked)
     # (the answer on many pieces is their spread; one crossing is enough)
@@ -245,12 +246,6 @@ def _other_side(results: xr.Dataset) -> Iterator[Fact]:
         yield Fact("curve.other_side", names=names, more=_what(results))
 
 
-def _gains(results: xr.Dataset, at: int) -> Iterator[Fact]:
-    """Yield what walls and restraints change, of the first blocks."""
-    if GAIN in results:
-        yield from (_gain("gain.chance", gain, results) for gain in list(gains_of(results, [at]))[:MOST_SAID])
-
-
 def _gain(what: str, gain: Gain, results: xr.Dataset) -> Fact:
     floor = f" on {gain.floor}" if gain.floor else ""
     more = {
@@ -280,12 +275,6 @@ def _restraints(results: xr.Dataset, at: int) -> Iterator[Fact]:
         if "years" not in results.attrs:
             more["level"] = float(results["level"][0]) / scale
         yield Fact("restraint.needed", needed, unit=unit, names=(f"“{block_title(name)}”",), more=more)
-
-
-def _edges(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield how likely blocks near edges are to slide off, and to fall at all, of the first ones."""
-    for name, off, either, when in edges_of(results)[:MOST_SAID]:
-        yield Fact("sliding.off_edge", names=(f"“{name}”",), more={"off": off, "either": either, "when": when})
 
 
 def _laws(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
@@ -356,16 +345,15 @@ def _restraint_steps(results: xr.Dataset) -> Iterator[Fact]:
     if SCENE not in results.coords:
         return
     blocks = blocks_of(results)
-    pairs = {i: j for i, j in comparable(blocks).items() if _same_but_held(blocks[i], blocks[j])}
+    pairs = {
+        i: j
+        for i, j in comparable(blocks).items()
+        if blocks[i].restraint is not None and blocks[j].restraint is None and blocks[i].wall == blocks[j].wall
+    }
     found = list(_by_chance(results, blocks, pairs) if GAIN in results else _by_level(results, blocks, pairs))
     yield from found
     if any(fact.what.startswith("restraint.helps") for fact in found):
         yield Fact("restraint.check")
-
-
-def _same_but_held(block: Block, other: Block) -> bool:
-    """Return whether a block has a restraint and another, in the same place, has none."""
-    return block.restraint is not None and other.restraint is None and block.wall == other.wall
 
 
 def _by_chance(results: xr.Dataset, blocks: Sequence[Block], pairs: Mapping[int, int]) -> Iterator[Fact]:

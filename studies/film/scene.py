@@ -129,7 +129,8 @@ class Scene:
         # a scale bar, one step long
         bar, at = -0.105 * high, middle + half * 0.94
         ax.plot([at - step, at], [bar, bar], color=INK, lw=2.0, solid_capstyle="butt")
-        ax.text(at - 0.5 * step, bar - 0.02 * high, _length(step), ha="center", va="top", fontsize=9.0)
+        length = f"{step:g} m" if step >= 1.0 else f"{100.0 * step:g} cm"
+        ax.text(at - 0.5 * step, bar - 0.02 * high, length, ha="center", va="top", fontsize=9.0)
         self._moved = self._add_moving(ax, ax.text(middle - half * 0.96, -0.09 * high, "", va="top", fontsize=9.0))
 
         self._slabs = [
@@ -146,18 +147,16 @@ class Scene:
         self._plumb = self._add_moving(ax, ax.plot([], [], color=INK, lw=0.8, ls="dotted")[0])
         self._centre = self._add_moving(ax, ax.plot([], [], "o", color=INK, ms=4.0, **moving)[0])
         self._corner = self._add_moving(ax, ax.plot([], [], "o", color=FALLING, ms=6.0, mew=0.0, **moving)[0])
-        self._lines = [self._add_strap(ax, strap, moving) for strap in self._straps]
+        self._lines = []
+        for strap in self._straps:
+            thick = {"strap": 2.2, "cable": 1.6, "tendon": 1.6}.get(strap.restraint.kind, 4.0)
+            ends: dict[str, Any] = {"marker": "s" if strap.restraint.kind == "adhesive" else "o", "ms": 5.0, "mew": 0.0}
+            self._lines.append(self._add_moving(ax, ax.plot([], [], color=HOLDS, lw=thick, **ends, **moving)[0]))
         self._hit = self._add_moving(ax, ax.plot([], [], "o", color=FALLING, ms=7.0, mew=0.0, **moving)[0])
         words: dict[str, Any] = {"transform": ax.transAxes, "va": "top", "fontsize": 11.0}
         self._clock = self._add_moving(ax, ax.text(0.02, 0.985, "", **words))
         self._state = self._add_moving(ax, ax.text(0.98, 0.985, "", ha="right", **words))
         self._hold = self._add_moving(ax, ax.text(0.98, 0.90, "", ha="right", **{**words, "fontsize": 9.0}))
-
-    def _add_strap(self, ax: Any, strap: fittings.Strap, moving: dict[str, Any]) -> Any:
-        """Add the line of a restraint, with its two ends marked."""
-        thick = {"strap": 2.2, "cable": 1.6, "tendon": 1.6}.get(strap.restraint.kind, 4.0)
-        mark = "s" if strap.restraint.kind == "adhesive" else "o"
-        return self._add_moving(ax, ax.plot([], [], color=HOLDS, lw=thick, marker=mark, ms=5.0, mew=0.0, **moving)[0])
 
     def _slab_shapes(self) -> list[Array]:
         """Return the corners (4, 2) of walls, rails and the ceiling, m, in the frame of the floor."""
@@ -268,7 +267,8 @@ class Scene:
         speed = "" if frames.speed == 1.0 else f"  (speed {frames.speed:g})"
         self._clock.set_text(f"{time:.2f} s{speed}")
         self._state.set_text(self._state_text(i))
-        self._moved.set_text(f"floor {_signed(moved)}{', view moves with it' if self._follows else ''}")
+        distance = (f"{moved:+.2f} m" if abs(moved) >= 1.0 else f"{100.0 * moved:+.1f} cm").replace("-", "−")
+        self._moved.set_text(f"floor {distance}{', view moves with it' if self._follows else ''}")
         curve, share = self._curve
         seen = curve <= time
         self._past.set_data(curve[seen], share[seen])
@@ -366,12 +366,3 @@ def _around(block: Block) -> list[str]:
         found.append(f"lean {math.degrees(block.lean):+.2g}°")
     found = [word.replace("-", "−") for word in found]
     return [*found, *(part.label for part in (block.wall, block.restraint, block.bed) if part is not None)]
-
-
-def _length(metres: float) -> str:
-    return f"{metres:g} m" if metres >= 1.0 else f"{100.0 * metres:g} cm"
-
-
-def _signed(metres: float) -> str:
-    text = f"{metres:+.2f} m" if abs(metres) >= 1.0 else f"{100.0 * metres:+.1f} cm"
-    return text.replace("-", "−")

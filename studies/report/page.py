@@ -84,13 +84,12 @@ def write_report(
             figures: list[tuple[Picture, str]] = []
             for picture in pictures_of(partial(show.figures, results), png=True):
                 beside = target.with_name(f"{target.stem}_{picture.name}.png")
-                _write(beside, picture.png)
-                written.append(beside)
+                written.append(write(beside, picture.png))
                 figures.append((picture, beside.name.replace(" ", "%20").replace("(", "%28").replace(")", "%29")))
             text = environment(escaping=False).get_template("report.md.j2").render(**found, figures=figures)
-            _write(target, text.encode("utf-8", "replace"))
+            write(target, text.encode("utf-8", "replace"))
             return [target, *written]
-        _write(target, html_page(results, result, state).encode("utf-8"))
+        write(target, html_page(results, result, state).encode("utf-8"))
     return [target]
 
 
@@ -115,7 +114,8 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     (validity,) = facts["validity"]
     said = {name: [say(fact, REGISTERS[name]) for fact in facts[name]] for name in ("answer", "actions", *PLAIN)}
     titles, labels = value_of("titles", "checks"), value_of("titles", "method")
-    first = _first_words(said["answer"])
+    words = np.cumsum([len(sentence.split()) for sentence in said["answer"]])
+    first = max(1, int((words <= MOST_WORDS).sum()))
     later = [fact for fact in (*facts["answer"][first:], *facts["details"]) if fact.what not in IN_TABLES]
     page = {
         "title": str(results.attrs.get("title", "")) or "A study",
@@ -160,12 +160,6 @@ def facts_json(path: Path, verify: bool = False) -> dict[str, Any]:
             **as_json(sections(results, state)),
             "tables": [table_json(table) for table in made],
         }
-
-
-def _first_words(sentences: list[str]) -> int:
-    """Return the number of first sentences, at least one, of at most `MOST_WORDS` words."""
-    words = np.cumsum([len(sentence.split()) for sentence in sentences])
-    return max(1, int((words <= MOST_WORDS).sum()))
 
 
 def _cover(results: xr.Dataset) -> Iterator[tuple[str, str]]:
@@ -235,8 +229,9 @@ def environment(*, escaping: bool) -> Environment:
     return made
 
 
-def _write(path: Path, text: bytes) -> None:
-    """Write a file completely or not at all; StudyError where it cannot be written."""
+def write(path: Path, text: bytes) -> Path:
+    """Write a file completely or not at all, and return its path; StudyError where it cannot be written."""
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_bytes(path, text)
+    return path

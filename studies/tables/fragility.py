@@ -114,12 +114,6 @@ def curves_at(results: xr.Dataset, levels: Array) -> xr.DataArray:
     return curve_probability(fit, levels, outside="most")
 
 
-def low_level(curve: xr.Dataset) -> float:
-    """Return the level at which one curve reaches the low share, NaN if the study has none."""
-    known_there = "fraction_level" in curve and LOW_SHARE in curve["fraction"].values
-    return float(curve["fraction_level"].sel(fraction=LOW_SHARE)) if known_there else math.nan
-
-
 def exported_rates(results: xr.Dataset, laws: Sequence[int] | None = None) -> Table:
     """Return the rates of the blocks as values, for a spreadsheet; levels in SI; `laws` are positions, None for all."""
     results = within_levels(results)
@@ -140,6 +134,7 @@ def exported_rates(results: xr.Dataset, laws: Sequence[int] | None = None) -> Ta
         curve = results.isel(block=i, model=j)
         curve = curve if floors[k] is None else curve.isel(floor=k)
         rate = range_of(curve, "rate")
+        low = "fraction_level" in curve and LOW_SHARE in curve["fraction"].values
         rows.append({
             "block": str(results["block"].values[i]),
             "floor": "" if floors[k] is None else str(floors[k]),
@@ -148,7 +143,7 @@ def exported_rates(results: xr.Dataset, laws: Sequence[int] | None = None) -> Ta
             "chance_in_a_year": chance_in(rate, 1.0),
             in_all: range_of(curve, "risk_probability"),
             **{f"{in_all}{end}": curve[f"risk_probability{end}"].item() for end in modelling},
-            "level_at_10_percent": low_level(curve),
+            "level_at_10_percent": float(curve["fraction_level"].sel(fraction=LOW_SHARE)) if low else math.nan,
             "level_at_50_percent": curve["half_level"].item(),
         })  # fmt: skip
     return Table("Rates", columns, rows)
@@ -243,7 +238,8 @@ def precision(results: xr.Dataset) -> Table:
 def selections(results: xr.Dataset) -> Table:
     """Return the agreement of each stripe's motions with the hazard, a row per stripe."""
     given = str(results[STRIPE].attrs["long_name"])
-    scale, unit = display_of(_unit_of(results, given))
+    known = given in results[MEASURE]
+    scale, unit = display_of(str(results["selected_unit"].sel({MEASURE: given}).item()) if known else "1")
     rows: list[Cells] = []
     for i, level in enumerate(results[STRIPE].values):
         stripe = results.isel({STRIPE: i})
@@ -264,11 +260,6 @@ def selections(results: xr.Dataset) -> Table:
         })  # fmt: skip
     note = "ε: standard deviations of the level above the predicted median."
     return Table.of("Agreement of the selected motions with the hazard", rows, note)
-
-
-def _unit_of(results: xr.Dataset, given: str) -> str:
-    known = results["selected_unit"].sel({MEASURE: given}) if given in results[MEASURE] else None
-    return "1" if known is None else str(known.item())
 
 
 def _furthest(values: xr.DataArray, distance: xr.DataArray, column: Column) -> str | None:

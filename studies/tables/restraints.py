@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...core.aliases import Array
 from ...fragility.risk.ratios import Ratio
 from ..buildings.recommendations import Range
 from ..plan.gains import GAIN, MOST, OTHER
@@ -80,21 +79,18 @@ def breaks_by_level(of: Mapping[str, Sequence[xr.DataArray]], levels: xr.DataArr
     """Return a table of the shares of motions in which restraints break: a row per level, a column per restraint."""
     scale, unit = display_unit(levels)
     names = list(of)[:MOST_COLUMNS]
+    # (up to the first level from which on every motion breaks every restraint)
+    some = np.flatnonzero((np.array([of[name][0].values for name in names]) < 1.0).any(axis=0))
+    shown = levels.values[: int(some[-1]) + 2 if some.size else 1]
     rows: list[Cells] = [
         {
             Column("level", quantity_name(levels), "two", unit): float(level) / scale,
             **{Column(name, name, "observed"): Range(*(float(end[k]) for end in of[name])) for name in names},
         }
-        for k, level in enumerate(levels.values[: _levels_below_all([of[name][0].values for name in names])])
+        for k, level in enumerate(shown)
     ]
     first = f"The table has {len(names)} of {len(of):,} {what}." if len(of) > len(names) else ""
     return Table.of(f"Breaks of {what}", rows, "Numbers are shares of the motions.", *notes, first)
-
-
-def _levels_below_all(shares: Sequence[Array]) -> int:
-    """Return the number of levels up to the first from which on every motion breaks every restraint."""
-    some = np.flatnonzero((np.array(shares) < 1.0).any(axis=0))
-    return int(some[-1]) + 2 if some.size else 1
 
 
 def breaks(results: xr.Dataset) -> Table:
@@ -119,13 +115,11 @@ def breaks_of(results: xr.Dataset, at: int) -> list[tuple[str, float, float, flo
         here = results[[str(variable) for variable in results.data_vars if str(variable).startswith("broken_")]]
         here = here.isel({dim: k for dim, k in where.items() if dim in here.dims}).isel(model=at)
         if AT_DESIGN in here and math.isfinite(float(here[AT_DESIGN])):
-            share, low, high = (float(here[f"{AT_DESIGN}{end}"]) for end in ENDS)
-            found.append((name, share, low, high, float(results[DESIGN]), True))
+            found.append((name, *range_of(here, AT_DESIGN), float(results[DESIGN]), True))
         else:
-            of_levels = [here[f"{BROKEN}{end}"].values for end in ENDS]
-            k = _telling(of_levels[0])
-            share, low, high = (float(each[k]) for each in of_levels)
-            found.append((name, share, low, high, float(results["level"][k]), False))
+            often = np.flatnonzero(here[BROKEN].values >= HALF)
+            at_level = here.isel(level=int(often[0]) if often.size else -1)
+            found.append((name, *range_of(at_level, BROKEN), float(at_level["level"]), False))
     return found
 
 
@@ -139,12 +133,6 @@ def strength_of(results: xr.Dataset, at: int) -> list[tuple[str, float, list[flo
         tried = here[TRIED].dropna("trial").values.tolist()
         found.append((str(here["block"].item()), float(here[NEEDED]), tried, float(here[TARGET])))
     return found
-
-
-def _telling(shares: np.ndarray) -> int:
-    """Return the lowest level at which at least half of the motions break a restraint, else the highest."""
-    often = np.flatnonzero(shares >= HALF)
-    return int(often[0]) if often.size else -1
 
 
 def _held(results: xr.Dataset) -> list[tuple[str, dict[str, int]]]:
