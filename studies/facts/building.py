@@ -315,9 +315,9 @@ def _kit_sets(results: xr.Dataset, pieces: Sequence[Piece], money: Mapping[str, 
             continue
         kits = {str(item): str(kit) for item, kit in zip(here["item"].values, here[f"{name}_kit"].values, strict=True)}
         pairs = tuple((kits[piece.item], piece.item) for piece in pieces if kits[piece.item])
-        saved = [here[f"kit_{side}falls_saved_lower"] for side in ("", "front_")]
+        surely = [here[f"kit_{side}falls_saved_lower"] for side in ("", "front_")]
         shown = {
-            item for item, kit in kits.items() if kit and any(least.sel(item=item, kit=kit) > 0.0 for least in saved)
+            item for item, kit in kits.items() if kit and any(least.sel(item=item, kit=kit) > 0.0 for least in surely)
         }
         falls = here if yearly else here.sel(level=float(here.attrs["at_level"]))
         now = [falls[f"item_{side}rate" if yearly else f"{side}probability"] * here["count"] for side in ("", "front_")]
