@@ -126,9 +126,7 @@ def _missing(what: str) -> Fact:
 
 
 def _rocking(results: xr.Dataset) -> Fact:
-    needs = results.get("friction_uplift")  # (the coefficient of friction that uplift needs, b/h)
-    if needs is None and "alpha" in results.coords and results["alpha"].dims in (("block",), ("item",)):
-        needs = xr.ufuncs.tan(results["alpha"])
+    needs = _uplift(results)
     if needs is None:
         return _missing("block.squat")
     squat = needs.values > 1.0 / SQUAT_RATIO
@@ -185,17 +183,23 @@ def _pedestals(results: xr.Dataset) -> Iterator[Fact]:
     )
 
 
+def _uplift(results: xr.Dataset) -> xr.DataArray | None:
+    """Return the coefficient of friction that uplift needs, b/h, of every block or item; None where it is not known."""
+    if "friction_uplift" in results:
+        return results["friction_uplift"]
+    known = "alpha" in results.coords and results["alpha"].dims in (("block",), ("item",))
+    return xr.ufuncs.tan(results["alpha"]) if known else None
+
+
 def _zone(results: xr.Dataset) -> Iterator[Fact]:
     """Yield the check of the elastic zone of the laws that the answer is given for; the others are only named."""
     at = laws_of_answer(results)
-    runs = results["outside"].sel(reason=ELASTIC_MODE.name)
-    share = runs.mean([dim for dim in runs.dims if dim != "model"])
-    # (shares of runs with an elastic mode inside the band of the motions)
-    others = [i for i in np.flatnonzero(share.values > MARKED).tolist() if i not in at]
+    others = resonant_laws(results, [i for i in range(results.sizes["model"]) if i not in at])
     if others:
+        runs = results["outside"].sel(reason=ELASTIC_MODE.name).isel(model=others)
         names = tuple(str(results["model"].values[i]) for i in others)
-        yield Fact("law.other_elastic_modes", float(runs.isel(model=others).max()), names=names, word=GOOD)
-    results, runs, share = results.isel(model=at), runs.isel(model=at), share.isel(model=at)
+        yield Fact("law.other_elastic_modes", float(runs.max()), names=names, word=GOOD)
+    results = results.isel(model=at)
     widths = results["delta"].values.astype(float) if "delta" in results.coords else np.array([])
     if "rest" in results.coords and results["rest"].shape == widths.shape:
         # (a law with a rigid rest has no elastic mode that could resonate, and the mode of a soft support is real)
@@ -204,6 +208,8 @@ def _zone(results: xr.Dataset) -> Iterator[Fact]:
     if largest == 0.0 or (BED in results.coords and results[BED].notnull().all()):
         yield Fact("law.elastic_mode", word=GOOD)
         return
+    runs = results["outside"].sel(reason=ELASTIC_MODE.name)
+    share = runs.mean([dim for dim in runs.dims if dim != "model"])
     resonant = share.values > MARKED
     if not resonant.any():
         word = CARE if largest > LARGE_DELTA else GOOD
@@ -223,6 +229,15 @@ def laws_of_answer(results: xr.Dataset) -> list[int]:
         named = {str(law) for law in results["branch_model"].values}
         return [i for i in every if str(results["model"].values[i]) in named] or every
     return [reference_law(results)[0]]
+
+
+def resonant_laws(results: xr.Dataset, at: list[int]) -> list[int]:
+    """Return which of some laws have an elastic mode inside the band of motions."""
+    if "outside" not in results or not at:
+        return []
+    runs = results["outside"].sel(reason=ELASTIC_MODE.name).isel(model=at)
+    shares = runs.mean([dim for dim in runs.dims if dim != "model"]).values
+    return [i for i, share in zip(at, shares, strict=True) if share > MARKED]
 
 
 def fewest_motions(results: xr.Dataset) -> int:

@@ -63,12 +63,7 @@ def inputs_of(results: xr.Dataset) -> Iterator[Fact]:
         more = {"storeys": building.get("storeys"), "period": building.get("period_s")}
         more["yields"], more["isolated"] = storeys_yield(building), building.get("isolation") is not None
         yield Fact("building.given", names=tuple(str(results.attrs.get("storeys", "")).splitlines()), more=more)
-        roof = roof_of(results)
-        # (so that a floor that was meant as the uppermost storey is noticed)
-        if roof and "item" in results.dims and "floor" in results.coords:
-            above = results["item"].values[results["floor"].values.astype(str) == roof]
-            if above.size:
-                yield Fact("floor.roof", int(roof), names=tuple(map(str, above)))
+        yield from _on_the_roof(results, roof_of(results))
     elif "buildings" in study:
         yield Fact("building.several", more={"elastic": all(map(scales, _tables(study["buildings"])))})
     elif by_histories(study):
@@ -271,3 +266,12 @@ def _sliding(results: xr.Dataset) -> Iterator[Fact]:
         alone = results["item"].values[~results["both_axes"].values.astype(bool) & ~results["anchored"].values]
         if alone.size:
             yield Fact("axis.width_alone", names=tuple(map(str, alone)))
+
+
+def _on_the_roof(results: xr.Dataset, roof: str) -> Iterator[Fact]:
+    """Yield which pieces stand on the roof, so that a floor that was meant as the uppermost storey is noticed."""
+    if not roof or "item" not in results.dims or "floor" not in results.coords:
+        return
+    above = results["item"].values[results["floor"].values.astype(str) == roof]
+    if above.size:
+        yield Fact("floor.roof", int(roof), names=tuple(map(str, above)))
