@@ -10,13 +10,11 @@ its label, which must be given where there are several.  Nothing here uses pyplo
 from .plots.assessment import inventory
 from .plots.efficiency import measures
 from .plots.fragility import fragility
-from .plots.indices import indices
-from .plots.moments import hysteresis, moment
-from .plots.response import history, phase
+from .plots.response import history, hysteresis, moment, phase
 from .plots.risk import risk
 from .plots.sensitivity import sensitivity
 from .plots.sliding import sliding
-from .plots.uncertainty import uncertainty
+from .plots.uncertainty import indices, uncertainty
 
 __all__ = [
     "fragility",

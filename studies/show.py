@@ -61,11 +61,10 @@ def save_figures(named: Iterable[tuple[str, Figure]], folder: Path) -> list[Path
 
 def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     from .plan.estimates import ranking_of_measures  # noqa: PLC0415
-    from .plots.branches import spread_figure  # noqa: PLC0415
     from .plots.efficiency import ranking_figure  # noqa: PLC0415
     from .plots.fragility import fragility_figure, laws_figure  # noqa: PLC0415
     from .plots.region import event_figure, maps  # noqa: PLC0415
-    from .plots.risk import risk_figure  # noqa: PLC0415
+    from .plots.risk import risk_figure, spread_figure  # noqa: PLC0415
     from .region.rows import examples, is_pooled  # noqa: PLC0415
     from .text.words import reference_law  # noqa: PLC0415
 
@@ -92,8 +91,7 @@ def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 
 
 def _uncertainty_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
-    from .plots.indices import index_figure  # noqa: PLC0415
-    from .plots.uncertainty import uncertainty_figure  # noqa: PLC0415
+    from .plots.uncertainty import index_figure, uncertainty_figure  # noqa: PLC0415
 
     yield "uncertainty", uncertainty_figure(results)
     if "sobol_first" in results:
@@ -101,9 +99,8 @@ def _uncertainty_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 
 
 def _performance_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
-    from .plots.anchoring import anchoring_figure  # noqa: PLC0415
-    from .plots.assessment import exceedance_figure, levels_figure  # noqa: PLC0415
-    from .plots.branches import spread_figure  # noqa: PLC0415
+    from .plots.assessment import anchoring_figure, exceedance_figure, levels_figure  # noqa: PLC0415
+    from .plots.risk import spread_figure  # noqa: PLC0415
     from .text.spread import rates_of_building  # noqa: PLC0415
 
     quantities = ["number", *(["loss"] if "loss_mean" in results else [])]

@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...core.facts import Fact
 from ...core.wording import confidence_text
-from ...core.writing import write_bytes
 from ..facts.say import say
 from ..facts.sections import fact_json
-from ..report.page import drawn_of, environment, texts
+from ..report.page import drawn_of, environment, texts, write
 from ..show import save_figures
 from ..store.outputs import own_files
 from ..tables.files import csv_bytes, table_json
-from ..tables.table import Column, Row, Table
-from ..text.error import StudyError, writing
+from ..tables.table import Cells, Column, Table
+from ..text.error import StudyError
 from ..text.glossary import used
 from .curves import compare_curves
 from .inputs import inputs_that_differ, notes_on_inputs
@@ -77,17 +76,16 @@ def compare(
             found = compare_pieces(a, b, laws)
             draw = partial(figures.of_pieces, found, drawn_titles, sure)
         else:
-            both = compare_curves(a, b, laws)
-            found = both.found
-            draw = partial(figures.of_curves, both, drawn_titles, sure)
+            found, curves, places = compare_curves(a, b, laws)
+            draw = partial(figures.of_curves, found, curves, places, drawn_titles, sure)
         compared = _compared(a, b, found, sure)
         page = _html_page((a, b), titles, compared, draw)
         drawn = list(draw())
     with own_files(folder, "compare", NAMES):
         written = [
-            _write(folder / TABLE, csv_bytes(exported_lines(found.lines, found.quantities))),
+            write(folder / TABLE, csv_bytes(exported_lines(found.lines, found.quantities))),
             *save_figures(drawn, folder),
-            _write(folder / PAGE, page.encode("utf-8")),
+            write(folder / PAGE, page.encode("utf-8")),
         ]
     return compared._replace(written=written)
 
@@ -118,11 +116,15 @@ def _compared(a: Side, b: Side, found: Found, sure: str) -> Comparison:
 
 
 def _table_of_inputs(inputs: Sequence[Fact]) -> list[Table]:
-    columns = Column("name"), Column("a", "A"), Column("b", "B")
-    rows: list[Row] = [
-        {"name": say(fact, REGISTER), "a": fact.names[1] or None, "b": fact.names[2] or None} for fact in inputs
+    rows: list[Cells] = [
+        {
+            Column("name"): say(fact, REGISTER),
+            Column("a", "A"): fact.names[1] or None,
+            Column("b", "B"): fact.names[2] or None,
+        }
+        for fact in inputs
     ]
-    return [Table.of("Inputs that differ", columns, rows, most=MOST_ROWS)] if rows else []
+    return [Table.of("Inputs that differ", rows, most=MOST_ROWS)] if rows else []
 
 
 def _html_page(sides: tuple[Side, Side], titles: tuple[str, str], compared: Comparison, draw: Draw) -> str:
@@ -144,9 +146,3 @@ def _html_page(sides: tuple[Side, Side], titles: tuple[str, str], compared: Comp
     terms = used(texts(content))
     template = environment(escaping=True).get_template("comparison.html.j2")
     return template.render(**content, provenance=provenance, terms=terms, figures=drawn)
-
-
-def _write(path: Path, content: bytes) -> Path:
-    with writing(path):
-        write_bytes(path, content)
-    return path

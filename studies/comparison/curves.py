@@ -21,28 +21,24 @@ from ...fragility.curves.curve import UPLIFT
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.annual_rate import OF_RUNS
 from ...fragility.risk.modelling import MODELLING
-from ...fragility.risk.ratios import ratio_of
 from ...fragility.runs.provenance import RUN, number_of_motions
-from ..buildings.recommendations import YEARS, Range
+from ..buildings.recommendations import UNKNOWN, YEARS, Range
 from ..facts.coverage import coverage
 from ..file.analyses import FitTable
 from ..file.hazard import hazard_table
 from ..plan.estimates import Fit
 from ..plan.form_free import modelling_factor
-from ..plan.ratios import verdict_of
-from ..plan.risk import Risk
 from ..plan.samples import pooled_curves
+from ..tables.table import chance_in
 from ..text.error import StudyError
 from ..text.precision import FITTED_RATE
 from ..text.reached import EDGE, FLAT, highest_level, open_ends
 from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, level_name
-from .ratios import MEDIAN, Found, Line, Quantity
+from .ratios import CHANCE, MEDIAN, Found, Line, Quantity, line_of, pair_text
 from .sides import Side, floors_of, matched, matched_laws, matched_names, measure_of, same_measure, same_motions
 
-NO_RANGE = Range(math.nan, math.nan, math.nan)
-"""In place of a median that lies above the highest level that was run."""
-DISPERSION, RATE, CHANCE = "dispersion", "rate", "chance"
-"""Quantities of a curve besides the median; the chance is of at least one fall in some years."""
+DISPERSION, RATE = "dispersion", "rate"
+"""Quantities of a curve besides the median and the chance of at least one fall in some years."""
 MOST_RESAMPLED = 2000
 """Most curves of a side that are fitted again to replicates of the motions; ratios of more have no interval."""
 Place = tuple[int, int, int]
@@ -77,17 +73,13 @@ class Curves(NamedTuple):
         return str((one.isel(floor=k) if "floor" in one.dims else one).item())
 
 
-class CurveComparison(NamedTuple):
-    """Curves of two studies side by side: all that was compared, and the curves with their places in A and in B."""
+def compare_curves(
+    a: Side, b: Side, laws: tuple[str, str] | None = None
+) -> tuple[Found, tuple[Curves, Curves], list[tuple[Place, Place]]]:
+    """Compare curves and rates of two studies, and return both studies' curves and their places in A and in B, too.
 
-    found: Found
-    a: Curves
-    b: Curves
-    places: list[tuple[Place, Place]]
-
-
-def compare_curves(a: Side, b: Side, laws: tuple[str, str] | None = None) -> CurveComparison:
-    """Compare curves and rates of two studies; replicates draw the same motions for both if they share them."""
+    Replicates draw the same motions for both studies if they share them.
+    """
     blocks, models = matched_names(a, b, "block", "block"), matched_laws(a, b, laws)
     floors = matched(floors_of(a), floors_of(b))
     if not floors.pairs:
@@ -112,7 +104,7 @@ def compare_curves(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Cur
         more = {"most": MOST_RESAMPLED}
         notes.append(Fact("comparison.surface") if surface else Fact("comparison.too_many", number, more=more))
     found = Found({"model": models, "block": blocks, "floor": floors}, lines, _quantities(a, time), notes)
-    return CurveComparison(found, of_a, of_b, places)
+    return found, (of_a, of_b), places
 
 
 def _quantities(side: Side, years: float) -> list[Quantity]:
@@ -153,7 +145,10 @@ def _resampled(side: Side, seed: int, replicates: int, chosen: list[list[int]]) 
         found = fit.curves(runs, True)
     every = {dim: side.results[dim].values for dim in ("block", "model")}
     found = found.assign_coords({dim: every[dim][own] for dim, own in zip(every, chosen, strict=True)})
-    risk = _risk_of(side)
+    hazard = side.study.get("hazard")
+    # (a curve in a file beside the study is not known)
+    known = hazard is not None and "file" not in hazard and "rate" in side.results
+    risk = hazard_table(hazard).risk(measure_of(side), Path()) if known else None
     rates = None
     if risk is not None:
         yearly = risk.rates(fit.modelled(found), fit.confidence)
@@ -169,61 +164,44 @@ def _resampled(side: Side, seed: int, replicates: int, chosen: list[list[int]]) 
     return Curves(side, found.reindex(every), drawn)
 
 
-def _risk_of(side: Side) -> Risk | None:
-    """Return the hazard of a study, None where it has none or where the curve is in a file beside the study."""
-    asked = side.study.get("hazard")
-    if asked is None or "file" in asked or "rate" not in side.results:
-        return None
-    return hazard_table(asked).risk(measure_of(side), Path())
-
-
 def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Line]:
     """Return the lines of one curve: median, dispersion, rate and chance, as far as both sides have them."""
+    sides = (a, at), (b, to)
     floors = floors_of(a.side)
     place = floor_name(floors[at[2]]) if floors != [""] else ""
-    name = _names(a.side, b.side, "block", at[0], to[0])
-    laws = (str(a.side.results["model"].values[at[1]]), str(b.side.results["model"].values[to[1]]))
+    name = pair_text(*(str(curves.side.results["block"].values[where[0]]) for curves, where in sides))
+    laws = str(a.side.results["model"].values[at[1]]), str(b.side.results["model"].values[to[1]])
+    of = name, place, laws
     confidence = float(a.side.results.attrs["confidence"])
     of_curves = same_measure(a.side, b.side) and not _of_uplift(a.side, b.side)
-    known = [name for name in (MEDIAN, DISPERSION) if of_curves and _both(a, b, name)]
-    known += [RATE] if _both(a, b, RATE) else []
-    found = []
-    for quantity in known:
-        one, other = a.value(quantity, at), b.value(quantity, to)
-        drawn = a.samples(quantity, at), b.samples(quantity, to)
-        said = [
-            "" if math.isfinite(value.value) else side.status(where)
-            for side, value, where in ((a, one, at), (b, other, to))
-        ]
-        (one, said[0]), (other, said[1]) = (
-            _reached(quantity, value, side.side.results, text)
-            for side, value, text in ((a, one, said[0]), (b, other, said[1]))
-        )
-        runs = np.full(2, math.nan)
-        if quantity == RATE:
-            runs = np.array([a.value(OF_RUNS, at).value, b.value(OF_RUNS, to).value])
-        ratio = Range(*ratio_of(one.value, other.value, *drawn, confidence, runs))
-        found.append(Line(quantity, name, place, laws, one, other, ratio, verdict_of(ratio), *said))
-        if quantity == RATE:
-            each = [Range(*(float(probability_in(np.float64(x), years)) for x in value)) for value in (one, other)]
-            in_years = [None if rates is None else probability_in(rates, years) for rates in drawn]
-            runs = probability_in(runs, years)
-            ratio = Range(*ratio_of(each[0].value, each[1].value, in_years[0], in_years[1], confidence, runs))
-            found.append(Line(CHANCE, name, place, laws, each[0], each[1], ratio, verdict_of(ratio), *said))
-    return found
+    lines = []
+    for quantity in (MEDIAN, DISPERSION, RATE) if of_curves else (RATE,):
+        if not all(quantity in curves.side.results for curves, _ in sides):
+            continue
+        samples = [curves.samples(quantity, where) for curves, where in sides]
+        values, said = zip(*(_reached(curves, quantity, where) for curves, where in sides), strict=True)
+        if quantity != RATE:
+            lines.append(line_of((quantity, *of), values, samples, said, confidence))
+            continue
+        runs = np.array([curves.value(OF_RUNS, where).value for curves, where in sides])
+        lines.append(line_of((RATE, *of), values, samples, said, confidence, runs))
+        chances = [chance_in(value, years) for value in values]
+        of_samples = [None if rates is None else probability_in(rates, years) for rates in samples]
+        lines.append(line_of((CHANCE, *of), chances, of_samples, said, confidence, probability_in(runs, years)))
+    return lines
 
 
-def _reached(quantity: str, value: Range, results: xr.Dataset, said: str) -> tuple[Range, str]:
+def _reached(curves: Curves, quantity: str, at: Place) -> tuple[Range, str]:
     """Return a number of a curve with open ends, or words in its place, where it lies beyond what was run."""
+    value, results = curves.value(quantity, at), curves.side.results
+    if quantity == MEDIAN and value.value > EDGE * highest_level(results):
+        return UNKNOWN, NOT_REACHED
+    if quantity == DISPERSION and value.value > FLAT:
+        return UNKNOWN, f"above {FLAT:g}"
+    said = "" if math.isfinite(value.value) else curves.status(at)
     if quantity == MEDIAN:
-        if value.value > EDGE * highest_level(results):
-            return NO_RANGE, NOT_REACHED
         return Range(value.value, *open_ends(value.lower, value.upper, results)), said
-    if quantity == DISPERSION:
-        if value.value > FLAT:
-            return NO_RANGE, f"above {FLAT:g}"
-        return value._replace(upper=math.inf if value.upper > FLAT else value.upper), said
-    return value, said
+    return value._replace(upper=math.inf) if quantity == DISPERSION and value.upper > FLAT else value, said
 
 
 def _notes(a: Side, b: Side, of_a: Curves, of_b: Curves) -> Iterator[Fact]:
@@ -248,15 +226,6 @@ def _notes(a: Side, b: Side, of_a: Curves, of_b: Curves) -> Iterator[Fact]:
 def _of_uplift(a: Side, b: Side) -> bool:
     """Return whether medians of a side are of the second factor of its curves, and not where half overturn."""
     return any("uplift_median" in side.results for side in (a, b))
-
-
-def _both(a: Curves, b: Curves, name: str) -> bool:
-    return name in a.side.results and name in b.side.results
-
-
-def _names(a: Side, b: Side, dim: str, i: int, j: int) -> str:
-    names = [str(side.results[dim].values[at]) for side, at in ((a, i), (b, j))]
-    return names[0] if names[0] == names[1] else f"{names[0]} → {names[1]}"
 
 
 def _spread(values: xr.DataArray, *last: str) -> xr.DataArray:

@@ -16,11 +16,10 @@ from ..plots import axes
 from ..text.names import short_name
 from ..text.reached import EDGE, highest_level
 from ..text.words import axis_name, axis_of, display_unit
-from .curves import CurveComparison, Curves, Place
-from .ratios import MEDIAN, Found, Line, Quantity, furthest, law_text
+from .curves import Curves, Place
+from .ratios import CHANCE, MEDIAN, Found, Line, Quantity, furthest, pair_text
 from .sides import Side, same_measure
 
-CHANCE = "chance"
 MOST_PANELS, MOST_DOTS = 12, 40
 """Most panels of curves and most rows of chances; those whose ratios are furthest from 1 are drawn."""
 LOOKS = {"A": (axes.colour(0), "o", "solid"), "B": (axes.colour(1), "s", "dashed")}
@@ -29,46 +28,55 @@ LEAST_CHANCE = 1e-7
 """Least end of an interval that is drawn, on the logarithmic axis of chances."""
 
 
-def of_curves(both: CurveComparison, titles: tuple[str, str], confidence: str) -> Iterator[tuple[str, Figure]]:
+def of_curves(
+    found: Found,
+    curves: tuple[Curves, Curves],
+    places: list[tuple[Place, Place]],
+    titles: tuple[str, str],
+    confidence: str,
+) -> Iterator[tuple[str, Figure]]:
     """Yield the figures of a comparison of curves, each with the name of its file."""
-    a, b = both.a.side, both.b.side
-    medians = [line for line in both.found.lines if line.quantity == MEDIAN]
-    if medians and same_measure(a, b):
-        yield "curves", _panels(both, medians, titles, confidence)
-    yield from of_pieces(both.found, titles, confidence)
+    medians = [line for line in found.lines if line.quantity == MEDIAN]
+    if medians and same_measure(curves[0].side, curves[1].side):
+        chosen = furthest(medians, MOST_PANELS)
+        drawn = [(line, places[medians.index(line)]) for line in chosen]
+        yield "curves", _panels(curves, drawn, medians, titles, confidence)
+    yield from of_pieces(found, titles, confidence)
 
 
 def of_pieces(found: Found, titles: tuple[str, str], confidence: str) -> Iterator[tuple[str, Figure]]:
     """Yield the figure of the chances of both sides where there are any, with the name of its file."""
-    for quantity in found.quantities:
-        own = [one for one in found.lines if one.quantity == quantity.name]
-        own = [one for one in own if one.a.value > 0.0 or one.b.value > 0.0]
-        if quantity.name == CHANCE and own:
-            yield "chances", _dots(own, quantity, titles, confidence)
+    chances = [line for line in found.lines if line.quantity == CHANCE and (line.a.value > 0.0 or line.b.value > 0.0)]
+    if chances:
+        yield "chances", _dots(chances, found.quantities[0], titles, confidence)
 
 
 @axes.style()
-def _panels(both: CurveComparison, medians: list[Line], titles: tuple[str, str], confidence: str) -> Figure:
+def _panels(
+    both: tuple[Curves, Curves],
+    drawn: list[tuple[Line, tuple[Place, Place]]],
+    medians: list[Line],
+    titles: tuple[str, str],
+    confidence: str,
+) -> Figure:
     """Return the figure of the curves: a panel for each block, floor and law, A and B with bands over motions."""
-    chosen = furthest(medians, MOST_PANELS)
-    places = [both.places[medians.index(line)] for line in chosen]
-    figure, panels, columns = axes.panel_grid(len(chosen), 2.3, 1.0, shared=True)
-    low, high, log = _span((both.a.side, both.b.side), chosen)
+    figure, panels, columns = axes.panel_grid(len(drawn), 2.3, 1.0, shared=True)
+    low, high, log = _span((both[0].side, both[1].side), [line for line, _ in drawn])
     x = np.geomspace(low, high, POINTS) if log else np.linspace(high / POINTS, high, POINTS)
-    axis = axis_of(both.a.side.results)
+    results = both[0].side.results
+    axis, state = axis_of(results), str(results.attrs.get("state", "overturning"))
     scale, _ = display_unit(axis)
-    for i, (ax, line, at) in enumerate(zip(panels, chosen, places, strict=True)):
-        for curves, where in zip((both.a, both.b), at, strict=True):
+    for i, (ax, (line, at)) in enumerate(zip(panels, drawn, strict=True)):
+        for curves, where in zip(both, at, strict=True):
             _curve(curves, where, ax, x, scale)
         axes.level_axis(ax, low, high, log, axis_name(axis))
-        axes.probabilities(ax, str(both.a.side.results.attrs.get("state", "overturning")))
+        axes.probabilities(ax, state)
         of_laws = len({one.laws for one in medians}) > 1
         text = ", ".join(filter(None, (short_name(line.name), line.place)))
-        text += f"\n{axes.model_name(law_text(line.laws))}" if of_laws else ""
+        text += f"\n{axes.model_name(pair_text(*line.laws))}" if of_laws else ""
         axes.name(ax, text)
-        axes.outer_labels(ax, i, columns, len(chosen))
-    first = f"; the {len(chosen)} of {len(medians):,} whose medians differ most" if len(chosen) < len(medians) else ""
-    state = both.a.side.results.attrs.get("state", "overturning")
+        axes.outer_labels(ax, i, columns, len(drawn))
+    first = f"; the {len(drawn)} of {len(medians):,} whose medians differ most" if len(drawn) < len(medians) else ""
     notes = *_titles(titles, medians), f"bands: {confidence} intervals{first}"
     axes.heading(figure, f"Probability of {state}", *notes, legend=panels[:1])
     return figure
@@ -135,7 +143,7 @@ def _dots(lines: list[Line], quantity: Quantity, titles: tuple[str, str], confid
     for name, (colour, marker, _) in LOOKS.items():
         ax.plot([], [], marker, color=colour, ms=5.5, mew=0.0, label=name)
     laws = len({line.laws for line in lines}) > 1
-    parts = [(short_name(line.name), line.place, law_text(line.laws) if laws else "") for line in chosen]
+    parts = [(short_name(line.name), line.place, pair_text(*line.laws) if laws else "") for line in chosen]
     names = [", ".join(filter(None, one)) for one in parts]
     axes.named_rows(ax, [axes.model_name(name) for name in names])
     axes.plain_log(ax)

@@ -33,7 +33,12 @@ OF_PIECES = (
 def inputs_that_differ(a: Side, b: Side, matched: Mapping[str, Matched]) -> Iterator[Fact]:
     """Yield each input that differs, with its values in A and in B: labels, keys of study files, sizes, versions."""
     for dim, found in matched.items():
-        yield from _labels(a, b, dim, found)
+        for i, j in found.pairs:
+            labels = [str(side.results[dim].values[at]) for side, at in ((a, i), (b, j)) if dim in side.results.coords]
+            if len({*labels}) == 2:
+                yield Fact("comparison.input", names=(dim, *labels))
+        if found.only_a or found.only_b:
+            yield _alone(dim, found.only_a, found.only_b)
     yield from _keys(a, b)
     for key in ("toppling_version", "processor"):
         values = [str(side.results.attrs.get(key, "")) for side in (a, b)]
@@ -63,16 +68,6 @@ def notes_on_inputs(a: Side, b: Side, differ: bool, resampled: bool) -> Iterator
         yield Fact("comparison.other_levels")
     if not differ and a.path.resolve() != b.path.resolve():
         yield Fact("comparison.files_changed")
-
-
-def _labels(a: Side, b: Side, dim: str, found: Matched) -> Iterator[Fact]:
-    """Yield the labels that are compared with others, and those that only one side has."""
-    for i, j in found.pairs:
-        labels = [str(side.results[dim].values[at]) for side, at in ((a, i), (b, j)) if dim in side.results.coords]
-        if len({*labels}) == 2:
-            yield Fact("comparison.input", names=(dim, *labels))
-    if found.only_a or found.only_b:
-        yield _alone(dim, found.only_a, found.only_b)
 
 
 def _alone(what: str, of_a: list[str], of_b: list[str]) -> Fact:

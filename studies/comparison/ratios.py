@@ -8,15 +8,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...core.aliases import Array
 from ...core.facts import Fact
+from ...fragility.risk.ratios import ratio_of
 from ..buildings.recommendations import Range
 from ..facts.say import say
-from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, UNKNOWN
-from ..tables.table import ENDS, INTERVALS, Column, Row, Table, Value
+from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, UNKNOWN, verdict_of
+from ..tables.table import ENDS, INTERVALS, Cells, Column, Row, Table, Value
 from .sides import Matched
 
 REGISTER = "comparison"
-MEDIAN = "median"
+MEDIAN, CHANCE = "median", "chance"
 MOST_ROWS = 60
 """Most rows of a table on a terminal: those whose ratios are furthest from 1."""
 
@@ -32,28 +34,26 @@ def table_of(lines: Sequence[Line], quantities: Sequence[Quantity], confidence: 
     of_names = [line for line in lines if line.quantity in names]
     kept = of_names if first.whole else furthest(of_names, MOST_ROWS)
     several = len({line.laws for line in (lines if first.whole else of_names)}) > 1
-    rows = [
+    form = "text" if first.whole else "chance" if first.chance else "three"
+    rows: list[Cells] = [
         {
-            "name": _title(quantity) if first.whole else f"{line.name} ({line.place})" if line.place else line.name,
-            "law": law_text(line.laws) if several else None,
-            "a": _value(line.a, line.said_a, quantity),
-            "b": _value(line.b, line.said_b, quantity),
-            "ratio": _open(line.ratio),
-            "verdict": line.verdict or None,
+            Column("name"): (
+                _title(quantity) if first.whole else f"{line.name} ({line.place})" if line.place else line.name
+            ),
+            Column("law", "law"): pair_text(*line.laws) if several else None,
+            Column("a", "A", form): _value(line.a, line.said_a, quantity),
+            Column("b", "B", form): _value(line.b, line.said_b, quantity),
+            Column("ratio", "B/A", "ratio3"): _open(line.ratio),
+            Column("verdict", "B against A"): line.verdict or None,
         }
         for quantity in quantities
         for line in kept
         if line.quantity == quantity.name
     ]
-    form = "text" if first.whole else "chance" if first.chance else "three"
-    columns = (
-        *(Column("name"), Column("law", "law"), Column("a", "A", form), Column("b", "B", form)),
-        *(Column("ratio", "B/A", "ratio3"), Column("verdict", "B against A")),
-    )
     notes = [Fact("comparison.largest", MOST_ROWS, more={"of": len(of_names)})] if len(kept) < len(of_names) else []
     notes += [Fact("comparison.higher_median")] if first.name == MEDIAN else []
     title = "The whole building" if first.whole else _title(first)
-    return Table.of(title, columns, rows, INTERVALS.format(confidence), *(say(fact, REGISTER) for fact in notes))
+    return Table.of(title, rows, INTERVALS.format(confidence), *(say(fact, REGISTER) for fact in notes))
 
 
 def _title(quantity: Quantity) -> str:
@@ -87,21 +87,15 @@ def furthest(lines: Sequence[Line], most: int) -> list[Line]:
 def exported_lines(lines: Sequence[Line], quantities: Sequence[Quantity]) -> Table:
     """Return all lines as values in SI units, for a spreadsheet: a row for each quantity of each block or piece."""
     of = {quantity.name: quantity for quantity in quantities}
-    keys = "quantity", "units", "name", "place", "law_a", "law_b"
     columns = (
-        *map(Column, keys),
+        *map(Column, ("quantity", "units", "name", "place", "law_a", "law_b")),
         *(Column(key, ends=ENDS) for key in ("a", "b", "ratio")),
         *map(Column, ("verdict", "a_is", "b_is")),
     )
     rows: list[Row] = [
         {
-            **dict(
-                zip(
-                    keys,
-                    (of[line.quantity].title, of[line.quantity].stored, line.name, line.place, *line.laws),
-                    strict=True,
-                )
-            ),
+            **{"quantity": of[line.quantity].title, "units": of[line.quantity].stored},
+            **{"name": line.name, "place": line.place, "law_a": line.laws[0], "law_b": line.laws[1]},
             **{"a": line.a, "b": line.b, "ratio": line.ratio},
             **{"verdict": line.verdict, "a_is": line.said_a, "b_is": line.said_b},
         }
@@ -112,7 +106,6 @@ def exported_lines(lines: Sequence[Line], quantities: Sequence[Quantity]) -> Tab
 
 ANCHORED_IN = {where: f"anchored in {where}" for where in ("A", "B", "both")}
 """Verdicts on pieces that are anchored on a side, and fall there under no motion."""
-NONE = Range(math.nan, math.nan, math.nan)
 
 
 class Line(NamedTuple):
@@ -128,6 +121,20 @@ class Line(NamedTuple):
     verdict: str
     said_a: str = ""
     said_b: str = ""
+
+
+def line_of(
+    of: tuple[str, str, str, tuple[str, str]],
+    values: Sequence[Range],
+    samples: Sequence[Array | None],
+    said: Sequence[str],
+    confidence: float,
+    of_runs: Sequence[float] | Array = (math.nan, math.nan),
+) -> Line:
+    """Return the line of two values with their ratio and its verdict; `of`: quantity, name, place and laws."""
+    (a, b), (of_a, of_b) = values, samples
+    ratio = Range(*ratio_of(a.value, b.value, of_a, of_b, confidence, of_runs))
+    return Line(*of, a, b, ratio, verdict_of(ratio), *said)
 
 
 class Quantity(NamedTuple):
@@ -173,7 +180,7 @@ def answer(lines: Sequence[Line], quantities: Sequence[Quantity], dim: str) -> I
         verdicts: dict[str, list[str]] = {}
         for line in lines:
             if line.quantity == quantity.name:
-                verdicts.setdefault(law_text(line.laws), []).append(line.verdict)
+                verdicts.setdefault(pair_text(*line.laws), []).append(line.verdict)
         for verdict in (*ANCHORED_IN.values(), *(word for kind in KINDS for word in kind)):
             numbers = {law: (words.count(verdict), len(words)) for law, words in verdicts.items() if verdict in words}
             for number, of in dict.fromkeys(numbers.values()):
@@ -195,6 +202,6 @@ def legend(lines: Sequence[Line]) -> Iterator[Fact]:
             yield Fact("comparison.legend", names=words)
 
 
-def law_text(laws: tuple[str, str]) -> str:
-    """Return the law of both sides, or the law of A and that of B."""
-    return laws[0] if laws[0] == laws[1] else f"{laws[0]} → {laws[1]}"
+def pair_text(of_a: str, of_b: str) -> str:
+    """Return the name that both sides have, or the names in A and in B."""
+    return of_a if of_a == of_b else f"{of_a} → {of_b}"

@@ -178,9 +178,7 @@ def _refuse_pieces(a: Side, b: Side) -> None:
 
 def measure_of(side: Side) -> str:
     """Return the name of the measure of the levels."""
-    axis = side.results.coords.get("level", side.results.coords.get("intensity"))
-    named = "" if axis is None else str(axis.attrs.get("im", ""))
-    return str(side.results.attrs.get("im") or named)
+    return _measure_key(side)[0]
 
 
 def same_measure(a: Side, b: Side) -> bool:
@@ -192,8 +190,8 @@ def same_measure(a: Side, b: Side) -> bool:
 
 def _measure_key(side: Side) -> tuple[str, str, str]:
     axis = side.results.coords.get("level", side.results.coords.get("intensity"))
-    attributes = {} if axis is None else axis.attrs
-    return measure_of(side), str(attributes.get("units", "")), place_in(str(attributes.get("long_name", "")))
+    im, units, name = ("" if axis is None else str(axis.attrs.get(key, "")) for key in ("im", "units", "long_name"))
+    return str(side.results.attrs.get("im") or im), units, place_in(name)
 
 
 def same_motions(a: Side, b: Side) -> bool:
@@ -225,24 +223,17 @@ def matched(of_a: Sequence[str], of_b: Sequence[str]) -> Matched:
 
 def matched_laws(a: Side, b: Side, laws: tuple[str, str] | None) -> Matched:
     """Match the damping laws of two sides, or the two that are named; StudyError where there is none."""
-    labels = [_labels(side, "model") for side in (a, b)]
     if laws is not None:
         return Matched([(law_at(a, laws[0]), law_at(b, laws[1]))], [], [])
-    found = matched(*labels)
-    if not found.pairs:
-        raise StudyError(
-            f"A and B have no damping law in common (A: {_listed(labels[0])}; B: {_listed(labels[1])}): name one of "
-            "each with --laws"
-        )
-    return found
+    return matched_names(a, b, "model", "damping law", ": name one of each with --laws")
 
 
-def matched_names(a: Side, b: Side, dim: str, noun: str) -> Matched:
-    """Match blocks or pieces of two sides by their labels; StudyError where there is none in common."""
+def matched_names(a: Side, b: Side, dim: str, noun: str, cure: str = "") -> Matched:
+    """Match laws, blocks or pieces of two sides by their labels; StudyError where there is none in common."""
     labels = [_labels(side, dim) for side in (a, b)]
     found = matched(*labels)
     if not found.pairs:
-        raise StudyError(f"A and B have no {noun} in common (A: {_listed(labels[0])}; B: {_listed(labels[1])})")
+        raise StudyError(f"A and B have no {noun} in common (A: {_listed(labels[0])}; B: {_listed(labels[1])}){cure}")
     return found
 
 

@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...fragility.hazard.rates import probability_in
 from ..buildings.pieces import pieces_of
 from ..buildings.recommendations import YEARS, Piece
+from ..tables.blocks import block_chance
 from ..tables.pieces import over_branches
+from ..tables.table import chance_in, range_of
 from ..text.block_order import HALF, RATE, shown
-from ..text.spread import OUTER
 from ..text.words import axis_of, block_title, by_place, display_unit, floor_name, quantity_name, reference_law
 from .building import recommended_lines
 
@@ -74,7 +74,7 @@ def _of_pieces(results: xr.Dataset) -> Bars | None:
 
     def bar(piece: Piece) -> Bar:
         ends = spread.get(piece.item) or piece.chance
-        values = [float(probability_in(np.float64(end), YEARS)) if yearly else end for end in ends]
+        values = chance_in(ends, YEARS) if yearly else ends
         return Bar(block_title(piece.item), f"{piece.number:,} × {floor_name(piece.floor)}", *values)
 
     groups = {
@@ -97,15 +97,9 @@ def _of_blocks(results: xr.Dataset) -> Bars | None:
     scale, unit = display_unit(axis_of(results))
     bars = []
     for label, place in by_place(here, here[name].dims):
-        values = [
-            float(here[f"{name}{end}"].isel(place)) / (1.0 if yearly else scale) for end in ("", "_lower", "_upper")
-        ]
-        if yearly and "epistemic_rate" in here:
-            case = here.isel(place)
-            ends = (case["epistemic_rate_fractile"].sel(epistemic_fractile=end) for end in OUTER)
-            rates = np.array([case["epistemic_rate"], *ends], dtype=float)
-            values = probability_in(rates, float(results.attrs["years"])).tolist()
-        if math.isfinite(values[0]):
+        case = here.isel(place)
+        values = block_chance(case, case, float(results.attrs["years"])) if yearly else range_of(case, HALF, scale)
+        if math.isfinite(values.value):
             block, _, rest = label.rpartition(", ") if "floor" in here[name].dims else (label, "", "")
             bars.append(Bar(block, rest, *values))
     if not bars:

@@ -17,6 +17,7 @@ from ...fragility.runs.provenance import number_of_motions
 from ...fragility.uncertainty.joint import INDEPENDENT
 from ...models.friction import LOCKED, ROLLING
 from ..buildings.anchoring import weights_of
+from ..buildings.assessment import BUILDING
 from ..buildings.pieces import SAFETY, on_moving_supports, pieces_of
 from ..buildings.recommendations import (
     ANCHORED,
@@ -43,15 +44,13 @@ from ..buildings.recommendations import (
 from ..buildings.sliding import shares_with_moving_supports
 from ..buildings.variables import JOINT, Year, fall_flags
 from ..codes.check import UNSTATED_DANGER
-from ..tables.assessment import fallen_word, pieces_at, span
-from ..tables.item_slides import contacts_of
-from ..tables.unseen import at_most
+from ..tables.assessment import at_most, fallen_word, pieces_at, span
+from ..tables.slides import contacts_of
+from ..tables.table import range_of
 from ..text.spread import OUTER, building_spread, sources
 from ..text.words import block_title, floor_name, quantity_name, reference_law
 from .law_choice import damped_throughout
 
-BUILDING = "building"
-"""Place of all floors together."""
 DISAGREE = 1.1
 """Ratio of the results of two laws from which the answer says how far they lie apart."""
 TO_ANCHOR = (DUTY, FIRST, REDUCES, SAFER, SAVES, PREVENTS, WORTH)
@@ -98,8 +97,8 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
     if "branch" in results.dims:
         yield _spread("building.over_branches", building_spread(results, "any_rate", BUILDING), more)
     elif "any_rate" in here:
-        rate, low, high = (float(whole[f"any_rate{end}"]) for end in ("", "_lower", "_upper"))
-        yield Fact("building.any_fall" if rate > 0.0 else "building.nothing_falls", rate, low, high, more=more)
+        rate = range_of(whole, "any_rate")
+        yield Fact("building.any_fall" if rate.value > 0.0 else "building.nothing_falls", *rate, more=more)
     else:
         yield from _at_level(results, whole, more)
     yield from _afterwards(results, float(whole.get("any_rate", math.nan)))
@@ -125,8 +124,7 @@ def details(results: xr.Dataset) -> Iterator[Fact]:
         if branches:
             yield _spread(f"consequence.{name}", building_spread(results, f"annual_{name}", BUILDING), more)
         else:
-            value, low, high = (float(whole[f"annual_{name}{end}"]) for end in ("", "_lower", "_upper"))
-            yield Fact(f"consequence.{name}", value, low, high, more=more)
+            yield Fact(f"consequence.{name}", *range_of(whole, f"annual_{name}"), more=more)
     yield from _carried(results)
 
 
@@ -144,8 +142,7 @@ def _at_level(results: xr.Dataset, whole: xr.Dataset, more: Mapping[str, object]
     measure = "" if str(results.attrs["im"]) == "scale" else quantity_name(results["level"], str(results.attrs["im"]))
     more = {**more, "measure": measure, "units": str(results["level"].attrs.get("units", "1"))}
     for what, name in (("building.any_at_level", "any_probability"), ("building.number_at_level", "number_mean")):
-        value, low, high = (float(here[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
-        yield Fact(what, value, low, high, level=level, more=more)
+        yield Fact(what, *range_of(here, name), level=level, more=more)
 
 
 def _afterwards(results: xr.Dataset, now: float) -> Iterator[Fact]:
@@ -318,10 +315,14 @@ def _kit_sets(results: xr.Dataset, pieces: Sequence[Piece], money: Mapping[str, 
             continue
         kits = {str(item): str(kit) for item, kit in zip(here["item"].values, here[f"{name}_kit"].values, strict=True)}
         pairs = tuple((kits[piece.item], piece.item) for piece in pieces if kits[piece.item])
-        unclear = tuple(item for item, kit in kits.items() if kit and not _shown(here, item, kit))
+        surely = [here[f"kit_{side}falls_saved_lower"] for side in ("", "front_")]
+        shown = {
+            item for item, kit in kits.items() if kit and any(least.sel(item=item, kit=kit) > 0.0 for least in surely)
+        }
         falls = here if yearly else here.sel(level=float(here.attrs["at_level"]))
-        now = [_sum(falls, f"item_{side}rate" if yearly else f"{side}probability") for side in ("", "front_")]
-        more |= {"pairs": pairs, "unclear": unclear, "now": now}
+        now = [falls[f"item_{side}rate" if yearly else f"{side}probability"] * here["count"] for side in ("", "front_")]
+        more |= {"pairs": pairs, "unclear": tuple(item for item, kit in kits.items() if kit and item not in shown)}
+        more["now"] = [math.fsum(number.values.ravel()) for number in now]
         more["then"] = [float(here[f"{name}_{side}falls"]) for side in ("", "front_")]
         yield Fact(f"kit.for_{name}", float(here[f"{name}_cost"]), more=more)
         if name == "budget":
@@ -332,16 +333,6 @@ def _kit_sets(results: xr.Dataset, pieces: Sequence[Piece], money: Mapping[str, 
                 yield Fact("kit.too_few_motions", number_of_motions(results), names=names)
         if float(here[f"{name}_gap"]) > 0.0:
             yield Fact("budget.not_optimal", float(here[f"{name}_gap"]))
-
-
-def _shown(here: xr.Dataset, item: str, kit: str) -> bool:
-    """Return whether a kit is shown to prevent falls of a line."""
-    one = here.sel(item=item, kit=kit)
-    return any(float(one[f"kit_{side}falls_saved_lower"]) > 0.0 for side in ("", "front_"))
-
-
-def _sum(here: xr.Dataset, name: str) -> float:
-    return math.fsum((here[name] * here["count"]).values.ravel())
 
 
 def _kits(results: xr.Dataset, pieces: Sequence[Piece]) -> Iterator[Fact]:

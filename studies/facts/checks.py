@@ -371,21 +371,15 @@ def _hazard(results: xr.Dataset) -> Fact:
     if not bool(known.any()):
         return Fact("rate.none", word=INVALID, remedy="remedy_hazard")
     far = _beyond_hazard({side: results[f"rate_share_{side}"].where(known) for side in SIDES})
-    odd = [check for check in (_left_out(results, known), far) if check.word != GOOD]
+    left_out = results.get(LEFT_OUT, xr.zeros_like(results["rate"])).where(known)
+    left = _of_shares("rate.left_out", left_out, "remedy_left_out")
+    odd = [check for check in (left, far) if check.word != GOOD]
     if odd:
         return next((check for check in odd if check.word == INVALID), odd[0])
     alike = results["rate_lower"] == results["rate_upper"] if "rate_lower" in results else results["rate"] < 0.0
     if bool(alike.any()):
         return Fact("rate.no_width", word=CARE, remedy="remedy_closer_levels", more={"number": int(alike.sum())})
     return far
-
-
-def _left_out(results: xr.Dataset, known: xr.DataArray) -> Fact:
-    """Check how much of the rates the study's rules leave out beyond the hazard curve's ends."""
-    left = results.get(LEFT_OUT, xr.zeros_like(results["rate"])).where(known)
-    share, where = _worst(left)
-    word = GOOD if share <= NOTABLE else INVALID if mostly(left) else CARE
-    return Fact("rate.left_out", share, names=where, word=word, remedy="remedy_left_out")
 
 
 def _run_levels(results: xr.Dataset) -> Fact:
@@ -422,10 +416,14 @@ def _little_extrapolated(results: xr.Dataset) -> Fact:
 def _beyond_hazard(shares: dict[str, xr.DataArray]) -> Fact:
     """Check the shares of annual rates or values that come from shaking below and above a hazard curve's levels."""
     side = max(shares, key=lambda end: _worst(shares[end])[0])
-    share, where = _worst(shares[side])
-    word = GOOD if share <= NOTABLE else INVALID if mostly(shares[side]) else CARE
-    more = {"side": side}
-    return Fact("rate.beyond_hazard", share, names=where, word=word, remedy="remedy_hazard", more=more)
+    return _of_shares("rate.beyond_hazard", shares[side], "remedy_hazard", side=side)
+
+
+def _of_shares(what: str, shares: xr.DataArray, remedy: str, **more: object) -> Fact:
+    """Check that shares are small; they are invalid if most of them are large."""
+    share, where = _worst(shares)
+    word = GOOD if share <= NOTABLE else INVALID if mostly(shares) else CARE
+    return Fact(what, share, names=where, word=word, remedy=remedy, more=more)
 
 
 def _worst(shares: xr.DataArray) -> tuple[float, tuple[str, ...]]:

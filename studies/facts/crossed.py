@@ -12,8 +12,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...core.aliases import Array, Flags
-from ...fragility import curve_probability
 from ..report.results_file import without_motions
+from ..tables.fragility import curves_at
 from ..text.words import axis_of, block_title, floor_name, reference_law
 from .checks import fewest_motions
 from .law_choice import names_of
@@ -23,8 +23,6 @@ APART = 0.02
 POINTS = 12
 """Levels at which the curves of a cloud, which has no levels of its own, are compared."""
 
-Place = tuple[int, ...]
-"""Place of a curve in an array."""
 Spans = list[tuple[float, float]]
 """Levels between which something holds (SI), ends included."""
 
@@ -56,16 +54,6 @@ def levels_of(results: xr.Dataset) -> Array:
     return values if "level" in results.coords else np.geomspace(values[0], values[-1], POINTS)
 
 
-def curves_at(results: xr.Dataset, levels: Array) -> xr.DataArray:
-    """Return the probabilities of the fitted curves at levels that were run; NaN where there is no curve."""
-    small = without_motions(results)
-    small = small.assign_attrs(form=small.attrs.get("form", "lognormal"))
-    if "curve_probability" in small:
-        small = small.drop_vars(["probability", "lower", "upper"], errors="ignore")
-        small = small.rename(curve_probability="probability")
-    return curve_probability(small, levels, outside="most")
-
-
 def crossing(one: Array, other: Array, levels: Array) -> Crossing | None:
     """Return where a curve (level,) is higher and where it is lower than another by `APART`; None unless both."""
     with np.errstate(invalid="ignore"):
@@ -83,8 +71,8 @@ def _spans(here: Flags, levels: Array) -> Spans:
     return [(float(levels[part[0]]), float(levels[part[-1]])) for part in parts]
 
 
-def crossings_of(probability: Array, levels: Array, places: Sequence[Place]) -> Iterator[tuple[Place, Place, Crossing]]:
-    """Yield the pairs of curves (…, level) that cross, those with the first curve first, then by their difference."""
+def crossings_of(probability: Array, levels: Array, places: Sequence[int]) -> Iterator[tuple[int, int, Crossing]]:
+    """Yield the pairs of curves (curve, level) that cross, those with the first curve first, then by difference."""
     found = []
     for i, j in combinations(range(len(places)), 2):
         one, other = probability[places[i]], probability[places[j]]
@@ -98,17 +86,16 @@ def crossings_between(
     results: xr.Dataset, small: xr.Dataset, cases: xr.DataArray, order: NDArray[np.int64]
 ) -> list[Crossing]:
     """Return the pairs of pieces whose curves cross, those with the first piece first; `order`: the pieces' ranking."""
-    places_of = [
-        tuple(int(i) for i in np.unravel_index(place, cases.shape)) for place in order[:MOST_COMPARED].tolist()
-    ]
-    if len(places_of) < MIN_CURVES:
+    first = order[:MOST_COMPARED].tolist()
+    if len(first) < MIN_CURVES:
         return []
     levels = levels_of(results)
-    probability = curves_at(small, levels).transpose(*cases.dims, "level").values
+    probability = curves_at(without_motions(small), levels).transpose(*cases.dims, "level").values
+    names = {place: case_name(case_at(small, cases, place)) for place in first}
     chance = _by_chance(results)
     return [
-        where._replace(names=(case_name(small, cases, first), case_name(small, cases, other)), by_chance=chance)
-        for first, other, where in crossings_of(probability, levels, places_of)
+        where._replace(names=(names[one], names[other]), by_chance=chance)
+        for one, other, where in crossings_of(probability.reshape(cases.size, -1), levels, first)
     ]
 
 
@@ -119,7 +106,7 @@ def crossings_of_laws(case: xr.Dataset, results: xr.Dataset) -> list[Crossing]:
     if law is None or law.dims != ("model",):
         return []
     levels = levels_of(results)
-    probability = curves_at(case, levels).transpose("model", "level").values
+    probability = curves_at(without_motions(case), levels).transpose("model", "level").values
     found = []
     for i in range(probability.shape[0]):
         where = crossing(probability[at], probability[i], levels)
@@ -133,8 +120,13 @@ def _by_chance(results: xr.Dataset) -> float:
     return FEWEST_APART / fewest_motions(results)
 
 
-def case_name(small: xr.Dataset, cases: xr.DataArray, at: tuple[int, ...]) -> str:
-    """Return the name of one of the cases, with its floor where there are several."""
-    labels = dict(zip((str(dim) for dim in cases.dims), at, strict=True))
-    where = f" on {floor_name(small['floor'].values[labels['floor']])}" if "floor" in labels else ""
-    return f"“{block_title(str(small['block'].values[labels['block']]))}”{where}"
+def case_at(small: xr.Dataset, cases: xr.DataArray, place: int) -> xr.Dataset:
+    """Return one block, on one floor, by its place among all."""
+    where = np.unravel_index(place, cases.shape)
+    return small.isel({str(dim): int(i) for dim, i in zip(cases.dims, where, strict=True)})
+
+
+def case_name(case: xr.Dataset) -> str:
+    """Return the name of a block, with its floor where there are several."""
+    floor = f" on {floor_name(case['floor'].item())}" if "floor" in case.coords else ""
+    return f"“{block_title(str(case['block'].item()))}”{floor}"

@@ -19,9 +19,9 @@ from ..plan.gains import GAIN, comparable
 from ..plan.ratios import HIGHER, LOWER, OPEN, SAME, verdict_of
 from ..region.rows import event_levels
 from ..report.results_file import without_motions
-from ..tables.breaks import breaks_of, strength_of
-from ..tables.gains import Gain, gains_of
+from ..tables.restraints import Gain, breaks_of, gains_of, strength_of
 from ..tables.slides import edges_of
+from ..tables.table import range_of
 from ..text.block_order import HALF, RATE, places
 from ..text.curve_notes import NOTABLE, extrapolated_shares, state_in, verb_in
 from ..text.one_side import falling_both_ways
@@ -29,7 +29,7 @@ from ..text.precision import FITTED_RATE
 from ..text.reached import EDGE, NO_LEVEL, highest_level
 from ..text.spread import OUTER, sample_range, sources
 from ..text.words import axis_of, block_title, display_unit, floor_name, is_one_piece, quantity_name, reference_law
-from .crossed import Crossing, crossings_between, crossings_of_laws
+from .crossed import Crossing, case_at, case_name, crossings_between, crossings_of_laws
 from .law_choice import damped_throughout
 
 RARE = 0.1
@@ -63,7 +63,7 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
         reached = np.flatnonzero(cases.values.ravel() == np.inf)
         order = np.argsort(places(results).values.ravel(), kind="stable")
         for i in [int(place) for place in order if place in reached][:1]:
-            yield from _at_an_end(_case(small, cases, i), results)
+            yield from _at_an_end(case_at(small, cases, i), results)
         return
     by = RATE if _rated(small) else HALF
     if always:
@@ -71,28 +71,29 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
         yield Fact(
             "curve.always",
             always,
-            names=(_name(_case(small, cases, int(fallen[0]))),),
+            names=(case_name(case_at(small, cases, int(fallen[0]))),),
             more={"cases": cases.size, **_what(results)},
         )
     # (by rate, blocks that fell in every run come after those that have a rate)
     ranked = np.argsort(places(results, by).values.ravel(), kind="stable")[always if by == HALF else 0 :]
-    first = _case(small, cases, int(ranked[0]))
+    first = case_at(small, cases, int(ranked[0]))
     yield from _chance(first, results) if by == RATE else _level(first, results)
     if by == HALF and "risk_probability" in small:  # (a bound of the chance may be known)
         yield from _chance(first, results)
     yield from events(results)
-    yield from _gains(results, at)
+    yield from (_gain("gain.chance", gain, results) for gain in [*gains_of(results, [at])][:MOST_SAID])
     yield from _restraints(results, at)
-    yield from _edges(results)
+    for name, off, either, when in edges_of(results)[:MOST_SAID]:
+        yield Fact("sliding.off_edge", names=(f"“{name}”",), more={"off": off, "either": either, "when": when})
     yield from _other_side(results)
     crossings = crossings_between(results, small, cases, ranked)
     # (the answer on many pieces is their spread; one crossing is enough)
     most = MOST_SAID if cases.size <= MANY else 1
     more, crossings = len(crossings[most:]), crossings[:most]
     # (where the curve of the first piece crosses another, its level of half does not make it the first at all levels)
-    if cases.size > 1 and not (by == HALF and any(_name(first) in crossing.names for crossing in crossings)):
+    if cases.size > 1 and not (by == HALF and any(case_name(first) in crossing.names for crossing in crossings)):
         yield _rank(small, cases, ranked, by, results)
-    yield from _laws(_case(every, cases, int(ranked[0])), results)
+    yield from _laws(case_at(every, cases, int(ranked[0])), results)
     if by == RATE:
         yield from _level(first, results)
     for i, crossing in enumerate(crossings):
@@ -125,17 +126,6 @@ def _rated(small: xr.Dataset) -> bool:
     return "rate" in small and bool(np.isfinite(small["rate"].values).any())
 
 
-def _case(small: xr.Dataset, cases: xr.DataArray, at: int) -> xr.Dataset:
-    """Return one block, on one floor, by its place among all."""
-    where = np.unravel_index(at, cases.shape)
-    return small.isel({str(dim): int(i) for dim, i in zip(cases.dims, where, strict=True)})
-
-
-def _name(case: xr.Dataset) -> str:
-    floor = f" on {floor_name(case['floor'].item())}" if "floor" in case.coords else ""
-    return f"“{block_title(str(case['block'].item()))}”{floor}"
-
-
 def _what(results: xr.Dataset) -> dict[str, object]:
     """Return the state and the measure of a study's curves."""
     return {"verb": verb_in(results), "state": state_in(results), "measure": quantity_name(axis_of(results))}
@@ -159,18 +149,18 @@ def _at_an_end(case: xr.Dataset, results: xr.Dataset, at: int = -1) -> Iterator[
     scale, unit = display_unit(axis_of(results))
     level = float(results["level"][at]) / scale
     more = {"end": "strongest" if at else "weakest", "sampled": sampled, **_what(results)}
-    yield Fact("curve.at_end", float(end["probability"]), low, high, unit, (_name(case),), level, more=more)
+    yield Fact("curve.at_end", float(end["probability"]), low, high, unit, (case_name(case),), level, more=more)
 
 
 def _level(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
     """Yield the level at which half of the motions bring down a block, and a lower one at which some 10 % do."""
     scale, unit = display_unit(axis_of(results))
-    half, low, high = (float(case[f"{HALF}{end}"]) / scale for end in ("", "_lower", "_upper"))
+    half, low, high = range_of(case, HALF, scale)
     if not 0.0 < half < math.inf:
         yield from _at_an_end(case, results, 0 if half == 0.0 else -1)
         return
     more = {"either": str(case["block"].item()) in falling_both_ways(results), **_what(results)}
-    yield Fact("curve.half_level", half, low, high, unit, (_name(case),), more=more)
+    yield Fact("curve.half_level", half, low, high, unit, (case_name(case),), more=more)
     if "sample_median" in case:
         least, most = sample_range(case)
         yield Fact("uncertainty.half_level", math.nan, least / scale, most / scale, unit)
@@ -185,7 +175,7 @@ def _level(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
 
 def _chance(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
     """Yield the chance of a block in the study's years, over branches where there are any."""
-    years, names = float(results.attrs["years"]), (_name(case),)
+    years, names = float(results.attrs["years"]), (case_name(case),)
     more = {"years": years, **_what(results)}
     if "epistemic_rate" in case:
         rate = float(case["epistemic_rate"])
@@ -195,13 +185,15 @@ def _chance(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
         what = "rate.over_branches" if np.isfinite(rate) else "rate.unbounded_branch"
         yield Fact(what, rate, low, high, names=names, more=more)
         return
-    chance, low, high = (float(case[f"risk_probability{end}"]) for end in ("", "_lower", "_upper"))
+    chance = range_of(case, "risk_probability")
     more["rate"] = float(case["rate"])
-    if not math.isfinite(chance):
-        what = "rate.at_least" if low > 0.0 else "rate.too_few_runs" if FITTED_RATE in case else "rate.no_curve"
-        yield Fact(what, lower=low, names=names, more=more)
+    if not math.isfinite(chance.value):
+        what = (
+            "rate.at_least" if chance.lower > 0.0 else "rate.too_few_runs" if FITTED_RATE in case else "rate.no_curve"
+        )
+        yield Fact(what, lower=chance.lower, names=names, more=more)
         return
-    yield Fact("rate.chance", chance, low, high, names=names, more=more)
+    yield Fact("rate.chance", *chance, names=names, more=more)
     for side, share in extrapolated_shares(case).items():
         if float(share) > NOTABLE:
             yield Fact("rate.part_extrapolated", float(share), names=names, more={"side": side})
@@ -215,9 +207,9 @@ def _rank(small: xr.Dataset, cases: xr.DataArray, ranked: Index, by: str, result
     first, *rest = ranked.tolist()
     with np.errstate(invalid="ignore"):
         close = [i for i in rest if (low[i] <= high[first] if by == HALF else high[i] >= low[first])]
-    names = tuple(_name(_case(small, cases, other)) for other in close)
+    names = tuple(case_name(case_at(small, cases, other)) for other in close)
     single = "floor" not in small.dims and is_one_piece(small)
-    more = {"name": _name(_case(small, cases, first)), "all": len(close) == len(rest) > 1, "single": single}
+    more = {"name": case_name(case_at(small, cases, first)), "all": len(close) == len(rest) > 1, "single": single}
     more["others"] = len(ranked) < cases.size
     return Fact("curve.rank", len(ranked), names=names, more=more)
 
@@ -254,12 +246,6 @@ def _other_side(results: xr.Dataset) -> Iterator[Fact]:
         yield Fact("curve.other_side", names=names, more=_what(results))
 
 
-def _gains(results: xr.Dataset, at: int) -> Iterator[Fact]:
-    """Yield what walls and restraints change, of the first blocks."""
-    if GAIN in results:
-        yield from (_gain("gain.chance", gain, results) for gain in list(gains_of(results, [at]))[:MOST_SAID])
-
-
 def _gain(what: str, gain: Gain, results: xr.Dataset) -> Fact:
     floor = f" on {gain.floor}" if gain.floor else ""
     more = {
@@ -291,12 +277,6 @@ def _restraints(results: xr.Dataset, at: int) -> Iterator[Fact]:
         yield Fact("restraint.needed", needed, unit=unit, names=(f"“{block_title(name)}”",), more=more)
 
 
-def _edges(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield how likely blocks near edges are to slide off, and to fall at all, of the first ones."""
-    for name, off, either, when in edges_of(results)[:MOST_SAID]:
-        yield Fact("sliding.off_edge", names=(f"“{name}”",), more={"off": off, "either": either, "when": when})
-
-
 def _laws(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
     """Yield what the other laws give where laws disagree: the chance, or the level without a hazard."""
     if "branch" in results.dims or case.sizes["model"] == 1:
@@ -315,7 +295,7 @@ def _laws(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
         more["verb"] = verb_in(results)
         yield Fact("law.range", lower=float(finite.min()), upper=float(finite.max()), unit=unit, more=more)
     for i, crossing in enumerate(crossings_of_laws(case, results)[:MOST_SAID]):
-        named = crossing._replace(names=(*crossing.names, _name(case)))
+        named = crossing._replace(names=(*crossing.names, case_name(case)))
         yield _crossing("law.crossing_too" if i else "law.crossing", named, results)
 
 
@@ -341,7 +321,7 @@ def _sizes(results: xr.Dataset) -> Iterator[Fact]:
     at, _ = reference_law(results)
     for floor in found["floor"].values.tolist() if "floor" in found.dims else [None]:
         here = results if floor is None else results.sel(floor=floor)
-        value, low, high = (float(here[f"size_{along}{end}"].isel(model=at)) for end in ("", "_lower", "_upper"))
+        size = range_of(here.isel(model=at), f"size_{along}")
         others = np.delete(here[f"size_{along}"].values, at)
         others = others[np.isfinite(others)]
         chance = here["risk_probability"].isel(model=at).values
@@ -357,7 +337,7 @@ def _sizes(results: xr.Dataset) -> Iterator[Fact]:
             "floor": "" if floor is None else floor_name(floor),
             "only": tuple(f"“{block_title(str(block))}”" for block in only),
         }
-        yield Fact("size.target" if math.isfinite(value) else "size.none", value, low, high, unit, missed, more=more)
+        yield Fact("size.target" if math.isfinite(size.value) else "size.none", *size, unit, missed, more=more)
 
 
 def _restraint_steps(results: xr.Dataset) -> Iterator[Fact]:
@@ -365,16 +345,15 @@ def _restraint_steps(results: xr.Dataset) -> Iterator[Fact]:
     if SCENE not in results.coords:
         return
     blocks = blocks_of(results)
-    pairs = {i: j for i, j in comparable(blocks).items() if _same_but_held(blocks[i], blocks[j])}
+    pairs = {
+        i: j
+        for i, j in comparable(blocks).items()
+        if blocks[i].restraint is not None and blocks[j].restraint is None and blocks[i].wall == blocks[j].wall
+    }
     found = list(_by_chance(results, blocks, pairs) if GAIN in results else _by_level(results, blocks, pairs))
     yield from found
     if any(fact.what.startswith("restraint.helps") for fact in found):
         yield Fact("restraint.check")
-
-
-def _same_but_held(block: Block, other: Block) -> bool:
-    """Return whether a block has a restraint and another, in the same place, has none."""
-    return block.restraint is not None and other.restraint is None and block.wall == other.wall
 
 
 def _by_chance(results: xr.Dataset, blocks: Sequence[Block], pairs: Mapping[int, int]) -> Iterator[Fact]:

@@ -8,14 +8,14 @@ import numpy as np
 import xarray as xr
 
 from ...core.facts import Fact
-from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.modelling import LOWER, RANGE, UPPER, capacity_factors
 from ...fragility.runs.provenance import number_of_motions
+from ..buildings.assessment import BUILDING
 from ..buildings.recommendations import YEARS
+from ..tables.table import chance_in, range_of
 from ..text.block_order import HALF, RATE, places
 from ..text.spread import has_model_range
 from ..text.words import axis_of, display_unit, reference_law
-from .building import BUILDING
 from .coverage import coverage_in
 from .law_choice import choice_of_law
 from .notes import notes_of
@@ -65,9 +65,8 @@ def _model_range(results: xr.Dataset) -> Iterator[Fact]:
         scale, unit = (1.0, "") if rated else display_unit(axis_of(results))
     if f"{name}{LOWER}" not in here:
         return
-    ends = [float(here[f"{name}{end}"]) / scale for end in (LOWER, UPPER)]
-    if name == "any_rate":
-        ends = [float(probability_in(np.float64(end), YEARS)) for end in ends]
-    known = has_model_range(here, name) and ends[1] > 0.0
-    low, high = ends if known else (np.nan, np.nan)
+    ends = range_of(here, name, scale, ("", LOWER, UPPER))
+    ends = chance_in(ends, YEARS) if name == "any_rate" else ends
+    known = has_model_range(here, name) and ends.upper > 0.0
+    low, high = ends[1:] if known else (np.nan, np.nan)
     yield Fact("rate.model_range", np.nan, low, high, unit, more=more)

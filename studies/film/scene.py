@@ -46,29 +46,14 @@ def _blend(one: str, other: str, steps: int) -> list[str]:
     return [to_hex(first + (last - first) * i / (steps - 1)).upper() for i in range(steps)]
 
 
-PALETTE = tuple(
-    dict.fromkeys(
-        [
-            *_blend(INK, PAPER, 24),
-            *_blend(STRONG, PAPER, 10),
-            *_blend(FALLING, PAPER, 10),
-            *_blend(STRONG, FALLING, 6),
-            *_blend(STRONG, INK, 5),
-            *_blend(FALLING, INK, 5),
-            *_blend(STRONG, FACE, 5),
-            *_blend(FALLING, FALLING_FACE, 5),
-            *_blend(INK, FACE, 5),
-            *_blend(INK, FALLING_FACE, 5),
-            *_blend(STRONG, FLOOR, 3),
-            *_blend(FALLING, FLOOR, 3),
-            *_blend(HOLDS, PAPER, 8),
-            *_blend(HOLDS, FACE, 4),
-            *_blend(HOLDS, FALLING_FACE, 4),
-            *_blend(HOLDS, FLOOR, 3),
-            FLOOR,
-        ]
-    )
+MIXED = (
+    *((INK, PAPER, 24), (STRONG, PAPER, 10), (FALLING, PAPER, 10), (STRONG, FALLING, 6), (STRONG, INK, 5)),
+    *((FALLING, INK, 5), (STRONG, FACE, 5), (FALLING, FALLING_FACE, 5), (INK, FACE, 5), (INK, FALLING_FACE, 5)),
+    *((STRONG, FLOOR, 3), (FALLING, FLOOR, 3), (HOLDS, PAPER, 8), (HOLDS, FACE, 4), (HOLDS, FALLING_FACE, 4)),
+    (HOLDS, FLOOR, 3),
 )
+"""Pairs of adjacent colours, and the number of colours from one to the other."""
+PALETTE = tuple(dict.fromkeys([*(colour for pair in MIXED for colour in _blend(*pair)), FLOOR]))
 """All colours of a frame and those between two adjacent colours, for film formats with a small palette."""
 
 
@@ -144,39 +129,34 @@ class Scene:
         # a scale bar, one step long
         bar, at = -0.105 * high, middle + half * 0.94
         ax.plot([at - step, at], [bar, bar], color=INK, lw=2.0, solid_capstyle="butt")
-        ax.text(at - 0.5 * step, bar - 0.02 * high, _length(step), ha="center", va="top", fontsize=9.0)
+        length = f"{step:g} m" if step >= 1.0 else f"{100.0 * step:g} cm"
+        ax.text(at - 0.5 * step, bar - 0.02 * high, length, ha="center", va="top", fontsize=9.0)
         self._moved = self._add_moving(ax, ax.text(middle - half * 0.96, -0.09 * high, "", va="top", fontsize=9.0))
 
-        self._slabs = [self._add_slab(ax, sloped) for _ in self._slab_shapes()]
+        self._slabs = [
+            self._add_moving(ax, Polygon([[0.0, 0.0]] * 4, facecolor=FLOOR, edgecolor=INK, lw=0.8, transform=sloped))
+            for _ in self._slab_shapes()
+        ]
         ghost = Polygon([[0.0, 0.0]] * 4, fill=False, edgecolor="#9A9A9A", lw=1.0, ls="dotted", transform=sloped)
         self._ghost = self._add_moving(ax, ghost)
         body = Polygon([[0.0, 0.0]] * 4, facecolor=FACE, edgecolor=STRONG, lw=1.8, transform=sloped)
         self._body = self._add_moving(ax, body)
-        for patch in (self._ghost, self._body):
+        for patch in (*self._slabs, self._ghost, self._body):
             ax.add_patch(patch)
         moving: dict[str, Any] = {"transform": sloped, "clip_on": False}
         self._plumb = self._add_moving(ax, ax.plot([], [], color=INK, lw=0.8, ls="dotted")[0])
         self._centre = self._add_moving(ax, ax.plot([], [], "o", color=INK, ms=4.0, **moving)[0])
         self._corner = self._add_moving(ax, ax.plot([], [], "o", color=FALLING, ms=6.0, mew=0.0, **moving)[0])
-        self._lines = [self._add_strap(ax, strap, moving) for strap in self._straps]
+        self._lines = []
+        for strap in self._straps:
+            thick = {"strap": 2.2, "cable": 1.6, "tendon": 1.6}.get(strap.restraint.kind, 4.0)
+            ends: dict[str, Any] = {"marker": "s" if strap.restraint.kind == "adhesive" else "o", "ms": 5.0, "mew": 0.0}
+            self._lines.append(self._add_moving(ax, ax.plot([], [], color=HOLDS, lw=thick, **ends, **moving)[0]))
         self._hit = self._add_moving(ax, ax.plot([], [], "o", color=FALLING, ms=7.0, mew=0.0, **moving)[0])
         words: dict[str, Any] = {"transform": ax.transAxes, "va": "top", "fontsize": 11.0}
         self._clock = self._add_moving(ax, ax.text(0.02, 0.985, "", **words))
         self._state = self._add_moving(ax, ax.text(0.98, 0.985, "", ha="right", **words))
         self._hold = self._add_moving(ax, ax.text(0.98, 0.90, "", ha="right", **{**words, "fontsize": 9.0}))
-
-    def _add_slab(self, ax: Any, sloped: Any) -> Polygon:
-        """Add a part of a wall or a ceiling, which moves with the floor."""
-        slab = Polygon([[0.0, 0.0]] * 4, facecolor=FLOOR, edgecolor=INK, lw=0.8, transform=sloped)
-        ax.add_patch(slab)
-        found: Polygon = self._add_moving(ax, slab)
-        return found
-
-    def _add_strap(self, ax: Any, strap: fittings.Strap, moving: dict[str, Any]) -> Any:
-        """Add the line of a restraint, with its two ends marked."""
-        thick = {"strap": 2.2, "cable": 1.6, "tendon": 1.6}.get(strap.restraint.kind, 4.0)
-        mark = "s" if strap.restraint.kind == "adhesive" else "o"
-        return self._add_moving(ax, ax.plot([], [], color=HOLDS, lw=thick, marker=mark, ms=5.0, mew=0.0, **moving)[0])
 
     def _slab_shapes(self) -> list[Array]:
         """Return the corners (4, 2) of walls, rails and the ceiling, m, in the frame of the floor."""
@@ -287,7 +267,8 @@ class Scene:
         speed = "" if frames.speed == 1.0 else f"  (speed {frames.speed:g})"
         self._clock.set_text(f"{time:.2f} s{speed}")
         self._state.set_text(self._state_text(i))
-        self._moved.set_text(f"floor {_signed(moved)}{', view moves with it' if self._follows else ''}")
+        distance = (f"{moved:+.2f} m" if abs(moved) >= 1.0 else f"{100.0 * moved:+.1f} cm").replace("-", "−")
+        self._moved.set_text(f"floor {distance}{', view moves with it' if self._follows else ''}")
         curve, share = self._curve
         seen = curve <= time
         self._past.set_data(curve[seen], share[seen])
@@ -385,12 +366,3 @@ def _around(block: Block) -> list[str]:
         found.append(f"lean {math.degrees(block.lean):+.2g}°")
     found = [word.replace("-", "−") for word in found]
     return [*found, *(part.label for part in (block.wall, block.restraint, block.bed) if part is not None)]
-
-
-def _length(metres: float) -> str:
-    return f"{metres:g} m" if metres >= 1.0 else f"{100.0 * metres:g} cm"
-
-
-def _signed(metres: float) -> str:
-    text = f"{metres:+.2f} m" if abs(metres) >= 1.0 else f"{100.0 * metres:+.1f} cm"
-    return text.replace("-", "−")

@@ -7,7 +7,6 @@ import shutil
 import struct
 import subprocess
 import tempfile
-from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -27,32 +26,17 @@ MOST_COLOURS = 255
 """Largest palette of a GIF, beside the transparent colour that leaves the previous frame visible."""
 
 
-class Film(ABC):
-    """A film that is open for writing: `add` appends a frame, RGB of shape (height, width, 3)."""
-
-    @abstractmethod
-    def add(self, frame: Pixels) -> None:
-        """Append a frame; OSError where the frame cannot be written."""
-
-    @abstractmethod
-    def close(self) -> None:
-        """Write the end of the file; OSError where it cannot be written."""
-
-    @abstractmethod
-    def abandon(self) -> None:
-        """Stop writing and close the file."""
-
-
 def ffmpeg() -> str | None:
     """Return the path of the ffmpeg program; None where it is not installed."""
     return shutil.which("ffmpeg")
 
 
 @contextmanager
-def film(path: Path, fps: int, size: tuple[int, int], colours: Sequence[str]) -> Iterator[Film]:
+def film(path: Path, fps: int, size: tuple[int, int], colours: Sequence[str]) -> Iterator[_Gif | _Mp4]:
     """Open a film of `size` (width, height, both even) at `path`, .gif or .mp4; if the block fails, there is no file.
 
-    `colours` are the palette of a GIF (at most 255, ``#rrggbb``), of which every pixel gets the nearest.
+    `add` appends a frame, RGB of shape (height, width, 3); OSError where it cannot be written.  `colours` are the
+    palette of a GIF (at most 255, ``#rrggbb``), of which every pixel gets the nearest.
     """
     with whole_file(path) as temporary:
         made = _Gif(temporary, fps, size, colours) if path.suffix == ".gif" else _Mp4(temporary, fps, size)
@@ -63,7 +47,7 @@ def film(path: Path, fps: int, size: tuple[int, int], colours: Sequence[str]) ->
             made.abandon()
 
 
-class _Gif(Film):
+class _Gif:
     """A GIF of changed rectangles with one palette, chained here: Pillow's own writer keeps every frame in memory."""
 
     def __init__(self, path: Path, fps: int, size: tuple[int, int], colours: Sequence[str]) -> None:
@@ -120,7 +104,7 @@ def _image_block(indices: Pixels, corner: tuple[int, int]) -> bytes:
     return b"\x2c" + struct.pack("<HH", *corner) + content[at + 5 : -1]
 
 
-class _Mp4(Film):
+class _Mp4:
     """An MP4: raw frames are passed to ffmpeg, which uses the best encoder that it has."""
 
     def __init__(self, path: Path, fps: int, size: tuple[int, int]) -> None:

@@ -142,9 +142,9 @@ def sentence(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def wrapped(text: str, inches: float, size: float = 10.0) -> str:
-    """Return a text in lines about equally long that fit into a width; `size` is the size of the letters in points."""
-    most = max(8, int(LETTERS * inches * 10.0 / size))
+def wrapped(text: str, inches: float) -> str:
+    """Return a text in lines about equally long that fit into a width."""
+    most = max(8, int(LETTERS * inches))
     return "\n".join("\n".join(_even(line, most)) for line in text.split("\n"))
 
 
@@ -225,9 +225,9 @@ def outer_labels(ax: Axes, i: int, columns: int, panels: int, *, ticks: bool = T
         ax.tick_params(labelleft=left, labelbottom=below)
 
 
-def name(ax: Axes, text: str, room: float = 0.3) -> None:
+def name(ax: Axes, text: str) -> None:
     """Write the title of a panel; matplotlib would look again and again for ticks in its way."""
-    ax.set_title(wrapped(text, width_of(ax) + room), y=1.0)
+    ax.set_title(wrapped(text, width_of(ax) + 0.3), y=1.0)
 
 
 def label(ax: Axes, x: str = "", y: str = "", along: Literal["both", "x", "y"] = "both") -> Axes:

@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 
 from ...core.aliases import Array
 from ...core.wording import percent
-from ...fragility import curve_probability
 from ...fragility.curves.curve import TABULATED
 from ...fragility.fitting.states import OVERTURNED, State, flags_of, needed_output, state_name, state_named
 from ...fragility.numerics.proportions import wilson_interval
 from ...fragility.runs.provenance import RUN, number_of_motions
+from ..tables.fragility import curves_at
 from ..text.block_order import HALF, ORDERS, places
 from ..text.curve_notes import state_in
 from ..text.precision import runs_of_curve
@@ -66,7 +66,7 @@ class Frame(NamedTuple):
         """Return the fitted curves of one block (law, level), NaN where a law has none; no rows without curves."""
         if not _has_curves(here):
             return np.empty((0, self.x.size))
-        return np.atleast_2d(_curves(here, self.x * self.scale))
+        return np.atleast_2d(curves_at(here, self.x * self.scale).transpose(..., "level").values)
 
 
 @axes.drawing
@@ -228,7 +228,7 @@ def _place(runs: xr.Dataset, levels: Array) -> float:
     if not _has_curves(runs):
         return mean
     along = np.geomspace(levels.min(), levels.max(), BIN_POINTS)
-    curve = _curves(runs, along)
+    curve = curves_at(runs, along).transpose(..., "level").values
     if not curve[-1] - curve[0] > LEVEL:
         return mean
     probability = float(np.interp(np.log(levels), np.log(along), curve).mean())
@@ -239,15 +239,6 @@ def _state_of(results: xr.Dataset) -> State | None:
     """Return the state of the curves of runs; None if the runs do not have the output that it is read from."""
     state = state_named(state_in(results))
     return state if state is not None and needed_output(state) in results else None
-
-
-def _curves(here: xr.Dataset, x: Array) -> Array:
-    """Return the fitted curve of one block at x, one row for each law; NaN where there is no curve."""
-    fit = here.assign_attrs(form=here.attrs.get("form", "lognormal"))
-    if "curve_probability" in here:
-        fit = fit.drop_vars(["probability", "lower", "upper"], errors="ignore").rename(curve_probability="probability")
-    found = curve_probability(fit, x, outside="most")
-    return np.asarray(found.transpose(..., "level").values)
 
 
 @axes.style()

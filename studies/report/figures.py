@@ -122,8 +122,10 @@ def _svg(figure: Figure, prefix: str) -> str:
             if _local_name(child.tag) in ("metadata", "style", "script"):
                 parent.remove(child)
     # only what is referred to keeps an id, a short one: names of thousands of letters and groups are half of a figure
-    referred = sorted({name for one in root.iter() for value in one.attrib.values() for name in _references(value)})
-    ids = {name: f"{prefix}{n:x}" for n, name in enumerate(referred)}
+    values = [value for element in root.iter() for value in element.attrib.values()]
+    referred = {value[1:] for value in values if value.startswith("#")}
+    referred |= {name for value in values for name in _REFERENCE.findall(value)}
+    ids = {name: f"{prefix}{n:x}" for n, name in enumerate(sorted(referred))}
     for element in root.iter():
         element.tag = _local_name(element.tag)
         named = [(_local_name(key), value) for key, value in element.attrib.items()]
@@ -140,11 +142,6 @@ def _svg(figure: Figure, prefix: str) -> str:
 def _local_name(name: str) -> str:
     """Return a name without its namespace, which HTML does not need inside an svg element."""
     return name.rpartition("}")[2]
-
-
-def _references(value: str) -> list[str]:
-    """Return the ids to which an attribute refers."""
-    return [value[1:]] if value.startswith("#") else _REFERENCE.findall(value)
 
 
 def _renamed(key: str, value: str, ids: dict[str, str]) -> str:

@@ -25,12 +25,12 @@ from ..file.report import ReportTable
 from ..store.content import check_content
 from ..tables.files import table_json
 from ..tables.inputs import provenance
-from ..tables.page import longest_word, markdown, whole_intervals
 from ..tables.pieces import code_note
 from ..tables.registry import INPUTS, LEAD, TABLES, tables
 from ..tables.table import Table, intervals
 from ..text.error import StudyError, writing
 from ..text.glossary import used
+from ..text.names import clean
 from ..text.reached import within_levels
 from ..text.spread import model_note
 from ..text.words import renamed, with_law_names
@@ -48,6 +48,11 @@ ReportFormat = Literal["html", "md"]
 
 _LINE = re.compile(r"\n\s*")
 _PLAIN_LIST = re.compile(r"\[\n\s*([^\[\]{}]*?)\n\s*\]")
+_BRACKETS = re.compile(r"(\([^()]{1,24}\))")
+_MARKDOWN = re.compile(r"([\\`*_{}\[\]|~$<>&]|(?<=.)#+$)")
+_LINE_START = re.compile(r"^(#|\+(?= |$)|-(?= |-|$)|=+$|\d+(?=[.)](?: |$)))")
+"""Characters with a meaning in Markdown: anywhere (round brackets have none without square ones) or at the end of a
+heading, which they close; at the start of a line."""
 MANY_COLUMNS = 7
 """Most columns that fit an upright sheet or a tablet; wider tables get a sheet across, or a card for each row."""
 PLAIN = "footnotes", "method"
@@ -79,13 +84,12 @@ def write_report(
             figures: list[tuple[Picture, str]] = []
             for picture in pictures_of(partial(show.figures, results), png=True):
                 beside = target.with_name(f"{target.stem}_{picture.name}.png")
-                _write(beside, picture.png)
-                written.append(beside)
+                written.append(write(beside, picture.png))
                 figures.append((picture, beside.name.replace(" ", "%20").replace("(", "%28").replace(")", "%29")))
             text = environment(escaping=False).get_template("report.md.j2").render(**found, figures=figures)
-            _write(target, text.encode("utf-8", "replace"))
+            write(target, text.encode("utf-8", "replace"))
             return [target, *written]
-        _write(target, html_page(results, result, state).encode("utf-8"))
+        write(target, html_page(results, result, state).encode("utf-8"))
     return [target]
 
 
@@ -110,7 +114,8 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     (validity,) = facts["validity"]
     said = {name: [say(fact, REGISTERS[name]) for fact in facts[name]] for name in ("answer", "actions", *PLAIN)}
     titles, labels = value_of("titles", "checks"), value_of("titles", "method")
-    first = _first_words(said["answer"])
+    words = np.cumsum([len(sentence.split()) for sentence in said["answer"]])
+    first = max(1, int((words <= MOST_WORDS).sum()))
     later = [fact for fact in (*facts["answer"][first:], *facts["details"]) if fact.what not in IN_TABLES]
     page = {
         "title": str(results.attrs.get("title", "")) or "A study",
@@ -157,12 +162,6 @@ def facts_json(path: Path, verify: bool = False) -> dict[str, Any]:
         }
 
 
-def _first_words(sentences: list[str]) -> int:
-    """Return the number of first sentences, at least one, of at most `MOST_WORDS` words."""
-    words = np.cumsum([len(sentence.split()) for sentence in sentences])
-    return max(1, int((words <= MOST_WORDS).sum()))
-
-
 def _cover(results: xr.Dataset) -> Iterator[tuple[str, str]]:
     """Yield the lines of the cover, by their names in the study file."""
     given = study_of(results).get("report")
@@ -197,6 +196,31 @@ def _study_text(results: xr.Dataset) -> str:
     return _PLAIN_LIST.sub(lambda found: f"[{' '.join(re.split(_LINE, found[1]))}]", text)
 
 
+def longest_word(text: str) -> int:
+    """Return the length of the longest word, which a narrow column must break."""
+    return max(map(len, text.split()), default=0)
+
+
+def whole_intervals(text: str) -> Markup:
+    """Return a cell as one HTML element in which no line break divides an interval in brackets."""
+    whole = Markup('<span class="whole">{}</span>')
+    parts = [whole.format(one) if i % 2 else one for i, one in enumerate(_BRACKETS.split(clean(text)))]
+    return Markup("<span>{}</span>").format(Markup("").join(parts))
+
+
+def markdown(text: object) -> str:
+    """Return text escaped for Markdown in one line, so that nothing in it is markup or HTML."""
+    entities = {"<": "&lt;", ">": "&gt;", "&": "&amp;"}
+    plain = " ".join(clean(str(text)).split())
+    marked = _LINE_START.search(plain)
+    text = _MARKDOWN.sub(lambda found: entities.get(found[1], f"\\{found[1]}"), plain)
+    if marked is None:
+        return text
+    # (a number is kept from being a list by its stop or bracket: a digit cannot be escaped)
+    at = marked.end() if marked[1].isdigit() else 0
+    return f"{text[:at]}\\{text[at:]}"
+
+
 def environment(*, escaping: bool) -> Environment:
     """Return the templates of pages."""
     made = templates(escaping=escaping)
@@ -205,8 +229,9 @@ def environment(*, escaping: bool) -> Environment:
     return made
 
 
-def _write(path: Path, text: bytes) -> None:
-    """Write a file completely or not at all; StudyError where it cannot be written."""
+def write(path: Path, text: bytes) -> Path:
+    """Write a file completely or not at all, and return its path; StudyError where it cannot be written."""
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_bytes(path, text)
+    return path

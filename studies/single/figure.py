@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 
 from ...core.units import STANDARD_GRAVITY
 from ..plots import axes
-from ..plots.moments import hysteresis
-from ..plots.response import HIGHEST, history, phase
+from ..plots.response import HIGHEST, history, hysteresis, phase
 from ..text.histories import block_of, last_balance
 
 AFTER = 1.0

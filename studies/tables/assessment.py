@@ -1,4 +1,4 @@
-"""Tables of a performance assessment: totals per year or at a level, consequences, and savings from anchoring."""
+"""Tables of a performance assessment: totals per year or at a level, consequences, and bounds of what never fell."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ import xarray as xr
 
 from ...core.aliases import Flags
 from ...core.units import DIMENSIONLESS
-from ...core.wording import currency_of, given_percent
-from ..buildings.recommendations import Range
+from ...core.wording import about_percent, currency_of, given_percent
+from ...fragility.hazard.rates import probability_in
+from ...fragility.numerics.proportions import wilson_interval
+from ...fragility.runs.provenance import number_of_motions
+from ..buildings.recommendations import YEARS, Range
 from ..buildings.variables import DOUBTFUL, DRAWING, FALLEN, OF_DRAWS, PER_YEAR, level_index
 from ..text.words import consequence_name, floor_name, level_name, level_text
-from .table import Column, Row, Table, intervals, range_of
-from .unseen import most_rate
+from .table import Cells, Column, Row, Table, intervals, range_of
 
 DRAWN = {"downtime": "out of use, days", "injuries": "injured"}
 """Headings of amounts that only some inventories give; of amounts in a year with the `span` of time."""
@@ -39,50 +41,43 @@ def annual(assessment: xr.Dataset, model: int = 0) -> Table:
     if "annual_number" not in here:
         raise ValueError("annual values need an assessment with a hazard curve, got one without")
     spans = {name: span(here[f"annual_{name}"]) for name in DRAWN if f"annual_{name}" in here}
-    rows: list[Row] = []
+    rows: list[Cells] = []
     for place in here["place"].values:
         values = here.sel(place=place)
-        row: Row = {"place": place_name(str(place))}
-        row |= {name: range_of(values, f"annual_{name}") for name in ("number", "loss") if f"annual_{name}" in here}
-        row |= {name: range_of(values, f"annual_{name}", 1.0 / years) for name, (years, _) in spans.items()}
-        rows.append(row | {"any": _rate(values, "any_rate")})
-    columns = (
-        *(Column("place"), Column("number", f"{fallen_word(here)} per year", "three")),
-        Column("loss", "lost per year", "three", currency_of(here)),
-        *(Column(name, f"{DRAWN[name]} {years}", "three") for name, (_, years) in spans.items()),
-        Column("any", "anything falls, once in", "years3", "years"),
-    )
-    return Table.of("Expected per year", columns, rows, intervals(here), dash=CANNOT_FALL)
+        row: Cells = {
+            Column("place"): place_name(str(place)),
+            Column("number", f"{fallen_word(here)} per year", "three"): range_of(values, "annual_number"),
+            Column("loss", "lost per year", "three", currency_of(here)): range_of(values, "annual_loss"),
+        }
+        for name, (years, words) in spans.items():
+            row[Column(name, f"{DRAWN[name]} {words}", "three")] = range_of(values, f"annual_{name}", 1.0 / years)
+        rows.append(row | {Column("any", "anything falls, once in", "years3", "years"): _rate(values, "any_rate")})
+    return Table.of("Expected per year", rows, intervals(here), dash=CANNOT_FALL)
 
 
 def at_level(assessment: xr.Dataset, level: float, model: int = 0) -> Table:
     """Return the numbers of fallen pieces and losses at one of the levels, by place."""
     here = assessment.isel(model=model).isel(level=level_index(assessment, level))
     ends = [f"{given_percent(float(q))}" for q in here["quantile"].values]
-    rows: list[Row] = []
+    rows: list[Cells] = []
+    drawn = False
     for place in here["place"].values:
         values = here.sel(place=place)
-        row: Row = {"place": place_name(str(place)), "pieces": pieces_at(here, str(place))}
-        row |= {name: range_of(values, f"{name}_mean") for name in ("number", "loss", *DRAWN) if f"{name}_mean" in here}
+        row: Cells = {
+            Column("place"): place_name(str(place)),
+            Column("pieces", "unanchored pieces", "count"): pieces_at(here, str(place)),
+            Column("number", fallen_word(here), "three"): range_of(values, "number_mean"),
+        }
         errors = values.get(f"number_quantile{DRAWING}", xr.zeros_like(values["number_quantile"])).values.tolist()
         for end, value, error in zip(ends, values["number_quantile"].values.tolist(), errors, strict=True):
-            row[end] = Range(value, error, math.nan) if error > TENTH * value else value
-        rows.append(row | {"any": _chance(values, "any_probability")})
-    columns = (
-        *(
-            Column("place"),
-            Column("pieces", "unanchored pieces", "count"),
-            Column("number", fallen_word(here), "three"),
-        ),
-        *(Column(end, end, "drawn") for end in ends),
-        Column("loss", "lost", "three", currency_of(here)),
-        *(Column(name, heading, "three") for name, heading in DRAWN.items()),
-        Column("any", "anything falls", "share"),
-    )
+            drawn |= error > TENTH * value
+            row[Column(end, end, "drawn")] = Range(value, error, math.nan) if error > TENTH * value else value
+        row[Column("loss", "lost", "three", currency_of(here))] = range_of(values, "loss_mean")
+        row |= {Column(name, heading, "three"): range_of(values, f"{name}_mean") for name, heading in DRAWN.items()}
+        rows.append(row | {Column("any", "anything falls", "share"): _chance(values, "any_probability")})
     shaken = f"{level_name(assessment)} = {level_text(float(here['level']), assessment['level'])}"
-    drawn = any(isinstance(row[end], Range) for row in rows for end in ends)
     note = f"±: {OF_DRAWS} of pieces." if drawn else ""
-    return Table.of(f"Expected at {shaken}", columns, rows, intervals(here), note, dash=CANNOT_FALL)
+    return Table.of(f"Expected at {shaken}", rows, intervals(here), note, dash=CANNOT_FALL)
 
 
 def consequences(assessment: xr.Dataset, model: int = 0) -> Table:
@@ -159,3 +154,28 @@ def _rate(values: xr.Dataset, name: str) -> Range:
     probability = name.replace("_rate", "_probability_upper")
     possible = probability in values and float(values[probability].max()) > 0.0
     return Range(0.0, math.nan, most_rate(values) if possible else math.nan)
+
+
+def most_probability(results: xr.Dataset) -> float:
+    """Return the largest probability of what no motion showed: the upper end of Wilson's interval for 0 of n."""
+    trials = np.array([number_of_motions(results)])
+    return float(wilson_interval(np.zeros(1, np.int64), trials, float(results.attrs["confidence"]))[1][0])
+
+
+def most_rate(results: xr.Dataset) -> float:
+    """Return the largest unseen annual rate: rates of levels times `most_probability`, and all above the last."""
+    probability = most_probability(results)
+    above = float(results["level_weight_above"])
+    return probability * (float(results["level_weight"].sum()) - above) + above
+
+
+def bound_of(results: xr.Dataset) -> float:
+    """Return the largest chance of what none of the motions showed, in `YEARS` or at the study's level."""
+    if "level_weight" in results:
+        return float(probability_in(np.float64(most_rate(results)), YEARS))
+    return most_probability(results)
+
+
+def at_most(results: xr.Dataset) -> str:
+    """Return the bound of the chance of what none of the motions showed, in words."""
+    return f"at most {about_percent(bound_of(results))}"

@@ -11,7 +11,7 @@ from ...fragility.runs.axes import AXIS
 from ..buildings.variables import SIDEWAYS
 from ..text.block_order import shown
 from ..text.words import reference_law
-from .table import Column, Row, Table
+from .table import Cells, Column, Table, Value
 
 MOST = 100
 """Most pieces in the table."""
@@ -24,34 +24,34 @@ def axes(results: xr.Dataset) -> Table:
     at, _ = reference_law(results)
     here = shown(results).isel(model=at)
     yearly = "item_rate" in here
-    falls = Column("falls", "falls per year" if yearly else "falls", "plain" if yearly else "chance")
-    columns = (
-        Column("name"),
-        falls,
-        Column("width", "along the width", "share"),
-        Column("depth", "along the depth", "share"),
-    )
-    rows = [*(_of_blocks(here) if AXIS in here else _of_items(here))]
+    of_falls = Column("falls", "falls per year" if yearly else "falls", "plain" if yearly else "chance")
+    rows: list[Cells] = [
+        {
+            Column("name"): name,
+            of_falls: falls,
+            Column("width", "along the width", "share"): width,
+            Column("depth", "along the depth", "share"): depth,
+        }
+        for name, falls, width, depth in (_of_blocks(here) if AXIS in here else _of_items(here))
+    ]
     note = "Falls are shares of the runs at all levels." if AXIS in here else ""
-    return Table.of("Axes of the falls", columns, rows, note, f"Law: {here['model'].item()}.", most=MOST)
+    return Table.of("Axes of the falls", rows, note, f"Law: {here['model'].item()}.", most=MOST)
 
 
-def _of_blocks(here: xr.Dataset) -> Iterator[Row]:
+def _of_blocks(here: xr.Dataset) -> Iterator[tuple[str, Value, Value, Value]]:
+    """Yield the name of each block, its falls, and their shares along the width and the depth."""
     axis = here[AXIS].transpose("block", ...)
     for block, values in zip(here["block"].values, axis.values, strict=True):
         fell, deep = int((values > 0).sum()), int((values == DEPTH).sum())
-        yield {"name": str(block), "falls": fell / values.size, **_shares(deep / fell if fell else math.nan)}
+        share = deep / fell if fell else math.nan
+        yield str(block), fell / values.size, 1.0 - share, share
 
 
-def _of_items(here: xr.Dataset) -> Iterator[Row]:
+def _of_items(here: xr.Dataset) -> Iterator[tuple[str, Value, Value, Value]]:
+    """Yield the same of each line of an inventory."""
     for i, name in enumerate(here["item"].values):
         item = here.isel(item=i)
         falls = float(item["item_rate"] if "item_rate" in item else item["probability"].mean())
-        share = _shares(float(item[f"{SIDEWAYS}_share"]))
-        share = share if bool(item["both_axes"]) else {"width": "width alone", "depth": None}
-        yield {"name": str(name), "falls": None if bool(item["anchored"]) else falls, **share}
-
-
-def _shares(deep: float) -> Row:
-    """Return the shares along the width and the depth."""
-    return {"width": 1.0 - deep, "depth": deep}
+        share = float(item[f"{SIDEWAYS}_share"])
+        ends = (1.0 - share, share) if bool(item["both_axes"]) else ("width alone", None)
+        yield str(name), None if bool(item["anchored"]) else falls, *ends

@@ -9,7 +9,6 @@ import xarray as xr
 
 from ...core.wording import about_percent, years_text
 from ...fragility.fitting.states import ALL, NONE
-from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.modelling import LOWER, UPPER
 from ..buildings.recommendations import Range
 from ..text.block_order import RATE, shown
@@ -19,7 +18,7 @@ from ..text.precision import FITTED_RATE
 from ..text.reached import NO_LEVEL
 from ..text.spread import MODEL_RANGE, OUTER, has_model_range, model_note, sample_range
 from ..text.words import axis_of, block_title, by_place, display_unit, floor_cell, level_name, reference_law, roof_of
-from .table import Column, Marked, Row, Table, Value, chosen, dispersion_of, ends_of, intervals, range_of
+from .table import Cells, Column, Marked, Table, Value, chance_in, chosen, dispersion_of, ends_of, intervals, range_of
 
 MOST, MOST_SHORT = 14, 8
 """Most blocks that a page shows all of; the first blocks of more, and most lines on a terminal."""
@@ -55,43 +54,45 @@ def blocks(results: xr.Dataset, most: int) -> Table:
     scale, unit = display_unit(axis_of(here))
     highest = float(axis_of(here).max()) / scale
     either, roof, ranged = falling_both_ways(here), roof_of(here), "risk_probability" if yearly else "half_level"
-    rows: list[Row] = []
+    years = years_text(float(results.attrs["years"])) if yearly else ""
+    of_range = Column("model_range", MODEL_RANGE, *(("chance", "") if yearly else ("two", unit)), note=model_note(here))
+    rows: list[Cells] = []
     starred, extrapolated = list[float](), list[float]()
     for _, place in by_place(here, here["half_level"].dims):
         laws = here.isel(place)
         curve = laws.isel(model=at)
-        level = _level(curve, scale, highest)
-        row: Row = {"block": block_title(str(laws["block"].item()))}
-        row |= {"floor": floor_cell(laws["floor"].item(), roof)} if "floor" in place else {}
-        row["level"] = Marked(level, "†") if str(laws["block"].item()) in either else level
-        row |= {"dispersion": dispersion_of(curve) if math.isfinite(float(curve["half_level"])) else None}
+        block, level = str(laws["block"].item()), _level(curve, scale, highest)
         others = np.delete(laws["half_level"].values / scale, at)
         others = others[np.isfinite(others)]
-        row |= {"others": ends_of(float(others.min()), float(others.max()))} if others.size else {}
-        row |= {"samples": ends_of(*(end / scale for end in sample_range(curve)))} if "sample_median" in here else {}
+        row: Cells = {
+            Column("block", "block"): block_title(block),
+            Column("floor", "floor"): floor_cell(laws["floor"].item(), roof) if "floor" in place else None,
+            Column("level", f"half {infinitive_of(verb_in(here))} at {level_name(here)}", "level2", unit): (
+                Marked(level, "†") if block in either else level
+            ),
+            Column("dispersion", "β", "dispersion"): (
+                dispersion_of(curve) if math.isfinite(float(curve["half_level"])) else None
+            ),
+            Column("others", "other laws", "three", unit): (
+                ends_of(float(others.min()), float(others.max())) if others.size else None
+            ),
+        }
+        if "sample_median" in here:
+            of_samples = Column("samples", "90 % range over its uncertain properties", "level2", unit)
+            row[of_samples] = ends_of(*(end / scale for end in sample_range(curve)))
         if yearly:
             far = float(curve.get("rate_share_above", 0.0)) if np.isfinite(float(curve["rate"])) else 0.0
             shares = [float(share) for share in extrapolated_shares(curve).values() if float(share) > NOTABLE]
             starred += [far] if far > NOTABLE else []
             extrapolated += shares
             marks = " ".join([*(["*"] if far > NOTABLE else []), *(["‡"] if shares else [])])
-            chance = _chance(curve, laws, float(results.attrs["years"]))
+            chance = block_chance(curve, laws, float(results.attrs["years"]))
             bare = chance.value > 0.0 and math.isnan(chance.lower) and math.isnan(chance.upper)
             marks = f"(no interval) {marks}".strip() if bare else marks
-            row["chance"] = Marked(chance, marks) if marks else chance
+            row[Column("chance", f"chance in {years}", "chance")] = Marked(chance, marks) if marks else chance
         if has_model_range(here, ranged):
-            row["model_range"] = _model_range(curve, laws, ranged, scale, float(results.attrs.get("years", 0.0)))
+            row[of_range] = _model_range(curve, laws, ranged, scale, float(results.attrs.get("years", 0.0)))
         rows.append(row)
-    years = years_text(float(results.attrs["years"])) if yearly else ""
-    form = ("chance", "") if yearly else ("two", unit)
-    columns = (
-        *(Column("block", "block"), Column("floor", "floor")),
-        Column("level", f"half {infinitive_of(verb_in(here))} at {level_name(here)}", "level2", unit),
-        *(Column("dispersion", "β", "dispersion"), Column("others", "other laws", "three", unit)),
-        Column("samples", "90 % range over its uncertain properties", "level2", unit),
-        Column("chance", f"chance in {years}", "chance"),
-        Column("model_range", MODEL_RANGE, *form, note=model_note(here)),
-    )
     notes = [BRANCHES] if "epistemic_rate" in here else []
     for mark, found, where in (("*", starred, BEYOND_CURVE), ("‡", extrapolated, BEYOND_RUNS)):
         ends = dict.fromkeys(about_percent(share) for share in (min(found), max(found))) if found else {}
@@ -99,7 +100,7 @@ def blocks(results: xr.Dataset, most: int) -> Table:
     notes += [BOTH_WAYS] if any(str(block) in either for block in here["block"].values) else []
     notes += [f"Not reliable: the {here.attrs['form']} curves rise to 1, see validity."] if FORCED in here.attrs else []
     notes += ["Rates do not assume a form of curve."] if FITTED_RATE in here else []
-    return Table.of("Blocks", columns, rows, intervals(here), *notes, chosen(here))
+    return Table.of("Blocks", rows, intervals(here), *notes, chosen(here))
 
 
 def _level(curve: xr.Dataset, scale: float, highest: float) -> Value:
@@ -110,12 +111,12 @@ def _level(curve: xr.Dataset, scale: float, highest: float) -> Value:
     return Range(math.inf, highest, math.inf) if level.value == math.inf else level
 
 
-def _chance(curve: xr.Dataset, laws: xr.Dataset, years: float) -> Range:
+def block_chance(curve: xr.Dataset, laws: xr.Dataset, years: float) -> Range:
     """Return the chance in so many years, over all branches if there are any."""
     if "epistemic_rate" in laws:
         ends = laws["epistemic_rate_fractile"].sel(epistemic_fractile=list(OUTER)).values.tolist()
         rates = (float(laws["epistemic_rate"]), *ends)
-        return Range(*(float(probability_in(np.float64(rate), years)) for rate in rates))
+        return chance_in(rates, years)
     chance = range_of(curve, "risk_probability")
     # (a bound without a rate: every run overturned)
     return chance._replace(upper=math.nan) if math.isnan(float(curve["rate"])) else chance
@@ -124,8 +125,7 @@ def _chance(curve: xr.Dataset, laws: xr.Dataset, years: float) -> Range:
 def _model_range(curve: xr.Dataset, laws: xr.Dataset, name: str, scale: float, years: float) -> Range | None:
     """Return the range of the chance in so many years, or of the level, if all capacities are off by one factor."""
     if name == "risk_probability" and "epistemic_rate" in laws:
-        chances = [probability_in(laws[f"epistemic_rate{end}"], years) for end in (LOWER, UPPER)]
-        return ends_of(*map(float, chances))
+        return chance_in((math.nan, *(float(laws[f"epistemic_rate{end}"]) for end in (LOWER, UPPER))), years)
     scale = scale if name == "half_level" else 1.0
     low, high = (float(curve[f"{name}{end}"]) / scale for end in (LOWER, UPPER))
     return ends_of(low, high) if high > 0.0 else None

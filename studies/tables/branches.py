@@ -14,7 +14,7 @@ from ..text.curve_notes import branches_beyond, state_in, verb_in
 from ..text.spread import SOURCES, building_spread, rates_of_building, rates_of_consequences, sources
 from ..text.words import by_place
 from .assessment import place_name, span
-from .table import Column, Row, Table
+from .table import Cells, Column, Table
 
 MOST = 30
 """Most places and pieces in the table of rates over branches; the results have all of them."""
@@ -39,24 +39,25 @@ def _rates(title: str, here: xr.Dataset) -> Table:
     names = [str(source) for source in here["epistemic_source"].values]
     spread = here["epistemic_spread"]
     parts = [name for name in names if float(spread.sel(epistemic_source=name).max()) > 0.0]
-    rows: list[Row] = []
+    rows: list[Cells] = []
     for name, place in by_place(here, here["epistemic_rate"].dims):
         block = here.isel(place)
-        row: Row = {"name": name, "mean": block["epistemic_rate"].item()}
+        row: Cells = {
+            Column("name"): name,
+            Column("mean", "1 / mean rate", "years", "years"): block["epistemic_rate"].item(),
+        }
         for p in fractiles:
-            row[given_percent(1.0 - p)] = float(block["epistemic_rate_fractile"].sel(epistemic_fractile=p))
-        rows.append(row | {part: float(block["epistemic_spread"].sel(epistemic_source=part)) for part in parts})
-    columns = (
-        *(Column("name"), Column("mean", "1 / mean rate", "years", "years")),
-        *(Column(given_percent(1.0 - p), given_percent(1.0 - p), "years") for p in fractiles),
-        *(Column(part, SOURCES[part][0], "share", priority=2) for part in parts),
-    )
+            percent = given_percent(1.0 - p)
+            row[Column(percent, percent, "years")] = float(block["epistemic_rate_fractile"].sel(epistemic_fractile=p))
+        for part in parts:
+            share = float(block["epistemic_spread"].sel(epistemic_source=part))
+            row[Column(part, SOURCES[part][0], "share", priority=2)] = share
+        rows.append(row)
     fallen = state_in(here) == state_name(OVERTURNED)
     events = "falls" if fallen else f"times that a block {verb_in(here)}"
     beyond, beta = branches_beyond(here), float(here.attrs.get("modelling_dispersion", 0.0))
     return Table.of(
         title,
-        columns,
         rows,
         f"Numbers are mean years between two {events} over {here.sizes['branch']:,} weighted branches.",
         "The last columns are the parts of the spread that each source explains.",
@@ -68,8 +69,8 @@ def _rates(title: str, here: xr.Dataset) -> Table:
 def amount_branches(results: xr.Dataset) -> Table:
     """Return the annual numbers and losses of a building over all branches."""
     places = [str(place) for place in results["place"].values]
-    fractiles = results["epistemic_fractile"].values.tolist()
-    rows: list[Row] = []
+    percents = [given_percent(p) for p in results["epistemic_fractile"].values.tolist()]
+    rows: list[Cells] = []
     names = [name for name in AMOUNTS if f"epistemic_annual_{name}" in results]
     for name, place in product(names, places[:1] if len(places) == 2 else places):
         spread = building_spread(results, f"annual_{name}", place)
@@ -79,20 +80,12 @@ def amount_branches(results: xr.Dataset) -> Table:
         few = name in ("downtime", "injuries")
         years, words = span(results[f"epistemic_annual_{name}"]) if few else (1.0, "")
         values = (years * spread["epistemic_rate_fractile"]).values.tolist()
+        largest = [f"{whole_percent(share)} {source}" for source, share in sources(spread)[:2]]
         rows.append({
-            "name": f"{place_name(place)}, {unit} {words}".rstrip(),
-            "mean": years * float(spread["epistemic_rate"]),
-            **{given_percent(p): value for p, value in zip(fractiles, values, strict=True)},
-            "parts": ", ".join(f"{whole_percent(share)} {source}" for source, share in sources(spread)[:2]),
+            Column("name"): f"{place_name(place)}, {unit} {words}".rstrip(),
+            Column("mean", "mean", "two"): years * float(spread["epistemic_rate"]),
+            **{Column(percent, percent, "two"): end for percent, end in zip(percents, values, strict=True)},
+            Column("parts", "largest parts of the range"): ", ".join(largest),
         })  # fmt: skip
-    columns = (
-        *(Column("name"), Column("mean", "mean", "two")),
-        *(Column(given_percent(p), given_percent(p), "two") for p in fractiles),
-        Column("parts", "largest parts of the range"),
-    )
-    return Table.of(
-        "Expected per year over all branches",
-        columns,
-        rows,
-        f"There are {results.sizes['branch']:,} weighted branches.",
-    )
+    note = f"There are {results.sizes['branch']:,} weighted branches."
+    return Table.of("Expected per year over all branches", rows, note)

@@ -1,4 +1,4 @@
-"""Tables of fragility studies: curves, annual rates, sizes that meet a target, measures."""
+"""Tables of studies of blocks: curves, rates, precision, selected motions, sizes, measures, sources of variance."""
 
 from __future__ import annotations
 
@@ -9,19 +9,48 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
+from ...core.aliases import Array
 from ...core.units import PER_YEAR
 from ...core.wording import given_percent, percent, years_text
-from ...fragility.hazard.rates import probability_in
+from ...fragility import curve_probability
+from ...fragility.adaptive.until import MEDIAN, PROBABILITY, RATE as UNTIL_RATE
 from ...fragility.risk.modelling import LOWER, UPPER
 from ...motions.intensity.naming import GROUND
 from ..buildings.recommendations import Range
-from ..plan.estimates import LOW_SHARE, ranking_of_measures
+from ..plan.estimates import LOW_SHARE, middle_level, ranking_of_measures
+from ..plan.selections import MEASURE, PREFIX, STRIPE
 from ..text.block_order import RATE, shown
 from ..text.curve_notes import infinitive_of, verb_in
+from ..text.precision import FITTED_RATE, asked_of, curves_of, reached_by
 from ..text.reached import within_levels
 from ..text.spread import sample_range
-from ..text.words import axis_of, by_place, display_unit, floor_name, level_name, measure_at
-from .table import ENDS, Column, Marked, Row, Table, chosen, dispersion_of, ends_of, intervals, range_of
+from ..text.words import (
+    axis_of,
+    block_title,
+    by_place,
+    display_of,
+    display_unit,
+    floor_name,
+    input_name,
+    level_name,
+    measure_at,
+    measure_name,
+)
+from .table import (
+    ENDS,
+    Cells,
+    Column,
+    Marked,
+    Row,
+    Table,
+    Value,
+    chance_in,
+    chosen,
+    dispersion_of,
+    ends_of,
+    intervals,
+    range_of,
+)
 
 
 def curves(results: xr.Dataset) -> Table:
@@ -31,53 +60,58 @@ def curves(results: xr.Dataset) -> Table:
     years = years_text(float(here.attrs["years"])) if yearly else ""
     scale, unit = display_unit(axis_of(here))
     fractions = here["fraction"].values.tolist() if "fraction_level" in here else []
-    rows: list[Row | str] = []
+    fall = infinitive_of(verb_in(here))
+    rows: list[Cells | str] = []
     for label, place in by_place(here, here["half_level"].dims):
         rows.append(label)
         for j, model in enumerate(here["model"].values):
             curve = here.isel(place).isel(model=j)
-            row: Row = {"law": str(model), "level": str(curve["status"].item())}
+            known, status = bool(curve["converged"]), str(curve["status"].item())
+            row: Cells = {
+                Column("law", "law"): str(model),
+                Column("level", f"half {fall} at {level_name(here)}", "level", unit): (
+                    range_of(curve, "half_level", scale) if known else status
+                ),
+                Column("dispersion", "dispersion β", "dispersion"): dispersion_of(curve) if known else None,
+            }
+            for p in fractions:
+                column = Column(f"P = {p:g}", f"{given_percent(p)} {fall} at", "level", unit, priority=2)
+                row[column] = range_of(curve.sel(fraction=p), "fraction_level", scale) if known else None
             if "sample_median" in here:
-                row["samples"] = ends_of(*(end / scale for end in sample_range(curve)))
-            if bool(curve["converged"]):
-                row |= {"level": range_of(curve, "half_level", scale), "dispersion": dispersion_of(curve)}
-                row |= {f"P = {p:g}": range_of(curve.sel(fraction=p), "fraction_level", scale) for p in fractions}
-            rows.append(row | (_rates(curve) if yearly else {}))
-    fall = infinitive_of(verb_in(here))
-    columns = (
-        *(Column("law", "law"), Column("level", f"half {fall} at {level_name(here)}", "level", unit)),
-        Column("dispersion", "dispersion β", "dispersion"),
-        *(Column(f"P = {p:g}", f"{given_percent(p)} {fall} at", "level", unit, priority=2) for p in fractions),
-        Column("samples", "medians of 90 % of the samples", "level", unit),
-        *(Column("rate", "once in", "years3", "years"), Column("chance", f"in {years}", "chance3")),
-        Column("sample_rates", "mean of the samples, 90 % of them", "years3", "years"),
-    )
+                samples = ends_of(*(end / scale for end in sample_range(curve)))
+                row[Column("samples", "medians of 90 % of the samples", "level", unit)] = samples
+            rows.append(row | (_rates(curve, years) if yearly else {}))
     notes = (
         "Dispersions are of the blocks that uplift." if "uplift_median" in here else "",
         "Motions and inputs vary together." if "sample_median" in here else "",
         f"Chances in {years} are means over the samples." if "sample_rate_mean" in here else "",
     )
     title = "Fragility curves and rates" if yearly else "Fragility curves"
-    return Table.of(title, columns, rows, intervals(here), *notes, chosen(here))
+    return Table.of(title, rows, intervals(here), *notes, chosen(here))
 
 
-def _rates(curve: xr.Dataset) -> Row:
+def _rates(curve: xr.Dataset, years: str) -> Cells:
     """Return the annual rate of one curve and the chance in the study's years; of samples, their means."""
-    rate = range_of(curve, "rate")
-    if not math.isfinite(rate.value):
-        return {"rate": "no curve"}
-    row: Row = {"rate": rate, "chance": range_of(curve, "risk_probability")}
-    if "sample_rate_mean" in curve:
+    rate, means = range_of(curve, "rate"), None
+    known = math.isfinite(rate.value)
+    chance: Value = range_of(curve, "risk_probability") if known else None
+    if known and "sample_rate_mean" in curve:
         ends = curve["sample_rate_quantile"].values.tolist()
-        row["sample_rates"] = Range(curve["sample_rate_mean"].item(), ends[0], ends[-1])
-        row["chance"] = curve["sample_risk_probability_mean"].item()
-    return row
+        means = Range(curve["sample_rate_mean"].item(), ends[0], ends[-1])
+        chance = curve["sample_risk_probability_mean"].item()
+    return {
+        Column("rate", "once in", "years3", "years"): rate if known else "no curve",
+        Column("chance", f"in {years}", "chance3"): chance,
+        Column("sample_rates", "mean of the samples, 90 % of them", "years3", "years"): means,
+    }
 
 
-def low_level(curve: xr.Dataset) -> float:
-    """Return the level at which one curve reaches the low share, NaN if the study has none."""
-    known_there = "fraction_level" in curve and LOW_SHARE in curve["fraction"].values
-    return float(curve["fraction_level"].sel(fraction=LOW_SHARE)) if known_there else math.nan
+def curves_at(results: xr.Dataset, levels: Array) -> xr.DataArray:
+    """Return the probabilities of the fitted curves at levels that were run; NaN where there is no curve."""
+    fit = results.assign_attrs(form=results.attrs.get("form", "lognormal"))
+    if "curve_probability" in fit:
+        fit = fit.drop_vars(["probability", "lower", "upper"], errors="ignore").rename(curve_probability="probability")
+    return curve_probability(fit, levels, outside="most")
 
 
 def exported_rates(results: xr.Dataset, laws: Sequence[int] | None = None) -> Table:
@@ -100,15 +134,16 @@ def exported_rates(results: xr.Dataset, laws: Sequence[int] | None = None) -> Ta
         curve = results.isel(block=i, model=j)
         curve = curve if floors[k] is None else curve.isel(floor=k)
         rate = range_of(curve, "rate")
+        low = "fraction_level" in curve and LOW_SHARE in curve["fraction"].values
         rows.append({
             "block": str(results["block"].values[i]),
             "floor": "" if floors[k] is None else str(floors[k]),
             "damping_law": str(curve["model"].item()),
             "rate": rate,
-            "chance_in_a_year": Range(*(float(probability_in(np.float64(end), 1.0)) for end in rate)),
+            "chance_in_a_year": chance_in(rate, 1.0),
             in_all: range_of(curve, "risk_probability"),
             **{f"{in_all}{end}": curve[f"risk_probability{end}"].item() for end in modelling},
-            "level_at_10_percent": low_level(curve),
+            "level_at_10_percent": float(curve["fraction_level"].sel(fraction=LOW_SHARE)) if low else math.nan,
             "level_at_50_percent": curve["half_level"].item(),
         })  # fmt: skip
     return Table("Rates", columns, rows)
@@ -118,22 +153,22 @@ def sizes(results: xr.Dataset) -> Table:
     """Return the size of the blocks that meets the study's target."""
     along, target = str(results.attrs["size_along"]), float(results.attrs["size_probability"])
     size = f"size_{along}"
+    units = str(results[size].attrs["units"])
     floors = results["floor"].values.tolist() if "floor" in results[size].dims else [None]
-    rows: list[Row] = []
+    rows: list[Cells] = []
     for (k, floor), model in product(enumerate(floors), range(results.sizes["model"])):
         law = results.isel(model=model) if floor is None else results.isel(model=model, floor=k)
         where = "" if floor is None else f", {floor_name(floor)}"
         status = str(law["size_status"].item())
         value = range_of(law, size)
         rows.append({
-            "law": f"{law['model'].item()}{where}",
-            "size": value if math.isfinite(value.value) else None,
-            "status": "" if status == "ok" else status,
+            Column("law", "law"): f"{law['model'].item()}{where}",
+            Column("size", along, "three", units): value if math.isfinite(value.value) else None,
+            Column("status"): "" if status == "ok" else status,
         })  # fmt: skip
-    columns = Column("law", "law"), Column("size", along, "three", str(results[size].attrs["units"])), Column("status")
     years = years_text(float(results.attrs["years"]))
     goal = f"A block of this size {verb_in(results)} with a chance of {percent(target)} in {years}."
-    return Table.of("Size for the target", columns, rows, goal, intervals(results))
+    return Table.of("Size for the target", rows, goal, intervals(results))
 
 
 def measures(results: xr.Dataset, most: int = 4) -> Table:
@@ -170,3 +205,106 @@ def measures(results: xr.Dataset, most: int = 4) -> Table:
 
 
 SAME = "≈: not distinguished from the best."
+
+
+def precision(results: xr.Dataset) -> Table:
+    """Return what was requested of each curve and what was reached."""
+    here = shown(results)
+    target, allowed = asked_of(here)
+    chance = target == PROBABILITY
+    scale, unit = display_unit(axis_of(here)) if target == MEDIAN else (1.0, "1/year" if target == UNTIL_RATE else "")
+    fitted = [curve for _, curve in curves_of(here)] if target == UNTIL_RATE and FITTED_RATE in here else []
+    name = "half level" if target == MEDIAN else target
+    rows: list[Cells] = []
+    for k, curve in enumerate(reached_by(here)):
+        value = Range(*(end / scale for end in curve.target))
+        known = math.isfinite(curve.half_width) and math.isfinite(value.value)
+        rows.append({
+            Column("curve", "curve"): curve.name,
+            Column("value", name, "plain", unit): value if known else None,
+            Column("reached", "reached", "error" if chance else "precision"): curve.half_width if known else None,
+            Column("motions", "motions", "count"): curve.motions,
+            Column("runs", "runs", "count"): curve.runs,
+            Column("stopped", "stopped because"): curve.stopped,
+        })  # fmt: skip
+        if k < len(fitted):
+            rows[-1][Column("fitted", "of the fitted curve", "three", unit)] = range_of(fitted[k], FITTED_RATE)
+            rows[-1][Column("apart", "which differs by", "signed")] = float(fitted[k]["rate_misfit"]) or "within error"
+    request = f"The requested half width is {f'{allowed:g}' if chance else f'{100.0 * allowed:g} %'} of the {name}."
+    free = "Rates do not assume a form of curve." if target == UNTIL_RATE else ""
+    return Table.of("Precision at adaptive levels", rows, request, "Ranges in brackets are 95 % intervals.", free)
+
+
+def selections(results: xr.Dataset) -> Table:
+    """Return the agreement of each stripe's motions with the hazard, a row per stripe."""
+    given = str(results[STRIPE].attrs["long_name"])
+    known = given in results[MEASURE]
+    scale, unit = display_of(str(results["selected_unit"].sel({MEASURE: given}).item()) if known else "1")
+    rows: list[Cells] = []
+    for i, level in enumerate(results[STRIPE].values):
+        stripe = results.isel({STRIPE: i})
+        bias, ratio = stripe[f"{PREFIX}bias"], stripe[f"{PREFIX}sigma_ratio"]
+        velocity = float(bias.sel({MEASURE: "pgv"}))
+        rows.append({
+            Column("level", measure_at(given, GROUND), "plain", unit): level / scale,
+            Column("epsilon", "ε", "tenths"): float(stripe[f"{PREFIX}epsilon"]),
+            Column("median", "largest error of a median"): _furthest(bias, abs(bias), Column("", format="signed")),
+            Column("scatter", "largest ratio of scatters"): _furthest(
+                ratio, abs(ratio - 1.0), Column("", format="hundredths")
+            ),
+            Column("pgv", "error of the median PGV", "signed"): "not asked" if math.isnan(velocity) else velocity,
+            Column("factors", "scale factors", "two"): ends_of(
+                *(float(stripe[f"{PREFIX}factor_{end}"]) for end in ("least", "greatest"))
+            ),
+            Column("agrees", "agrees"): "yes" if bool(stripe[f"{PREFIX}consistent"]) else "no",
+        })  # fmt: skip
+    note = "ε: standard deviations of the level above the predicted median."
+    return Table.of("Agreement of the selected motions with the hazard", rows, note)
+
+
+def _furthest(values: xr.DataArray, distance: xr.DataArray, column: Column) -> str | None:
+    """Return the value furthest off, and of which measure it is; None if nothing is known."""
+    if not bool(distance.notnull().any()):
+        return None
+    at = int(np.nanargmax(distance.values))
+    return f"{column.text(float(values[at]))} {measure_name(str(values[MEASURE].values[at]))}"
+
+
+def shares(results: xr.Dataset) -> Table:
+    """Return shares of the variance of ln capacity by component, or of the flags if capacities are not known."""
+    here = shown(results)
+    capacities = "capacity_share" in here
+    columns = {label: Column(f"of {label}", block_title(label), "share") for label in map(str, here["block"].values)}
+    rows: list[Row] = []
+    for name in map(str, here["component"].values):
+        row: Row = {"name": " × ".join(input_name(part) for part in name.split(" × "))}
+        for label, column in columns.items():
+            block = here.sel(block=label)
+            share = block["capacity_share"] if capacities else block["flag_share"]
+            share = share if capacities else share.isel(level=middle_level(block["probability"]))
+            row[column.key] = float(share.sel(component=name))
+        rows.append(row)
+    capacity = "the logarithm of the level that overturns a block"
+    what = capacity if capacities else "the outcome at the level where it is least certain"
+    notes = [f"Numbers are shares of the variance of {what}.", chosen(here)]
+    return Table("Sources of the variance", (Column("name"), *columns.values()), rows, notes)
+
+
+def indices(results: xr.Dataset) -> Table:
+    """Return Sobol' indices of the probability of overturning at the level where it is nearest to one half."""
+    here = shown(results)
+    rows: list[Cells | str] = []
+    for block in here["block"].values:
+        for model in here["model"].values:
+            curve = here.sel(block=block, model=model)
+            at = curve.isel(output=middle_level(curve["probability"]))
+            rows.append(f"{block_title(str(block))}, {model}")
+            for i, name in enumerate(curve["input"].values):
+                row: Cells = {Column("name"): input_name(str(name))}
+                for key, title in (("sobol_first", "alone"), ("sobol_total", "with others")):
+                    value, upper = float(at[key][i]), float(at[f"{key}_upper"][i])
+                    row[Column(key, title, "plus_minus")] = Range(value, upper - value, np.nan)
+                rows.append(row)
+    of = "the probability of overturning at the level where it is nearest to 50 %"
+    note = f"Numbers are shares of the variance of {of}."
+    return Table.of("Sobol’ indices", rows, note, chosen(here))

@@ -18,7 +18,7 @@ from ..store.outputs import file_digest
 from ..text.block_order import shown
 from ..text.words import block_title, consequence_name, floor_cell, reference_law, roof_of
 from .blocks import MOST_SHORT
-from .table import Column, Row, Table, chosen
+from .table import Cells, Column, Row, Table, chosen
 
 
 def anchoring(results: xr.Dataset) -> Table:
@@ -63,18 +63,17 @@ def sizes(results: xr.Dataset) -> Table:
     medians = fema_p58()["median"].to_series()
     stands = SCENE in results.coords and bool(labels)
     blocks = blocks_of(results if dim == "block" else results.rename(item="block")) if stands else ()
-    rows: list[Row] = [
+    rows: list[Cells] = [
         {
-            "name": _with_key(label),
-            **{column.key: results[column.key][i].item() for column in columns},
-            "p58": float(medians.get(_key(label), math.nan)),
-            "stands": _stands(blocks[i]) if stands else None,
+            Column("name", dim): _with_key(label),
+            **{column: results[column.key][i].item() for column in columns},
+            Column("p58", "FEMA P-58 median PGV", "two", "m/s"): float(medians.get(_key(label), math.nan)),
+            Column("stands", "stands"): _stands(blocks[i]) if stands else None,
         }
         for i, label in enumerate(labels)
     ]
-    more = Column("p58", "FEMA P-58 median PGV", "two", "m/s"), Column("stands", "stands")
     title = "Items of the inventory" if dim == "item" else "Sizes of the blocks"
-    return Table.of(title, (Column("name", dim), *columns, *more), rows, chosen(results), most=most)
+    return Table.of(title, rows, chosen(results), most=most)
 
 
 SIZES = (

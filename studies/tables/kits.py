@@ -14,10 +14,10 @@ from ..buildings.recommendations import NOT_KNOWN, NOTHING, YEARS, Piece, Range
 from ..buildings.variables import RUPTURE
 from ..money.present_value import payback
 from ..text.words import floor_cell, floor_name, level_text, reference_law
-from .breaks import breaks_by_level
-from .pieces import bounded, in_years
-from .table import ENDS, Column, Row, Table, Value, intervals, range_of
-from .unseen import bound_of, most_probability
+from .assessment import bound_of, most_probability
+from .pieces import bounded
+from .restraints import breaks_by_level
+from .table import ENDS, Cells, Column, Row, Table, Value, chance_in, intervals, range_of
 
 MOST_ROWS, MOST_SHORT = 60, 8
 """Most rows of a table, and on a terminal by default."""
@@ -89,33 +89,33 @@ def kits(results: xr.Dataset, model: int = 0, number: int = MOST_ROWS) -> Table:
     """Return the falls with each kit and its savings, the kits of each piece together."""
     yearly, money, bound = "item_rate" in results, currency_of(results), bound_of(results)
     sets = [name for name in SETS if f"{name}_kit" in results]
-    rows: list[Row | str] = []
     lines = kit_lines(results, model)
     savings = {line["saving_of_all"] for _, _, line in lines}
     valued = any(isinstance(saving, float) and math.isfinite(saving) and saving != 0.0 for saving in savings)
+    when = f"in {YEARS:g} years" if yearly else "at the level"
+    paid = f"Paybacks are at a discount rate of {given_percent(lines[0][0].discount)}." if lines else ""
+    rows: list[Cells | str] = []
     for piece, kit, line in lines:
         if not kit:
             many = "" if piece.number == 1 else f", {piece.number:,} pieces"
             rows.append(f"{piece.item} ({floor_name(piece.floor)}{many})")
-        row: Row = {key: _chance(line[key], yearly, bound) for key in ("falls", "front_falls", "breaks")}
-        row["kit"] = kit or (f"{AS_IT_IS} ({piece.kit})" if piece.kit else AS_IT_IS)
-        if kit:
-            shown = ["share_saved", "effect", "cost_of_all", *(["saving_of_all", "payback"] if valued else [])]
-            row |= {key: line[key] for key in shown if yearly or key != "payback"}
-        rows.append(row | {name: "yes" for name in sets if line[f"for_{name}"] == "yes"})
-    when = f"in {YEARS:g} years" if yearly else "at the level"
-    paid = f"Paybacks are at a discount rate of {given_percent(lines[0][0].discount)}." if lines else ""
-    columns = [
-        *(Column("kit", "kit"), Column("falls", f"falls {when}, each", "chance")),
-        *(Column("front_falls", "into the room", "chance"), Column("share_saved", "falls saved", "share")),
-        *(Column("effect", "effect"), Column("breaks", f"kit breaks {when}", "chance")),
-        Column("saving_of_all", f"all save {'per year' if yearly else 'then'}", "two", money),
-        Column("cost_of_all", "all cost", "given", money),
-        Column("payback", "pays back", "payback", "years", priority=2, note=paid),
-        *(Column(name, f"for the {name}") for name in sets),
-    ]
+        saves = f"all save {'per year' if yearly else 'then'}"
+        rows.append({
+            Column("kit", "kit"): kit or (f"{AS_IT_IS} ({piece.kit})" if piece.kit else AS_IT_IS),
+            Column("falls", f"falls {when}, each", "chance"): _chance(line["falls"], yearly, bound),
+            Column("front_falls", "into the room", "chance"): _chance(line["front_falls"], yearly, bound),
+            Column("share_saved", "falls saved", "share"): line["share_saved"] if kit else None,
+            Column("effect", "effect"): line["effect"] if kit else None,
+            Column("breaks", f"kit breaks {when}", "chance"): _chance(line["breaks"], yearly, bound),
+            Column("saving_of_all", saves, "two", money): line["saving_of_all"] if kit and valued else None,
+            Column("cost_of_all", "all cost", "given", money): line["cost_of_all"] if kit else None,
+            Column("payback", "pays back", "payback", "years", priority=2, note=paid): (
+                line["payback"] if kit and valued and yearly else None
+            ),
+            **{Column(name, f"for the {name}"): "yes" if line[f"for_{name}"] == "yes" else None for name in sets},
+        })  # fmt: skip
     notes = intervals(results), "Chances are of one piece, costs of all pieces of a line."
-    return Table.of("Kits", columns, rows, *notes, *_sets(results.isel(model=model), sets, money), most=number)
+    return Table.of("Kits", rows, *notes, *_sets(results.isel(model=model), sets, money), most=number)
 
 
 def short_kits(results: xr.Dataset, number: int = MOST_SHORT) -> Table:
@@ -127,33 +127,28 @@ def short_kits(results: xr.Dataset, number: int = MOST_SHORT) -> Table:
 def static_checks(results: xr.Dataset) -> Table:
     """Return the static checks of the kits by hand."""
     peaks = results["kit_peak_acceleration"] / STANDARD_GRAVITY
-    rows: list[Row] = [
-        line
-        | {"floor": floor_cell(piece.floor), "peak": float(peaks.sel(item=piece.item))}
-        | {"required_force": line["required_force"] or "no uplift", "breaks": _chance(line["at_design"], False, bound)}
-        for bound in (most_probability(results),)
+    bound = most_probability(results)
+    rows: list[Cells] = [
+        {
+            Column("item", "piece"): piece.item,
+            Column("floor", "floor"): floor_cell(piece.floor),
+            Column("peak", "peak of its floor", "two", "g"): float(peaks.sel(item=piece.item)),
+            Column("kit", "kit"): kit,
+            Column("strength", "strength", "two", "N"): line["strength"],
+            Column("required_force", "static force", "two", "N"): line["required_force"] or "no uplift",
+            Column("half_weight", "half of the weight", "two", "N"): line["half_weight"],
+            Column("capacity", "tips statically at", "two", "g"): line["capacity"],
+            Column("breaks", "breaks in the runs", "chance"): _chance(line["at_design"], False, bound),
+        }
         for piece, kit, line in kit_lines(results)
         if kit
     ]
-    columns = (
-        *(Column("item", "piece"), Column("floor", "floor"), Column("peak", "peak of its floor", "two", "g")),
-        *(
-            Column("kit", "kit"),
-            Column("strength", "strength", "two", "N"),
-            Column("required_force", "static force", "two", "N"),
-        ),
-        *(
-            Column("half_weight", "half of the weight", "two", "N"),
-            Column("capacity", "tips statically at", "two", "g"),
-        ),
-        Column("breaks", "breaks in the runs", "chance"),
-    )
     at = "10 % in 50 years"
     outside = "item_rate" in results and math.isnan(results["kit_peak_acceleration"].values.min())
     if "item_rate" not in results:
         at = level_text(float(results.attrs["at_level"]), results["level"])
     notes = f"The shaking is {at}.", OUTSIDE if outside else "", RIGID, _nodes(results)
-    return Table.of("Static checks by hand, of one piece", columns, rows, *notes, most=MOST_ROWS)
+    return Table.of("Static checks by hand, of one piece", rows, *notes, most=MOST_ROWS)
 
 
 OUTSIDE = "That shaking is outside the levels that were run."
@@ -227,4 +222,4 @@ def _chance(rate: Value, yearly: bool, bound: float) -> Range | None:
     """Return a chance with its interval; of what no motion showed 0 with the upper end of its interval."""
     if not isinstance(rate, Range) or math.isnan(rate.value):
         return None
-    return bounded(in_years(rate, YEARS) if yearly else rate, bound)
+    return bounded(chance_in(rate, YEARS) if yearly else rate, bound)

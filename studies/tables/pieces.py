@@ -9,7 +9,6 @@ import numpy as np
 import xarray as xr
 
 from ...core.wording import about_percent, currency_of, given_percent
-from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.modelling import LOWER, UPPER
 from ..buildings.pieces import SHARES, pieces_of
 from ..buildings.recommendations import UNKNOWN, YEARS, Piece, Range
@@ -19,9 +18,8 @@ from ..codes.check import UNSTATED_DANGER
 from ..plan.slides import GATED, INSTEAD, TRIP, TRIP_DISTANCE
 from ..text.spread import MODEL_RANGE, OUTER, model_note
 from ..text.words import consequence_name, display_unit, floor_cell, level_name, level_text, reference_law, roof_of
-from .assessment import DRAWN, span
-from .table import ENDS, Column, Row, Table, Value, ends_of, intervals, range_of
-from .unseen import bound_of, most_rate
+from .assessment import DRAWN, bound_of, most_rate, span
+from .table import ENDS, Cells, Column, Row, Table, Value, chance_in, ends_of, intervals, range_of
 
 BRANCHES = (
     "Chances are means and 90 % ranges over all stated uncertainties. Other numbers are of one law, one set of motions "
@@ -74,55 +72,52 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
     means = results["cost_median"].notnull().values if "cost_median" in results.coords else np.zeros(0)
     mean = dict(zip(results["item"].values.tolist(), means.tolist(), strict=False))
     scale, unit = display_unit(results["level"])
-    rows: list[Row] = []
+    judged = f"Recommendations discount savings at {given_percent(every[0].discount if every else 0.0)}."
+    when = f" in {YEARS:g} years" if yearly else ""
+    rows: list[Cells] = []
     for piece in every:
         values = of_law.sel(item=piece.item)
         breaks = chance_of(values, f"{RUPTURE}_probability", f"item_{RUPTURE}_rate")
-        row: Row = {
-            "item": piece.item,
-            "room": piece.room,
-            "floor": floor_cell(piece.floor, roof),
-            "pieces": piece.number,
-            "anchored_with": piece.kit,
-            "recommendation": piece.recommendation,
-            "kit": "" if piece.meant is None or piece.held else piece.meant.kit,
-            "consequences": ", ".join(map(consequence_name, piece.consequences)) or None,
-            "value": float(f"{piece.value:.2g}") if mean.get(piece.item) and piece.value else None,
-            "anchoring_cost": piece.cost,
-            "saves": None if mean else piece.saving,
-            "breaks": None if math.isnan(breaks.value) else bounded(breaks, bound),
+        rate = spread.get(piece.item, piece.chance)
+        row: Cells = {
+            Column("item", "piece"): piece.item,
+            Column("room", "room"): piece.room,
+            Column("floor", "floor"): floor_cell(piece.floor, roof),
+            Column("pieces", "number", "count"): piece.number,
+            Column("anchored_with", "held by"): piece.kit,
+            Column("chance", f"falls{when}, each", "chance"): (
+                None if piece.held else bounded(chance_in(rate, YEARS) if yearly else piece.chance, bound)
+            ),
+            Column("model_range", MODEL_RANGE, "chance", note=model_note(results)): (
+                None if piece.held else _model_range(values)
+            ),
+            Column("breaks", f"its kit breaks{when}", "chance"): (
+                None if math.isnan(breaks.value) else bounded(breaks, bound)
+            ),
+            Column("recommendation", "recommendation"): piece.recommendation,
+            Column("kit", "with kit"): "" if piece.meant is None or piece.held else piece.meant.kit,
+            Column("level", f"half fall at {level_name(results)}", "level2", unit, priority=2): (
+                None if piece.held or results.sizes["level"] == 1 else piece.levels[-1] / scale
+            ),
+            Column("consequences", "consequence"): ", ".join(map(consequence_name, piece.consequences)) or None,
+            Column("value", "mean cost, each", "given", money, priority=2): (
+                float(f"{piece.value:.2g}") if mean.get(piece.item) and piece.value else None
+            ),
+            Column("anchoring_cost", "anchoring, each", "given", money, priority=2, note=judged): piece.cost,
+            Column("saves", "saves per year, all", "three", money, priority=2): None if mean else piece.saving,
+            Column("lost", "lost per year, all", "two", money, priority=2): (
+                piece.saving.value if mean and not piece.held else None
+            ),
         }
-        if not piece.held:
-            rate = spread.get(piece.item, piece.chance)
-            row["chance"] = bounded(in_years(rate, YEARS) if yearly else piece.chance, bound)
-            row |= {"model_range": _model_range(values), "lost": piece.saving.value if mean else None}
-            row |= {name: years * getattr(piece, name).value or None for name, (years, _) in spans.items()}
-            if results.sizes["level"] > 1:
-                row["level"] = piece.levels[-1] / scale
+        for name, (years, words) in spans.items():
+            column = Column(
+                name, f"{DRAWN[name]} {words}, {'each' if name == 'downtime' else 'all'}", "two", priority=2
+            )
+            row[column] = None if piece.held else years * getattr(piece, name).value or None
         rows.append(row)
-    judged = f"Recommendations discount savings at {given_percent(every[0].discount if every else 0.0)}."
-    columns = [
-        *(Column("item", "piece"), Column("room", "room"), Column("floor", "floor")),
-        *(Column("pieces", "number", "count"), Column("anchored_with", "held by")),
-        Column("chance", f"falls in {YEARS:g} years, each" if yearly else "falls, each", "chance"),
-        Column("model_range", MODEL_RANGE, "chance", note=model_note(results)),
-        Column("breaks", f"its kit breaks in {YEARS:g} years" if yearly else "its kit breaks", "chance"),
-        *(Column("recommendation", "recommendation"), Column("kit", "with kit")),
-        Column("level", f"half fall at {level_name(results)}", "level2", unit, priority=2),
-        Column("consequences", "consequence"),
-        Column("value", "mean cost, each", "given", money, priority=2),
-        Column("anchoring_cost", "anchoring, each", "given", money, priority=2, note=judged),
-        Column("saves", "saves per year, all", "three", money, priority=2),
-        Column("lost", "lost per year, all", "two", money, priority=2),
-        *(
-            Column(name, f"{DRAWN[name]} {years}, {'each' if name == 'downtime' else 'all'}", "two", priority=2)
-            for name, (_, years) in spans.items()
-        ),
-    ]
     level = "" if yearly else level_text(float(results.attrs["at_level"]), results["level"])
     return Table.of(
         "Pieces",
-        columns,
         rows,
         BRANCHES if spread else intervals(results),
         f"Chances are at {level_name(results)} = {level}." if level and results.sizes["level"] > 1 else "",
@@ -140,7 +135,7 @@ def short_pieces(results: xr.Dataset, most: int = MOST_SHORT) -> Table:
     if not above:
         return table.first(most)
     highest = max(above, key=lambda chance: chance.value)
-    highest = in_years(highest, YEARS) if "item_rate" in results else highest
+    highest = chance_in(highest, YEARS) if "item_rate" in results else highest
     more = f"{len(above):,} of the others fall more often than some of these (up to {about_percent(highest.value)})."
     return table.first(most).noted(more)
 
@@ -164,7 +159,7 @@ WORTH = "level", "value", "anchoring_cost", "saves", "lost", *DRAWN
 
 def codes(results: xr.Dataset) -> Table:
     """Return what the building code says of each piece, with the design forces."""
-    rows, unstated, moments = list[Row](), 0, False
+    rows, unstated, moments = list[Cells](), 0, False
     for piece in pieces_of(results):
         code = piece.code
         assert code is not None  # (the study names a code)
@@ -173,18 +168,18 @@ def codes(results: xr.Dataset) -> Table:
             continue
         moments |= math.isfinite(code.demand) and code.demand != code.force
         missing = code.factors if math.isnan(code.coefficient) else ""
-        row: Row = {"item": piece.item, "status": code.status}
-        row["clause"] = "; ".join(filter(None, (code.clause, missing)))
-        rows.append(row | {name: getattr(code, name) for name in ("coefficient", "force", "demand", "ratio")})
-    columns = (
-        *(Column("item", "piece"), Column("status", "code says")),
-        *(Column("clause", "clause"), Column("coefficient", "force / weight", "three")),
-        *(Column("force", "force, each", "three", "N"), Column("demand", "on its anchors", "three", "N")),
-        Column("ratio", "demand / strength", "two"),
-    )
+        rows.append({
+            Column("item", "piece"): piece.item,
+            Column("status", "code says"): code.status,
+            Column("clause", "clause"): "; ".join(filter(None, (code.clause, missing))),
+            Column("coefficient", "force / weight", "three"): code.coefficient,
+            Column("force", "force, each", "three", "N"): code.force,
+            Column("demand", "on its anchors", "three", "N"): code.demand,
+            Column("ratio", "demand / strength", "two"): code.ratio,
+        })  # fmt: skip
     anchors = MOMENTS if moments else WHOLE
     left = f"{LEFT_OUT}, and {unstated} lines whose danger to people is not stated." if unstated else f"{LEFT_OUT}."
-    table = Table.of("Code requirements", columns, rows, code_note(results), anchors, left, most=MOST_ROWS)
+    table = Table.of("Code requirements", rows, code_note(results), anchors, left, most=MOST_ROWS)
     return table.but([] if moments else ["demand"])
 
 
@@ -239,7 +234,7 @@ def _sliding(here: xr.Dataset) -> dict[str, Row]:
 def chance_of(piece: xr.Dataset, chance: str, rate: str, ends: Sequence[str] = ENDS) -> Range:
     """Return a chance of a piece in `YEARS`, or at the level; NaN if the results have none."""
     if "item_rate" in piece:
-        return in_years(range_of(piece, rate, ends=ends), YEARS, 0.0)
+        return chance_in(range_of(piece, rate, ends=ends), YEARS, 0.0)
     return range_of(piece.sel(level=float(piece.attrs["at_level"])), chance, ends=ends)
 
 
@@ -257,11 +252,6 @@ def over_branches(results: xr.Dataset) -> dict[str, Range]:
     ends = results["epistemic_item_rate_fractile"].sel(epistemic_fractile=list(OUTER)).values
     rates = zip(results["epistemic_item_rate"].values.tolist(), ends.tolist(), strict=True)
     return {str(item): Range(mean, *pair) for item, (mean, pair) in zip(results["item"].values, rates, strict=True)}
-
-
-def in_years(rate: Range, years: float, least: float = -math.inf) -> Range:
-    """Return the probabilities of at least one fall in so many years; rates below `least` count as `least`."""
-    return Range(*(float(probability_in(np.maximum(least, end), years)) for end in rate))
 
 
 def bounded(chance: Range, bound: float) -> Range:
@@ -297,7 +287,7 @@ def _values(results: xr.Dataset, piece: Piece, spread: Range | None, scale: floa
         found["within_budget"] = "" if piece.held else "yes" if piece.chosen else "no"
     if "branch" in results.dims:
         known = spread if spread is not None and not piece.held and spread.value > 0.0 else UNKNOWN
-        found[f"chance{IN_50}_over_branches"] = in_years(known, YEARS)
+        found[f"chance{IN_50}_over_branches"] = chance_in(known, YEARS)
     if piece.code is not None:
         names = {"": "status", "_clause": "clause", "_factors": "factors", "_force": "force"}
         names |= {"_anchor_force": "demand", "_demand_over_strength": "ratio"}
@@ -311,5 +301,5 @@ def _values(results: xr.Dataset, piece: Piece, spread: Range | None, scale: floa
     if unseen:  # (no motion made it fall)
         chance = ends_of(math.nan, most_rate(results) if yearly else math.nan)
     if yearly:
-        return found | {"chance_in_a_year": in_years(chance, 1.0), "chance_in_50_years": in_years(chance, YEARS)}
+        return found | {"chance_in_a_year": chance_in(chance, 1.0), "chance_in_50_years": chance_in(chance, YEARS)}
     return found | {"probability_at_level": chance}

@@ -11,7 +11,7 @@ from ...core.wording import given_percent, two_digits, years_text
 from ...fragility.adaptive.until import MEDIAN
 from ..text.block_order import HALF
 from ..text.words import axis_of, display_unit, level_name
-from .table import Column, Row, Table, range_of
+from .table import Cells, Column, Table, range_of
 
 SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Shares of the blocks below the values of the table."""
@@ -20,79 +20,79 @@ SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
 def surfaces(results: xr.Dataset) -> Table:
     """Return what was requested of each surface and what was reached."""
     requested = float(json.loads(str(results.attrs["until"]))[MEDIAN])
-    rows: list[Row | str] = []
+    rows: list[Cells] = []
     for j, model in enumerate(results["model"].values):
         law = results.isel(model=j)
         chance, apart = float(law["check_p_value"]), float(law["lack_of_fit"])
         within = f"within chance (p = {chance:.2g})"
+        beyond = f"by {100.0 * apart:.1f} % beyond chance" if apart > 0.0 else within
         rows.append({
-            "law": str(model),
-            "reached": float(law["half_width"]),
-            "motions": int(law["motions_run"]),
-            "runs": int((results["run_model"].values == j).sum()),
-            "apart": f"by {100.0 * apart:.1f} % beyond chance" if apart > 0.0 else within,
-            "stopped": str(law["stopped_because"].item()),
+            Column("law", "law"): str(model),
+            Column("reached", "reached", "precision"): float(law["half_width"]),
+            Column("motions", "motions", "count"): int(law["motions_run"]),
+            Column("runs", "runs", "count"): int((results["run_model"].values == j).sum()),
+            Column("apart", "blocks run by themselves differ"): beyond,
+            Column("stopped", "stopped because"): str(law["stopped_because"].item()),
         })  # fmt: skip
-    columns = (
-        *(Column("law", "law"), Column("reached", "reached", "precision"), Column("motions", "motions", "count")),
-        *(Column("runs", "runs", "count"), Column("apart", "blocks run by themselves differ")),
-        Column("stopped", "stopped because"),
-    )
     note = f"The requested half width is {100.0 * requested:g} % of the half levels of all blocks at once (95 %)."
-    return Table.of("Precision of the surfaces", columns, rows, note)
+    return Table.of("Precision of the surfaces", rows, note)
 
 
 def spread(results: xr.Dataset) -> Table:
     """Return how levels, dispersions and chances of the blocks are distributed, the shares under each law together."""
     scale, unit = display_unit(axis_of(results))
     years = years_text(float(results.attrs.get("years", 50.0)))
-    names = [name for name in (HALF, "dispersion", "risk_probability") if name in results]
-    rows: list[Row | str] = []
+    columns = (
+        *(
+            Column(HALF, f"half overturn at {level_name(results)}", "two", unit),
+            Column("dispersion", "dispersion β", "two"),
+        ),
+        Column("risk_probability", f"chance in {years}", "chance"),
+    )
+    rows: list[Cells | str] = []
     for j, model in enumerate(results["model"].values):
         law = results.isel(model=j)
-        quantiles = {name: np.quantile(law[name].values, SHARES) for name in names}
+        quantiles = {
+            column: np.quantile(law[column.key].values, SHARES) / (scale if column.key == HALF else 1.0)
+            for column in columns
+            if column.key in results
+        }
         rows += [str(model)] if results.sizes["model"] > 1 else []
         for k, share in enumerate(SHARES):
-            row = {name: float(values[k]) / (scale if name == HALF else 1.0) for name, values in quantiles.items()}
-            rows.append({"share": f"{given_percent(share)} of the blocks below", **row})
-    columns = (
-        *(Column("share"), Column(HALF, f"half overturn at {level_name(results)}", "two", unit)),
-        *(Column("dispersion", "dispersion β", "two"), Column("risk_probability", f"chance in {years}", "chance")),
-    )
+            values: Cells = {column: float(of_shares[k]) for column, of_shares in quantiles.items()}
+            rows.append({Column("share"): f"{given_percent(share)} of the blocks below", **values})
     number = int(results.attrs.get("shown_of", results.sizes["block"]))
     note = f"The region has {number:,} blocks. Each column is sorted by itself."
-    return Table.of("Blocks of the region", columns, rows, note)
+    return Table.of("Blocks of the region", rows, note)
 
 
 def events(results: xr.Dataset) -> Table:
     """Return how much of the region falls in one event at each level, the levels under each law together."""
     scale, unit = display_unit(axis_of(results))
-    rows: list[Row | str] = []
+    rows: list[Cells | str] = []
     for j, model in enumerate(results["model"].values):
         rows += [str(model)] if results.sizes["model"] > 1 else []
         for k, level in enumerate(results["event_level"].values.tolist()):
             event = results.isel(model=j, event_level=k)
             few, middle, many = event["fallen_quantile"].values.tolist()
+            apart = float(event["fallen_sd_independent"])
             rows.append({
-                "level": level / scale,
-                "mean": range_of(event, "fallen_mean"),
-                **{"few": few, "middle": middle, "many": many},
-                **{"spread": float(event["fallen_sd"]), "apart": float(event["fallen_sd_independent"])},
-                "correlation": float(event["fallen_correlation"]),
+                Column("level", "level", "plain", unit): level / scale,
+                Column("mean", "mean", "observed"): range_of(event, "fallen_mean"),
+                Column("few", "in 5 % of events, below", "observed"): few,
+                Column("middle", "in half of events, below", "observed"): middle,
+                Column("many", "in 95 %, below", "observed"): many,
+                Column("spread", "standard deviation", "observed", priority=2): float(event["fallen_sd"]),
+                Column("apart", "the same of independent blocks", "observed", priority=2): apart,
+                Column("correlation", "correlation of two blocks", "hundredths", priority=2): float(
+                    event["fallen_correlation"]
+                ),
             })  # fmt: skip
-    columns = (
-        *(Column("level", "level", "plain", unit), Column("mean", "mean", "observed")),
-        Column("few", "in 5 % of events, below", "observed"),
-        *(Column("middle", "in half of events, below", "observed"), Column("many", "in 95 %, below", "observed")),
-        Column("spread", "standard deviation", "observed", priority=2),
-        Column("apart", "the same of independent blocks", "observed", priority=2),
-        Column("correlation", "correlation of two blocks", "hundredths", priority=2),
-    )
     sample, number = int(results.attrs["event_sample"]), results.sizes["event_motion"]
     noise = float(results["fallen_sampling_error"].max())
     sampled = f"A share is uncertain by ±{two_digits(100.0 * noise)} % from the sample." if noise else ""
     note = f"There are {number:,} events at each level, with {sample:,} blocks of the region run under each."
-    return Table.of("Shares of the region that fall in one event", columns, rows, note, CONFIDENCE, sampled)
+    return Table.of("Shares of the region that fall in one event", rows, note, CONFIDENCE, sampled)
 
 
 CONFIDENCE = "Ranges in brackets are 95 % intervals."

@@ -15,7 +15,7 @@ from ..plan.estimates import middle_level
 from ..text.block_order import shown
 from ..text.reached import within_levels
 from ..text.words import LAW_NAMES, axis_of, block_title, display_unit, level_name, level_text
-from .table import Column, Marked, Row, Table, chosen
+from .table import Cells, Column, Marked, Row, Table, chosen
 
 GREEK = {"delta": "δ", "e": "e"}
 MEANINGS = {"delta": "δ is the half width of the elastic zone.", "e": "e is the coefficient of restitution."}
@@ -33,7 +33,7 @@ def reference_of(results: xr.Dataset) -> str:
     return str(results["comparison"].values[0])
 
 
-def reference_name(results: xr.Dataset, comparison: str | None = None) -> str:
+def reference_name(results: xr.Dataset) -> str:
     """The reference that values are compared with, in words."""
     symbol = GREEK[str(results.attrs["parameter"])]
     return {
@@ -41,7 +41,7 @@ def reference_name(results: xr.Dataset, comparison: str | None = None) -> str:
         "own": "the block's own e_R",
         "given": f"{symbol} = {results.attrs['reference']}",
         "previous": "the value before",
-    }[comparison or reference_of(results)]
+    }[reference_of(results)]
 
 
 def level_between(here: xr.Dataset) -> int:
@@ -76,23 +76,22 @@ def block_levels(results: xr.Dataset) -> Table:
     scale, unit = display_unit(axis_of(results))
     medians = results["half_level"].isel(model=at).transpose("block", "value").values / scale
     marks, own_e = marks_of(results), own_restitution(results)
-    rows = []
+    names, *values = _values(results, "level2")
+    rows: list[Cells] = []
+    above = False
     for i, block in enumerate(results["block"].values):
-        row: Row = {"name": block_title(str(block))}
+        row: Cells = {names: block_title(str(block))}
         if own_e is not None:
-            row["own"] = "none" if math.isnan(own_e[i]) else float(own_e[i])
-        for value, median, mark in zip(
-            results["value"].values.tolist(), medians[i].tolist(), marks[i].tolist(), strict=True
-        ):
-            above = own_e is not None and value > own_e[i] and not mark
-            row[f"{value:g}"] = mark or (Marked(median, ABOVE) if above else median)
+            row[Column("own", "its e_R", "thousandths")] = "none" if math.isnan(own_e[i]) else float(own_e[i])
+        each = zip(values, results["value"].values.tolist(), medians[i].tolist(), marks[i].tolist(), strict=True)
+        for column, value, median, mark in each:
+            higher = own_e is not None and value > own_e[i] and not mark
+            above |= higher
+            row[column] = mark or (Marked(median, ABOVE) if higher else median)
         rows.append(row)
-    columns = _values(results, "level2")
-    columns[1:1] = [Column("own", "its e_R", "thousandths")] if own_e is not None else []
     note = f"Numbers are levels ({level_name(results)}{f', {unit}' if unit else ''}) under {law_name(results, at)}."
-    above = any(isinstance(value, Marked) for row in rows for value in row.values())
     notes = note, MEANINGS[str(results.attrs["parameter"])], *_legend(results, marks), HIGHER if above else ""
-    return Table.of("Levels for half of the motions", columns, rows, *notes)
+    return Table.of("Levels for half of the motions", rows, *notes)
 
 
 HIGHER = f"{ABOVE}: above e_R, so less energy is lost than in an impact at the edge."

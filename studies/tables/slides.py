@@ -1,4 +1,4 @@
-"""Sliding and falls over edges."""
+"""Sliding of blocks and of the pieces of an inventory: how far, and falls over edges and obstacles."""
 
 from __future__ import annotations
 
@@ -10,8 +10,19 @@ import xarray as xr
 
 from ...core.wording import years_text
 from ...fragility.adaptive.until import PROBABILITY
-from ...fragility.hazard.rates import probability_in
-from ..buildings.recommendations import Range
+from ...fragility.runs.provenance import EDGE
+from ...models import Edge
+from ...models.friction import LOCKED, ROLLING
+from ..buildings.recommendations import YEARS, Range
+from ..buildings.sliding import (
+    GATED_RATE as ITEM_GATED_RATE,
+    ITEM_TRIP_RATE,
+    OFF,
+    OFF_RATE,
+    OVERTURNING,
+    OVERTURNING_RATE,
+    SLIP_RATE as ITEM_SLIP_RATE,
+)
 from ..plan.adaptive_slides import SLIP_HALF
 from ..plan.estimates import middle_level
 from ..plan.slides import (
@@ -28,8 +39,10 @@ from ..plan.slides import (
     TRIP_DISTANCE,
     TRIP_RATE,
 )
-from ..text.words import axis_of, by_place, display_unit, level_text, quantity_name, reference_law
-from .table import Column, Row, Table, intervals, range_of
+from ..text.words import axis_of, by_place, display_unit, floor_cell, level_text, quantity_name, reference_law
+from .assessment import bound_of
+from .pieces import chance_of
+from .table import Cells, Column, Table, chance_in, intervals, range_of
 
 MOST = 100
 """Most blocks in a table."""
@@ -43,34 +56,32 @@ def slides(results: xr.Dataset) -> Table:
     halves = adaptive and not rated and SLIP not in here
     scale, unit = display_unit(axis_of(results))
     slips = results["slip"].values.tolist()
-    rows: list[Row] = []
+    rows: list[Cells] = []
     for name, where in by_place(results, here[SLIP_HALF if halves else SLIP_RATE if rated else SLIP].dims):
         block = here.isel(where)
-        row: Row = {"name": name, INSTEAD: float(block[INSTEAD])}
+        row: Cells = {
+            Column("name", "block"): name,
+            Column(INSTEAD, "slides, never rocks", "chance"): float(block[INSTEAD]),
+        }
         if not halves and (rated or not adaptive):
-            row |= {"falls": _chance(block, "rate", "probability").value}
-            row |= {"rests": _chance(block, GATED_RATE, GATED).value}
+            falls, rests = _chance(block, "rate", "probability").value, _chance(block, GATED_RATE, GATED).value
+            row |= {Column("falls", "falls, if it could not slide", "chance"): falls}
+            row |= {Column("rests", "falls, if it rocks", "chance"): rests}
         for k, slip in enumerate(slips):
             at = block.isel(slip=k)
-            row[f"{slip:g}"] = range_of(at, SLIP_HALF, scale) if halves else _chance(at, SLIP_RATE, SLIP, adaptive)
+            column = Column(
+                f"{slip:g}", f"slips over {100.0 * slip:g} cm", *(("plain", unit) if halves else ("chance",))
+            )
+            row[column] = range_of(at, SLIP_HALF, scale) if halves else _chance(at, SLIP_RATE, SLIP, adaptive)
         if not adaptive and (TRIP_RATE if rated else TRIP) in here:
-            row |= {"obstacle": 1000.0 * float(block[TRIP_DISTANCE]), "trips": _chance(block, TRIP_RATE, TRIP)}
+            row[Column("obstacle", "obstacle at", "short", "mm")] = 1000.0 * float(block[TRIP_DISTANCE])
+            row[Column("trips", "trips over it", "chance", note=TRIPS)] = _chance(block, TRIP_RATE, TRIP)
         rows.append(row)
-    columns = (
-        *(Column("name", "block"), Column(INSTEAD, "slides, never rocks", "chance")),
-        *(Column("falls", "falls, if it could not slide", "chance"), Column("rests", "falls, if it rocks", "chance")),
-        *(
-            Column(f"{slip:g}", f"slips over {100.0 * slip:g} cm", *(("plain", unit) if halves else ("chance",)))
-            for slip in slips
-        ),
-        *(Column("obstacle", "obstacle at", "short", "mm"), Column("trips", "trips over it", "chance", note=TRIPS)),
-    )
     half = f"Levels are {quantity_name(axis_of(results))} at which half of the blocks that slide slip further."
     level = float(json.loads(str(results.attrs["until"]))[PROBABILITY]["level"]) if adaptive and SLIP in here else None
     at_level = f"at {level_text(level, axis_of(results))}" if level is not None else ""
     return Table.of(
         "Sliding" if halves else f"Sliding {at_level or _when(results)}",
-        columns,
         rows,
         intervals(results),
         half if halves else "",
@@ -96,8 +107,7 @@ def _when(results: xr.Dataset) -> str:
 def _chance(block: xr.Dataset, rate: str, chance: str, adaptive: bool = False) -> Range:
     """Return a chance `_when`; of what no run showed 0 with the upper end of its interval."""
     if SLIP_RATE in block:
-        ends = range_of(block, rate)
-        found = Range(*(float(probability_in(np.float64(max(end, 0.0)), float(block.attrs["years"]))) for end in ends))
+        found = chance_in(range_of(block, rate), float(block.attrs["years"]), 0.0)
     else:
         found = range_of(block if adaptive else block.isel(level=middle_level(block["probability"])), chance)
     if adaptive and found.value == 0.0:  # (a block whose friction is never low enough)
@@ -113,13 +123,16 @@ def _seen(chance: Range, probability: xr.DataArray) -> Range:
 
 def edges(results: xr.Dataset) -> Table:
     """Return the table of falls over edges, in the years or at the level of the table of sliding."""
-    rows: list[Row] = [{"name": name} | dict(zip(EDGES, chances, strict=True)) for name, chances in _edges(results)]
-    columns = Column("name", "block"), *(Column(key, title, "chance") for key, title in EDGES.items())
-    return Table.of(f"Falls over edges {_when(results)}", columns, rows, intervals(results), most=MOST)
-
-
-EDGES = {"off": "slides off", "over": "overturns, if it could not slide", "either": "overturns or slides off"}
-"""Columns of the table of edges."""
+    rows: list[Cells] = [
+        {
+            Column("name", "block"): name,
+            Column("off", "slides off", "chance"): off,
+            Column("over", "overturns, if it could not slide", "chance"): over,
+            Column("either", "overturns or slides off", "chance"): either,
+        }
+        for name, (off, over, either) in _edges(results)
+    ]
+    return Table.of(f"Falls over edges {_when(results)}", rows, intervals(results), most=MOST)
 
 
 def edges_of(results: xr.Dataset) -> list[tuple[str, str, str, str]]:
@@ -147,3 +160,84 @@ def _edges(results: xr.Dataset) -> list[tuple[str, list[Range]]]:
         if not math.isnan(chances[0].value):
             found.append((name, chances))
     return found
+
+
+MOST_LINES = 60
+"""Most lines in the table."""
+NOT_MODELLED = "rolls: not modelled"
+
+
+def item_slides(results: xr.Dataset, model: int = 0) -> Table:
+    """Return the table of sliding of an inventory under one law, in 50 years or at the level."""
+    contacts, edges = contacts_of(results), _item_edges(results)
+    known = results[INSTEAD].values if INSTEAD in results else np.full(len(contacts), math.nan)
+    slips = results["slip"].values.tolist() if "slip" in results.coords else []
+    alone = (OVERTURNING, OVERTURNING_RATE) if OVERTURNING in results else ("probability", "item_rate")
+    rows: list[Cells] = []
+    for i, item in enumerate(results["item"].values):
+        if not (contacts[i] or edges[i] or not math.isnan(known[i])):
+            continue
+        piece, edge = results.isel(item=i, model=model), edges[i]
+        friction = None if math.isnan(known[i]) else f"coefficient of friction {float(piece['friction']):.2g}"
+        why = "anchored" if bool(piece["anchored"]) else NOT_MODELLED if contacts[i] == ROLLING else ""
+        row: Cells = {
+            Column("item", "piece"): str(item),
+            Column("floor", "floor"): floor_cell(str(piece["floor"].item())),
+            Column("contact", "contact"): contacts[i] or friction,
+            Column(INSTEAD, "slides, never rocks", "chance"): why or float(known[i]),
+        }
+        for k, slip in enumerate(slips):
+            column = Column(f"{slip:g}", f"slips over {100.0 * slip:g} cm", "chance")
+            row[column] = None if why else _item_chance(piece.isel(slip=k), SLIP, ITEM_SLIP_RATE)
+        obstacle = 1000.0 * float(piece[TRIP_DISTANCE]) if TRIP in results else None
+        falls: Cells = {
+            Column("edge", "edge"): None if edge is None else edge.label.removeprefix("edge "),
+            Column("off", "slides off it", "chance"): _item_chance(piece, OFF, OFF_RATE),
+            Column("obstacle", "obstacle at", "short", "mm"): obstacle,
+            Column("trips", "trips over it", "chance", note=TRIPS): _item_chance(piece, TRIP, ITEM_TRIP_RATE),
+            Column("alone", "overturns, if it could not slide", "chance"): _item_chance(piece, *alone),
+            Column("rocking", "overturns, if it rocks", "chance"): _item_chance(piece, GATED, ITEM_GATED_RATE),
+        }
+        rows.append(row | (dict.fromkeys(falls) if why else falls))
+    when = f"in {YEARS:g} years"
+    if "item_rate" not in results:
+        when = f"at {level_text(float(results.attrs['at_level']), results['level'])}"
+    locked = f"{LOCKED.capitalize()} are as on feet, as long as the brakes hold." if LOCKED in contacts else ""
+    title = f"Sliding of the pieces {when}"
+    return Table.of(title, rows, intervals(results), SLIDES, locked)
+
+
+def slips(results: xr.Dataset, model: int = 0) -> Table:
+    """Return how far pieces slide."""
+    return item_slides(results, model).but(OF_FALLS).first(MOST_LINES)
+
+
+def falls(results: xr.Dataset, model: int = 0) -> Table:
+    """Return how pieces that can slide fall: over an edge, over an obstacle or by overturning."""
+    table = item_slides(results, model)
+    return table.apart(table.title.replace("Sliding", "Falls"), ("item", "floor"), OF_FALLS).first(MOST_LINES)
+
+
+OF_FALLS = "edge", "off", "obstacle", "trips", "alone", "rocking"
+"""Columns of the second table."""
+
+
+def contacts_of(results: xr.Dataset) -> list[str]:
+    """Return what the pieces of each line stand on, '' where nothing is said of it."""
+    if "contact" in results.coords:
+        return [str(one) for one in results["contact"].values]
+    return [""] * results.sizes["item"]
+
+
+def _item_edges(results: xr.Dataset) -> list[Edge | None]:
+    """Return the edges of each line."""
+    if EDGE not in results.coords:
+        return [None] * results.sizes["item"]
+    every = [json.loads(str(one)) for one in results[EDGE].values]
+    return [None if one is None else Edge(**one) for one in every]
+
+
+def _item_chance(piece: xr.Dataset, name: str, rate: str) -> Range:
+    """Return a chance in 50 years, or at the level; of what no motion showed 0 with the upper end of its interval."""
+    chance = chance_of(piece, name, rate)
+    return Range(0.0, math.nan, bound_of(piece)) if chance.value == 0.0 else chance

@@ -26,6 +26,7 @@ from ...core.wording import (
     three_digits,
     two_digits,
 )
+from ...fragility.hazard.rates import probability_in
 from ..buildings.recommendations import Range
 from ..text.block_order import chosen_of
 from ..text.names import clean
@@ -91,6 +92,9 @@ class Column(NamedTuple):
         return f"{text} (no interval)" if bare else text
 
 
+Cells = dict[Column, Value]
+
+
 @dataclass(frozen=True)
 class Table:
     """A table: a noun phrase as its title, columns, rows of values by key, and a note.
@@ -106,32 +110,28 @@ class Table:
     dash: str = ""
 
     @classmethod
-    def of(
-        cls,
-        title: str,
-        columns: Iterable[Column],
-        rows: Iterable[Row | str],
-        *notes: str,
-        most: int = 0,
-        dash: str = "",
-    ) -> Table:
-        """Return a table of the columns of which a row has a value, with at most `most` rows if that is not 0.
+    def of(cls, title: str, rows: Iterable[Cells | str], *notes: str, most: int = 0, dash: str = "") -> Table:
+        """Return a table of rows by column, with the columns of which a row has a value.
 
-        Headings of one row each become the first cells of their rows, if the rows are alike (of one law).
+        The table has at most `most` rows if that is not 0.  Headings of one row each become the first cells of their
+        rows, if the rows are alike (of one law).
         """
-        columns, every = list(columns), list(rows)
+        rows = [*rows]
+        cells = [row if isinstance(row, str) else {column.key: value for column, value in row.items()} for row in rows]
+        columns = list(dict.fromkeys(column for row in rows if not isinstance(row, str) for column in row))
         heads, lines = (
-            [row for row in every[::2] if isinstance(row, str)],
-            [row for row in every[1::2] if not isinstance(row, str)],
+            [row for row in cells[::2] if isinstance(row, str)],
+            [row for row in cells[1::2] if not isinstance(row, str)],
         )
-        first = columns[0]
-        alike = {row[first.key] for row in lines}
-        if len(heads) == len(lines) == len(every) / 2 and len(alike) == 1:
-            every = [{**row, first.key: head} for head, row in zip(heads, lines, strict=True)]
-            columns[0] = first._replace(title="")
-            notes = *notes, f"{first.title.capitalize()}: {alike.pop()}."
-        keys = {key for row in every if not isinstance(row, str) for key, value in row.items() if not _blank(value)}
-        table = cls(title, [column for column in columns if column.key in keys], every, [*filter(None, notes)], dash)
+        if cells and len(heads) == len(lines) == len(cells) / 2:
+            first = columns[0]
+            alike = {row[first.key] for row in lines}
+            if len(alike) == 1:
+                cells = [{**row, first.key: head} for head, row in zip(heads, lines, strict=True)]
+                columns[0] = first._replace(title="")
+                notes = *notes, f"{first.title.capitalize()}: {alike.pop()}."
+        known = {key for row in cells if not isinstance(row, str) for key, value in row.items() if not _blank(value)}
+        table = cls(title, [column for column in columns if column.key in known], cells, [*filter(None, notes)], dash)
         return table.first(most) if most else table
 
     @property
@@ -249,6 +249,11 @@ def chosen(results: xr.Dataset) -> str:
 def range_of(values: xr.Dataset, name: str, scale: float = 1.0, ends: Sequence[str] = ENDS) -> Range:
     """Return a value with the ends of its interval, divided by `scale`; NaN if the results have none."""
     return Range(*(float(values[f"{name}{end}"]) / scale if f"{name}{end}" in values else np.nan for end in ends))
+
+
+def chance_in(rate: Iterable[float], years: float, least: float = -math.inf) -> Range:
+    """Return the probabilities of at least one event in so many years; rates below `least` count as `least`."""
+    return Range(*(float(probability_in(np.maximum(least, end), years)) for end in rate))
 
 
 def dispersion_of(values: xr.Dataset, name: str = "dispersion") -> Range | None:

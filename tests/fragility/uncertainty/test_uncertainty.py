@@ -624,7 +624,7 @@ class TestFigures:
     def test_axes_in_axes_out(self):
         import matplotlib.pyplot as plt
 
-        from toppling.studies.plots import indices as plots_indices, uncertainty as plots
+        from toppling.studies.plots import uncertainty as plots
 
         flags = np.random.default_rng(2).random((20, 3, 4)) < np.array([0.0, 0.1, 0.4, 0.8])
         level = ("level", [1.0, 2.0, 3.0, 4.0], {"units": "m s-2", "long_name": "peak floor acceleration"})
@@ -642,12 +642,12 @@ class TestFigures:
         inputs = RandomInputs({"alpha": Uniform(0.1, 0.2), "e": Uniform(0.8, 1.0)})
         indices = sobol_indices(inputs, lambda one: one["alpha"] + one["e"], n=16)
         names = ["restitution e", "slenderness α"]
-        assert [tick.get_text() for tick in plots_indices.sobol_bars(indices).get_yticklabels()] == names
+        assert [tick.get_text() for tick in plots.sobol_bars(indices).get_yticklabels()] == names
         swings = tornado(inputs, lambda one: one["alpha"] + one["e"])
-        assert [tick.get_text() for tick in plots_indices.tornado_bars(swings).get_yticklabels()] == names
+        assert [tick.get_text() for tick in plots.tornado_bars(swings).get_yticklabels()] == names
         two = sobol_indices(inputs, lambda one: xr.concat([one["e"], one["alpha"]], "k"), n=16)
         with pytest.raises(ValueError, match="one output is drawn"):
-            plots_indices.sobol_bars(two)
+            plots.sobol_bars(two)
         with pytest.raises(ValueError, match="along one dimension"):
             plots.variance_bars(variance_shares(values, ("motion",)))
         plt.close("all")

@@ -24,8 +24,7 @@ from toppling.studies.buildings.assessment import assess
 from toppling.studies.buildings.notes import notes
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import example_path, read_inventory
-from toppling.studies.plots.anchoring import anchoring_figure
-from toppling.studies.plots.assessment import exceedance_figure, levels_figure
+from toppling.studies.plots.assessment import anchoring_figure, exceedance_figure, levels_figure
 from toppling.studies.tables.assessment import annual, at_level, consequences
 
 mpl.use("Agg")

@@ -34,7 +34,7 @@ from toppling.studies.buildings.recommendations import (
 from toppling.studies.facts.building import _kits
 from toppling.studies.inventory.consequences import Injury
 from toppling.studies.inventory.contents import Contents, Inventory
-from toppling.studies.tables.unseen import at_most, most_rate
+from toppling.studies.tables.assessment import at_most, most_rate
 
 SAVED = Range(20.0, 15.0, 25.0)
 

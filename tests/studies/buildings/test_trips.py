@@ -21,9 +21,9 @@ from toppling.studies.facts.notes import notes_of
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import InventoryError, read_inventory
 from toppling.studies.plan.slides import Slides
-from toppling.studies.tables.item_slides import item_slides
+from toppling.studies.tables.assessment import at_most
 from toppling.studies.tables.pieces import exported_pieces
-from toppling.studies.tables.unseen import at_most
+from toppling.studies.tables.slides import item_slides
 
 pytestmark = pytest.mark.filterwarnings("ignore::toppling.core.doubts.ImplausibleInput")
 

@@ -51,7 +51,7 @@ def test_two_measures_have_their_rates_in_common(folder, tmp_path):
 def test_a_hazard_curve_in_a_file(folder, tmp_path):
     """The file is not in the results: the ratio has no interval, which is a fact."""
     with sides.two_sides(folder / "pga", folder / "file") as (a, b):
-        found = curves.compare_curves(a, b).found
+        found = curves.compare_curves(a, b)[0]
     (line,) = [one for one in found.lines if one.quantity == "rate"]
     assert line.ratio.value == pytest.approx(1.0, rel=1e-6)
     assert math.isnan(line.ratio.lower)
@@ -63,7 +63,7 @@ def test_a_hazard_curve_in_a_file(folder, tmp_path):
 
 def test_uncertain_blocks(folder):
     with sides.two_sides(folder / "sampled", folder / "sampled", same=True) as (a, b):
-        found = curves.compare_curves(a, b, ("housner", "discrete")).found
+        found = curves.compare_curves(a, b, ("housner", "discrete"))[0]
     results = xr.open_dataset(folder / "sampled/results.nc")
     (line,) = [one for one in found.lines if one.quantity == "median"]
     medians = results["median"].isel(block=0).values

@@ -7,8 +7,8 @@ import pytest
 
 from toppling.core.facts import Fact
 from toppling.fragility.risk.ratios import ratio_of
-from toppling.studies.buildings.recommendations import Range
-from toppling.studies.comparison.ratios import ANCHORED_IN, NONE, Line, Quantity, answer, legend, table_of
+from toppling.studies.buildings.recommendations import UNKNOWN as NO_RANGE, Range
+from toppling.studies.comparison.ratios import ANCHORED_IN, Line, Quantity, answer, legend, table_of
 from toppling.studies.facts.say import say
 from toppling.studies.plan.ratios import LOWER, OPEN, SAME, UNKNOWN, verdict_of
 
@@ -49,7 +49,7 @@ def test_rare_facts_have_their_sentences(name):
 
 
 def line(name, verdict, law="housner"):
-    return Line("chance", name, "", (law, law), NONE, NONE, NONE, verdict)
+    return Line("chance", name, "", (law, law), NO_RANGE, NO_RANGE, NO_RANGE, verdict)
 
 
 CHANCE = Quantity("chance", "", 1.0, "1", {"years": 50.0}, chance=True)

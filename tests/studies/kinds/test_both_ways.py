@@ -13,7 +13,7 @@ from toppling.fragility.runs.provenance import number_of_motions
 from toppling.motions.arrays import digest
 from toppling.studies.buildings.shaking import Shaking
 from toppling.studies.comparison.inputs import notes_on_inputs
-from toppling.studies.comparison.pieces import Shaken, compare_pieces
+from toppling.studies.comparison.pieces import compare_pieces, fallen
 from toppling.studies.comparison.sides import same_motions, two_sides
 from toppling.studies.facts.method import inputs_of, method_of
 from toppling.studies.facts.notes import notes_of
@@ -219,16 +219,16 @@ class TestComparison:
             motions, *_ = notes_on_inputs(a, b, True, True)
             assert (motions.what, motions.more["motions"]) == ("comparison.same_motions", (9, 9))
             assert motions.more["both_ways"] == ["B"]
-            one, other = Shaken.of(a, 0), Shaken.of(b, 0)
-            assert one.chance.shape == other.chance.shape == (3, 9)
-            assert_allclose(other.chance[1], one.chance[1])  # (the symmetric line)
-            assert_allclose(other.any.mean(), float(b.results["any_rate"][0, 0]), rtol=1e-12)
+            one, other = fallen(a, 0), fallen(b, 0)
+            assert one["chance"].shape == other["chance"].shape == (3, 9)
+            assert_allclose(other["chance"][1], one["chance"][1])  # (the symmetric line)
+            assert_allclose(other["any"].mean(), float(b.results["any_rate"][0, 0]), rtol=1e-12)
             lines = {(line.quantity, line.name): line for line in compare_pieces(a, b).lines}
         for i, name in enumerate(("case", "low", "strapped")):
             ratio = lines["chance", name].ratio
             rng = np.random.default_rng(3)
             drawn = rng.multinomial(9, np.full(9, 1 / 9), 4000) / 9
-            samples = [1.0 - np.exp(-50.0 * (side.chance[i] @ drawn.T)) for side in (one, other)]
+            samples = [1.0 - np.exp(-50.0 * (side["chance"][i] @ drawn.T)) for side in (one, other)]
             if name == "low":
                 assert tuple(ratio) == pytest.approx((1.0, 1.0, 1.0))
             elif np.isfinite(ratio.lower):

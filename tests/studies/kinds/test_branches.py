@@ -20,7 +20,7 @@ from toppling.studies.facts.bars import bars_of
 from toppling.studies.facts.footnotes import footnotes
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import say
-from toppling.studies.plots.branches import spread_figure
+from toppling.studies.plots.risk import spread_figure
 from toppling.studies.report.page import write_report
 from toppling.studies.store.worker_motions import motions_again
 from toppling.studies.tables.blocks import lead_blocks

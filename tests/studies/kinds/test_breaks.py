@@ -16,8 +16,8 @@ from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import say
 from toppling.studies.file.blocks import stiffness_notes
 from toppling.studies.plan.design_shaking import at_level
-from toppling.studies.tables.breaks import breaks
 from toppling.studies.tables.registry import REGISTRY, tables
+from toppling.studies.tables.restraints import breaks
 
 SHELF = '[[blocks]]\nname = "{}"\nwidth_m = 0.3\nheight_m = 1.8\n'
 BLOCKS = (

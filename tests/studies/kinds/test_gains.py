@@ -15,7 +15,7 @@ from toppling.studies.facts import curves
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import say
 from toppling.studies.plan.gains import comparable
-from toppling.studies.tables import gains as gain_tables
+from toppling.studies.tables import restraints as gain_tables
 from toppling.studies.tables.blocks import lead_blocks
 from toppling.studies.tables.inputs import sizes
 from toppling.studies.text.one_side import falling_both_ways

@@ -16,9 +16,9 @@ from toppling.studies.facts import building
 from toppling.studies.facts.checks import checks_of
 from toppling.studies.facts.method import inputs_of, method_of
 from toppling.studies.facts.notes import notes_of
-from toppling.studies.tables.item_slides import NOT_MODELLED, item_slides
 from toppling.studies.tables.pieces import exported_pieces, pieces
 from toppling.studies.tables.registry import tables
+from toppling.studies.tables.slides import NOT_MODELLED, item_slides
 from toppling.studies.text.error import StudyError
 
 EXAMPLES = Path(tp.__file__).parent / "studies" / "examples"

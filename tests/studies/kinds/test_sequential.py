@@ -34,7 +34,7 @@ from toppling.studies.plan.designs import KeptMotions
 from toppling.studies.plots.fragility import fragility_figure
 from toppling.studies.report.page import write_report
 from toppling.studies.tables.blocks import lead_blocks, short_blocks
-from toppling.studies.tables.precision import precision
+from toppling.studies.tables.fragility import precision
 from toppling.studies.tables.registry import REGISTRY
 from toppling.studies.tables.slides import slides
 from toppling.studies.text.error import StudyError
@@ -252,7 +252,7 @@ def test_rates_without_a_form_are_compared_and_exported(study, until_a_rate, tmp
     text = STUDY.replace("median = 0.15", "rate = 0.5").replace("seed = 4", "seed = 5") + HAZARD
     study(text).run(tmp_path / "other")
     with two_sides(until_a_rate[1].parent, tmp_path / "other") as sides:
-        lines = [one for one in compare_curves(*sides).found.lines if one.quantity == "rate"]
+        lines = [one for one in compare_curves(*sides)[0].lines if one.quantity == "rate"]
         for k, line in enumerate(lines):
             assert line.a.value == sides[0].results["rate"].values[k, 0]
             assert 0.4 < line.ratio.lower < line.b.value / line.a.value < line.ratio.upper < 2.5
@@ -746,7 +746,7 @@ def test_two_of_them_are_compared(study, finished, tmp_path, capsys):
     assert main(["compare", *folders, "--out", str(tmp_path / "out")]) == 0
     assert "Fitted median" in capsys.readouterr().out
     with two_sides(*map(Path, folders)) as sides:
-        lines = [one for one in compare_curves(*sides).found.lines if one.quantity == "median"]
+        lines = [one for one in compare_curves(*sides)[0].lines if one.quantity == "median"]
     assert len(lines) == 2
     for line in lines:
         assert 0.8 < line.ratio.lower < 1.0 < line.ratio.upper < 1.25

@@ -17,8 +17,7 @@ from matplotlib.text import Text
 from PIL import Image
 
 from toppling.studies import plot
-from toppling.studies.plots.anchoring import anchoring_figure
-from toppling.studies.plots.assessment import exceedance_figure
+from toppling.studies.plots.assessment import anchoring_figure, exceedance_figure
 from toppling.studies.plots.fragility import fragility_figure
 
 IMAGES = Path(__file__).parent / "images"

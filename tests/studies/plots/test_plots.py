@@ -18,14 +18,12 @@ from toppling.fragility.curves.published import fema_p58
 from toppling.fragility.numerics.proportions import wilson_interval
 from toppling.studies import plot, show
 from toppling.studies.plots import axes, selection
-from toppling.studies.plots.anchoring import anchoring_figure
-from toppling.studies.plots.assessment import exceedance_figure, levels_figure
+from toppling.studies.plots.assessment import anchoring_figure, exceedance_figure, levels_figure
 from toppling.studies.plots.axes import COLOURS
 from toppling.studies.plots.efficiency import ranking_figure
 from toppling.studies.plots.fragility import fragility_figure, laws_figure
-from toppling.studies.plots.indices import index_figure
 from toppling.studies.plots.risk import risk_figure
-from toppling.studies.plots.uncertainty import uncertainty_figure
+from toppling.studies.plots.uncertainty import index_figure, uncertainty_figure
 from toppling.studies.text.words import renamed, with_law_names
 
 G = 9.80665
@@ -606,9 +604,9 @@ def test_tables_and_messages_load_no_plotting():
     """Tables and messages load no matplotlib; figures load no pyplot, which would choose a backend."""
     code = (
         "import sys\nfrom toppling.studies.command import cli\ncli.main(['run', 'nothing.toml'])\n"
-        "from toppling.studies import show\nfrom toppling.studies.tables import assessment, fragility, uncertainty\n"
+        "from toppling.studies import show\nfrom toppling.studies.tables import assessment, fragility, slides\n"
         "print('matplotlib' in sys.modules)\nimport toppling\ntoppling.plot.fragility\n"
-        "from toppling.studies.plots import indices\nfrom toppling.studies.single import motions\n"
+        "from toppling.studies.plots import uncertainty\nfrom toppling.studies.single import motions\n"
         "print('matplotlib.pyplot' in sys.modules)"
     )
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout

@@ -11,10 +11,11 @@ from scipy.stats import binomtest
 import toppling as tp
 from toppling.studies.command.verdict import verdict
 from toppling.studies.facts import curves
-from toppling.studies.facts.crossed import FEWEST_APART, crossing, crossings_of, curves_at, levels_of
+from toppling.studies.facts.crossed import FEWEST_APART, crossing, crossings_of, levels_of
 from toppling.studies.facts.footnotes import footnotes
 from toppling.studies.facts.law_choice import choice_of_law
 from toppling.studies.facts.say import say
+from toppling.studies.tables.fragility import curves_at
 
 STUDY = """
 title = "Two pieces"
@@ -84,8 +85,8 @@ class TestCrossing:
         """Those with the first curve first, then the greatest differences both ways."""
         levels = np.array([1.0, 2.0])
         curves = np.array([[0.5, 0.6], [0.4, 0.9], [0.1, 1.0], [0.0, 0.05]])
-        found = list(crossings_of(curves, levels, [(0,), (1,), (2,), (3,)]))
-        assert [(one[0], other[0]) for one, other, _ in found] == [(0, 2), (0, 1), (1, 2)]
+        found = list(crossings_of(curves, levels, range(4)))
+        assert [(one, other) for one, other, _ in found] == [(0, 2), (0, 1), (1, 2)]
 
     def test_levels_of_a_cloud(self):
         cloud = xr.Dataset(coords={"intensity": ("motion", [0.5, 8.0, np.nan, 2.0])})

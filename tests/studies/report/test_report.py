@@ -11,8 +11,7 @@ from rich.console import Console
 
 from toppling.studies.command.cli import main
 from toppling.studies.report import page as module
-from toppling.studies.report.page import write_report
-from toppling.studies.tables.page import markdown
+from toppling.studies.report.page import markdown, write_report
 from toppling.studies.tables.table import Column, Table
 from toppling.studies.tables.terminal import rendered
 from toppling.studies.text.names import clean, drawable

@@ -5,7 +5,7 @@ import numpy as np
 import xarray as xr
 
 from toppling.studies.plots import selection
-from toppling.studies.plots.anchoring import bars
+from toppling.studies.plots.assessment import bars
 from toppling.studies.tables.assessment import doubtful_items
 
 

@@ -1,0 +1,142 @@
+"""Walls and restraints: chances compared with blocks without them, and how often restraints break."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ...fragility.risk.ratios import Ratio
+from ..buildings.recommendations import Range
+from ..plan.gains import GAIN, MOST, OTHER
+from ..plan.ratios import verdict_of
+from ..plan.restraints import AT_DESIGN, BROKEN, DESIGN, NEEDED, TARGET, TRIED
+from ..text.words import by_place, display_unit, floor_name, quantity_name, reference_law
+from .table import ENDS, Cells, Column, Table, intervals, range_of
+
+
+class Gain(NamedTuple):
+    """The chance of a block, that of another in the same place under the same law, and their ratio."""
+
+    block: str
+    other: str
+    floor: str
+    law: str
+    chance: float
+    of_other: float
+    ratio: Ratio
+
+
+def gains_of(results: xr.Dataset, laws: list[int]) -> Iterator[Gain]:
+    """Yield the comparisons of blocks under some laws, block by block; none where there are none."""
+    if GAIN not in results:
+        return
+    labels = [str(block) for block in results["block"].values]
+    small = results[[*(f"{GAIN}{end}" for end in ENDS), OTHER, "risk_probability"]]
+    for (_, where), j in product(by_place(results, results[GAIN].dims), laws):
+        here = small.isel(where).isel(model=j)
+        ratio, other = Ratio(*range_of(here, GAIN)), str(here[OTHER].item())
+        if other not in labels or np.isnan(ratio.value):
+            continue
+        of_other = small["risk_probability"].isel({**where, "block": labels.index(other)}).isel(model=j)
+        floor = floor_name(here["floor"].item()) if "floor" in where else ""
+        chance = float(here["risk_probability"])
+        yield Gain(str(here["block"].item()), other, floor, str(here["model"].item()), chance, float(of_other), ratio)
+
+
+def gains(results: xr.Dataset) -> Table:
+    """Return the table of what walls and restraints change, under every law."""
+    every = [*gains_of(results, list(range(results.sizes["model"])))]
+    rows: list[Cells] = [
+        {
+            Column("name", "block"): f"{gain.block}, {gain.floor}" if gain.floor else gain.block,
+            Column("law", "law"): gain.law if results.sizes["model"] > 1 else None,
+            Column("other", "compared with"): gain.other,
+            Column("ratio", "ratio of chances", "ratio"): Range(*gain.ratio),
+            Column("verdict", "result"): verdict_of(gain.ratio) or None,
+        }
+        for gain in every
+    ]
+    first = (
+        f"The table has the first {MOST} blocks." if len({(gain.block, gain.floor) for gain in every}) >= MOST else ""
+    )
+    return Table.of("Effects of walls and restraints", rows, intervals(results), PAIRED, first)
+
+
+PAIRED = "Both blocks have the same motions."
+
+
+MOST_COLUMNS = 6
+"""Most restraints in a table of breaks by level; the results hold all of them."""
+HALF = 0.5
+
+
+def breaks_by_level(of: Mapping[str, Sequence[xr.DataArray]], levels: xr.DataArray, what: str, *notes: str) -> Table:
+    """Return a table of the shares of motions in which restraints break: a row per level, a column per restraint."""
+    scale, unit = display_unit(levels)
+    names = list(of)[:MOST_COLUMNS]
+    # (up to the first level from which on every motion breaks every restraint)
+    some = np.flatnonzero((np.array([of[name][0].values for name in names]) < 1.0).any(axis=0))
+    shown = levels.values[: int(some[-1]) + 2 if some.size else 1]
+    rows: list[Cells] = [
+        {
+            Column("level", quantity_name(levels), "two", unit): float(level) / scale,
+            **{Column(name, name, "observed"): Range(*(float(end[k]) for end in of[name])) for name in names},
+        }
+        for k, level in enumerate(shown)
+    ]
+    first = f"The table has {len(names)} of {len(of):,} {what}." if len(of) > len(names) else ""
+    return Table.of(f"Breaks of {what}", rows, "Numbers are shares of the motions.", *notes, first)
+
+
+def breaks(results: xr.Dataset) -> Table:
+    """Return the shares of the motions in which restraints break at each level."""
+    at, _ = reference_law(results)
+    found = {}
+    for name, where in _held(results):
+        block = results.isel(where, drop=True).isel(model=at)
+        found[name] = [block[f"{BROKEN}{end}"] for end in ENDS]
+    law = f"Law: {results['model'].values[at]}." if results.sizes["model"] > 1 else ""
+    return breaks_by_level(found, results["level"], "restraints", intervals(results), law)
+
+
+def breaks_of(results: xr.Dataset, at: int) -> list[tuple[str, float, float, float, float, bool]]:
+    """Return how often restraints break under a law: name, share of motions with its ends, level, at the design level.
+
+    The level is the design shaking where it is known, else the lowest at which at least half of the motions break a
+    restraint, or the highest.
+    """
+    found = []
+    for name, where in _held(results) if BROKEN in results else []:
+        here = results[[str(variable) for variable in results.data_vars if str(variable).startswith("broken_")]]
+        here = here.isel({dim: k for dim, k in where.items() if dim in here.dims}).isel(model=at)
+        if AT_DESIGN in here and math.isfinite(float(here[AT_DESIGN])):
+            found.append((name, *range_of(here, AT_DESIGN), float(results[DESIGN]), True))
+        else:
+            often = np.flatnonzero(here[BROKEN].values >= HALF)
+            at_level = here.isel(level=int(often[0]) if often.size else -1)
+            found.append((name, *range_of(at_level, BROKEN), float(at_level["level"]), False))
+    return found
+
+
+def strength_of(results: xr.Dataset, at: int) -> list[tuple[str, float, list[float], float]]:
+    """Return the strength that each restraint needs for its target: name, strength, tried strengths, target (N)."""
+    if NEEDED not in results:
+        return []
+    found = []
+    for i in np.flatnonzero(np.isfinite(results[TARGET].values)).tolist():
+        here = results.isel(block=i, model=at)
+        tried = here[TRIED].dropna("trial").values.tolist()
+        found.append((str(here["block"].item()), float(here[NEEDED]), tried, float(here[TARGET])))
+    return found
+
+
+def _held(results: xr.Dataset) -> list[tuple[str, dict[str, int]]]:
+    """Return the names of blocks (and floors) with restraints, with their positions."""
+    shares = results[BROKEN]
+    every = by_place(results, shares.dims)
+    return [(name, where) for name, where in every if bool(shares.isel(where).notnull().any())]
