@@ -37,12 +37,12 @@ class Derived(Table):
     """A table whose keys are the parameters of what it makes."""
 
     makes: ClassVar[Callable[..., Any]]
-    factors: ClassVar[dict[str, tuple[str, float]]]
+    si_factors: ClassVar[dict[str, tuple[str, float]]]
     """Parameter and SI value of one unit of each key."""
 
     def options(self) -> dict[str, Any]:
         """Return the parameters that are given, in SI; ValueError as of tables in the table."""
-        return in_si(self, self.factors)
+        return in_si(self, self.si_factors)
 
     def build(self) -> Any:
         """Make what the table describes; ValueError where values do not go together."""
@@ -74,7 +74,7 @@ def derived(
         fields = {**_word_field(base, *word), **fields}
     label = f"{make.__name__[0].upper()}{make.__name__[1:]}{base.__name__}"
     made = create_model(label, __base__=base, __module__=__name__, **fields)
-    made.makes, made.factors = staticmethod(make), factors  # type: ignore[attr-defined]
+    made.makes, made.si_factors = staticmethod(make), factors  # type: ignore[attr-defined]
     made.__doc__ = inspect.cleandoc(make.__doc__).split("\n\n")[0] if base is Derived else base.__doc__
     return made
 

@@ -47,7 +47,7 @@ KINDS = {
     "IsolationTable": r".+IsolationTable",
     "SupportTable": r".+SupportTable",
     "BuildingTable": r"GroundTable|.*FloorsTable|.*StoreysTable",
-    "CodeTable": r"Asce7Table|Eurocode8Table",
+    "CodeTable": r".+CodeTable",
     "HazardTable": r"HazardFileTable|PowerLawTable|LogQuadraticTable|HazardPointsTable",
     "InputTable": r"(Normal|Lognormal|Uniform|Beta|Least|Choice)Table",
 }

@@ -90,9 +90,9 @@ class TestSchema:
         found = 0
         for name, key, _, said in keys():
             table = TABLES[name]
-            if not issubclass(table, Derived) or key not in getattr(table, "factors", {}):
+            if not issubclass(table, Derived) or key not in getattr(table, "si_factors", {}):
                 continue
-            parameter, factor = table.factors[key]
+            parameter, factor = table.si_factors[key]
             default = declared(table.makes)[parameter].default
             if (
                 default != math.inf
@@ -107,13 +107,22 @@ class TestSchema:
     def test_every_key_is_used(self):
         """A key of a derived table is a parameter of what it makes, or is one that its base uses."""
         used = {
-            *("kind", "cost", "target", "law", "settlement_mm", "rocking_frequency_hz", "body_frequency_hz"),
+            *(
+                "kind",
+                "standard",
+                "cost",
+                "target",
+                "law",
+                "settlement_mm",
+                "rocking_frequency_hz",
+                "body_frequency_hz",
+            ),
             *("generator", "number", "seed", "component", "axes", "azimuth", "correlation", "match_gmm", "pulse"),
             *("name", "floors", "system", "sds_g", "sd1_g", "importance", "isolation", "base_mass_kg"),
         }
         for name, table in TABLES.items():
-            if hasattr(table, "factors"):
-                assert set(table.model_fields) - set(table.factors) <= used, name
+            if hasattr(table, "si_factors"):
+                assert set(table.model_fields) - set(table.si_factors) <= used, name
 
     def test_defaults_of_functions(self):
         functions = {"order": mo.bandpass, "azimuth": mo.both_axes, "correlation": mo.Generator.sample_pairs}
