@@ -17,6 +17,7 @@ from ...core.aliases import Array
 from ...core.doubts import KINDS, Doubt, noted
 from ...core.wording import with_article
 from ...fragility.adaptive.curve import RUNS
+from ...fragility.adaptive.until import MOST
 from ...fragility.analyses.joint import FEWEST_MOTIONS as FEWEST_EVENTS
 from ...fragility.analyses.pooled import BLOCKS_A_MOTION, MOST as MOST_POOLED
 from ...fragility.analyses.surface_results import POOLED
@@ -24,12 +25,11 @@ from ...fragility.fitting.states import OVERTURNED
 from ...fragility.runs.request import OF_ROCKING
 from ...fragility.validity.slab_screen import FACTORS
 from ...models import Block
-from ...motions import Generator
 from ...motions.plausibility import collapse_doubts, ringing_doubts, scaling_doubts
 from ...motions.polarity import BOTH, both_polarities
 from ...motions.scaling import scale_to
 from ..facts.say import notes_said
-from ..plan.designs import Cloud, Design, Events, Incremental, OfRuns, Pooled, Sequential, Stripes
+from ..plan.designs import Cloud, Design, Events, Incremental, Pooled, Sequential, Stripes, Waves
 from ..plan.reading import Reading
 from ..plan.size import refuse_factors, refuse_samples
 from ..text.error import StudyError
@@ -76,15 +76,6 @@ class MotionSet(NamedTuple):
         motions, ground = both_polarities(self.motions), both_polarities(self.ground)
         refuse_samples(sum(array.size for array in (*motions, *ground)), "motions of both polarities")
         return self._replace(motions=tuple(motions), ground=tuple(ground))
-
-
-class LookedAt(NamedTuple):
-    """Motions taken one after the other: all or a generator's first, the generator, their number and seed."""
-
-    shaken: MotionSet
-    generator: Generator | None
-    number: int
-    seed: int
 
 
 LOOKED_AT = 64
@@ -397,9 +388,8 @@ class StudyFile(Table):
     def design(self, folder: Path, both: bool = False) -> Design:
         """Make the design of the analysis with its motions, run `both` ways or as they are; ValueError for a clash."""
         levels = self._levels()  # (errors of the levels are raised before motions are made)
-        if self.ida is not None and self.adaptive:
-            looked = self._looked_at(folder)
-            return self._pooled(looked, both) if self.kind == POOLED else self._sequential(self.ida, looked, both)
+        if self.adaptive:
+            return self._in_waves(folder, both)
         sets = [one.both_ways if both else one for one in self.shaking(folder)]
         if self.ida is not None:
             refuse_factors(levels.size * sum(array.size // array.sizes["time"] for array in sets[0].motions))
@@ -412,19 +402,15 @@ class StudyFile(Table):
             scale = self.stripes.scale and not self._scaled_before
             if selections:  # (stripes that do not agree with the hazard may be left out)
                 levels = np.array([one.attrs["level"] for one in selections])
-            return Stripes(shaken, ground, self.stripes.im, levels, scale, selections, reading=reading)
-        if self.ida is not None:
-            return Incremental(first.motions, first.ground, self.ida.im, levels, reading=first.reading)
-        return Cloud(first.motions, first.ground, self.analysis.im, reading=first.reading)
+            return Stripes(shaken, ground, self.stripes.im, scale, selections, levels=levels, reading=reading)
+        kind = Cloud if self.ida is None else Incremental
+        return kind(first.motions, first.ground, self.analysis.im, levels=levels, reading=first.reading)
 
-    def design_of_runs(self, folder: Path, both: bool = False) -> OfRuns:
-        """Make the design of an analysis that runs every block by itself; as `design`."""
-        found = self.design(folder, both)
-        assert isinstance(found, OfRuns)  # (a region is another kind of study)
-        return found
+    def _in_waves(self, folder: Path, both: bool) -> Waves:
+        """Return the design of adaptive levels or of a pooled surface, without the hazard of its rates.
 
-    def _looked_at(self, folder: Path) -> LookedAt:
-        """Return the motions of an analysis in turn; a generator makes the first ones now, the others during runs."""
+        A generator makes its first motions now, for what is odd about them, and the others during the runs.
+        """
         motions, asked = self.motions, self.until or UntilTable()
         plain = (
             not self.stand
@@ -433,33 +419,22 @@ class StudyFile(Table):
             and motions.given("component") is None
         )
         generator = motions.made_by(folder) if plain else None
-        number = motions.given("number") or 1
+        number, seed = motions.given("number") or 1, motions.given("seed") or 0
         if generator is not None:
             motions = motions.model_copy(update={"number": min(number, LOOKED_AT)})
         shaken = self._shaking(motions, folder)
         if generator is None:
-            return LookedAt(shaken, None, sum(array.sizes["motion"] for array in shaken.motions), asked.seed)
-        if asked.seed:
+            number, seed = sum(array.sizes["motion"] for array in shaken.motions), asked.seed
+        elif asked.seed:
             raise ValueError("until.seed is of motions that are read: give motions.seed, which levels follow, too")
-        return LookedAt(shaken, generator, number, motions.given("seed") or 0)
-
-    def _sequential(self, ida: IdaTable, looked: LookedAt, both: bool) -> Sequential:
-        """Return the design of adaptive levels, without the hazard that a rate needs."""
-        asked, shaken = self.until or UntilTable(), looked.shaken
-        until = asked.build(ida.im, looked.number)
-        each = RUNS if asked.runs_per_motion is None else asked.runs_per_motion
+        is_pooled = self.kind == POOLED
+        until = asked.build(self.analysis.im, number, MOST_POOLED if is_pooled else MOST)
+        runs = asked.runs_per_motion or (BLOCKS_A_MOTION if is_pooled else RUNS)
+        kept = shaken.motions, shaken.ground, self.analysis.im, until, runs, seed, generator, both
+        if is_pooled:
+            return Pooled(*kept, events=self._events(generator is not None, number), reading=shaken.reading)
         state = OVERTURNED if self.fit is None else self.fit.state
-        kept = shaken.motions, shaken.ground, ida.im, until, each, looked.seed, looked.generator, both, state
-        return Sequential(*kept, reading=shaken.reading)
-
-    def _pooled(self, looked: LookedAt, both: bool) -> Pooled:
-        """Return the design of a pooled surface, without the hazard of its rates."""
-        asked, shaken = self.until or UntilTable(), looked.shaken
-        until = asked.build(self.analysis.im, looked.number, MOST_POOLED)
-        each = BLOCKS_A_MOTION if asked.runs_per_motion is None else asked.runs_per_motion
-        kept = shaken.motions, shaken.ground, self.analysis.im, until, each, looked.seed, looked.generator, both
-        events = self._events(looked.generator is not None, looked.number)
-        return Pooled(*kept, reading=shaken.reading, events=events)
+        return Sequential(*kept, state=state, reading=shaken.reading)
 
     def _events(self, made: bool, number: int) -> Events | None:
         """Return the events in which a sample of the region is run: made by a generator, or all `number` of a set."""

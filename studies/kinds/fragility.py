@@ -30,7 +30,6 @@ from ...fragility.runs.progress import part_of
 from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...fragility.validity.notes import screen_facts
 from ...fragility.validity.plausibility import level_doubts
-from ...fragility.validity.undecided import perturbed_runs
 from ...models import Block, Law, Restraint
 from ...models.block import describe_scene
 from ...models.friction import FixedFriction, Friction
@@ -38,8 +37,8 @@ from ...motions.polarity import BOTH
 from ..facts.notes import of_branch
 from ..file.schema import StudyFile
 from ..plan.branches import BEYOND, BRANCH_COORDINATES, Branches, FittedCurves
-from ..plan.designs import Cloud, Incremental, OfRuns, Stripes
-from ..plan.estimates import LOW_SHARE, MEAN, UNDECIDED, Fit, ranked
+from ..plan.designs import Cloud, Design, Incremental, Stripes
+from ..plan.estimates import LOW_SHARE, MEAN, Fit, ranked
 from ..plan.gains import OTHER, gains
 from ..plan.piece_classes import class_notes
 from ..plan.restraints import DESIGN, FLAG, STEPS, TARGET, any_held, needed_strengths, ruptures
@@ -53,24 +52,20 @@ from ..text.spread import branch_names
 from .branches import weighted_hazards, weighted_laws, weighted_motions
 from .study import (
     CURVE_BYTES,
+    LOGNORMAL,
     REPLICATE_BYTES,
     SLAB_BYTES_A_RUN,
     BlockStudy,
-    Study,
     blocks_of,
-    check_laws,
     check_one_floor,
-    each,
+    parts_of,
     perturbed_words,
-    plain,
     screening_of,
 )
 
 if TYPE_CHECKING:
     from ...fragility.runs.runners import Runner
 
-LOGNORMAL = Fit()
-OUTPUTS = ("overturned", "peak_rotation")
 # Bytes of the ranking of all measures for a curve.
 RANKED_BYTES = 3e3
 # Bytes of a curve and its rate in the results, most of them the shares of 40 bins.
@@ -94,7 +89,7 @@ def _branches(content: StudyFile, folder: Path, study: FragilityStudy) -> Branch
         return None
     return Branches(
         weighted_laws(content, study.models),
-        weighted_motions(content, lambda other: other.design_of_runs(folder, study.design.both_ways)),
+        weighted_motions(content, lambda other: other.design(folder, study.design.both_ways)),
         weighted_hazards(content, study.risk.hazard, content.analysis.im, folder),
         modelling,
     )
@@ -170,22 +165,15 @@ class Rated(NamedTuple):
 
 
 @dataclass(frozen=True)
-class FragilityStudy(BlockStudy, Study):
+class FragilityStudy(BlockStudy):
     """Blocks x damping laws x motions.
 
-    `friction` and `undecided` (share of the motions) are for the validity screen; `measures` are ranked beside the
-    plain ones (None: no ranking); `outputs` are kept beside the outputs that the fit needs.
+    `measures` are ranked beside the plain ones (None: no ranking); `outputs` are kept beside the outputs that the fit
+    needs.
     """
 
-    blocks: tuple[Block, ...]
-    models: tuple[Law, ...]
-    design: OfRuns
-    friction: Friction | Mapping[str, Friction] | None = None
-    undecided: float = UNDECIDED
-    fit: Fit = LOGNORMAL
-    risk: Risk | None = None
     measures: tuple[str, ...] | None = None
-    outputs: tuple[str, ...] = OUTPUTS
+    outputs: tuple[str, ...] = ("overturned", "peak_rotation")
     branches: Branches | None = None
     slides: Slides | None = None
     targets: tuple[float, ...] = ()
@@ -203,31 +191,23 @@ class FragilityStudy(BlockStudy, Study):
         slides = slides_of(content, blocks)
         friction, undecided = screening_with(content, slides, blocks)
         study = cls(
-            content.title,
-            plain(content),
-            blocks,
-            each("models", content.models, blocks),
-            content.design_of_runs(folder, content.both_ways(blocks)),
-            friction,
-            undecided,
-            fit_of(content),
-            None if content.hazard is None else content.hazard.risk(content.analysis.im, folder),
-            None if content.measures is None else tuple(content.measures.also or ()),
-            OUTPUTS if content.outputs is None else tuple(content.outputs),
+            **parts_of(content, folder, blocks),
+            fit=fit_of(content),
+            friction=friction,
+            undecided=undecided,
+            measures=None if content.measures is None else tuple(content.measures.also or ()),
+            outputs=cls.outputs if content.outputs is None else tuple(content.outputs),
             slides=slides,
         )
         study = replace(study, branches=_branches(content, folder, study))
         # errors in the combination of blocks, laws, motions and levels are raised before the work, not during it
-        check_laws(content, study.blocks, study.models)
         check_axes(study.design.axes, study.blocks, study.models)
         check_outputs(study.design.axes, study.kept_outputs, study.models)
         study.check_state()
         if study.design.about == 2 and slides is not None and (slides.trip is not None or slides.own_trips):
             raise ValueError("trip_mm cannot be given where both components shake: trips are of one component")
-        study.design.check(study.blocks)
+        study.check(content)
         study = replace(study, targets=_targets(content, study))
-        if study.risk is not None:
-            study.risk.check(study.design, content.motions.given("floors_file") is not None)
         for name, design in study.further.items():
             try:
                 design.check(study.blocks)
@@ -269,11 +249,11 @@ class FragilityStudy(BlockStudy, Study):
 
     @property
     def words(self) -> str:
-        of = f"{counted(len(self.blocks), 'block')} × {counted(len(self.models), 'law')} × {self.design.words}"
         other = f", and {self.further_runs:,} under the motions of {counted(len(self.further), 'branch')}"
         searched = f", and up to {self.searched_runs:,} that look for strengths of restraints"
+        own = f"{self.pairs_words} × {self.design.words} = {counted(self.runs, 'run')}"
         return (
-            f"{of} = {counted(self.runs, 'run')}{perturbed_words(self.perturbed_runs)}"
+            f"{own}{perturbed_words(self.perturbed_runs)}"
             f"{other if self.further_runs else ''}{searched if self.searched_runs else ''}"
         )
 
@@ -283,18 +263,13 @@ class FragilityStudy(BlockStudy, Study):
 
     @property
     def work(self) -> int:
-        return self.own_runs + self.perturbed_runs + self.further_runs + self.searched_runs
+        return super().work + self.further_runs + self.searched_runs
 
     @property
     def searched_runs(self) -> int:
         """Most runs that look for strengths of restraints."""
         held = int(np.isfinite(self.targets).sum())
         return STEPS * held * len(self.models) * self.design.runs * self.design.about
-
-    @property
-    def own_runs(self) -> int:
-        """Number of planar runs under the study's own motions, about each axis."""
-        return self.runs * self.design.about
 
     @property
     def selections(self) -> xr.Dataset | None:
@@ -320,7 +295,7 @@ class FragilityStudy(BlockStudy, Study):
         return sum(each) * self.design.runs
 
     @property
-    def further(self) -> dict[str, OfRuns]:
+    def further(self) -> dict[str, Design]:
         """The designs of branches beside the study's own, by name."""
         return {} if self.branches is None else self.branches.designs
 
@@ -347,7 +322,7 @@ class FragilityStudy(BlockStudy, Study):
     def curves(self) -> int:
         return self._curves_of(self.design) + sum(map(self._curves_of, self.further.values()))
 
-    def _curves_of(self, design: OfRuns) -> int:
+    def _curves_of(self, design: Design) -> int:
         return len(self.blocks) * len(self.models) * max(1, len(design.floors))
 
     def seconds_of_fits(self, threads: int) -> float:
@@ -386,25 +361,14 @@ class FragilityStudy(BlockStudy, Study):
         of_curves = (STORED_BYTES + (0.0 if self.measures is None else RANKED_BYTES)) * self._curves_of(self.design)
         return (self.bytes_a_run + 1 + slides) * float(self.runs) + of_blocks + of_curves
 
-    @property
-    def perturbed_runs(self) -> int:
-        """Number of further runs that test which outcomes are undecided."""
-        if self.undecided == 0.0:
-            return 0
-        each_motion = self.design.runs // self.design.shakes
-        design = self.design
-        return perturbed_runs(
-            len(self.blocks), self.models, each_motion, design.shakes, self.undecided, axes=design.about
-        )
-
     def _spread(self, own: FittedCurves, client: Runner, progress: Progress | None) -> tuple[xr.Dataset, list[Fact]]:
         """Run the motions of branches, and return the rates over all branches, with notes on the branches' curves."""
         assert self.branches is not None
         assert self.risk is not None
-        done = self.own_runs + self.perturbed_runs
+        done = super().work
         said: list[Fact] = []
 
-        def fitted(name: str, design: OfRuns) -> FittedCurves:
+        def fitted(name: str, design: Design) -> FittedCurves:
             nonlocal done
             each = part_of(progress, done, self.work)
             runs = design.run(self.blocks, self.models, self.fit.outputs, client, each)
@@ -483,7 +447,7 @@ class FragilityStudy(BlockStudy, Study):
             self.friction,
             undecided=self.undecided,
             client=client,
-            progress=part_of(progress, self.own_runs, self.work),
+            progress=part_of(progress, self.runs * self.design.about, self.work),
         )
         curves = self.fit.curves(results, self.risk is not None, telling=client.tell)
         found = dict(screened.data_vars)

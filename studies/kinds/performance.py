@@ -48,7 +48,7 @@ from ..buildings.variables import ITEM_SAVING, JOINT, fall_flags, range_of_a_yea
 from ..codes.asce7 import Asce7
 from ..codes.check import Code
 from ..facts.notes import of_branch
-from ..file.analyses import LevelsTable
+from ..file.analyses import LevelsTable, PerformanceTable
 from ..file.hazard import OF_MOTIONS
 from ..file.schema import StudyFile
 from ..inventory.consequences import COLUMNS, DRAWN_BYTES, REALISATIONS
@@ -56,7 +56,6 @@ from ..inventory.contents import Contents, Inventory, Stand, row_doubts
 from ..inventory.kits import Kit
 from ..inventory.reading import read_inventory
 from ..kits.savings import Shake, kit_savings, with_kit
-from ..money.present_value import DISCOUNT
 from ..plan.branches import BRANCH_COORDINATES
 from ..plan.estimates import MEAN as IN_MEAN
 from ..plan.piece_classes import class_notes
@@ -113,6 +112,7 @@ class PerformanceStudy(Study):
     """
 
     inventory: Inventory
+    asked: PerformanceTable
     models: tuple[Law, ...]
     building: Building | None
     motions: Motions
@@ -122,17 +122,10 @@ class PerformanceStudy(Study):
     variability: Variability | None
     objective: str
     at: float | None
-    replicates: int
-    seed: int
     safety: tuple[str, ...]
-    sort: str
     code: Code | None = None
-    budget: float | None = None
-    modelling: float = 0.0
-    correlation: float = 1.0
     generator: Generator | None = None
     undecided: float = 0.0
-    where: str = IN_MEAN
     branches: InventoryBranches | None = None
     undirected: bool = False
     kits: tuple[Kit, ...] = ()
@@ -143,8 +136,6 @@ class PerformanceStudy(Study):
     of_levels: LevelFloors | None = None
     struck: tuple[Doubt, ...] = ()
     slipping: Slipping = USUAL
-    piece_class: str | None = None
-    discount: float = DISCOUNT
     kind: ClassVar[str] = "performance"
 
     @classmethod
@@ -223,6 +214,7 @@ class PerformanceStudy(Study):
             content.title,
             plain(content),
             inventory,
+            asked,
             laws,
             building,
             motions,
@@ -232,17 +224,10 @@ class PerformanceStudy(Study):
             asked.variability.build() if asked.variability is not None else None,
             asked.objective or ("loss" if inventory.value > 0.0 else "number"),
             at,
-            asked.replicates,
-            asked.seed,
             SAFETY if asked.safety is None else tuple(asked.safety),
-            asked.sort,
             code,
-            asked.budget,
-            asked.modelling_dispersion,
-            asked.consequence_correlation,
             content.motions.made_by(folder),
             screening_of(content)[1],
-            asked.modelling,
             kits=kits,
             target=None if asked.target is None else asked.target.limits,
             polarity=asked.polarity or _polarity_of(inventory, kits),
@@ -251,8 +236,6 @@ class PerformanceStudy(Study):
             of_levels=of_levels,
             struck=tuple(strikes(inventory, shaking)),
             slipping=slipping,
-            piece_class=asked.modelling_class,
-            discount=asked.discount_rate,
         )
         study = replace(study, branches=_branches(content, folder, study, as_read))
         used = [inventory, *(one.inventory for one in study.further.values())]
@@ -300,9 +283,9 @@ class PerformanceStudy(Study):
     @property
     def levels_run(self) -> int:
         """Number of levels that are run: with modelling uncertainty at given levels several about each."""
-        if self.hazard is not None or self.modelling == 0.0:
+        if self.hazard is not None or self.asked.modelling_dispersion == 0.0:
             return int(self.levels.size)
-        return int(scored_levels(self.levels, self.modelling)[0].size)
+        return int(scored_levels(self.levels, self.asked.modelling_dispersion)[0].size)
 
     @property
     def runs(self) -> int:
@@ -375,7 +358,7 @@ class PerformanceStudy(Study):
         of_one = max(min(self._flags, slabs.RUNS), self.levels.size * motions)
         oscillators = distinct_runs(self.inventory, self.variability) * len(self.models)
         of_lines = 300.0 * len(self.models) * len(self.inventory) * self.levels.size
-        drawn = 16.0 * self.replicates * motions
+        drawn = 16.0 * self.asked.replicates * motions
         drawn += (
             DRAWN_BYTES * self.realisations * max((row.count for row in self.inventory.rows if row.drawn), default=0)
         )
@@ -392,7 +375,7 @@ class PerformanceStudy(Study):
             of_motions *= self.levels.size
         # expectations and chances of any fall and of each consequence; savings by anchoring and their ranks
         consequences = len(self.inventory.consequences)
-        anchored = [of_motions] * 4 + [of_lines * self.replicates] * 2
+        anchored = [of_motions] * 4 + [of_lines * self.asked.replicates] * 2
         # flips of all lines, and of those that are run
         flips = [self.undecided * self._flags, *super().arrays_aside]
         found = flips + [of_places] * (3 + self._drawn)
@@ -410,7 +393,7 @@ class PerformanceStudy(Study):
         for one in self.further.values():
             share = number_of(one.motions) / self.shakes
             found += [share * self._flags, 8.0 * share * self._outcomes]
-        if self.modelling > 0.0:
+        if self.asked.modelling_dispersion > 0.0:
             points = max(self.levels_run, MOST_POINTS) / self.levels.size
             found += [of_places * points * DRAWS] * (2 + self._drawn)
         return found
@@ -448,7 +431,7 @@ class PerformanceStudy(Study):
     @property
     def draws(self) -> PieceDraws | None:
         """How pieces are drawn from variants, None where pieces of a line are alike."""
-        return draws_of(self.inventory, self.variability, self.slipping, self.seed)
+        return draws_of(self.inventory, self.variability, self.slipping, self.asked.seed)
 
     @property
     def variants(self) -> int:
@@ -555,7 +538,7 @@ class PerformanceStudy(Study):
     @property
     def _in_mean(self) -> float:
         """beta_m where means hold it, else 0."""
-        return self.modelling if self.where == IN_MEAN else 0.0
+        return self.asked.modelling_dispersion if self.asked.modelling == IN_MEAN else 0.0
 
     @property
     def _shake(self) -> Shake:
@@ -569,17 +552,18 @@ class PerformanceStudy(Study):
             self.hazard,
             self.variability,
             self._in_mean,
-            self.replicates,
-            self.seed,
+            self.asked.replicates,
+            self.asked.seed,
             self.polarity,
             self.slipping,
         )
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
+        asked = self.asked
         with noted():  # (a study has doubts among its notes)
             found = self._shake.assess(
                 self.inventory,
-                consequence_correlation=self.correlation,
+                consequence_correlation=asked.consequence_correlation,
                 sides=self.sides,
                 client=client,
                 progress=part_of(progress, 0, self.work),
@@ -587,23 +571,23 @@ class PerformanceStudy(Study):
             held = self._with_kits(found, client, progress)
             screened = self._screened(found, client, progress)
             spread, said = self._spread(found, client, progress)
-        ranked = anchoring(
-            found, self.objective, level=self.at, replicates=self.replicates, seed=self.seed, array=client.array
-        )
+        drawn: dict[str, Any] = {"replicates": asked.replicates, "seed": asked.seed}
+        ranked = anchoring(found, self.objective, level=self.at, **drawn, array=client.array)
         if self.inventory.carried and "annual_loss" in found:
-            of_money = anchoring(found, "loss", replicates=self.replicates, seed=self.seed, array=client.array)
+            of_money = anchoring(found, "loss", **drawn, array=client.array)
             of_all = of_money.reindex(item=found["item"])
             found = found.assign({f"{ITEM_SAVING}{end}": of_all[f"saving{end}"] for end in ("", "_lower", "_upper")})
         whole = ranked.reindex(item=found["item"])
         said = [*notes(found), *sideways_notes(found), *item_slide_notes(found, self.inventory), *said]
         if self.hazard is not None:
-            if self._in_mean != self.modelling:
-                found = found.assign(range_of_a_year(found.data_vars, self.levels, self.hazard, self.modelling))
+            if self._in_mean != asked.modelling_dispersion:
+                ends = range_of_a_year(found.data_vars, self.levels, self.hazard, asked.modelling_dispersion)
+                found = found.assign(ends)
             found = found.assign(hazard_shares(found, self.hazard))
-            said += [*hazard_notes(found, self.hazard), modelling_note(self.modelling, self.where)]
-        elif self.modelling > 0.0:
-            said.append(level_modelling_note(self.modelling))
-        said += class_notes(self.piece_class)
+            said += [*hazard_notes(found, self.hazard), modelling_note(asked.modelling_dispersion, asked.modelling)]
+        elif asked.modelling_dispersion > 0.0:
+            said.append(level_modelling_note(asked.modelling_dispersion))
+        said += class_notes(asked.modelling_class)
         if self.at is not None and self.levels.size > 1 and "at_level" not in self.configuration["performance"]:
             middle = level_text(self.at, found["level"])
             said.append(Fact("building.middle_level", names=(middle,)))
@@ -620,18 +604,19 @@ class PerformanceStudy(Study):
                 ranking=json.dumps({name: ranked.attrs[name] for name in ranked.attrs if name not in found.attrs}),
                 screen=screened.attrs["screen"],
                 notes=stored([*said, *screen_facts(screened.assign_coords(ways), INSTEAD in found)]),
-                modelling_dispersion=self.modelling,
-                modelling_range=self.modelling or USUAL_DISPERSION,
-                modelling=self.where,
+                modelling_dispersion=asked.modelling_dispersion,
+                modelling_range=asked.modelling_dispersion or USUAL_DISPERSION,
+                modelling=asked.modelling,
                 **({} if self.at is None else {"at_level": self.at}),
             )
         )
         return self._decided(results)
 
     def _decided(self, results: xr.Dataset) -> xr.Dataset:
+        asked = self.asked
         earlier = [name for name in results.data_vars if str(name).startswith(DECIDED)]
         found = results.drop_vars(earlier).assign_attrs(
-            safety=JOINT.join(self.safety), sort=self.sort, discount_rate=self.discount
+            safety=JOINT.join(self.safety), sort=asked.sort, discount_rate=asked.discount_rate
         )
         for name in ("code", "code_site", "budget", "target"):
             found.attrs.pop(name, None)
@@ -639,10 +624,10 @@ class PerformanceStudy(Study):
             coded = code_variables(self.inventory, self.code, self.building, (*SAFETY, *self.safety))
             found = found.assign(coded).assign_attrs(code=self.code.title, code_site=self.code.site)
         if not self.kits:
-            return found if self.budget is None else _with_set(found, self.budget)
+            return found if asked.budget is None else _with_set(found, asked.budget)
         costs = np.array([np.nan if kit.cost is None else kit.cost for kit in self.kits])
         text, money = "cost of fixing a piece with the kit", found["anchoring_cost"].attrs["units"]
-        return with_kit_sets(found.assign(kit_cost=variable(("kit",), costs, money, text)), self.budget, self.target)
+        return with_kit_sets(found.assign(kit_cost=variable(("kit",), costs, money, text)), asked.budget, self.target)
 
     def _with_kits(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
         """Run the inventory with each kit, and return what that saves."""
@@ -655,6 +640,7 @@ class PerformanceStudy(Study):
         """Run the motions of branches, and return the rates over all branches, with notes on the branches."""
         if self.branches is None:
             return xr.Dataset(), []
+        asked = self.asked
         done = self.runs + self.perturbed_runs
         assessed = {OF_MOTIONS: found}
         said: list[Fact] = []
@@ -662,13 +648,14 @@ class PerformanceStudy(Study):
             shake = self._shake._replace(motions=one.motions, hazard=None, modelling_dispersion=0.0)
             told = part_of(progress, done, self.work)
             assessed[name] = shake.assess(
-                one.inventory, consequence_correlation=self.correlation, client=client, progress=told
+                one.inventory, consequence_correlation=asked.consequence_correlation, client=client, progress=told
             )
             done += self._runs_of(one.motions, one.inventory) * int(self.levels.size)
             if not bool(fall_flags(assessed[name]).any()):
                 said.append(Fact("rate.no_falls_under", names=(name,)))
-        spread = self.where != IN_MEAN
-        sampling = Sampling(self.replicates, self.seed, self.modelling, spread, self.draws, self.correlation)
+        spread, beta = asked.modelling != IN_MEAN, asked.modelling_dispersion
+        correlation = asked.consequence_correlation
+        sampling = Sampling(asked.replicates, asked.seed, beta, spread, self.draws, correlation)
         rates = rates_over_branches(self.branches.every, assessed, self.inventory, sampling)
         of_slips = [SLIPS_WITHOUT_BRANCHES] if self.may_slide else []
         return rates, [*said, *branches_beyond_note(rates[BEYOND].values.tolist(), branch_names(rates)), *of_slips]
@@ -709,7 +696,7 @@ def _branches(
     content: StudyFile, folder: Path, study: PerformanceStudy, inventory: Inventory
 ) -> InventoryBranches | None:
     """Return the weighted branches of a study, None where it has none; `inventory` has the directions as read."""
-    spread = study.where != IN_MEAN and study.modelling > 0.0
+    spread = study.asked.modelling != IN_MEAN and study.asked.modelling_dispersion > 0.0
     if study.hazard is None or (content.branches is None and not spread):
         return None
     motions = weighted_motions(content, lambda other: _shaken_by(other, folder, study, inventory))
@@ -744,7 +731,7 @@ def _shaken_by(content: StudyFile, folder: Path, study: PerformanceStudy, invent
                 f"floor histories are used at their own levels ({named or 'none in their index'}), which are not those "
                 "of the study"
             )
-    _refuse_modelling(study.modelling, placed, shaking, study.hazard is not None)
+    _refuse_modelling(study.asked.modelling_dispersion, placed, shaking, study.hazard is not None)
     reading = of_levels.reading if of_levels else reading_of(motions, table.made_by(folder), study._elastic)
     reading = reading._replace(doubts=(*reading.doubts, *strikes(placed, shaking)))
     return ShakenBy(motions, reading, placed, bool(table.given("elastic")))

@@ -21,16 +21,14 @@ from ...fragility.fitting.states import OK, OVERTURNED, state_name
 from ...fragility.risk.modelling import USUAL_DISPERSION, range_of_half_levels
 from ...fragility.runs.progress import part_of
 from ...fragility.validity.notes import squat_facts
-from ...fragility.validity.plausibility import block_doubts, stated_restitution_doubts
-from ...models import Block, Law
+from ...fragility.validity.plausibility import block_doubts
 from ...models.columns import BlockArray
 from ..file.schema import StudyFile
 from ..plan.designs import Pooled
-from ..plan.risk import Risk
 from ..region.reading import read_region
 from ..region.rows import pooled_notes
 from .fragility import median_doubts
-from .study import BlockStudy, Expected, Study, blocks_of, each, plain
+from .study import BlockStudy, Expected, blocks_of, parts_of
 
 if TYPE_CHECKING:
     from ...fragility.runs.runners import Runner
@@ -49,15 +47,11 @@ FORM = (
 
 
 @dataclass(frozen=True)
-class PooledStudy(BlockStudy, Study):
+class PooledStudy(BlockStudy):
     """A region of free-standing blocks x damping laws; of `blocks`, one of them, the engine is prepared."""
 
-    blocks: tuple[Block, ...]
-    models: tuple[Law, ...]
     design: Pooled
-    risk: Risk | None = None
     region: BlockArray = field(kw_only=True)
-
     kind: ClassVar[str] = "pooled"
     results_are_of: ClassVar[str] = "fragility"
 
@@ -68,22 +62,18 @@ class PooledStudy(BlockStudy, Study):
             if content.blocks_file is None
             else read_region(folder / content.blocks_file)
         )
-        (first,) = region.some(np.array([0]))
-        models = each("models", content.models, (first,))
-        design = content.design(folder, content.both_ways(()))
-        assert isinstance(design, Pooled)  # (the table makes it this kind of study)
-        risk = None if content.hazard is None else content.hazard.risk(content.analysis.im, folder)
-        if risk is not None:
-            risk.check(design, content.motions.given("floors_file") is not None)
-            design = replace(design, hazard=risk.hazard)
-        study = cls(content.title, plain(content), (first,), models, design, risk, region=region)
-        design.check(study.blocks)
-        checked_plan(region, models, **design.options, client=None)
+        parts = parts_of(content, folder, tuple(region.some(np.array([0]))))
+        study = cls(**parts, undecided=0.0, region=region)
+        study.check(content)
+        design = study.design
+        if study.risk is not None:
+            design = replace(design, hazard=study.risk.hazard)
+        checked_plan(region, study.models, **design.options, client=None)
         if design.events is not None and len(region) < 2:
             raise ValueError("events are of blocks that fall together: leave them out for one block")
         if region.own and design.events is not None:
             raise ValueError(f"events take {' and '.join(region.own)} from the laws: leave the columns out, or events")
-        return study
+        return replace(study, design=design)
 
     @property
     def words(self) -> str:
@@ -120,9 +110,8 @@ class PooledStudy(BlockStudy, Study):
         return squat_facts(self.region)
 
     @property
-    def doubts(self) -> list[Doubt]:
-        of_laws = stated_restitution_doubts(self.models)
-        return [*self.of_tables, *block_doubts(self.region), *of_laws, *self.design.doubts, *self.risk_doubts]
+    def of_blocks(self) -> list[Doubt]:
+        return block_doubts(self.region)
 
     @property
     def _read(self) -> list[Any]:
@@ -142,7 +131,7 @@ class PooledStudy(BlockStudy, Study):
             if progress is not None:
                 progress(done, total + self.event_runs)
 
-        found = self.design.of(self.region, self.models, client, told)
+        found = self.design.run(self.region, self.models, (), client, told)
         dims, shape = ("block", "model"), (found.sizes["block"], found.sizes["model"])
         run = found["run_level"].variable
         named = {"im": self.design.im, "units": run.attrs["units"], "long_name": found.attrs["level_name"]}

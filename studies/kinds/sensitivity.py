@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -30,21 +30,16 @@ from ...models.friction import Friction
 from ..file.schema import StudyFile
 from ..file.uncertainty import GIVEN, OWN, PREVIOUS, RIGID, Sweep
 from ..plan.designs import Incremental
-from ..plan.estimates import UNDECIDED, middle_level
+from ..plan.estimates import middle_level
 from ..sensitivity.findings import Grid, findings, placed_screen
 from .study import (
     CURVE_BYTES,
     MOST_VARIED,
     REPLICATE_BYTES,
     BlockStudy,
-    Study,
     blocks_of,
-    check_laws,
-    check_one_floor,
-    each,
-    incremental_design,
+    parts_of,
     perturbed_words,
-    plain,
     screening_of,
 )
 
@@ -55,36 +50,29 @@ OUTPUTS = ("overturned", "peak_rotation", "uplifted")
 
 
 @dataclass(frozen=True)
-class SensitivityStudy(BlockStudy, Study):
+class SensitivityStudy(BlockStudy):
     """Blocks x laws x values x motions x levels; tornado of `inputs`, and Sobol' indices where `sobol` is a number."""
 
-    blocks: tuple[Block, ...]
-    models: tuple[Law, ...]
     design: Incremental
-    sweep: Sweep
+    friction: Friction | None = None
+    sweep: Sweep = field(kw_only=True)
     inputs: RandomInputs | None = None
     sobol: int | None = None
-    friction: Friction | None = None
-    undecided: float = UNDECIDED
     kind: ClassVar[str] = "sensitivity"
 
     @classmethod
     def of(cls, content: StudyFile, folder: Path) -> Self:
         asked = content.sensitivity
         assert asked is not None  # (the table makes it this kind of study)
-        blocks = blocks_of(content, folder, MOST_VARIED)
-        design = incremental_design(content, folder, blocks, "sensitivity", "value")
         limit = None if content.friction is None else content.friction.median
+        friction, undecided = screening_of(content)
         study = cls(
-            content.title,
-            plain(content),
-            blocks,
-            each("models", content.models),
-            design,
-            asked.sweep() if limit is None else asked.sweep(limit),
-            asked.random_inputs(),
-            asked.sobol,
-            *screening_of(content),
+            **parts_of(content, folder, blocks_of(content, folder, MOST_VARIED), "sensitivity", "value"),
+            sweep=asked.sweep() if limit is None else asked.sweep(limit),
+            inputs=asked.random_inputs(),
+            sobol=asked.sobol,
+            friction=friction,
+            undecided=undecided,
         )
         varied = {"delta": ("delta",), "e": ("e", "restitution_factor")}[study.sweep.parameter]
         for i, table in enumerate(content.models, start=1):
@@ -93,17 +81,15 @@ class SensitivityStudy(BlockStudy, Study):
                     raise ValueError(f"models[{i}]: {name} is what sensitivity.values are of, it cannot be given")
         if not any(_has(model, study.sweep.parameter) for model in study.models):
             raise ValueError(f"models must hold one with {study.sweep.parameter}, which is varied, got none")
-        check_one_floor(design, "sensitivity")
         bedded = next((block for block in study.blocks if block.bed is not None), None)
         if bedded is not None and study.sweep.parameter == "delta":
             raise ValueError(f"{bedded.label!r} stands on a bed (bed_settlement_mm), where delta is not used: vary e")
-        check_laws(content, study.blocks, study.grid.laws)
+        study.check(content, study.grid.laws)
         for block in study.blocks:
             for model in study.models:
                 own = study.inputs_of(model)
                 if own is not None:
                     own.realise(block, model, own.sample(2))
-        design.check(study.blocks)
         return study
 
     @property
@@ -114,26 +100,17 @@ class SensitivityStudy(BlockStudy, Study):
 
     @property
     def words(self) -> str:
-        laws = f"{counted(len(self.blocks), 'block')} × {counted(len(self.models), 'law')}"
         values = f"{counted(len(self.sweep.values), 'value')} of {self.sweep.parameter}"
         differ = f"{counted(self.runs, 'run')} that differ"
-        return f"{laws} × {values} × {self.design.words}: {differ}{perturbed_words(self.perturbed_runs)}"
+        return f"{self.pairs_words} × {values} × {self.design.words}: {differ}{perturbed_words(self.perturbed_runs)}"
 
     @property
     def runs(self) -> int:
         return self._shaken + self._varied
 
     @property
-    def perturbed_runs(self) -> int:
-        """Number of further runs that test which outcomes are undecided."""
-        if self.undecided == 0.0:
-            return 0
-        each_motion = self.design.runs // self.design.shakes
-        return perturbed_runs(len(self.blocks), self.grid.laws, each_motion, self.design.shakes, self.undecided)
-
-    @property
-    def work(self) -> int:
-        return self.runs + self.perturbed_runs
+    def _tests(self) -> int:
+        return perturbed_runs(len(self.blocks), self.grid.laws, 1, 1, 1.0)
 
     @property
     def kept_outputs(self) -> tuple[str, ...]:
@@ -230,7 +207,7 @@ class SensitivityStudy(BlockStudy, Study):
                     inputs is not None
                 )  # (a law with the parameter has its own inputs, other laws those of the block)
                 at = middle_level(found["probability"].sel(block=block.label).isel(model=j))
-                level = self.design.at[at : at + 1]
+                level = self.design.levels[at : at + 1]
                 samples = self._samples(model)
                 parts = {}
                 for name, size in zip(("tornado", "sobol"), samples, strict=True):

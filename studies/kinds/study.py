@@ -6,7 +6,7 @@ import hashlib
 import json
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, astuple, dataclass, field, replace
 from functools import cached_property
 from importlib import import_module, metadata
@@ -38,6 +38,7 @@ from ...fragility.runs.runners import ConfiguredScheduler, Runner, default_clien
 from ...fragility.validity.notes import squat_facts
 from ...fragility.validity.plausibility import block_doubts, stated_restitution_doubts
 from ...fragility.validity.scenes import scene_facts
+from ...fragility.validity.undecided import perturbed_runs
 from ...models import Block, Law, Restraint
 from ...models.friction import Friction
 from ...models.oscillator import Oscillator
@@ -51,7 +52,7 @@ from ..file.buildings import strength_notes
 from ..file.schema import StudyFile, read_study_file
 from ..file.table import all_errors
 from ..plan.designs import Design, Incremental
-from ..plan.estimates import UNDECIDED
+from ..plan.estimates import UNDECIDED, Fit
 from ..plan.reading import Reading
 from ..plan.risk import Risk
 from ..store.content import AS_WRITTEN, EDITED, content_state, sealed
@@ -104,11 +105,6 @@ class Study(ABC):
     kind: ClassVar[str]
     results_are_of: ClassVar[str] = ""
     """The kind that results are of, where it differs: they hold what that kind's do."""
-    _kinds: ClassVar[dict[str, type[Study]]] = {}
-
-    def __init_subclass__(cls, **options: Any) -> None:
-        super().__init_subclass__(**options)
-        Study._kinds[cls.kind] = cls
 
     @staticmethod
     def from_toml(path: str | os.PathLike[str], target: float | None = None) -> Study:
@@ -125,9 +121,8 @@ class Study(ABC):
         try:
             with noted() as found:
                 content = read_study_file(file, target)
-                # (the class of a kind is known once its module is loaded)
-                import_module(f".{content.kind}", __package__)
-                study = Study._kinds[content.kind].of(content, file.parent)
+                module = import_module(f".{content.kind}", __package__)
+                study: Study = getattr(module, f"{content.kind.title()}Study").of(content, file.parent)
             # (those of motions are among the study's own)
             tables = tuple(dict.fromkeys(doubt for doubt in found if doubt.kind in OF_TABLES))
             study = replace(study, of_tables=tables) if tables else study
@@ -557,15 +552,48 @@ class Study(ABC):
         return [digest(record) for array in self.arrays for record in records(array)]
 
 
-class BlockStudy:
-    """The shared part of the kinds of studies that shake known or uncertain blocks by a design."""
+LOGNORMAL = Fit()
 
-    configuration: dict[str, Any]
-    of_tables: tuple[Doubt, ...]
+
+@dataclass(frozen=True)
+class BlockStudy(Study):
+    """A study that shakes known or uncertain blocks by a design.
+
+    `friction` and `undecided` (share of the motions) are for the validity screen.
+    """
+
     blocks: tuple[Block, ...]
     models: tuple[Law, ...]
     design: Design
     risk: Risk | None = None
+    fit: Fit = LOGNORMAL
+    friction: Friction | Mapping[str, Friction] | None = None
+    undecided: float = UNDECIDED
+
+    def check(self, content: StudyFile, laws: Sequence[Law] | None = None) -> None:
+        """Raise a ValueError where blocks, laws, motions, levels and hazard do not go together."""
+        check_laws(content, self.blocks, self.models if laws is None else laws)
+        self.design.check(self.blocks)
+        if self.risk is not None:
+            self.risk.check(self.design, content.motions.given("floors_file") is not None)
+
+    @property
+    def pairs_words(self) -> str:
+        """The numbers of blocks and laws in words."""
+        return f"{counted(len(self.blocks), 'block')} × {counted(len(self.models), 'law')}"
+
+    @property
+    def perturbed_runs(self) -> int:
+        return self.design.tested(self.undecided) * self._tests
+
+    @property
+    def _tests(self) -> int:
+        """Number of runs that test an outcome under every law of every block."""
+        return perturbed_runs(len(self.blocks), self.models, 1, 1, 1.0, axes=self.design.about)
+
+    @property
+    def work(self) -> int:
+        return self.runs * self.design.about + self.perturbed_runs
 
     @property
     def of_each_law(self) -> list[Oscillator]:
@@ -585,13 +613,14 @@ class BlockStudy:
 
     @property
     def doubts(self) -> list[Doubt]:
+        of_risk = [] if self.risk is None else hazard_doubts(self.risk.hazard)
         of_laws = stated_restitution_doubts(self.models)
-        return [*self.of_tables, *block_doubts(self.blocks), *of_laws, *self.design.doubts, *self.risk_doubts]
+        return [*self.of_tables, *self.of_blocks, *of_laws, *self.design.doubts, *of_risk]
 
     @property
-    def risk_doubts(self) -> list[Doubt]:
-        """The doubts in the hazard curve."""
-        return [] if self.risk is None else hazard_doubts(self.risk.hazard)
+    def of_blocks(self) -> list[Doubt]:
+        """The doubts in the sizes of blocks and in their restraints."""
+        return block_doubts(self.blocks)
 
     @property
     def reading(self) -> Reading:
@@ -653,12 +682,26 @@ def restraints_of(content: StudyFile) -> dict[str, Restraint]:
     return found
 
 
-def incremental_design(content: StudyFile, folder: Path, blocks: Iterable[Block], key: str, each: str) -> Incremental:
-    """Return the design of a study whose table `key` needs an incremental analysis; ValueError for any other."""
+def parts_of(content: StudyFile, folder: Path, blocks: tuple[Block, ...], key: str = "", each_of: str = "") -> Any:
+    """Return the parts that all studies of blocks have.
+
+    key: a table that needs the motions of one floor at the same levels, for each of its values or samples.
+    """
+    models = each("models", content.models, *([] if key else [blocks]))
     design = content.design(folder, content.both_ways(blocks))
-    if not isinstance(design, Incremental):
-        raise ValueError(f"{key} needs ida: the same motions at the same levels for every {each}")
-    return design
+    if key and not isinstance(design, Incremental):
+        raise ValueError(f"{key} needs ida: the same motions at the same levels for every {each_of}")
+    if key:
+        check_one_floor(design, key)
+    risk = None if content.hazard is None else content.hazard.risk(design.im, folder)
+    return {
+        "title": content.title,
+        "configuration": plain(content),
+        "blocks": blocks,
+        "models": models,
+        "design": design,
+        "risk": risk,
+    }
 
 
 def check_one_floor(design: Design, key: str) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Self
@@ -38,8 +38,7 @@ from ...models.friction import Friction
 from ...motions import records
 from ..file.schema import StudyFile
 from ..plan.designs import Incremental
-from ..plan.estimates import UNDECIDED, Fit
-from ..plan.risk import Risk, without_replicates
+from ..plan.risk import without_replicates
 from ..plan.samples import (
     NO_CAPACITY,
     fitted,
@@ -53,16 +52,12 @@ from ..plan.samples import (
 from ..text.axes import held_notes
 from ..text.curve_notes import curve_notes
 from .study import (
+    LOGNORMAL as USUAL_FIT,
     MOST_VARIED,
     BlockStudy,
-    Study,
     blocks_of,
-    check_laws,
-    check_one_floor,
-    each,
-    incremental_design,
+    parts_of,
     perturbed_words,
-    plain,
     screening_of,
 )
 
@@ -82,24 +77,17 @@ OF_KNOWN_BLOCKS = ("probability", "along")
 LEVEL_BYTES_A_RUN = 60.0
 """Memory for the variance shares of the flags at one level, or of the capacities, for each run."""
 
-DEFAULT = Fit()
-
 
 @dataclass(frozen=True)
-class UncertaintyStudy(BlockStudy, Study):
+class UncertaintyStudy(BlockStudy):
     """Samples of uncertain blocks and laws x motions x levels; `sobol`: the size of the indices, or None."""
 
-    blocks: tuple[Block, ...]
-    models: tuple[Law, ...]
     design: Incremental
-    inputs: RandomInputs
-    samples: int
-    seed: int
-    sobol: int | None = None
-    fit: Fit = DEFAULT
-    risk: Risk | None = None
     friction: Friction | None = None
-    undecided: float = UNDECIDED
+    inputs: RandomInputs = field(kw_only=True)
+    samples: int = field(kw_only=True)
+    seed: int = field(kw_only=True)
+    sobol: int | None = None
     kind: ClassVar[str] = "uncertainty"
 
     @classmethod
@@ -107,31 +95,25 @@ class UncertaintyStudy(BlockStudy, Study):
         asked = content.uncertainty
         assert asked is not None  # (the table makes it this kind of study)
         _refuse(content)
-        blocks = blocks_of(content, folder, MOST_VARIED)
-        design = incremental_design(content, folder, blocks, "uncertainty", "sample")
+        friction, undecided = screening_of(content)
         study = cls(
-            content.title,
-            plain(content),
-            blocks,
-            each("models", content.models),
-            design,
-            asked.build(),
-            asked.samples,
-            asked.seed,
-            asked.sobol,
-            DEFAULT if content.fit is None else content.fit.build(),
-            None if content.hazard is None else content.hazard.risk(design.im, folder),
-            *screening_of(content),
+            **parts_of(content, folder, blocks_of(content, folder, MOST_VARIED), "uncertainty", "sample"),
+            fit=USUAL_FIT if content.fit is None else content.fit.build(),
+            inputs=asked.build(),
+            samples=asked.samples,
+            seed=asked.seed,
+            sobol=asked.sobol,
+            friction=friction,
+            undecided=undecided,
         )
         if "law" in study.inputs.names and len(study.models) > 1:
             raise ValueError(f"models must be one law where law is an uncertain input, got {len(study.models)}")
-        check_laws(content, study.blocks, study.models)
-        check_one_floor(design, "uncertainty")
+        study.check(content)
         drawn = study.inputs.sample(2, study.seed)
         for block in study.blocks:
             for model in study.models:
                 for one, law in study.inputs.realise(block, model, drawn):
-                    check_axes(design.axes, [one], [law])
+                    check_axes(study.design.axes, [one], [law])
         if study.sobol is not None:
             drawn = sobol_samples(study.inputs, study.sobol, study.seed)
             of_indices = (
@@ -141,9 +123,6 @@ class UncertaintyStudy(BlockStudy, Study):
                 for pair in study.inputs.realise(block, model, drawn)
             )
             refuse_endless_runs(of_indices, (record for array in study.arrays for record in records(array)))
-        design.check(study.blocks)
-        if study.risk is not None:
-            study.risk.check(design, content.motions.given("floors_file") is not None)
         return study
 
     @property
@@ -154,8 +133,8 @@ class UncertaintyStudy(BlockStudy, Study):
 
     @property
     def words(self) -> str:
-        of = f"{counted(len(self.blocks), 'block')} × {counted(len(self.models), 'law')}"
-        sampled = f"{of} × {counted(self.samples, 'sample')} × {self.design.words} = {counted(self._sampled, 'run')}"
+        of = f"{self.pairs_words} × {counted(self.samples, 'sample')} × {self.design.words}"
+        sampled = f"{of} = {counted(self._sampled, 'run')}"
         more = self.runs - self._sampled
         return sampled + (f", and {more:,} more" if more else "") + perturbed_words(self.perturbed_runs)
 
@@ -168,10 +147,6 @@ class UncertaintyStudy(BlockStudy, Study):
     def perturbed_runs(self) -> int:
         """Number of further runs that test which outcomes of the samples are undecided."""
         return len(self.blocks) * samples_perturbed_runs(self._pairs[0], self.design, self.undecided)
-
-    @property
-    def work(self) -> int:
-        return self.runs * self.design.about + self.perturbed_runs
 
     @cached_property
     def _pairs(self) -> list[list[list[tuple[Block, Law]]]]:
@@ -194,7 +169,7 @@ class UncertaintyStudy(BlockStudy, Study):
     @property
     def together(self) -> float:
         # the flags of one block at one level, and its capacities, under all laws
-        return max(super().together, LEVEL_BYTES_A_RUN * self._sampled / len(self.blocks) / self.design.at.size)
+        return max(super().together, LEVEL_BYTES_A_RUN * self._sampled / len(self.blocks) / self.design.levels.size)
 
     @property
     def _sampled(self) -> int:
@@ -261,7 +236,7 @@ class UncertaintyStudy(BlockStudy, Study):
             block,
             list(self.models),
             self.design.motions,
-            self.design.at,
+            self.design.levels,
             self.design.im,
             ("overturned",),
             client,
@@ -291,7 +266,7 @@ class UncertaintyStudy(BlockStudy, Study):
                     block,
                     model,
                     self.design.motions,
-                    self.design.at,
+                    self.design.levels,
                     self.design.im,
                     ground=ground,
                     client=client,

@@ -16,7 +16,7 @@ from ...fragility import Branch, HazardCurve, epistemic_rates
 from ...fragility.fitting.states import state_name
 from ...fragility.risk.annual_rate import rates_alone
 from ...fragility.risk.modelling import capacity_factors, seen_by, with_ends
-from .designs import OfRuns
+from .designs import Design
 from .estimates import Fit
 from .risk import OUTSIDE, Risk, bounded, worded
 
@@ -54,16 +54,16 @@ class Branches:
     """Weights by name of laws (labels), motions and hazard curves; `modelling` is beta_m in the fractiles, else 0."""
 
     models: dict[str, float]
-    motions: dict[str, tuple[OfRuns | None, float]]
+    motions: dict[str, tuple[Design | None, float]]
     hazards: dict[str, tuple[HazardCurve, float]]
     modelling: float = 0.0
 
     @property
-    def designs(self) -> dict[str, OfRuns]:
+    def designs(self) -> dict[str, Design]:
         """The designs beside the study's own, by name."""
         return {name: design for name, (design, _) in self.motions.items() if design is not None}
 
-    def of(self, own: FittedCurves, fitted: Callable[[str, OfRuns], FittedCurves], risk: Risk, fit: Fit) -> xr.Dataset:
+    def of(self, own: FittedCurves, fitted: Callable[[str, Design], FittedCurves], risk: Risk, fit: Fit) -> xr.Dataset:
         """Return the rates over all combinations from `own` curves and the `fitted` ones of each other design."""
         every = {name: own if design is None else fitted(name, design) for name, (design, _) in self.motions.items()}
         branches = [

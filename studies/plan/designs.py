@@ -29,6 +29,7 @@ from ...fragility.runs.scaling import ground_of, intensities, intensity_measure,
 from ...fragility.surfaces import checks as of_checks
 from ...fragility.validity.plausibility import period_doubts
 from ...fragility.validity.slab_screen import ScreenRequest
+from ...fragility.validity.undecided import choose_motions
 from ...models import Block, Law, Model
 from ...models.columns import BlockArray
 from ...motions import Generator, records
@@ -59,6 +60,8 @@ class Design(ABC):
     motions: tuple[Any, ...]
     ground: tuple[Any, ...]
     im: str
+    levels: Array = field(default_factory=lambda: np.empty(0), kw_only=True)
+    """Levels of the measure; empty where every motion has an intensity of its own."""
     reading: Reading = field(default=UNREAD, kw_only=True)
     name: ClassVar[str] = "ida"
     """Its key in study files."""
@@ -78,11 +81,6 @@ class Design(ABC):
     def below(self) -> Motions:
         """All ground motions whose measure defines the levels; none where the motions' own measure does."""
         return self.ground
-
-    @property
-    def levels(self) -> Array:
-        """Levels of the measure; empty where every motion has an intensity of its own."""
-        return np.empty(0)
 
     def highest(self, runs: xr.Dataset) -> xr.DataArray | float:
         """The highest shaking of the runs, in the measure; on block where the measure depends on the block."""
@@ -124,6 +122,10 @@ class Design(ABC):
         """Number of runs of one block under one law."""
         return self.shakes
 
+    def tested(self, share: float) -> int:
+        """Return for how many runs of one block under one law it is tested whether their outcomes are undecided."""
+        return 0 if share == 0.0 else self.runs // self.shakes * int(choose_motions(self.shakes, share).sum())
+
     @property
     def words(self) -> str:
         """The size of the design in words: 60 motions × 3 floors × 16 levels."""
@@ -138,19 +140,15 @@ class Design(ABC):
     def check(self, blocks: Sequence[Block]) -> None:
         """Raise a ValueError where motions, levels and measure do not go together, before anything runs."""
 
-
-class OfRuns(Design):
-    """A design whose analysis runs every block by itself."""
-
     def run(
         self,
-        blocks: Sequence[Block],
+        blocks: Sequence[Block] | BlockArray,
         models: Sequence[Model],
         outputs: Sequence[str],
         client: Client | Runner | None,
         progress: Progress | None,
     ) -> xr.Dataset:
-        """Return all runs of blocks under laws as a labelled dataset."""
+        """Return all runs of blocks under laws as a labelled dataset; of a pooled surface, its curves of all blocks."""
         ground = self.ground or None
         with noted():  # (a study has doubts among its notes)
             found = self._analysed(
@@ -163,38 +161,28 @@ class OfRuns(Design):
         return {}
 
     @abstractmethod
-    def _analysed(
-        self, blocks: Sequence[Block], models: Sequence[Model], outputs: Sequence[str], **options: Any
-    ) -> xr.Dataset:
+    def _analysed(self, blocks: Any, models: Any, outputs: Sequence[str], **options: Any) -> xr.Dataset:
         """Return the runs of the analysis that has the design's name, with the options that all analyses share."""
 
 
 @dataclass(frozen=True)
-class Incremental(OfRuns):
+class Incremental(Design):
     """Every motion at every level."""
-
-    at: Array
-
-    @property
-    def levels(self) -> Array:
-        return self.at
 
     @property
     def runs(self) -> int:
-        return self.shakes * self.at.size
+        return self.shakes * self.levels.size
 
     @property
     def words(self) -> str:
-        return f"{super().words} × {counted(self.at.size, 'level')}"
+        return f"{super().words} × {counted(self.levels.size, 'level')}"
 
     def check(self, blocks: Sequence[Block]) -> None:
         plain = records(self.motions)
-        scaling(self.at, plain, self.im, blocks, ground_of(plain, records(self.ground)) if self.ground else None)
+        scaling(self.levels, plain, self.im, blocks, ground_of(plain, records(self.ground)) if self.ground else None)
 
-    def _analysed(
-        self, blocks: Sequence[Block], models: Sequence[Model], outputs: Sequence[str], **options: Any
-    ) -> xr.Dataset:
-        return ida(blocks, models, self.motions, self.at, self.im, outputs, **options)
+    def _analysed(self, blocks: Any, models: Any, outputs: Sequence[str], **options: Any) -> xr.Dataset:
+        return ida(blocks, models, self.motions, self.levels, self.im, outputs, **options)
 
 
 class KeptMotions(Generator):
@@ -229,17 +217,52 @@ class KeptMotions(Generator):
 
 
 @dataclass(frozen=True)
-class Sequential(OfRuns):
-    """Motion after motion at a few levels of its own, until the answer is as precise as asked."""
+class Waves(Design):
+    """Motion after motion, each with so many runs, until the answer is as precise as requested."""
 
     until: Until
     runs_per_motion: int
     seed: int
     generator: Generator | None = None
     both: bool = False
-    state: State = OVERTURNED
     hazard: HazardCurve | None = None
+    needs: ClassVar[tuple[str, str]]
+    """Beginnings of the refusals of several floors, and of too few motions."""
+
+    @property
+    def both_ways(self) -> bool:
+        return self.both
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The arguments that `toppling.fragility.adaptive` and `toppling.fragility.pooled` share."""
+        return {
+            "motions": self.motions if self.generator is None else self.generator,
+            "im": self.im,
+            "until": self.until,
+            "ground": self.ground or None,
+            "polarity": BOTH if self.both else AS_RECORDED,
+            "hazard": self.hazard,
+            "seed": self.seed,
+        }
+
+    def check(self, blocks: Sequence[Block]) -> None:
+        plain = records(self.motions)
+        scaling([1.0], plain, self.im, blocks, ground_of(plain, records(self.ground)) if self.ground else None)
+        if len(self.floors) > 1:
+            raise ValueError(f"{self.needs[0]} the motions of one floor, got several")
+        size, least = sum(array.sizes["motion"] for array in self.arrays), self.until.least
+        if self.generator is None and size < least:
+            raise ValueError(f"{self.needs[1]} {least} motions at least (until.motions.least), got {size}")
+
+
+@dataclass(frozen=True)
+class Sequential(Waves):
+    """Runs at a few levels of each motion's own."""
+
+    state: State = OVERTURNED
     screening: ScreenRequest | None = None
+    needs: ClassVar[tuple[str, str]] = ("adaptive levels need", "adaptive levels need")
 
     @property
     def one_way(self) -> Self:
@@ -264,10 +287,6 @@ class Sequential(OfRuns):
         return self.until.most * (2 if self.both else 1)
 
     @property
-    def both_ways(self) -> bool:
-        return self.both
-
-    @property
     def runs(self) -> int:
         return self.runs_of(self.until.most, self.until.least)
 
@@ -276,6 +295,13 @@ class Sequential(OfRuns):
         each = 2 if self.both_ways else 1
         more = exploring(self.runs_per_motion) - self.runs_per_motion
         return each * (motions * self.runs_per_motion + more * first)
+
+    def tested(self, share: float) -> int:
+        return self.tested_of(share, self.until.most, self.until.least)
+
+    def tested_of(self, share: float, motions: int, first: int) -> int:
+        """Return how many of the runs under so many motions (`runs_of`) are tested."""
+        return self.runs_of(math.ceil(share * motions), math.ceil(share * first))
 
     @property
     def expected(self) -> tuple[int, int, int]:
@@ -299,25 +325,14 @@ class Sequential(OfRuns):
         np.minimum.at(found, runs["run_block"].values, runs["level"].values)
         return xr.DataArray(found, dims="block")
 
-    def check(self, blocks: Sequence[Block]) -> None:
-        _check_waves(self, blocks, "adaptive levels need")
-
-    def _analysed(
-        self, blocks: Sequence[Block], models: Sequence[Model], outputs: Sequence[str], **options: Any
-    ) -> xr.Dataset:
+    def _analysed(self, blocks: Any, models: Any, outputs: Sequence[str], **options: Any) -> xr.Dataset:
         # (the screen is made with the waves, whose motions are not kept)
-        client, progress, ground = (options[name] for name in ("client", "progress", "ground"))
+        request = options["client"], options["progress"], self.screening is not None
         return adaptive(
-            check_request(blocks, models, outputs, True, client, progress, self.screening is not None),
-            self.motions if self.generator is None else self.generator,
-            self.im,
-            self.until,
+            check_request(blocks, models, outputs, True, *request),
+            **self.options,
             state=self.state,
             runs_per_motion=self.runs_per_motion,
-            seed=self.seed,
-            hazard=self.hazard,
-            ground=ground,
-            polarity=BOTH if self.both else AS_RECORDED,
             screening=self.screening,
         )
 
@@ -335,16 +350,11 @@ class Events(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Pooled(Design):
-    """One surface of all blocks under each law: motion after motion, each of which runs several blocks once."""
+class Pooled(Waves):
+    """One surface of all blocks under each law: every motion runs several blocks once."""
 
-    until: Until
-    blocks_per_motion: int
-    seed: int
-    generator: Generator | None = None
-    both: bool = False
-    hazard: HazardCurve | None = None
     events: Events | None = None
+    needs: ClassVar[tuple[str, str]] = ("levels = 'pooled' needs", "a pooled surface needs")
 
     @property
     def runs(self) -> int:
@@ -355,11 +365,7 @@ class Pooled(Design):
         every = sum(array.sizes["motion"] for array in self.arrays)
         checked = every if self.generator is None else max(of_checks.MOTIONS, motions // CHECKED_SHARE)
         of_a_motion = of_checks.BLOCKS * sum(checked_runs(self.generator is not None, self.hazard is not None))
-        return (2 if self.both_ways else 1) * (motions * self.blocks_per_motion + checked * of_a_motion)
-
-    @property
-    def both_ways(self) -> bool:
-        return self.both
+        return (2 if self.both_ways else 1) * (motions * self.runs_per_motion + checked * of_a_motion)
 
     @property
     def words(self) -> str:
@@ -369,7 +375,7 @@ class Pooled(Design):
     @property
     def expected(self) -> tuple[int, int, int]:
         """About how many motions the precision takes: few, usual, many."""
-        usual = POOLED_RUNS / self.blocks_per_motion / self.until.room**2
+        usual = POOLED_RUNS / self.runs_per_motion / self.until.room**2
         return tuple(  # type: ignore[return-value]
             math.ceil(min(max(self.until.least, usual * factor), self.until.most)) for factor in (0.5, 1.0, 3.0)
         )
@@ -380,15 +386,12 @@ class Pooled(Design):
     def lowest(self, runs: xr.Dataset) -> xr.DataArray | float:
         return float(runs["run_level"].min())
 
-    def check(self, blocks: Sequence[Block]) -> None:
-        _check_waves(self, blocks, "a pooled surface needs")
+    def _analysed(self, blocks: Any, models: Any, outputs: Sequence[str], **options: Any) -> xr.Dataset:
+        return pooled(blocks, models, **self.options, client=options["client"], progress=options["progress"])
 
-    def of(
-        self, blocks: BlockArray, models: Sequence[Law], client: Client | Runner | None, progress: Progress | None
-    ) -> xr.Dataset:
-        """Return the curves of blocks, and the surfaces that they are from (`toppling.fragility.pooled`)."""
-        with noted():  # (a study has doubts among its notes)
-            return pooled(blocks, models, **self.options, client=client, progress=progress)
+    @property
+    def options(self) -> dict[str, Any]:
+        return {**super().options, "blocks_per_motion": self.runs_per_motion}
 
     def falls(
         self, blocks: BlockArray, models: Sequence[Law], client: Client | Runner | None, progress: Progress | None
@@ -403,26 +406,11 @@ class Pooled(Design):
         with noted():
             return joint_falls(blocks, models, motions, levels, self.im, client, progress=progress, **options)
 
-    @property
-    def options(self) -> dict[str, Any]:
-        """The arguments of `toppling.fragility.pooled` other than blocks and laws."""
-        return {
-            "motions": list(self.motions) if self.generator is None else self.generator,
-            "im": self.im,
-            "until": self.until,
-            "ground": self.ground or None,
-            "polarity": BOTH if self.both else AS_RECORDED,
-            "hazard": self.hazard,
-            "blocks_per_motion": self.blocks_per_motion,
-            "seed": self.seed,
-        }
-
 
 @dataclass(frozen=True)
-class Stripes(OfRuns):
+class Stripes(Design):
     """A set of motions at each level, scaled to it where `scale` is set; `selections` says how well they agree."""
 
-    at: Array
     scale: bool
     selections: tuple[xr.Dataset, ...] = ()
     name: ClassVar[str] = "stripes"
@@ -436,29 +424,23 @@ class Stripes(OfRuns):
         return tuple(_flat(self.ground))
 
     @property
-    def levels(self) -> Array:
-        return self.at
-
-    @property
     def words(self) -> str:
-        return f"{super().words} in {counted(self.at.size, 'stripe')}"
+        return f"{super().words} in {counted(self.levels.size, 'stripe')}"
 
     def check(self, blocks: Sequence[Block]) -> None:
         sets = [records(motions) for motions in self.motions]
         below = [records(motions) for motions in self.ground] if self.ground else [None] * len(sets)
-        stripe_scalings(self.at, sets, self.im, blocks, below, self.scale)
+        stripe_scalings(self.levels, sets, self.im, blocks, below, self.scale)
 
-    def _analysed(
-        self, blocks: Sequence[Block], models: Sequence[Model], outputs: Sequence[str], **options: Any
-    ) -> xr.Dataset:
-        return stripes(blocks, models, self.motions, self.at, self.im, outputs, scale=self.scale, **options)
+    def _analysed(self, blocks: Any, models: Any, outputs: Sequence[str], **options: Any) -> xr.Dataset:
+        return stripes(blocks, models, self.motions, self.levels, self.im, outputs, scale=self.scale, **options)
 
     def _below(self) -> dict[str, xr.Variable]:
         return answers_below(self.arrays)
 
 
 @dataclass(frozen=True)
-class Cloud(OfRuns):
+class Cloud(Design):
     """Every motion once, as it is."""
 
     name: ClassVar[str] = "cloud"
@@ -470,24 +452,11 @@ class Cloud(OfRuns):
             raise ValueError(f"cloud.im must be a measure of the motions, got {self.im!r}")
         intensities(measure, ground_of(plain, records(self.ground)) if self.ground else plain, blocks)
 
-    def _analysed(
-        self, blocks: Sequence[Block], models: Sequence[Model], outputs: Sequence[str], **options: Any
-    ) -> xr.Dataset:
+    def _analysed(self, blocks: Any, models: Any, outputs: Sequence[str], **options: Any) -> xr.Dataset:
         return cloud(blocks, models, self.motions, self.im, outputs, **options)
 
     def _below(self) -> dict[str, xr.Variable]:
         return answers_below(self.arrays)
-
-
-def _check_waves(design: Sequential | Pooled, blocks: Sequence[Block], needs: str) -> None:
-    """Raise a ValueError where the measure does not go with the motions, or they are fewer than the first ones."""
-    plain = records(design.motions)
-    scaling([1.0], plain, design.im, blocks, ground_of(plain, records(design.ground)) if design.ground else None)
-    if isinstance(design, Pooled) and len(design.floors) > 1:
-        raise ValueError("levels = 'pooled' needs the motions of one floor, got several")
-    size, least = sum(array.sizes["motion"] for array in design.arrays), design.until.least
-    if design.generator is None and size < least:
-        raise ValueError(f"{needs} {least} motions at least (until.motions.least), got {size}")
 
 
 BELOW: dict[str, tuple[str, float]] = {

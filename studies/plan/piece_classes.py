@@ -28,10 +28,7 @@ NAMES = {
     "slender-block-rubber": "slender block on rubber",
 }
 """The names of classes in study files, and those in the table of tests."""
-COLUMNS = (
-    *("name", "tests", "fell", "predicted", "records", "sources", "ratio", "ratio_lower", "ratio_upper"),
-    *("beta", "beta_lower", "beta_upper", "brier", "reference"),
-)
+COUNTS = ("tests", "fell", "records", "sources")
 
 
 class PieceClass(NamedTuple):
@@ -63,6 +60,9 @@ class PieceClass(NamedTuple):
         return round(math.hypot(self.beta, math.log(self.ratio)), 2) if self.ratio > 0.0 else math.nan
 
 
+COLUMNS = PieceClass._fields
+
+
 @lru_cache(maxsize=1)
 def piece_classes() -> dict[str, PieceClass]:
     """Return all classes by name; those without a test, too."""
@@ -72,17 +72,11 @@ def piece_classes() -> dict[str, PieceClass]:
 
 
 def _class_of(name: str, row: dict[str, str]) -> PieceClass:
-    def whole(column: str) -> int:
-        return int(row.get(column) or 0)
-
-    def number(column: str) -> float:
-        return float(row.get(column) or "nan")
-
-    return PieceClass(
-        name, whole("tests"), whole("fell"), number("predicted"), whole("records"), whole("sources"),
-        number("ratio"), number("ratio_lower"), number("ratio_upper"), number("beta"), number("beta_lower"),
-        number("beta_upper"), number("brier"), number("reference"),
-    )  # fmt: skip
+    counts: dict[str, Any] = {column: int(row.get(column) or 0) for column in COUNTS}
+    numbers: dict[str, Any] = {
+        column: float(row.get(column) or "nan") for column in COLUMNS[1:] if column not in COUNTS
+    }
+    return PieceClass(name, **counts, **numbers)
 
 
 def with_class(given: Any) -> Any:

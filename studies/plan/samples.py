@@ -46,7 +46,7 @@ def screen_samples(
     plain = records(design.motions)
     ground = ground_of(plain, records(design.ground)) if design.ground else None
     blocks = [row[0][0] for row in pairs]
-    scaled = scaling(design.at, plain, design.im, blocks, ground)
+    scaled = scaling(design.levels, plain, design.im, blocks, ground)
     given = input_of_pairs(
         [str(i) for i in range(len(pairs))],
         pairs,

@@ -250,7 +250,7 @@ class TestSamples:
             each = []
             pairs = [one.inputs.realise(block, law, drawn) for law in (tp.HousnerImpact(), tp.DiscreteDamping())]
             for own in zip(*pairs, strict=True):
-                runs = tp.ida(own[0][0], [law for _, law in own], shakes(), one.design.at)
+                runs = tp.ida(own[0][0], [law for _, law in own], shakes(), one.design.levels)
                 each.append(screen(runs, shakes(), 0.35, undecided=True))
             here = found.sel(block=block.label)
             for name in ("outside", "undecided"):
@@ -282,7 +282,7 @@ class TestSamples:
             pairs = one.inputs.realise(block, tp.HousnerImpact(), drawn)
             assert len({type(law) for _, law in pairs}) == 3
             for own, law in pairs:
-                runs = tp.ida(own, law, shakes(), one.design.at)
+                runs = tp.ida(own, law, shakes(), one.design.levels)
                 each.append((undecided_outcomes(runs, shakes()).values > 0).mean())
             assert 0.0 < np.mean(each) == pytest.approx(found["undecided"].sel(block=block.label).item(), rel=1e-12)
 
@@ -309,7 +309,7 @@ class TestValues:
         found = one.run(progress=lambda *done: counts.append(done))
         assert counts[-1] == (one.work, one.work)
         laws = [tp.HousnerImpact(e=0.7), tp.HousnerImpact(e=0.9), tp.Vassiliou()]
-        single = screen(tp.ida(PIECES, laws, shakes(), one.design.at), shakes(), 0.35, undecided=True)
+        single = screen(tp.ida(PIECES, laws, shakes(), one.design.levels), shakes(), 0.35, undecided=True)
         np.testing.assert_allclose(found["outside"].isel(model=0), single["outside"].isel(model=[0, 1]))
         for k in range(2):
             np.testing.assert_allclose(found["outside"].isel(model=1, value=k), single["outside"].isel(model=2))

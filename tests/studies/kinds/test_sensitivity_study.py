@@ -136,7 +136,7 @@ class TestDelta:
         """Each value is a law of its own under the same motions."""
         study = study_of(tmp_path, STUDY, DELTA)
         law = tp.GianniniMasiani(delta=0.05)
-        runs = tp.ida(study.blocks, law, study.design.motions, study.design.at)
+        runs = tp.ida(study.blocks, law, study.design.motions, study.design.levels)
         here = of_law(over_delta, "giannini-masiani").sel(value=0.05)
         np.testing.assert_array_equal(here["overturned"], runs["overturned"].isel(model=0))
         np.testing.assert_array_equal(here["peak_rotation"], runs["peak_rotation"].isel(model=0))
@@ -205,7 +205,7 @@ class TestE:
     def test_own_restitution_is_the_reference(self, over_e, tmp_path):
         assert over_e["comparison"].values.tolist() == ["own", "rigid", "previous"]
         study = study_of(tmp_path, STUDY, E)
-        runs = tp.ida(study.blocks, tp.DiscreteDamping(), study.design.motions, study.design.at)
+        runs = tp.ida(study.blocks, tp.DiscreteDamping(), study.design.motions, study.design.levels)
         own = runs["overturned"].isel(model=0)
         here = of_law(over_e, "discrete", "elastic")
         expected = (here["overturned"] != own.drop_vars([c for c in own.coords if c not in own.dims])).mean("motion")
