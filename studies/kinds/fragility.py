@@ -206,7 +206,7 @@ class FragilityStudy(BlockStudy):
         study.check_state()
         if study.design.about == 2 and slides is not None and (slides.trip is not None or slides.own_trips):
             raise ValueError("trip_mm cannot be given where both components shake: trips are of one component")
-        study.check(content)
+        study._check(content)
         study = replace(study, targets=_targets(content, study))
         for name, design in study.further.items():
             try:

@@ -64,7 +64,7 @@ class PooledStudy(BlockStudy):
         )
         parts = parts_of(content, folder, tuple(region.some(np.array([0]))))
         study = cls(**parts, undecided=0.0, region=region)
-        study.check(content)
+        study._check(content)
         design = study.design
         if study.risk is not None:
             design = replace(design, hazard=study.risk.hazard)

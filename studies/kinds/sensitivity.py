@@ -84,7 +84,7 @@ class SensitivityStudy(BlockStudy):
         bedded = next((block for block in study.blocks if block.bed is not None), None)
         if bedded is not None and study.sweep.parameter == "delta":
             raise ValueError(f"{bedded.label!r} stands on a bed (bed_settlement_mm), where delta is not used: vary e")
-        study.check(content, study.grid.laws)
+        study._check(content, study.grid.laws)
         for block in study.blocks:
             for model in study.models:
                 own = study.inputs_of(model)

@@ -570,7 +570,7 @@ class BlockStudy(Study):
     friction: Friction | Mapping[str, Friction] | None = None
     undecided: float = UNDECIDED
 
-    def check(self, content: StudyFile, laws: Sequence[Law] | None = None) -> None:
+    def _check(self, content: StudyFile, laws: Sequence[Law] | None = None) -> None:
         """Raise a ValueError where blocks, laws, motions, levels and hazard do not go together."""
         check_laws(content, self.blocks, self.models if laws is None else laws)
         self.design.check(self.blocks)

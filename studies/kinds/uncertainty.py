@@ -108,7 +108,7 @@ class UncertaintyStudy(BlockStudy):
         )
         if "law" in study.inputs.names and len(study.models) > 1:
             raise ValueError(f"models must be one law where law is an uncertain input, got {len(study.models)}")
-        study.check(content)
+        study._check(content)
         drawn = study.inputs.sample(2, study.seed)
         for block in study.blocks:
             for model in study.models:
