@@ -15,8 +15,7 @@ from typing import Any
 from pydantic.fields import FieldInfo
 
 from toppling.studies.file.include import INCLUDE, tables_of
-from toppling.studies.file.rules import ANALYSES
-from toppling.studies.file.schema import StudyFile
+from toppling.studies.file.schema import ANALYSES, StudyFile
 from toppling.studies.file.table import UNIT_SUFFIXES, KeyInfo, PartialTable, Table, sentences_of, suffix_of
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
