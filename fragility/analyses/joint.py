@@ -119,7 +119,7 @@ def joint_falls(
     dims = ("model", "level")
     variables: dict[str, Any] = {}
     for name, text in _LABELS.items():
-        values = np.array([[one[name] for one in row] for row in table])
+        values = np.array([[shares[name] for shares in row] for row in table])
         more = {"share": ("motion",), "quantile": ("quantile",), "sampling_error": ("quantile",)}.get(name, ())
         variables[f"fallen_{name}"] = ((*dims, *more), values, described(text))
     shares = described("share of the events in which less falls")

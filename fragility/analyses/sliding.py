@@ -144,7 +144,7 @@ def slide_runs(
     checks.callback("progress", progress)
     mirrored = checks.choice("polarity", polarity, POLARITIES) == BOTH and POLARITY not in runs.coords
     records = records_of(runs, motions)
-    plane, plain = bool(axes_of(records)), [along_width(one) for one in records]
+    plane, plain = bool(axes_of(records)), [along_width(record) for record in records]
     blocks = blocks_of(runs)
     for block in blocks:
         check_free(block)
@@ -268,7 +268,7 @@ def _modes(block: Block, coefficients: Array, motions: Sequence[Record], factors
     friction, along = coefficients[:, None, None], demands(motions, factors)[None]
     if not plane:
         return mode_of(block, friction, along)
-    across = demands([along_depth(one) for one in motions], factors)[None]
+    across = demands([along_depth(motion) for motion in motions], factors)[None]
     both = demands_in_plane(motions, factors, block.b / block.h)[None]
     return mode_in_plane(block, friction, along, across, both)
 

@@ -290,7 +290,7 @@ def _intervals(asked: str | None, form: Form, trials: Trials) -> str:
 
 def _fractiles(values: Sequence[float]) -> tuple[float, ...]:
     found = [values] if np.ndim(values) == 0 else list(values)
-    return tuple(CHANCE.number("fractiles", one) for one in found)
+    return tuple(CHANCE.number("fractiles", share) for share in found)
 
 
 def _method(form: Form, method: str, options: Options, trials: Trials) -> str:

@@ -105,7 +105,7 @@ def epistemic_rates(
     ['1.14e-04', '2.18e-04', '5.91e-04', '1.60e-03', '3.05e-03']
     """
     beta = checks.number("modelling_dispersion", modelling_dispersion, at_least=0.0, at_most=5.0)
-    shares = [CHANCE.number("fractiles", one) for one in fractiles]
+    shares = [CHANCE.number("fractiles", fractile) for fractile in fractiles]
     checks.choice("below", below, BELOW_RULES)
     checks.choice("above", above, ABOVE_RULES)
     every = _checked(branches)
@@ -121,7 +121,7 @@ def epistemic_rates(
             for branch in every
         ]
         mean = times(np.stack(modelled, axis=-1), weights)
-    names = [(one.model, one.motions, one.hazard_name) for one in every]
+    names = [(branch.model, branch.motions, branch.hazard_name) for branch in every]
     spread = shares_of_spread(names, found, weights)
     quantiles = fractiles_of(found, weights, shares)
     shape = [first.sizes[dim] for dim in dims]
@@ -168,7 +168,7 @@ def _checked(branches: Sequence[Branch]) -> list[Branch]:
     total = math.fsum(one.weight for one in every)
     if not math.isclose(total, 1.0, rel_tol=1e-9):
         raise ValueError(f"weights of the branches must sum to 1, got {total:.9g}")
-    names = [(one.model, one.motions, one.hazard_name) for one in every]
+    names = [(branch.model, branch.motions, branch.hazard_name) for branch in every]
     whole = math.prod(len({name[i] for name in names}) for i in range(3))
     if len(set(names)) < len(names) or len(names) < whole:
         raise ValueError(f"branches must be every combination of models, motions and hazards once, got {len(names)}")

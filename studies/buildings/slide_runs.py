@@ -302,7 +302,7 @@ class _Needed:
         self.levels, self.polarities = levels, polarities
         self._known: dict[float, Array] = {}
         self.along = self._on_runs(demands(motions, factors))
-        self.across = self._on_runs(demands([along_depth(one) for one in motions], factors)) if plane else None
+        self.across = self._on_runs(demands([along_depth(motion) for motion in motions], factors)) if plane else None
 
     def _on_runs(self, values: Array) -> Array:
         return np.repeat(values.reshape(self.levels, -1), self.polarities, axis=1)
