@@ -139,7 +139,7 @@ def _parts(hint: Any) -> tuple[Any, Parameter | None]:
 
 
 def check(values: Any, but: Sequence[str] = ()) -> None:
-    """Check the declared fields of a dataclass, all but those of `but`; ValueError or TypeError for a wrong value.
+    """Check the declared fields of a dataclass, except those in `but`; ValueError or TypeError for a wrong value.
 
     >>> @dataclass
     ... class Wave:

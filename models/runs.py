@@ -105,7 +105,7 @@ def lay_out(accelerations: Sequence[Array], dt: float, verticals: Sequence[Array
     Each begins at a whole span, with room behind it for what the lanes read ahead.  The way from one to the next is an
     odd number of spans: records of equal length would else share the same sets of the processor's cache.
     """
-    sizes = np.array([one.size for one in accelerations], np.int64)
+    sizes = np.array([acceleration.size for acceleration in accelerations], np.int64)
     spans = (sizes + tables.TILE) // tables.SPAN + 1
     spans += 1 - spans % 2
     start = np.zeros(sizes.size, np.int64)

@@ -69,7 +69,7 @@ class Request(NamedTuple):
         return any(isinstance(one, SlidingLaw) for one in self.models)
 
     def specimens(self, across: bool = False, plane: bool = False) -> OscillatorGrid[Block]:
-        """Return the specimens block by block, those of all laws for each block, as `specimen_of` returns them.
+        """Return the specimens of each block under every law, block by block, as `specimen_of` returns them.
 
         across: of the blocks in the direction of their depth.
         """

@@ -120,7 +120,7 @@ class ScreenRequest(NamedTuple):
 Screened = tuple[dict[str, xr.Variable], dict[str, Any]]
 """The variables of a screen and its settings, plain values."""
 Keep = Callable[[dict[str, xr.Variable], dict[str, xr.Variable], Where], None]
-"""Function that puts what is kept of the variables of a slab into those of all runs."""
+"""Puts what is kept of a slab into the variables of all runs."""
 
 
 def screened_runs(

@@ -134,7 +134,7 @@ def sparse_screen(
 ) -> Screened:
     """Return the screen of runs at adaptive levels (`selected`).
 
-    The variables are those of `screen`, what is of every run on run, and ``undecided_tested`` (block, model). Without
+    The variables are those of `screen` (what every run has is on run) and ``undecided_tested`` (block, model). Without
     `shaken` they are those of `screen` without motions; `runner` and `progress` serve the runs that are repeated.
     """
     labels = [str(label) for label in runs["block"].values]
@@ -174,7 +174,7 @@ def sparse_screen(
     of_all = {
         "friction": described_friction(asked.friction, available, labels),
         "fewest_motions": fewest,
-        "tested_runs": 0 if flips is None else max(one.tested for one in flips if one is not None),
+        "tested_runs": 0 if flips is None else max(counts.tested for counts in flips if counts is not None),
     }
     return in_order(found | few_motions(fewest, asked.bounds)), settings | of_all
 

@@ -31,7 +31,7 @@ EXTREMES: dict[str, tuple[str, np.ufunc, str]] = {
     "scale_factor_lowest": ("scale_factor", np.fmin, "lowest scale factor of the motions"),
     "scale_factor_highest": ("scale_factor", np.fmax, "highest scale factor of the motions"),
 }
-"""Variables that hold the greatest or the least value of those of every run: of which one, and the long name."""
+"""Variables that keep the greatest or the least value over all runs: the variable of a run, and the long name."""
 
 
 def input_of_pairs(

@@ -83,7 +83,7 @@ def count_flips(
     counts = count_flips_of(
         blocks_of(runs),
         lambda block, across: turned([(block, model) for model in models], across),
-        [one for one, is_in in zip(records_of(runs, motions), chosen, strict=True) if is_in],
+        [record for record, is_in in zip(records_of(runs, motions), chosen, strict=True) if is_in],
         lambda blocks: shaped[blocks].values[..., chosen],
         factors_under(runs, chosen),
         runner,
@@ -111,7 +111,7 @@ def count_flips_of(
     """Repeat the runs of pairs of a block and a law under the perturbations of `count_flips`.
 
     Counts are (row, pair, level, motion), allocated by the runner. `rows` are whatever pairs are made of, such as
-    blocks; `pairs_of` makes those of a row, as many for each row, and with True in the direction of the depth: pairs at
+    blocks; `pairs_of` makes those of a row, as many for each row; with True, in the direction of the depth. Pairs at
     the same position have laws of the same kind (with a restitution or without, and of the same geometry). With `both`
     the runs are about both axes: a run overturns about either. `flags_of` returns the flags (row, pair, level, motion)
     of a slice of the rows without a perturbation; `factors` are (row or 1, level, motion).
@@ -124,7 +124,7 @@ def count_flips_of(
 
     def struck(row: Row, across: bool) -> list[Specimen]:
         pairs = pairs_of(row, across)
-        return [one for j in with_e for one in _either_side(*pairs[j])]
+        return [specimen for j in with_e for specimen in _either_side(*pairs[j])]
 
     def works(oscillators_of: Callable[[Row, bool], list[Specimen]], each: int, factors: Factors) -> list[Work]:
         def about(across: bool) -> Work:
@@ -152,7 +152,7 @@ def count_flips_of(
         for part in slabs(dict(zip(("block", "model", "level", "motion"), counts.shape, strict=True)), ("block",)):
             here = part.get("block", slice(None))
             nominal = flags_of(here)[:, tested]
-            flags = np.logical_or.reduce([one[here] for one in found])
+            flags = np.logical_or.reduce([flags_about[here] for flags_about in found])
             counts[here, tested] += (flags != nominal[:, :, None]).sum(axis=2, dtype=np.int8)
     return counts
 

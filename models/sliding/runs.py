@@ -54,7 +54,7 @@ IN_PLANE: dict[str, int] = {
     "slide_residual_along": columns.OUT_RESIDUAL_X,
     "slide_residual_across": columns.OUT_RESIDUAL_Y,
 }
-"""Results of a run in the plane beside those of `SLIDES`, which have the columns of runs in one direction."""
+"""Results that only a run in the plane has; those of `SLIDES` have the columns of runs in one direction."""
 NO_PATH = np.empty((columns.HISTORY_ROWS, 0))
 NO_VERTICAL = np.empty(0)
 

@@ -202,7 +202,7 @@ class FloorHistories:
                     here = [self.histories[i, name, floor, direction] for floor in floors]
                     label = f"{self._label(i, name)}{f' in {direction}' if direction else ''}"
                     source = ", ".join(dict.fromkeys(one.source for one in here))
-                    values = np.stack([one.acceleration for one in here])[None]
+                    values = np.stack([record.acceleration for record in here])[None]
                     array = floor_array(values, here[0].dt, [label], [source], floors)
                     found.append(array.assign_coords(recorded=("motion", np.ones(1, dtype=bool), RECORDED)))
         return found

@@ -682,7 +682,10 @@ def _item_coordinates(inventory: Inventory, laws: list[Law], both_axes: bool) ->
         ("downtime_median", "downtime", "median", DAY, "median downtime when a piece overturns"),
         ("downtime_dispersion", "downtime", "dispersion", DIMENSIONLESS, "dispersion of that downtime"),
         (
-            *("downtime_distribution", "downtime", "distribution", DIMENSIONLESS),
+            "downtime_distribution",
+            "downtime",
+            "distribution",
+            DIMENSIONLESS,
             "distribution of that downtime, normal truncated at 0",
         ),
         ("persons_exposed", "injury", "persons", DIMENSIONLESS, "mean number of persons where a piece falls"),
@@ -700,7 +703,7 @@ def _item_coordinates(inventory: Inventory, laws: list[Law], both_axes: bool) ->
             given = [("" if texts else np.nan) if value is None else value for value in values]
             found[name] = variable(("item",), np.array(given, object if texts else None), units, text)
     used = [[with_restitution(law, row.e).restitution(row.block) for row in rows] for law in laws]
-    e = np.array([[np.nan if one is None else one for one in line] for line in used])
+    e = np.array([[np.nan if value is None else value for value in line] for line in used])
     found["e"] = variable(("model", "item"), e, DIMENSIONLESS, "coefficient of restitution used")
     for name, one in (block_coordinates(blocks) | (depth_coordinate(blocks) if both_axes else {})).items():
         if name != "block":  # (items have their own labels)

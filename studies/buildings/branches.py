@@ -180,9 +180,9 @@ def rates_over_branches(
             for name, dim, values, text in (
                 ("epistemic_fractile", "epistemic_fractile", FRACTILES, "probability that the rate is lower"),
                 ("epistemic_source", "epistemic_source", np.array(SOURCES, object), "what spreads the rate"),
-                ("branch_model", "branch", np.array([one.model for one in branches], object), "model"),
-                ("branch_motions", "branch", np.array([one.motions for one in branches], object), "motions"),
-                ("branch_hazard", "branch", np.array([one.hazard_name for one in branches], object), "hazard"),
+                ("branch_model", "branch", np.array([branch.model for branch in branches], object), "model"),
+                ("branch_motions", "branch", np.array([branch.motions for branch in branches], object), "motions"),
+                ("branch_hazard", "branch", np.array([branch.hazard_name for branch in branches], object), "hazard"),
                 ("branch_weight", "branch", weights, "weight of the branch"),
             )
         },

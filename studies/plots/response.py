@@ -219,7 +219,9 @@ def _with_upright_ends(response: xr.Dataset, theta: Array, restoring: Array, *mo
     options = json.loads(response.attrs["configuration"])
     law, block = LAWS.get(options["model"].pop("law")), block_from(options["block"])
     oscillator = None if law is None else oscillator_of(block, law(**options["model"]))
-    branches = () if oscillator is None else [one for one in oscillator.regions if 0.0 in (one.lower, one.upper)]
+    branches = (
+        () if oscillator is None else [region for region in oscillator.regions if 0.0 in (region.lower, region.upper)]
+    )
     rigid = theta == 0.0
     jump = 0.0
     for part in branches:
@@ -239,9 +241,9 @@ def _with_upright_ends(response: xr.Dataset, theta: Array, restoring: Array, *mo
 
     # (at rest the floor's reaction follows the shaking)
     first, last = (np.where(side[at] == 0.0, restoring[at], side[at] * jump) for at in (before, after))
-    level = [one[before] + share * (one[after] - one[before]) for one in more]
+    level = [values[before] + share * (values[after] - values[before]) for values in more]
     return (
         np.insert(theta, places, 0.0),
         np.insert(restoring, places, ends(first, last)),
-        *(np.insert(one, places, ends(at, at)) for one, at in zip(more, level, strict=True)),
+        *(np.insert(values, places, ends(at, at)) for values, at in zip(more, level, strict=True)),
     )

@@ -155,7 +155,7 @@ def finished(target: Path, identity: str, study: Mapping[str, Any]) -> xr.Datase
                     look_through(stored)
                 except (OSError, RuntimeError):
                     raise damaged(target) from None
-                if any(one.nbytes > WHOLE_BYTES for one in stored.variables.values()):
+                if any(variable.nbytes > WHOLE_BYTES for variable in stored.variables.values()):
                     closing.pop_all()  # (large variables are read when they are used)
                 return stored
     raise StudyError(

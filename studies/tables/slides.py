@@ -225,7 +225,7 @@ OF_FALLS = "edge", "off", "obstacle", "trips", "alone", "rocking"
 def contacts_of(results: xr.Dataset) -> list[str]:
     """Return what the pieces of each line stand on, '' where nothing is said of it."""
     if "contact" in results.coords:
-        return [str(one) for one in results["contact"].values]
+        return [str(contact) for contact in results["contact"].values]
     return [""] * results.sizes["item"]
 
 
@@ -233,8 +233,8 @@ def _item_edges(results: xr.Dataset) -> list[Edge | None]:
     """Return the edges of each line."""
     if EDGE not in results.coords:
         return [None] * results.sizes["item"]
-    every = [json.loads(str(one)) for one in results[EDGE].values]
-    return [None if one is None else Edge(**one) for one in every]
+    every = [json.loads(str(edge)) for edge in results[EDGE].values]
+    return [None if edge is None else Edge(**edge) for edge in every]
 
 
 def _item_chance(piece: xr.Dataset, name: str, rate: str) -> Range:
