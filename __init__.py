@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from . import motions as motions
     from .fragility import (
         HazardCurve as HazardCurve,
+        adaptive_ida as adaptive_ida,
         annual_rate as annual_rate,
         cloud as cloud,
         fit_fragility as fit_fragility,

@@ -5,9 +5,11 @@ from typing import TYPE_CHECKING
 from ..core.faces import face
 
 if TYPE_CHECKING:
+    from .analyses.adaptive import adaptive_ida as adaptive_ida
     from .analyses.cloud import cloud as cloud
     from .analyses.ida import ida as ida
     from .analyses.joint import joint_falls as joint_falls
+    from .analyses.planned import run_table as run_table
     from .analyses.pooled import pooled as pooled
     from .analyses.sliding import slide_runs as slide_runs
     from .analyses.stripes import stripes as stripes

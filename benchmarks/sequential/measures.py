@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 
 import xarray as xr
 
-from ...fragility.analyses.ida import ida
+from ...fragility.analyses.adaptive import adaptive_ida
 from ...models import EnergyConsistent
 from ...motions.simulated.generator import Generator
 from .databases import BLOCK, DATABASES
@@ -32,7 +32,7 @@ def savings(
 
     def run(im: str) -> tuple[xr.Dataset, int, float]:
         """Results, motions, and the square of the half width of ln(median) that one motion would give."""
-        results = ida(BLOCK, EnergyConsistent(), generator, "adaptive", im, until=until)
+        results = adaptive_ida(BLOCK, EnergyConsistent(), generator, im, until=until)
         number = int(results["motions_run"].item())
         return results, number, math.log1p(float(results["half_width"].item())) ** 2 * number
 

@@ -9,6 +9,7 @@ import math
 import sys
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -51,8 +52,7 @@ class Outcome(NamedTuple):
 
 def sequential(truth: Truth, until: Until, seed: int, runs: int = 3) -> Outcome:
     """Run one sequential analysis of a truth."""
-    hazard = HAZARD if until.target == RATE else None
-    curve = SequentialCurve(until, *START, runs, seed, hazard)
+    curve = SequentialCurve(replace(until, hazard=HAZARD), *START, runs, seed)
     done = number = 0
     while not curve.stopped:
         wave = np.arange(done, min(done + next_wave(done), until.most))

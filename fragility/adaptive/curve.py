@@ -15,7 +15,6 @@ from ...core import checks
 from ...core.elementary import Array, Flags, Index, exp, log
 from ...core.streams import stream
 from ..fitting.states import ALL, NONE
-from ..hazard.curve import HazardCurve
 from ..numerics.proportions import binomial_interval
 from .probit import Estimate, Observations, Probit, difference, enclosing, fit_probit, local_probit
 from .rate import HazardCells, draw_levels, hazard_cells, unseen_tail, weighted_rate
@@ -96,17 +95,15 @@ class SequentialCurve:
     hazard.
     """
 
-    def __init__(
-        self, until: Until, low: float, high: float, runs: int = RUNS, seed: int = 0, hazard: HazardCurve | None = None
-    ) -> None:
+    def __init__(self, until: Until, low: float, high: float, runs: int = RUNS, seed: int = 0) -> None:
         self.until = until
         self._runs = checks.count("runs_per_motion", runs, at_least=1)
         if self._runs > MOST_RUNS:
             raise ValueError(f"runs_per_motion must be at most {MOST_RUNS}, got {runs}")
         self._seed = checks.count("seed", seed)
-        if until.target == RATE and hazard is None:
+        if until.target == RATE and until.hazard is None:
             raise ValueError("until rate needs a hazard curve")
-        self._hazard = hazard if until.target == RATE else None
+        self._hazard = until.hazard if until.target == RATE else None
         start = checks.number("the first level", low, above=0.0)
         self._range = math.log(start), math.log(checks.number("the last first level", high, above=start))
         self._rule = StoppingRule(until)

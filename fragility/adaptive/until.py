@@ -1,4 +1,4 @@
-"""The precision that a sequential analysis is to reach: a quantity, its tolerance, and the motions it may take."""
+"""The precision that a sequential analysis is to reach: a quantity of a curve, its tolerance, and its motions."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from typing import Any
 
 from ...core import checks
 from ...core.parameters import Parameter
+from ..fitting.states import State
+from ..hazard.curve import HazardCurve
 
 MEDIAN, DISPERSION, RATE, PROBABILITY = "median", "dispersion", "rate", "probability"
 TARGETS = (MEDIAN, DISPERSION, RATE, PROBABILITY)
@@ -28,7 +30,8 @@ class Until:
 
     `target` is "median", "dispersion", "rate" or "probability". `tolerance` is the half width of the interval: as a
     share of the value, or of a probability as it is. `level` of the intensity measure (SI, > 0) is that of the
-    probability. `least` and `most` are numbers of motions before the first look and in all.
+    probability. `least` and `most` are numbers of motions before the first look and in all.  `state` is the damage
+    state of the curve, None for the usual one; `hazard` is the hazard curve of a rate.
     """
 
     target: str = MEDIAN
@@ -36,6 +39,8 @@ class Until:
     level: float = math.nan
     least: int = LEAST
     most: int = MOST
+    state: State | None = None
+    hazard: HazardCurve | None = None
 
     def __post_init__(self) -> None:
         checks.choice("until", self.target, TARGETS)
@@ -57,7 +62,7 @@ class Until:
         return f"until the {self.target} is within ±{100.0 * self.tolerance:g} %"
 
     def describe(self) -> dict[str, Any]:
-        """Return the precision as the plain values that `until_of` takes."""
+        """Return the precision as plain values that `until_of` takes, without the state and the hazard."""
         asked: Any = self.tolerance
         if self.target == PROBABILITY:
             asked = {"level": self.level, "within": self.tolerance}
@@ -68,27 +73,29 @@ def until_of(asked: Mapping[str, Any] | Until | None) -> Until:
     """Return the precision that a mapping asks for; ±10 % of the median where it names no quantity.
 
     The mapping has one of ``median``, ``dispersion``, ``rate`` (share of the value) and ``probability`` (a mapping of
-    ``level``, SI, and ``within``, the half width); and ``motions``, a mapping of ``least`` and ``most``.
+    ``level``, SI, and ``within``, the half width); ``motions``, a mapping of ``least`` and ``most``; ``state`` and
+    ``hazard``.
     """
     if isinstance(asked, Until):
         return asked
-    entries = _mapping("until", {} if asked is None else asked, (*TARGETS, "motions"))
+    entries = _mapping("until", {} if asked is None else asked, (*TARGETS, "motions", "state", "hazard"))
     targets = [name for name in TARGETS if name in entries]
     if len(targets) > 1:
         raise ValueError(f"until must name one of {', '.join(TARGETS)}, got {' and '.join(targets)}")
     motions = _mapping("until motions", entries.get("motions", {}), ("least", "most"))
     least = checks.count("until motions least", motions.get("least", LEAST), at_least=FEWEST)
     most = checks.count("until motions most", motions.get("most", max(MOST, least)), at_least=least)
+    asked_of = entries.get("state"), entries.get("hazard")
     if not targets:
-        return Until(least=least, most=most)
+        return Until(MEDIAN, USUAL, math.nan, least, most, *asked_of)
     (target,) = targets
     if target != PROBABILITY:
-        return Until(target, checks.number(f"until {target}", entries[target]), least=least, most=most)
+        return Until(target, checks.number(f"until {target}", entries[target]), math.nan, least, most, *asked_of)
     at = _mapping("until probability", entries[target], ("level", "within"))
     if set(at) != {"level", "within"}:
         raise ValueError("until probability must have a level and within, the half width of its interval")
     level = checks.number("until probability level", at["level"], above=0.0)
-    return Until(target, checks.number("until probability within", at["within"]), level, least, most)
+    return Until(target, checks.number("until probability within", at["within"]), level, least, most, *asked_of)
 
 
 def _mapping(name: str, value: Any, allowed: tuple[str, ...]) -> dict[str, Any]:

@@ -4,49 +4,60 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import product
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from ...core import checks
-from ...core.aliases import Array, Flags
+from ...core.aliases import Array, Index, Progress
 from ...core.doubts import Doubt, warn
 from ...core.units import STANDARD_GRAVITY
-from ...models import Block, RandomSliding
+from ...models import Block, Model, RandomSliding
 from ...models.sliding.law import SlidingLaw
-from ...motions.arrays import BOTH_AXES
+from ...motions.arrays import BOTH_AXES, Record
 from ...motions.intensity.dataset import measure_named, positive_measure
 from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import FLOOR, GROUND, GROUND_FLOORS
 from ...motions.plausibility import record_doubts
-from ...motions.polarity import AS_RECORDED, BOTH
+from ...motions.polarity import AS_RECORDED
 from ...motions.simulated.generator import Generator
 from ..adaptive.account import reached_so_far
-from ..adaptive.curve import SequentialCurve, WavePlan
+from ..adaptive.curve import RUNS, SequentialCurve, WavePlan
 from ..adaptive.rate import check_ends
 from ..adaptive.stopping import motions_needed, next_wave
-from ..adaptive.until import RATE, Until
+from ..adaptive.until import RATE, Until, until_of
 from ..fitting.states import OVERTURNED, UPLIFTED, Slip, State, check_axes_of, flags_of, needed_output, state_name
 from ..hazard.curve import HazardCurve
-from ..runs.axes import axes_of, check_axes, check_outputs
 from ..runs.plan import refuse_endless_runs
-from ..runs.progress import part_of
-from ..runs.provenance import ADAPTIVE, AXES, RUN
-from ..runs.request import DERIVED, ENDS, Request, check_vertical
-from ..runs.scaling import check_factors
+from ..runs.provenance import ADAPTIVE, AXES
+from ..runs.request import ENDS, Request, check_request
 from ..validity.plausibility import block_doubts, cut_slides, end_doubts, law_doubts
-from ..validity.screen import with_screen
 from ..validity.slab_screen import ScreenRequest
-from ..validity.sparse_screen import Shaken, sparse_screen
+from ..validity.sparse_screen import Shaken
 from ..validity.undecided import perturbed_runs
-from .analysis import specimens_of
-from .friction_draws import FRICTION, PROPORTIONAL, check_draws, draws, is_random, specimens_in
+from .friction_draws import FRICTION, PROPORTIONAL, draws, is_random
 from .other_measures import OtherMeasures
-from .sparse import WaveRuns, labelled, runs_of
-from .waves import MotionSource, MotionWave, Scaled, run_wave, scaled_to
+from .sparse import WaveRuns, labelled, runs_of, with_estimates, with_sparse_screen
+from .waves import (
+    MotionSource,
+    MotionWave,
+    Rows,
+    Scaled,
+    check_own_levels,
+    check_row_factors,
+    checked_axes,
+    run_rows,
+    scaled_to,
+)
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from ..runs.runners import Runner
 
 PGA_RANGE = (1.0, 8.0)
 """First levels in peak acceleration, over g tan(alpha): a block on a rigid floor uplifts at 1."""
@@ -57,47 +68,110 @@ SLIP_HIGHEST = 4.0
 
 
 class Plan(NamedTuple):
-    """What a sequential analysis does, checked.
+    """What a sequential analysis does: runs of each motion, motions of a source, `most` of them at most.
 
-    until: the precision; state: the damage state whose curve is sought; runs_per_motion, seed: as of `toppling.ida`;
-    hazard: of the levels' measure, for rates alone; scaled: the measure; source: the motions, `most` of them at most;
-    ground: whether levels refer to the ground below floors.
+    until: the precision, with the damage state that is sought; scaled: the measure of the levels.
     """
 
     until: Until
     state: State
     runs_per_motion: int
     seed: int
-    hazard: HazardCurve | None
     scaled: Scaled
     source: MotionSource
     most: int
-    ground: bool
+
+
+def adaptive_ida(
+    blocks: Block | Sequence[Block],
+    models: Model | Sequence[Model],
+    motions: Generator | xr.DataArray | Iterable[xr.DataArray],
+    im: str | Measure = "pga",
+    until: Mapping[str, Any] | Until | None = None,
+    outputs: Sequence[str] | None = None,
+    client: Client | Runner | None = None,
+    *,
+    ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
+    polarity: str = AS_RECORDED,
+    runs_per_motion: int = RUNS,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Incremental dynamic analysis at levels that are chosen while it runs, until the result is precise enough.
+
+    Parameters
+    ----------
+    blocks, models : one or a sequence
+        Blocks and damping laws, with unique labels; laws that slide have the default output slide_peak.
+    motions : Generator, xarray.DataArray or a sequence of them
+        A generator, which makes motions as they are needed, or labelled motions (m s-2), which are taken in an order
+        that `seed` draws.
+    im : str or Measure
+        The measure of the levels, as for `toppling.ida`.
+    until : mapping, optional
+        The result that is wanted, and the half width of its interval at 95 % confidence.  One of ``median``,
+        ``dispersion`` and ``rate`` (shares of the value; without an entry, 0.1 of the median) and ``probability`` (a
+        mapping of ``level``, SI, and ``within``).  ``motions``: a mapping of ``least`` (64) and ``most`` (2000).
+        ``state``: the damage state (`fragility.reached`), overturned where not given; ``uplifted``, a rotation x > 0
+        times alpha, or, of `Sliding` blocks, which have no other, a `fragility.Slip`.  ``hazard``: for a rate, a
+        HazardCurve of the measure.
+    outputs, client, ground, polarity, progress
+        As for `toppling.ida`; the outputs hold that of the state.
+    runs_per_motion : int
+        Runs of a block under each motion, 1 to 20; the first motions, which look for the curve, have twice as many.
+    seed : int
+        Of the generator's motions, or of the order in which the motions of a set are taken, and of the levels.
+
+    Returns
+    -------
+    xarray.Dataset
+        The outputs on run, with `run_block`, `run_model`, `run_motion`, `level`, `wave` and, for a rate, `weight`; on
+        (block, model) the estimates with their intervals, `stopped_because` and `account` (docs/adaptive.md); the
+        variables of the validity screen, but of sliding blocks.  Bit-identical for any chunking, any scheduler and any
+        number of workers.
+
+    Notes
+    -----
+    Standard errors are from sums over each motion; the median is from runs near it alone; looks ask for intervals
+    a sixth narrower than `until`, two in a row, and a fifth more motions (32 at least) confirm them.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01)
+    >>> found = adaptive_ida(tp.Block(0.4, 1.8), tp.EnergyConsistent(), shakes, until={"median": 0.25})
+    >>> found["stopped_because"].item()
+    'precision reached'
+    """
+    laws = list(models) if isinstance(models, Iterable) else [models]
+    goal = until_of(until)
+    goal = replace(goal, state=_sought_state(goal.state, laws))
+    assert goal.state is not None
+    wanted = [needed_output(goal.state)] if outputs is None else outputs
+    request = check_request(blocks, laws, wanted, True, client, progress, True)
+    return adaptive(request, MotionSource(motions, seed, ground, polarity), im, goal, runs_per_motion, seed)
 
 
 def adaptive(
     request: Request,
-    motions: Generator | xr.DataArray | Iterable[xr.DataArray],
+    source: MotionSource,
     im: str | Measure,
     until: Until,
-    *,
-    state: State,
     runs_per_motion: int,
     seed: int,
-    hazard: HazardCurve | None = None,
-    ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
-    polarity: str = AS_RECORDED,
     screening: ScreenRequest | None = None,
 ) -> xr.Dataset:
-    """Run waves of motions until every block has the precision asked for under every law; see `toppling.ida`.
+    """Run waves of motions until every block has the precision asked for under every law; see `adaptive_ida`.
 
     screening: what is asked of the screen, where the request wants one.
     """
-    _check_request(request, state)
+    state = OVERTURNED if until.state is None else until.state
+    if needed_output(state) not in request.outputs:
+        raise ValueError(f"outputs must hold {needed_output(state)} for adaptive levels, which are chosen by it")
+    check_own_levels(request)
     scaled = scaled_to(im)
-    _check_hazard(until, hazard, scaled)
-    source = MotionSource(motions, seed, ground, polarity)
-    plan = Plan(until, state, runs_per_motion, seed, hazard, scaled, source, source.most(until), ground is not None)
+    _check_hazard(until, scaled)
+    plan = Plan(until, state, runs_per_motion, seed, scaled, source, source.most(until))
     doubts = [*block_doubts(request.blocks), *law_doubts(request.blocks, request.models, request.outputs)]
     curves: dict[tuple[int, int], SequentialCurve] = {}
     others = OtherMeasures(scaled)
@@ -108,27 +182,24 @@ def adaptive(
     shaken = Shaken(asked.undecided)
     waves = list(_waves(request, plan, curves, others, doubts, cut, shaken))
     ends = end_doubts(cut.values(), list(cut))
-    doubts += ends
-    warn(list(dict.fromkeys(doubts)))
-    axes = waves[0].axes
+    warn(list(dict.fromkeys([*doubts, *ends])))
+    named = {} if state == OVERTURNED else {"state": state_name(state)}
     configuration = {
-        **specimens_of(request).configuration,
         **source.describe(),
-        **({"polarity": BOTH} if polarity == BOTH else {}),
-        **({AXES: axes} if axes else {}),
+        **({AXES: waves[0].axes} if waves[0].axes else {}),
         "design": ADAPTIVE,
         "im": scaled.name,
         "until": until.describe(),
-        **({} if state == OVERTURNED else {"state": state_name(state)}),
+        **named,
         "runs_per_motion": runs_per_motion,
         "seed": seed,
-        **({"hazard": hazard.describe()} if hazard is not None else {}),
-        **({"im_at": GROUND} if ground is not None else {}),
+        **({"hazard": until.hazard.describe()} if until.hazard is not None else {}),
+        **({"im_at": GROUND} if source.on_ground else {}),
     }
-    found = labelled(request, list(curves.values()), waves, scaled, others, state, configuration)
-    if request.screen:
-        told = part_of(request.progress, (2 if axes == BOTH_AXES else 1) * found.sizes[RUN])
-        found = with_screen(found, sparse_screen(found, shaken, asked, request.runner, told))
+    title = "Incremental dynamic analysis of freestanding blocks, at adaptive levels"
+    found = labelled(request, waves, scaled, configuration, title, named.get("state"))
+    found = with_estimates(found, list(curves.values()), others, named.get("state"))
+    found = with_sparse_screen(found, request, shaken, asked)
     return found.assign_attrs(notes=ends[0].sentence) if ends else found
 
 
@@ -149,7 +220,8 @@ def _waves(
     done = records = runs = number = 0
     while not curves or any(not one.stopped for one in curves.values()):
         wave = plan.source.wave(done, min(next_wave(done), plan.most - done))
-        axes = _check_wave(request, wave, plan)
+        axes = checked_axes(request, wave.records)
+        _check_wave(axes, wave, plan)
         doubts += record_doubts([one for one in wave.records if not one.reverse_of])
         measured = plan.scaled.measured(wave, request.blocks)
         others.add(wave)
@@ -159,19 +231,25 @@ def _waves(
             refuse_endless_runs((("models", *pair) for pair in product(request.blocks, request.models)), wave.records)
             curves |= _begun(request, plan, peaks_of(wave), measured)
         plans = {where: one.plan(wave.numbers) for where, one in curves.items() if not one.stopped}
-        found, ends = _outputs(request, wave, plans, plan, measured)
+        rows = _rows(plans)
+        found = _outputs(request, wave, plans, rows, plan, measured)
         if request.sliding:
-            cut |= dict(zip([one.label for one in wave.records], ends.tolist(), strict=True))
+            cut |= _cut(found, rows.motion, wave.records)
         done = int(wave.numbers[-1]) + 1
+        first = 0
         for where, own in plans.items():
-            reached = flags_of(found[where][needed], plan.state, request.blocks[where[0]].alpha)
-            curves[where].add(wave.numbers, own, reached, last=done >= plan.most)
-        yield runs_of(number, records, wave, plans, found, plan.scaled, measured, axes)
+            mine = slice(first, first := first + own.levels.size)
+            reached = flags_of(found[needed][mine], plan.state, request.blocks[where[0]].alpha)
+            curves[where].add(wave.numbers, own, reached.reshape(own.levels.T.shape).T, last=done >= plan.most)
+        kept = {name: found[name] for name in (*request.outputs, FRICTION) if name in found}
+        if plan.until.target == RATE:
+            kept = {"weight": np.concatenate([one.weights.T.ravel() for one in plans.values()]), **kept}
+        yield runs_of(number, records, wave, rows, kept, plan.scaled, measured, axes)
         of = "" if plan.state == OVERTURNED else f"{state_name(plan.state)}: "
         request.runner.reached(of + reached_so_far(list(curves.values()), done))
         number, records = number + 1, records + len(wave.records)
         about = 2 if axes == BOTH_AXES and not request.sliding else 1
-        runs += about * sum(one.levels.size for one in plans.values())
+        runs += about * rows.level.size
         if request.progress is not None:
             expected = max(runs, math.ceil(runs / done * _expected(curves, done, plan.most)))
             tests = 0.0
@@ -189,7 +267,7 @@ def _begun(
         for model, law in enumerate(request.models):
             start = slip_start(law, one, plan.state) if isinstance(law, SlidingLaw) else fall_start(one)
             low, high = first_levels(start, peaks, plan.scaled, measured[block % len(measured)])
-            begun = SequentialCurve(plan.until, low, high, plan.runs_per_motion, plan.seed, plan.hazard)
+            begun = SequentialCurve(plan.until, low, high, plan.runs_per_motion, plan.seed)
             found[block, model] = begun
     return found
 
@@ -200,7 +278,7 @@ def _expected(curves: Mapping[tuple[int, int], SequentialCurve], done: int, most
     return min(most, max((motions_needed(one.motions, one.ratio) or most for one in looks), default=done))
 
 
-def sought_state(state: State | None, models: Sequence[Any]) -> State:
+def _sought_state(state: State | None, models: Sequence[Any]) -> State:
     """Return the damage state whose curve is sought; TypeError or ValueError for one that adaptive levels do not serve.
 
     Falls to one side or over an edge stay rare at any shaking, and have no lognormal curve.
@@ -218,23 +296,15 @@ def sought_state(state: State | None, models: Sequence[Any]) -> State:
     return state
 
 
-def _check_request(request: Request, state: State) -> None:
-    """Raise ValueError for requests that adaptive levels do not serve."""
-    if needed_output(state) not in request.outputs:
-        raise ValueError(f"outputs must hold {needed_output(state)} for adaptive levels, which are chosen by it")
-    derived = next((name for name in request.outputs if name in DERIVED), None)
-    if derived is not None:
-        raise ValueError(f"outputs of adaptive levels must not hold {derived}: give levels for it")
-
-
-def _check_hazard(until: Until, hazard: HazardCurve | None, scaled: Scaled) -> None:
+def _check_hazard(until: Until, scaled: Scaled) -> None:
     """Raise TypeError or ValueError for a rate without its hazard, or a hazard without a rate."""
+    hazard = until.hazard
     if hazard is None:
         if until.target == RATE:
-            raise ValueError("until rate needs a hazard curve (hazard=HazardCurve(…)), got none")
+            raise ValueError("until rate needs a hazard curve (until hazard, a HazardCurve), got none")
         return
     if not isinstance(hazard, HazardCurve):
-        raise TypeError(f"hazard must be a HazardCurve, got {checks.kind(hazard)}")
+        raise TypeError(f"until hazard must be a HazardCurve, got {checks.kind(hazard)}")
     if until.target != RATE:
         raise ValueError(f"hazard is for until rate alone, got until {until.target}")
     if hazard.im != scaled.name:
@@ -242,20 +312,15 @@ def _check_hazard(until: Until, hazard: HazardCurve | None, scaled: Scaled) -> N
     check_ends(hazard)
 
 
-def _check_wave(request: Request, wave: MotionWave, plan: Plan) -> str:
-    """Return how motions shake; ValueError where they do not suit the blocks, the laws or the hazard."""
-    check_vertical(request.models, wave.records)
-    check_draws(request.models, request.blocks, wave.records)
-    axes = axes_of(wave.records)
-    check_axes(axes, request.blocks, request.models)
-    check_outputs(axes, request.outputs, request.models)
+def _check_wave(axes: str, wave: MotionWave, plan: Plan) -> None:
+    """Raise ValueError where motions do not suit the state or the hazard."""
     if axes == BOTH_AXES:
         check_axes_of(plan.state)
-    on_floor = any(one.floor not in GROUND_FLOORS for one in wave.records) and not plan.ground
-    if plan.hazard is not None and (plan.hazard.at == FLOOR) != on_floor:
+    hazard = plan.until.hazard
+    on_floor = any(one.floor not in GROUND_FLOORS for one in wave.records) and not plan.source.on_ground
+    if hazard is not None and (hazard.at == FLOOR) != on_floor:
         where = "floor" if on_floor else "ground"
-        raise ValueError(f"hazard must be of the {where}, as the levels are, got one of the {plan.hazard.at}")
-    return axes
+        raise ValueError(f"hazard must be of the {where}, as the levels are, got one of the {hazard.at}")
 
 
 Start = tuple[float, float]
@@ -295,42 +360,48 @@ def first_levels(start: Start, peaks: tuple[Array, Array], scaled: Scaled, measu
     return float(np.median(scaled.level(low, measured))), float(np.median(scaled.level(high, measured)))
 
 
-def _outputs(
-    request: Request, wave: MotionWave, plans: Mapping[tuple[int, int], WavePlan], plan: Plan, measured: Array
-) -> tuple[dict[tuple[int, int], dict[str, NDArray[Any]]], Flags]:
-    """Run a wave: the outputs (run, motion) of each curve, and whether a block still slides when a motion ends.
+def _rows(plans: Mapping[tuple[int, int], WavePlan]) -> Rows:
+    """Return the runs of a wave, curve by curve and motion by motion."""
+    sizes = [one.levels.size for one in plans.values()]
+    each = [one.levels.shape for one in plans.values()]
+    return Rows(
+        np.repeat([block for block, _ in plans], sizes),
+        np.repeat([model for _, model in plans], sizes),
+        np.concatenate([np.repeat(np.arange(motions), runs) for runs, motions in each]),
+        np.concatenate([one.levels.T.ravel() for one in plans.values()]),
+    )
 
-    Curves with equally many runs a motion run together.
-    """
-    both, laws = axes_of(wave.records) == BOTH_AXES, len(request.models)
-    specimens = specimens_in(request, both and request.sliding)
-    across = request.specimens(across=True)
-    random = is_random(request.models)
-    found: dict[tuple[int, int], dict[str, NDArray[Any]]] = {}
-    cut = np.zeros(len(wave.records), np.bool_)
-    for n in sorted({one.levels.shape[0] for one in plans.values()}):
-        own = [where for where, one in plans.items() if one.levels.shape[0] == n]
-        factors = np.stack([plan.scaled.factors(plans[at].levels, measured[at[0] % len(measured)]) for at in own])
-        check_factors(factors, wave.records)
-        sliding = [(at, request.models[at[1]]) for at in (own if random else ())]
-        friction = {
-            at: draws(law, request.blocks[at[0]], plan.seed, wave.numbers, n)
-            for at, law in sliding
-            if isinstance(law, SlidingLaw)
-        }
-        at_random = [k for k, (_, law) in enumerate(sliding) if isinstance(law, RandomSliding)]
-        for k in at_random:
-            factors[k] /= friction[own[k]]
-        numbers = [block * laws + model for block, model in own]
-        other = [across[i] for i in numbers] if both and not request.sliding else None
-        results = run_wave(request, [specimens[i] for i in numbers], other, wave.records, factors)
-        for k in at_random:
-            for name in PROPORTIONAL & results.keys():
-                results[name][k] *= friction[own[k]]
-        for k, where in enumerate(own):
-            found[where] = {name: results[name][k] for name in request.outputs}
-            if random:
-                found[where][FRICTION] = friction[where]
-        if request.sliding:
-            cut |= cut_slides(*(results[name] for name in ENDS))
-    return found, cut
+
+def _outputs(
+    request: Request,
+    wave: MotionWave,
+    plans: Mapping[tuple[int, int], WavePlan],
+    rows: Rows,
+    plan: Plan,
+    measured: Array,
+) -> dict[str, NDArray[Any]]:
+    """Return the outputs (run,) of a wave, and the coefficients of friction where these are drawn."""
+    factors = plan.scaled.factors(rows.level, measured[rows.block % len(measured), rows.motion])
+    check_row_factors(rows, factors, wave.records)
+    if not is_random(request.models):
+        return run_rows(request, wave.records, rows, factors)
+    friction = np.concatenate(
+        [
+            draws(law, request.blocks[block], plan.seed, wave.numbers, own.levels.shape[0]).T.ravel()
+            for (block, model), own in plans.items()
+            if isinstance(law := request.models[model], SlidingLaw)
+        ]
+    )
+    drawn = np.array([isinstance(law, RandomSliding) for law in request.models])[rows.model]
+    factors = np.where(drawn, factors / friction, factors)
+    found = run_rows(request, wave.records, rows, factors)
+    for name in PROPORTIONAL & found.keys():
+        found[name] = np.where(drawn, found[name] * friction, found[name])
+    return {**found, FRICTION: friction}
+
+
+def _cut(found: Mapping[str, NDArray[Any]], motion: Index, records: Sequence[Record]) -> dict[str, bool]:
+    """Return whether blocks still slide when each motion ends, by its label."""
+    on = np.zeros(len(records), np.bool_)
+    on[motion[cut_slides(*(found[name] for name in ENDS))]] = True
+    return dict(zip([one.label for one in records], on.tolist(), strict=True))

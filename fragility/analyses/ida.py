@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import xarray as xr
@@ -14,15 +14,10 @@ from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import GROUND
 from ...motions.polarity import AS_RECORDED, arrays_under, records_under
 from ...motions.simulated.generator import Generator
-from ..adaptive.curve import RUNS
-from ..adaptive.until import Until, until_of
-from ..fitting.states import State, needed_output
-from ..hazard.curve import HazardCurve
 from ..runs.labels import measured
-from ..runs.provenance import ADAPTIVE, IDA
+from ..runs.provenance import IDA
 from ..runs.request import check_request
 from ..runs.scaling import ground_of, scaling
-from .adaptive import adaptive, sought_state
 from .analysis import Design, analyse, specimens_of
 
 if TYPE_CHECKING:
@@ -34,7 +29,7 @@ if TYPE_CHECKING:
 def ida(
     blocks: Block | Sequence[Block],
     models: Model | Sequence[Model],
-    motions: xr.DataArray | Iterable[xr.DataArray] | Generator,
+    motions: xr.DataArray | Iterable[xr.DataArray],
     levels: Any,
     im: str | Measure = "pga",
     outputs: Sequence[str] | None = None,
@@ -45,13 +40,8 @@ def ida(
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     polarity: str = AS_RECORDED,
     progress: Progress | None = None,
-    until: Mapping[str, Any] | Until | None = None,
-    state: State | None = None,
-    hazard: HazardCurve | None = None,
-    runs_per_motion: int = RUNS,
-    seed: int = 0,
 ) -> xr.Dataset:
-    """Incremental dynamic analysis.
+    """Incremental dynamic analysis at levels that all motions share; `adaptive_ida` chooses the levels itself.
 
     Parameters
     ----------
@@ -60,10 +50,9 @@ def ida(
     motions : xarray.DataArray or a sequence of them
         Labelled motions (m s-2), each with its own time step and length; nothing is resampled or padded.  Pairs of
         `toppling.motions.both_axes` shake blocks along their width and their depth: a planar run about each axis under
-        one factor, of which the earlier fall decides (docs/theory/axes.md).  With adaptive levels also a generator.
-    levels : array_like, shape (level,), or "adaptive"
-        Levels of the intensity measure, SI, > 0, strictly increasing.  ``adaptive``: each motion is run at a few levels
-        of its own, chosen by the runs before it, and motions are run until the result is as precise as `until` asks.
+        one factor, of which the earlier fall decides (docs/theory/axes.md).
+    levels : array_like, shape (level,)
+        Levels of the intensity measure, SI, > 0, strictly increasing.
     im : str or Measure
         The measure to which every motion is scaled: a measure that grows with the motion (`motions.MEASURES`), one with
         parameters such as ``motions.Sa(1.0)`` or ``"Sa(1.0)"``, ``pga_normalised`` = PGA/(g tan alpha) or
@@ -103,38 +92,20 @@ def ida(
         hold both, and every interval takes the motion as one draw with all its runs.
     progress : callable, optional
         Called with (runs done, runs in all) after every chunk.
-    until : mapping, optional
-        Of adaptive levels: what is to be known within which half width, at 95 % confidence.  One of ``median``,
-        ``dispersion`` and ``rate`` (shares of the value; without an entry, 0.1 of the median) and ``probability`` (a
-        mapping of ``level``, SI, and ``within``); and ``motions``, a mapping of ``least`` (64) and ``most`` (2000).
-    state : str, float or Slip, optional
-        Of adaptive levels: the damage state whose curve is sought (`fragility.reached`), overturned where not given;
-        ``uplifted``, a rotation x > 0 times alpha, or, of `Sliding` blocks, which have no other, a `fragility.Slip`.
-    hazard : HazardCurve, optional
-        Of the measure of the levels, for ``until={"rate": …}``.
-    runs_per_motion : int
-        Of adaptive levels, 1 to 20; the first motions, which look for the curve, have twice as many.
-    seed : int
-        Of adaptive levels: of the generator's motions, or of the order in which the motions of a set are taken, and of
-        the levels.
 
     Returns
     -------
     xarray.Dataset
         The outputs on (block, model, level, motion), with the properties of blocks, laws and motions as coordinates,
-        and the variables of the validity screen.  At adaptive levels the outputs on run, with `run_block`, `run_model`,
-        `run_motion`, `level`, `wave` and, for a rate, `weight`; and on (block, model) the estimates with their
-        intervals, `stopped_because` and `account` (docs/adaptive.md).  Where motions are run both ways, each is
-        followed by its reverse along motion, with the coordinates `record` (its label as given) and `polarity` (1, -1).
-        Except at adaptive levels, coordinates of the motions on motion, such as `magnitude` and `station`, are kept.
+        and the variables of the validity screen.  Where motions are run both ways, each is followed by its reverse
+        along motion, with the coordinates `record` (its label as given) and `polarity` (1, -1).  Coordinates of the
+        motions on motion, such as `magnitude` and `station`, are kept.
         Bit-identical for any chunking, any scheduler and any number of workers.
 
     Notes
     -----
     The levels at which one motion overturns a block have no smallest interval, so that closer levels go on to find
-    earlier falls; probabilities and rates, which are means over motions, settle.  Adaptive levels are for these.
-    Standard errors are from sums over each motion; the median is from runs near it alone; looks ask for intervals
-    a sixth narrower than `until`, two in a row, and a fifth more motions (32 at least) confirm them.
+    earlier falls; probabilities and rates, which are means over motions, settle.
 
     References
     ----------
@@ -150,27 +121,9 @@ def ida(
     {'block': 1, 'model': 1, 'level': 2, 'motion': 4, 'reason': 9}
     """
     if isinstance(levels, str):
-        if levels != ADAPTIVE:
-            raise TypeError(f"levels must be real numbers or {ADAPTIVE!r}, got {levels!r:.40}")
-        laws = list(models) if isinstance(models, Iterable) else [models]
-        sought = sought_state(state, laws)
-        wanted = [needed_output(sought)] if outputs is None else outputs
-        return adaptive(
-            check_request(blocks, laws, wanted, skip, client, progress, screen),
-            motions,
-            im,
-            until_of(until),
-            state=sought,
-            runs_per_motion=runs_per_motion,
-            seed=seed,
-            hazard=hazard,
-            ground=ground,
-            polarity=polarity,
-        )
-    if until is not None or hazard is not None or state is not None:
-        raise ValueError("until, state and hazard are for adaptive levels (levels='adaptive'), got levels")
+        raise TypeError(f"levels must be real numbers, got {levels!r:.40}: adaptive_ida chooses levels")
     if isinstance(motions, Generator):
-        raise TypeError("motions must be labelled arrays where levels are given: take some of the generator's (sample)")
+        raise TypeError("motions must be labelled arrays: take some of the generator's (sample), or adaptive_ida")
     request = check_request(blocks, models, outputs, skip, client, progress, screen)
     design = incremental(levels, motions, im, request.blocks, ground, polarity)
     return analyse(request, specimens_of(request), design)

@@ -18,7 +18,7 @@ from ...models.laws import describe_law
 from ...models.sliding.law import SlidingLaw
 from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import GROUND
-from ...motions.polarity import AS_RECORDED, BOTH
+from ...motions.polarity import AS_RECORDED
 from ...motions.simulated.generator import Generator
 from ..adaptive.rate import check_ends
 from ..adaptive.stopping import ALL_FELL, NONE_FELL
@@ -176,7 +176,6 @@ def pooled(
         **({"own": list(plan.own)} if plan.own else {}),
         "blocks": len(columns),
         **plan.source.describe(),
-        **({"polarity": BOTH} if polarity == BOTH else {}),
         "im": plan.scaled.name,
         "until": plan.until.describe(),
         "blocks_per_motion": blocks_per_motion,

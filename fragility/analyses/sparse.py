@@ -1,4 +1,4 @@
-"""Results of adaptive levels as one dataset: a line for every run, and what the runs say of every curve."""
+"""Runs at levels of their own as one dataset: a line for every run, and what adaptive runs say of every curve."""
 
 from __future__ import annotations
 
@@ -17,19 +17,22 @@ from ...motions.arrays import BOTH_AXES, motion_coordinates
 from ...motions.intensity.dataset import measure_named, measure_variables
 from ...motions.intensity.naming import GROUND
 from ..adaptive.account import account, half_width
-from ..adaptive.curve import SequentialCurve, WavePlan
+from ..adaptive.curve import SequentialCurve
 from ..adaptive.stopping import reason_text
 from ..adaptive.until import MEDIAN, PROBABILITY, RATE
-from ..fitting.states import OVERTURNED, State, state_name
 from ..runs.labels import VARIABLES, depth_coordinate
-from ..runs.provenance import ADAPTIVE, AXES, RUN
+from ..runs.progress import part_of
+from ..runs.provenance import AXES, RUN, configuration_of
 from ..runs.request import Request
 from ..runs.scaling import BlockMeasure, name_at
 from ..surfaces.gain import gain_words
+from ..validity.screen import with_screen
+from ..validity.slab_screen import ScreenRequest
+from ..validity.sparse_screen import Shaken, sparse_screen
 from .analysis import OF_WIDTH, specimens_of, told
 from .friction_draws import FRICTION
 from .other_measures import OtherMeasures
-from .waves import MotionWave, Scaled
+from .waves import MotionWave, Rows, Scaled
 
 
 class WaveRuns(NamedTuple):
@@ -48,31 +51,25 @@ def runs_of(
     number: int,
     first: int,
     wave: MotionWave,
-    plans: Mapping[tuple[int, int], WavePlan],
-    found: Mapping[tuple[int, int], Mapping[str, NDArray[Any]]],
+    rows: Rows,
+    outputs: Mapping[str, NDArray[Any]],
     scaled: Scaled,
     measured: Array,
     axes: str,
 ) -> WaveRuns:
-    """Return the runs of a wave, curve by curve and motion by motion.
+    """Return the runs of a wave with their outputs (run,).
 
-    `number` is that of the wave, `first` the number of records before it; `plans` and `found` have the levels and the
-    outputs (run, motion) of each block and law; `measured` (block or 1, motion) is the measure of the unscaled motions.
+    `number` is that of the wave, `first` the number of records before it; `measured` (block or 1, motion) is the
+    measure of the unscaled motions.
     """
-    columns: dict[str, list[NDArray[Any]]] = {}
-    for (block, model), plan in plans.items():
-        runs, n = plan.levels.shape
-        own: dict[str, NDArray[Any]] = {
-            "run_block": np.full(plan.levels.size, block),
-            "run_model": np.full(plan.levels.size, model),
-            "run_motion": np.repeat(np.arange(first, first + n), runs),
-            "wave": np.full(plan.levels.size, number),
-            "level": plan.levels.T.ravel(),
-            "weight": plan.weights.T.ravel(),
-            **{name: values.T.ravel() for name, values in found[block, model].items()},
-        }
-        for name, values in own.items():
-            columns.setdefault(name, []).append(values)
+    runs = {
+        "run_block": rows.block,
+        "run_model": rows.model,
+        "run_motion": first + rows.motion,
+        "wave": np.full(rows.level.size, number),
+        "level": rows.level,
+        **outputs,
+    }
     peaks = measure_variables(wave.records, [measure_named("pga")])
     if axes == BOTH_AXES:
         peaks = {name: told(one, OF_WIDTH) for name, one in peaks.items()}
@@ -83,8 +80,7 @@ def runs_of(
         name = scaled.name if wave.ground is None else f"{GROUND}_{scaled.name}"
         attributes = described(long_name, scaled.units)
         coordinates[name] = xr.Variable(("motion",) if values.ndim == 1 else ("block", "motion"), values, attributes)
-    joined = {name: np.concatenate(own) for name, own in columns.items()}
-    return WaveRuns(joined, xr.Dataset(coords=coordinates), long_name, axes)
+    return WaveRuns(runs, xr.Dataset(coords=coordinates), long_name, axes)
 
 
 _RUNS = {
@@ -98,64 +94,69 @@ _RUNS = {
 
 def labelled(
     request: Request,
-    curves: Sequence[SequentialCurve],
     waves: Sequence[WaveRuns],
     scaled: Scaled,
-    others: OtherMeasures,
-    state: State,
     configuration: Mapping[str, Any],
+    title: str,
+    state: str | None = None,
 ) -> xr.Dataset:
-    """Return the runs and what they say of each curve as one dataset; its attribute `state` where not overturning."""
-    named = None if state == OVERTURNED else state_name(state)
-    until = curves[0].until
-    joined = {name: np.concatenate([one.runs[name] for one in waves]) for name in waves[0].runs}
-    level = {"units": scaled.units, "long_name": waves[0].long_name, "im": scaled.name}
+    """Return runs as a dataset; `state`: the name of a damage state, other than overturning, that levels are for."""
     variables: dict[str, xr.Variable] = {}
-    for name, values in joined.items():
+    for name in waves[0].runs:
         if name == "level":
-            attributes = level
+            attributes = {"units": scaled.units, "long_name": waves[0].long_name, "im": scaled.name}
         elif name == "weight":
-            came = "overturned" if named is None else f"reached {named}"
+            came = "overturned" if state is None else f"reached {state}"
             text = f"annual rate that the run stands for if its block {came}, over the number of motions"
             attributes = described(text, PER_YEAR)
         elif name in _RUNS:
             attributes = described(_RUNS[name])
         else:
             attributes = dict(zip(("units", "long_name"), VARIABLES[name], strict=True))
-        variables[name] = xr.Variable(RUN, values, attributes)
-    if until.target != RATE:
-        del variables["weight"]
-    shape = (len(request.blocks), len(request.models))
-    gains = [others.gains(one.seen) for one in curves]
-    # (of other answers the scatter of capacities does not say how many motions they take)
-    offers = [gain_words(others.labels, one) if until.target == MEDIAN else "" for one in gains]
-    variables |= curve_variables(curves, shape, level, offers, named)
-    other = others.variables(gains, ("block", "model"), shape)
-    variables |= {str(name): one.variable for name, one in other.data_vars.items()}
+        variables[name] = xr.Variable(RUN, np.concatenate([one.runs[name] for one in waves]), attributes)
     specimens = specimens_of(request)
     motions = xr.concat([one.motions for one in waves], "motion", coords="minimal", compat="override")
     coordinates = {
         **specimens.coordinates,
-        **numbers("block", shape[0]),
-        **numbers("model", shape[1]),
+        **numbers("block", len(request.blocks)),
+        **numbers("model", len(request.models)),
         **numbers("motion", motions.sizes["motion"]),
-        **(depth_coordinate(request.blocks) if configuration.get(AXES) else {}),
+        **(depth_coordinate(request.blocks) if waves[0].axes else {}),
         **{str(name): one.variable for name, one in motions.coords.items()},
-        **{str(name): one.variable for name, one in other.coords.items()},
     }
-    return xr.Dataset(
-        variables,
-        coords=coordinates,
-        attrs={
-            "title": "Incremental dynamic analysis of freestanding blocks, at adaptive levels",
-            "design": ADAPTIVE,
-            "im": scaled.name,
-            **provenance(dict(configuration)),
-            "until": json.dumps(until.describe()),
-            **({} if named is None else {"state": named}),
-            "stopped_because": "; ".join(dict.fromkeys(reason_text(one.stopped, named) for one in curves)),
-        },
+    told = provenance({**specimens.configuration, **configuration})
+    attributes = {"title": title, "design": configuration["design"], "im": scaled.name, **told}
+    return xr.Dataset(variables, coords=coordinates, attrs=attributes)
+
+
+def with_estimates(
+    runs: xr.Dataset, curves: Sequence[SequentialCurve], others: OtherMeasures, state: str | None
+) -> xr.Dataset:
+    """Add to runs what they say of each curve, and the better measures; the attribute `state` if not overturning."""
+    until, shape = curves[0].until, (runs.sizes["block"], runs.sizes["model"])
+    gains = [others.gains(one.seen) for one in curves]
+    # (of other answers the scatter of capacities does not say how many motions they take)
+    offers = [gain_words(others.labels, one) if until.target == MEDIAN else "" for one in gains]
+    other = others.variables(gains, ("block", "model"), shape)
+    found = runs.assign(curve_variables(curves, shape, runs["level"].attrs, offers, state))
+    return (
+        found.assign({str(name): one.variable for name, one in other.data_vars.items()})
+        .assign_coords({str(name): one.variable for name, one in other.coords.items()})
+        .assign_attrs(
+            until=json.dumps(until.describe()),
+            **({} if state is None else {"state": state}),
+            stopped_because="; ".join(dict.fromkeys(reason_text(one.stopped, state) for one in curves)),
+        )
     )
+
+
+def with_sparse_screen(found: xr.Dataset, request: Request, shaken: Shaken, asked: ScreenRequest) -> xr.Dataset:
+    """Add to runs the variables of their screen, where the request wants one."""
+    if not request.screen:
+        return found
+    about = 2 if configuration_of(found).get(AXES) == BOTH_AXES else 1
+    progress = part_of(request.progress, about * found.sizes[RUN])
+    return with_screen(found, sparse_screen(found, shaken, asked, request.runner, progress))
 
 
 def numbers(dim: str, n: int) -> dict[str, xr.Variable]:

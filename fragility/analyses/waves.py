@@ -1,4 +1,4 @@
-"""Motions and runs of an analysis in waves: the next motions, the measure they are scaled to, and all runs of one wave.
+"""Runs as a table, and waves of motions: the next motions, the measure that they are scaled to, and the runs of each.
 
 Waves come from a generator or from a set of motions.
 """
@@ -14,20 +14,23 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...core import checks
+from ...core.aliases import Progress
 from ...core.elementary import Array, Index, power
 from ...core.streams import stream
 from ...core.units import DIMENSIONLESS
 from ...models import Block
 from ...models.runs import Specimen
-from ...motions.arrays import Record
+from ...motions.arrays import BOTH_AXES, Record
 from ...motions.intensity.measure import Measure
-from ...motions.polarity import AS_RECORDED, records_under
+from ...motions.polarity import AS_RECORDED, BOTH, records_under
 from ...motions.simulated.generator import Generator
 from ..adaptive.until import Until
-from ..runs.axes import along_width
+from ..runs.axes import along_width, axes_of, check_axes, check_outputs
 from ..runs.plan import LEAST_OF_A_WAVE
-from ..runs.request import Request, collect_about, work_of
-from ..runs.scaling import SCALE, BlockMeasure, ground_of, intensities, intensity_measure
+from ..runs.progress import part_of
+from ..runs.request import DERIVED, Request, check_vertical, collect_about, work_of
+from ..runs.scaling import SCALE, BlockMeasure, check_factors, ground_of, intensities, intensity_measure
+from .friction_draws import check_draws, specimens_in
 
 ORDER = (0, 3)
 """Key, under a seed, of the order in which the motions of a set are taken."""
@@ -49,6 +52,15 @@ class MotionWave(NamedTuple):
             yield MotionWave(self.numbers[mine], [self.records[i] for i in mine], ground)
 
 
+class Rows(NamedTuple):
+    """A table of runs (run,): numbers from 0 of their blocks, laws and motions, and the levels that they are at."""
+
+    block: Index
+    model: Index
+    motion: Index
+    level: Array
+
+
 class Scaled(NamedTuple):
     """A measure that motions are scaled to: measured values of a wave, and their factors at levels."""
 
@@ -66,7 +78,7 @@ class Scaled(NamedTuple):
         return np.atleast_2d(found)
 
     def factors(self, levels: Array, measured: Array) -> Array:
-        """Return the factors (run, motion) that bring motions of a measure (motion,) to levels (run, motion)."""
+        """Return the factors that bring motions of a measure to levels; shapes that broadcast."""
         return levels if self.base is None else np.asarray(self.base.factors(levels / measured))
 
     def level(self, factors: Array, measured: Array) -> Array:
@@ -97,7 +109,7 @@ class MotionSource:
         ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
         polarity: str = AS_RECORDED,
     ) -> None:
-        self._seed, self._polarity = checks.count("seed", seed), polarity
+        self._seed, self._polarity, self.on_ground = checks.count("seed", seed), polarity, ground is not None
         self.generator = motions if isinstance(motions, Generator) else None
         self.size: int | None = None
         if isinstance(motions, Generator):
@@ -135,7 +147,34 @@ class MotionSource:
 
     def describe(self) -> Any:
         """Return the source as plain values."""
-        return {"generator": repr(self.generator)} if self.generator is not None else {"motions": self.size}
+        of = {"generator": repr(self.generator)} if self.generator is not None else {"motions": self.size}
+        return {**of, **({"polarity": BOTH} if self._polarity == BOTH else {})}
+
+
+def checked_axes(request: Request, records: Sequence[Record]) -> str:
+    """Return how motions shake (`axes_of`); ValueError where they do not suit the blocks, the laws or the outputs."""
+    check_vertical(request.models, records)
+    check_draws(request.models, request.blocks, records)
+    axes = axes_of(records)
+    check_axes(axes, request.blocks, request.models)
+    check_outputs(axes, request.outputs, request.models)
+    return axes
+
+
+def check_own_levels(request: Request) -> None:
+    """Raise ValueError for outputs that runs at levels of their own do not have."""
+    derived = next((name for name in request.outputs if name in DERIVED), None)
+    if derived is not None:
+        raise ValueError(f"outputs must not hold {derived} where each run has a level of its own: give common levels")
+
+
+def check_row_factors(rows: Rows, factors: Array, records: Sequence[Record]) -> None:
+    """Raise ValueError for factors (run,) of a table of runs, as `check_factors`."""
+    ends = np.ones((1, 2, len(records)))
+    ends[0, :, rows.motion] = factors[:, None]
+    np.minimum.at(ends[0, 0], rows.motion, factors)
+    np.maximum.at(ends[0, 1], rows.motion, factors)
+    check_factors(ends, records)
 
 
 def run_wave(
@@ -144,12 +183,61 @@ def run_wave(
     across: Sequence[Specimen] | None,
     records: Sequence[Record],
     factors: Array,
+    progress: Progress | None = None,
 ) -> dict[str, NDArray[Any]]:
     """Return the outputs (curve, level, motion) of specimens (curve,) under motions, each at levels of its own.
 
-    This is the one place at which adaptive runs are executed. Specimens of blocks that slide under motions along both
-    axes are those of the plane; `across` has the specimens in the direction of the depths, which motions along both
-    axes need for blocks that rock. `factors` are (curve, level, motion).
+    Specimens of blocks that slide under motions along both axes are those of the plane; `across` has the specimens in
+    the direction of the depths, which motions along both axes need for blocks that rock. `factors` are (curve, level,
+    motion).
     """
     work = work_of(specimens, [along_width(one) for one in records], factors, request)
-    return collect_about(work, across, request.runner, None, LEAST_OF_A_WAVE).results
+    return collect_about(work, across, request.runner, progress, LEAST_OF_A_WAVE).results
+
+
+def run_rows(
+    request: Request, records: Sequence[Record], rows: Rows, factors: Array, progress: Progress | None = None
+) -> dict[str, NDArray[Any]]:
+    """Return the outputs (run,) of a table of runs under motions times factors (run,).
+
+    Curves with equally many runs under each of the same motions run together.
+    """
+    both = axes_of(records) == BOTH_AXES
+    specimens = specimens_in(request, both and request.sliding)
+    across = request.specimens(across=True) if both and not request.sliding else None
+    found: dict[str, NDArray[Any]] = {}
+    done = 0
+    for curves, motions, at in _grids(rows.block * len(request.models) + rows.model, rows.motion):
+        results = run_wave(
+            request,
+            [specimens[i] for i in curves],
+            None if across is None else [across[i] for i in curves],
+            [records[i] for i in motions],
+            factors[at],
+            part_of(progress, done, rows.level.size * (1 if across is None else 2)),
+        )
+        done += at.size * (1 if across is None else 2)
+        for name, values in results.items():
+            found.setdefault(name, np.empty(rows.level.size, values.dtype))[at] = values
+    return found
+
+
+def _grids(curve: Index, motion: Index) -> Iterator[tuple[list[int], list[int], Index]]:
+    """Yield curves that have equally many runs under each of some motions, these motions, and the places of the runs.
+
+    Places are (curve, level, motion), the runs of a curve under a motion in the order in which they are given.
+    """
+    order = np.lexsort((motion, curve))
+    new = np.diff(curve[order], prepend=-1).astype(bool) | np.diff(motion[order], prepend=-1).astype(bool)
+    starts = np.flatnonzero(new)
+    each = np.diff(np.append(starts, curve.size))
+    of_cell, under = curve[order[starts]], motion[order[starts]]
+    grids: dict[tuple[int, tuple[int, ...]], list[tuple[int, Index]]] = {}
+    cells = np.lexsort((of_cell, each))
+    ends = np.flatnonzero(np.diff(each[cells]).astype(bool) | np.diff(of_cell[cells]).astype(bool)) + 1
+    for mine in np.split(cells, ends):
+        alike = int(each[mine[0]]), tuple(under[mine].tolist())
+        grids.setdefault(alike, []).append((int(of_cell[mine[0]]), starts[mine]))
+    for (number, motions), curves in grids.items():
+        first = np.stack([begin for _, begin in curves])[:, None, :]
+        yield [i for i, _ in curves], list(motions), order[first + np.arange(number)[:, None]]

@@ -28,7 +28,7 @@ from .scaling import BlockMeasure, intensity_measure
 
 Motions = xr.DataArray | Iterable[xr.DataArray] | Sequence[Iterable[xr.DataArray]]
 
-IDA, STRIPES, CLOUD, ADAPTIVE = "ida", "stripes", "cloud", "adaptive"
+IDA, STRIPES, CLOUD, ADAPTIVE, PLANNED = "ida", "stripes", "cloud", "adaptive", "planned"
 RUN = "run"
 """Dimension of the runs of adaptive levels, each of one block, law and motion at one level."""
 SCENE = "scene"
@@ -105,7 +105,7 @@ def intensity_of(runs: xr.Dataset) -> xr.DataArray:
     """
     design = design_of(runs)
     if design == ADAPTIVE:
-        raise ValueError("runs must be at common levels or at one intensity a motion, got adaptive levels")
+        raise ValueError("runs must be at common levels or at one intensity a motion, got a level for each run")
     return runs["level" if design == IDA else "intensity"]
 
 

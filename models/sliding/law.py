@@ -149,7 +149,7 @@ class Sliding(SlidingLaw):
 class RandomSliding(SlidingLaw):
     """Block that slides on its floor with a coefficient of Coulomb friction that is drawn anew for every run.
 
-    It is for `toppling.ida` at adaptive levels.  At common levels `toppling.fragility.slide_runs` runs every motion
+    It is for `toppling.adaptive_ida`.  At common levels `toppling.fragility.slide_runs` runs every motion
     with the quantiles of the friction.
 
     Parameters
@@ -188,7 +188,7 @@ class RandomSliding(SlidingLaw):
     def slider(self, block: Block) -> Slider:
         """Raise ValueError: the coefficient is one of a run."""
         raise ValueError(
-            f"RandomSliding is for ida at adaptive levels, got {block.label!r} in another analysis: take Sliding with "
+            f"RandomSliding is for adaptive_ida, got {block.label!r} in another analysis: take Sliding with "
             "a number, or fragility.slide_runs"
         )
 

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, NamedTuple, Self
 
@@ -434,12 +435,13 @@ class StudyFile(Table):
             raise ValueError("until.seed is of motions that are read: give motions.seed, which levels follow, too")
         is_pooled = self.kind == POOLED
         until = asked.build(self.analysis.im, number, MOST_POOLED if is_pooled else MOST)
+        if not is_pooled:
+            until = replace(until, state=OVERTURNED if self.fit is None else self.fit.state)
         runs = asked.runs_per_motion or (BLOCKS_A_MOTION if is_pooled else RUNS)
         kept = shaken.motions, shaken.ground, self.analysis.im, until, runs, seed, generator, both
         if is_pooled:
             return Pooled(*kept, events=self._events(generator is not None, number), reading=shaken.reading)
-        state = OVERTURNED if self.fit is None else self.fit.state
-        return Sequential(*kept, state=state, reading=shaken.reading)
+        return Sequential(*kept, reading=shaken.reading)
 
     def _events(self, made: bool, number: int) -> Events | None:
         """Return the events in which a sample of the region is run: made by a generator, or all `number` of a set."""

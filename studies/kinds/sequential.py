@@ -62,12 +62,12 @@ class SequentialStudy(FragilityStudy):
         derived = next((name for name in study.kept_outputs if name in DERIVED), None)
         if derived is not None:
             raise ValueError(f"outputs: adaptive levels do not keep {derived!r}; leave it out, or give levels")
-        hazard = None
-        if study.design.until.target == RATE:
+        until = study.design.until
+        if until.target == RATE:
             assert study.risk is not None  # (checked with the file)
-            hazard = study.risk.hazard
+            until = replace(until, hazard=study.risk.hazard)
         screening = ScreenRequest(study.friction, undecided=study.undecided)
-        return replace(study, design=replace(study.design, hazard=hazard, screening=screening))
+        return replace(study, design=replace(study.design, until=until, screening=screening))
 
     @property
     def words(self) -> str:

@@ -93,7 +93,8 @@ def adaptive_slides(
         for k, distance in enumerate(slides.distances):
             state = Slip(distance)
             # (what moves one way under a motion moves the other way under its reverse)
-            runs = replace(design.one_way, state=state).run([blocks[i] for i in mine], [law], OUTPUTS, client, None)
+            sought = replace(design.one_way, until=replace(design.until, state=state))
+            runs = sought.run([blocks[i] for i in mine], [law], OUTPUTS, client, None)
             if runs.sizes["motion"] > longest:
                 longest, ends = runs.sizes["motion"], str(runs.attrs.get("notes", ""))
             notable += precision_notes(runs, distance)

@@ -22,7 +22,7 @@ from ...fragility.adaptive.until import Until
 from ...fragility.analyses.adaptive import adaptive
 from ...fragility.analyses.region_runs import CHECKED_SHARE, checked_runs
 from ...fragility.analyses.stripes import stripe_scalings
-from ...fragility.fitting.states import OVERTURNED, State
+from ...fragility.analyses.waves import MotionSource
 from ...fragility.runs.axes import axes_of
 from ...fragility.runs.request import check_request
 from ...fragility.runs.scaling import ground_of, intensities, intensity_measure, scaling
@@ -225,26 +225,12 @@ class Waves(Design):
     seed: int
     generator: Generator | None = None
     both: bool = False
-    hazard: HazardCurve | None = None
     needs: ClassVar[tuple[str, str]]
     """Beginnings of the refusals of several floors, and of too few motions."""
 
     @property
     def both_ways(self) -> bool:
         return self.both
-
-    @property
-    def options(self) -> dict[str, Any]:
-        """The arguments that `toppling.fragility.adaptive` and `toppling.fragility.pooled` share."""
-        return {
-            "motions": self.motions if self.generator is None else self.generator,
-            "im": self.im,
-            "until": self.until,
-            "ground": self.ground or None,
-            "polarity": BOTH if self.both else AS_RECORDED,
-            "hazard": self.hazard,
-            "seed": self.seed,
-        }
 
     def check(self, blocks: Sequence[Block]) -> None:
         plain = records(self.motions)
@@ -260,7 +246,6 @@ class Waves(Design):
 class Sequential(Waves):
     """Runs at a few levels of each motion's own."""
 
-    state: State = OVERTURNED
     screening: ScreenRequest | None = None
     needs: ClassVar[tuple[str, str]] = ("adaptive levels need", "adaptive levels need")
 
@@ -327,14 +312,12 @@ class Sequential(Waves):
 
     def _analysed(self, blocks: Any, models: Any, outputs: Sequence[str], **options: Any) -> xr.Dataset:
         # (the screen is made with the waves, whose motions are not kept)
-        request = options["client"], options["progress"], self.screening is not None
-        return adaptive(
-            check_request(blocks, models, outputs, True, *request),
-            **self.options,
-            state=self.state,
-            runs_per_motion=self.runs_per_motion,
-            screening=self.screening,
+        request = check_request(
+            blocks, models, outputs, True, options["client"], options["progress"], self.screening is not None
         )
+        motions = self.motions if self.generator is None else self.generator
+        source = MotionSource(motions, self.seed, self.ground or None, BOTH if self.both else AS_RECORDED)
+        return adaptive(request, source, self.im, self.until, self.runs_per_motion, self.seed, self.screening)
 
 
 class Events(NamedTuple):
@@ -354,6 +337,7 @@ class Pooled(Waves):
     """One surface of all blocks under each law: every motion runs several blocks once."""
 
     events: Events | None = None
+    hazard: HazardCurve | None = None
     needs: ClassVar[tuple[str, str]] = ("levels = 'pooled' needs", "a pooled surface needs")
 
     @property
@@ -391,7 +375,17 @@ class Pooled(Waves):
 
     @property
     def options(self) -> dict[str, Any]:
-        return {**super().options, "blocks_per_motion": self.runs_per_motion}
+        """The arguments of `toppling.fragility.pooled`."""
+        return {
+            "motions": self.motions if self.generator is None else self.generator,
+            "im": self.im,
+            "until": self.until,
+            "ground": self.ground or None,
+            "polarity": BOTH if self.both else AS_RECORDED,
+            "hazard": self.hazard,
+            "blocks_per_motion": self.runs_per_motion,
+            "seed": self.seed,
+        }
 
     def falls(
         self, blocks: BlockArray, models: Sequence[Law], client: Client | Runner | None, progress: Progress | None

@@ -12,7 +12,7 @@ def test_savings_are_of_both_analyses():
     found = list(savings(shakes, 0.2))
     assert [other for other, *_ in found] == list(OTHERS)
     for other, _, taken, by_both, (middle, low, high) in found:
-        own = tp.ida(tp.Block(0.4, 1.8), tp.EnergyConsistent(), shakes, "adaptive", other, until={"median": 0.2})
+        own = tp.adaptive_ida(tp.Block(0.4, 1.8), tp.EnergyConsistent(), shakes, other, until={"median": 0.2})
         assert taken == int(own["motions_run"].item())
         assert low < middle < high
         assert by_both == pytest.approx(middle, rel=1.0)

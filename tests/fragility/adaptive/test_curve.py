@@ -19,7 +19,7 @@ HAZARD = HazardCurve.power_law(1.0, 2.5, "pga")
 
 def analysed(truth, asked, seed=0, low=0.4, high=20.0, hazard=None, last=None, runs=3):
     """A finished analysis; `last`: the number of motions that there are."""
-    curve = SequentialCurve(until_of(asked), low, high, runs, seed, hazard)
+    curve = SequentialCurve(until_of({**asked, "hazard": hazard}), low, high, runs, seed)
     random = np.random.default_rng(seed)
     done = 0
     while not curve.stopped:

@@ -40,7 +40,7 @@ def motion_of(found, i, motions=None):
 
 @pytest.fixture(scope="module")
 def found():
-    return tp.ida([BLOCK, WIDE], LAWS, SHAKES, "adaptive", "pgv", until=COARSE)
+    return tp.adaptive_ida([BLOCK, WIDE], LAWS, SHAKES, "pgv", until=COARSE)
 
 
 def test_layout(found):
@@ -92,7 +92,7 @@ def test_medians_are_those_of_many_levels(found):
 
 
 def test_a_curve_is_the_same_among_others_and_alone(found):
-    alone = tp.ida(WIDE, LAWS[1], SHAKES, "adaptive", "pgv", until=COARSE)
+    alone = tp.adaptive_ida(WIDE, LAWS[1], SHAKES, "pgv", until=COARSE)
     own = (found["run_block"].values == 1) & (found["run_model"].values == 1)
     for name in ("level", "overturned", "run_motion", "wave"):
         assert np.array_equal(alone[name].values, found[name].values[own])
@@ -104,9 +104,9 @@ def test_a_curve_is_the_same_among_others_and_alone(found):
 @pytest.mark.parametrize("workers", [1, 3])
 def test_bytes_do_not_depend_on_workers(found, workers):
     with dask.config.set(scheduler="threads", num_workers=workers):
-        again = tp.ida([BLOCK, WIDE], LAWS, SHAKES, "adaptive", "pgv", until=COARSE)
+        again = tp.adaptive_ida([BLOCK, WIDE], LAWS, SHAKES, "pgv", until=COARSE)
     xr.testing.assert_identical(again, found)
-    other = tp.ida(BLOCK, LAWS[0], SHAKES, "adaptive", "pgv", until=COARSE, seed=1)
+    other = tp.adaptive_ida(BLOCK, LAWS[0], SHAKES, "pgv", until=COARSE, seed=1)
     assert not np.array_equal(other["level"][:50], found["level"][:50])
 
 
@@ -143,7 +143,7 @@ def test_fits_take_the_runs_with_their_motions(found):
     motions = SHAKES.sample(found.sizes["motion"])
     hazard = HazardCurve.power_law(1e-3, 2.0, "pgv")
     for function, words in (
-        (lambda: slide_runs(found, motions, 0.3), "got adaptive levels"),
+        (lambda: slide_runs(found, motions, 0.3), "got a level for each run"),
         (lambda: tp.fragility.annual_rate(found, hazard), "curves must be a dataset as fit_fragility returns it"),
         (lambda: tp.fragility.curve_probability(found, [1.0]), "curves must be a dataset as fit_fragility returns it"),
     ):
@@ -178,7 +178,7 @@ def test_fits_of_selections_are_of_what_was_selected(found):
 def test_rates_are_those_of_the_hazard():
     hazard = HazardCurve.power_law(1e-1, 2.0, "pga")
     until = {"rate": 0.25, "motions": {"least": 32, "most": 600}}
-    found = tp.ida(BLOCK, LAWS[0], SHAKES, "adaptive", until=until, hazard=hazard)
+    found = tp.adaptive_ida(BLOCK, LAWS[0], SHAKES, until={**until, "hazard": hazard})
     levels = np.geomspace(0.5, 40.0, 120)
     runs = tp.ida(BLOCK, LAWS[0], SHAKES.sample(200, 5), levels, outputs=["overturned"], screen=False)
     p = runs["overturned"].mean("motion").values.ravel()
@@ -196,26 +196,26 @@ def test_rates_are_those_of_the_hazard():
 def test_a_probability_keeps_within_0_and_1():
     for level in (1.15, 1.2, 1.25):
         until = {"probability": {"level": level, "within": 0.05}, "motions": {"least": 32}}
-        found = tp.ida(BLOCK, LAWS[1], SHAKES, "adaptive", "pga_normalised", until=until)
+        found = tp.adaptive_ida(BLOCK, LAWS[1], SHAKES, "pga_normalised", until=until)
         assert 0.0 <= found["probability_lower"].item() <= found["probability_upper"].item() <= 1.0
 
 
 def test_sets_are_taken_in_an_order_of_their_own_and_end():
     motions = SHAKES.sample(70, 3)
-    found = tp.ida(BLOCK, LAWS[0], motions, "adaptive", until={"median": 0.01, "motions": {"least": 64}})
+    found = tp.adaptive_ida(BLOCK, LAWS[0], motions, until={"median": 0.01, "motions": {"least": 64}})
     assert found.attrs["stopped_because"] == "no more motions"
     labels = found["motion"].values.tolist()
     assert sorted(labels) == sorted(motions["motion"].values.tolist()) != labels
     assert re.search("70 motions.*takes about", found["account"].item())
     with pytest.raises(ValueError, match=r"motions must be 64 at least \(until motions least\), got 20"):
-        tp.ida(BLOCK, LAWS[0], SHAKES.sample(20), "adaptive")
+        tp.adaptive_ida(BLOCK, LAWS[0], SHAKES.sample(20))
 
 
 @pytest.mark.slow
 def test_measures_of_blocks_and_plain_factors():
     """Levels are those of the measure: its value of the motion times the factor that the run had."""
     for im in ("pga_normalised", "scale"):
-        found = tp.ida(BLOCK, LAWS[0], SHAKES, "adaptive", im, until=COARSE)
+        found = tp.adaptive_ida(BLOCK, LAWS[0], SHAKES, im, until=COARSE)
         for i in (0, 77, found.sizes["run"] - 1):
             one = tp.ida(BLOCK, LAWS[0], motion_of(found, i), [float(found["level"][i])], im, screen=False)
             assert bool(one["overturned"].item()) == bool(found["overturned"][i])
@@ -225,8 +225,8 @@ def test_levels_of_the_ground_below_a_floor():
     ground = SHAKES.sample(64, 2)
     floor = (2.0 * ground).assign_attrs(ground.attrs)
     until = {"median": 0.3, "motions": {"least": 32}}
-    above = tp.ida(BLOCK, LAWS[0], floor, "adaptive", "pgv", until=until, ground=ground)
-    below = tp.ida(BLOCK, LAWS[0], ground, "adaptive", "pgv", until=until)
+    above = tp.adaptive_ida(BLOCK, LAWS[0], floor, "pgv", until=until, ground=ground)
+    below = tp.adaptive_ida(BLOCK, LAWS[0], ground, "pgv", until=until)
     assert float(above["half_level"].item()) == pytest.approx(0.5 * float(below["half_level"].item()), rel=1e-9)
     assert json.loads(above.attrs["configuration"])["im_at"] == "ground"
     assert "ground_pgv" in above.coords
@@ -235,19 +235,19 @@ def test_levels_of_the_ground_below_a_floor():
 @pytest.mark.slow
 def test_both_polarities_are_one_motion():
     lean = tp.Block(0.4, 1.6, name="lean", wall=tp.Wall(0.05))
-    found = tp.ida(lean, LAWS[0], SHAKES, "adaptive", until=COARSE, polarity="both")
+    found = tp.adaptive_ida(lean, LAWS[0], SHAKES, until=COARSE, polarity="both")
     assert found.sizes["motion"] == 2 * int(found["motions_run"].item())
     assert found["record"].values[0] == found["record"].values[1]
     fitted = tp.fit_fragility(found, replicates=50)
     assert float(fitted["median"].item()) == pytest.approx(float(found["median"].item()), rel=1e-9)
-    given = tp.ida(lean, LAWS[0], both_polarities(SHAKES.sample(64)), "adaptive", until=COARSE, polarity="both")
+    given = tp.adaptive_ida(lean, LAWS[0], both_polarities(SHAKES.sample(64)), until=COARSE, polarity="both")
     assert int(given["motions_run"].item()) <= 64
 
 
 @pytest.mark.slow
 def test_pairs_fall_about_either_axis():
     (pairs,) = both_axes(SHAKES.sample_pairs(64))
-    found = tp.ida(BLOCK, LAWS[0], pairs, "adaptive", "RotD50(pgv)", until={"median": 0.4, "motions": {"least": 32}})
+    found = tp.adaptive_ida(BLOCK, LAWS[0], pairs, "RotD50(pgv)", until={"median": 0.4, "motions": {"least": 32}})
     assert np.unique(found["run_motion"]).size > 20
     for i in (3, 100, 180):
         motion = pairs.sel(motion=[found["motion"].values[int(found["run_motion"][i])]])
@@ -265,7 +265,7 @@ class TestOtherStates:
     @pytest.mark.parametrize(("law", "state", "output"), CASES, ids=["slip", "rotation", "uplift"])
     def test_medians_are_those_of_many_levels(self, law, state, output):
         """200 other motions at 60 levels: the medians agree within the two errors."""
-        found = tp.ida(WIDE, law, SHAKES, "adaptive", "pgv", until=COARSE, state=state)
+        found = tp.adaptive_ida(WIDE, law, SHAKES, "pgv", until={**COARSE, "state": state})
         assert found.attrs["stopped_because"] == "precision reached"
         levels = np.geomspace(0.02, 5.0, 60)
         runs = tp.ida(WIDE, law, SHAKES.sample(200, 7), levels, "pgv", [output], screen=False)
@@ -284,7 +284,7 @@ class TestOtherStates:
     def test_pairs_slide_in_the_plane(self):
         (pairs,) = both_axes(SHAKES.sample_pairs(64))
         until = {"median": 0.4, "motions": {"least": 32}}
-        found = tp.ida(WIDE, self.SLIDING, pairs, "adaptive", "RotD50(pgv)", until=until, state=Slip(0.05))
+        found = tp.adaptive_ida(WIDE, self.SLIDING, pairs, "RotD50(pgv)", until={**until, "state": Slip(0.05)})
         assert math.isfinite(found["half_level"].item())
         for i in (3, 100, 180):
             motion = pairs.sel(motion=[found["motion"].values[int(found["run_motion"][i])]])
@@ -294,24 +294,24 @@ class TestOtherStates:
     @pytest.mark.slow
     def test_other_laws_of_friction_have_curves_of_their_own(self):
         laws = [self.SLIDING, tp.Sliding(0.32)]
-        found = tp.ida(WIDE, laws, SHAKES, "adaptive", "pga", until=COARSE, state=Slip(0.02))
+        found = tp.adaptive_ida(WIDE, laws, SHAKES, "pga", until={**COARSE, "state": Slip(0.02)})
         weak, strong = found["half_level"].values.ravel()
-        alone = tp.ida(WIDE, laws[1], SHAKES, "adaptive", "pga", until=COARSE, state=Slip(0.02))
+        alone = tp.adaptive_ida(WIDE, laws[1], SHAKES, "pga", until={**COARSE, "state": Slip(0.02)})
         assert alone["half_level"].item() == strong > weak
 
     def test_motions_that_end_in_a_slide_are_named(self):
         cut = SHAKES.sample(40).isel(time=slice(0, 300))
         with pytest.warns(ImplausibleInput, match="end while a block slides"):
-            tp.ida(
-                WIDE, self.SLIDING, cut, "adaptive", until={"median": 0.4, "motions": {"least": 32}}, state=Slip(0.05)
+            tp.adaptive_ida(
+                WIDE, self.SLIDING, cut, until={"median": 0.4, "motions": {"least": 32}, "state": Slip(0.05)}
             )
 
     def test_blocks_that_would_rock_first_are_named(self):
-        few = {"median": 0.4, "motions": {"least": 32}}
-        for levels, more in (([2.0], {}), ("adaptive", {"until": few, "state": Slip(0.05)})):
+        until = {"median": 0.4, "motions": {"least": 32}, "state": Slip(0.05)}
+        for analysis, more in ((tp.ida, {"levels": [2.0]}), (tp.adaptive_ida, {"until": until})):
             shakes = SHAKES.sample(40)
             with pytest.warns(ImplausibleInput, match=r"1 of 2 blocks uplift before they slide, .*narrow"):
-                tp.ida([BLOCK, WIDE], self.SLIDING, shakes, levels, **more)
+                analysis([BLOCK, WIDE], self.SLIDING, shakes, **more)
         with warnings.catch_warnings():
             warnings.filterwarnings("error", message=".*uplift before they slide")
             tp.ida(BLOCK, self.SLIDING, SHAKES.sample(2), [2.0], outputs=["slide_peak", "mode"])
@@ -321,38 +321,39 @@ class TestOtherStates:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"levels": "adaptative"}, "levels must be real numbers or 'adaptive'"),
-        ({"levels": [1.0], "until": {}}, "until, state and hazard are for adaptive levels"),
-        ({"levels": [1.0]}, "motions must be labelled arrays where levels are given"),
-        ({"screen": 1}, "screen must be True or False"),
         ({"outputs": ["peak_rotation"]}, "outputs must hold overturned"),
-        ({"outputs": ["overturned", "top_displacement"]}, "outputs of adaptive levels must not hold top_displacement"),
-        ({"levels": [1.0], "state": "uplifted"}, "until, state and hazard are for adaptive levels"),
+        ({"outputs": ["overturned", "top_displacement"]}, "outputs must not hold top_displacement where each run has"),
         ({"models": tp.Sliding(0.3)}, r"state of sliding blocks must be a slip, such as Slip\(0.05\), got none"),
-        ({"models": tp.Sliding(0.3), "state": "overturned"}, "state of sliding blocks must be a slip"),
+        ({"models": tp.Sliding(0.3), "until": {"state": "overturned"}}, "state of sliding blocks must be a slip"),
         (
-            {"models": tp.Sliding(0.3), "state": Slip(0.1), "outputs": ["slide_path"]},
+            {"models": tp.Sliding(0.3), "until": {"state": Slip(0.1)}, "outputs": ["slide_path"]},
             "outputs must hold slide_peak for adaptive levels",
         ),
-        ({"state": Slip(0.1)}, r"state of rocking blocks must be no slip, got Slip\(distance=0.1, side='either'\)"),
         (
-            {"state": "front"},
+            {"until": {"state": Slip(0.1)}},
+            r"state of rocking blocks must be no slip, got Slip\(distance=0.1, side='either'\)",
+        ),
+        (
+            {"until": {"state": "front"}},
             "state of adaptive levels, which may be a number too, must be one of 'overturned', 'uplifted', got 'front'",
         ),
-        ({"state": -1.0}, "state must be finite and > 0, got -1.0"),
+        ({"until": {"state": -1.0}}, "state must be finite and > 0, got -1.0"),
         (
-            {"motions": both_axes(SHAKES.sample_pairs(64))[0], "im": "RotD50(pgv)", "state": 0.5},
+            {"motions": both_axes(SHAKES.sample_pairs(64))[0], "im": "RotD50(pgv)", "until": {"state": 0.5}},
             "is of one axis: runs about both axes have the states",
         ),
         ({"until": {"rate": 0.1}}, "until rate needs a hazard curve"),
-        ({"until": {"rate": 0.1}, "hazard": 3.0}, "hazard must be a HazardCurve, got float"),
-        ({"hazard": HazardCurve.power_law(1e-3, 2.0, "pga")}, "hazard is for until rate alone, got until median"),
+        ({"until": {"rate": 0.1, "hazard": 3.0}}, "hazard must be a HazardCurve, got float"),
         (
-            {"until": {"rate": 0.1}, "hazard": HazardCurve.power_law(1e-3, 2.0, "pgv")},
+            {"until": {"hazard": HazardCurve.power_law(1e-3, 2.0, "pga")}},
+            "hazard is for until rate alone, got until median",
+        ),
+        (
+            {"until": {"rate": 0.1, "hazard": HazardCurve.power_law(1e-3, 2.0, "pgv")}},
             "hazard must be of the measure of the levels, 'pga', got 'pgv'",
         ),
         (
-            {"until": {"rate": 0.1}, "hazard": HazardCurve([1.0, 2.0], [1e-2, 1e-3], "pga", at="floor")},
+            {"until": {"rate": 0.1, "hazard": HazardCurve([1.0, 2.0], [1e-2, 1e-3], "pga", at="floor")}},
             "hazard must be of the ground, as the levels are, got one of the floor",
         ),
         ({"ground": SHAKES.sample(2)}, "ground must be left out where motions come from a generator"),
@@ -360,6 +361,20 @@ class TestOtherStates:
     ],
 )
 def test_refusals(options, words):
-    given = {"blocks": BLOCK, "models": LAWS[0], "motions": SHAKES, "levels": "adaptive"} | options
+    given = {"blocks": BLOCK, "models": LAWS[0], "motions": SHAKES} | options
     with pytest.raises((TypeError, ValueError), match=words):
-        tp.ida(**given)
+        tp.adaptive_ida(**given)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"levels": "adaptive"}, "levels must be real numbers, got 'adaptive': adaptive_ida chooses levels"),
+        ({"motions": SHAKES}, "motions must be labelled arrays: take some of the generator's"),
+        ({"screen": 1}, "screen must be True or False"),
+    ],
+)
+def test_refusals_of_common_levels(options, words):
+    given = {"motions": SHAKES.sample(2), "levels": [1.0]} | options
+    with pytest.raises((TypeError, ValueError), match=words):
+        tp.ida(BLOCK, LAWS[0], **given)

@@ -129,7 +129,7 @@ class TestIda:
         made = []
         for call in (
             lambda: tp.ida(BLOCKS, MODELS, motions(), LEVELS, progress=3),
-            lambda: tp.ida(BLOCKS, MODELS, motions(), "adaptive", progress=3),
+            lambda: tp.adaptive_ida(BLOCKS, MODELS, motions(), progress=3),
             lambda: tp.stripes(BLOCKS, MODELS, [motions()], [1.0], progress=3),
             lambda: tp.cloud(BLOCKS, MODELS, motions(), progress=3),
             lambda: pooled(BLOCKS, MODELS, (made.append(one) or one for one in motions()), progress=3),

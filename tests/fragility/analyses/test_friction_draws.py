@@ -20,8 +20,9 @@ pytestmark = pytest.mark.filterwarnings("ignore::toppling.core.doubts.Implausibl
 
 
 def adaptive(**options):
-    given = {"until": {"median": 0.1}, "state": Slip(0.05), "seed": 3} | options
-    return tp.ida(given.pop("blocks", BLOCK), given.pop("law", LAW), SHAKES, "adaptive", **given)
+    given = {"until": {"median": 0.1}, "seed": 3} | options
+    given["until"] = {"state": Slip(0.05), **given["until"]}
+    return tp.adaptive_ida(given.pop("blocks", BLOCK), given.pop("law", LAW), SHAKES, **given)
 
 
 def test_coefficients_are_draws_of_those_below_uplift():
@@ -52,7 +53,7 @@ def test_a_run_is_that_of_its_coefficient():
 @pytest.mark.slow
 def test_a_run_in_the_plane_is_that_of_its_coefficient():
     (pairs,) = both_axes(SHAKES.sample_pairs(80))
-    found = tp.ida(BLOCK, LAW, pairs, "adaptive", "RotD50(pga)", until={"median": 0.3}, state=Slip(0.05))
+    found = tp.adaptive_ida(BLOCK, LAW, pairs, "RotD50(pga)", until={"median": 0.3, "state": Slip(0.05)})
     for k in range(0, found.sizes["run"], 83):
         mu, level = float(found["friction"][k]), float(found["level"][k])
         label = str(found["motion"].values[int(found["run_motion"][k])])
@@ -97,22 +98,11 @@ def test_known_and_random_friction_side_by_side():
     np.testing.assert_array_equal(found["slide_peak"][known], own["slide_peak"])
 
 
-@pytest.mark.parametrize(
-    ("law", "level", "said"),
-    [
-        (
-            RandomSliding(FixedFriction(0.5)),
-            "adaptive",
-            "rocks with every coefficient and never slides",
-        ),
-        (LAW, [2.0, 4.0], "RandomSliding is for ida at adaptive levels, got"),
-    ],
-)
-def test_what_is_refused(law, level, said):
-    options = {"state": Slip(0.05)} if level == "adaptive" else {}
-    shakes = SHAKES if level == "adaptive" else SHAKES.sample(3)
-    with pytest.raises(ValueError, match=said):
-        tp.ida(BLOCK, law, shakes, level, **options)
+def test_what_is_refused():
+    with pytest.raises(ValueError, match="rocks with every coefficient and never slides"):
+        adaptive(law=RandomSliding(FixedFriction(0.5)))
+    with pytest.raises(ValueError, match="RandomSliding is for adaptive_ida, got"):
+        tp.ida(BLOCK, LAW, SHAKES.sample(3), [2.0, 4.0])
 
 
 def test_vertical_shaking_and_held_blocks_are_refused():
@@ -121,7 +111,7 @@ def test_vertical_shaking_and_held_blocks_are_refused():
     with pytest.raises(
         ValueError, match="random friction at adaptive levels needs motions without a vertical component"
     ):
-        tp.ida(BLOCK, LAW, lifted, "adaptive", state=Slip(0.05))
+        tp.adaptive_ida(BLOCK, LAW, lifted, until={"state": Slip(0.05)})
     held = tp.Block(0.6, 1.8, wall=tp.Wall(0.02, restitution=0.2))
     with pytest.raises(ValueError, match="has a wall"):
         adaptive(blocks=held)

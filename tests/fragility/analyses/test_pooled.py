@@ -151,7 +151,7 @@ def test_rates_are_near_those_of_weighted_runs(found):
     curves = surface_curves(found, columns, HAZARD)
     for i in range(4):
         block = tp.Block(columns.width[i], columns.height[i], name="block")
-        other = tp.ida(block, LAWS[1], SHAKES, "adaptive", "pga", until={"rate": 0.05}, hazard=HAZARD, seed=4)
+        other = tp.adaptive_ida(block, LAWS[1], SHAKES, "pga", until={"rate": 0.05, "hazard": HAZARD}, seed=4)
         assert abs(float(curves["rate"][i, 1]) / float(other["rate"].squeeze()) - 1.0) < 0.15
 
 
@@ -269,7 +269,7 @@ def test_a_cut_that_fresh_blocks_do_not_confirm_is_given_up(worst, monkeypatch):
 @pytest.mark.slow
 def test_one_block_and_one_size():
     one = pooled(tp.Block(0.4, 1.8, name="alone"), LAWS[1], SHAKES, until=COARSE)
-    other = tp.ida(tp.Block(0.4, 1.8, name="alone"), LAWS[1], SHAKES, "adaptive", "pga", until={"median": 0.05}, seed=9)
+    other = tp.adaptive_ida(tp.Block(0.4, 1.8, name="alone"), LAWS[1], SHAKES, "pga", until={"median": 0.05}, seed=9)
     assert one.sizes["region_axis"] == 0
     assert abs(float(np.log(one["half_level"].squeeze() / other["half_level"].squeeze()))) < 0.15
     sizes = pooled([tp.Block.from_slenderness(0.2, r) for r in (0.5, 0.8, 1.2)], LAWS[1], SHAKES, until=COARSE)
@@ -384,7 +384,7 @@ def test_medians_of_blocks_with_their_own_e_and_delta_are_those_of_their_runs():
     for i in (3, 120, 200):
         (block,) = region.some(np.array([i]))
         law = tp.DiscreteDamping(e=float(region.own["e"][i]), delta=float(region.own["delta"][i]))
-        one = tp.ida(block, law, SHAKES, "adaptive", until={"median": 0.05}, seed=9)
+        one = tp.adaptive_ida(block, law, SHAKES, until={"median": 0.05}, seed=9)
         gaps.append(np.log(found["half_level"][i, 0].item() / one["half_level"].item()))
         reaches.append(np.log(found["half_level_upper"][i, 0] / found["half_level"][i, 0]).item())
     assert np.sqrt(np.mean(np.square(gaps))) < 0.08

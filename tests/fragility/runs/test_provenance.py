@@ -54,6 +54,12 @@ def exchanged(name, curves, path):
 
 # what the public functions of `fragility` that return a dataset are called with
 CALLS = {
+    "adaptive_ida": lambda *_: fragility.adaptive_ida(
+        BLOCKS,
+        LAWS,
+        motions.CloughPenzien(duration=4.0, dt=0.02),
+        until={"rate": 0.9, "motions": {"least": 32, "most": 64}, "hazard": SITE},
+    ),
     "annual_rate": lambda runs, curves, _: fragility.annual_rate(curves, SITE),
     "capacity_variance_shares": lambda runs, curves, _: fragility.capacity_variance_shares(runs),
     "cloud": lambda *_: fragility.cloud(BLOCKS, LAWS, SHAKES),
@@ -74,6 +80,7 @@ CALLS = {
     "rank_measures": lambda runs, *_: fragility.rank_measures(runs, SHAKES, ["Sa(0.5)"], replicates=5),
     "read_pelicun": lambda runs, curves, folder: exchanged("pelicun", curves, folder / "curves.csv"),
     "resurrections": lambda runs, *_: fragility.resurrections(runs),
+    "run_table": lambda *_: fragility.run_table(BLOCKS[0], LAWS[0], SHAKES, {"motion": [0, 1], "level": [2.0, 3.0]}),
     "screen": lambda runs, *_: fragility.screen(runs, SHAKES, friction=0.4, undecided=0.1),
     "size_for_rate": lambda runs, curves, _: fragility.size_for_rate(
         fragility.annual_rate(curves, SITE), rate=1e-4, along="width"
@@ -99,14 +106,6 @@ OTHERS = {
     "response_spectrum": lambda *_: motions.response_spectrum(SHAKES, [0.5, 1.0]),
     "matching_report": lambda *_: motions.matching_report(SHAKES, motions.TargetSpectrum((0.1, 1.0), (1.0, 1.0))),
     "peaks": lambda *_: motions.Building.flexural_shear(0.8, storeys=3).peaks(SHAKES),
-    "adaptive levels": lambda *_: fragility.ida(
-        BLOCKS,
-        LAWS,
-        motions.CloughPenzien(duration=4.0, dt=0.02),
-        "adaptive",
-        until={"rate": 0.9, "motions": {"least": 32, "most": 64}},
-        hazard=SITE,
-    ),
     "first overturnings": lambda runs, *_: tp.fit_fragility(runs, method="first-overturning"),
     "of counts": lambda *_: tp.fit_fragility(
         xr.Dataset({"overturnings": ("level", [1, 5, 9]), "runs": ("level", [10, 10, 10])}, {"level": [1.0, 2.0, 4.0]})

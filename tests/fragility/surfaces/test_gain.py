@@ -77,7 +77,7 @@ def gains(found):
 def test_velocity_saves_most_site_based_motions_as_is_said():
     """Both analyses are run: peak velocity takes the share of the motions that is said, or fewer."""
     until = {"median": 0.05, "motions": {"most": 6000}}
-    one, other = (tp.ida(CABINET, tp.EnergyConsistent(), SITE, "adaptive", im, until=until) for im in ("pga", "pgv"))
+    one, other = (tp.adaptive_ida(CABINET, tp.EnergyConsistent(), SITE, im, until=until) for im in ("pga", "pgv"))
     at = one["other_measure"].values.tolist().index("pgv")
     low, value = (float(one[f"measure_gain{end}"].values[0, 0, at]) for end in ("_lower", ""))
     assert 1.5 < low < value < 5.0
@@ -90,11 +90,11 @@ def test_velocity_saves_most_site_based_motions_as_is_said():
 
 @pytest.mark.slow
 def test_velocity_saves_no_motions_of_filtered_noise():
-    found = tp.ida(CABINET, tp.EnergyConsistent(), NOISE, "adaptive", "pga", until={"median": 0.1})
+    found = tp.adaptive_ida(CABINET, tp.EnergyConsistent(), NOISE, "pga", until={"median": 0.1})
     assert 0.5 < gains(found)["pgv"] < 1.5
     assert "would take" not in found["account"].item()
     assert found["measure_gain"].dims == ("block", "model", "other_measure")
-    rate = tp.ida(CABINET, tp.EnergyConsistent(), NOISE, "adaptive", "pgv", until={"dispersion": 0.4})
+    rate = tp.adaptive_ida(CABINET, tp.EnergyConsistent(), NOISE, "pgv", until={"dispersion": 0.4})
     assert "would take" not in rate["account"].item()
 
 
@@ -104,7 +104,7 @@ def test_a_plain_factor_is_worse_than_any_measure():
     motions = NOISE.sample(96)
     motions = motions * np.exp(random.normal(0.0, 1.0, 96))[:, None]
     motions.attrs["units"] = "m s-2"
-    found = tp.ida(CABINET, tp.EnergyConsistent(), motions, "adaptive", "scale", until={"median": 0.3})
+    found = tp.adaptive_ida(CABINET, tp.EnergyConsistent(), motions, "scale", until={"median": 0.3})
     assert set(gains(found)) == {"pga", "pgv", "pgd", "arias", "cav", "housner_intensity"}
     assert gains(found)["pga"] > 5.0
     assert "levels in " in found["account"].item()
@@ -124,6 +124,6 @@ def test_pairs_have_gains_of_both_components():
     pairs = tp.motions.both_axes(NOISE.sample_pairs(40))[0]
     until = {"median": 0.5, "motions": {"least": 32}}
     block = tp.Block(0.4, 1.8, depth=0.5)
-    found = tp.ida(block, tp.EnergyConsistent(), pairs, "adaptive", "RotD50(pga)", until=until)
+    found = tp.adaptive_ida(block, tp.EnergyConsistent(), pairs, "RotD50(pga)", until=until)
     assert list(gains(found)) == ["RotD50(pgv)"]
     assert np.isfinite(gains(found)["RotD50(pgv)"])

@@ -538,7 +538,7 @@ class TestErrors:
         """Their runs would be called all right, whatever they do."""
         block, shakes = tp.Block(0.6, 1.8), noise(64)
         slid = tp.ida(block, tp.Sliding(0.2), shakes, [2.0])
-        sparse = tp.ida(block, tp.Sliding(0.2), shakes, "adaptive", until={"median": 0.3}, state=Slip(0.05))
+        sparse = tp.adaptive_ida(block, tp.Sliding(0.2), shakes, until={"median": 0.3, "state": Slip(0.05)})
         drawn = slide_runs(tp.ida(block, MODELS[0], shakes, [2.0]), shakes, 0.2)
         for runs in (slid, sparse, drawn):
             with pytest.raises(ValueError, match="runs must be of rocking blocks, got some of sliding ones"):

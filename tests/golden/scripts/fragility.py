@@ -34,6 +34,11 @@ def _response():
     return fragility.overturning_response(_inputs(), SHELF, LAWS[0], GROUND, [4.0, 5.0])
 
 
+def _table():
+    """Every motion at two levels under one law and at one under the other."""
+    return {"model": [0, 0, 1] * 3, "motion": [0, 0, 0, 1, 1, 1, 2, 2, 2], "level": [2.0, 4.0, 3.0] * 3}
+
+
 def analyses():
     until = {"median": 0.3, "motions": {"least": 32, "most": 32}}
     return {
@@ -41,9 +46,10 @@ def analyses():
         "ida_turned": _runs(polarity="both", skip=False, outputs=["overturned", "peak_rotation"]),
         "cloud": fragility.cloud(SHELF, LAWS, GROUND),
         "stripes": fragility.stripes(SHELF, LAWS, [GROUND[:6], GROUND[6:]], [3.0, 4.0]),
-        "adaptive": fragility.ida(
-            SHELF, LAWS[0], tp.motions.CloughPenzien(duration=6.0, dt=0.02), "adaptive", until=until
+        "adaptive": fragility.adaptive_ida(
+            SHELF, LAWS[0], tp.motions.CloughPenzien(duration=6.0, dt=0.02), until=until
         ),
+        "run_table": fragility.run_table(SHELF, LAWS, GROUND[:3], _table()),
         "joint_falls": fragility.joint_falls(BlockArray([0.2, 0.22, 0.3], [1.0, 1.1, 1.2]), LAWS, GROUND, [2.0, 4.0]),
         "slide_runs": fragility.slide_runs(_runs(), GROUND, 0.3, draws=10),
     }

@@ -22,7 +22,7 @@ TALL = tp.Block(2.0, 19.5)
 MOTIONS = tp.motions.from_array(np.sin(np.arange(6250)) * np.ones((64, 1)), 0.8)
 WAYS = {
     "ida": lambda law: tp.ida(TALL, law, MOTIONS, [1.0]),
-    "adaptive": lambda law: tp.ida(TALL, law, MOTIONS, "adaptive"),
+    "adaptive": lambda law: tp.adaptive_ida(TALL, law, MOTIONS),
     "simulate": lambda law: tp.simulate(TALL, law, MOTIONS[:1]),
     "uncertain": lambda law: uncertain_ida(INPUTS, TALL, law, MOTIONS, [1.0], samples=2),
 }

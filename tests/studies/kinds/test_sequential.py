@@ -91,7 +91,7 @@ def test_the_runs_are_those_of_the_analysis(finished):
     shakes = tp.motions.CloughPenzien(duration=6.0, dt=0.02)
     blocks = [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)]
     until = {"median": 0.15, "motions": {"least": 32, "most": 200}}
-    own = tp.ida(blocks, tp.EnergyConsistent(), shakes, "adaptive", until=until, seed=4)
+    own = tp.adaptive_ida(blocks, tp.EnergyConsistent(), shakes, until=until, seed=4)
     for name in ("overturned", "level", "run_block", "run_motion", "wave"):
         np.testing.assert_array_equal(results[name], own[name])
     np.testing.assert_array_equal(results["sequential_dispersion"], own["dispersion"])
@@ -113,14 +113,12 @@ def until_a_rate(tmp_path_factory):
 
 def own_rates(**options):
     hazard = tp.HazardCurve.power_law(1e-3 * 9.80665**2, 2.0, "pga")
-    return tp.ida(
+    return tp.adaptive_ida(
         [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)],
         tp.EnergyConsistent(),
         tp.motions.CloughPenzien(duration=6.0, dt=0.02),
-        "adaptive",
         seed=4,
-        until={"rate": 0.5, "motions": {"least": 32, "most": 200}},
-        hazard=hazard,
+        until={"rate": 0.5, "motions": {"least": 32, "most": 200}, "hazard": hazard},
         **options,
     )
 
@@ -271,13 +269,11 @@ def test_rates_without_a_form_are_compared_and_exported(study, until_a_rate, tmp
 def test_curves_of_other_states(study, state, output):
     results = study(STUDY + f"[fit]\nstate = {state}\n").run()
     blocks = [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)]
-    own = tp.ida(
+    own = tp.adaptive_ida(
         blocks,
         tp.EnergyConsistent(),
         tp.motions.CloughPenzien(duration=6.0, dt=0.02),
-        "adaptive",
-        until={"median": 0.15, "motions": {"least": 32, "most": 200}},
-        state=json.loads(state),
+        until={"median": 0.15, "motions": {"least": 32, "most": 200}, "state": json.loads(state)},
         seed=4,
     )
     np.testing.assert_array_equal(results["half_level"], own["half_level"])
@@ -480,13 +476,11 @@ def test_slips_are_those_of_their_own_analyses(slipping, finished):
     blocks = [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)]
     law = RandomSliding(LognormalFriction(0.3, 0.3), 0.85)
     for k, distance in enumerate((0.05, 0.2)):
-        own = tp.ida(
+        own = tp.adaptive_ida(
             blocks,
             law,
             tp.motions.CloughPenzien(duration=6.0, dt=0.02),
-            "adaptive",
-            until={"median": 0.15, "motions": {"least": 32, "most": 200}},
-            state=Slip(distance),
+            until={"median": 0.15, "motions": {"least": 32, "most": 200}, "state": Slip(distance)},
             seed=4,
         )
         fitted = tp.fit_fragility(own, state=Slip(distance))
@@ -600,7 +594,7 @@ def test_runs_are_screened_with_the_friction_of_the_study(slipping, study):
     shakes = tp.motions.CloughPenzien(duration=6.0, dt=0.02)
     until = {"median": 0.15, "motions": {"least": 32, "most": 200}}
     blocks = [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)]
-    runs = tp.ida(blocks, tp.EnergyConsistent(), shakes, "adaptive", until=until, seed=4)
+    runs = tp.adaptive_ida(blocks, tp.EnergyConsistent(), shakes, until=until, seed=4)
     screened = screen(runs, shakes, LognormalFriction(0.3, 0.3), undecided=0.08)
     for name, one in screened.data_vars.items():
         np.testing.assert_array_equal(results[name], one)
@@ -628,13 +622,11 @@ def test_rates_of_slips_are_weighed_with_the_chance_of_sliding(study):
     """With a known friction that lies between the two b/h one block always slides, and the other never."""
     results = study(STUDY + HAZARD + "[friction]\nstatic = 0.3\nslips_m = [0.1]\n").run()
     assert results["slides_instead"].values.tolist() == [0.0, 1.0]
-    own = tp.ida(
+    own = tp.adaptive_ida(
         tp.Block(0.6, 1.8),
         RandomSliding(FixedFriction(0.3)),
         tp.motions.CloughPenzien(duration=6.0, dt=0.02),
-        "adaptive",
-        until={"median": 0.15, "motions": {"least": 32, "most": 200}},
-        state=Slip(0.1),
+        until={"median": 0.15, "motions": {"least": 32, "most": 200}, "state": Slip(0.1)},
         seed=4,
     )
     curves = tp.fit_fragility(own, state=Slip(0.1), keep_replicates=True)
@@ -653,14 +645,12 @@ def test_rates_of_slips_are_weighed_with_the_chance_of_sliding(study):
 def test_rates_of_slips_without_a_curve(study):
     text = STUDY.replace("median = 0.15", "rate = 0.5") + HAZARD + FRICTION
     results = study(text).run()
-    own = tp.ida(
+    own = tp.adaptive_ida(
         [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)],
         RandomSliding(LognormalFriction(0.3, 0.3), 0.85),
         tp.motions.CloughPenzien(duration=6.0, dt=0.02),
-        "adaptive",
-        until={"rate": 0.5, "motions": {"least": 32, "most": 200}},
+        until={"rate": 0.5, "motions": {"least": 32, "most": 200}, "state": Slip(0.2)},
         hazard=tp.HazardCurve.power_law(1e-3 * 9.80665**2, 2.0, "pga"),
-        state=Slip(0.2),
         seed=4,
     )
     expected = own["rate"][:, 0].values * results["slides_instead"].values
@@ -684,13 +674,15 @@ def test_slips_that_are_not_reached_are_a_note_and_held_blocks_have_none(study):
 def test_chances_of_slips_at_a_level(study):
     text = STUDY.replace("median = 0.15", 'probability = { level = 0.6, unit = "g", within = 0.15 }')
     results = study(text + FRICTION).run()
-    own = tp.ida(
+    own = tp.adaptive_ida(
         [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)],
         RandomSliding(LognormalFriction(0.3, 0.3), 0.85),
         tp.motions.CloughPenzien(duration=6.0, dt=0.02),
-        "adaptive",
-        until={"probability": {"level": 0.6 * 9.80665, "within": 0.15}, "motions": {"least": 32, "most": 200}},
-        state=Slip(0.05),
+        until={
+            "probability": {"level": 0.6 * 9.80665, "within": 0.15},
+            "motions": {"least": 32, "most": 200},
+            "state": Slip(0.05),
+        },
         seed=4,
     )
     expected = own["probability"][:, 0].values * results["slides_instead"].values
