@@ -6,7 +6,7 @@ from ..core.faces import face
 
 if TYPE_CHECKING:
     from .buildings.anchoring import anchoring as anchoring
-    from .buildings.assessment import assess as assess
+    from .buildings.assessment import Assessment as Assessment, assess as assess
     from .inventory.consequences import Consequence as Consequence, Injury as Injury
     from .inventory.contents import Contents as Contents, Inventory as Inventory
     from .inventory.reading import read_inventory as read_inventory

@@ -12,9 +12,10 @@ from ...fragility import HazardCurve
 from ...models import Block, HousnerImpact, Restraint
 from ...motions import CloughPenzien
 from ...studies.buildings.anchoring import anchoring
+from ...studies.buildings.assessment import Assessment, assess
 from ...studies.inventory.contents import Contents, Inventory
 from ...studies.inventory.kits import Kit
-from ...studies.kits.savings import Shake, kit_savings
+from ...studies.kits.savings import kit_savings
 from .drawn import Row, row_of
 
 SIZES = {"case": (0.3, 1.8), "wider": (0.31, 1.8), "shelf": (0.35, 1.6), "rack": (0.37, 1.65)}
@@ -42,6 +43,6 @@ def rows(full: bool) -> Iterator[Row]:
 
 def _study(motions: int, number: int) -> tuple[xr.Dataset, xr.Dataset]:
     shaken = CloughPenzien(duration=8.0, dt=0.01).sample(motions, seed=number + 1)
-    shake = Shake([HousnerImpact(geometry="linear")], shaken, LEVELS, "pga", hazard=HAZARD, replicates=400)
-    assessment = shake.assess(CONTENTS, sides=True)
-    return anchoring(assessment, "number", replicates=400), kit_savings(CONTENTS, KITS, assessment, shake)
+    asked = Assessment([HousnerImpact(geometry="linear")], shaken, LEVELS, "pga", hazard=HAZARD, replicates=400)
+    assessment = assess(CONTENTS, asked, sides=True)
+    return anchoring(assessment, "number", replicates=400), kit_savings(CONTENTS, KITS, assessment, asked)

@@ -84,7 +84,14 @@ def uncertain() -> dict[str, xr.Dataset]:
         motions = array.sel(floor=label).isel(motion=slice(some(60)))
         for item in ITEMS:
             runs = uncertain_ida(
-                INPUTS, tp.catalogue[item], LAWS, motions, design.levels, "pgv", "overturned", samples=SAMPLES, seed=1
+                INPUTS,
+                tp.catalogue[item],
+                LAWS,
+                motions,
+                design.levels,
+                "pgv",
+                "overturned",
+                samples=INPUTS.sample(SAMPLES, 1),
             )
             found[f"{item}, {place}"] = capacity_variance_shares(runs)
     return found

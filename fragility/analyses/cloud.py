@@ -34,7 +34,6 @@ def cloud(
     im: str | Measure = "pga",
     outputs: Sequence[str] | None = None,
     client: Client | Runner | None = None,
-    skip: bool = True,
     *,
     screen: bool = True,
     ground: Motions | None = None,
@@ -51,7 +50,7 @@ def cloud(
         Labelled motions (m s-2); nothing is scaled.
     im : str or Measure
         The intensity measure of the runs: any but ``scale``.
-    outputs, client, skip, screen, polarity, progress
+    outputs, client, screen, polarity, progress
         As for `toppling.ida`.
     ground : xarray.DataArray or a sequence of them, optional
         The ground motions of which `motions` are floor motions: the measure is then that of the ground motions.
@@ -75,7 +74,7 @@ def cloud(
     >>> runs["intensity"].dims
     ('motion',)
     """
-    request = check_request(blocks, models, outputs, skip, client, progress, screen)
+    request = check_request(blocks, models, outputs, True, client, progress, screen)
     arrays = arrays_under(motions, polarity)
     plain = records(arrays)
     at = plain if ground is None else ground_of(plain, records_under(ground, polarity))

@@ -142,7 +142,8 @@ def pooled(
     """
     checks.callback("progress", progress)
     columns = BlockArray.of(blocks)
-    plan = checked_plan(columns, models, motions, im, until, client, ground, polarity, blocks_per_motion, seed, hazard)
+    source = MotionSource(motions, seed, ground, polarity)
+    plan = checked_plan(columns, models, source, im, until, blocks_per_motion, hazard, client)
     variables = variables_of(columns)
     points = plan.domain.points(variables)
     given = some_points(plan.domain, points, BAND_POINTS)
@@ -192,15 +193,12 @@ def pooled(
 def checked_plan(
     columns: BlockArray,
     models: Law | Sequence[Law],
-    motions: Generator | xr.DataArray | Iterable[xr.DataArray],
+    source: MotionSource,
     im: str | Measure,
     until: Mapping[str, Any] | Until | None,
-    client: Client | Runner | None,
-    ground: xr.DataArray | Iterable[xr.DataArray] | None,
-    polarity: str,
-    blocks_per_motion: int,
-    seed: int,
-    hazard: HazardCurve | None,
+    blocks_per_motion: int = BLOCKS_A_MOTION,
+    hazard: HazardCurve | None = None,
+    client: Client | Runner | None = None,
 ) -> PooledPlan:
     """Check the arguments of `pooled`, and lay out the region of the blocks; errors as there."""
     domain = domain_of(variables_of(columns))
@@ -232,9 +230,8 @@ def checked_plan(
     checks.count("blocks_per_motion", blocks_per_motion, at_least=1)
     if blocks_per_motion > 256:
         raise ValueError(f"blocks_per_motion must be at most 256, got {blocks_per_motion}")
-    source = MotionSource(motions, seed, ground, polarity)
     most = source.most(goal)
-    plan = PooledPlan(request, laws, scaled, source, most, domain, goal, blocks_per_motion, seed, hazard, varied)
+    plan = PooledPlan(request, laws, scaled, source, most, domain, goal, blocks_per_motion, source.seed, hazard, varied)
     if hazard is not None:
         _check_hazard(hazard, plan)
     return plan

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
-from ...core.aliases import Array, Flags, Progress
+from ...core.aliases import Array, Progress
 from ...core.doubts import warn
 from ...core.units import described
 from ...models import Block, Model
@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from ..runs.runners import Runner
 
 Motions = xr.DataArray | Iterable[xr.DataArray] | Selection
-CONSISTENT = "hazard_consistent"
-CONSISTENCY = described("whether the motions of the stripe agree with the hazard")
 AT_LEVEL = 1e-9
 """Relative difference of the level of a selection from that of its stripe which is rounding."""
 
@@ -46,13 +44,11 @@ def stripes(
     im: str | Measure = "pga",
     outputs: Sequence[str] | None = None,
     client: Client | Runner | None = None,
-    skip: bool = True,
     *,
     screen: bool = True,
     scale: bool = True,
     ground: Sequence[Motions] | None = None,
     polarity: str = AS_RECORDED,
-    inconsistent: bool = False,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Multiple-stripe analysis: motions that differ from level to level, as selected consistently with the hazard.
@@ -62,19 +58,18 @@ def stripes(
     blocks, models : one or a sequence
         Blocks and damping laws, with unique labels.
     motions : sequence of motions or of sequences of them
-        The motions of each level (m s-2), or a `toppling.motions.Selection` for it; a motion may be in several stripes.
+        The motions of each level (m s-2), or a `toppling.motions.Selection` for it, which must agree with the hazard
+        (its `motions` are taken whether they do or not); a motion may be in several stripes.
     levels : array_like, shape (level,)
         Level of each stripe, SI, > 0, strictly increasing.
     im : str or Measure
         The intensity measure of the levels, as for `toppling.ida`.
-    outputs, client, skip, screen, polarity, progress
+    outputs, client, screen, polarity, progress
         As for `toppling.ida`.
     scale : bool
         True (default) scales every motion of a stripe to its level; False runs the motions as they are, because they
         were selected, or simulated, for that level and scatter about it.  Motions that have another measure are warned
         of (`toppling.core.doubts.ImplausibleInput`); studies refuse them.
-    inconsistent : bool
-        True takes selections that do not agree with the hazard; False (default) refuses them.
     ground : sequence of motions or of sequences of them, optional
         For each stripe the ground motions of which `motions` are floor motions: the levels then refer to the measure of
         the ground motions.
@@ -84,8 +79,7 @@ def stripes(
     xarray.Dataset
         The outputs on (block, model, motion); on motion the coordinates `intensity` (the level of the motion's stripe),
         `stripe` (1, 2, …) and `record` (its label as given; if a motion is in several stripes, the stripe is added to
-        the labels of the dimension); of selections also `hazard_consistent`.  `overturning_probability` counts the runs
-        by level.
+        the labels of the dimension).  `overturning_probability` counts the runs by level.
 
     Notes
     -----
@@ -106,13 +100,11 @@ def stripes(
     >>> runs["intensity"].values.tolist()
     [2.0, 2.0, 2.0, 2.0, 4.0, 4.0, 4.0, 4.0]
     """
-    request = check_request(blocks, models, outputs, skip, client, progress, screen)
+    request = check_request(blocks, models, outputs, True, client, progress, screen)
     if not isinstance(scale, bool):
         raise TypeError(f"scale must be True or False, got {scale!r:.40}")
-    if not isinstance(inconsistent, bool):
-        raise TypeError(f"inconsistent must be True or False, got {inconsistent!r:.40}")
     values = increasing(levels, intensity_measure(im))
-    consistent = _consistent(motions, values, im, inconsistent)
+    _check_selections(motions, values, im)
     arrays, sets = _sets("motions", motions, values.size, polarity)
     below = [None] * values.size if ground is None else _sets("ground", ground, values.size, polarity)[1]
     plain = [record for own in sets for record in own]
@@ -134,7 +126,6 @@ def stripes(
         {
             "intensity": intensity,
             "stripe": xr.Variable("motion", stripe, described("stripe")),
-            **({} if consistent is None else {CONSISTENT: xr.Variable("motion", consistent[stripe - 1], CONSISTENCY)}),
             RECORD: xr.Variable("motion", np.array(given, dtype=object), AS_GIVEN),
             **measured(scaled),
         },
@@ -171,14 +162,11 @@ def stripe_scalings(
     return [scaled._replace(factors=np.ones((1, 1, len(own)))) for scaled, own in zip(found, sets, strict=True)]
 
 
-def _consistent(motions: Any, levels: Array, im: str | Measure, accepted: bool) -> Flags | None:
-    """Return whether the selection of each level agrees with the hazard, None where none is a selection.
-
-    ValueError for one of another level or measure, and for one that does not agree where that is not accepted.
-    """
+def _check_selections(motions: Any, levels: Array, im: str | Measure) -> None:
+    """Raise ValueError for a selection of another level or measure, or one that does not agree with the hazard."""
     chosen = list(motions) if isinstance(motions, list | tuple) else []
     if not any(isinstance(one, Selection) for one in chosen):
-        return None
+        return
     measure = intensity_measure(im)
     if not all(isinstance(one, Selection) for one in chosen):
         raise TypeError("motions must all be selections, or none of them")
@@ -188,12 +176,11 @@ def _consistent(motions: Any, levels: Array, im: str | Measure, accepted: bool) 
             raise ValueError(f"motions[{i}] is selected for levels of {given}, im must be that, got {im!r}")
         if abs(at / level - 1.0) > AT_LEVEL:
             raise ValueError(f"motions[{i}] is selected for {given} = {at:g}, its level is {level:g}")
-        if not (one.consistent or accepted):
+        if not one.consistent:
             raise ValueError(
                 f"motions[{i}] is not hazard-consistent ({one.why}): select from other candidates, leave the level "
-                "out, or take it as it is with inconsistent=True"
+                "out, or give its motions as they are"
             )
-    return np.array([one.consistent for one in chosen])
 
 
 def _joined(scalings: Sequence[Scaling]) -> Scaling:

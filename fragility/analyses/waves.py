@@ -109,7 +109,7 @@ class MotionSource:
         ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
         polarity: str = AS_RECORDED,
     ) -> None:
-        self._seed, self._polarity, self.on_ground = checks.count("seed", seed), polarity, ground is not None
+        self.seed, self._polarity, self.on_ground = checks.count("seed", seed), polarity, ground is not None
         self.generator = motions if isinstance(motions, Generator) else None
         self.size: int | None = None
         if isinstance(motions, Generator):
@@ -129,7 +129,7 @@ class MotionSource:
     def wave(self, first: int, n: int) -> MotionWave:
         """Return motions `first` … `first + n - 1`."""
         if self.generator is not None:
-            records = records_under(self.generator.sample(n, self._seed, first), self._polarity)
+            records = records_under(self.generator.sample(n, self.seed, first), self._polarity)
             ways = len(records) // n
             return MotionWave(np.repeat(np.arange(first, first + n), ways), records, None)
         own = self._sets[first : first + n]

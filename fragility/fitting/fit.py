@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
 
@@ -39,21 +39,38 @@ METHODS = ("binomial", FIRST)
 REPLICATES = 1000
 
 
+@dataclass(frozen=True)
+class CurveOptions:
+    """Options of fitted curves, as `fit_fragility` takes them."""
+
+    confidence: float = 0.95
+    form: str | Fit | None = None
+    method: str = "binomial"
+    intervals: str | None = None
+    fractiles: Sequence[float] = ()
+    penalty: str = "auto"
+    replicates: int = REPLICATES
+    seed: int = 0
+    state: State = OVERTURNED
+
+
+USUAL = CurveOptions()
+
+
 def fit_fragility(
     data: xr.Dataset,
-    confidence: float = 0.95,
+    confidence: float = USUAL.confidence,
     *,
-    form: str | Fit | None = None,
-    method: str = "binomial",
-    intervals: str | None = None,
-    fractiles: Sequence[float] = (),
-    penalty: str = "auto",
-    replicates: int = REPLICATES,
-    seed: int = 0,
+    form: str | Fit | None = USUAL.form,
+    method: str = USUAL.method,
+    intervals: str | None = USUAL.intervals,
+    fractiles: Sequence[float] = USUAL.fractiles,
+    penalty: str = USUAL.penalty,
+    replicates: int = USUAL.replicates,
+    seed: int = USUAL.seed,
     keep_replicates: bool = False,
-    state: State = OVERTURNED,
+    state: State = USUAL.state,
     together: Sequence[str] = (),
-    progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Fragility curves by maximum likelihood, with intervals; by default P(x) = Phi(ln(x/median)/dispersion).
 
@@ -94,8 +111,6 @@ def fit_fragility(
     together : sequence of str
         Dimensions of an IDA, such as ``sample``, whose runs make one curve: all runs of a motion along them belong to
         that motion.
-    progress : callable, optional
-        Called with (curves fitted, curves in all) after every curve.
 
     Returns
     -------
@@ -184,19 +199,32 @@ def fit_fragility(
     >>> print(f"{float(fit['median_lower']):.4f} {float(fit['median_upper']):.4f}")
     0.9642 1.3070
     """
-    chosen = form_named(default_form(state) if form is None else form)
-    level = CHANCE.number("confidence", confidence)
+    options = CurveOptions(confidence, form, method, intervals, fractiles, penalty, replicates, seed, state)
+    return fit_curves(data, options, keep_replicates, together)
+
+
+def fit_curves(
+    data: xr.Dataset,
+    asked: CurveOptions,
+    keep_replicates: bool = False,
+    together: Sequence[str] = (),
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Return curves as `fit_fragility`; progress is called with (curves fitted, curves in all) after every curve."""
+    method, state = asked.method, asked.state
+    chosen = form_named(default_form(state) if asked.form is None else asked.form)
+    level = CHANCE.number("confidence", asked.confidence)
     trials = collect(data, checks.choice("method", method, METHODS) == FIRST, state, together)
     check_method(chosen, method)
     if not isinstance(keep_replicates, bool):
         raise TypeError(f"keep_replicates must be True or False, got {keep_replicates!r:.40}")
     options = Options(
         level,
-        _intervals(intervals, chosen, trials),
-        _fractiles(fractiles),
-        checks.choice("penalty", penalty, tuple(PENALTIES)),
-        checks.count("replicates", replicates, at_least=1),
-        checks.count("seed", seed),
+        _intervals(asked.intervals, chosen, trials),
+        _fractiles(asked.fractiles),
+        checks.choice("penalty", asked.penalty, tuple(PENALTIES)),
+        checks.count("replicates", asked.replicates, at_least=1),
+        checks.count("seed", asked.seed),
         keep_replicates,
     )
     if options.resamples and trials.clusters and trials.samples:

@@ -37,10 +37,8 @@ def uncertain_ida(
     im: str | Measure = "pga",
     outputs: Sequence[str] = ("overturned", "peak_rotation"),
     client: Client | Runner | None = None,
-    skip: bool = True,
     *,
     samples: int | xr.Dataset = 64,
-    seed: int = 0,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     polarity: str = AS_RECORDED,
     progress: Progress | None = None,
@@ -56,12 +54,10 @@ def uncertain_ida(
     models : law or a sequence of laws
         The nominal law.  Several laws give a dimension `model`, each under the same samples; where `law` is an input,
         one law must be given and is not used.
-    motions, levels, im, outputs, client, skip, ground, polarity, progress
+    motions, levels, im, outputs, client, ground, polarity, progress
         As for `ida`.
     samples : int or xarray.Dataset
-        Number of samples (a Latin hypercube under `seed`), or samples as `RandomInputs.sample` returns them.
-    seed : int
-        Seed of the samples.
+        Number of samples (a Latin hypercube under the seed 0), or samples as `RandomInputs.sample` returns them.
 
     Returns
     -------
@@ -82,11 +78,11 @@ def uncertain_ida(
     """
     if not isinstance(inputs, RandomInputs):
         raise TypeError(f"inputs must be RandomInputs, got {checks.kind(inputs)}")
-    request = check_request(block, models, outputs, skip, client, progress)
+    request = check_request(block, models, outputs, True, client, progress)
     laws = rocking_laws(request.models)
     if len(laws) > 1 and LAW in inputs.names:
         raise ValueError(f"models must be one law where 'law' is an input, got {len(laws)}")
-    drawn = samples if isinstance(samples, xr.Dataset) else inputs.sample(samples, seed)
+    drawn = samples if isinstance(samples, xr.Dataset) else inputs.sample(samples)
     pairs = [pair for law in laws for pair in inputs.realise(block, law, drawn)]
     blocks = [one for one, _ in pairs]
     n = drawn.sizes["sample"]

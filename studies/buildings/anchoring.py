@@ -79,11 +79,11 @@ def anchoring(
     Examples
     --------
     >>> import toppling as tp
-    >>> from toppling.studies.buildings.assessment import assess
+    >>> from toppling.studies.buildings.assessment import Assessment, assess
     >>> from toppling.studies.inventory.reading import Contents, Inventory
     >>> low, tall = (Contents(f"{n} shelves", tp.catalogue[f"bookcase-{n}-shelf"], floor=0) for n in (2, 6))
     >>> shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(6)
-    >>> found = assess(Inventory((low, tall)), tp.HousnerImpact(), shaking, [6.0])
+    >>> found = assess(Inventory((low, tall)), Assessment(tp.HousnerImpact(), shaking, [6.0]))
     >>> ranked = anchoring(found, "number", level=6.0)
     >>> str(ranked["anchored_item"].values[0, 1])
     '6 shelves'

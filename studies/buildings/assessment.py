@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -81,36 +81,12 @@ BUILDING = "building"
 """The place that includes all floors."""
 
 
-def assess(
-    inventory: Inventory,
-    models: Law | Sequence[Law],
-    motions: xr.DataArray | Iterable[xr.DataArray] | FloorHistories,
-    levels: Any,
-    im: str | Measure = "pga",
-    building: Building | None = None,
-    hazard: Hazard | None = None,
-    *,
-    ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
-    variability: Variability | None = None,
-    modelling_dispersion: float = 0.0,
-    quantiles: Sequence[float] = (0.1, 0.5, 0.9),
-    losses: Any = None,
-    slipping: Slipping | None = None,
-    consequence_correlation: float = 1.0,
-    confidence: float = 0.95,
-    replicates: int = REPLICATES,
-    seed: int = 0,
-    sides: bool | None = None,
-    polarity: str | None = None,
-    client: Client | Runner | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> xr.Dataset:
-    """Compute the number and value overturned in a building, by floor and intensity, and in a year.
+@dataclass(frozen=True)
+class Assessment:
+    """How the contents of a building are assessed: motions, laws, and what is asked of the outcomes.
 
-    Parameters
+    Attributes
     ----------
-    inventory : Inventory
-        The contents of each floor; anchored pieces do not overturn.
     models : one law or a sequence
         Damping laws; an item with its own restitution has that instead of the law's.
     motions : xarray.DataArray, a sequence of them or FloorHistories
@@ -152,13 +128,60 @@ def assess(
     confidence, replicates, seed
         Of the intervals: their confidence, the number of resamples of the motions and the seed that decides them, and
         the draws of costs, downtimes and injuries.
-    sides : bool, optional
-        Whether forward falls are told apart; where not given, whether any piece that is not anchored has a wall, a
-        restraint, a mass off the middle or a lean.
     polarity : {"as recorded", "both"}, optional
         ``both`` runs every ground motion, with all floor motions under it, as given and reversed (ü and -ü), because an
         earthquake may come from either side; where not given, both if front and back of any piece that is not anchored
         differ (`Block.sided`), else as recorded.
+    """
+
+    models: Law | Sequence[Law]
+    motions: xr.DataArray | Iterable[xr.DataArray] | FloorHistories
+    levels: Any
+    im: str | Measure = "pga"
+    building: Building | None = None
+    hazard: Hazard | None = None
+    ground: xr.DataArray | Iterable[xr.DataArray] | None = field(default=None, kw_only=True)
+    variability: Variability | None = field(default=None, kw_only=True)
+    modelling_dispersion: float = field(default=0.0, kw_only=True)
+    quantiles: Sequence[float] = field(default=(0.1, 0.5, 0.9), kw_only=True)
+    losses: Any = field(default=None, kw_only=True)
+    slipping: Slipping = field(default=Slipping(), kw_only=True)
+    consequence_correlation: float = field(default=1.0, kw_only=True)
+    confidence: float = field(default=0.95, kw_only=True)
+    replicates: int = field(default=REPLICATES, kw_only=True)
+    seed: int = field(default=0, kw_only=True)
+    polarity: str | None = field(default=None, kw_only=True)
+
+    @property
+    def laws(self) -> list[Law]:
+        """The damping laws; TypeError or ValueError where one is none, or labels are equal."""
+        return labelled_sequence("models", self.models, Law)  # type: ignore[type-abstract]
+
+    def shaking(self, inventory: Inventory) -> Shaking:
+        """Return the motions of the building, both ways where an inventory needs it and nothing else is given."""
+        ways = polarity_of(inventory) if self.polarity is None else self.polarity
+        return Shaking.of(self.building, self.motions, self.ground, self.im == SCALE, ways)
+
+
+def assess(
+    inventory: Inventory,
+    asked: Assessment,
+    *,
+    sides: bool | None = None,
+    client: Client | Runner | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Compute the number and value overturned in a building, by floor and intensity, and in a year.
+
+    Parameters
+    ----------
+    inventory : Inventory
+        The contents of each floor; anchored pieces do not overturn.
+    asked : Assessment
+        How they are shaken, and what is asked.
+    sides : bool, optional
+        Whether forward falls are told apart; where not given, whether any piece that is not anchored has a wall, a
+        restraint, a mass off the middle or a lean.
     client, progress
         As for `toppling.ida`.
 
@@ -229,43 +252,43 @@ def assess(
     Examples
     --------
     >>> import toppling as tp
+    >>> from toppling.studies.buildings.assessment import Assessment
     >>> from toppling.studies.inventory.reading import Contents, Inventory
     >>> shelves = Inventory((Contents("shelf", tp.catalogue["bookcase-5-shelf"], floor=2, count=3),))
     >>> frame = tp.motions.Building.flexural_shear(0.5, storeys=2)
     >>> shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(6)
-    >>> found = assess(shelves, tp.HousnerImpact(), shaking, [1.0, 8.0], building=frame)
+    >>> found = assess(shelves, Assessment(tp.HousnerImpact(), shaking, [1.0, 8.0], building=frame))
     >>> found["number_mean"].sel(place="building").values.tolist()
     [[0.0, 3.0]]
     """
-    laws: list[Law] = labelled_sequence("models", models, Law)  # type: ignore[type-abstract]
+    laws = asked.laws
     if not isinstance(inventory, Inventory):
         raise TypeError(f"inventory must be an Inventory (read_inventory makes one), got {checks.kind(inventory)}")
+    im, hazard, variability, slipping = asked.im, asked.hazard, asked.variability, asked.slipping
     if variability is not None and not isinstance(variability, Variability):
         raise TypeError(f"variability must be a Variability or None, got {checks.kind(variability)}")
     if isinstance(im, str) and im in BLOCK_MEASURES:
         raise ValueError(f"im must be a measure of the ground motion alone, so that all items see the same, got {im!r}")
     inventory.check_supports()
     runner = runner_of(client)
-    precision = Precision.checked(quantiles, confidence, replicates, seed)
-    ways = polarity_of(inventory) if polarity is None else polarity
-    shaking = Shaking.of(building, motions, ground, im == SCALE, ways)
+    precision = Precision.checked(asked.quantiles, asked.confidence, asked.replicates, asked.seed)
+    shaking = asked.shaking(inventory)
     check_vertical(laws, shaking.ground)
     inventory = placed_on_axes(inventory, shaking, laws)
     floors = shaking.used(inventory)
-    scaled = shaking.scaled(levels, im)
+    scaled = shaking.scaled(asked.levels, im)
     checks.callback("progress", progress)
-    beta = checks.number("modelling_dispersion", modelling_dispersion, at_least=0.0, at_most=5.0)
+    beta = checks.number("modelling_dispersion", asked.modelling_dispersion, at_least=0.0, at_most=5.0)
     refuse_modelling(beta, inventory, shaking, hazard is not None)
     run, mixture = scaled, None
     if beta > 0.0 and hazard is None:
         every, mixture = scored_levels(scaled.levels, beta)
         run = shaking.scaled(every, im)
     weights = None if hazard is None else _weights(scaled, hazard, beta)
-    thresholds = _losses(losses, inventory)
-    slipping = Slipping() if slipping is None else slipping
+    thresholds = _losses(asked.losses, inventory)
     draws = draws_of(inventory, variability, slipping, precision.seed)
     realisations = REALISATIONS if draws is None else draws.realisations
-    scores = PieceScores(realisations, consequence_correlation, precision.seed)
+    scores = PieceScores(realisations, asked.consequence_correlation, precision.seed)
     check_drawn(inventory, realisations)
     warn([*row_doubts(inventory.rows), *record_doubts(shaking.given)])
     if sides is None:
@@ -275,7 +298,7 @@ def assess(
         shape = (run.levels.size, shaking.runs)
         plane = bool(shaking.axes)
         slips = SlidingRuns(inventory, laws[0], slipping, variability, shape, shaking.polarities, runner, plane)
-    falls = _run(inventory, laws, shaking, run, im, variability, runner, progress, sides, slips)
+    falls = _run(inventory, asked, shaking, run, runner, progress, sides, slips)
     flags = overturned = falls[OVERTURNED]
     edges = slips is not None and bool(slips.edged)
     if slips is not None and edges:
@@ -334,7 +357,7 @@ def assess(
     configuration = {
         "inventory": [described(row) for row in inventory.rows],
         "currency": inventory.currency,
-        "building": None if building is None else building.description,
+        "building": None if asked.building is None else asked.building.description,
         "models": [describe_law(model) for model in laws],
         "im": scaled.name,
         "levels": scaled.levels.tolist(),
@@ -405,17 +428,16 @@ def refuse_modelling(beta: float, inventory: Inventory, shaking: Shaking, yearly
 
 def _run(
     inventory: Inventory,
-    laws: list[Law],
+    asked: Assessment,
     shaking: Shaking,
     scaled: Scaling,
-    im: str | Measure,
-    variability: Variability | None,
     runner: Runner,
     progress: Callable[[int, int], None] | None,
     sides: bool,
     slips: SlidingRuns | None,
 ) -> dict[str, Flags]:
     """Return flags (model, item, variant, level, motion) of falls and, where there can be any, of `PIECE_EVENTS`."""
+    laws, variability = asked.laws, asked.variability
     variants = 1 if variability is None else variability.variants
     shape = (scaled.levels.size, shaking.runs)
     of_all = (len(laws), len(inventory), variants, *shape)
@@ -431,7 +453,7 @@ def _run(
     total = sum(cells // one.stands_for * one.number for runs in plans.values() for one in runs)
     done = 0
     for at, runs in plans.items():
-        shaken = shaking.shaken(at, scaled, im) if runs else None
+        shaken = shaking.shaken(at, scaled, asked.im) if runs else None
         if slips is not None and shaken is not None:
             slips.run(at, shaken)
         for one in runs:

@@ -22,9 +22,8 @@ from ...fragility.validity.undecided import FlipCounts, choose_motions, count_fl
 from ...models import Block, Law
 from ...models.friction import Friction
 from ...motions.arrays import Record
-from ...motions.intensity.measure import Measure
 from ..inventory.contents import Contents, Inventory
-from .assessment import distinct_runs, kind_of
+from .assessment import Assessment, distinct_runs, kind_of
 from .axes import placed_on_axes
 from .shaking import Shaking, support_of
 
@@ -45,21 +44,19 @@ def runs_of_tests(
 
 def screen_inventory(
     inventory: Inventory,
-    models: Sequence[Law],
-    shaking: Shaking,
-    levels: Array,
-    im: str | Measure,
+    asked: Assessment,
     overturned: xr.DataArray,
     undecided: float,
     runner: Runner,
-    variability: Variability | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Screen every line as `summary_screen`; NaN for what depends on the motion where it is anchored.
 
     undecided: the share of the motions whose flags are tested.
     """
-    inventory, scaled = placed_on_axes(inventory, shaking, models), shaking.scaled(levels, im)
+    models, variability = asked.laws, asked.variability
+    shaking = asked.shaking(inventory)
+    inventory, scaled = placed_on_axes(inventory, shaking, models), shaking.scaled(asked.levels, asked.im)
     flags = overturned if "variant" in overturned.dims else overturned.expand_dims("variant")
     values = flags.transpose("item", "model", "variant", "level", "motion").values
     values = values.reshape(*values.shape[:3], *shaking.run_shape(values.shape[3]))
@@ -69,7 +66,7 @@ def screen_inventory(
     parts = []
     for support in shaking.supports(inventory):
         at = [i for i, row in enumerate(inventory.rows) if support_of(row) == support]
-        rows, shaken = [inventory.rows[i] for i in at], shaking.shaken(support, scaled, im)
+        rows, shaken = [inventory.rows[i] for i in at], shaking.shaken(support, scaled, asked.im)
         flips = None
         if chosen is not None:
             flips = tests.of(rows, values, at, chosen, shaken.motions, shaken.factors)

@@ -34,7 +34,16 @@ from ...motions.arrays import BOTH_AXES, POLARITY
 from ...motions.floors.histories import FloorHistories
 from ...motions.polarity import AS_RECORDED, BOTH
 from ..buildings.anchoring import anchoring
-from ..buildings.assessment import check_drawn, described, distinct_runs, polarity_of, refuse_modelling, tells_sides
+from ..buildings.assessment import (
+    Assessment,
+    assess,
+    check_drawn,
+    described,
+    distinct_runs,
+    polarity_of,
+    refuse_modelling,
+    tells_sides,
+)
 from ..buildings.axes import axes_notes, placed_on_axes, sideways_notes
 from ..buildings.branches import BEYOND, InventoryBranch, Sampling, combinations, rates_over_branches
 from ..buildings.modelling import DRAWS, MOST_POINTS, scored_levels
@@ -55,7 +64,7 @@ from ..inventory.consequences import COLUMNS, DRAWN_BYTES, REALISATIONS
 from ..inventory.contents import Contents, Inventory, Stand, row_doubts
 from ..inventory.kits import Kit
 from ..inventory.reading import read_inventory
-from ..kits.savings import Shake, kit_savings, with_kit
+from ..kits.savings import kit_savings, with_kit
 from ..plan.branches import BRANCH_COORDINATES
 from ..plan.estimates import MEAN as IN_MEAN
 from ..plan.piece_classes import class_notes
@@ -541,33 +550,29 @@ class PerformanceStudy(Study):
         return self.asked.modelling_dispersion if self.asked.modelling == IN_MEAN else 0.0
 
     @property
-    def _shake(self) -> Shake:
-        """How the inventory is shaken, as it is and with each kit."""
-        return Shake(
+    def _assessment(self) -> Assessment:
+        """How the inventory is assessed, as it is and with each kit."""
+        return Assessment(
             self.models,
             self.motions,
             self.levels,
             self.im,
             self._elastic,
             self.hazard,
-            self.variability,
-            self._in_mean,
-            self.asked.replicates,
-            self.asked.seed,
-            self.polarity,
-            self.slipping,
+            variability=self.variability,
+            modelling_dispersion=self._in_mean,
+            slipping=self.slipping,
+            consequence_correlation=self.asked.consequence_correlation,
+            replicates=self.asked.replicates,
+            seed=self.asked.seed,
+            polarity=self.polarity,
         )
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         asked = self.asked
         with noted():  # (a study has doubts among its notes)
-            found = self._shake.assess(
-                self.inventory,
-                consequence_correlation=asked.consequence_correlation,
-                sides=self.sides,
-                client=client,
-                progress=part_of(progress, 0, self.work),
-            )
+            told = part_of(progress, 0, self.work)
+            found = assess(self.inventory, self._assessment, sides=self.sides, client=client, progress=told)
             held = self._with_kits(found, client, progress)
             screened = self._screened(found, client, progress)
             spread, said = self._spread(found, client, progress)
@@ -634,7 +639,7 @@ class PerformanceStudy(Study):
         if not self.kits:
             return xr.Dataset()
         done = part_of(progress, self.runs - self.kit_runs, self.work)
-        return kit_savings(self.inventory, self.kits, found, self._shake, self.at, client, done)
+        return kit_savings(self.inventory, self.kits, found, self._assessment, self.at, client, done)
 
     def _spread(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> tuple[xr.Dataset, list[Fact]]:
         """Run the motions of branches, and return the rates over all branches, with notes on the branches."""
@@ -645,11 +650,9 @@ class PerformanceStudy(Study):
         assessed = {OF_MOTIONS: found}
         said: list[Fact] = []
         for name, one in self.further.items():
-            shake = self._shake._replace(motions=one.motions, hazard=None, modelling_dispersion=0.0)
+            of_branch_alone = replace(self._assessment, motions=one.motions, hazard=None, modelling_dispersion=0.0)
             told = part_of(progress, done, self.work)
-            assessed[name] = shake.assess(
-                one.inventory, consequence_correlation=asked.consequence_correlation, client=client, progress=told
-            )
+            assessed[name] = assess(one.inventory, of_branch_alone, client=client, progress=told)
             done += self._runs_of(one.motions, one.inventory) * int(self.levels.size)
             if not bool(fall_flags(assessed[name]).any()):
                 said.append(Fact("rate.no_falls_under", names=(name,)))
@@ -664,14 +667,10 @@ class PerformanceStudy(Study):
         """Screen the lines of the inventory."""
         return screen_inventory(
             self.inventory,
-            self.models,
-            Shaking.of(self._elastic, self.motions, None, self.im == SCALE, self.polarity),
-            self.levels,
-            self.im,
+            self._assessment,
             found["overturned"],
             self.undecided,
             client,
-            self.variability,
             part_of(progress, self.runs, self.work),
         )
 

@@ -68,7 +68,9 @@ class PooledStudy(BlockStudy):
         design = study.design
         if study.risk is not None:
             design = replace(design, hazard=study.risk.hazard)
-        checked_plan(region, study.models, **design.options, client=None)
+        checked_plan(
+            region, study.models, design.source, design.im, design.until, design.runs_per_motion, design.hazard
+        )
         if design.events is not None and len(region) < 2:
             raise ValueError("events are of blocks that fall together: leave them out for one block")
         if region.own and design.events is not None:

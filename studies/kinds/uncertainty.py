@@ -240,8 +240,7 @@ class UncertaintyStudy(BlockStudy):
             self.design.im,
             ("overturned",),
             client,
-            samples=self.samples,
-            seed=self.seed,
+            samples=self.inputs.sample(self.samples, self.seed),
             ground=ground,
             progress=progress,
         )

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
+from ...core import checks
 from ...core.elementary import Array, Index, log
 from ...core.units import ACCELERATION, DIMENSIONLESS, NEWTON
 from ...fragility import HazardCurve
@@ -18,16 +19,13 @@ from ...fragility.numerics.slabs import in_memory
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import number_of_motions
 from ...fragility.runs.scaling import SCALE
-from ...fragility.uncertainty.joint import Variability
-from ...models import Law, half_weight, required_force, static_capacity
-from ...motions import Building
+from ...models import half_weight, required_force, static_capacity
 from ...motions.arrays import POLARITY
 from ...motions.polarity import AS_RECORDED, BOTH
 from ..buildings.anchoring import interval_options, weights_of
-from ..buildings.assessment import assess, distinct_runs
+from ..buildings.assessment import Assessment, assess, distinct_runs
 from ..buildings.savings import ItemChances
 from ..buildings.shaking import Shaking, support_of
-from ..buildings.slide_runs import Slipping
 from ..buildings.variables import PER_YEAR, RUPTURE, Precision, Year, level_index, per_year, variable, with_interval
 from ..inventory.contents import Inventory
 from ..inventory.kits import Kit
@@ -49,27 +47,6 @@ FLAGS = {"falls": "", "front_falls": "front"}
 """Variables with the flags of any falls (as `fall_flags` names them), and of forward falls."""
 
 
-class Shake(NamedTuple):
-    """How an inventory is shaken: the arguments of `assess` that its runs with kits have in common with it."""
-
-    models: Sequence[Law]
-    motions: Any
-    levels: Array
-    im: str
-    building: Building | None = None
-    hazard: HazardCurve | None = None
-    variability: Variability | None = None
-    modelling_dispersion: float = 0.0
-    replicates: int = 1000
-    seed: int = 0
-    polarity: str | None = None
-    slipping: Slipping | None = None
-
-    def assess(self, inventory: Inventory, **options: Any) -> xr.Dataset:
-        """Return the assessment of an inventory that is shaken so; options: the other arguments of `assess`."""
-        return assess(inventory, **self._asdict(), **options)
-
-
 def with_kit(inventory: Inventory, kit: Kit) -> Inventory | None:
     """Return the lines of an inventory that a kit fits, with it and without consequences; None where it fits none."""
     rows = [kit.on(row) for row in inventory.rows if kit.fits(row)]
@@ -82,7 +59,7 @@ def kit_savings(
     inventory: Inventory,
     kits: Sequence[Kit],
     assessment: xr.Dataset,
-    shake: Shake,
+    asked: Assessment,
     level: float | None = None,
     client: Client | Runner | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -90,16 +67,19 @@ def kit_savings(
     """Run an inventory with each of several kits, and return what falls then and what that saves.
 
     Lines that are not anchored for good get each kit that fits them.  `assessment` is that of the inventory as it
-    is, with ``sides=True`` and the arguments in `shake`; `level` is one of its levels, for probabilities given this
+    is, with ``sides=True`` and the arguments in `asked`; `level` is one of its levels, for probabilities given this
     level instead of annual rates.  Variables are on (model, kit, item), NaN where the kit does not fit; intervals
     are paired over motions.  ``kit_peak_acceleration`` is the median over motions of the peak acceleration of the
     item's floor at the level, or with a hazard at the level that is exceeded with 10 % in 50 years.
     """
-    if level is not None and shake.modelling_dispersion > 0.0:
+    if level is not None and asked.modelling_dispersion > 0.0:
         raise ValueError("savings of kits at a given level hold no modelling_dispersion: give a hazard curve")
-    shake = shake._replace(polarity=BOTH if POLARITY in assessment.coords else AS_RECORDED)
+    hazard = asked.hazard
+    if hazard is not None and not isinstance(hazard, HazardCurve):
+        raise TypeError(f"hazard must be a HazardCurve for the savings of kits, got {checks.kind(hazard)}")
+    asked = replace(asked, polarity=BOTH if POLARITY in assessment.coords else AS_RECORDED)
     year = Year.of(assessment, weights_of(assessment, level))
-    precision = interval_options(assessment, year, shake.replicates, shake.seed)
+    precision = interval_options(assessment, year, asked.replicates, asked.seed)
     named, sizes = _named(level is None), assessment.sizes
     shape, dims = (sizes["model"], len(kits), sizes["item"]), ("model", "kit", "item")
     fits = np.zeros(shape[1:], bool)
@@ -110,8 +90,8 @@ def kit_savings(
         held = with_kit(inventory, kit)
         if held is None:
             continue
-        with_it = shake.assess(held, sides=True, client=client, progress=part_of(progress, done))
-        of_each = distinct_runs(held, shake.variability, str(shake.polarity)) * number_of_motions(with_it)
+        with_it = assess(held, asked, sides=True, client=client, progress=part_of(progress, done))
+        of_each = distinct_runs(held, asked.variability, str(asked.polarity)) * number_of_motions(with_it)
         done += of_each * with_it.sizes["model"] * with_it.sizes["level"]
         rows = np.array([i for i, row in enumerate(inventory.rows) if kit.fits(row)])
         fits[k, rows] = True
@@ -119,7 +99,7 @@ def kit_savings(
             at_levels[name][:, :, k, rows] = [with_it[f"{of}{end}"].values for end in ends]
         for name, values in _falls(assessment, with_it, rows, year, precision).items():
             ranges[name][:, :, k, rows] = values
-        for name, values in _ruptures(with_it, level, shake.hazard).items():
+        for name, values in _ruptures(with_it, level, hazard).items():
             ranges[name][:, :, k, rows] = values
     found = {"kit_fits": variable(("kit", "item"), fits, DIMENSIONLESS, "whether the kit fits the pieces")}
     for name, (units, text) in named.items():
@@ -135,7 +115,7 @@ def kit_savings(
         when, units = ("in a year", per_year(money)) if level is None else ("at the level", money)
         text = f"mean loss that all pieces of the item save {when} by the kit"
         found["kit_saving"] = variable(dims, ranges["kit_falls_saved"][0] * value, units, text)
-    found |= _static(inventory, kits, assessment, shake, level)
+    found |= _static(inventory, kits, assessment, asked, level)
     names = np.array([kit.name for kit in kits], dtype=object)
     return xr.Dataset(found, {"kit": variable(("kit",), names, DIMENSIONLESS, "kit that holds the pieces")})
 
@@ -207,19 +187,19 @@ def _share(saved: Array, before: Array, precision: Precision) -> Array:
 
 
 def _static(
-    inventory: Inventory, kits: Sequence[Kit], assessment: xr.Dataset, shake: Shake, level: float | None
+    inventory: Inventory, kits: Sequence[Kit], assessment: xr.Dataset, asked: Assessment, level: float | None
 ) -> dict[str, xr.Variable]:
     """Return the static checks of the kits: forces needed, static capacities, half weights, and what shaking."""
-    shaking = Shaking.of(shake.building, shake.motions, None, shake.im == SCALE)
-    placed, scaled = shaking.placed(inventory), shaking.scaled(shake.levels, shake.im)
+    shaking = Shaking.of(asked.building, asked.motions, None, asked.im == SCALE)
+    placed, scaled = shaking.placed(inventory), shaking.scaled(asked.levels, asked.im)
     peaks = np.empty(len(inventory))
     for at in shaking.supports(placed):
-        shaken = shaking.shaken(at, scaled, shake.im)
+        shaken = shaking.shaken(at, scaled, asked.im)
         own = np.array([np.abs(one.acceleration).max() for one in shaken.motions])
         medians = np.median((shaken.factors[0] * own).reshape(-1, shaking.runs), axis=-1)
         if level is None:
-            assert shake.hazard is not None  # (annual rates come from it)
-            here = math.exp(at_level(design_level(scaled.levels, shake.hazard), scaled.levels, log(medians)))
+            assert isinstance(asked.hazard, HazardCurve)  # (annual rates come from it)
+            here = math.exp(at_level(design_level(scaled.levels, asked.hazard), scaled.levels, log(medians)))
         else:
             here = float(medians[level_index(assessment, level)])
         peaks[[support_of(row) == at for row in placed.rows]] = here

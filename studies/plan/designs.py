@@ -232,6 +232,12 @@ class Waves(Design):
     def both_ways(self) -> bool:
         return self.both
 
+    @property
+    def source(self) -> MotionSource:
+        """The motions as the analysis takes them."""
+        motions = self.motions if self.generator is None else self.generator
+        return MotionSource(motions, self.seed, self.ground or None, BOTH if self.both else AS_RECORDED)
+
     def check(self, blocks: Sequence[Block]) -> None:
         plain = records(self.motions)
         scaling([1.0], plain, self.im, blocks, ground_of(plain, records(self.ground)) if self.ground else None)
@@ -315,9 +321,7 @@ class Sequential(Waves):
         request = check_request(
             blocks, models, outputs, True, options["client"], options["progress"], self.screening is not None
         )
-        motions = self.motions if self.generator is None else self.generator
-        source = MotionSource(motions, self.seed, self.ground or None, BOTH if self.both else AS_RECORDED)
-        return adaptive(request, source, self.im, self.until, self.runs_per_motion, self.seed, self.screening)
+        return adaptive(request, self.source, self.im, self.until, self.runs_per_motion, self.seed, self.screening)
 
 
 class Events(NamedTuple):
@@ -371,21 +375,20 @@ class Pooled(Waves):
         return float(runs["run_level"].min())
 
     def _analysed(self, blocks: Any, models: Any, outputs: Sequence[str], **options: Any) -> xr.Dataset:
-        return pooled(blocks, models, **self.options, client=options["client"], progress=options["progress"])
-
-    @property
-    def options(self) -> dict[str, Any]:
-        """The arguments of `toppling.fragility.pooled`."""
-        return {
-            "motions": self.motions if self.generator is None else self.generator,
-            "im": self.im,
-            "until": self.until,
-            "ground": self.ground or None,
-            "polarity": BOTH if self.both else AS_RECORDED,
-            "hazard": self.hazard,
-            "blocks_per_motion": self.runs_per_motion,
-            "seed": self.seed,
-        }
+        return pooled(
+            blocks,
+            models,
+            self.motions if self.generator is None else self.generator,
+            self.im,
+            self.until,
+            options["client"],
+            ground=options["ground"],
+            polarity=BOTH if self.both else AS_RECORDED,
+            hazard=self.hazard,
+            blocks_per_motion=self.runs_per_motion,
+            seed=self.seed,
+            progress=options["progress"],
+        )
 
     def falls(
         self, blocks: BlockArray, models: Sequence[Law], client: Client | Runner | None, progress: Progress | None

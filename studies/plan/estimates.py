@@ -12,10 +12,10 @@ import numpy as np
 import xarray as xr
 
 from ...core.facts import Fact
-from ...core.parameters import defaults_of
 from ...core.units import DIMENSIONLESS
-from ...fragility import curve_probability, fit_fragility, overturning_probability, rank_measures, with_modelling
+from ...fragility import curve_probability, overturning_probability, rank_measures, with_modelling
 from ...fragility.curves.curve import LEAST, TABULATED, form_name
+from ...fragility.fitting.fit import CurveOptions, fit_curves
 from ...fragility.fitting.links import LOGNORMAL
 from ...fragility.fitting.states import State, flags_of, needed_output, reached, state_name
 from ...fragility.numerics.slabs import gathered
@@ -27,7 +27,6 @@ RANK = "measure_"
 """Prefix of the names of the ranking's variables, beside the other variables of the results."""
 MEAN = "mean"
 """Where the modelling uncertainty goes: into the mean rate, else into its fractiles."""
-USUAL = defaults_of(fit_fragility)
 UNDECIDED = 0.08
 """Share of the motions whose flags are tested under perturbations: some 30 % more work."""
 LOW_SHARE = 0.1
@@ -35,18 +34,10 @@ LOW_SHARE = 0.1
 
 
 @dataclass(frozen=True)
-class Fit:
-    """Options of the fitted curves, as those of `toppling.fit_fragility`."""
+class Fit(CurveOptions):
+    """Options of the fitted curves, and the modelling uncertainty."""
 
     form: str = LOGNORMAL
-    method: str = USUAL["method"]
-    intervals: str | None = None
-    fractiles: tuple[float, ...] = ()
-    penalty: str = USUAL["penalty"]
-    replicates: int = USUAL["replicates"]
-    seed: int = USUAL["seed"]
-    state: State = USUAL["state"]
-    confidence: float = USUAL["confidence"]
     modelling_dispersion: float = 0.0
     modelling: str = MEAN
     modelling_class: str | None = None
@@ -84,21 +75,7 @@ class Fit:
                 if telling is not None:
                     telling("curves", before + done, total)
 
-            found = fit_fragility(
-                part,
-                self.confidence,
-                form=self.form,
-                method=self.method,
-                intervals=self.intervals,
-                fractiles=self.fractiles,
-                penalty=self.penalty,
-                replicates=self.replicates,
-                seed=self.seed,
-                keep_replicates=replicates,
-                state=self.state,
-                together=together,
-                progress=progress,
-            )
+            found = fit_curves(part, self, replicates, together, progress)
             before += own
             return found
 

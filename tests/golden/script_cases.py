@@ -5,7 +5,26 @@ from __future__ import annotations
 from case import HERE, Case
 
 SCRIPTS = HERE / "scripts"
+BEFORE = {
+    "fragility": (
+        ("fragility.adaptive_ida(SHELF, LAWS[0], NOISE, ", 'fragility.ida(SHELF, LAWS[0], NOISE, "adaptive", '),
+        ('        "run_table": fragility.run_table(SHELF, LAWS, GROUND[:3], _table()),\n', ""),
+    ),
+    "studies": (
+        ("_inventory(), studies.Assessment(", "_inventory(), "),
+        ("FRAME, hazard, replicates=50))", "FRAME, hazard, replicates=50)"),
+    ),
+}
+"""What the scripts called functions by at e725edd8 (issue *Runs are a table*)."""
 NAMES = ("models", "motions", "fragility", "studies")
+
+
+def _before(name: str) -> dict[str, str]:
+    """Return the script for a commit before the functions that it calls were renamed."""
+    text = (SCRIPTS / f"{name}.py").read_text(encoding="utf-8")
+    for new, old in BEFORE.get(name, ()):
+        text = text.replace(new, old)
+    return {f"{name}.py": text} if name in BEFORE else {}
 
 
 def cases() -> list[Case]:
@@ -17,6 +36,7 @@ def cases() -> list[Case]:
             f"scripts/{name}",
             {f"{name}.py": SCRIPTS / f"{name}.py", **collect, **(inputs if name != "models" else {})},
             [["python", "collect.py", name]],
+            twins=_before(name),
         )
         for name in NAMES
     ]

@@ -41,8 +41,6 @@ def test_as_the_same_motions_by_hand(near):
     runs = tp.stripes(BLOCK, LAW, [near], [level], outputs=["overturned", "peak_rotation"])
     plain = tp.stripes(BLOCK, LAW, [near.motions], [level], outputs=["overturned", "peak_rotation"])
     np.testing.assert_array_equal(runs["peak_rotation"], plain["peak_rotation"])
-    assert runs["hazard_consistent"].values.tolist() == [True] * 12
-    assert "hazard_consistent" not in plain.coords
 
 
 def test_refused(pool, target, near):
@@ -54,9 +52,8 @@ def test_refused(pool, target, near):
         ([near], [2.0 * level], {}, "is selected for pga = "),
         ([near], [level], {"im": "pgv"}, "levels of pga, im must be that"),
         ([near, pool], [level, 9.0 * level], {}, "all be selections"),
-        ([near], [level], {"inconsistent": "yes"}, "True or False"),
     ):
         with pytest.raises((TypeError, ValueError), match=words):
             tp.stripes(BLOCK, LAW, motions, levels, **change)
-    runs = tp.stripes(BLOCK, LAW, [near, far], [level, 8.0 * level], inconsistent=True)
-    assert runs["hazard_consistent"].values.tolist() == [True] * 12 + [False] * 12
+    runs = tp.stripes(BLOCK, LAW, [near.motions, far.motions], [level, 8.0 * level])
+    assert runs.sizes["motion"] == 24

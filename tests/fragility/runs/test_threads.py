@@ -14,6 +14,7 @@ from fit_cases import clustered
 
 import toppling as tp
 from toppling.fragility import fit_fragility
+from toppling.fragility.fitting.fit import CurveOptions, fit_curves
 from toppling.fragility.runs import plan
 from toppling.fragility.runs.plan import LONGEST, Chunk, LeftError, Work, plan_chunks, run_chunk, seconds_per_sample
 from toppling.fragility.runs.runners import shared, thread_count
@@ -61,7 +62,7 @@ class TestFits:
         with config.set(num_workers=1):
             one = fit_fragility(runs, replicates=50, keep_replicates=True)
         with config.set(num_workers=3):
-            three = fit_fragility(runs, replicates=50, keep_replicates=True, progress=lambda *at: seen.append(at))
+            three = fit_curves(runs, CurveOptions(replicates=50), True, progress=lambda *at: seen.append(at))
         xr.testing.assert_identical(one, three)
         assert seen == [(i + 1, 3) for i in range(3)]
 

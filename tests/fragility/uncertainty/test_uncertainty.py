@@ -260,7 +260,7 @@ class TestUncertainIda:
     def test_every_sample_runs_as_alone(self, im):
         levels = self.LEVELS if im == "pga" else np.array([0.4, 0.8, 2.0])
         outputs = ["overturned", "peak_rotation", "top_displacement"]
-        runs = uncertain_ida(INPUTS, SHELF, LAWS[0], SHAKES, levels, im, outputs, samples=10, seed=5)
+        runs = uncertain_ida(INPUTS, SHELF, LAWS[0], SHAKES, levels, im, outputs, samples=INPUTS.sample(10, 5))
         assert runs["overturned"].dims == ("sample", "level", "motion")
         assert dict(runs.sizes) == {"sample": 10, "level": 3, "motion": 12}
         pairs = INPUTS.realise(SHELF, LAWS[0], INPUTS.sample(10, 5))

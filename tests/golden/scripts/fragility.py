@@ -10,6 +10,7 @@ from toppling.models.columns import BlockArray
 
 SHELF, CABINET = tp.Block(0.2, 1.0, name="shelf"), tp.Block(0.3, 1.2, name="cabinet")
 LAWS = [tp.HousnerImpact(0.9), tp.EnergyConsistent()]
+NOISE = tp.motions.CloughPenzien(duration=6.0, dt=0.02)
 GROUND = tp.motions.CloughPenzien(duration=6.0, dt=0.02).sample(12, seed=4)
 LEVELS = [1.0, 2.0, 3.0, 4.0, 6.0]
 HAZARD = fragility.HazardCurve.power_law(1e-2, 2.5, "pga")
@@ -46,9 +47,7 @@ def analyses():
         "ida_turned": _runs(polarity="both", skip=False, outputs=["overturned", "peak_rotation"]),
         "cloud": fragility.cloud(SHELF, LAWS, GROUND),
         "stripes": fragility.stripes(SHELF, LAWS, [GROUND[:6], GROUND[6:]], [3.0, 4.0]),
-        "adaptive": fragility.adaptive_ida(
-            SHELF, LAWS[0], tp.motions.CloughPenzien(duration=6.0, dt=0.02), until=until
-        ),
+        "adaptive": fragility.adaptive_ida(SHELF, LAWS[0], NOISE, until=until),
         "run_table": fragility.run_table(SHELF, LAWS, GROUND[:3], _table()),
         "joint_falls": fragility.joint_falls(BlockArray([0.2, 0.22, 0.3], [1.0, 1.1, 1.2]), LAWS, GROUND, [2.0, 4.0]),
         "slide_runs": fragility.slide_runs(_runs(), GROUND, 0.3, draws=10),

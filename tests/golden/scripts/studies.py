@@ -32,7 +32,7 @@ def _inventory():
 
 def _assessed():
     hazard = tp.HazardCurve.power_law(1e-2, 2.0, "pga")
-    return studies.assess(_inventory(), LAW, GROUND, LEVELS, "pga", FRAME, hazard, replicates=50)
+    return studies.assess(_inventory(), studies.Assessment(LAW, GROUND, LEVELS, "pga", FRAME, hazard, replicates=50))
 
 
 def _shown(axes):

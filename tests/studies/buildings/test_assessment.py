@@ -10,6 +10,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
+from assessed import assessed
 
 import toppling as tp
 from toppling.core.wording import short_digits
@@ -20,7 +21,7 @@ from toppling.models.friction import FixedFriction
 from toppling.motions import Building
 from toppling.studies.buildings import assessment as module
 from toppling.studies.buildings.anchoring import anchoring
-from toppling.studies.buildings.assessment import assess
+from toppling.studies.buildings.assessment import Assessment, assess
 from toppling.studies.buildings.notes import notes
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import example_path, read_inventory
@@ -55,7 +56,7 @@ def shaking(n=24, seed=2):
 
 @pytest.fixture(scope="module")
 def found():
-    return assess(INVENTORY, [LAW, tp.DiscreteDamping()], shaking(), LEVELS, "pga", FRAME, CURVE)
+    return assess(INVENTORY, Assessment([LAW, tp.DiscreteDamping()], shaking(), LEVELS, "pga", FRAME, CURVE))
 
 
 @pytest.fixture(scope="module")
@@ -64,20 +65,24 @@ def anchored():
     buildings = {}
     for free in (row for row in INVENTORY.rows if not row.anchored):
         rows = tuple(replace(row, anchored=row.anchored or row is free) for row in INVENTORY.rows)
-        buildings[free.label] = assess(replace(INVENTORY, rows=rows), LAW, shaking(), LEVELS, "pga", FRAME, CURVE)
+        buildings[free.label] = assess(
+            replace(INVENTORY, rows=rows), Assessment(LAW, shaking(), LEVELS, "pga", FRAME, CURVE)
+        )
     return buildings
 
 
 @pytest.fixture(scope="module")
 def drawn():
-    return assess(INVENTORY, LAW, shaking(), LEVELS, "pga", FRAME, CURVE, variability=Variability(0.02, 0.05))
+    return assess(
+        INVENTORY, Assessment(LAW, shaking(), LEVELS, "pga", FRAME, CURVE, variability=Variability(0.02, 0.05))
+    )
 
 
 def known(monkeypatch, flags, inventory, levels, hazard=None, **options):
     """An assessment on the ground whose runs give these flags (oscillator, level, motion)."""
     flags = np.array(flags, bool)
     monkeypatch.setattr(module, "overturning_flags", lambda oscillators, *_: flags[: len(oscillators)])
-    return assess(inventory, LAW, shaking(flags.shape[2]), levels, "pga", None, hazard, **options)
+    return assess(inventory, Assessment(LAW, shaking(flags.shape[2]), levels, "pga", None, hazard, **options))
 
 
 class TestAgainstIda:
@@ -227,8 +232,8 @@ class TestInAYear:
         """
         levels = np.geomspace(LEVELS[0], LEVELS[-1], 49)
         noise = shaking().isel(time=slice(0, 1001))
-        dense = assess(INVENTORY, LAW, noise, levels, "pga", FRAME, CURVE)
-        few = assess(INVENTORY, LAW, noise, levels[::4], "pga", FRAME, CURVE)
+        dense = assess(INVENTORY, Assessment(LAW, noise, levels, "pga", FRAME, CURVE))
+        few = assess(INVENTORY, Assessment(LAW, noise, levels[::4], "pga", FRAME, CURVE))
         for name in ("annual_number", "annual_loss", "any_rate"):
             np.testing.assert_allclose(few[name], dense[name], rtol=0.08)
         here = dense.isel(model=0).sel(place="building")
@@ -253,13 +258,15 @@ class TestInAYear:
             assert error < 0.05 * rate * p
 
     def test_nothing_falls(self):
-        low = assess(INVENTORY, LAW, shaking(6), [0.01, 0.02], "pga", FRAME, replace_curve(levels=[0.001, 1.0]))
+        low = assess(
+            INVENTORY, Assessment(LAW, shaking(6), [0.01, 0.02], "pga", FRAME, replace_curve(levels=[0.001, 1.0]))
+        )
         assert (low.annual_number == 0.0).all()
         assert low.annual_number_lower.isnull().all()
         assert "building.no_fall" in {fact.what for fact in notes(low)}
 
     def test_levels_that_begin_too_high_are_noted(self):
-        high = assess(INVENTORY, LAW, shaking(6), [6.0, 12.0], "pga", FRAME, CURVE)
+        high = assess(INVENTORY, Assessment(LAW, shaking(6), [6.0, 12.0], "pga", FRAME, CURVE))
         assert (high.annual_number_below.sel(place="building") > 0.0).all()
         (fact,) = (fact for fact in notes(high) if fact.what == "rate.share_below_levels")
         share = high.annual_number_below.sel(place="building") / high.annual_number.sel(place="building")
@@ -283,7 +290,8 @@ class TestPieces:
 
     def test_independent_pieces_differ_and_pieces_together_do_not(self, drawn):
         together = assess(
-            INVENTORY, LAW, shaking(), LEVELS, "pga", FRAME, variability=Variability(0.02, 0.05, pieces="together")
+            INVENTORY,
+            Assessment(LAW, shaking(), LEVELS, "pga", FRAME, variability=Variability(0.02, 0.05, pieces="together")),
         )
         xr.testing.assert_equal(drawn.overturned, together.overturned)
         xr.testing.assert_allclose(drawn.number_mean, together.number_mean)
@@ -303,7 +311,7 @@ class TestPieces:
         row, *others = INVENTORY.rows
         options = {"variability": Variability(0.02, 0.05)}
         less, alone = (
-            assess(Inventory(rows, "EUR"), LAW, shaking(), LEVELS, "pga", FRAME, **options)["number"].sel(
+            assess(Inventory(rows, "EUR"), Assessment(LAW, shaking(), LEVELS, "pga", FRAME, **options))["number"].sel(
                 place="building"
             )
             for rows in ((replace(row, anchored=True), *others), (row,))
@@ -326,7 +334,8 @@ class TestPieces:
 
     def test_vanishing_variation_is_none(self, found):
         tiny = assess(
-            INVENTORY, LAW, shaking(), LEVELS, "pga", FRAME, CURVE, variability=Variability(1e-7, 1e-9, variants=2)
+            INVENTORY,
+            Assessment(LAW, shaking(), LEVELS, "pga", FRAME, CURVE, variability=Variability(1e-7, 1e-9, variants=2)),
         )
         xr.testing.assert_allclose(tiny.annual_loss, found.annual_loss.isel(model=[0]))
         for i in range(20):
@@ -350,12 +359,14 @@ class TestAssessment:
         configuration = json.loads(found.attrs["configuration"])
         assert configuration["inventory"][2]["e"] == 0.85
         assert configuration["building"].startswith("flexural-shear building")
-        again = assess(INVENTORY, [LAW, tp.DiscreteDamping()], shaking(), LEVELS, "pga", FRAME, CURVE)
+        again = assess(INVENTORY, Assessment([LAW, tp.DiscreteDamping()], shaking(), LEVELS, "pga", FRAME, CURVE))
         xr.testing.assert_identical(again, found)
 
     def test_alike_items_of_a_floor_run_once(self):
         seen = []
-        assess(INVENTORY, LAW, shaking(5), LEVELS, "pga", FRAME, progress=lambda *counts: seen.append(counts))
+        assess(
+            INVENTORY, Assessment(LAW, shaking(5), LEVELS, "pga", FRAME), progress=lambda *counts: seen.append(counts)
+        )
         # the shelves of floor 3 are one block, the fixed ones none
         assert seen[-1] == (3 * 7 * 5, 3 * 7 * 5)
         assert all(a[0] < b[0] for a, b in pairwise(seen))
@@ -363,7 +374,9 @@ class TestAssessment:
     @pytest.mark.slow
     def test_order_of_the_rows_does_not_matter(self, found, drawn):
         turned = Inventory(INVENTORY.rows[::-1], "EUR")
-        other = assess(turned, LAW, shaking(), LEVELS, "pga", FRAME, CURVE, variability=Variability(0.02, 0.05))
+        other = assess(
+            turned, Assessment(LAW, shaking(), LEVELS, "pga", FRAME, CURVE, variability=Variability(0.02, 0.05))
+        )
         for name in ("overturned", "number", "annual_loss", "item_rate_lower"):
             left, right = xr.align(other[name], drawn[name], join="right")
             xr.testing.assert_allclose(left, right, rtol=1e-12)
@@ -371,49 +384,53 @@ class TestAssessment:
     def test_on_a_cluster(self, found):
         options = {"n_workers": 1, "threads_per_worker": 2, "processes": False, "dashboard_address": None}
         with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
-            far = assess(INVENTORY, [LAW, tp.DiscreteDamping()], shaking(), LEVELS, "pga", FRAME, CURVE, client=client)
+            far = assess(
+                INVENTORY,
+                Assessment([LAW, tp.DiscreteDamping()], shaking(), LEVELS, "pga", FRAME, CURVE),
+                client=client,
+            )
         xr.testing.assert_identical(far, found)
 
     @pytest.mark.slow
     def test_floor_motions_of_another_program(self, found):
         ground = shaking()
         models = [LAW, tp.DiscreteDamping()]
-        whole = assess(INVENTORY, models, FRAME.floor_motions(ground), LEVELS, "pga", None, CURVE)
+        whole = assess(INVENTORY, Assessment(models, FRAME.floor_motions(ground), LEVELS, "pga", None, CURVE))
         xr.testing.assert_equal(whole.number.drop_vars("source"), found.number.drop_vars("source"))
         assert whole.place.values.tolist() == found.place.values.tolist()
         upper = Inventory(tuple(row for row in INVENTORY.rows if row.floor == 3), "EUR")
         floors = FRAME.floor_motions(ground, [4, 3])
-        alone = assess(upper, models, floors, LEVELS, "pga", None, CURVE, ground=ground)
+        alone = assess(upper, Assessment(models, floors, LEVELS, "pga", None, CURVE, ground=ground))
         np.testing.assert_array_equal(alone.number.sel(place="floor 3"), found.number.sel(place="floor 3"))
         with pytest.raises(ValueError, match=r"ground must be given .* do not hold floor 0.*they hold 4, 3"):
-            assess(upper, LAW, floors, LEVELS, "pga", None)
-        as_it_is = assess(upper, LAW, floors, [1.0], "scale", None)
+            assess(upper, Assessment(LAW, floors, LEVELS, "pga", None))
+        as_it_is = assess(upper, Assessment(LAW, floors, [1.0], "scale", None))
         assert as_it_is.motion.values.tolist() == ground.motion.values.tolist()
         named = floors.assign_coords(floor=["roof", "third"])
         moved = Inventory(tuple(replace(row, floor="third") for row in upper.rows), "EUR")
-        third = assess(moved, models, named, LEVELS, "pga", None, CURVE, ground=ground)
+        third = assess(moved, Assessment(models, named, LEVELS, "pga", None, CURVE, ground=ground))
         np.testing.assert_array_equal(third.number.sel(place="floor third"), found.number.sel(place="floor 3"))
 
     def test_scenario(self):
         """The motions of an earthquake as they are: one level, a factor of 1."""
         ground = tp.motions.SiteBasedScenario(magnitude=7.0, distance=8000.0, vs30=400.0).sample(12, seed=3)
         upper = Inventory(INVENTORY.rows[:3], "EUR")
-        found = assess(upper, LAW, ground, [1.0], "scale", FRAME)
+        found = assess(upper, Assessment(LAW, ground, [1.0], "scale", FRAME))
         assert found.attrs["basis"] == "scenario"
         runs = tp.ida(SHELF, LAW, FRAME.floor_motions(ground, [3]), [1.0], "scale")
         np.testing.assert_array_equal(found.overturned.values[0, 0], runs.overturned.values[0, 0])
-        assert assess(upper, LAW, ground, [1.0, 2.0], "scale", FRAME).attrs["basis"] == "intensity"
+        assert assess(upper, Assessment(LAW, ground, [1.0, 2.0], "scale", FRAME)).attrs["basis"] == "intensity"
 
     def test_motions_of_different_steps(self):
         other = tp.motions.KanaiTajimi(duration=8.0, dt=0.005).sample(3).assign_coords(motion=["a", "b", "c"])
-        found = assess(INVENTORY, LAW, [shaking(4), other], LEVELS, "pgv", FRAME)
+        found = assess(INVENTORY, Assessment(LAW, [shaking(4), other], LEVELS, "pgv", FRAME))
         assert found.sizes["motion"] == 7
         assert found.dt.values.tolist() == [0.01] * 4 + [0.005] * 3
         assert found.ground_pgv.attrs["long_name"] == "peak ground velocity"
 
     def test_example_inventory(self):
         inventory = read_inventory(example_path())
-        found = assess(inventory, LAW, shaking(5), LEVELS, "pga", FRAME, CURVE)
+        found = assess(inventory, Assessment(LAW, shaking(5), LEVELS, "pga", FRAME, CURVE))
         assert found.sizes["item"] == 14
         assert found.sizes["place"] == 5
         assert (found.annual_loss.sel(place="building") > 0.0).all()
@@ -624,7 +641,7 @@ def test_hostile(options, error, message):
         "models": LAW,
     }
     with pytest.raises(error, match=message):
-        assess(**{**arguments, **options})
+        assessed(**{**arguments, **options})
 
 
 class TestTablesAndFigures:
@@ -700,7 +717,7 @@ class TestTablesAndFigures:
 def test_no_part_has_ends_above_those_of_the_building(seed):
     """Under six motions no piece falls on some floors, or every piece does: bounds of another kind than elsewhere."""
     items = Inventory((Contents("shelf", SHELF, 1, 20), Contents("case", CASE, 2, 2), Contents("files", FILES, 4, 3)))
-    years = assess(items, LAW, shaking(6, seed), [0.8, 2.0, 3.0, 4.0, 6.0], "pga", FRAME, CURVE)
+    years = assess(items, Assessment(LAW, shaking(6, seed), [0.8, 2.0, 3.0, 4.0, 6.0], "pga", FRAME, CURVE))
     for name in ("number_mean", "number_rate", "any_rate", "any_probability", "annual_number"):
         for end in ("_lower", "_upper"):
             building = years[name + end].sel(place="building")

@@ -22,7 +22,7 @@ from toppling.models.sliding.law import PlaneSlider
 from toppling.models.sliding.runs import SLIDES, plane_table, run_in_plane
 from toppling.motions.arrays import BOTH_AXES, WEAK_AXIS
 from toppling.motions.floors.histories import FloorHistories, History
-from toppling.studies.buildings.assessment import assess
+from toppling.studies.buildings.assessment import Assessment, assess
 from toppling.studies.buildings.axes import axes_notes, placed_on_axes
 from toppling.studies.buildings.shaking import Shaking
 from toppling.studies.buildings.slide_runs import Slipping
@@ -31,7 +31,7 @@ from toppling.studies.facts.method import method_of
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.kits import Kit
-from toppling.studies.kits.savings import Shake, kit_savings
+from toppling.studies.kits.savings import kit_savings
 from toppling.studies.report.page import content
 from toppling.studies.store.content import AS_WRITTEN
 from toppling.studies.store.worker_motions import motions_again
@@ -106,7 +106,7 @@ def sideways_by_hand(block, floor, direction, law=LAW):
 @pytest.fixture(scope="module")
 def found():
     options = {"building": FRAME, "hazard": HAZARD, "replicates": 100}
-    return assess(Inventory(LINES), LAW, TURNED, LEVELS, "RotD50(pga)", **options)
+    return assess(Inventory(LINES), Assessment(LAW, TURNED, LEVELS, "RotD50(pga)", **options))
 
 
 @pytest.mark.slow
@@ -143,7 +143,7 @@ def test_joint_numbers_are_of_the_same_runs(found):
 def test_both_axes_fall_at_least_as_often_as_one(found):
     turned = [motions.as_recorded(one) for one in TURNED]
     lines = Inventory(LINES[:1])
-    alone = assess(lines, LAW, turned, LEVELS, "RotD50(pga)", FRAME)["overturned"].values
+    alone = assess(lines, Assessment(LAW, turned, LEVELS, "RotD50(pga)", FRAME))["overturned"].values
     both = found["overturned"].values[:, :1]
     assert (both | ~alone).all()
     assert (both & ~alone).any()
@@ -152,7 +152,7 @@ def test_both_axes_fall_at_least_as_often_as_one(found):
 def test_both_polarities(found):
     """A wall makes all motions run both ways; what stands free falls under both, forward under one of them."""
     rows = (*LINES, Contents("walled", WALLED, floor=1, direction="x"))
-    both = assess(Inventory(rows), LAW, TURNED, LEVELS, "RotD50(pga)", FRAME)
+    both = assess(Inventory(rows), Assessment(LAW, TURNED, LEVELS, "RotD50(pga)", FRAME))
     free = both.isel(item=[0, 1])
     for name in ("overturned", "sideways"):
         own = free[name].values.reshape(1, 2, 3, 8, 2)
@@ -162,7 +162,7 @@ def test_both_polarities(found):
     along_width = found["overturned"].values & ~found["sideways"].values
     np.testing.assert_array_equal(front.sum(-1), along_width)
     runs = [motions.as_recorded(one) for one in TURNED]
-    alone = assess(Inventory(rows[2:]), LAW, runs, LEVELS, "RotD50(pga)", FRAME)
+    alone = assess(Inventory(rows[2:]), Assessment(LAW, runs, LEVELS, "RotD50(pga)", FRAME))
     deep = np.repeat(sideways_by_hand(WALLED, 1, "x"), 2, axis=1)
     assert (deep & ~alone["overturned"].values[0, 0]).any()
     np.testing.assert_array_equal(both["overturned"].values[0, 2], alone["overturned"].values[0, 0] | deep)
@@ -194,21 +194,21 @@ class TestKits:
         Contents("walled", replace(WALLED, mass=60.0), floor=1, direction="y", value=50.0),
         Contents("strapped", KITS[0].held(HEAVY), floor=1, direction="x", kit="strap"),
     )
-    SHAKE = Shake([LAW], TURNED, LEVELS, "RotD50(pga)", FRAME, HAZARD, replicates=100)
+    ASKED = Assessment([LAW], TURNED, LEVELS, "RotD50(pga)", FRAME, HAZARD, replicates=100)
 
     @pytest.fixture(scope="class", params=["as recorded", "both"])
     def plain(self, request):
-        return self.SHAKE._replace(polarity=request.param).assess(Inventory(self.ROWS, "EUR"), sides=True)
+        return assess(Inventory(self.ROWS, "EUR"), replace(self.ASKED, polarity=request.param), sides=True)
 
     @pytest.mark.slow
     def test_savings_are_differences_of_assessments(self, plain):
         inventory = Inventory(self.ROWS, "EUR")
-        found = kit_savings(inventory, self.KITS, plain, self.SHAKE)
+        found = kit_savings(inventory, self.KITS, plain, self.ASKED)
         for k, kit in enumerate(self.KITS):
             rows = [i for i, row in enumerate(self.ROWS) if kit.fits(row)]
             held = Inventory(tuple(kit.on(self.ROWS[i]) for i in rows), "EUR")
             polarity = "both" if "polarity" in plain.coords else "as recorded"
-            own = self.SHAKE._replace(polarity=polarity).assess(held, sides=True)
+            own = assess(held, replace(self.ASKED, polarity=polarity), sides=True)
             assert own["both_axes"].values.all()
             for i, at in enumerate(rows):
                 rate, before = float(own["item_rate"][0, i]), float(plain["item_rate"][0, at])
@@ -222,9 +222,9 @@ class TestKits:
 
     def test_what_a_kit_cannot_save_is_along_the_depth(self):
         """Run by run: the strong bracket never breaks, and what is left are falls about the depth."""
-        plain = self.SHAKE._replace(polarity="as recorded").assess(Inventory(self.ROWS[:1], "EUR"), sides=True)
+        plain = assess(Inventory(self.ROWS[:1], "EUR"), replace(self.ASKED, polarity="as recorded"), sides=True)
         held = [replace(kit.on(self.ROWS[0]), label=kit.name) for kit in reversed(self.KITS)]
-        found = self.SHAKE._replace(polarity="as recorded").assess(Inventory(tuple(held), "EUR"), sides=True)
+        found = assess(Inventory(tuple(held), "EUR"), replace(self.ASKED, polarity="as recorded"), sides=True)
         deep = sideways_by_hand(self.HEAVY, 1, "x", self.LAW)
         np.testing.assert_array_equal(found["overturned"].values[0, 0], deep)
         np.testing.assert_array_equal(found["sideways"].values[0, 0], deep)
@@ -243,7 +243,7 @@ class TestKits:
 def test_pieces_that_differ_keep_their_plan_ratio():
     spread = Variability(slenderness_dispersion=0.1, variants=3, realisations=4)
     lines = Inventory(LINES[:1])
-    different = assess(lines, LAW, TURNED, LEVELS, "RotD50(pga)", FRAME, variability=spread)
+    different = assess(lines, Assessment(LAW, TURNED, LEVELS, "RotD50(pga)", FRAME, variability=spread))
     for k, (_, share) in enumerate(spread.sample()):
         angle = CABINET.alpha * math.exp(0.1 * norm.ppf(share))
         size = tp.Block.from_slenderness(angle, CABINET.R)
@@ -267,28 +267,28 @@ def test_floor_histories_in_two_directions_are_pairs(found):
         for k, floor in enumerate((1, 2))
     ]
     histories = replace(FloorHistories.of(own), axes=BOTH_AXES)
-    given = assess(Inventory(LINES), LAW, histories, LEVELS, "RotD50(pga)")
+    given = assess(Inventory(LINES), Assessment(LAW, histories, LEVELS, "RotD50(pga)"))
     for name in ("overturned", "sideways"):
         np.testing.assert_array_equal(given[name].values, found[name].values)
-    plain = assess(Inventory(LINES), LAW, replace(histories, axes=""), LEVELS, "RotD50(pga)")
+    plain = assess(Inventory(LINES), Assessment(LAW, replace(histories, axes=""), LEVELS, "RotD50(pga)"))
     assert "sideways" not in plain
     one_way = FloorHistories.of([one for one in own if (one.floor, one.direction) != ("2", "x")])
     with pytest.raises(ValueError, match="floor 2, on which 'shelf' stands, needs histories in x and y"):
-        assess(Inventory(LINES), LAW, replace(one_way, axes=BOTH_AXES), LEVELS, "RotD50(pga)")
+        assess(Inventory(LINES), Assessment(LAW, replace(one_way, axes=BOTH_AXES), LEVELS, "RotD50(pga)"))
 
 
 def test_the_weak_axis_alone():
     long = Contents("long", tp.Block(0.3, 1.4, depth=0.5), floor=1, direction="y")
     weak = motions.weak_axis(PAIRS, "random", 5)
-    alone = assess(Inventory((long,)), LAW, weak, LEVELS, "RotD50(pga)", FRAME)
+    alone = assess(Inventory((long,)), Assessment(LAW, weak, LEVELS, "RotD50(pga)", FRAME))
     runs = [motions.as_recorded(one, "h2") for one in TURNED]
-    other = assess(Inventory((long,)), LAW, runs, LEVELS, "RotD50(pga)", FRAME)
+    other = assess(Inventory((long,)), Assessment(LAW, runs, LEVELS, "RotD50(pga)", FRAME))
     np.testing.assert_array_equal(alone["overturned"], other["overturned"])
     assert "sideways" not in alone
     with pytest.raises(ValueError, match=r"'cabinet' must have a depth of at least 1\.6 times its width"):
-        assess(Inventory(LINES), LAW, weak, LEVELS, "RotD50(pga)", FRAME)
+        assess(Inventory(LINES), Assessment(LAW, weak, LEVELS, "RotD50(pga)", FRAME))
     with pytest.raises(ValueError, match="im must be a measure of both components"):
-        assess(Inventory((long,)), LAW, weak, LEVELS, "pga", FRAME)
+        assess(Inventory((long,)), Assessment(LAW, weak, LEVELS, "pga", FRAME))
     placed = placed_on_axes(Inventory((long,)), Shaking.of(FRAME, weak, None), [LAW])
     assert axes_notes(placed, placed, WEAK_AXIS) == [Fact("axis.weak_axis", WEAK_RATIO)]
 
@@ -319,14 +319,14 @@ def test_vertical_shaking_on_the_ground():
     """Flags are those of planar runs in exact geometry with the vertical component, about each axis."""
     shaken = lifted(0.7)
     line = Contents("cabinet", CABINET, floor=0, direction="y")
-    here = assess(Inventory((line,)), LAW, shaken, [0.8, 1.2], "scale")
+    here = assess(Inventory((line,)), Assessment(LAW, shaken, [0.8, 1.2], "scale"))
     flags = []
     for name, block in (("h2", CABINET), ("h1", CABINET.across)):
         one = [motions.as_recorded(array, name, vertical=True) for array in shaken]
         flags.append(tp.ida(block, LAW, one, [0.8, 1.2], "scale", screen=False)["overturned"].values[0, 0])
     np.testing.assert_array_equal(here["overturned"].values[0, 0], flags[0] | flags[1])
     level = motions.both_axes(shaken[0].sel(component=["h1", "h2"]))
-    flat = assess(Inventory((line,)), LAW, level, [0.8, 1.2], "scale")
+    flat = assess(Inventory((line,)), Assessment(LAW, level, [0.8, 1.2], "scale"))
     assert (flat["overturned"].values != here["overturned"].values).any()
 
 
@@ -335,14 +335,14 @@ def test_runs_that_leave_the_floor_count_along_the_width():
         Contents("cabinet", CABINET, floor=0, direction="x"),
         Contents("loaded", tp.Block(0.3, 1.4, cm_offset=0.02, depth=0.4, name="loaded"), floor=0, direction="x"),
     )
-    flying = assess(Inventory(rows), LAW, lifted(1.5), [1.0], "scale")
+    flying = assess(Inventory(rows), Assessment(LAW, lifted(1.5), [1.0], "scale"))
     assert flying["overturned"].values.all()
     assert flying["front"].values.all()  # (of which side is not known: both ways it counts as the worse one)
     assert not flying["sideways"].values.any()
     with pytest.raises(ValueError, match="vertical shaking needs exact geometry"):
-        assess(Inventory(rows), tp.DiscreteDamping(), lifted(0.5), [1.0], "scale")
+        assess(Inventory(rows), Assessment(tp.DiscreteDamping(), lifted(0.5), [1.0], "scale"))
     with pytest.raises(ValueError, match="a building answers horizontal shaking alone"):
-        assess(Inventory(rows), LAW, lifted(0.5), [1.0], "scale", FRAME)
+        assess(Inventory(rows), Assessment(LAW, lifted(0.5), [1.0], "scale", FRAME))
 
 
 STUDY = """
@@ -398,7 +398,7 @@ def test_a_study_is_the_assessment_in_python(tmp_path):
     assert done[-1] == (plan.work, plan.work)
     turned = motions.both_axes(PAIRS, "random", 3)
     rows = (*LINES, Contents("vase", tp.Block(0.12, 0.5, round=True), floor=2))
-    own = assess(Inventory(rows), LAW, turned, LEVELS, "RotD50(pga)", FRAME)
+    own = assess(Inventory(rows), Assessment(LAW, turned, LEVELS, "RotD50(pga)", FRAME))
     for name in ("overturned", "sideways"):
         np.testing.assert_array_equal(results[name].values, own[name].values)
     notes = notes_of(results)
@@ -480,7 +480,7 @@ class TestSliding:
     def test_lines_slide_in_the_plane(self):
         rows = Inventory((self.SLIDES, LINES[1]))
         options = {"building": FRAME, "polarity": "as recorded", "slipping": Slipping((0.01, 0.04))}
-        found = assess(rows, LAW, TURNED, LEVELS, "RotD50(pga)", **options)
+        found = assess(rows, Assessment(LAW, TURNED, LEVELS, "RotD50(pga)", **options))
         share, slips, off = np.zeros(3), np.zeros((2, 3)), []
         for mu in self.FRICTION.quantile((np.arange(20) + 0.5) / 20).tolist():
             peak, front, back, slides = self.by_hand(mu)
@@ -504,7 +504,7 @@ class TestSliding:
 
     @pytest.mark.slow
     def test_both_ways_front_and_back_change_places(self):
-        found = assess(Inventory((self.SLIDES,)), LAW, TURNED, LEVELS, "RotD50(pga)", building=FRAME)
+        found = assess(Inventory((self.SLIDES,)), Assessment(LAW, TURNED, LEVELS, "RotD50(pga)", building=FRAME))
         off = []
         for mu in self.FRICTION.quantile((np.arange(20) + 0.5) / 20).tolist():
             ways = [self.by_hand(mu, reverse) for reverse in (False, True)]
@@ -515,7 +515,9 @@ class TestSliding:
         """A slab that does not rock slides where both components exceed its friction."""
         slab = Contents("slab", tp.Block(0.8, 0.5, name="slab", depth=0.9), 1, direction="y", friction=self.FRICTION)
         vase = replace(self.SLIDES, label="vase", stands_on="slab", count=1, block=CABINET)
-        found = assess(Inventory((slab, vase)), tp.HousnerImpact(e=0.9), TURNED, LEVELS, "RotD50(pga)", FRAME)
+        found = assess(
+            Inventory((slab, vase)), Assessment(tp.HousnerImpact(e=0.9), TURNED, LEVELS, "RotD50(pga)", FRAME)
+        )
         ground = {name: of_component(name) for name in ("h1", "h2")}
         x, y = (FRAME.floor_motions(one, [1]).isel(floor=0, drop=True).values for one in ground.values())
         chance = np.zeros(LEVELS.size)

@@ -6,7 +6,7 @@ import scipy
 import xarray as xr
 
 import toppling as tp
-from toppling.studies.buildings.assessment import assess
+from toppling.studies.buildings.assessment import Assessment, assess
 from toppling.studies.buildings.branches import Sampling, combinations, rates_over_branches
 from toppling.studies.inventory.consequences import Consequence, Injury
 from toppling.studies.inventory.contents import Contents, Inventory
@@ -27,7 +27,7 @@ CAPACITIES = np.array([[2.3], [3.5]]) * np.exp(0.3 * np.random.default_rng(3).st
 def known():
     """Assessments of pieces with known capacities, and with capacities higher by a half, at many levels."""
     shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01, s0=0.05).sample(MOTIONS, seed=2)
-    plain = assess(TWO, LAW, shaking, LEVELS[[0, -1]], "pga")
+    plain = assess(TWO, Assessment(LAW, shaking, LEVELS[[0, -1]], "pga"))
 
     def of(factor):
         flags = np.array([LEVELS[:, None] > factor * one for one in CAPACITIES])[None]
@@ -79,13 +79,13 @@ def test_branches_are_assessments_of_their_own():
         for name, seed in (("motions", 1), ("other", 2))
     }
     levels, curves = np.geomspace(1.0, 12.0, 6), {"hazard": (hazard(), 0.3), "high": (hazard(3e-3), 0.7)}
-    known = {name: assess(TWO, laws, shaking, levels) for name, shaking in sets.items()}
+    known = {name: assess(TWO, Assessment(laws, shaking, levels)) for name, shaking in sets.items()}
     every = combinations(
         {law.label: w for law, w in zip(laws, (0.4, 0.6), strict=True)}, {"motions": 0.8, "other": 0.2}, curves
     )
     found = rates_over_branches(every, known, TWO, Sampling(100, 0))
     for b, one in enumerate(every):
-        own = assess(TWO, laws, sets[one.motions], levels, hazard=one.hazard).sel(model=one.model)
+        own = assess(TWO, Assessment(laws, sets[one.motions], levels, hazard=one.hazard)).sel(model=one.model)
         for name in ("item_rate", "any_rate", "annual_number", "annual_loss"):
             np.testing.assert_allclose(found[f"branch_{name}"].isel(branch=b), own[name], rtol=1e-12)
             np.testing.assert_allclose(
@@ -114,11 +114,13 @@ def test_events_downtime_and_injuries_are_those_of_assessments(beta):
     shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01, s0=0.05).sample(10, seed=1)
     curves = {"hazard": (hazard(), 0.3), "high": (hazard(3e-3), 0.7)}
     options = {"consequence_correlation": 0.5, "seed": 4}
-    known = {"motions": assess(inventory, LAW, shaking, levels, **options)}
+    known = {"motions": assess(inventory, Assessment(LAW, shaking, levels, **options))}
     every = combinations({LAW.label: 1.0}, {"motions": 1.0}, curves)
     found = rates_over_branches(every, known, inventory, Sampling(100, 4, beta, correlation=0.5))
     for b, one in enumerate(every):
-        own = assess(inventory, LAW, shaking, levels, hazard=one.hazard, modelling_dispersion=beta, **options)
+        own = assess(
+            inventory, Assessment(LAW, shaking, levels, hazard=one.hazard, modelling_dispersion=beta, **options)
+        )
         for name in ("any_rate", "consequence_rate", "annual_downtime", "annual_injuries"):
             # (an event of one class alone is integrated over the levels here, over points there)
             rtol = 3e-4 if beta and name == "consequence_rate" else 1e-12

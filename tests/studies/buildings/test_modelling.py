@@ -10,7 +10,7 @@ import xarray as xr
 import toppling as tp
 from toppling.fragility.uncertainty.joint import Variability
 from toppling.studies.buildings import assessment as module
-from toppling.studies.buildings.assessment import assess
+from toppling.studies.buildings.assessment import Assessment, assess
 from toppling.studies.buildings.modelling import DRAWS, scored_levels
 from toppling.studies.inventory.contents import Contents, Inventory
 
@@ -36,7 +36,7 @@ def assessed(monkeypatch, inventory, levels, hazard=None, run=None, factor=1.0, 
     flags = np.array([run[:, None] > factor * one for one in CAPACITIES])
     monkeypatch.setattr(module, "overturning_flags", lambda oscillators, *_: flags[: len(oscillators)])
     shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01, s0=0.05).sample(MOTIONS, seed=2)
-    found = assess(inventory, LAW, shaking, levels, "pga", None, hazard, **options)
+    found = assess(inventory, Assessment(LAW, shaking, levels, "pga", None, hazard, **options))
     return found.isel(model=0)
 
 
@@ -183,9 +183,12 @@ class TestAtALevel:
     def test_runs_and_variants(self):
         """A real assessment at one level, with variants: the flags kept are those of the level itself."""
         shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01, s0=0.05).sample(12, seed=2)
-        options = (THREE, LAW, shaking, [4.0])
+        options = (LAW, shaking, [4.0])
         variability = Variability(0.02, 0.05, variants=4)
-        plain, found = (assess(*options, variability=variability, modelling_dispersion=beta) for beta in (0.0, 0.3))
+        plain, found = (
+            assess(THREE, Assessment(*options, variability=variability, modelling_dispersion=beta))
+            for beta in (0.0, 0.3)
+        )
         np.testing.assert_array_equal(plain["overturned"], found["overturned"])
         assert found["number"].dims == plain["number"].dims
         assert not np.array_equal(plain["probability"], found["probability"])
@@ -195,6 +198,6 @@ def test_refuses():
     shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(2)
     points = type("Points", (), {"levels": [0.1, 1.0], "rates": [0.1, 0.01], "im": "pga", "units": "m s-2"})()
     with pytest.raises(TypeError, match="modelling_dispersion needs a HazardCurve"):
-        assess(THREE, LAW, shaking, FINE, "pga", None, points, modelling_dispersion=0.3)
+        assess(THREE, Assessment(LAW, shaking, FINE, "pga", None, points, modelling_dispersion=0.3))
     with pytest.raises(ValueError, match="piece_class must be 1 to"):
         replace(ROWS[0], piece_class="x\n")

@@ -14,7 +14,7 @@ import xarray as xr
 from study_texts import HAZARD, crate_study
 
 import toppling as tp
-from toppling.studies.buildings.assessment import assess
+from toppling.studies.buildings.assessment import Assessment, assess
 from toppling.studies.buildings.pieces import SORTS, budget_set, pieces_of
 from toppling.studies.buildings.recommendations import (
     ANCHORED,
@@ -438,7 +438,9 @@ def test_a_rate_is_that_of_the_piece_s_own_curve():
     ground = tp.motions.CloughPenzien(duration=10.0, dt=0.01, s0=0.05).sample(24, seed=2)
     ground = tp.motions.pad(ground, 0.0, 5.0)
     inventory = Inventory((Contents("shelf", SHELF, 2, 3),))
-    found = assess(inventory, tp.EnergyConsistent(), ground, np.geomspace(0.8, 12.0, 15), "pga", frame, hazard)
+    found = assess(
+        inventory, Assessment(tp.EnergyConsistent(), ground, np.geomspace(0.8, 12.0, 15), "pga", frame, hazard)
+    )
     flags = found[["overturned"]].rename(item="block").drop_vars("floor").assign_attrs(found.attrs)
     own = tp.annual_rate(tp.fit_fragility(flags, replicates=200), hazard)["rate"].item()
     assert found["item_rate"].item() == pytest.approx(own, rel=0.03)

@@ -8,6 +8,7 @@ import dask
 import numpy as np
 import pytest
 import scipy
+from assessed import assessed
 from numpy.testing import assert_allclose, assert_array_equal
 
 import toppling as tp
@@ -21,7 +22,7 @@ from toppling.motions import Building
 from toppling.motions.floors.histories import FloorHistories, History
 from toppling.motions.polarity import both_polarities
 from toppling.studies.buildings.anchoring import anchoring
-from toppling.studies.buildings.assessment import assess, distinct_runs, polarity_of
+from toppling.studies.buildings.assessment import Assessment, assess, distinct_runs, polarity_of
 from toppling.studies.buildings.branches import InventoryBranch, Sampling, rates_over_branches
 from toppling.studies.buildings.variables import Year
 from toppling.studies.inventory.consequences import Consequence, Injury
@@ -68,7 +69,7 @@ MEANS = ("probability", "mean", "exceedance", "rate", "annual")
 
 def found(inventory, polarity=None, motions=MOTIONS, building=FRAME, **options):
     options = {"hazard": CURVE, "replicates": 200, **options}
-    return assess(inventory, LAW, motions, LEVELS, "pga", building, polarity=polarity, **options)
+    return assessed(inventory, LAW, motions, LEVELS, "pga", building, polarity=polarity, **options)
 
 
 def averaged(results):
@@ -388,7 +389,9 @@ class TestHistories:
 
         def run(inventory, polarity, scale=1.0):
             given = histories(own, scale)
-            return assess(inventory, LAW, given, at, hazard=CURVE, polarity=polarity, replicates=200, sides=True)
+            return assess(
+                inventory, Assessment(LAW, given, at, hazard=CURVE, polarity=polarity, replicates=200), sides=True
+            )
 
         one, plus, minus = run(MIXED, None), run(MIXED, "as recorded"), run(MIXED, "as recorded", -1.0)
         assert number_of_motions(one) == 4
@@ -412,7 +415,7 @@ class TestHistories:
     def test_of_an_elastic_building(self):
         given = histories(False, elastic=True)
         one, plus, minus = (
-            assess(MIXED, LAW, motions, LEVELS, hazard=CURVE, polarity=way, replicates=200)
+            assess(MIXED, Assessment(LAW, motions, LEVELS, hazard=CURVE, polarity=way, replicates=200))
             for motions, way in ((given, "both"), (given, "as recorded"), (histories(False, -1.0, True), "as recorded"))
         )
         assert_allclose(one["item_rate"], 0.5 * (plus["item_rate"].values + minus["item_rate"].values), rtol=1e-12)

@@ -6,6 +6,7 @@ from itertools import product
 import dask
 import numpy as np
 import pytest
+from assessed import assessed
 from numpy.testing import assert_allclose, assert_array_equal
 
 import toppling as tp
@@ -15,7 +16,6 @@ from toppling.fragility.hazard.levels import level_weights
 from toppling.fragility.uncertainty.joint import Variability, pieces_of
 from toppling.models.friction import CONTACTS, FixedFriction, LognormalFriction
 from toppling.studies.buildings.anchoring import anchoring
-from toppling.studies.buildings.assessment import assess
 from toppling.studies.buildings.slide_runs import COEFFICIENTS, Slipping
 from toppling.studies.buildings.sliding import item_slide_notes
 from toppling.studies.facts.method import _sliding as of_sliding
@@ -42,7 +42,7 @@ PLAIN = (
 
 def found(*rows, motions=MOTIONS, **options):
     options = {"hazard": CURVE, "replicates": 100, **options}
-    return assess(Inventory(rows, "EUR"), LAW, motions, LEVELS, "pga", **options)
+    return assessed(Inventory(rows, "EUR"), LAW, motions, LEVELS, "pga", **options)
 
 
 def quantiles(friction, number=COEFFICIENTS):

@@ -14,7 +14,7 @@ from toppling.fragility.uncertainty.joint import Variability, pieces_of
 from toppling.models.friction import LognormalFriction
 from toppling.studies import StudyError
 from toppling.studies.buildings import assessment
-from toppling.studies.buildings.assessment import assess
+from toppling.studies.buildings.assessment import Assessment, assess
 from toppling.studies.buildings.slide_runs import COEFFICIENTS, SlidingRuns
 from toppling.studies.buildings.sliding import item_slide_notes
 from toppling.studies.facts.notes import notes_of
@@ -40,7 +40,9 @@ ROWS = (SHELF, CABINET, FREE)
 
 
 def found(*rows, motions=MOTIONS, **options):
-    return assess(Inventory(rows), LAW, motions, LEVELS, "pga", **{"hazard": CURVE, "replicates": 100, **options})
+    return assess(
+        Inventory(rows), Assessment(LAW, motions, LEVELS, "pga", **{"hazard": CURVE, "replicates": 100, **options})
+    )
 
 
 def of_blocks(row, motions=MOTIONS, block=None, draws=COEFFICIENTS, **options):
@@ -139,8 +141,8 @@ class TestRuns:
         row = replace(SHELF, block=tp.Block(0.3, 1.8, depth=0.5))
         words = "trip_mm cannot be given where both components shake, got one for shelf: trips are of one component"
         with pytest.raises(ValueError, match=words):
-            assess(Inventory((row,)), LAW, pairs, LEVELS, "RotD50(pga)")
-        assess(Inventory((replace(row, trip=None),)), LAW, pairs, LEVELS, "RotD50(pga)")
+            assess(Inventory((row,)), Assessment(LAW, pairs, LEVELS, "RotD50(pga)"))
+        assess(Inventory((replace(row, trip=None),)), Assessment(LAW, pairs, LEVELS, "RotD50(pga)"))
 
 
 class TestWords:

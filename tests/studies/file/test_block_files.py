@@ -14,6 +14,7 @@ from exchange_cases import read_table
 import toppling as tp
 from toppling.core.doubts import ImplausibleInput
 from toppling.fragility import rank_measures
+from toppling.fragility.fitting.fit import CurveOptions, fit_curves
 from toppling.fragility.numerics import slabs
 from toppling.fragility.runs.factors import BlockFactors, dense, either_side
 from toppling.fragility.runs.oscillators import OscillatorGrid
@@ -509,7 +510,7 @@ class TestProgressOfFits:
             {"overturnings": (("block", "level"), [[0, 2, 5], [1, 4, 6]]), "runs": (("block", "level"), [[8] * 3] * 2)},
             coords={"level": [1.0, 2.0, 4.0]},
         )
-        tp.fit_fragility(flags, progress=lambda done, total: told.append((done, total)))
+        fit_curves(flags, CurveOptions(), progress=lambda done, total: told.append((done, total)))
         assert told == [(1, 2), (2, 2)]
 
     def test_they_are_shown_where_they_take_long(self, monkeypatch):

@@ -17,7 +17,7 @@ from toppling.fragility.numerics import slabs
 from toppling.fragility.uncertainty.joint import Variability
 from toppling.studies.buildings import assessment as module
 from toppling.studies.buildings.anchoring import anchoring
-from toppling.studies.buildings.assessment import assess
+from toppling.studies.buildings.assessment import Assessment, assess
 from toppling.studies.buildings.notes import hazard_notes, hazard_shares, notes
 from toppling.studies.buildings.pieces import SAFETY, pieces_of
 from toppling.studies.facts.building import details
@@ -48,7 +48,9 @@ def shaken(monkeypatch, flags, inventory=LAB, **options):
     flags = np.array(flags, bool)
     monkeypatch.setattr(module, "overturning_flags", lambda oscillators, *_: flags[: len(oscillators)])
     ground = tp.motions.CloughPenzien(duration=4.0, dt=0.02).sample(flags.shape[2], seed=1)
-    return assess(inventory, LAW, ground, LEVELS[: flags.shape[1]], "pga", None, HAZARD, replicates=100, **options)
+    return assess(
+        inventory, Assessment(LAW, ground, LEVELS[: flags.shape[1]], "pga", None, HAZARD, replicates=100, **options)
+    )
 
 
 def falls(motions, seed=5):
@@ -205,7 +207,7 @@ class TestRealisations:
         line = Inventory((Contents("a", SHELF, 0, 6, cost=COST, downtime=Consequence(2.0)),))
         ground = tp.motions.CloughPenzien(duration=8.0, dt=0.02, s0=0.05).sample(60, seed=2)
         spread = Variability(0.02, 0.1, realisations=40)
-        found = assess(line, LAW, ground, [2.0, 2.5, 3.0, 4.0], "pga", variability=spread, replicates=100)
+        found = assess(line, Assessment(LAW, ground, [2.0, 2.5, 3.0, 4.0], "pga", variability=spread, replicates=100))
         here = found.isel(model=0).sel(place="building")
         number, loss = here.number.values.ravel(), here.loss.values.ravel()
         assert len({*number}) == 7
@@ -413,7 +415,9 @@ class TestDecisions:
             (lambda: Contents("x", SHELF, 0, value=1.0, cost=COST), ValueError, "cost takes the place of value"),
             (lambda: Contents("x", SHELF, 0, cost=5.0), TypeError, "cost must be of Consequence or None, got float"),
             (
-                lambda: assess(Inventory((Contents("x", SHELF, 0, 60_000, cost=COST),)), LAW, GROUND, [1.0]),
+                lambda: assess(
+                    Inventory((Contents("x", SHELF, 0, 60_000, cost=COST),)), Assessment(LAW, GROUND, [1.0])
+                ),
                 ValueError,
                 "'x' has 60,000 pieces with drawn consequences, which must be at most 50,000",
             ),

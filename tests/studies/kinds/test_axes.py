@@ -149,7 +149,7 @@ def test_uncertain_blocks(tmp_path):
     shaken = motions.both_axes(GENERATOR.sample_pairs(6, 4), "random", 4)
     levels = np.array([0.2, 0.4, 0.7]) * 9.80665
     for block in plan.blocks:
-        options = {"samples": plan.samples, "seed": plan.seed}
+        options = {"samples": plan.inputs.sample(plan.samples, plan.seed)}
         runs = tp.fragility.uncertain_ida(plan.inputs, block, LAWS, shaken, levels, "RotD50(pga)", **options)
         np.testing.assert_array_equal(found["overturned"].sel(block=block.label).values, runs["overturned"].values)
     assert notes_named(found, "axis.screen_of_width") == [Fact("axis.screen_of_width")]

@@ -12,7 +12,7 @@ from study_texts import BLOCKS, HAZARD, IDA, motions
 import toppling as tp
 from toppling.fragility import rank_measures, uncertain_ida
 from toppling.fragility.runs.provenance import blocks_of
-from toppling.studies import StudyError, assess, read_inventory
+from toppling.studies import Assessment, StudyError, assess, read_inventory
 from toppling.studies.buildings.pieces import ranking_of
 from toppling.studies.command.cli import main
 from toppling.studies.facts import building
@@ -187,7 +187,9 @@ R_factor = { distribution = "lognormal", median = 1.0, dispersion = 0.1, lower =
         from toppling.fragility import Lognormal, RandomInputs, Uniform
 
         inputs = RandomInputs({"e": Uniform(0.85, 1.0), "R_factor": Lognormal(1.0, 0.1, 0.7, 1.4)})
-        direct = uncertain_ida(inputs, PIECES[1], LAWS, shakes(), LEVELS, "pga", "overturned", samples=6, seed=3)
+        direct = uncertain_ida(
+            inputs, PIECES[1], LAWS, shakes(), LEVELS, "pga", "overturned", samples=inputs.sample(6, 3)
+        )
         np.testing.assert_array_equal(found.overturned.isel(block=1), direct.overturned)
         np.testing.assert_allclose(found.probability.isel(block=1), direct.overturned.mean(["sample", "motion"]))
         share = found.flag_share.isel(block=0)
@@ -246,7 +248,9 @@ class TestPerformance:
         building = tp.motions.Building.flexural_shear(period=0.5, storeys=2)
         hazard = tp.HazardCurve.power_law(1e-4, 2.5, "pga", "g")
         things = read_inventory(tmp_path / "things.csv")
-        direct = assess(things, LAWS, shakes(), [1.0, 2.0, 4.0, 8.0], "pga", building, hazard, replicates=200)
+        direct = assess(
+            things, Assessment(LAWS, shakes(), [1.0, 2.0, 4.0, 8.0], "pga", building, hazard, replicates=200)
+        )
         for name in ("overturned", "annual_loss", "annual_loss_upper", "loss_rate"):
             np.testing.assert_array_equal(found[name], direct[name])
         ranked = ranking_of(found)

@@ -15,7 +15,7 @@ from toppling.core.units import STANDARD_GRAVITY
 from toppling.fragility.curves.means import resampled_means
 from toppling.fragility.hazard.levels import level_weights
 from toppling.motions.floors.histories import FloorHistories, History
-from toppling.studies import StudyError, assess
+from toppling.studies import Assessment, StudyError, assess
 from toppling.studies.buildings.anchoring import anchoring
 from toppling.studies.buildings.branches import Sampling, combinations, rates_over_branches
 from toppling.studies.buildings.variables import Year
@@ -81,8 +81,8 @@ def same():
     shaking = ground()
     # (scaled at its own level as the engine scales it: factor times floor acceleration)
     sets = [shaking.copy(data=level / STANDARD_GRAVITY * shaking.values) for level in LEVELS]
-    built = assess(THINGS, LAW, shaking, LEVELS, "pga", FRAME, HAZARD)
-    return built, assess(THINGS, LAW, histories(sets), LEVELS, "pga", hazard=HAZARD)
+    built = assess(THINGS, Assessment(LAW, shaking, LEVELS, "pga", FRAME, HAZARD))
+    return built, assess(THINGS, Assessment(LAW, histories(sets), LEVELS, "pga", hazard=HAZARD))
 
 
 def sets_apart():
@@ -98,7 +98,7 @@ def sets_apart():
 @pytest.fixture(scope="module")
 def apart():
     """Other motions at each level."""
-    return assess(THINGS, LAW, histories(sets_apart()), LEVELS, "pga", hazard=HAZARD)
+    return assess(THINGS, Assessment(LAW, histories(sets_apart()), LEVELS, "pga", hazard=HAZARD))
 
 
 class TestAgainstTheBuildingModel:
@@ -118,23 +118,23 @@ class TestAgainstTheBuildingModel:
         built, _ = same
         one = histories([ground()], [STANDARD_GRAVITY])
         one = FloorHistories(one.levels, one.unit, one.texts, one.names, one.supports, one.histories, elastic=True)
-        own = assess(THINGS, LAW, one, LEVELS, "pga", hazard=HAZARD)
+        own = assess(THINGS, Assessment(LAW, one, LEVELS, "pga", hazard=HAZARD))
         for name, values in built.data_vars.items():
             np.testing.assert_array_equal(own[name], values, err_msg=str(name))
 
     def test_a_scenario_as_it_is(self):
         shaking = ground()
-        built = assess(THINGS, LAW, shaking, [1.0], "scale", FRAME)
-        own = assess(THINGS, LAW, histories([shaking], [1.0]), [1.0], "scale")
+        built = assess(THINGS, Assessment(LAW, shaking, [1.0], "scale", FRAME))
+        own = assess(THINGS, Assessment(LAW, histories([shaking], [1.0]), [1.0], "scale"))
         assert own.attrs["basis"] == "scenario"
         np.testing.assert_array_equal(own["overturned"], built["overturned"])
 
     def test_other_levels_are_refused(self):
         one = histories([ground()], [2.0])
         with pytest.raises(ValueError, match="levels must be those of the floor histories, which are not scaled: 2"):
-            assess(THINGS, LAW, one, [3.0])
+            assess(THINGS, Assessment(LAW, one, [3.0]))
         with pytest.raises(ValueError, match="go with neither a building nor ground motions"):
-            assess(THINGS, LAW, one, [2.0], building=FRAME)
+            assess(THINGS, Assessment(LAW, one, [2.0], building=FRAME))
 
     @pytest.mark.slow
     @pytest.mark.parametrize(("decimals", "differing"), [(None, 0), (own_building.DECIMALS, 7)])
@@ -152,7 +152,9 @@ class TestAgainstTheBuildingModel:
             rows = tuple(row for row in everything.rows if row.direction == direction)
             for i in range(len(own_building.LEVELS)):
                 shaking = own_building.ground(i)
-                built = assess(Inventory(rows), LAW, shaking, [1.0], "scale", building, variability=study.variability)
+                built = assess(
+                    Inventory(rows), Assessment(LAW, shaking, [1.0], "scale", building, variability=study.variability)
+                )
                 here = own["overturned"].sel(item=[row.label for row in rows]).isel(level=i)
                 others += int((here.values != built["overturned"].isel(level=0).values).sum())
         assert abs(others - differing) <= differing / 2  # (docs/study.md says 7; other processors may round otherwise)
@@ -250,14 +252,16 @@ class TestModellingUncertainty:
         """Classes are joined motion by motion, at all levels of a motion."""
         shaking = ground()
         sets = [shaking.copy(data=level / STANDARD_GRAVITY * shaking.values) for level in LEVELS]
-        built = assess(THINGS, LAW, shaking, LEVELS, "pga", FRAME, HAZARD, modelling_dispersion=0.4)
-        own = assess(THINGS, LAW, histories(sets), LEVELS, "pga", hazard=HAZARD, modelling_dispersion=0.4)
+        built = assess(THINGS, Assessment(LAW, shaking, LEVELS, "pga", FRAME, HAZARD, modelling_dispersion=0.4))
+        own = assess(THINGS, Assessment(LAW, histories(sets), LEVELS, "pga", hazard=HAZARD, modelling_dispersion=0.4))
         for name, values in built.data_vars.items():
             np.testing.assert_array_equal(own[name], values, err_msg=str(name))
 
     def test_one_class_under_motions_of_each_level(self, apart):
         """Rates are the chances at the levels with the weights of the hazard that holds the uncertainty."""
-        found = assess(self.ALIKE, LAW, histories(sets_apart()), LEVELS, "pga", hazard=HAZARD, modelling_dispersion=0.4)
+        found = assess(
+            self.ALIKE, Assessment(LAW, histories(sets_apart()), LEVELS, "pga", hazard=HAZARD, modelling_dispersion=0.4)
+        )
         assert float(found["level_weight"][0]) > 1.1 * float(apart["level_weight"][0])
         for name, given in (("item_rate", "probability"), ("any_rate", "any_probability")):
             np.testing.assert_array_equal(found[given], apart[given])
@@ -267,19 +271,21 @@ class TestModellingUncertainty:
     def test_several_classes_need_the_same_motions_at_all_levels(self):
         own = histories(sets_apart())
         with pytest.raises(ValueError, match="of several classes of pieces needs the same motions at all levels"):
-            assess(THINGS, LAW, own, LEVELS, "pga", hazard=HAZARD, modelling_dispersion=0.4)
+            assess(THINGS, Assessment(LAW, own, LEVELS, "pga", hazard=HAZARD, modelling_dispersion=0.4))
         held = Inventory(tuple(dataclasses.replace(row, anchored=row.label != "case") for row in THINGS.rows), "EUR")
-        assess(held, LAW, own, LEVELS, "pga", hazard=HAZARD, modelling_dispersion=0.4)  # (one class that may fall)
+        assess(
+            held, Assessment(LAW, own, LEVELS, "pga", hazard=HAZARD, modelling_dispersion=0.4)
+        )  # (one class that may fall)
 
     def test_at_a_level_it_would_scale_histories(self):
         with pytest.raises(ValueError, match="at a given level needs outcomes at levels about it, to which floor"):
-            assess(THINGS, LAW, histories(sets_apart()), LEVELS, "pga", modelling_dispersion=0.4)
+            assess(THINGS, Assessment(LAW, histories(sets_apart()), LEVELS, "pga", modelling_dispersion=0.4))
 
     def test_at_a_level_of_an_elastic_building(self):
         shaking = ground()
         one = dataclasses.replace(histories([shaking], [STANDARD_GRAVITY]), elastic=True)
-        own = assess(THINGS, LAW, one, LEVELS, "pga", modelling_dispersion=0.4)
-        built = assess(THINGS, LAW, shaking, LEVELS, "pga", FRAME, modelling_dispersion=0.4)
+        own = assess(THINGS, Assessment(LAW, one, LEVELS, "pga", modelling_dispersion=0.4))
+        built = assess(THINGS, Assessment(LAW, shaking, LEVELS, "pga", FRAME, modelling_dispersion=0.4))
         for name in ("probability", "number_mean", "any_probability"):
             np.testing.assert_array_equal(own[name], built[name])
 

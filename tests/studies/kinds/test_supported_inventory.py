@@ -9,7 +9,7 @@ from check_facts import facts_of, numbers_in
 import toppling as tp
 from toppling.models.friction import FixedFriction
 from toppling.motions import Building, CloughPenzien, Isolator, Support, scale_to
-from toppling.studies import StudyError, assess
+from toppling.studies import Assessment, StudyError, assess
 from toppling.studies.facts.method import method_of
 from toppling.studies.inventory.contents import Contents, Inventory, Stand
 from toppling.studies.inventory.reading import read_inventory
@@ -162,10 +162,10 @@ def test_pieces_slide_on_their_stand():
     """Slides and falls of what stands on a bench are those of the same piece on a floor that moves as the bench."""
     stand = Stand("bench", Support(4.0))
     row = Contents("vase", BLOCK, 0, friction=FixedFriction(0.18), stand=stand)
-    above = assess(Inventory((row,)), LAW, 3.0 * ground(), [1.0], "scale")
+    above = assess(Inventory((row,)), Assessment(LAW, 3.0 * ground(), [1.0], "scale"))
     floor = Inventory((dataclasses.replace(row, stand=None),))
-    same = assess(floor, LAW, stand.support.motions(3.0 * ground()), [1.0], "scale")
-    below = assess(floor, LAW, 3.0 * ground(), [1.0], "scale")
+    same = assess(floor, Assessment(LAW, stand.support.motions(3.0 * ground()), [1.0], "scale"))
+    below = assess(floor, Assessment(LAW, 3.0 * ground(), [1.0], "scale"))
     names = [str(name) for name in same.data_vars if same[name].dtype.kind in "bfi"]
     assert any("slip" in name or "slide" in name for name in names)
     for name in names:
@@ -189,7 +189,7 @@ def test_what_stands_on_a_piece_shares_its_support(tmp_path):
 def test_in_python_a_platform_that_yields_is_not_scaled():
     row = Contents("vase", BLOCK, 0, stand=Stand("dish", SUPPORTS["dish"][1]))
     with pytest.raises(ValueError, match="'dish' of 'vase' yields, and needs motions of each level"):
-        assess(Inventory((row,)), LAW, ground(), list(LEVELS), "pga")
+        assess(Inventory((row,)), Assessment(LAW, ground(), list(LEVELS), "pga"))
 
 
 @pytest.mark.parametrize(

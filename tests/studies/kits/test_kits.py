@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from assessed import assessed as assessed_with
 from numpy.testing import assert_allclose, assert_array_equal
 
 import toppling as tp
@@ -15,13 +16,13 @@ from toppling.fragility.numerics.proportions import wilson_interval
 from toppling.fragility.uncertainty.joint import Variability
 from toppling.models import required_force, static_capacity
 from toppling.motions import Building
-from toppling.studies.buildings.assessment import assess, distinct_runs
+from toppling.studies.buildings.assessment import Assessment, assess, distinct_runs
 from toppling.studies.buildings.recommendations import Range
 from toppling.studies.facts.building import actions
 from toppling.studies.inventory.consequences import Injury
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.kits import Kit
-from toppling.studies.kits.savings import Shake, kit_savings, with_kit
+from toppling.studies.kits.savings import kit_savings, with_kit
 from toppling.studies.kits.sets import TARGETS, budget_kits, target_kits
 from toppling.studies.plan.design_shaking import DESIGN_RATE
 from toppling.studies.tables.table import Column
@@ -46,12 +47,12 @@ MOTIONS = tp.motions.pad(tp.motions.CloughPenzien(duration=8.0, dt=0.01, s0=0.05
 FRAME = Building.flexural_shear(0.4, storeys=3)
 LEVELS = np.geomspace(0.8, 12.0, 7)
 CURVE = HazardCurve(np.geomspace(0.2, 20.0, 12).tolist(), (0.02 * np.geomspace(0.2, 20.0, 12) ** -1.8).tolist(), "pga")
-SHAKE = Shake([LAW], MOTIONS, LEVELS, "pga", FRAME, CURVE, replicates=200)
+ASKED = Assessment([LAW], MOTIONS, LEVELS, "pga", FRAME, CURVE, replicates=200)
 
 
 def assessed(inventory=INVENTORY, **options):
     args = {"building": FRAME, "hazard": CURVE, "replicates": 200, "sides": True, "polarity": "as recorded", **options}
-    return assess(inventory, LAW, MOTIONS, LEVELS, "pga", **args)
+    return assessed_with(inventory, LAW, MOTIONS, LEVELS, "pga", **args)
 
 
 @pytest.fixture(scope="module")
@@ -61,13 +62,13 @@ def found():
 
 @pytest.fixture(scope="module")
 def saved(found):
-    return kit_savings(INVENTORY, KITS, found, SHAKE)
+    return kit_savings(INVENTORY, KITS, found, ASKED)
 
 
 def test_a_design_shaking_outside_the_levels_has_no_static_force():
     rare = HazardCurve(CURVE.levels, tuple(1e-3 * rate for rate in CURVE.rates), "pga")
-    shake = SHAKE._replace(hazard=rare)
-    saved = kit_savings(INVENTORY, KITS, assessed(hazard=rare), shake)
+    asked = replace(ASKED, hazard=rare)
+    saved = kit_savings(INVENTORY, KITS, assessed(hazard=rare), asked)
     assert np.isnan(saved["kit_required_force"]).all()
     assert np.isnan(saved["kit_peak_acceleration"]).all()
     assert np.isnan(saved["kit_breaks_at_design"]).all()
@@ -126,7 +127,7 @@ class TestRuns:
 
     def test_free_lines_are_the_same_bits_with_sides_told_apart(self):
         free = Inventory((Contents("a", tp.Block(0.3, 1.6), 1), Contents("b", tp.Block(0.4, 1.6), 0, 2)))
-        plain = assess(free, LAW, MOTIONS, LEVELS, "pga", FRAME)
+        plain = assess(free, Assessment(LAW, MOTIONS, LEVELS, "pga", FRAME))
         assert "front" not in plain
         assert_array_equal(plain["overturned"], assessed(free)["overturned"])
 
@@ -177,7 +178,7 @@ class TestBreaks:
     def test_at_a_level(self):
         at = float(LEVELS[4])
         plain = assessed(hazard=None)
-        one = kit_savings(INVENTORY, KITS[:1], plain, SHAKE._replace(hazard=None), level=at)
+        one = kit_savings(INVENTORY, KITS[:1], plain, replace(ASKED, hazard=None), level=at)
         assert_array_equal(one["kit_breaks"], one["kit_broken_probability"].isel(level=4))
         assert_array_equal(one["kit_breaks_upper"], one["kit_broken_probability_upper"].isel(level=4))
         assert "kit_breaks_at_design" not in one
@@ -223,7 +224,7 @@ class TestSavings:
     def test_at_a_level(self):
         level = float(LEVELS[4])
         plain = assessed(hazard=None)
-        given = kit_savings(INVENTORY, KITS, plain, SHAKE._replace(hazard=None), level)
+        given = kit_savings(INVENTORY, KITS, plain, replace(ASKED, hazard=None), level)
         at = given["kit_probability"].values[..., 4]
         assert_array_equal(given["kit_falls"], at)
         now = plain["probability"].values[:, None, :, 4]
@@ -234,13 +235,13 @@ class TestSavings:
         """Variants: the kit of every variant, and rates as of the inventory with the kit."""
         varied = Variability(restitution_sd=0.02, slenderness_dispersion=0.05, variants=4, realisations=3)
         now = assessed(variability=varied)
-        given = kit_savings(INVENTORY, [STRAP], now, SHAKE._replace(variability=varied))
+        given = kit_savings(INVENTORY, [STRAP], now, replace(ASKED, variability=varied))
         alone = assessed(Inventory((STRAP.on(ROWS[0]),)), variability=varied)
         assert_allclose(given["kit_falls"][0, 0, 0], alone["item_rate"][0, 0], rtol=1e-12)
 
     def test_modelling_at_a_level_is_refused(self, found):
         with pytest.raises(ValueError, match="at a given level hold no modelling_dispersion"):
-            kit_savings(INVENTORY, KITS, found, SHAKE._replace(modelling_dispersion=0.2), float(LEVELS[2]))
+            kit_savings(INVENTORY, KITS, found, replace(ASKED, modelling_dispersion=0.2), float(LEVELS[2]))
 
 
 class TestStatics:
@@ -452,13 +453,15 @@ class TestBothWays:
     @pytest.fixture(scope="class")
     def both(self):
         found = assessed(polarity="both")
-        return found, kit_savings(INVENTORY, KITS, found, SHAKE)
+        return found, kit_savings(INVENTORY, KITS, found, ASKED)
 
     @pytest.mark.slow
     def test_rates_are_means_of_both_polarities(self, both, found, saved):
         reversed_ones = MOTIONS.copy(data=-MOTIONS.values)
-        minus = assess(INVENTORY, LAW, reversed_ones, LEVELS, "pga", FRAME, CURVE, sides=True, polarity="as recorded")
-        of_minus = kit_savings(INVENTORY, KITS, minus, SHAKE._replace(motions=reversed_ones))
+        minus = assess(
+            INVENTORY, Assessment(LAW, reversed_ones, LEVELS, "pga", FRAME, CURVE, polarity="as recorded"), sides=True
+        )
+        of_minus = kit_savings(INVENTORY, KITS, minus, replace(ASKED, motions=reversed_ones))
         for name in ("kit_falls", "kit_front_falls", "kit_falls_saved", "kit_front_falls_saved", "kit_saving"):
             expected = 0.5 * (saved[name].values + of_minus[name].values)
             assert_allclose(both[1][name].values, expected, rtol=1e-11, atol=1e-16, err_msg=name)
@@ -502,7 +505,7 @@ class TestBothWays:
     def test_progress_counts_the_runs(self):
         done = []
         found = assessed(polarity="both")
-        kit_savings(INVENTORY, KITS, found, SHAKE, progress=lambda one, total: done.append(one))
+        kit_savings(INVENTORY, KITS, found, ASKED, progress=lambda one, total: done.append(one))
         held = [with_kit(INVENTORY, kit) for kit in KITS]
         assert done[-1] == sum(distinct_runs(one, None, "both") for one in held) * MOTIONS.sizes["motion"] * LEVELS.size
 

@@ -326,7 +326,7 @@ def sampled(block):
     inputs = tp.fragility.RandomInputs(
         {"e": tp.fragility.Uniform(0.85, 1.0), "R_factor": tp.fragility.Lognormal(1.0, 0.1, 0.7, 1.4)}
     )
-    return uncertain_ida(inputs, block, LAWS, shakes(), LEVELS, "pga", "overturned", samples=6, seed=3)
+    return uncertain_ida(inputs, block, LAWS, shakes(), LEVELS, "pga", "overturned", samples=inputs.sample(6, 3))
 
 
 class TestUncertainRates:
