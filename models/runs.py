@@ -209,34 +209,6 @@ def stacked(specimens: Sequence[Specimen]) -> Stack | PlaneTable | Array:
     return stack([one for one in specimens if isinstance(one, Oscillator)])
 
 
-def run_specimens(
-    tables: Stack | PlaneTable | Array,
-    factors: Array,
-    acceleration: Array,
-    vertical: Array | None,
-    dt: float,
-    skip: bool,
-    flags_only: bool,
-    tally: Index,
-    across: Array | None = None,
-) -> Array:
-    """Run specimens that are `stacked` already under factors (o, m) times one record; results (o, m, `COLUMNS`).
-
-    across: the component along the depth, which blocks that slide in the plane need and others leave alone.
-    """
-    if isinstance(tables, PlaneTable):
-        if across is None:
-            raise ValueError("blocks that slide in the plane need both horizontal components, got one")
-        return run_in_plane(tables.friction, factors, acceleration, across, vertical, dt, skip, tally)
-    if isinstance(tables, Stack):
-        return run_stacked(tables, factors, acceleration, dt, skip, flags_only, tally, vertical=vertical)
-    return run_sliders(tables, factors, acceleration, vertical, dt, skip, tally)
-
-
-class EndlessRunError(ValueError):
-    """A run that would take hours: see `tables.MOST_PIECES`."""
-
-
 class Motion(Protocol):
     """What a run needs of a motion (as `motions.arrays.Record` has it): accelerations (n,), m/s², and their step, s."""
 
@@ -255,6 +227,32 @@ class Motion(Protocol):
     @property
     def dt(self) -> float:
         """Step, s."""
+
+
+def run_specimens(
+    tables: Stack | PlaneTable | Array,
+    factors: Array,
+    motion: Motion,
+    skip: bool,
+    flags_only: bool,
+    tally: Index,
+) -> Array:
+    """Run specimens that are `stacked` already under factors (o, m) times one motion; results (o, m, `COLUMNS`).
+
+    Blocks that slide in the plane need the component along the depth, which others leave alone.
+    """
+    shaking, up, dt = motion.acceleration, motion.vertical, motion.dt
+    if isinstance(tables, PlaneTable):
+        if motion.companion is None:
+            raise ValueError("blocks that slide in the plane need both horizontal components, got one")
+        return run_in_plane(tables.friction, factors, shaking, motion.companion, up, dt, skip, tally)
+    if isinstance(tables, Stack):
+        return run_stacked(tables, factors, shaking, dt, skip, flags_only, tally, vertical=up)
+    return run_sliders(tables, factors, shaking, up, dt, skip, tally)
+
+
+class EndlessRunError(ValueError):
+    """A run that would take hours: see `tables.MOST_PIECES`."""
 
 
 def run_mixed(
@@ -288,9 +286,8 @@ def run_mixed(
             records = lay_out([one.acceleration for one in shakes], first.dt, verticals)
             results = _results(records, tables, specimen[runs], own, factors[runs], skip, flags_only, counts)
         else:
-            shaking = first.acceleration, first.vertical, first.dt
             rows, scale = _rows(tables, specimen[runs]), factors[runs][:, None]
-            results = run_specimens(rows, scale, *shaking, skip, flags_only, counts, first.companion)[:, 0]
+            results = run_specimens(rows, scale, first, skip, flags_only, counts)[:, 0]
         found.append(results)
         places.append(runs)
     together = np.concatenate(found)

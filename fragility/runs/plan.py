@@ -364,9 +364,7 @@ def run_part(
         else:
             if total > 2.0 * PART_SECONDS and left():
                 raise LeftError
-            (one,) = shakes
-            shaking = one.acceleration, one.vertical, one.dt
-            runs = run_specimens(tables, own[..., 0], *shaking, skip, flags_only, tally, one.companion)[:, :, None]
+            runs = run_specimens(tables, own[..., 0], shakes[0], skip, flags_only, tally)[:, :, None]
         # (of sliding blocks all results are NaN there)
         rocks = isinstance(tables, Stack) and any(one.vertical is not None for one in shakes)
         airborne = runs[..., COLUMNS["airborne"]] == 1.0 if rocks else None

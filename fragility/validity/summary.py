@@ -69,7 +69,7 @@ def input_of_pairs(
 def summary_screen(
     given: ScreenInput,
     shaking: Characteristics,
-    friction: Friction | Mapping[str, Friction] | None = None,
+    friction: float | Friction | Mapping[str, float | Friction] | None = None,
     flips: FlipCounts | None = None,
 ) -> xr.Dataset:
     """Screen runs as `screen` does, and keep shares and greatest demands alone.

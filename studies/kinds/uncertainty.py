@@ -32,6 +32,7 @@ from ...fragility.uncertainty.inputs import input_doubts
 from ...fragility.validity.characteristics import Characteristics
 from ...fragility.validity.notes import OF_THE_WIDTH, screen_facts
 from ...fragility.validity.plausibility import restitution_doubts
+from ...fragility.validity.slab_screen import ScreenRequest
 from ...models import Block, Law
 from ...models.block import describe_scene
 from ...models.friction import Friction
@@ -199,7 +200,7 @@ class UncertaintyStudy(BlockStudy):
         shaking = Characteristics.of(records(self.design.motions))
         for block, pairs, part in zip(self.blocks, self._pairs, parts, strict=True):
             told = part_of(progress, done, self.work)
-            asked = self.friction, self.undecided, shaking, client, told
+            asked = ScreenRequest(self.friction, undecided=self.undecided), shaking, client, told
             screens.append(screen_samples(block, pairs, self.design, part["overturned"], *asked))
             done += self.perturbed_runs // len(self.blocks)
         screened = joined_screens(screens, found["model"])

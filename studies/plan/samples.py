@@ -20,10 +20,10 @@ from ...fragility.runs.factors import BlockFactors, Factors
 from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import ground_of, scaling
 from ...fragility.validity.characteristics import Characteristics
+from ...fragility.validity.slab_screen import ScreenRequest
 from ...fragility.validity.summary import input_of_pairs, over_samples, summary_screen
 from ...fragility.validity.undecided import FlipCounts, choose_motions, count_flips_of, turned
 from ...models import Block, Law
-from ...models.friction import Friction
 from ...models.laws import oscillator_of
 from ...motions import records
 from .designs import Incremental
@@ -36,8 +36,7 @@ def screen_samples(
     pairs: Sequence[Sequence[tuple[Block, Law]]],
     design: Incremental,
     overturned: xr.DataArray,
-    friction: Friction | None,
-    undecided: float,
+    asked: ScreenRequest,
     shaking: Characteristics,
     runner: Runner,
     progress: Progress | None = None,
@@ -53,7 +52,7 @@ def screen_samples(
         plain,
         scaled.factors_at(xr.Variable("level", scaled.levels), len(plain)),
     )
-    flips = None
+    flips, undecided = None, asked.undecided
     if undecided > 0.0:
         chosen = choose_motions(len(plain), undecided)
         flags = overturned.transpose("sample", "model", "level", "motion").values
@@ -75,7 +74,7 @@ def screen_samples(
             counts[at] = count_flips_of(rows, turned, near, flags_of, factors, runner, told, design.about == 2)
             done += samples_perturbed_runs(rows, design, undecided)
         flips = FlipCounts(chosen, counts)
-    return over_samples(summary_screen(given, shaking, friction, flips), block)
+    return over_samples(summary_screen(given, shaking, asked.friction, flips), block)
 
 
 def samples_perturbed_runs(pairs: Sequence[Sequence[tuple[Block, Law]]], design: Incremental, undecided: float) -> int:

@@ -135,10 +135,8 @@ def test_sliding_blocks_go_motion_by_motion(motions):
     tally = np.zeros(len(TALLY), np.int64)
     mixed = run_mixed(tables, which, where, factors, motions, tally=tally)
     for j, (o, i) in enumerate(zip(which, where, strict=True)):
-        one, counts = motions[i], np.zeros(len(TALLY), np.int64)
-        apart = run_specimens(
-            tables[o : o + 1], factors[None, j : j + 1], one.acceleration, None, one.dt, True, False, counts
-        )
+        counts = np.zeros(len(TALLY), np.int64)
+        apart = run_specimens(tables[o : o + 1], factors[None, j : j + 1], motions[i], True, False, counts)
         np.testing.assert_array_equal(mixed[j], apart[0, 0])
     assert (mixed[:, 0] > 0.0).any()
 

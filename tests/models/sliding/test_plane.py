@@ -10,6 +10,7 @@ from toppling.models.runs import run_specimens, stacked
 from toppling.models.sliding.law import PlaneSlider, Slider
 from toppling.models.sliding.runs import IN_PLANE, SLIDES, friction_table, plane_table, run_in_plane, run_sliders
 from toppling.models.slip import columns
+from toppling.motions.arrays import Record
 
 G = 9.80665
 ONE = np.ones((1, 1))
@@ -170,4 +171,4 @@ class TestRuns:
     def test_one_component_is_refused(self):
         given = stacked([PlaneSlider(0.2, 0.2)])
         with pytest.raises(ValueError, match="need both horizontal components, got one"):
-            run_specimens(given, ONE, np.zeros(9), None, 0.01, True, False, np.zeros(5, np.int64))
+            run_specimens(given, ONE, Record("one", np.zeros(9), 0.01), True, False, np.zeros(5, np.int64))
