@@ -171,4 +171,4 @@ class TestRuns:
     def test_one_component_is_refused(self):
         given = stacked([PlaneSlider(0.2, 0.2)])
         with pytest.raises(ValueError, match="need both horizontal components, got one"):
-            run_specimens(given, ONE, Record("one", np.zeros(9), 0.01), True, False, np.zeros(5, np.int64))
+            run_specimens(given, ONE, Record("one", np.zeros(9), 0.01, ""), True, False, np.zeros(5, np.int64))
