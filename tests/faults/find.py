@@ -183,7 +183,10 @@ def batches(root: Path, fault: Fault, slow: bool) -> list[list[str]]:
 def _exists(root: Path, test: str) -> bool:
     file, *within = test.split("::")
     path = root / "tests" / file
-    return path.is_file() and (not within or f"def {within[-1]}(" in path.read_text("utf-8"))
+    if not path.is_file():
+        return False
+    text = path.read_text("utf-8")
+    return not within or (f"def {within[-1]}(" in text and all(f"class {name}" in text for name in within[:-1]))
 
 
 def search(root: Path, fault: Fault, slow: bool, budget: float) -> Result:
