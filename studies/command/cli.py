@@ -272,6 +272,7 @@ def look_at_motions(
     """
     from ...motions import TargetSpectrum, matching_report
     from ..single import motions as looked_at
+    from ..tables.terminal import rendered
     from ..text.error import StudyError
 
     shown = looked_at.read_motions(inputs)
@@ -286,9 +287,9 @@ def look_at_motions(
         print(looked_at.measures_json(values, figures, shown))
         return
     console = terminal()
-    console.print(looked_at.measures_table(values))
-    if shown.ratios:
-        console.print(looked_at.scenario_table(shown.ratios))
+    tables = [looked_at.measures_table(values), *([looked_at.scenario_table(shown.ratios)] if shown.ratios else [])]
+    for part in (part for table in tables for part in rendered(table, console.width)):
+        console.print(part)
     say(console, *shown.lines)
     if spectrum is not None:
         misfit = matching_report(motions, spectrum).misfit_mean

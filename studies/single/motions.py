@@ -12,13 +12,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
-from rich.box import SIMPLE_HEAD
-from rich.markup import escape
-from rich.table import Table
 
 from ... import motions as shaking
 from ...core.doubts import Doubt, noted
 from ...core.units import STANDARD_GRAVITY
+from ...core.wording import counted
 from ...core.writing import whole_file
 from ...motions.arrays import Record, digest, records
 from ...motions.intensity.cumulative import husid
@@ -34,6 +32,7 @@ from ..file.motions import IndexedFloorMotions
 from ..file.schema import read_study_file
 from ..plan.reading import Reading
 from ..plots import axes
+from ..tables.table import Cells, Column, Table
 from ..text.encoding import json_text
 from ..text.error import StudyError, writing
 from ..text.words import floor_name
@@ -44,18 +43,19 @@ MOST_ROWS = 12
 PERCENTILES = (16.0, 50.0, 84.0)
 THIN: dict[str, Any] = {"lw": 0.4, "color": "0.65"}
 
-# Variable, heading, unit shown, and the divisor of the values.
+MOTION = Column("motion", "motion")
 COLUMNS = (
-    ("pga", "PGA", "g", STANDARD_GRAVITY),
-    ("pgv", "PGV", "m/s", 1.0),
-    ("pgd", "PGD", "m", 1.0),
-    ("arias", "Arias", "m/s", 1.0),
-    ("cav", "CAV", "m/s", 1.0),
-    ("d5_75", "D5-75", "s", 1.0),
-    ("d5_95", "D5-95", "s", 1.0),
-    ("t_mean", "Tm", "s", 1.0),
-    ("Sa", "Sa(1 s)", "g", STANDARD_GRAVITY),
+    (Column("pga", "PGA", "plain", "g"), STANDARD_GRAVITY),
+    (Column("pgv", "PGV", "plain", "m/s"), 1.0),
+    (Column("pgd", "PGD", "plain", "m"), 1.0),
+    (Column("arias", "Arias", "plain", "m/s"), 1.0),
+    (Column("cav", "CAV", "plain", "m/s"), 1.0),
+    (Column("d5_75", "D5-75", "plain", "s"), 1.0),
+    (Column("d5_95", "D5-95", "plain", "s"), 1.0),
+    (Column("t_mean", "Tm", "plain", "s"), 1.0),
+    (Column("Sa", "Sa(1 s)", "plain", "g"), STANDARD_GRAVITY),
 )
+"""Columns of measures, and the SI values of their units."""
 
 
 class Shown(NamedTuple):
@@ -137,44 +137,34 @@ def measured(motions: Sequence[xr.DataArray], damping: float = 0.05) -> xr.Datas
 
 
 def measures_table(values: xr.Dataset, rows: int = MOST_ROWS) -> Table:
-    """Return a table for a terminal: the measures of the first motions, and the medians of all (of each floor)."""
+    """Return the measures of the first motions, and the medians of all (of each floor)."""
     n = values.sizes["motion"]
-    table = Table(title=f"{n:,} motion{'' if n == 1 else 's'}", box=SIMPLE_HEAD, pad_edge=False, title_justify="left")
-    table.add_column("motion", overflow="fold")
-    columns = [(_variable(values, name), scale) for name, _, _, scale in COLUMNS]
-    for _, heading, unit, _ in COLUMNS:
-        table.add_column(f"{heading}\n{unit}", justify="right", no_wrap=True)
-    shown = min(n, rows)
-    for i in range(shown):
-        cells = (_number(values[name].values[i] / scale) for name, scale in columns)
-        table.add_row(escape(str(values["motion"].values[i])), *cells, end_section=i == shown - 1)
-    if n > shown:
-        table.add_row(f"[italic]… {n - shown:,} more[/]", end_section=True)
-    if n > 1:
-        for floor, here in _by_floor(values).items():
-            name = "median" if floor is None else f"median, {floor_name(floor)}"
-            cells = (_number(float(np.median(values[key].values[here])) / scale) for key, scale in columns)
-            table.add_row(f"[bold]{escape(name)}[/]", *cells)
-    return table
+    columns = [(column, values[_variable(values, column.key)].values / scale) for column, scale in COLUMNS]
+    lines: list[Cells | str] = [
+        {MOTION: str(values["motion"].values[i]), **{column: float(of[i]) for column, of in columns}}
+        for i in range(min(n, rows))
+    ]
+    for floor, motions in _by_floor(values).items() if n > 1 else ():
+        name = "median" if floor is None else f"median, {floor_name(floor)}"
+        lines.append({MOTION: name, **{column: float(np.median(of[motions])) for column, of in columns}})
+    more = [f"{n - rows:,} more motions are not listed."] if n > rows else []
+    return Table.of(counted(n, "motion"), lines, *more)
 
 
 def scenario_table(ratios: Mapping[str, xr.Dataset]) -> Table:
-    """Return a table for a terminal: the medians of a scenario's motions over those of ground-motion models."""
+    """Return the medians of a scenario's motions over those of ground-motion models, with the dispersions."""
     first = next(iter(ratios.values()))
-    title = f"Medians over those of ground-motion models ({str(first.attrs['title']).partition(': ')[2]})"
-    table = Table(title=title, box=SIMPLE_HEAD, pad_edge=False, title_justify="left")
-    table.add_column("measure")
-    for model in ratios:
-        table.add_column(f"over\n{model}", justify="right")
-    table.add_column("dispersion\nhere", justify="right")
-    for model in ratios:
-        table.add_column(f"dispersion\n{model}", justify="right")
-    for i, label in enumerate(first["measure"].values):
-        over = (f"{float(one['ratio'][i]):.2f}" for one in ratios.values())
-        spread = (f"{float(one['model_dispersion'][i]):.2f}" for one in ratios.values())
-        name = {"pga": "PGA", "pgv": "PGV"}.get(str(label), str(label))
-        table.add_row(name, *over, f"{float(first['dispersion'][i]):.2f}", *spread)
-    return table
+    of_all = Column("dispersion", "dispersion here", "hundredths")
+    lines: list[Cells | str] = []
+    for i, label in enumerate(first["measure"].values.astype(str).tolist()):
+        row: Cells = {Column("measure", "measure"): {"pga": "PGA", "pgv": "PGV"}.get(label, label)}
+        row |= {Column(model, f"over {model}", "hundredths"): float(of["ratio"][i]) for model, of in ratios.items()}
+        row[of_all] = float(first["dispersion"][i])
+        for model, of in ratios.items():
+            row[Column(f"{model}_dispersion", f"dispersion {model}", "hundredths")] = float(of["model_dispersion"][i])
+        lines.append(row)
+    at = str(first.attrs["title"]).partition(": ")[2]
+    return Table.of(f"Medians over those of ground-motion models ({at})", lines)
 
 
 def measures_json(values: xr.Dataset, figures: Sequence[Path], shown: Shown) -> str:
@@ -354,7 +344,3 @@ def _by_floor(values: xr.Dataset) -> dict[str | None, np.ndarray[tuple[int], np.
 def _variable(values: xr.Dataset, name: str) -> str:
     """Return the variable of a column; the name of the spectral measure includes its parameters."""
     return next(str(key) for key in values.data_vars if str(key).split("(")[0] == name)
-
-
-def _number(value: float) -> str:
-    return f"{value:.3g}" if math.isfinite(value) else "–"
