@@ -32,6 +32,8 @@ from ..runs.request import DERIVED, Request, check_vertical, collect_about, work
 from ..runs.scaling import SCALE, BlockMeasure, check_factors, ground_of, intensities, intensity_measure
 from .friction_draws import check_draws, specimens_in
 
+MOST_GRIDS, FEWEST_OF_A_GRID, MOST_REPEATED = 8, 10_000, 3
+"""Grids that are run each by itself, or the least runs of one; and all runs of one grid, over those of a table."""
 ORDER = (0, 3)
 """Key, under a seed, of the order in which the motions of a set are taken."""
 
@@ -206,26 +208,31 @@ def run_rows(
     specimens = specimens_in(request, both and request.sliding)
     across = request.specimens(across=True) if both and not request.sliding else None
     found: dict[str, NDArray[Any]] = {}
-    done = 0
-    for curves, motions, at in _grids(rows.block * len(request.models) + rows.model, rows.motion):
+    grids = list(_grids(rows.block * len(request.models) + rows.model, rows.motion))
+    each = 1 if across is None else 2
+    done, total = 0, each * sum(at.size for _, _, at in grids)
+    of_runs = np.append(factors, 1.0)
+    for curves, motions, at in grids:
         results = run_wave(
             request,
             [specimens[i] for i in curves],
             None if across is None else [across[i] for i in curves],
             [records[i] for i in motions],
-            factors[at],
-            part_of(progress, done, rows.level.size * (1 if across is None else 2)),
+            of_runs[at],
+            part_of(progress, done, total),
         )
-        done += at.size * (1 if across is None else 2)
+        done += each * at.size
         for name, values in results.items():
-            found.setdefault(name, np.empty(rows.level.size, values.dtype))[at] = values
-    return found
+            found.setdefault(name, np.empty(of_runs.size, values.dtype))[at] = values
+    return {name: values[:-1] for name, values in found.items()}
 
 
 def _grids(curve: Index, motion: Index) -> Iterator[tuple[list[int], list[int], Index]]:
     """Yield curves that have equally many runs under each of some motions, these motions, and the places of the runs.
 
-    Places are (curve, level, motion), the runs of a curve under a motion in the order in which they are given.
+    Places are (curve, level, motion), the runs of a curve under a motion in the order in which they are given.  Where
+    there would be many small grids, one with all curves and motions takes their place: it repeats some runs, and has
+    others that are in no place (-1).
     """
     order = np.lexsort((motion, curve))
     new = np.diff(curve[order], prepend=-1).astype(bool) | np.diff(motion[order], prepend=-1).astype(bool)
@@ -238,6 +245,15 @@ def _grids(curve: Index, motion: Index) -> Iterator[tuple[list[int], list[int], 
     for mine in np.split(cells, ends):
         alike = int(each[mine[0]]), tuple(under[mine].tolist())
         grids.setdefault(alike, []).append((int(of_cell[mine[0]]), starts[mine]))
+    if len(grids) > MOST_GRIDS and len(grids) * FEWEST_OF_A_GRID > curve.size:
+        every, motion_of = np.unique(of_cell), np.unique(under)
+        if every.size * motion_of.size * each.max() <= MOST_REPEATED * curve.size:
+            at = np.full((every.size, each.max(), motion_of.size), -1)
+            for k in range(each.max()):
+                own = starts + np.minimum(k, each - 1)
+                at[np.searchsorted(every, of_cell), k, np.searchsorted(motion_of, under)] = order[own]
+            yield every.tolist(), motion_of.tolist(), at
+            return
     for (number, motions), curves in grids.items():
         first = np.stack([begin for _, begin in curves])[:, None, :]
         yield [i for i, _ in curves], list(motions), order[first + np.arange(number)[:, None]]

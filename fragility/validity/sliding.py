@@ -58,14 +58,17 @@ def friction_demands(
 
 def _lifting_peaks(factors: Array, rising: list[Array], slenderness: Array) -> Array:
     """Peak of the first half-cycle that exceeds g b/h, else that of the motion; (block, level, motion), m/s²."""
-    found = np.empty((slenderness.size, *factors.shape[1:]))
+    found = np.zeros((slenderness.size, *factors.shape[1:]))
+    # (runs at levels of their own have the motions of several runs more than once)
+    runs: dict[int, list[int]] = {}
     for i, reached in enumerate(rising):
-        if reached.size == 0:
-            found[:, :, i] = 0.0
-            continue
-        thresholds = STANDARD_GRAVITY / slenderness[:, None] / factors[:, :, i]
-        first = np.minimum(np.searchsorted(reached, thresholds, side="right"), reached.size - 1)
-        found[:, :, i] = factors[:, :, i] * reached[first]
+        if reached.size:
+            runs.setdefault(id(reached), []).append(i)
+    for alike in runs.values():
+        reached, at = rising[alike[0]], alike if len(alike) > 1 else slice(alike[0], alike[0] + 1)
+        scale = factors[:, :, at]
+        first = np.searchsorted(reached, STANDARD_GRAVITY / slenderness[:, None, None] / scale, side="right")
+        found[:, :, at] = scale * reached[np.minimum(first, reached.size - 1)]
     return found
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...core.aliases import Flags, Progress
+from ...core.aliases import Array, Flags, Progress
 from ...models.friction import FixedFriction
 from ...motions.arrays import POLARITY, Record
 from ...motions.polarity import AS_RECORDED, BOTH, records_under
@@ -20,6 +20,7 @@ from ..runs.progress import part_of
 from ..runs.provenance import (
     RUN,
     CurveRuns,
+    LevelMeasure,
     Motions,
     about_both_axes,
     blocks_of,
@@ -145,7 +146,8 @@ def sparse_screen(
         if not curve.runs.size:
             label, law = str(runs["block"].values[curve.block]), str(runs["model"].values[curve.model])
             raise ValueError(f"runs must hold runs of every block under every law, got none of {label} under {law}")
-    inputs = [_input(runs, one) for one in curves]
+    properties, measured = known_coordinates(runs), level_measure(runs)
+    inputs = [_input(runs["level"].values, properties, measured, curve) for curve in curves]
     flips = _flips(runs, curves, inputs, shaken.kept, runner, progress) if shaken is not None and shaken.kept else None
     shaking = None if shaken is None else shaken.characteristics
     sizes = {str(dim): runs.sizes[dim] for dim in (RUN, "block", "model")}
@@ -179,14 +181,15 @@ def sparse_screen(
     return in_order(found | few_motions(fewest, asked.bounds)), settings | of_all
 
 
-def _input(runs: xr.Dataset, curve: CurveRuns) -> ScreenInput:
-    """Return the properties of the runs of a curve, each of which has the place of a motion."""
+def _input(
+    levels: Array, properties: Mapping[str, xr.Variable], measured: LevelMeasure, curve: CurveRuns
+) -> ScreenInput:
+    """Return the properties of the runs of a curve, each of which has the place of a motion; levels (run,)."""
     at: dict[str, Any] = {"block": [curve.block], "model": [curve.model], "motion": curve.motions}
-    measured = level_measure(runs)
-    level = xr.Variable("motion", runs["level"].values[curve.runs])
+    level = xr.Variable("motion", levels[curve.runs])
     return ScreenInput(
         {"block": 1, "model": 1, "motion": curve.runs.size},
-        {name: one.isel(at, missing_dims="ignore") for name, one in known_coordinates(runs).items()},
+        {name: variable.isel(at, missing_dims="ignore") for name, variable in properties.items()},
         ScaleFactors(level, measured.values.variable.isel(at, missing_dims="ignore"), measured.measure),
     )
 

@@ -6,6 +6,7 @@ import xarray as xr
 
 import toppling as tp
 from toppling.fragility import run_table, screen
+from toppling.fragility.analyses import waves
 
 SHAKES = tp.motions.CloughPenzien(duration=8.0, dt=0.01).sample(6, seed=2)
 BLOCKS = [tp.Block(0.4, 1.6, name="narrow", depth=0.5), tp.Block(0.6, 1.8, name="wide", depth=0.7)]
@@ -53,6 +54,16 @@ def test_rows_in_any_order_and_number(dense):
         assert np.array_equal(
             runs[name], dense[name].transpose("block", "model", "level", "motion").values[tuple(places)]
         )
+
+
+def test_many_numbers_of_runs(dense, monkeypatch):
+    """Grids that lack runs, or repeat them, give the results of each run by itself."""
+    rows = np.random.default_rng(2).integers(0, 96, 200)
+    table = {name: values[rows] for name, values in grid().items()}
+    alone = run_table(BLOCKS, LAWS, SHAKES, table, outputs=OUTPUTS, screen=False)
+    monkeypatch.setattr(waves, "MOST_GRIDS", 10**9)
+    again = run_table(BLOCKS, LAWS, SHAKES, table, outputs=OUTPUTS, screen=False)
+    xr.testing.assert_identical(alone, again)
 
 
 def test_labels_and_measures_of_the_block():
