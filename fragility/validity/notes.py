@@ -33,7 +33,7 @@ from .reasons import (
     Reason,
 )
 from .scenes import scene_facts
-from .slab_screen import SQUAT_RATIO, TESTED
+from .slab_screen import SQUAT_RATIO
 
 TEMPLATES = Path(__file__).parents[1] / "templates"
 _BLOCK, _LAW, _PAIR = ("block",), ("model",), ("block", "model")
@@ -198,7 +198,7 @@ def greatest_need(screened: xr.Dataset, name: str) -> float:
 def _undecided(screened: xr.Dataset, settings: dict[str, Any]) -> Fact:
     share = screened["undecided"]
     # (at adaptive levels curves have different numbers of runs)
-    each = screened[TESTED].values if TESTED in screened else int(settings["tested_runs"])
+    each = screened["undecided_tested"].values if "undecided_tested" in screened else int(settings["tested_runs"])
     tested = int(np.sum(each * share.notnull().values))
     flipped = int(np.rint(share.fillna(0.0).values * each).sum())
     low, high = (float(end) for end in wilson_interval(np.array(flipped), np.array(tested)))

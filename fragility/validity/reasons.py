@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ...core.aliases import Flags, Index
 from ...core.units import DIMENSIONLESS, described
 from ..numerics.slabs import Where
 
@@ -48,7 +49,7 @@ def verdict_of(sizes: Mapping[str, int], holds: Mapping[Reason, xr.Variable]) ->
     for dims in {here.dims: None for here in holds.values()}:
         alike = [(reason, here) for reason, here in holds.items() if here.dims == dims]
         bits = np.bitwise_or.reduce([np.where(here.values, np.uint8(one.bit), np.uint8(0)) for one, here in alike])
-        np.bitwise_or(verdict, _spread(xr.Variable(dims, bits), sizes), out=verdict)
+        np.bitwise_or(verdict, spread(xr.Variable(dims, bits), sizes), out=verdict)
     found = labelled(xr.Variable(tuple(sizes), verdict), "what speaks against the run, 0 where nothing does")
     # (only vertical shaking can use the eighth bit, which files without unsigned integers cannot hold)
     told = [one for one in REASONS if one is not AIRBORNE or one in holds]
@@ -64,7 +65,7 @@ class Shares:
 
     def __init__(self, sizes: Mapping[str, int]) -> None:
         self._each = {dim: size for dim, size in sizes.items() if dim in ("block", "model")}
-        self.runs = math.prod(size for dim, size in sizes.items() if dim not in self._each)
+        self.runs: Any = math.prod(size for dim, size in sizes.items() if dim not in self._each)
         self._counts = np.zeros((*self._each.values(), len(REASONS) + 1), np.int64)
 
     def add(self, holds: Mapping[Reason, xr.Variable], verdict: xr.Variable, where: Where) -> None:
@@ -75,17 +76,38 @@ class Shares:
         for i, here in [*((REASONS.index(one), here) for one, here in holds.items()), (len(REASONS), verdict > 0)]:
             over = [dim for dim in here.dims if dim not in each]
             times = runs // math.prod(here.sizes[dim] for dim in over)
-            own[..., i] += times * _spread(here.sum(over), each).astype(np.int64)
+            own[..., i] += times * spread(here.sum(over), each).astype(np.int64)
 
     def outside(self, undecided: xr.Variable | None) -> xr.Variable:
         """Return the share of all runs for each reason; for `undecided` the share among the runs tested."""
         shares = self._counts / self.runs
         if undecided is not None:
-            shares[..., REASONS.index(UNDECIDED)] = _spread(undecided, self._each)
+            shares[..., REASONS.index(UNDECIDED)] = spread(undecided, self._each)
         return labelled(xr.Variable((*self._each, "reason"), shares), "share of the runs for which the reason holds")
 
 
-def _spread(values: xr.Variable, sizes: Mapping[str, int]) -> NDArray[Any]:
+class CurveShares(Shares):
+    """Shares of the runs in a table, curve by curve: `curve` (run,) is the number of each, `near` whether it counts."""
+
+    def __init__(self, sizes: Mapping[str, int], curve: Index, near: Flags) -> None:
+        super().__init__(sizes)
+        self._curve, self._near = curve, near
+
+    def add(self, holds: Mapping[Reason, xr.Variable], verdict: xr.Variable, where: Where) -> None:
+        """Add the counts of a slab."""
+        near, (part,) = self._near, where.values()
+        curve, counts = self._curve[part][near[part]], self._counts.reshape(-1, len(REASONS) + 1)
+        for i, flags in [*((REASONS.index(reason), flags) for reason, flags in holds.items()), (-1, verdict > 0)]:
+            counts[:, i] += np.bincount(curve[flags.values[near[part]]], minlength=len(counts))
+
+    def outside(self, undecided: xr.Variable | None) -> xr.Variable:
+        """Return the share of the runs of each curve for each reason, as of all runs."""
+        runs = np.bincount(self._curve[self._near], minlength=math.prod(self._each.values()))
+        self.runs = runs.reshape(*self._each.values(), 1)
+        return super().outside(undecided)
+
+
+def spread(values: xr.Variable, sizes: Mapping[str, int]) -> NDArray[Any]:
     """The values on all dimensions, repeated along those that they lack."""
     there = [dim for dim in sizes if dim in values.dims]
     lengths = [size if dim in there else 1 for dim, size in sizes.items()]

@@ -1,4 +1,4 @@
-"""The screen of runs that lie on block, model, level and motion, slab by slab: what all screens are made of."""
+"""The screen of runs, slab by slab: of runs on block, model, level and motion, or of runs in a table."""
 
 from __future__ import annotations
 
@@ -10,18 +10,31 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...core.aliases import Index
 from ...core.units import HERTZ, STANDARD_GRAVITY
-from ...models.friction import FixedFriction, Friction
+from ...models.friction import FixedFriction, Friction, friction_at_impact
 from ...models.runs import leaves_floor
 from ...motions.arrays import DOWNWARD, POLARITY, RECORD
-from ..numerics.proportions import wilson_half_width, wilson_interval
-from ..numerics.slabs import Allocator, Where, put, slabs
+from ..numerics.proportions import wilson_half_width
+from ..numerics.slabs import RUNS, Allocator, Where, put, slabs
 from ..runs.factors import ScaleFactors
-from ..runs.provenance import BED, DESCRIBED, FLOORS, floor_labels, scale_factors
+from ..runs.provenance import BED, DESCRIBED, FLOORS, RUN, floor_labels, scale_factors
 from .characteristics import Characteristics
-from .reasons import AIRBORNE, ELASTIC_MODE, SCALED_FAR, SQUAT, UNDECIDED, Reason, Shares, labelled, verdict_of
-from .sliding import NEEDS, chances_of, compact, friction_by_block, friction_demands, slides_of
-from .undecided import PERTURBATION, FlipCounts
+from .reasons import (
+    AIRBORNE,
+    ELASTIC_MODE,
+    SCALED_FAR,
+    SLIDES_AT_IMPACT,
+    SLIDES_AT_UPLIFT,
+    SQUAT,
+    UNDECIDED,
+    Reason,
+    Shares,
+    labelled,
+    verdict_of,
+)
+from .sliding import NEEDS, chance_below, compact, friction_by_block, friction_demands, slides_of
+from .undecided import PERTURBATION, Flips
 
 SQUAT_RATIO = 2.0
 """h/b below which bouncing decides (Lipscombe and Pellegrino 1993)."""
@@ -32,8 +45,6 @@ HALF_WIDTH = 0.15
 
 DIMS = ("block", "model", "level", "motion")
 """Dimensions of runs at common levels, or of one level a motion, in order."""
-TESTED = "undecided_tested"
-"""Variable of runs at adaptive levels: number of runs of a curve that were repeated, which differs between curves."""
 ORDER = (
     "squat",
     "friction_uplift",
@@ -51,7 +62,7 @@ ORDER = (
     "undecided",
     "undecided_lower",
     "undecided_upper",
-    TESTED,
+    "undecided_tested",
     "verdict",
     "outside",
 )
@@ -62,25 +73,56 @@ class ScreenInput(NamedTuple):
     """Properties of runs that the screen needs, as plain variables: of all runs, or of some blocks and motions.
 
     sizes: of the dimensions of the runs, in order; coordinates: of blocks, laws and motions, by name (`NEEDED`, and
-    those of `OPTIONAL` that there are); factors: scale factors of the motions.
+    those of `OPTIONAL` that there are); factors: scale factors of the motions.  places (run,): of the block, the law
+    and the motion of each run in a table, where runs do not lie on these dimensions.
     """
 
     sizes: dict[str, int]
     coordinates: Mapping[str, xr.Variable]
     factors: ScaleFactors
+    places: Mapping[str, Index] | None = None
 
     @property
     def lifted(self) -> bool:
         """True if the motions shake vertically, too."""
         return DOWNWARD in self.coordinates
 
+    def slabs(self) -> Iterator[Where]:
+        """Yield the bounds of slabs of runs."""
+        if self.places is None:
+            yield from slabs(self.sizes, ("block", "motion"))
+            return
+        for first in range(0, self.sizes[RUN], RUNS):
+            yield {RUN: slice(first, min(first + RUNS, self.sizes[RUN]))}
+
     def part(self, where: Where) -> ScreenInput:
         """Return the input for the runs of a slab."""
         return ScreenInput(
             {dim: len(range(size)[where.get(dim, slice(None))]) for dim, size in self.sizes.items()},
-            {name: one.isel(where, missing_dims="ignore") for name, one in self.coordinates.items()},
+            {name: variable.isel(where, missing_dims="ignore") for name, variable in self.coordinates.items()},
             self.factors.part(where),
+            None if self.places is None else {dim: at[where[RUN]] for dim, at in self.places.items()},
         )
+
+    def on_runs(self, values: xr.Variable) -> xr.Variable:
+        """Return values of blocks, laws and motions for the runs of a table; unchanged for others."""
+        if self.places is None:
+            return values
+        return values.isel({dim: xr.Variable(RUN, at) for dim, at in self.places.items() if dim in values.dims})
+
+    @property
+    def fewest_motions(self) -> int:
+        """Number of motions, those run both ways once, of the floor and stripe, or the curve, that has the fewest."""
+        known, n = self.coordinates, self.coordinates["pga"].sizes["motion"]
+        names = known[RECORD].values.tolist() if POLARITY in known else range(n)
+        if self.places is not None:
+            numbers = {name: k for k, name in enumerate(dict.fromkeys(names))}
+            motion = np.array([numbers[name] for name in names])[self.places["motion"]]
+            curves = np.unique(np.stack([self.places["block"], self.places["model"], motion]), axis=1)[:2]
+            return int(np.unique(curves, axis=1, return_counts=True)[1].min())
+        stripes = known["stripe"].values.tolist() if "stripe" in known else [0] * n
+        each = set(zip(floor_labels(known, n), stripes, names, strict=True))
+        return min(Counter(of_motion[:2] for of_motion in each).values(), default=0)
 
 
 NEEDED = ("width", "cm_height", "alpha", "p", "inertia_factor", "e", "delta", "rest", "pga")
@@ -127,8 +169,9 @@ def screened_runs(
     given: ScreenInput,
     shaking: Characteristics | None,
     asked: ScreenRequest,
-    flips: FlipCounts | None,
+    flips: Flips | None,
     array: Allocator,
+    shares: Shares | None = None,
 ) -> Screened:
     """Return the screen with every variable: `array` allocates those with a value for every run."""
     sizes, dims = given.sizes, tuple(given.sizes)
@@ -136,16 +179,21 @@ def screened_runs(
     def keep(found: dict[str, xr.Variable], variables: dict[str, xr.Variable], where: Where) -> None:
         put(found, ordered(variables, dims), where, sizes, array)
 
-    found, settings = screened_slabs(given, shaking, asked, flips, keep)
-    return in_order(found), settings
+    found, settings = screened_slabs(given, shaking, asked, flips, keep, shares)
+    return {name: found[name] for name in ORDER if name in found}, settings
 
 
 def screened_slabs(
-    given: ScreenInput, shaking: Characteristics | None, asked: ScreenRequest, flips: FlipCounts | None, keep: Keep
+    given: ScreenInput,
+    shaking: Characteristics | None,
+    asked: ScreenRequest,
+    flips: Flips | None,
+    keep: Keep,
+    shares: Shares | None = None,
 ) -> Screened:
-    """Screen runs slab by slab of blocks and motions, and return what is kept of it.
+    """Screen runs slab by slab, and return what is kept of it.
 
-    flips: of the runs that were repeated under perturbations.
+    flips: of the runs that were repeated under perturbations; shares: of which runs the shares are, all by default.
     The screen works on plain variables, because labelled arrays compare their labels at every step, which takes longer
     than the arithmetic.
     """
@@ -154,8 +202,8 @@ def screened_slabs(
     known = all(isinstance(one, FixedFriction) for one in available)
     sizes, dims = given.sizes, tuple(given.sizes)
     found: dict[str, xr.Variable] = {}
-    shares = Shares(sizes)
-    for where in slabs(sizes, ("block", "motion")):
+    counts = Shares(sizes) if shares is None else shares
+    for where in given.slabs():
         part = given.part(where)
         shaken = None if shaking is None else shaking.part(where.get("motion", slice(None)))
         friction = available[where.get("block", slice(None))]
@@ -165,12 +213,12 @@ def screened_slabs(
         variables["verdict"] = verdict_of(part.sizes, holds)
         if asked.friction is not None:
             variables["slides"] = slides_of(chances, known)
-        shares.add(holds, variables["verdict"], where)
+        counts.add(holds, variables["verdict"], where)
         keep(found, variables, where)
     if flips is not None:
-        found |= undecided_shares(flips, dims)
-    found["outside"] = shares.outside(found.get("undecided"))
-    fewest = fewest_motions(given)
+        found |= flips.variables(dims)
+    found["outside"] = counts.outside(found.get("undecided"))
+    fewest = given.fewest_motions
     settings = {
         "friction": described_friction(asked.friction, available, labels),
         "factors": list(asked.bounds.factors),
@@ -194,14 +242,12 @@ def described_friction(friction: Any, available: Sequence[Friction], labels: Seq
     return [json.loads(one) for one in sorted({json.dumps(one.description) for one in available})]
 
 
-def in_order(found: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
-    """Return the variables of a screen in their order in results."""
-    return {name: found[name] for name in ORDER if name in found}
-
-
 def ordered(variables: Mapping[str, xr.Variable], dims: tuple[str, ...]) -> dict[str, xr.Variable]:
-    """Return variables with their dimensions in the order of `dims`."""
-    return {name: one.transpose(*[dim for dim in dims if dim in one.dims]) for name, one in variables.items()}
+    """Return variables with their dimensions in the order of `dims`, then others."""
+    return {
+        name: variable.transpose(*[dim for dim in dims if dim in variable.dims], ...)
+        for name, variable in variables.items()
+    }
 
 
 def few_motions(fewest: int, bounds: Bounds) -> dict[str, xr.Variable]:
@@ -219,13 +265,21 @@ def _screen_slab(
     given: ScreenInput, shaking: Characteristics | None, available: list[Friction], bounds: Bounds
 ) -> tuple[dict[str, xr.Variable], dict[Reason, xr.Variable], dict[Reason, xr.Variable]]:
     """Return the variables of some blocks and motions, their probabilities of sliding, and where each reason holds."""
-    known = given.coordinates
+    known, on_runs = given.coordinates, given.on_runs
     slenderness = known["cm_height"] / (0.5 * known["width"])
+    slim = on_runs(slenderness)
     factor = given.factors.values
-    peak = factor * known["pga"]
+    peak = factor * on_runs(known["pga"])
+    places = given.places or {}
     rising = None if shaking is None else shaking.rising
-    needs = friction_demands(slenderness, known["inertia_factor"], known["e"], peak, factor, rising)
-    chances = chances_of(needs, available, peak * slenderness > STANDARD_GRAVITY)
+    needs = friction_demands(slim, on_runs(known["inertia_factor"]), peak, factor, rising, places.get("motion"))
+    needs[SLIDES_AT_IMPACT] = xr.apply_ufunc(friction_at_impact, slenderness, known["e"])
+    lifts = peak * slim > STANDARD_GRAVITY
+    chances = {}
+    for reason, need in needs.items():
+        chance = on_runs(chance_below(need, available, places.get("block")))
+        # a block that never uplifts neither rocks nor comes down
+        chances[reason] = chance if reason is SLIDES_AT_UPLIFT else xr.apply_ufunc(np.where, lifts, chance, 0.0)
     frequency = _elastic_frequency(known)
     variables = {
         "squat": labelled(slenderness < SQUAT_RATIO, SQUAT.text),
@@ -236,19 +290,21 @@ def _screen_slab(
     }
     far = (factor < bounds.factors[0]) | (factor > bounds.factors[1])
     holds = {
-        SQUAT: variables["squat"],
+        SQUAT: on_runs(variables["squat"]),
         **{reason: chance > 0.5 for reason, chance in chances.items()},
-        SCALED_FAR: far & _own_amplitude(given),
+        SCALED_FAR: far & on_runs(_own_amplitude(known)),
     }
     if given.lifted:
-        holds[AIRBORNE] = leaves_floor(factor, known[DOWNWARD])
+        holds[AIRBORNE] = leaves_floor(factor, on_runs(known[DOWNWARD]))
     if shaking is not None:
         variables |= {"band_low": shaking.low, "band_high": shaking.high}
         # (the mode of a soft support is real, and speaks against no run)
         spurious = known["rest"] != "soft"
         if BED in known:
             spurious = spurious & known[BED].isnull()
-        holds[ELASTIC_MODE] = (frequency >= shaking.low) & (frequency <= shaking.high) & spurious
+        mode = on_runs(frequency)
+        inside = (mode >= on_runs(shaking.low)) & (mode <= on_runs(shaking.high))
+        holds[ELASTIC_MODE] = inside & on_runs(spurious)
     return variables, chances, holds
 
 
@@ -285,35 +341,9 @@ def _elastic_frequency(known: Mapping[str, xr.Variable]) -> xr.Variable:
     return found.transpose("block", "model")
 
 
-def _own_amplitude(given: ScreenInput) -> xr.Variable:
+def _own_amplitude(known: Mapping[str, xr.Variable]) -> xr.Variable:
     """True for motions (motion,) whose amplitude is their own and no parameter; for all where runs do not say it."""
-    if "own_amplitude" in given.coordinates:
-        found: xr.Variable = given.coordinates["own_amplitude"].astype(bool)
+    if "own_amplitude" in known:
+        found: xr.Variable = known["own_amplitude"].astype(bool)
         return found
-    return xr.Variable(("motion",), np.ones(given.sizes["motion"], np.bool_))
-
-
-def fewest_motions(given: ScreenInput) -> int:
-    """Number of motions, those run both ways once, of the floor and stripe that has the fewest."""
-    n = given.sizes["motion"]
-    known = given.coordinates
-    stripes = known["stripe"].values.tolist() if "stripe" in known else [0] * n
-    names = known[RECORD].values.tolist() if POLARITY in known else range(n)
-    each = set(zip(floor_labels(known, n), stripes, names, strict=True))
-    return min(Counter(one[:2] for one in each).values(), default=0)
-
-
-def undecided_shares(flips: FlipCounts, dims: tuple[str, ...]) -> dict[str, xr.Variable]:
-    """Return the share of flags that change among those tested, and its interval as if runs were independent."""
-    each = tuple(dim for dim in dims if dim in ("block", "model"))
-    flipped = np.stack([np.count_nonzero(one > 0, axis=tuple(range(1, one.ndim))) for one in flips.counts])
-    n = np.full(flipped.shape, flips.tested)
-    lower, upper = wilson_interval(flipped, n)
-    return {
-        "perturbed": labelled(
-            xr.Variable("motion", flips.chosen), "whether the runs of the motion were run again, perturbed"
-        ),
-        "undecided": labelled(xr.Variable(each, flipped / n), "share of the flags tested that a millionth flips"),
-        "undecided_lower": labelled(xr.Variable(each, lower), "lower end of its 95 % Wilson interval"),
-        "undecided_upper": labelled(xr.Variable(each, upper), "upper end of its 95 % Wilson interval"),
-    }
+    return xr.Variable(("motion",), np.ones(known["pga"].sizes["motion"], np.bool_))

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...core.aliases import Array
+from ...core.aliases import Array, Index
 from ...core.units import STANDARD_GRAVITY
-from ...models.friction import FixedFriction, Friction, friction_at_impact, friction_at_uplift, friction_of
-from .reasons import SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, Reason, labelled
+from ...models.friction import FixedFriction, Friction, friction_at_uplift, friction_of
+from ..runs.provenance import RUN
+from .reasons import SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, Reason, labelled, spread
 
 ANY_FLOOR = FixedFriction(1.0)
 """Friction assumed where none is given: hardly any floor has more."""
@@ -32,44 +33,42 @@ NEEDS: dict[Reason, tuple[str, str]] = {
 def friction_demands(
     slenderness: xr.Variable,
     inertia: xr.Variable,
-    e: xr.Variable,
     peak: xr.Variable,
     factor: xr.Variable,
     rising: list[Array] | None,
+    motion: Index | None = None,
 ) -> dict[Reason, xr.Variable]:
-    """Return the coefficient of friction below which blocks slide, for each reason to slide.
+    """Return the coefficient of friction below which blocks slide, at uplift and while they rock.
 
-    slenderness, inertia (block,); e (block, model); peak: peak acceleration of the scaled motions, m/s²; factor: their
-    scale factors; rising: `rising_peaks` of the motions, without which the demand at uplift is left out.
+    slenderness, inertia: on block, or on run; peak: peak acceleration of the scaled motions, m/s²; factor: their scale
+    factors; rising: `rising_peaks` of the motions, without which the demand at uplift is left out; motion (run,): the
+    places of the motions of runs.
     """
-    needs = {
-        SLIDES_WHILE_ROCKING: xr.apply_ufunc(friction_at_uplift, slenderness, peak, inertia),
-        SLIDES_AT_IMPACT: e.copy(data=friction_at_impact(slenderness.values[:, None], e.values)),
-    }
+    needs = {SLIDES_WHILE_ROCKING: xr.apply_ufunc(friction_at_uplift, slenderness, peak, inertia)}
     if rising is not None:
-        dims = ("block", "level", "motion") if "level" in factor.dims else ("block", "motion")
-        missing = tuple(i for i, dim in enumerate(("block", "level", "motion")) if dim not in factor.dims)
-        factors = np.ascontiguousarray(np.expand_dims(factor.values, missing))
-        peaks = _lifting_peaks(factors, rising, slenderness.values)
-        lifting = xr.Variable(dims, peaks if "level" in dims else peaks[:, 0])
+        lifting = _lifting_peaks(slenderness, factor, rising, motion)
         needs[SLIDES_AT_UPLIFT] = xr.apply_ufunc(friction_at_uplift, slenderness, lifting, inertia)
     return needs
 
 
-def _lifting_peaks(factors: Array, rising: list[Array], slenderness: Array) -> Array:
-    """Peak of the first half-cycle that exceeds g b/h, else that of the motion; (block, level, motion), m/s²."""
-    found = np.zeros((slenderness.size, *factors.shape[1:]))
-    # (runs at levels of their own have the motions of several runs more than once)
-    runs: dict[int, list[int]] = {}
-    for i, reached in enumerate(rising):
-        if reached.size:
-            runs.setdefault(id(reached), []).append(i)
-    for alike in runs.values():
-        reached, at = rising[alike[0]], alike if len(alike) > 1 else slice(alike[0], alike[0] + 1)
-        scale = factors[:, :, at]
-        first = np.searchsorted(reached, STANDARD_GRAVITY / slenderness[:, None, None] / scale, side="right")
-        found[:, :, at] = scale * reached[np.minimum(first, reached.size - 1)]
-    return found
+def _lifting_peaks(
+    slenderness: xr.Variable, factor: xr.Variable, rising: list[Array], motion: Index | None
+) -> xr.Variable:
+    """Peak of the first half-cycle that exceeds g b/h, else that of the motion, m/s²; the motions are last."""
+    thresholds: xr.Variable = STANDARD_GRAVITY / slenderness / factor
+    sizes = {str(dim): size for dim, size in thresholds.sizes.items()}
+    scale = spread(factor, sizes)
+    found = np.zeros(thresholds.shape)
+    ends, order = np.arange(len(rising) + 1), None
+    if motion is not None:
+        order = np.argsort(motion, kind="stable")
+        ends = np.searchsorted(motion[order], ends)
+    for reached, first, stop in zip(rising, ends[:-1].tolist(), ends[1:].tolist(), strict=True):
+        if reached.size and stop > first:
+            at = slice(first, stop) if order is None else order[first:stop]
+            place = np.searchsorted(reached, thresholds.values[..., at], side="right")
+            found[..., at] = scale[..., at] * reached[np.minimum(place, reached.size - 1)]
+    return xr.Variable(thresholds.dims, found)
 
 
 def friction_by_block(friction: Any, labels: list[str]) -> list[Friction]:
@@ -84,18 +83,21 @@ def friction_by_block(friction: Any, labels: list[str]) -> list[Friction]:
     return [friction_of(friction[label]) for label in labels]
 
 
-def chances_of(
-    needs: Mapping[Reason, xr.Variable], available: list[Friction], lifts: xr.Variable
-) -> dict[Reason, xr.Variable]:
-    """Return the probability that blocks have less friction than they need; 0 where they need none or it is unknown."""
-    found = {}
-    for reason, need in needs.items():
-        by_block = need.transpose("block", ...)
-        below = np.stack([one.below(by_block.values[i]) for i, one in enumerate(available)])
-        chance = by_block.copy(data=np.nan_to_num(below, nan=0.0))
-        # a block that never uplifts neither rocks nor comes down
-        found[reason] = chance if reason is SLIDES_AT_UPLIFT else xr.apply_ufunc(np.where, lifts, chance, 0.0)
-    return found
+def chance_below(need: xr.Variable, available: list[Friction], block: Index | None = None) -> xr.Variable:
+    """Return the probability that blocks have less friction than they need; 0 where that is not known.
+
+    block (run,): the places of the blocks of runs, where the need is on run.
+    """
+    of_runs = block is not None and "block" not in need.dims
+    values = need if of_runs else need.transpose("block", ...)
+    numbers = {key: k for k, key in enumerate(dict.fromkeys(map(id, available)))}
+    number = np.array([numbers[id(friction)] for friction in available])
+    number = number[block] if of_runs else number
+    chance = np.empty(values.shape)
+    for friction in {id(friction): friction for friction in available}.values():
+        at = slice(None) if len(numbers) == 1 else np.flatnonzero(number == numbers[id(friction)])
+        chance[at] = np.nan_to_num(friction.below(values.values[at]), nan=0.0)
+    return values.copy(data=chance)
 
 
 def slides_of(chances: Mapping[Reason, xr.Variable], known: bool) -> xr.Variable:
@@ -105,14 +107,9 @@ def slides_of(chances: Mapping[Reason, xr.Variable], known: bool) -> xr.Variable
         slides = xr.apply_ufunc(np.maximum, slides, chance)
     if known:
         return labelled(slides > 0.5, "whether the block slides")
-    return as_probability(slides)
-
-
-def as_probability(slides: xr.Variable) -> xr.Variable:
-    """Return whether blocks slide, or with which probability, as a probability."""
     return labelled(slides.astype(np.float32), "probability that the block slides")
 
 
 def compact(values: xr.Variable) -> xr.Variable:
     """Return values in single precision where they depend on the motion: sufficient accuracy at half the file size."""
-    return values.astype(np.float32) if "motion" in values.dims else values
+    return values.astype(np.float32) if {"motion", RUN} & {*values.dims} else values

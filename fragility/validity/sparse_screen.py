@@ -1,26 +1,24 @@
-"""The screen of runs at adaptive levels, each of one block, law and motion at a level of its own: curve by curve."""
+"""The screen of runs in a table, each of one block, law and motion at a level of its own."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from ...core.aliases import Array, Flags, Progress
-from ...models.friction import FixedFriction
+from ...core.aliases import Array, Flags, Index, Progress
 from ...motions.arrays import POLARITY, Record
 from ...motions.polarity import AS_RECORDED, BOTH, records_under
 from ...motions.simulated.generator import Generator
+from ..numerics.slabs import Where
 from ..runs.factors import ScaleFactors
 from ..runs.progress import part_of
 from ..runs.provenance import (
     RUN,
-    CurveRuns,
-    LevelMeasure,
     Motions,
     about_both_axes,
     blocks_of,
@@ -29,35 +27,27 @@ from ..runs.provenance import (
     laws_of,
     level_measure,
     places_in,
-    polarity_pairs,
     records_of,
     runs_near_curves,
     same_motions,
 )
 from ..runs.runners import Runner
 from .characteristics import Characteristics
-from .reasons import REASONS, UNDECIDED, labelled
+from .reasons import CurveShares, labelled
 from .slab_screen import (
     NEEDED,
-    TESTED,
     Screened,
     ScreenInput,
     ScreenRequest,
-    described_friction,
-    few_motions,
-    in_order,
     known_coordinates,
     screened_runs,
 )
-from .sliding import as_probability, friction_by_block
-from .undecided import FLAGS, FlipCounts, count_flips_of, perturbed_runs, turned
+from .undecided import FLAGS, count_flips_of, perturbed_runs, turned, undecided_variables
 
 OF_RUNS = ("run_block", "run_model", "run_motion")
 """Variables with the block, the law and the motion of a run, by number."""
 NUMBERS = ("block_number", "model_number", "motion_number")
 """Coordinates with these numbers."""
-OF_ALL = ("few_motions", "interval_half_width", "band_low", "band_high", "perturbed")
-"""Variables that are of no curve by itself."""
 AT_ONCE = 32
 """Motions of a generator that are made at a time: only their characteristics are kept."""
 
@@ -133,137 +123,100 @@ def selected(runs: xr.Dataset) -> xr.Dataset:
 def sparse_screen(
     runs: xr.Dataset, shaken: Shaken | None, asked: ScreenRequest, runner: Runner, progress: Progress | None = None
 ) -> Screened:
-    """Return the screen of runs at adaptive levels (`selected`).
+    """Return the screen of runs in a table (`selected`).
 
     The variables are those of `screen` (what every run has is on run) and ``undecided_tested`` (block, model). Without
     `shaken` they are those of `screen` without motions; `runner` and `progress` serve the runs that are repeated.
     """
-    labels = [str(label) for label in runs["block"].values]
-    available = friction_by_block(asked.friction, labels)
-    known = all(isinstance(one, FixedFriction) for one in available)
-    curves = list(curves_of(runs))
-    for curve in curves:
-        if not curve.runs.size:
-            label, law = str(runs["block"].values[curve.block]), str(runs["model"].values[curve.model])
-            raise ValueError(f"runs must hold runs of every block under every law, got none of {label} under {law}")
+    places = places_in(runs)
+    sizes = {dim: runs.sizes[dim] for dim in ("block", "model")}
+    curve = places["block"] * sizes["model"] + places["model"]
+    missing = np.flatnonzero(np.bincount(curve, minlength=math.prod(sizes.values())) == 0)
+    if missing.size:
+        block, model = divmod(int(missing[0]), sizes["model"])
+        label, law = str(runs["block"].values[block]), str(runs["model"].values[model])
+        raise ValueError(f"runs must hold runs of every block under every law, got none of {label} under {law}")
     properties, measured = known_coordinates(runs), level_measure(runs)
-    inputs = [_input(runs["level"].values, properties, measured, curve) for curve in curves]
-    flips = _flips(runs, curves, inputs, shaken.kept, runner, progress) if shaken is not None and shaken.kept else None
-    shaking = None if shaken is None else shaken.characteristics
-    sizes = {str(dim): runs.sizes[dim] for dim in (RUN, "block", "model")}
-    found: dict[str, xr.Variable] = {}
-    settings: dict[str, Any] = {}
-    for k, (curve, given) in enumerate(zip(curves, inputs, strict=True)):
-        own = None if shaking is None else shaking.at(curve.motions)
-        counts = None if flips is None else flips[k]
-        of_block = asked._replace(friction=None if asked.friction is None else available[curve.block])
-        variables, settings = screened_runs(given, own, of_block, counts, np.empty)
-        if "slides" in variables and not known:
-            variables["slides"] = as_probability(variables["slides"])
-        if counts is not None:
-            text = "runs that were run again, perturbed"
-            variables[TESTED] = labelled(xr.Variable(("block", "model"), [[counts.tested]]), text)
-        _put(found, {name: one for name, one in variables.items() if name not in OF_ALL}, curve, sizes)
-    _share_near(found["outside"], found["verdict"], found.get("undecided"), curves, runs_near_curves(runs))
-    if shaking is not None:
-        found |= {"band_low": shaking.low, "band_high": shaking.high}
-    if flips is not None:
-        assert shaken is not None
-        chosen = xr.Variable("motion", np.isin(np.arange(runs.sizes["motion"]), list(shaken.kept)))
-        found["perturbed"] = labelled(chosen, "whether the runs of the motion were run again, perturbed")
-    pairs = polarity_pairs(runs)
-    fewest = min(np.unique(pairs[curve.motions]).size for curve in curves)
-    of_all = {
-        "friction": described_friction(asked.friction, available, labels),
-        "fewest_motions": fewest,
-        "tested_runs": 0 if flips is None else max(counts.tested for counts in flips if counts is not None),
-    }
-    return in_order(found | few_motions(fewest, asked.bounds)), settings | of_all
-
-
-def _input(
-    levels: Array, properties: Mapping[str, xr.Variable], measured: LevelMeasure, curve: CurveRuns
-) -> ScreenInput:
-    """Return the properties of the runs of a curve, each of which has the place of a motion; levels (run,)."""
-    at: dict[str, Any] = {"block": [curve.block], "model": [curve.model], "motion": curve.motions}
-    level = xr.Variable("motion", levels[curve.runs])
-    return ScreenInput(
-        {"block": 1, "model": 1, "motion": curve.runs.size},
-        {name: variable.isel(at, missing_dims="ignore") for name, variable in properties.items()},
-        ScaleFactors(level, measured.values.variable.isel(at, missing_dims="ignore"), measured.measure),
+    of_motion = measured.values.variable.isel(
+        {dim: xr.Variable(RUN, at) for dim, at in places.items() if dim in measured.values.dims}
     )
+    factors = ScaleFactors(xr.Variable(RUN, runs["level"].values), of_motion, measured.measure)
+    given = ScreenInput({RUN: runs.sizes[RUN]}, properties, factors, places)
+    flips = None
+    if shaken is not None and shaken.kept:
+        flips = _flips(runs, factors.values.values, shaken.kept, runner, progress)
+    shaking = None if shaken is None else shaken.characteristics
+    shares = CurveShares(sizes, curve, runs_near_curves(runs))
+    return screened_runs(given, shaking, asked, flips, np.empty, shares)
 
 
-def _share_near(
-    outside: xr.Variable, verdict: xr.Variable, undecided: xr.Variable | None, curves: Sequence[CurveRuns], near: Flags
-) -> None:
-    """Make shares of all runs those of the runs near the curves; that of undecided ones is of the runs tested."""
-    bits = np.array([[one.bit] for one in REASONS])
-    for curve in curves:
-        own = verdict.values[curve.runs[near[curve.runs]]]
-        shares = [*np.mean(own & bits > 0, axis=1), np.mean(own > 0)]
-        if undecided is not None:
-            shares[REASONS.index(UNDECIDED)] = undecided.values[curve.block, curve.model]
-        outside.values[curve.block, curve.model] = shares
+class RunFlips(NamedTuple):
+    """Flags of runs in a table that a perturbation changes (run,), and the runs that were repeated.
+
+    chosen (motion,): True for the motions whose runs were repeated; curve (run,): the number of the curve of each.
+    """
+
+    chosen: Flags
+    repeated: Flags
+    changed: Flags
+    curve: Index
+    shape: tuple[int, int]
+
+    @property
+    def tested(self) -> int:
+        """Number of runs of each block under each law that were repeated, at most."""
+        return int(self._numbers(self.repeated).max())
+
+    def flipped(self, where: Where, dims: tuple[str, ...]) -> xr.Variable:
+        """Return True for runs of a slab whose flag a perturbation changes."""
+        return xr.Variable(dims, self.changed[where[RUN]])
+
+    def variables(self, _: tuple[str, ...]) -> dict[str, xr.Variable]:
+        """Return the share of flags that change among those tested, and the number of these, which curves differ in."""
+        each, tested = ("block", "model"), self._numbers(self.repeated)
+        found = undecided_variables(self.chosen, each, self._numbers(self.changed), tested)
+        text = "runs that were run again, perturbed"
+        return {**found, "undecided_tested": labelled(xr.Variable(each, tested), text)}
+
+    def _numbers(self, flags: Flags) -> Index:
+        return np.bincount(self.curve[flags], minlength=math.prod(self.shape)).reshape(self.shape)
+
+
+def _flips(
+    runs: xr.Dataset, factors: Array, kept: Mapping[int, Record], runner: Runner, progress: Progress | None
+) -> RunFlips:
+    """Repeat the runs under the motions that were kept, curve by curve, and say which flags change (`count_flips`)."""
+    if FLAGS[0] not in runs:
+        raise TypeError("runs must hold overturned, the outcome that is tested for being undecided, got none")
+    blocks, laws = blocks_of(runs), laws_of(runs)
+    about = 2 if about_both_axes(runs) else 1
+    repeated, changed = np.zeros((2, runs.sizes[RUN]), np.bool_)
+    number = np.empty(runs.sizes[RUN], np.int64)
+    tests = []
+    for curve in curves_of(runs):
+        number[curve.runs] = curve.block * len(laws) + curve.model
+        own = np.isin(curve.motions, list(kept))
+        repeated[curve.runs[own]] = True
+        if own.any():
+            tests.append((curve.block, laws[curve.model], curve.runs[own], curve.motions[own].tolist()))
+    work = [perturbed_runs(1, [law], 1, len(motions), 1.0, about) for _, law, _, motions in tests]
+    for k, (block, law, at, motions) in enumerate(tests):
+        flags = runs[FLAGS[0]].values[at][None, None, None]
+        counts = count_flips_of(
+            [[(blocks[block], law)]],
+            turned,
+            [kept[place] for place in motions],
+            partial(_all, flags),
+            factors[at].reshape(1, 1, -1),
+            runner,
+            part_of(progress, sum(work[:k]), sum(work)),
+            about == 2,
+        )
+        changed[at] = np.asarray(counts).ravel() > 0
+    chosen = np.isin(np.arange(runs.sizes["motion"]), list(kept))
+    return RunFlips(chosen, repeated, changed, number, (len(blocks), len(laws)))
 
 
 def _all(flags: Flags, _: slice) -> Flags:
     """Return the flags of the one row that there is."""
     return flags
-
-
-def _flips(
-    runs: xr.Dataset,
-    curves: Sequence[CurveRuns],
-    inputs: Sequence[ScreenInput],
-    kept: Mapping[int, Record],
-    runner: Runner,
-    progress: Progress | None,
-) -> list[FlipCounts | None]:
-    """Repeat the runs under the motions that were kept, curve by curve, and count flips (`count_flips`).
-
-    None for a curve without a run under these motions.
-    """
-    if FLAGS[0] not in runs:
-        raise TypeError("runs must hold overturned, the outcome that is tested for being undecided, got none")
-    blocks, laws = blocks_of(runs), laws_of(runs)
-    about = 2 if about_both_axes(runs) else 1
-    chosen = [np.isin(curve.motions, list(kept)) for curve in curves]
-    each = zip(curves, chosen, strict=True)
-    work = [perturbed_runs(1, [laws[curve.model]], 1, int(own.sum()), 1.0, about) for curve, own in each]
-    found: list[FlipCounts | None] = []
-    for k, (curve, given, own) in enumerate(zip(curves, inputs, chosen, strict=True)):
-        if not own.any():
-            found.append(None)
-            continue
-        flags = runs[FLAGS[0]].values[curve.runs[own]][None, None, None]
-        counts = count_flips_of(
-            [[(blocks[curve.block], laws[curve.model])]],
-            turned,
-            [kept[place] for place in curve.motions[own].tolist()],
-            partial(_all, flags),
-            given.factors.values.values.reshape(1, 1, -1)[..., own],
-            runner,
-            part_of(progress, sum(work[:k]), sum(work)),
-            about == 2,
-        )
-        found.append(FlipCounts(own, np.asarray(counts)))
-    return found
-
-
-def _put(
-    found: dict[str, xr.Variable], variables: Mapping[str, xr.Variable], curve: CurveRuns, sizes: Mapping[str, int]
-) -> None:
-    """Put the variables of a curve where they belong; what is of its motions, which are its runs, belongs on run."""
-    places = {"block": slice(curve.block, curve.block + 1), "model": slice(curve.model, curve.model + 1)}
-    for name, one in variables.items():
-        of_runs = "motion" in one.dims
-        dims = (RUN,) if of_runs else one.dims
-        values = one.values.reshape(-1) if of_runs else one.values
-        if name not in found:
-            shape = [sizes.get(str(dim), values.shape[i]) for i, dim in enumerate(dims)]
-            # (what is not known of every curve stays NaN)
-            start = np.nan if values.dtype.kind == "f" else 0
-            found[name] = xr.Variable(dims, np.full(shape, start, values.dtype), one.attrs)
-        at = (curve.runs,) if of_runs else tuple(places.get(str(dim), slice(None)) for dim in dims)
-        found[name].values[at] = values

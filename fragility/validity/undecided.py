@@ -9,20 +9,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from ...core import checks
-from ...core.aliases import Flags, Progress
+from ...core.aliases import Flags, Index, Progress
 from ...core.parameters import PART
 from ...models import Block, Law, Model
 from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator
 from ...models.runs import Specimen
 from ...motions.arrays import Record
+from ..numerics.proportions import wilson_interval
 from ..numerics.slabs import Where, slabs
 from ..runs.axes import along_depth
 from ..runs.factors import Factors, either_side
@@ -32,12 +33,45 @@ from ..runs.progress import part_of
 from ..runs.provenance import Motions, about_both_axes, blocks_of, factors_under, laws_of, records_of
 from ..runs.request import collect
 from ..runs.runners import Runner
+from .reasons import labelled
 
 Row = TypeVar("Row")
 Pairs = Sequence[tuple[Block, Law]]
 
 PERTURBATION = 1e-6
 FLAGS = ("overturned",)
+
+
+class Flips(Protocol):
+    """Runs whose flag a perturbation changes, among those that were repeated."""
+
+    @property
+    def tested(self) -> int:
+        """Number of runs of each block under each law that were repeated, at most."""
+
+    def flipped(self, where: Where, dims: tuple[str, ...]) -> xr.Variable:
+        """Return, on the dimensions of the runs, True for runs of a slab whose flag a perturbation changes."""
+
+    def variables(self, dims: tuple[str, ...]) -> dict[str, xr.Variable]:
+        """Return the share of flags that change among those tested, and its interval as if runs were independent."""
+
+
+def undecided_variables(
+    perturbed: Flags, dims: tuple[str, ...], flipped: Index, tested: Index
+) -> dict[str, xr.Variable]:
+    """Return the variables of a screen from numbers of flags, on `dims`: those that change and those tested."""
+    known = tested > 0
+    n = np.where(known, tested, 1)
+    ends = [np.where(known, end, np.nan) for end in wilson_interval(flipped, n)]
+    share = np.where(known, flipped / n, np.nan)
+    return {
+        "perturbed": labelled(
+            xr.Variable("motion", perturbed), "whether the runs of the motion were run again, perturbed"
+        ),
+        "undecided": labelled(xr.Variable(dims, share), "share of the flags tested that a millionth flips"),
+        "undecided_lower": labelled(xr.Variable(dims, ends[0]), "lower end of its 95 % Wilson interval"),
+        "undecided_upper": labelled(xr.Variable(dims, ends[1]), "upper end of its 95 % Wilson interval"),
+    }
 
 
 class FlipCounts(NamedTuple):
@@ -67,6 +101,13 @@ class FlipCounts(NamedTuple):
         found[..., here] = own > 0
         on = xr.Variable(("block", "model", "level", "motion"), found)
         return (on if "level" in dims else on.isel(level=0)).transpose(*dims)
+
+    def variables(self, dims: tuple[str, ...]) -> dict[str, xr.Variable]:
+        """Return the share of flags that change among those tested, and its interval as if runs were independent."""
+        each = tuple(dim for dim in dims if dim in ("block", "model"))
+        over = tuple(range(1, self.counts.ndim - 1))
+        flipped = np.stack([np.count_nonzero(counts > 0, axis=over) for counts in self.counts])
+        return undecided_variables(self.chosen, each, flipped, np.full(flipped.shape, self.tested))
 
 
 def count_flips(

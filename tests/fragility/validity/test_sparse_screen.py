@@ -195,7 +195,7 @@ def test_floors_that_fall_faster_than_the_block_are_a_reason():
     one, two, up = SHAKES.sample(40), SHAKES.sample(40, 1), SHAKES.sample(40, 2)
     lifted = tp.motions.as_recorded(tp.motions.join(one, two, 0.7 * up.assign_attrs(one.attrs)), "h1", vertical=True)
     outputs = ["overturned", "airborne"]
-    found = tp.adaptive_ida(BLOCKS[1], LAWS[0], lifted, "pga", outputs, until=COARSE)
+    found = tp.adaptive_ida(BLOCKS[1], LAWS[0], lifted, "pga", COARSE, outputs)
     airborne = found["airborne"].values
     assert 0 < airborne.sum() < airborne.size
     np.testing.assert_array_equal(found["verdict"].values & AIRBORNE.bit > 0, airborne)
@@ -272,6 +272,7 @@ def test_progress_ends_where_it_said(pairs):
     from toppling.fragility.adaptive.until import until_of
     from toppling.fragility.analyses.adaptive import adaptive
     from toppling.fragility.runs.request import check_request
+    from toppling.fragility.analyses.waves import MotionSource
     from toppling.fragility.validity.slab_screen import ScreenRequest
 
     told = []
@@ -279,10 +280,9 @@ def test_progress_ends_where_it_said(pairs):
     request = check_request(BLOCKS[0], LAWS[0], None, True, None, lambda done, total: told.append((done, total)), True)
     found = adaptive(
         request,
-        motions,
+        MotionSource(motions, 0),
         "RotD50(pgv)" if pairs else "pgv",
         until_of(COARSE),
-        state="overturned",
         runs_per_motion=3,
         seed=0,
         screening=ScreenRequest(undecided=0.5),
