@@ -20,10 +20,11 @@ from ...models.runs import Specimen
 from ...motions.arrays import BOTH_AXES, DOWNWARD, DRAW, POLARITY, RECORD, Record, motion_coordinates
 from ...motions.intensity.measure import MEASURES
 from ...motions.plausibility import record_doubts
-from ...motions.polarity import BOTH
-from ..runs.axes import AXIS, RULES, along_width, axes_of, check_axes, check_outputs
+from ...motions.polarity import BOTH as BOTH_WAYS
+from ..runs.axes import along_width, axes_of, check_axes, check_outputs
 from ..runs.factors import Factors, ScaleFactors
 from ..runs.labels import block_coordinates, depth_coordinate, law_coordinates, output_variables, restitution_variable
+from ..runs.outputs import AXIS, BOTH, OUTPUTS
 from ..runs.plan import refuse_endless_runs
 from ..runs.provenance import AXES, DESCRIBED, STRIPES
 from ..runs.request import ENDS, USUAL, Request, check_vertical, collect_about, work_of
@@ -137,7 +138,7 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     outputs = output_variables(request, runs, specimens.blocks, work, sizes)
     measures, characteristics = thread.result()
     if axes == BOTH_AXES:
-        outputs = {name: told(one, RULES[name]) for name, one in outputs.items()}
+        outputs = {name: told(output, BOTH[OUTPUTS[name].both]) for name, output in outputs.items()}
         measures = {name: told(one, OF_WIDTH) for name, one in measures.items()}
     coordinates = {
         **specimens.coordinates,
@@ -149,7 +150,7 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     configuration = {
         **specimens.configuration,
         "motions": [record.label for record in design.motions],
-        **({"polarity": BOTH} if any(record.reverse_of for record in design.motions) else {}),
+        **({"polarity": BOTH_WAYS} if any(record.reverse_of for record in design.motions) else {}),
         **({AXES: axes} if axes else {}),
         **design.configuration,
     }

@@ -26,7 +26,8 @@ from ...models.sliding.trip import OF_TRIPS, TRIPS, trips
 from ...motions.arrays import AS_GIVEN, DRAW, POLARITY, RECORD, Record, polarity_coordinate
 from ...motions.polarity import AS_RECORDED, BOTH, POLARITIES, REVERSED
 from ..numerics.slabs import in_memory
-from ..runs.axes import RULES, along_depth, along_width, axes_of
+from ..runs.axes import along_depth, along_width, axes_of
+from ..runs.outputs import BOTH as OF_BOTH, OUTPUTS
 from ..runs.plan import Work, plan_chunks
 from ..runs.provenance import blocks_of, carried_attributes, factors_of, records_of
 from ..runs.request import ENDS, runner_of
@@ -203,7 +204,7 @@ def slide_runs(
     settings |= {SLIDES_ON: np.flatnonzero(on).tolist()} if doubts else {}
     labelled = _labelled(runs, available, coefficients, every, settings, mirrored)
     for name in SLIPS if plane else ():
-        labelled[name].attrs["long_name"] += RULES[name]
+        labelled[name].attrs["long_name"] += OF_BOTH[OUTPUTS[name].both]
     return labelled.assign_attrs(notes=doubts[0].sentence) if doubts else labelled
 
 

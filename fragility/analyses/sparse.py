@@ -20,7 +20,8 @@ from ..adaptive.account import account, half_width
 from ..adaptive.curve import SequentialCurve
 from ..adaptive.stopping import reason_text
 from ..adaptive.until import MEDIAN, PROBABILITY, RATE
-from ..runs.labels import VARIABLES, depth_coordinate
+from ..runs.labels import depth_coordinate
+from ..runs.outputs import OUTPUTS
 from ..runs.progress import part_of
 from ..runs.provenance import AXES, RUN, configuration_of
 from ..runs.request import Request
@@ -112,7 +113,7 @@ def labelled(
         elif name in _RUNS:
             attributes = described(_RUNS[name])
         else:
-            attributes = dict(zip(("units", "long_name"), VARIABLES[name], strict=True))
+            attributes = described(OUTPUTS[name].text, OUTPUTS[name].units)
         variables[name] = xr.Variable(RUN, np.concatenate([one.runs[name] for one in waves]), attributes)
     specimens = specimens_of(request)
     motions = xr.concat([one.motions for one in waves], "motion", coords="minimal", compat="override")

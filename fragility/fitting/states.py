@@ -18,7 +18,7 @@ from ...core import checks
 from ...core.units import DIMENSIONLESS
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.trip import TRIPS
-from ..runs.plan import UNKNOWN
+from ..runs.outputs import OUTPUTS
 from ..runs.provenance import RUN, about_both_axes, load_coordinates
 
 OVERTURNED = "overturned"
@@ -143,7 +143,7 @@ def flags_of(values: Any, state: State, alpha: Any) -> Any:
         # under vertical shaking has none, and counts as overturned
         return (values > state * alpha) | (values >= 0.5 * math.pi) | np.isnan(values)
     if state in DIRECTIONS:
-        return (values == DIRECTIONS[state]) | (values == UNKNOWN["direction"])
+        return (values == DIRECTIONS[state]) | (values == OUTPUTS["direction"].airborne)
     if values.dtype == np.bool_:
         return values
     if not bool(((values == 0) | (values == 1)).all()):

@@ -10,34 +10,12 @@ import numpy as np
 from ...models import Block, Model
 from ...models.sliding.law import SlidingLaw
 from ...motions.arrays import BOTH_AXES, WEAK_AXIS, Record
+from .outputs import AXIS, DECIDING, EARLIER, EITHER, FALLEN, OF_AXES, OUTPUTS, SLIDES_IN_PLANE
 from .plan import Work
 
-AXIS = "axis"
-"""Output: 1 where the block fell along its width, 2 along its depth, 0 where it stands."""
 WEAK_RATIO = 1.6
 """Ratio of depth to width from which the axis along the width decides alone (docs/theory/axes.md)."""
-DECIDING = ("overturned", "overturning_time")
-EARLIER = ("overturning_time",)
-OF_DECIDING = ("impacts", "impact_velocity", "direction")
-LARGER = ("peak_rotation",)
-EITHER = ("overturned", "uplifted", "airborne", "ruptured")
-IN_PLANE = ("slide_peak", "slide_residual", "slide_path", "slide_velocity", "slide_after")
-OF_WIDTH = ("slide_forward", "slide_backward")
-OF_AXES = (*EITHER, *LARGER, *OF_DECIDING, "overturning_time", "top_displacement", AXIS)
-"""Outputs of rocking blocks about both axes."""
-SLIDES_IN_PLANE = (*IN_PLANE, *OF_WIDTH, "slips", "first_slip_time")
-"""Outputs of blocks that slide in the plane of the floor, under both components."""
-RULES = {
-    **dict.fromkeys((*EITHER, AXIS), ""),
-    **dict.fromkeys((*LARGER, "top_displacement"), ", the larger of both axes"),
-    **dict.fromkeys(OF_DECIDING, ", about the axis about which it fell, else the larger of both"),
-    "direction": ", about the axis about which it fell",
-    **dict.fromkeys(EARLIER, ", the earlier of both axes"),
-    **dict.fromkeys(IN_PLANE, ", in the plane of the floor"),
-    **dict.fromkeys(OF_WIDTH, ", along the width"),
-    **dict.fromkeys(("slips", "first_slip_time"), ""),
-}
-"""What each output is of the two axes, for its long name."""
+_DECIDING = ("overturned", "overturning_time")
 
 
 def axes_of(motions: Sequence[Record]) -> str:
@@ -102,11 +80,16 @@ def along_width(record: Record) -> Record:
     return record._replace(axes="")
 
 
+def _decided(name: str) -> bool:
+    """Return True for outputs that depend on the axis about which the block fell."""
+    return name == AXIS or OUTPUTS[name].both in (DECIDING, FALLEN)
+
+
 def needed(outputs: Sequence[str]) -> tuple[str, ...]:
     """Return the outputs that the run about each axis needs for these outputs of both."""
     every = [name for name in outputs if name != AXIS]
-    if any(name in (AXIS, *OF_DECIDING) for name in outputs):
-        every += DECIDING
+    if any(map(_decided, outputs)):
+        every += _DECIDING
     return tuple(dict.fromkeys(every))
 
 
@@ -126,7 +109,7 @@ def of_both(outputs: Sequence[str], x: Mapping[str, Any], y: Mapping[str, Any]) 
     """
     found: dict[str, Any] = {}
     axis: Any = None
-    if any(name in (AXIS, *OF_DECIDING) for name in outputs):
+    if any(map(_decided, outputs)):
         fell_x, fell_y = x["overturned"], y["overturned"]
         # (runs that leave the floor have no times, about either axis, and count along the width)
         first_x = fell_x & ~(fell_y & (y["overturning_time"] < x["overturning_time"]))
@@ -134,11 +117,11 @@ def of_both(outputs: Sequence[str], x: Mapping[str, Any], y: Mapping[str, Any]) 
     for name in outputs:
         if name == AXIS:
             found[name] = axis
-        elif name in EITHER:
+        elif OUTPUTS[name].both == EITHER:
             found[name] = x[name] | y[name]
-        elif name in EARLIER:
+        elif OUTPUTS[name].both == EARLIER:
             found[name] = np.fmin(x[name], y[name])
-        elif name in OF_DECIDING:
+        elif _decided(name):
             larger = np.maximum(x[name], y[name])
             found[name] = np.where(axis == 1, x[name], np.where(axis == 2, y[name], larger))
         else:

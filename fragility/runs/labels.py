@@ -13,50 +13,20 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...core.aliases import Array
-from ...core.units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, NEWTON, RADIAN, SECOND, described
+from ...core.units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, RADIAN, described
 from ...models import Block, Model
 from ...models.block import describe_scene
 from ...models.oscillator import Oscillator
 from ...models.restraint_force import held_by, largest_force
-from ...models.scenes.edge import FALLEN_OFF, OF_FALLEN_OFF
-from ...models.sliding.mode import MODE, demand, mode_of
-from ...models.sliding.runs import LABELS
+from ...models.scenes.edge import FALLEN_OFF
+from ...models.sliding.mode import demand, mode_of
 from ...motions.intensity.measure import RESULT_MEASURES
 from ..numerics.slabs import Allocator
-from .axes import AXIS
+from .outputs import DERIVED, OUTPUTS
 from .plan import Chunk, Work
 from .provenance import BED, EDGE, SCENE
-from .request import DERIVED, Request, Runs
+from .request import Request, Runs
 from .scaling import Scaling
-
-VARIABLES: dict[str, tuple[str, str]] = {
-    "overturned": (DIMENSIONLESS, "whether the block overturned"),
-    "peak_rotation": (RADIAN, "peak absolute rotation, pi/2 if overturned"),
-    "uplifted": (DIMENSIONLESS, "whether the block uplifted"),
-    "impacts": (DIMENSIONLESS, "impacts during the record"),
-    "overturning_time": (SECOND, "time of overturning, NaN if it stands"),
-    "impact_velocity": (ANGULAR_VELOCITY, "greatest angular speed at which the block came down"),
-    "direction": (DIMENSIONLESS, "sign of the rotation in which the block fell, 0 if it stands"),
-    "peak_front": (RADIAN, "peak forward rotation, NaN of blocks that are alike on both sides"),
-    "peak_back": (RADIAN, "peak backward rotation, NaN of blocks that are alike on both sides"),
-    "wall_impacts": (DIMENSIONLESS, "impacts at walls during the record"),
-    "wall_impact_velocity": (ANGULAR_VELOCITY, "greatest angular speed at which the block struck a wall"),
-    "ruptured": (DIMENSIONLESS, "whether the restraint broke"),
-    "rupture_time": (SECOND, "time at which the restraint broke, NaN if it held"),
-    "final_state": (
-        DIMENSIONLESS,
-        "where the block ends: 0 stands, 1 and -1 held beyond its balance at the front and at the back (by a wall, "
-        "on a strap), 2 and -2 fell forward and backward",
-    ),
-    "airborne": (DIMENSIONLESS, "whether the floor falls faster than g: not computed, counted as overturned"),
-    "top_displacement": (METRE, "greatest horizontal displacement of the upper corner"),
-    "restraint_force": (NEWTON, "greatest force of each part of the restraint, its strength if it broke"),
-    **LABELS,
-    "mode": (MODE["units"], MODE["long_name"]),
-    FALLEN_OFF: (OF_FALLEN_OFF["units"], OF_FALLEN_OFF["long_name"]),
-    AXIS: (DIMENSIONLESS, "axis along which the block fell first: 1 its width, 2 its depth, 0 if it stands"),
-}
-"""Units and long name of each output."""
 
 
 def output_variables(
@@ -69,8 +39,7 @@ def output_variables(
     variables = {}
     for name in request.outputs:
         values = _output(name, runs, blocks, work, request.runner.array).reshape(tuple(sizes.values()))
-        units, long_name = VARIABLES[name]
-        variables[name] = xr.Variable(tuple(sizes), values, described(long_name, units))
+        variables[name] = xr.Variable(tuple(sizes), values, described(OUTPUTS[name].text, OUTPUTS[name].units))
     return variables
 
 

@@ -21,11 +21,21 @@ from ...core.aliases import Array, Index
 from ...models import Block
 from ...models.laws import Model, refuse_endless
 from ...models.oscillator import Oscillator, Stack
-from ...models.runs import COLUMNS, ENOUGH_OF_ONE, OUTPUTS, TALLY, Specimen, run_mixed, run_specimens, stacked
+from ...models.runs import (
+    COLUMNS,
+    ENOUGH_OF_ONE,
+    OUTPUTS as ENGINE_OUTPUTS,
+    TALLY,
+    Specimen,
+    run_mixed,
+    run_specimens,
+    stacked,
+)
 from ...models.sliding.law import PlaneSlider
 from ...motions.arrays import Record
 from .factors import BlockFactors, Factors, dense
 from .oscillators import OscillatorGrid
+from .outputs import OUTPUTS
 
 # Planning figures, on the generous side of benchmarks/speed.py: one sample of one run on a present core, closed form
 # and exact geometry.
@@ -63,45 +73,6 @@ PART_SECONDS = 1.0
 # Runs of several motions that are given to the engine in one list: their results take 120 bytes each for a moment.
 MOST_MIXED = 16384
 
-OUTPUT_TYPES: dict[str, type[np.generic]] = {
-    "overturned": np.bool_,
-    "peak_rotation": np.float64,
-    "uplifted": np.bool_,
-    "impacts": np.int32,
-    "overturning_time": np.float64,
-    "impact_velocity": np.float64,
-    "direction": np.int8,
-    "peak_front": np.float64,
-    "peak_back": np.float64,
-    "wall_impacts": np.int32,
-    "wall_impact_velocity": np.float64,
-    "ruptured": np.bool_,
-    "rupture_time": np.float64,
-    "final_state": np.int8,
-    "slide_peak": np.float64,
-    "slide_forward": np.float64,
-    "slide_backward": np.float64,
-    "slide_residual": np.float64,
-    "slide_path": np.float64,
-    "slide_velocity": np.float64,
-    "slips": np.float64,
-    "first_slip_time": np.float64,
-    "slide_after": np.float64,
-    "trip_velocity": np.float64,
-    "airborne": np.bool_,
-}
-"""The type in which each output (`models.runs.COLUMNS`) is kept; slips are NaN where a block loses contact."""
-UNKNOWN: dict[str, int] = {
-    "overturned": 1,
-    "uplifted": 1,
-    "impacts": -1,
-    "direction": 2,
-    "wall_impacts": -1,
-    "ruptured": 1,
-    "final_state": 3,
-}
-"""Values of outputs that know no NaN where the floor leaves the block: it counts as overturned to either side."""
-
 
 class Chunk(NamedTuple):
     """Bounds of one task: the oscillators row … row_stop - 1 under the motions first … stop - 1."""
@@ -124,7 +95,7 @@ class Work(NamedTuple):
     motions: tuple[Record, ...]
     factors: Factors
     skip: bool = True
-    outputs: tuple[str, ...] = tuple(OUTPUTS)
+    outputs: tuple[str, ...] = tuple(ENGINE_OUTPUTS)
     each: int = 1
 
     @property
@@ -335,7 +306,7 @@ def run_part(
     """
     started = perf_counter()
     n, levels = len(oscillators), factors.shape[1]
-    results = tuple(np.empty((n, levels, len(motions)), OUTPUT_TYPES[name]) for name in outputs)
+    results = tuple(np.empty((n, levels, len(motions)), OUTPUTS[name].kind) for name in outputs)
     flags_only = outputs == ("overturned",)
     tally = np.zeros(len(TALLY), np.int64)
     tables = stacked(oscillators)
@@ -370,8 +341,9 @@ def run_part(
         airborne = runs[..., COLUMNS["airborne"]] == 1.0 if rocks else None
         for array, name in zip(results, outputs, strict=True):
             values = runs[..., COLUMNS[name]]
-            if airborne is not None and name in UNKNOWN:
-                values = np.where(airborne, UNKNOWN[name], values)
+            unknown = OUTPUTS[name].airborne
+            if airborne is not None and unknown is not None:
+                values = np.where(airborne, unknown, values)
             array[:, :, first:stop] = values
     return ChunkResult(results, tally, perf_counter() - started)
 

@@ -15,12 +15,12 @@ from ...models.laws import oscillator_of
 from ...models.runs import TALLY, Specimen
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.law import SlidingLaw
-from ...models.sliding.runs import OF_OBSTACLES, SLIDES
 from ...motions.arrays import Record
-from .axes import AXIS, axes_of, both_works, of_both
+from .axes import axes_of, both_works, of_both
 from .factors import Factors
 from .oscillators import OscillatorGrid
-from .plan import OUTPUT_TYPES, Work, plan_chunks
+from .outputs import DERIVED, OF_ROCKING, OF_SLIDING, OUTPUTS
+from .plan import Work, plan_chunks
 from .progress import part_of
 from .runners import ConfiguredScheduler, Runner, default_client
 
@@ -29,23 +29,6 @@ if TYPE_CHECKING:
 
 Labelled = TypeVar("Labelled", Block, Law, Model)
 
-# Outputs that are derived from the block and outputs of the engine.
-DERIVED = {
-    "top_displacement": ("peak_rotation",),
-    "restraint_force": ("peak_front", "peak_back", "ruptured"),
-    "mode": ("slips",),
-    FALLEN_OFF: ("slide_forward", "slide_backward"),
-}
-OUTPUTS = (
-    *(name for name in OUTPUT_TYPES if name not in (*SLIDES, *OF_OBSTACLES)),
-    "top_displacement",
-    "restraint_force",
-)
-"""Outputs that a run of a rocking block can have."""
-OF_ROCKING = (*OUTPUTS, AXIS)
-"""Outputs that it can have about one axis or both."""
-OF_SLIDING = (*SLIDES, "mode", FALLEN_OFF)
-"""Outputs that a run of a sliding block can have."""
 USUAL = ("overturned", "peak_rotation"), ("slide_peak",)
 """Outputs where none are named: of rocking and of sliding blocks."""
 ENDS = ("slide_peak", "slide_after")
@@ -198,9 +181,8 @@ def collect_about(
         collect(own, runner, part_of(progress, before, total), least)
         for own, before in zip(works, (0, total // 2), strict=True)
     )
-    kinds = {name: OUTPUT_TYPES.get(name, np.int8) for name in work.outputs}
     shape = next(iter(x.results.values())).shape
-    found = {name: runner.array(shape, kind) for name, kind in kinds.items()}
+    found = {name: runner.array(shape, OUTPUTS[name].kind) for name in work.outputs}
     for row in range(shape[0]):  # (arrays may lie in files)
         of_row = ({name: values[row] for name, values in runs.results.items()} for runs in (x, y))
         for name, values in of_both(work.outputs, *of_row).items():
@@ -211,7 +193,7 @@ def collect_about(
 def collect(work: Work, runner: Runner, progress: Progress | None, least: float | None = None) -> Runs:
     """Do the work in chunks and put the results together; least: shortest duration of a chunk (`plan_chunks`)."""
     shape = (len(work.oscillators), work.levels, len(work.motions))
-    results = {name: runner.array(shape, OUTPUT_TYPES[name]) for name in work.outputs}
+    results = {name: runner.array(shape, OUTPUTS[name].kind) for name in work.outputs}
     tally = np.zeros(len(TALLY), np.int64)
     so_far = 0
     for chunk, done in runner.run(work, plan_chunks(work, least=least)):

@@ -17,7 +17,7 @@ from ...models import Block, Law
 from ...models.laws import oscillator_of
 from ...models.oscillator import Oscillator
 from ...motions.arrays import Record
-from ..runs.axes import AXIS
+from ..runs.outputs import AXIS
 from ..runs.request import Request, collect, collect_about, runner_of, work_of
 from ..runs.runners import Runner
 from .distributions import Beta, Lognormal

@@ -27,7 +27,7 @@ from ...fragility.curves.curve import LINKED
 from ...fragility.fitting.links import LINKS
 from ...fragility.fitting.states import OVERTURNED, UPLIFTED
 from ...fragility.hazard.pieces import EXTEND
-from ...fragility.runs.request import OF_ROCKING
+from ...fragility.runs.outputs import OF_ROCKING
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE
 from ...fragility.uncertainty.joint import INDEPENDENT, TOGETHER
 from ...fragility.validity.slab_screen import FACTORS

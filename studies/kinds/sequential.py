@@ -16,7 +16,7 @@ from ...fragility.adaptive.stopping import WAVE
 from ...fragility.adaptive.until import RATE
 from ...fragility.fitting.states import state_name
 from ...fragility.risk.modelling import range_of_half_levels
-from ...fragility.runs.request import DERIVED
+from ...fragility.runs.outputs import DERIVED
 from ...fragility.validity.notes import screen_facts
 from ...fragility.validity.slab_screen import ScreenRequest
 from ...motions.arrays import LIFTS

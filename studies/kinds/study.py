@@ -25,9 +25,9 @@ from ...core.wording import counted, with_article
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.hazard.plausibility import hazard_doubts
 from ...fragility.numerics import slabs
+from ...fragility.runs.outputs import OUTPUTS
 from ...fragility.runs.plan import (
     MOST_CASES,
-    OUTPUT_TYPES,
     SECONDS_PER_PLANE_SAMPLE,
     SECONDS_PER_SAMPLE,
     never,
@@ -236,7 +236,7 @@ class Study(ABC):
     @property
     def bytes_a_run(self) -> int:
         """Bytes of the kept outputs of a run."""
-        return sum(np.dtype(OUTPUT_TYPES.get(name, np.float64)).itemsize for name in self.kept_outputs)
+        return sum(np.dtype(OUTPUTS[name].kind).itemsize for name in self.kept_outputs)
 
     @property
     def stored_bytes(self) -> float:

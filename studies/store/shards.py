@@ -25,7 +25,8 @@ from numpy.typing import NDArray
 
 from ...core.wording import system_errors, system_reason
 from ...fragility.runs.factors import BlockFactors
-from ...fragility.runs.plan import OUTPUT_TYPES, Chunk, ChunkResult, Work
+from ...fragility.runs.outputs import OUTPUTS
+from ...fragility.runs.plan import Chunk, ChunkResult, Work
 from ...fragility.runs.runners import Runner
 from ...models.runs import TALLY, engine_identity
 from ...motions.arrays import digest
@@ -289,6 +290,6 @@ def _read(path: Path, key: str, work: Work, chunk: Chunk) -> ChunkResult:
         shape = (chunk.row_stop - chunk.row, work.levels, chunk.stop - chunk.first)
         if any(file[name].shape != shape for name in work.outputs) or file["tally"].shape != (len(TALLY),):
             raise ValueError("its arrays have another shape")
-        results = tuple(file[name][:].astype(OUTPUT_TYPES[name]) for name in work.outputs)
+        results = tuple(file[name][:].astype(OUTPUTS[name].kind) for name in work.outputs)
         tally = np.asarray(file["tally"][:], np.int64)
     return ChunkResult(results, tally)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import xarray as xr
 
-from ...fragility.runs.axes import AXIS
+from ...fragility.runs.outputs import AXIS
 from ..buildings.variables import SIDEWAYS
 from ..text.block_order import shown
 from ..text.words import reference_law

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import xarray as xr
 
-from ...fragility.runs.axes import AXIS
+from ...fragility.runs.outputs import AXIS
 from ..buildings.variables import SIDEWAYS
 from ..facts.building import recommended_lines
 from ..plan.adaptive_slides import SLIP_HALF

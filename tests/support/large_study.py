@@ -13,6 +13,7 @@ import numpy as np
 
 from toppling.fragility.numerics import slabs
 from toppling.fragility.runs import graph, plan
+from toppling.fragility.runs.outputs import OUTPUTS
 from toppling.models.runs import TALLY
 from toppling.studies.command import cli
 from toppling.studies.kinds import study as base
@@ -29,7 +30,7 @@ def pretended(work, chunk, left):
         "uplifted": demand > 0.2,
         "peak_rotation": np.where(demand > 0.5, 0.5 * np.pi, 0.2 * np.abs(demand)).astype(np.float64),
     }
-    results = tuple(made.get(name, demand).astype(plan.OUTPUT_TYPES[name]) for name in work.outputs)
+    results = tuple(made.get(name, demand).astype(OUTPUTS[name].kind) for name in work.outputs)
     return plan.ChunkResult(results, np.ones(len(TALLY), np.int64), 0.1)
 
 

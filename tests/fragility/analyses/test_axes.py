@@ -11,6 +11,7 @@ from flips import undecided_outcomes
 import toppling as tp
 from toppling import fragility, motions
 from toppling.fragility.runs import axes
+from toppling.fragility.runs.outputs import OF_AXES
 from toppling.fragility.validity.notes import block_facts, screen_facts
 
 LEVELS = [2.0, 4.0, 7.0]
@@ -20,7 +21,7 @@ SQUARE = tp.Block(0.3, 1.4, depth=0.3, name="square")
 DEEP = tp.Block(0.3, 1.4, depth=0.45, name="deep")
 FRAME = motions.Building.flexural_shear(0.5, storeys=2)
 LAWS = [tp.HousnerImpact(), tp.HousnerImpact(e=0.9)]
-OUTPUTS = [name for name in axes.OF_AXES if name != "axis"]
+OUTPUTS = [name for name in OF_AXES if name != "axis"]
 EVERY = [*OUTPUTS, "axis"]
 
 

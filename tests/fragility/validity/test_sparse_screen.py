@@ -271,8 +271,8 @@ def test_reverses_alone_are_tested():
 def test_progress_ends_where_it_said(pairs):
     from toppling.fragility.adaptive.until import until_of
     from toppling.fragility.analyses.adaptive import adaptive
-    from toppling.fragility.runs.request import check_request
     from toppling.fragility.analyses.waves import MotionSource
+    from toppling.fragility.runs.request import check_request
     from toppling.fragility.validity.slab_screen import ScreenRequest
 
     told = []
