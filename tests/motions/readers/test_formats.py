@@ -443,6 +443,16 @@ class TestObspy:
         sac.leven = False
         sac.write(str(path))
         refused(path, "is not evenly sampled .leven.", unit="m/s2")
+        sac.leven, sac.idep = True, "ivolts"
+        sac.write(str(path))
+        refused(path, "is of volts, not acceleration", unit="m/s2")
+
+    def test_a_scale_factor_in_the_header_is_doubted(self, tmp_path):
+        sac = pytest.importorskip("obspy.io.sac").SACTrace(data=np.arange(50, dtype="f4"), delta=0.01, scale=0.001)
+        path = tmp_path / "record.sac"
+        sac.write(str(path))
+        with pytest.warns(ImplausibleInput, match="has the scale factor 0.001, which is not applied"):
+            mo.read(path, unit="m/s2")
 
     def test_counts_in_the_header_beside_a_unit_are_doubted(self, tmp_path):
         path, _ = self.stream(tmp_path, "SLIST")
