@@ -16,6 +16,10 @@ COLUMN = "".join(f"{one}\n" for one in SAMPLES)
 ROWS = "".join(f"{0.01 * i:.2f},{one}\n" for i, one in enumerate(SAMPLES))
 
 
+def scaled_times(factor):
+    return "".join(f"{factor * 0.01 * i:.2f},{one}\n" for i, one in enumerate(SAMPLES))
+
+
 def at2(header):
     return f"{header}\n{' '.join(map(str, SAMPLES))}\n"
 
@@ -36,6 +40,33 @@ TITLE = "PEER RECORD\nSomewhere, 1/2/1999, Station, 090"
 def test_units_in_other_languages(tmp_path, unit, factor):
     motion = read(tmp_path, f"# {unit}\n# dt = 0.01\n{COLUMN}")
     np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * factor, rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("heading", "factor"),
+    [
+        ("# dt = 0.01\n# units: m s-2", 1.0),
+        ("# dt = 0.01\n# units: cm s^-2", 0.01),
+        ("# dt = 0.01\n# acceleration in m/s ²", 1.0),
+        ("# dt = 0.01\nacceleration in units of cm/s2", 0.01),
+        ("# dt = 0.01\nacceleration (g's)", G),
+        ("time (s),a_g (m/s2)", 1.0),
+        ("time (s),ground acceleration u_g [gal]", 0.01),
+        ("время (с),ускорение (см/с2)", 0.01),
+        (f"{TITLE}\nACCELERATION TIME HISTORY IN UNITS OF M S-2\n{NPTS}", 1.0),
+        (f"{TITLE}\nACCELERATION TIME HISTORY IN UNITS OF CM/S ^2\n{NPTS}", 0.01),
+    ],
+)
+def test_units_of_several_words_and_the_letter_of_the_ground(tmp_path, heading, factor):
+    timed = heading.startswith(("time", "время"))
+    motion = read(tmp_path, f"{heading}\n{ROWS if timed else COLUMN}")
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * factor, rtol=1e-15)
+
+
+@pytest.mark.parametrize("unit", ["µg", "μm/s2"])
+def test_units_that_begin_with_a_greek_letter_are_unknown(tmp_path, unit):
+    with pytest.raises(RecordError, match="unknown unit"):
+        read(tmp_path, f"# units: {unit}\n{COLUMN}", dt=0.01, unit="g")
 
 
 def test_columns_above_the_ground_are_doubted(tmp_path):
