@@ -685,6 +685,24 @@ def test_times_in_milliseconds(tmp_path):
 
 
 @pytest.mark.parametrize(
+    "heading",
+    [
+        *("Zeit ms", "elapsed time in ms", "Time/ms", '"Time, ms"', "Sample time milliseconds"),
+        *("时间(毫秒)", "Время (мс)", "time_ms"),
+    ],
+)
+def test_milliseconds_without_brackets_and_of_other_languages(tmp_path, heading):
+    motion = read(tmp_path, f'{heading},"acceleration (g)"\n{scaled_times(50.0)}')
+    assert float(motion["dt"][0]) == pytest.approx(0.0005, rel=1e-12)
+
+
+@pytest.mark.parametrize("heading", ["Elapsed time (min)", "Laufzeit [min]", "時刻(分)", "time / h"])
+def test_times_in_another_unit_are_refused(tmp_path, heading):
+    with pytest.raises(RecordError, match="times in the unknown unit"):
+        read(tmp_path, f"{heading},acceleration (g)\n{scaled_times(50.0)}")
+
+
+@pytest.mark.parametrize(
     ("above", "options"),
     [
         ("12", {"dt": 0.005}),
@@ -712,6 +730,24 @@ def test_the_numbers_above_are_no_samples(tmp_path, above, options):
 def test_numbers_above_that_are_no_samples_and_no_step(tmp_path, above, message):
     with pytest.raises(RecordError, match=message):
         read(tmp_path, f"{above}\n{COLUMN}", unit="g", **({} if "dt" in above else {"dt": 0.01}))
+
+
+@pytest.mark.parametrize("above", ["12 0.01", "0.01 12"])
+def test_the_numbers_above_two_columns_are_no_samples(tmp_path, above):
+    rows = ROWS.replace(",", " ")
+    motion = read(tmp_path, f"{above}\n{rows}", unit="g")
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * G, rtol=1e-15)
+    assert "no sample" in motion.attrs["processing"]
+    with pytest.raises(RecordError, match=r"its header says dt = 0.02 s, its time column 0.01 s"):
+        read(tmp_path, f"{above.replace('0.01', '0.02')}\n{rows}", unit="g")
+
+
+@pytest.mark.parametrize("name", ["", "index", "No.", "#", "sample"])
+def test_a_column_that_counts_before_the_times(tmp_path, name):
+    rows = "".join(f"{i},{row}\n" for i, row in enumerate(ROWS.splitlines()))
+    motion = read(tmp_path, f"{name},time (s),acceleration (g)\n{rows}")
+    np.testing.assert_allclose(motion.values, [np.array(SAMPLES) * G], rtol=1e-15)
+    assert float(motion["dt"][0]) == pytest.approx(0.01, rel=1e-12)
 
 
 def test_a_pulse_before_zeros_is_one(tmp_path):
