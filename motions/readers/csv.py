@@ -17,7 +17,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, first_names, warn
-from .components import Component, arrays_of, refuse_gaps, refuse_stated_peak, single
+from .components import Component, arrays_of, doubt_duration, refuse_gaps, refuse_stated_peak, single
 from .directions import direction_of
 from .lines import FEW, HEADER_WIDTH, LONGEST_STEP, MAX_SAMPLES, STEP, Lines, RecordError, known
 from .units import (
@@ -75,6 +75,8 @@ _COUNT = re.compile(
     r"(?i)\b(?:npts|(?:number|no\.) of (?:data|points|samples)|n[uú]m(?:ero|\.)(?: total)? d[ei] (?:muestras|datos|"
     r"puntos|campioni|dati|punti|amostras)|nombre d(?:e points|e donn[ée]es|['’][ée]chantillons)|"
     r"anzahl (?:der )?\w*(?:werte|punkte)|(?:veri|[öo]rnek) say[ıi]s[ıi])\s*[=:]?\s*(\d{1,9})\b"
+    r"|^\W*(?:data ?)?(?:points|samples)\s*[=:]\s*(\d{1,9})(?=\s*(?:$|[,;]))"
+    r"|^\W*(\d{2,9}) (?:data |acceleration )?(?:points|samples)(?=\W*(?:$|[,;]| at\b))"
 )
 _SEQUENCE = re.compile(r"#?\s*data ?sequence\s*:\s*(?P<names>.+)", re.IGNORECASE)
 _TIME = re.compile(
@@ -161,14 +163,14 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     refuse_gaps(file, values)
     for number, text in header:
         declared = _COUNT.search(text)
-        if declared is not None and int(declared[1]) != n:
-            raise RecordError(
-                f"{file}: line {number} declares {declared[1]} samples, it holds {n}: truncated or damaged"
-            )
+        if declared is not None and int(declared[declared.lastindex or 1]) != n:
+            many = declared[declared.lastindex or 1]
+            raise RecordError(f"{file}: line {number} declares {many} samples, it holds {n}: truncated or damaged")
     timed = columns > 1 and not (names and _DIRECTION.fullmatch(names[0]))
     number = header[-1][0] if header else 0
     time = values[:, 0] * (_seconds(file, names[0], number) if names and timed else 1.0)
     step = _step(lines, time, header, dt, timed)
+    doubt_duration(file, words, n * step)
     given = None if unit is None else given_factor(unit)
     doubt_factors(file, words)
     found: list[Component] = []

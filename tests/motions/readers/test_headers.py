@@ -251,7 +251,7 @@ def test_steps_in_words_are_not_contradicted(tmp_path, heading):
 @pytest.mark.parametrize(
     "heading",
     [
-        *("# sampled, low-pass filter 25 Hz", "# bandpass 0.1-25 Hz", "# Samples: 2000", "# 11 0.005", "# fs"),
+        *("# sampled, low-pass filter 25 Hz", "# bandpass 0.1-25 Hz", "# Samples: 12", "# 11 0.005", "# fs"),
         *(
             "# originally sampled at 200 Hz",
             "# sampled at 200 Hz, resampled",
@@ -748,6 +748,37 @@ def test_a_column_that_counts_before_the_times(tmp_path, name):
     motion = read(tmp_path, f"{name},time (s),acceleration (g)\n{rows}")
     np.testing.assert_allclose(motion.values, [np.array(SAMPLES) * G], rtol=1e-15)
     assert float(motion["dt"][0]) == pytest.approx(0.01, rel=1e-12)
+
+
+DURATIONS = [
+    *("# Duration: 40 s", "# total duration = 40 sec.", "# record length (s): 40", "# Dauer: 40 s", "Duración = 40 s"),
+    "# duration 40s, bedrock",
+]
+
+
+@pytest.mark.parametrize("line", DURATIONS)
+def test_another_duration_is_doubted(tmp_path, line):
+    with pytest.warns(ImplausibleInput, match=r"40.*its samples last 0.12 s: another time step, or cut"):
+        read(tmp_path, f"{line}\n# acceleration (g)\n{COLUMN}", dt=0.01)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        *("# Duration: 0.12 s", "# strong motion duration 40 s", "# D5-95 duration: 40 s", "# fault length: 40 km"),
+        *("# original duration 40 s", "# duration: 40 % of the event", "# tape length 40 m", "# duration 40-60 s"),
+    ],
+)
+def test_durations_of_something_else(tmp_path, line):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read(tmp_path, f"{line}\n# acceleration (g)\n{COLUMN}", dt=0.01)
+
+
+@pytest.mark.parametrize("line", ["# 400 points", "# samples: 400", "# data points = 400, corrected", "# 400 samples"])
+def test_other_numbers_of_samples(tmp_path, line):
+    with pytest.raises(RecordError, match="line 1 declares 400 samples, it holds 12: truncated or damaged"):
+        read(tmp_path, f"{line}\n# acceleration (g)\n{COLUMN}", dt=0.01)
 
 
 def test_a_pulse_before_zeros_is_one(tmp_path):
