@@ -12,7 +12,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.doubts import warn_of_results
-from ...core.parameters import CHANCE
+from ...core.parameters import CHANCE, CONFIDENCE
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.trip import TRIPS
 from ..runs.provenance import carried_attributes, motions_by_floor
@@ -185,7 +185,7 @@ def fit_fragility(
     0.9642 1.3070
     """
     chosen = form_named(default_form(state) if form is None else form)
-    level = CHANCE.number("confidence", confidence)
+    level = CONFIDENCE.number("confidence", confidence)
     trials = collect(data, checks.choice("method", method, METHODS) == FIRST, state, together)
     check_method(chosen, method)
     if not isinstance(keep_replicates, bool):
