@@ -80,6 +80,10 @@ class Parameter:
 
 
 CHANCE = Parameter(above=0.0, below=1.0)
+CONFIDENCE = Parameter(at_least=0.5, below=1.0)
+"""Of intervals: what is lower is a level of significance."""
+BETA_M = Parameter(at_least=0.0, at_most=1.5)
+"""Modelling uncertainty: FEMA P-58 has up to 0.57, and per cent are above the bound."""
 SHARE = Parameter(at_least=0.0, at_most=1.0)
 PART = Parameter(above=0.0, at_most=1.0)
 YEARS = Parameter("years", above=0.0)

@@ -14,7 +14,7 @@ import scipy
 
 from ...core import checks
 from ...core.elementary import Array, Flags, Index, exp, log
-from ...core.parameters import CHANCE
+from ...core.parameters import CONFIDENCE
 from ..fitting.bootstrap import draw_motions
 from ..numerics.proportions import wilson_interval
 from ..numerics.slabs import Allocator, in_memory
@@ -99,7 +99,7 @@ def mean_interval(
     93-96 % (BCa: 90 % at 20 motions), and that of lognormal contributions of dispersion 1.5 in 88 % at 20 motions and
     90 % at 80 (BCa: 82 % at 20), because few motions hardly show what the rarest add (`benchmarks.coverage`).
     """
-    level = CHANCE.number("confidence", confidence)
+    level = CONFIDENCE.number("confidence", confidence)
     checks.count("replicates", replicates, at_least=50)
     checks.count("seed", seed)
     n = values.shape[-1]

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.doubts import warn_of_results
-from ...core.parameters import CHANCE
+from ...core.parameters import CONFIDENCE
 from ...core.units import DIMENSIONLESS
 from ...core.wording import given_percent
 from ..fitting.states import OVERTURNED, State, reached, state_name
@@ -47,7 +47,7 @@ def overturning_probability(
     that the interval is wide enough however the two runs depend on each other.  Floors of one building shake together:
     their probabilities are not independent of each other.
     """
-    within = CHANCE.number("confidence", confidence)
+    within = CONFIDENCE.number("confidence", confidence)
     flags = reached(runs, state)
     overturnings, trials = _counts(flags)
     ways = flags.sizes["motion"] // number_of_motions(flags)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.elementary import Array, Index, exp
-from ...core.parameters import CHANCE
+from ...core.parameters import CONFIDENCE
 from ...core.streams import stream
 from ...core.units import described
 from ...core.wording import given_percent
@@ -150,7 +150,7 @@ def rank_measures(
         state,
         checks.number("least_demand", least_demand, at_least=0.0, below=1.0),
         checks.count("replicates", replicates),
-        CHANCE.number("confidence", confidence),
+        CONFIDENCE.number("confidence", confidence),
         checks.count("seed", seed),
     )
     if isinstance(runs, xr.Dataset):

@@ -12,7 +12,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.doubts import warn_of_results
-from ...core.parameters import CHANCE
+from ...core.parameters import CHANCE, CONFIDENCE
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.trip import TRIPS
 from ..runs.provenance import carried_attributes, motions_by_floor
@@ -213,7 +213,7 @@ def fit_curves(
     """Return curves as `fit_fragility`; progress is called with (curves fitted, curves in all) after every curve."""
     method, state = asked.method, asked.state
     chosen = form_named(default_form(state) if asked.form is None else asked.form)
-    level = CHANCE.number("confidence", asked.confidence)
+    level = CONFIDENCE.number("confidence", asked.confidence)
     trials = collect(data, checks.choice("method", method, METHODS) == FIRST, state, together)
     check_method(chosen, method)
     if not isinstance(keep_replicates, bool):

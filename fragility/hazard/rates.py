@@ -50,4 +50,6 @@ def rate_from_probability(probability: Values, years: float = 50.0) -> Values:
     if np.any(wrong):
         raise ValueError(f"probability must be at least 0 and below 1, got {values[wrong].flat[0]:g}")
     found: Any = -xr.apply_ufunc(log1p, -probability, keep_attrs=True) / time
+    if IMPOSSIBLY_OFTEN < (least := np.min(np.asarray(found), initial=np.inf)) < np.inf:
+        warn([Doubt("hazard", f"a rate of {least:g} per year is beyond any of damage: is {time:g} a rate, 1/years?")])
     return cast(Values, found)

@@ -11,7 +11,7 @@ import scipy
 
 from ...core import checks
 from ...core.aliases import Array
-from ...core.parameters import CHANCE
+from ...core.parameters import CONFIDENCE
 
 Ends = tuple[Array, Array]
 
@@ -59,7 +59,7 @@ def binomial_interval(successes: Any, trials: Any, confidence: float = 0.95, met
     >>> print(f"{lower:.5f} {upper:.5f}")
     0.03958 0.23052
     """
-    level = CHANCE.number("confidence", confidence)
+    level = CONFIDENCE.number("confidence", confidence)
     formula = METHODS[checks.choice("method", method, tuple(METHODS))]
     k, n = np.broadcast_arrays(np.asarray(successes, dtype=float), np.asarray(trials, dtype=float))
     if not np.all((k >= 0.0) & (k <= n)):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...core import checks
 from ...core.doubts import warn_of_results
 from ...core.elementary import Array, exp, geomspace, log
-from ...core.parameters import CHANCE, YEARS
+from ...core.parameters import CONFIDENCE, YEARS
 from ...core.units import DIMENSIONLESS, PER_YEAR, described, provenance
 from ...core.wording import given_percent
 from ...motions.intensity.naming import long_name_at
@@ -163,7 +163,7 @@ def annual_rate(
     if not isinstance(hazard, HazardCurve):
         raise TypeError(f"hazard must be a HazardCurve, got {checks.kind(hazard)}")
     time = YEARS.number("years", years)
-    level = CHANCE.number("confidence", confidence)
+    level = CONFIDENCE.number("confidence", confidence)
     checks.choice("below", below, BELOW_RULES)
     checks.choice("above", above, ABOVE_RULES)
     checks.choice("outside", outside, OUTSIDE)

@@ -16,7 +16,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.elementary import Array, times
-from ...core.parameters import CHANCE, PART
+from ...core.parameters import BETA_M, CHANCE, PART
 from ...core.streams import stream
 from ...core.units import DIMENSIONLESS, PER_YEAR, described, provenance
 from ..curves.curve import REFUSE, CurveArrays, TabulatedCurves, coordinates_on, has_replicates
@@ -104,7 +104,7 @@ def epistemic_rates(
     >>> [f"{rate:.2e}" for rate in found["rate_fractile"].values]
     ['1.14e-04', '2.18e-04', '5.91e-04', '1.60e-03', '3.05e-03']
     """
-    beta = checks.number("modelling_dispersion", modelling_dispersion, at_least=0.0, at_most=5.0)
+    beta = BETA_M.number("modelling_dispersion", modelling_dispersion)
     shares = [CHANCE.number("fractiles", fractile) for fractile in fractiles]
     checks.choice("below", below, BELOW_RULES)
     checks.choice("above", above, ABOVE_RULES)

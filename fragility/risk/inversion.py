@@ -10,7 +10,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.elementary import Array, Index, log
-from ...core.parameters import CHANCE
+from ...core.parameters import CHANCE, CONFIDENCE
 from ...core.units import DIMENSIONLESS, described, provenance
 from ...core.wording import given_percent
 from ..curves.curve import coordinates_on
@@ -71,7 +71,7 @@ def size_for_rate(
     0.2
     """
     goal = target_rate(rate, probability, years)
-    level = CHANCE.number("confidence", confidence)
+    level = CONFIDENCE.number("confidence", confidence)
     checks.choice("along", along, SIZES)
     if not isinstance(rates, xr.Dataset) or "rate" not in rates or "block" not in rates["rate"].dims:
         raise TypeError("rates must be a dataset with `rate` on block, as annual_rate returns it")

@@ -10,6 +10,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.elementary import Array, exp, log
+from ...core.parameters import BETA_M
 from ...core.units import described
 from ..curves.curve import LognormalCurves, form_name
 from ..fitting.links import LOGNORMAL
@@ -114,7 +115,7 @@ def with_modelling(curves: xr.Dataset, dispersion: float) -> xr.Dataset:
     >>> with_modelling(curves, 0.3)["dispersion"].item()
     0.5
     """
-    beta = checks.number("dispersion", dispersion, at_least=0.0, at_most=5.0)
+    beta = BETA_M.number("dispersion", dispersion)
     form = form_name(curves)
     if form != LOGNORMAL:
         raise ValueError(f"modelling uncertainty is for lognormal curves, got curves of the form {form!r}")
@@ -142,7 +143,7 @@ def blurred(hazard: HazardCurve, dispersion: float, levels: Array) -> HazardCurv
     c exp(beta_m Z) is exceeded at the rate H(c exp(beta_m Z)), whose mean over Z is that of c under this curve. It
     holds for any number of capacities with the same Z, for their sums, and for events of several of them.
     """
-    beta = checks.number("dispersion", dispersion, above=0.0, at_most=5.0)
+    beta = checks.number("dispersion", dispersion, above=0.0, at_most=BETA_M.at_most)
     ends = log([min(hazard.levels[0], levels[0]), max(hazard.levels[-1], levels[-1])])
     points = exp(np.linspace(ends[0] - 4.0 * beta, ends[1] + 4.0 * beta, POINTS))
     zeros = np.zeros(points.size)

@@ -10,7 +10,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
-from ...core.parameters import CHANCE
+from ...core.parameters import CHANCE, CONFIDENCE
 from ...core.streams import stream
 from ...core.units import DIMENSIONLESS, described, provenance
 from ...core.wording import given_percent
@@ -83,7 +83,7 @@ def sobol_indices(
     size, start = checks.count("n", n, at_least=2), checks.count("seed", seed)
     if size & (size - 1):
         raise ValueError(f"n must be a power of 2, got {size}")
-    level = CHANCE.number("confidence", confidence)
+    level = CONFIDENCE.number("confidence", confidence)
     times = checks.count("replicates", replicates, at_least=2)
     d = len(inputs.names)
     problem = _problem(inputs)

@@ -94,6 +94,27 @@ def refuse_stated_peak(file: Path, header: Iterable[tuple[int, str]], accelerati
                 warn([Doubt("table", f"{what}: scaled, or the peak of another component?")])
 
 
+_DURATION = re.compile(
+    r"(?i)\b(?:duration|length|dauer|durée|duración|durata)(?P<unit>_s|\s*[(\[]\s*s(?:ec)?\w*\s*[)\]])?\s*(?:[:=]|is|of)?\s*"
+    r"(?P<number>\d+(?:\.\d+)?)(?(unit)|\s*s(?:ec\w*)?)(?![\w%]|\s*[-–/:])"
+)
+_OF_A_PART = re.compile(
+    r"(?i)strong|signif|bracket|effect|rupture|fault|source|window|taper|d_?5|d_?[79]5|5\s?%|original|before|wave|filter|event"
+)
+LASTS = 0.05, 1.0
+"""Difference from a stated duration, as a share of it and in s, from which a step or samples are doubted."""
+
+
+def doubt_duration(file: Path, header: Iterable[tuple[int, str]], duration: float) -> None:
+    """Warn where a numbered line of words states another duration, s, than the samples and their time step have."""
+    for line, text in header:
+        match = None if _OF_A_PART.search(text) else _DURATION.search(text)
+        stated = float(match["number"]) if match else duration
+        if match is not None and abs(stated - duration) > max(LASTS[0] * stated, LASTS[1]):
+            what = f"{file}: line {line} says {match[0].strip()!r}, its samples last {duration:g} s"
+            warn([Doubt("table", f"{what}: another time step, or cut?")])
+
+
 LONELY = 3.0  # ratio of a value of nines to the next one above which it marks a gap even if it stands once
 
 

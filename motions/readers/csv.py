@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import itertools
 import math
 import os
@@ -16,12 +17,11 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, first_names, warn
-from .components import Component, arrays_of, refuse_gaps, refuse_stated_peak, single
+from .components import Component, arrays_of, doubt_duration, refuse_gaps, refuse_stated_peak, single
 from .directions import direction_of
 from .lines import FEW, HEADER_WIDTH, LONGEST_STEP, MAX_SAMPLES, STEP, Lines, RecordError, known
 from .units import (
     RELATIVE,
-    Unit,
     agreed,
     doubt_factors,
     given_factor,
@@ -75,10 +75,27 @@ _COUNT = re.compile(
     r"(?i)\b(?:npts|(?:number|no\.) of (?:data|points|samples)|n[uú]m(?:ero|\.)(?: total)? d[ei] (?:muestras|datos|"
     r"puntos|campioni|dati|punti|amostras)|nombre d(?:e points|e donn[ée]es|['’][ée]chantillons)|"
     r"anzahl (?:der )?\w*(?:werte|punkte)|(?:veri|[öo]rnek) say[ıi]s[ıi])\s*[=:]?\s*(\d{1,9})\b"
+    r"|^\W*(?:data ?)?(?:points|samples)\s*[=:]\s*(\d{1,9})(?=\s*(?:$|[,;]))"
+    r"|^\W*(\d{2,9}) (?:data |acceleration )?(?:points|samples)(?=\W*(?:$|[,;]| at\b))"
 )
 _SEQUENCE = re.compile(r"#?\s*data ?sequence\s*:\s*(?P<names>.+)", re.IGNORECASE)
-_TIME = re.compile(r"(?:t(?:ime|empo|emps|iempo)?|zeit)(?![a-z])|[^,;]+[\[(]\s*m?s(?:ec)?\s*[\])]\s*$", re.IGNORECASE)
+_TIME = re.compile(
+    r"(?:(?:elapsed|record|sample|relative) )?t(?:ime|empo|emps|iempo)?(?![a-z])|(?:lauf)?zeit(?![a-z])"
+    r"|время|[时時][间間刻]|[^,;]+[\[(]\s*m?s(?:ec)?\s*[\])]\s*$",
+    re.IGNORECASE,
+)
+_LAST_UNIT = re.compile(
+    r"[\[(/,_\s](?P<unit>m?s(?:ec)?|(?:milli)?seconds?|min(?:utes?)?|h(?:ours?)?|мс|с|сек|мин|秒|ミリ秒|毫秒|分)[\s)\]]*$",
+    re.IGNORECASE,
+)
+_SECONDS = {
+    **dict.fromkeys(("s", "sec", "second", "seconds", "с", "сек", "秒"), 1.0),
+    **dict.fromkeys(("ms", "msec", "millisecond", "milliseconds", "мс", "ミリ秒", "毫秒"), 1e-3),
+}
+"""Seconds of each unit of time that a column may have."""
 _DIRECTION = re.compile(r"(?:[nsewuzv]|n-?s|e-?w|u-?d|up|h[12]|hor\w*|ver\w*)\s*(?:\(\S*\)|\[\S*\])?", re.IGNORECASE)
+_INDEX = re.compile(r"(?:index|sample|point|row|n(?:o|r)?|i|#)?\.?", re.IGNORECASE)
+"""Names of a column that counts the samples, which stands before their times."""
 _SPECTRUM = re.compile(r"(?:natural |eigen)?(?:p[ée]r[ií]od|fr[ée]q|frecuencia|schwingungsdauer)", re.IGNORECASE)
 _ORDINATE = re.compile(r"p?s[adev]\b|(?:pseudo\W?)?spectral|(?:rotd|gmrot)\w*\d", re.IGNORECASE)
 _COMMAS = re.compile(r"(?:^|\s)[-+]?\d+(?:,\d+)?\s+[-+]?\d+(?:,\d+)?(?:e[-+]?\d+)?(?:\s|$)", re.IGNORECASE)
@@ -134,8 +151,10 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     values = np.frombuffer(table, dtype=np.float64).reshape(n, columns)
     if not np.isfinite(values).all():
         raise RecordError(f"{file}: row {int(np.flatnonzero(~np.isfinite(values).all(axis=1))[0]) + 1} is not finite")
+    if _indexed(names):
+        names, values, columns = names[1:], values[:, 1:], columns - 1
     note = ""
-    if columns == 1:
+    if columns <= 2 and not names:
         values, header, note = _samples(file, values, header)
         n = len(values)
     words = header[:-1] if names and header else header
@@ -144,14 +163,14 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     refuse_gaps(file, values)
     for number, text in header:
         declared = _COUNT.search(text)
-        if declared is not None and int(declared[1]) != n:
-            raise RecordError(
-                f"{file}: line {number} declares {declared[1]} samples, it holds {n}: truncated or damaged"
-            )
+        if declared is not None and int(declared[declared.lastindex or 1]) != n:
+            many = declared[declared.lastindex or 1]
+            raise RecordError(f"{file}: line {number} declares {many} samples, it holds {n}: truncated or damaged")
     timed = columns > 1 and not (names and _DIRECTION.fullmatch(names[0]))
     number = header[-1][0] if header else 0
-    time = values[:, 0] * _seconds(file, in_name(names[0], number) if names and timed else [])
+    time = values[:, 0] * (_seconds(file, names[0], number) if names and timed else 1.0)
     step = _step(lines, time, header, dt, timed)
+    doubt_duration(file, words, n * step)
     given = None if unit is None else given_factor(unit)
     doubt_factors(file, words)
     found: list[Component] = []
@@ -203,8 +222,14 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
 
 
 def _samples(file: Path, values: Array, header: list[tuple[int, str]]) -> tuple[Array, list[tuple[int, str]], str]:
-    """Return the samples of one column without their number and time step above, the header with the step, a note."""
+    """Return the samples without their number and time step above, the header with the step, a note."""
     n, line = len(values), header[-1][0] + 1 if header else 1
+    if values.shape[1] == 2:
+        for count, step in (values[0], values[0, ::-1]):
+            if count == n - 1 > FEW and 0.0 < step < LONGEST_STEP:
+                note = "its first line, the number of samples and the time step, is no sample"
+                return values[1:], [*header, (line, f"dt = {float(step)!r}")], note
+        return values, header, ""
     for count, step in ((0, 1), (1, 0)):
         if values[count, 0] == n - 2 > FEW and 0.0 < values[step, 0] < LONGEST_STEP:
             note = "its first two numbers, of samples and the time step, are no samples"
@@ -251,15 +276,16 @@ def _refuse_repeated(file: Path, found: Sequence[Component]) -> None:
             )
 
 
-def _seconds(file: Path, units: Sequence[Unit]) -> float:
+def _seconds(file: Path, name: str, line: int) -> float:
     """Return seconds per unit of a column of times, as its name has it."""
-    factors = {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e-3, "msec": 1e-3}
+    last = _LAST_UNIT.search(name)
+    units = in_name(name, line) or ([unit_of(last["unit"], line)] if last else [])
     for unit in units:
-        if unit.text.strip(" ,;.").lower() not in ("", *factors):
+        if unit.text.strip(" ,;.").lower() not in ("", *_SECONDS):
             raise RecordError(
                 f"{file}: line {unit.line} has times in the unknown unit {unit.text.strip()[:40]!r}, known are s and ms"
             )
-    return factors[units[0].text.strip(" ,;.").lower() or "s"] if units else 1.0
+    return _SECONDS[units[0].text.strip(" ,;.").lower() or "s"] if units else 1.0
 
 
 def _other(text: str) -> bool:
@@ -329,14 +355,23 @@ def _names(header: list[str], columns: int) -> list[str]:
     if sequence is not None:
         return _names([sequence.replace(";", " ")], columns)
     separator = next((s for s in (";", ",", "\t") if s in header[-1]), None)
-    found = [name.strip().strip('"') for name in header[-1].lstrip("# ").split(separator)]
+    heading = header[-1].lstrip("# ")
+    words = next(csv.reader([heading], delimiter=separator, skipinitialspace=True)) if separator else heading.split()
+    found = [name.strip().strip('"') for name in words]
     if not found[-1] and len(found) == columns + 1:  # (a comma ends the line)
         found.pop()
     if len(header) > 1 and len(found) == columns and all(unit_of(name).quantity for name in found):
         above = _names(header[:-1], columns)
         return [f"{name} ({unit.strip('[]() ')})" for name, unit in zip(above, found, strict=True)] if above else []
-    known = _TIME.match(found[0]) or _SPECTRUM.match(found[0]) or all(map(_DIRECTION.fullmatch, found))
+    known = (
+        _indexed(found) or _TIME.match(found[0]) or _SPECTRUM.match(found[0]) or all(map(_DIRECTION.fullmatch, found))
+    )
     return found if len(found) == columns and known else []
+
+
+def _indexed(names: Sequence[str]) -> bool:
+    """Return True if the first column counts the samples, as its name and that of the times beside it show."""
+    return len(names) > 2 and bool(_INDEX.fullmatch(names[0]) and _TIME.match(names[1]))
 
 
 def _step(lines: Lines, time: Array, header: list[tuple[int, str]], dt: float | None, timed: bool) -> float:

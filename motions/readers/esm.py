@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from .components import Component, refuse_other_peak
+from .components import Component, doubt_duration, refuse_other_peak
 from .directions import BOREHOLE
 from .lines import Lines, RecordError, known
 from .units import GAL, unit_factor
@@ -63,6 +63,9 @@ def esm_components(lines: Lines) -> list[Component]:
             f"{lines.file}: declares {declared} samples (NDATA) but holds {values.size}: truncated or damaged"
         )
 
+    if "DURATION_S" in header:
+        stated = where["DURATION_S"], f"DURATION_S: {header['DURATION_S']}"
+        doubt_duration(lines.file, [stated], declared * dt)
     acceleration = values * factor
     refuse_other_peak(lines.file, acceleration, header.get("PGA_CM/S^2"), GAL)
 

@@ -83,13 +83,18 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
         raise RecordError(f"{file}: states its unit ({agreed_on.text}), so unit must not be {unit!r:.60}")
     velocity: list[str] = []
     found: list[Component] = []
+    scales = {float(trace.stats.calib) for trace in traces} - {0.0, 1.0}
+    if scales:
+        what = f"{file}: its header has the scale factor {min(scales):g}, which is not applied"
+        warn([Doubt("table", f"{what}: multiply the samples by it unless they have it already")])
     for trace in traces:
         if pieces[trace.id] > 1 or np.ma.isMaskedArray(trace.data):
             raise RecordError(f"{file}: channel {trace.id} is in pieces (a gap), merge or cut it with obspy first")
-        # SAC: 6 displacement, 7 velocity, 8 acceleration
+        # SAC: 6 displacement, 7 velocity, 8 acceleration, 50 volts
         sac = getattr(trace.stats, "sac", {})
         for wrong, what in (
             (sac.get("idep") in {6, 7}, "velocity or displacement, not acceleration"),
+            (sac.get("idep") == 50, "of volts, not acceleration"),
             (not sac.get("leven", True), "not evenly sampled (leven): resample it first"),
             (_NO_MOTION.fullmatch(trace.stats.channel), "of no motion, by its code: leave it out"),
         ):

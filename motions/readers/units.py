@@ -47,13 +47,15 @@ _MULTIPLE = re.compile(rf"^\s*{_BEFORE}|{_AFTER}\s*$", re.IGNORECASE)
 _TIMES = re.compile(
     r"(?i)[%‰]|\bper ?cent|(?<![*s])[*×]\s*\d|\d\s*[*×](?!\*)|(?<![a-z])x ?(?:10|0?\.\d|\de)|\b10+ ?x\b|\b10 ?\^|\b1/\d"
 )
+# A unit as one word, or "m s-2", "cm/s ^2".
+_WORD = rf"{_BEFORE}?(?:[cm]?m\s?[/·.\s]\s?s(?:ec)?(?:\s?(?:\^\s?-?2|²|⁻²|-2)|2)|[^\s,;]+){_AFTER}?"
 # "UNITS OF G", "units: cm/s2", "The units are (g)", "UNIT = gal(cm/s/s)", "acceleration units in m/s²"
 _TOLD = re.compile(
     r"(?i)(?:units?|unidad(?:es)?|unità|unités?|einheit(?:en)?|единиц\w+)(?P<link>\s*(?:of\s+accelerations?\s*(?:is|are|in|[:=])?|of|is|are|[:=])|\s)\s*"
-    rf"(?P<unit>{_BEFORE}?[^\s,;]+{_AFTER}?)"
+    rf"(?P<unit>{_WORD})"
 )
 # ("0.2 in g" is of another number)
-_IN = re.compile(rf"(?<!\d)(?<!\d\s)\bin\s+(?P<unit>{_BEFORE}?[^\s,;]+{_AFTER}?)", re.IGNORECASE)
+_IN = re.compile(rf"(?<!\d)(?<!\d\s)\bin\s+(?!units?\b)(?P<unit>{_WORD})", re.IGNORECASE)
 _BRACKETS = re.compile(rf"[\[(](?P<unit>[^\])]*(?=[\])]){_AFTER}?)", re.IGNORECASE)
 # "ACCELERATION TIME SERIES, GAL", "Acceleration g"
 _LAST = re.compile(r"(?:,\s*|\b(?:acc[a-z]*|series|history)\s+)(?P<unit>[a-zмс%][^\s,;]*)[^\w%]*$", re.IGNORECASE)
@@ -61,7 +63,7 @@ _NONE_OF_OURS = re.compile(r"/s|^(?:counts?|(?:milli)?volts?|m(?:illi-?)?g|%g|di
 # A unit in the open, "Acceleration m/s^2", which no other word can be.
 _OPEN = re.compile(
     rf"(?i)(?<![a-z\d.,/%(\[=])(?<![=\d]\s)(?P<unit>{_BEFORE}?(?:(?:[cm]?m|in|ft)\s?/\s?s(?:ec)?(?:\s?/\s?s(?:ec)?|(?:\^|\*\*)?[2²])?"
-    r"|gals?|[cm]?m[ .·]?s(?:\^?-2|⁻²)))(?![\w/²^*)\]-])"
+    r"|gals?|[cm]?m[ .·]?s(?:\^?-2|⁻²)))(?![\w/²^*)\]-]|\s[²^⁻])"
 )
 # Values of another thing than the samples: "Vs30 (m/s)", "elevation (m)", "offset (cm): 12".
 _OF_ANOTHER = re.compile(
@@ -107,7 +109,10 @@ _OTHERS_NAMED = {
     "relative to its support: blocks need the total acceleration": RELATIVE,
 }
 _APPLIED = re.compile(r"(?:(?:scal|amplifi|multipli)ed\b[^,;]*|orig peer filename.*)$", re.IGNORECASE)
-_SUFFIX = re.compile(r"[a-z]_(?P<unit>[cm]?m_?s-?2|gals?|[a-z]{0,9}g|ms)(?![a-z0-9])", re.IGNORECASE)
+# ("a_g (m/s2)" is of the ground)
+_SUFFIX = re.compile(
+    r"[a-z]_(?!(?<!acc_)g\s*[\[(])(?P<unit>[cm]?m_?s-?2|gals?|[a-z]{0,9}g|ms)(?![a-z0-9])", re.IGNORECASE
+)
 _NO_UNITS = {"the", "this", "these", "that", "each", "all", "a", "an", "time", "raw", "measure", "measurement"}
 
 
@@ -136,7 +141,7 @@ def unit_of(word: str, line: int = 0) -> Unit:
     text = text.strip("()") if text.startswith("(") or text.count("(") != text.count(")") else text
     text = re.sub(r"\^|\*\*|[\s_·]|\.(?=[a-z])", "", re.sub(r"sec(?:onds?)?\b|sec(?=[\d^*²])", "s", text))
     text = re.sub(r"^([cm]?m)/?\(?(?:s-?2|s\*s)\)?$|^([cm]?m)/s/s$", r"\1\2/s2", text)
-    text = {"gals": "gal", "gs": "g"}.get(text, text)
+    text = {"gals": "gal", "gs": "g", "g's": "g"}.get(text, text)
     if len(word) <= 40 and text in _ACCELERATION:
         return Unit(word, "acceleration", _ACCELERATION[text], line)
     bare = _MULTIPLE.sub("", word)
@@ -171,7 +176,7 @@ def in_name(name: str, line: int) -> list[Unit]:
     last = _LAST.search(name)
     words += [last["unit"]] if last is not None and not words and unit_of(last["unit"]).quantity else []
     times = [name] if _TIMES.search(name) else []  # ("acc_g_x100", "1000*acc (g)")
-    letters = (word for word in words + times if re.search(r"[a-z]", word, re.IGNORECASE))
+    letters = (word for word in words + times if re.search(r"[a-zмс]", word, re.IGNORECASE))
     return [*(unit_of(word, line) for word in letters), *_told(name, line)]
 
 
@@ -220,7 +225,7 @@ def _told(text: str, line: int) -> list[Unit]:
         if unit is not None:
             unit = unit._replace(once=_of_match(match, line).once)
             found += [unit] if unit.quantity != "time" else []
-        elif link and (link != "of" or quantities(text)) and re.match(r"[(\[]?[a-z]", word, re.IGNORECASE):
+        elif link and (link != "of" or quantities(text)) and re.match(r"[(\[]?[^\W\d_]", word):
             found += [unit_of(word, line)] if word.lower().strip("():") not in _NO_UNITS else []
     return found
 

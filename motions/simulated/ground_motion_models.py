@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 
 from ...core import checks
+from ...core.doubts import Doubt, warn
 from ...core.elementary import Array, exp, log
 from ...core.streams import stream
 from ...core.units import ACCELERATION, SECOND, STANDARD_GRAVITY, VELOCITY, described, provenance
@@ -27,6 +28,8 @@ MODELS: dict[str, str] = {"BSSA14": "BooreStewartSeyhanAtkinson2014", "CY14": "C
 """Models by name, with the class of pyGMM that computes each."""
 PERIODS = (0.1, 0.2, 0.3, 0.5, 1.0, 2.0, 3.0, 4.0)
 """Periods of Sa, s."""
+NEAREST = 400.0
+"""Rupture distance, m, below which the number is likely of km."""
 _MECHANISMS = {"strike-slip": "SS", "reverse": "RS"}
 _one_at_a_time = threading.Lock()
 
@@ -89,6 +92,8 @@ def expected_motions(scenario: Scenario, model: str = "BSSA14", periods: Sequenc
     mechanism = _MECHANISMS[checks.choice("faulting", scenario.faulting, list(_MECHANISMS))]
     depth = checks.number("depth", scenario.depth, at_least=0.0, at_most=3e4, unit="m")
     distance = checks.number("distance", scenario.distance, at_least=max(depth, 0.0), at_most=4e5, unit="m")
+    if distance < NEAREST:
+        warn([Doubt("units", f"a rupture at a distance of {distance:g} m: km in place of m?")])
     at = [checks.number("period", one, at_least=0.01, at_most=10.0, unit="s") for one in periods]
     aside = 1e-3 * math.sqrt(distance * distance - depth * depth)
     pygmm = importlib.import_module("pygmm")

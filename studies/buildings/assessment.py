@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ...core import checks
 from ...core.aliases import Array, Flags
 from ...core.doubts import warn
+from ...core.parameters import BETA_M
 from ...core.units import DIMENSIONLESS, METRE, provenance
 from ...fragility import HazardCurve
 from ...fragility.analyses.sliding import SLIDES_ON
@@ -278,7 +279,7 @@ def assess(
     floors = shaking.used(inventory)
     scaled = shaking.scaled(asked.levels, im)
     checks.callback("progress", progress)
-    beta = checks.number("modelling_dispersion", asked.modelling_dispersion, at_least=0.0, at_most=5.0)
+    beta = BETA_M.number("modelling_dispersion", asked.modelling_dispersion)
     refuse_modelling(beta, inventory, shaking, hazard is not None)
     run, mixture = scaled, None
     if beta > 0.0 and hazard is None:

@@ -55,7 +55,7 @@ def notes(assessment: xr.Dataset) -> list[Fact]:
     found = _anchored(assessment)
     amounts = _amounts(assessment)
     below = [(one, _share(one, "below")) for one in amounts]
-    above = [(one, _share(one, "above")) for one in amounts if not one.settled]
+    above = [(one, _share(one, "above")) for one in amounts if one.more > 0.0]
     found += _from("rate.share_below_levels", below, NOTABLE_BELOW)
     found += _from("rate.share_above_levels", above, NOTABLE)
     if not bool(fall_flags(assessment).any()):
@@ -205,13 +205,29 @@ def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[Fact]:
     return found
 
 
+def changes_beyond_levels(assessment: xr.Dataset) -> dict[str, dict[str, float]]:
+    """Return by how much of itself each annual amount may change for weaker and stronger shaking than was run.
+
+    Below the first level all of its share is a guess; above the last one everything else may fall, which is infinite
+    where nothing fell.
+    """
+    amounts = _amounts(assessment)
+    above = {
+        one.text: _share(one, "above") * one.more if one.annual.any() or not one.more else np.inf for one in amounts
+    }
+    return {"below": {one.text: _share(one, "below") for one in amounts}, "above": above}
+
+
 class _Amount(NamedTuple):
-    """An annual amount of the whole building; `settled`: nearly everything has fallen at the last level."""
+    """An annual amount of the whole building.
+
+    `more`: what has not fallen at the last level over what has, 0 where that is nearly everything.
+    """
 
     name: str
     text: str
     annual: xr.DataArray
-    settled: bool
+    more: float
     assessment: xr.Dataset
 
 
@@ -223,8 +239,9 @@ def _amounts(assessment: xr.Dataset) -> list[_Amount]:
     for name, text in AMOUNTS.items():
         if f"annual_{name}" in assessment:
             each = free * _of_a_piece(assessment, name)
-            settled = bool(((fallen * each).sum("item") >= SETTLED * float(each.sum())).all())
-            found.append(_Amount(name, text, assessment[f"annual_{name}"].sel(place=BUILDING), settled, assessment))
+            down, whole = float((fallen * each).sum("item").min()), float(each.sum())
+            more = 0.0 if down >= SETTLED * whole else min(whole / max(down, 1e-300) - 1.0, 1e300)
+            found.append(_Amount(name, text, assessment[f"annual_{name}"].sel(place=BUILDING), more, assessment))
     return found
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.elementary import Array, Flags, Index, times
-from ...core.parameters import CHANCE
+from ...core.parameters import CONFIDENCE
 from ...core.units import DIMENSIONLESS
 from ...core.wording import given_percent
 from ...fragility.curves.means import mean_interval, quantiles, share_error
@@ -73,7 +73,7 @@ class Precision:
             raise ValueError(f"quantiles must lie between 0 and 1 and increase, got {found.tolist()!r:.60}")
         return cls(
             found,
-            CHANCE.number("confidence", confidence),
+            CONFIDENCE.number("confidence", confidence),
             checks.count("replicates", replicates, at_least=50),
             checks.count("seed", seed),
         )

@@ -15,13 +15,13 @@ from ...fragility.adaptive.stopping import REACHED
 from ...fragility.fitting.states import DIRECTIONS, OK, OVERTURNED, SEPARATED, state_name, state_named
 from ...fragility.numerics.proportions import runs_for_half_width, wilson_half_width
 from ...fragility.runs.provenance import BED, number_of_motions
-from ...fragility.validity.limits import HOPELESS, NO_BETTER_THAN, interval_ratios, mostly, sliding_shares
+from ...fragility.validity.limits import HOPELESS, MOST, NO_BETTER_THAN, interval_ratios, mostly, sliding_shares
 from ...fragility.validity.notes import greatest_need
 from ...fragility.validity.reasons import ELASTIC_MODE, SCALED_FAR
 from ...fragility.validity.slab_screen import HALF_WIDTH, SQUAT_RATIO
 from ...models.friction import LOCKED, ROLLING
 from ...motions.intensity.variability import NATURAL_SHAPE, NATURAL_VELOCITY, SPECTRA, Variability
-from ..buildings.notes import AMOUNTS
+from ..buildings.notes import AMOUNTS, changes_beyond_levels
 from ..buildings.sliding import MOVES, shares_with_moving_supports
 from ..plan.slides import INSTEAD
 from ..region.rows import is_pooled
@@ -118,6 +118,7 @@ def _numbers(results: xr.Dataset) -> Iterator[Fact]:
                 for side in SIDES
             }
         )
+        yield _levels_of_amounts(results)
 
 
 def _missing(what: str) -> Fact:
@@ -399,6 +400,21 @@ def _run_levels(results: xr.Dataset) -> Fact:
     advice = other_levels(json.loads(str(results.attrs["study"])), side == "above", levels_run(results))
     word, more = INVALID if mostly(rests) else CARE, {"side": side, "advice": advice}
     return Fact("rate.extrapolated", share, low, high, names=where, word=word, remedy="remedy_levels", more=more)
+
+
+def _levels_of_amounts(results: xr.Dataset) -> Fact:
+    """Check by how much annual amounts of an inventory may change for shaking that was not run."""
+    if "annual_number_above" not in results:
+        return _missing("rate.amounts_beyond_levels")
+    changes = changes_beyond_levels(results)
+    side = max(changes, key=lambda end: max(changes[end].values()))
+    found = changes[side]
+    most = max(found.values())
+    names = tuple(f"annual {text}" for text, change in found.items() if change == most > NOTABLE)
+    word = GOOD if most <= NOTABLE else INVALID if MOST < min(found.values()) < np.inf else CARE
+    study = json.loads(str(results.attrs.get("study", "{}")))
+    more = {"side": side, "advice": other_levels(study, side == "above", levels_run(results))}
+    return Fact("rate.amounts_beyond_levels", most, names=names, word=word, remedy="remedy_levels", more=more)
 
 
 def _little_extrapolated(results: xr.Dataset) -> Fact:

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJson
 from pydantic_core.core_schema import CoreSchema, no_info_after_validator_function
 
 from ...core.doubts import Doubt
-from ...core.parameters import CHANCE, Parameter
+from ...core.parameters import BETA_M, CONFIDENCE, Parameter
 from ...core.units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND, STIFFNESS, UNITS
 from ..text.error import StudyError
 
@@ -282,9 +282,9 @@ Trip = Annotated[
 ]
 Replicates = Annotated[int, Field(ge=100, le=100_000, description="Resamples of the motions.")]
 Seed = Annotated[int, Field(ge=0, description="Seed of what is drawn.")]
-Confidence = Annotated[float, CHANCE, Field(description="Of all intervals.")]
+Confidence = Annotated[float, CONFIDENCE, Field(description="Of all intervals.")]
 Modelling = Annotated[
-    float, Field(ge=0.0, le=5.0, description="β_m: how well the model's capacities are known; 0: not counted.")
+    float, BETA_M, Field(description="β_m: how well the model's capacities are known; 0: not counted.")
 ]
 ModelledIn = Annotated[
     Literal["mean", "fractiles"],

@@ -21,12 +21,14 @@ def other_levels(study: Mapping[str, Any], higher: bool, run: tuple[float, float
 
     `run` is the lowest and the highest level that was run (SI): selected stripes beyond them were left out.
     """
-    if "ida" in study:
-        if isinstance(study["ida"]["levels"], str):  # (adaptive levels look as far as they must)
+    name = next((name for name in ("ida", "performance") if "levels" in study.get(name, {})), "")
+    if name:
+        levels = study[name]["levels"]
+        if isinstance(levels, str):  # (adaptive levels look as far as they must)
             return "allow more motions (until.motions.most)"
-        if study["ida"]["levels"].get("values") is not None:
-            return f"add {'higher' if higher else 'lower'} levels to ida.levels.values"
-        return "raise ida.levels.to" if higher else "lower ida.levels.from"
+        if levels.get("values") is not None:
+            return f"add {'higher' if higher else 'lower'} levels to {name}.levels.values"
+        return f"raise {name}.levels.to" if higher else f"lower {name}.levels.from"
     if "stripes" in study:
         stripes = study["stripes"]
         if "select" in stripes:

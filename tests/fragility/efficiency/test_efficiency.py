@@ -550,7 +550,7 @@ class TestRefusals:
             rank_measures(runs, sets[0])
         with pytest.raises(TypeError, match="labelled arrays"):
             rank_measures(runs, 3.0)
-        with pytest.raises(ValueError, match="confidence must be finite and > 0 and < 1"):
+        with pytest.raises(ValueError, match=r"confidence must be finite and >= 0.5 and < 1"):
             rank_measures(runs, sets, confidence=1.0)
         with pytest.raises(ValueError, match="must lie on block, model, motion and level"):
             rank_measures(runs.isel(block=0), sets)

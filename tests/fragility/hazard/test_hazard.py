@@ -1054,3 +1054,5 @@ def test_return_periods_as_rates_are_doubted():
         tp.fragility.probability_in(475.0, 50.0)
     np.testing.assert_allclose(tp.fragility.probability_in(np.array([1 / 475, 20.0])), [0.0999, 1.0], atol=1e-4)
     assert tp.fragility.probability_in(1, 50) == tp.fragility.probability_in(1.0, 50.0)
+    with pytest.warns(ImplausibleInput, match="rate of 50.* per year is beyond any of damage: is 0.00210526 a rate"):
+        tp.fragility.rate_from_probability(0.1, 1 / 475)

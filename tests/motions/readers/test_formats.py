@@ -167,6 +167,11 @@ class TestEsm:
     def test_words_in_place_of_numbers(self, tmp_path, word):
         assert "vs30" not in mo.read(saved(tmp_path, files.esm(shaking(), vs30=word))).coords
 
+    def test_another_duration_is_doubted(self, tmp_path):
+        text = files.esm(shaking()).replace("USER1:", "DURATION_S: 40.0\nUSER1:")
+        with pytest.warns(ImplausibleInput, match=r"says 'DURATION_S: 40.0', its samples last 0.12 s"):
+            mo.read(saved(tmp_path, text))
+
     @pytest.mark.parametrize(("unit", "factor"), [("cm/s^2", 0.01), ("m/s^2", 1.0), ("g", G), ("mm/s^2", 0.001)])
     def test_units(self, tmp_path, unit, factor):
         motion = mo.read(saved(tmp_path, files.esm([1.0, 2.0], unit=unit)))
@@ -443,6 +448,16 @@ class TestObspy:
         sac.leven = False
         sac.write(str(path))
         refused(path, "is not evenly sampled .leven.", unit="m/s2")
+        sac.leven, sac.idep = True, "ivolts"
+        sac.write(str(path))
+        refused(path, "is of volts, not acceleration", unit="m/s2")
+
+    def test_a_scale_factor_in_the_header_is_doubted(self, tmp_path):
+        sac = pytest.importorskip("obspy.io.sac").SACTrace(data=np.arange(50, dtype="f4"), delta=0.01, scale=0.001)
+        path = tmp_path / "record.sac"
+        sac.write(str(path))
+        with pytest.warns(ImplausibleInput, match="has the scale factor 0.001, which is not applied"):
+            mo.read(path, unit="m/s2")
 
     def test_counts_in_the_header_beside_a_unit_are_doubted(self, tmp_path):
         path, _ = self.stream(tmp_path, "SLIST")

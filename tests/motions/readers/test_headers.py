@@ -16,6 +16,10 @@ COLUMN = "".join(f"{one}\n" for one in SAMPLES)
 ROWS = "".join(f"{0.01 * i:.2f},{one}\n" for i, one in enumerate(SAMPLES))
 
 
+def scaled_times(factor):
+    return "".join(f"{factor * 0.01 * i:.2f},{one}\n" for i, one in enumerate(SAMPLES))
+
+
 def at2(header):
     return f"{header}\n{' '.join(map(str, SAMPLES))}\n"
 
@@ -36,6 +40,33 @@ TITLE = "PEER RECORD\nSomewhere, 1/2/1999, Station, 090"
 def test_units_in_other_languages(tmp_path, unit, factor):
     motion = read(tmp_path, f"# {unit}\n# dt = 0.01\n{COLUMN}")
     np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * factor, rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("heading", "factor"),
+    [
+        ("# dt = 0.01\n# units: m s-2", 1.0),
+        ("# dt = 0.01\n# units: cm s^-2", 0.01),
+        ("# dt = 0.01\n# acceleration in m/s ²", 1.0),
+        ("# dt = 0.01\nacceleration in units of cm/s2", 0.01),
+        ("# dt = 0.01\nacceleration (g's)", G),
+        ("time (s),a_g (m/s2)", 1.0),
+        ("time (s),ground acceleration u_g [gal]", 0.01),
+        ("время (с),ускорение (см/с2)", 0.01),
+        (f"{TITLE}\nACCELERATION TIME HISTORY IN UNITS OF M S-2\n{NPTS}", 1.0),
+        (f"{TITLE}\nACCELERATION TIME HISTORY IN UNITS OF CM/S ^2\n{NPTS}", 0.01),
+    ],
+)
+def test_units_of_several_words_and_the_letter_of_the_ground(tmp_path, heading, factor):
+    timed = heading.startswith(("time", "время"))
+    motion = read(tmp_path, f"{heading}\n{ROWS if timed else COLUMN}")
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * factor, rtol=1e-15)
+
+
+@pytest.mark.parametrize("unit", ["µg", "μm/s2"])
+def test_units_that_begin_with_a_greek_letter_are_unknown(tmp_path, unit):
+    with pytest.raises(RecordError, match="unknown unit"):
+        read(tmp_path, f"# units: {unit}\n{COLUMN}", dt=0.01, unit="g")
 
 
 def test_columns_above_the_ground_are_doubted(tmp_path):
@@ -220,7 +251,7 @@ def test_steps_in_words_are_not_contradicted(tmp_path, heading):
 @pytest.mark.parametrize(
     "heading",
     [
-        *("# sampled, low-pass filter 25 Hz", "# bandpass 0.1-25 Hz", "# Samples: 2000", "# 11 0.005", "# fs"),
+        *("# sampled, low-pass filter 25 Hz", "# bandpass 0.1-25 Hz", "# Samples: 12", "# 11 0.005", "# fs"),
         *(
             "# originally sampled at 200 Hz",
             "# sampled at 200 Hz, resampled",
@@ -654,6 +685,24 @@ def test_times_in_milliseconds(tmp_path):
 
 
 @pytest.mark.parametrize(
+    "heading",
+    [
+        *("Zeit ms", "elapsed time in ms", "Time/ms", '"Time, ms"', "Sample time milliseconds"),
+        *("时间(毫秒)", "Время (мс)", "time_ms"),
+    ],
+)
+def test_milliseconds_without_brackets_and_of_other_languages(tmp_path, heading):
+    motion = read(tmp_path, f'{heading},"acceleration (g)"\n{scaled_times(50.0)}')
+    assert float(motion["dt"][0]) == pytest.approx(0.0005, rel=1e-12)
+
+
+@pytest.mark.parametrize("heading", ["Elapsed time (min)", "Laufzeit [min]", "時刻(分)", "time / h"])
+def test_times_in_another_unit_are_refused(tmp_path, heading):
+    with pytest.raises(RecordError, match="times in the unknown unit"):
+        read(tmp_path, f"{heading},acceleration (g)\n{scaled_times(50.0)}")
+
+
+@pytest.mark.parametrize(
     ("above", "options"),
     [
         ("12", {"dt": 0.005}),
@@ -681,6 +730,55 @@ def test_the_numbers_above_are_no_samples(tmp_path, above, options):
 def test_numbers_above_that_are_no_samples_and_no_step(tmp_path, above, message):
     with pytest.raises(RecordError, match=message):
         read(tmp_path, f"{above}\n{COLUMN}", unit="g", **({} if "dt" in above else {"dt": 0.01}))
+
+
+@pytest.mark.parametrize("above", ["12 0.01", "0.01 12"])
+def test_the_numbers_above_two_columns_are_no_samples(tmp_path, above):
+    rows = ROWS.replace(",", " ")
+    motion = read(tmp_path, f"{above}\n{rows}", unit="g")
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * G, rtol=1e-15)
+    assert "no sample" in motion.attrs["processing"]
+    with pytest.raises(RecordError, match=r"its header says dt = 0.02 s, its time column 0.01 s"):
+        read(tmp_path, f"{above.replace('0.01', '0.02')}\n{rows}", unit="g")
+
+
+@pytest.mark.parametrize("name", ["", "index", "No.", "#", "sample"])
+def test_a_column_that_counts_before_the_times(tmp_path, name):
+    rows = "".join(f"{i},{row}\n" for i, row in enumerate(ROWS.splitlines()))
+    motion = read(tmp_path, f"{name},time (s),acceleration (g)\n{rows}")
+    np.testing.assert_allclose(motion.values, [np.array(SAMPLES) * G], rtol=1e-15)
+    assert float(motion["dt"][0]) == pytest.approx(0.01, rel=1e-12)
+
+
+DURATIONS = [
+    *("# Duration: 40 s", "# total duration = 40 sec.", "# record length (s): 40", "# Dauer: 40 s", "Duración = 40 s"),
+    "# duration 40s, bedrock",
+]
+
+
+@pytest.mark.parametrize("line", DURATIONS)
+def test_another_duration_is_doubted(tmp_path, line):
+    with pytest.warns(ImplausibleInput, match=r"40.*its samples last 0.12 s: another time step, or cut"):
+        read(tmp_path, f"{line}\n# acceleration (g)\n{COLUMN}", dt=0.01)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        *("# Duration: 0.12 s", "# strong motion duration 40 s", "# D5-95 duration: 40 s", "# fault length: 40 km"),
+        *("# original duration 40 s", "# duration: 40 % of the event", "# tape length 40 m", "# duration 40-60 s"),
+    ],
+)
+def test_durations_of_something_else(tmp_path, line):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read(tmp_path, f"{line}\n# acceleration (g)\n{COLUMN}", dt=0.01)
+
+
+@pytest.mark.parametrize("line", ["# 400 points", "# samples: 400", "# data points = 400, corrected", "# 400 samples"])
+def test_other_numbers_of_samples(tmp_path, line):
+    with pytest.raises(RecordError, match="line 1 declares 400 samples, it holds 12: truncated or damaged"):
+        read(tmp_path, f"{line}\n# acceleration (g)\n{COLUMN}", dt=0.01)
 
 
 def test_a_pulse_before_zeros_is_one(tmp_path):

@@ -11,6 +11,7 @@ from study_texts import CABINET
 
 import toppling as tp
 from toppling import motions as mo
+from toppling.core.doubts import ImplausibleInput
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.studies import StudyError
 
@@ -95,6 +96,10 @@ class TestModels:
     def test_refused(self, scenario, model, message):
         with pytest.raises(ValueError, match=message):
             mo.expected_motions(scenario, model)
+
+    def test_a_distance_in_km_is_doubted(self):
+        with pytest.warns(ImplausibleInput, match="a rupture at a distance of 20 m: km in place of m"):
+            mo.expected_motions(mo.Scenario(6.5, 20.0, 760.0))
 
 
 class TestOver:

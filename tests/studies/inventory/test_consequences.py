@@ -12,7 +12,7 @@ import xarray as xr
 from check_facts import check as check_of
 
 import toppling as tp
-from toppling.core.facts import CARE
+from toppling.core.facts import CARE, GOOD, INVALID
 from toppling.fragility.numerics import slabs
 from toppling.fragility.uncertainty.joint import Variability
 from toppling.studies.buildings import assessment as module
@@ -21,6 +21,7 @@ from toppling.studies.buildings.assessment import Assessment, assess
 from toppling.studies.buildings.notes import hazard_notes, hazard_shares, notes
 from toppling.studies.buildings.pieces import SAFETY, pieces_of
 from toppling.studies.facts.building import details
+from toppling.studies.facts.say import say
 from toppling.studies.inventory.consequences import Consequence, Injury, PieceScores
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.tables.assessment import annual as annual_table, at_level
@@ -322,6 +323,27 @@ class TestEndsOfTheHazardCurve:
         words = {text for _, text in note.more["shares"]}
         assert "downtime" in words
         assert "injuries" not in words
+
+    @pytest.mark.parametrize(
+        ("first", "motions", "word"), [(2, 1, INVALID), (2, 16, CARE), (1, 20, GOOD), (3, 1, CARE)]
+    )
+    def test_amounts_from_shaking_that_was_not_run_are_checked(self, monkeypatch, first, motions, word):
+        """From some level on, so many of 20 motions overturn everything; a hazard beyond the levels is not left out."""
+        flags = np.zeros((3, 3, 20))
+        flags[:, first:, :motions] = 1.0
+        found = shaken(monkeypatch, flags)
+        found = found.assign(hazard_shares(found, self.curve(0.1, 4.0)))
+        study = json.dumps({"performance": {"levels": {"from": 1.0, "to": 4.0}}})
+        check = check_of(found.assign_attrs(study=study), "range of levels")
+        above = {one: (found[f"annual_{one}_above"] / found[f"annual_{one}"])[0, 0].item() for one in QUANTITIES}
+        assert check.word == word
+        if first == 3:
+            assert check.value == np.inf
+            assert say(check, "checks").startswith("Nothing falls up to the last level")
+        elif word != GOOD:
+            assert check.value == pytest.approx(max(above.values()) * (20 / motions - 1.0), rel=1e-6)
+            assert "If everything falls there" in say(check, "checks")
+            assert check.more["advice"] == "raise performance.levels.to"
 
 
 class TestDecisions:
