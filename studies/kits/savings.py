@@ -200,7 +200,9 @@ def _share(saved: Array, before: Array, precision: Precision) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         share = saved.mean(axis=-1) / before.mean(axis=-1)
         resampled = resampled_means(saved, *draws) / resampled_means(before, *draws)
-    known = np.isfinite(resampled).all(axis=-1)
+        agree = resampled.min(axis=-1) == resampled.max(axis=-1)
+    # (shares that all motions agree on have no interval, apart from none and all)
+    known = np.isfinite(resampled).all(axis=-1) & (~agree | np.isin(share, (0.0, 1.0)))
     ends = np.full((2, *share.shape), np.nan)
     ends[:, known] = np.quantile(resampled[known], (0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence), axis=-1)
     return np.concatenate([share[None], ends])
