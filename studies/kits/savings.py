@@ -28,7 +28,17 @@ from ..buildings.assessment import assess, distinct_runs
 from ..buildings.savings import ItemChances
 from ..buildings.shaking import Shaking, support_of
 from ..buildings.slide_runs import Slipping
-from ..buildings.variables import PER_YEAR, RUPTURE, Precision, Year, level_index, per_year, variable, with_interval
+from ..buildings.variables import (
+    PER_YEAR,
+    RUPTURE,
+    Precision,
+    Year,
+    consistent,
+    level_index,
+    per_year,
+    variable,
+    with_interval,
+)
 from ..inventory.contents import Inventory
 from ..inventory.kits import Kit
 from ..plan.design_shaking import at_level, design_level
@@ -129,6 +139,7 @@ def kit_savings(
             found[name] = variable((*dims, "level"), at_levels[name][0], DIMENSIONLESS, text)
         else:
             found |= with_interval(name, (*dims, "level"), at_levels[name], DIMENSIONLESS, text, precision)
+    found = consistent(found)
     value = assessment["value"].values * assessment["count"].values
     if value.any():
         money = assessment["value"].attrs["units"]
