@@ -142,14 +142,18 @@ def _traces(file: Path) -> tuple[str, list[Any]]:
             continue
         read = function(name, "readFormat")
         try:
-            # (a constant signal of any length takes a few bytes)
-            samples = sum(trace.stats.npts for trace in read(str(file), headonly=True)) if name == "MSEED" else 0
-            if samples <= MOST_SAMPLES:
+            # (a constant signal of any length takes a few bytes, and a piece takes as long to read as 10,000 samples)
+            heads = list(read(str(file), headonly=True)) if name == "MSEED" else []
+            samples = sum(trace.stats.npts for trace in heads)
+            if samples <= MOST_SAMPLES and len(heads) <= MOST_CHANNELS:
                 return name, list(read(str(file)))
         except Exception as error:
             first = " ".join(str(error).split())[:100]
             raise RecordError(f"{file}: looks like {name}, but obspy cannot read it ({first})") from None
-        raise RecordError(f"{file}: holds {samples:,} samples, allowed are {MOST_SAMPLES:,}: cut it first")
+        held = f"{len(heads):,} channels or pieces, allowed are {MOST_CHANNELS:,}"
+        if samples > MOST_SAMPLES:
+            held = f"{samples:,} samples, allowed are {MOST_SAMPLES:,}"
+        raise RecordError(f"{file}: holds {held}: cut it first")
     if beginning(file).startswith(_GSE):
         raise RecordError(f"{file}: a GSE file, which obspy reads unsafely: turn it into miniSEED with obspy first")
     binary = "not text (holds NUL bytes), and " if b"\0" in beginning(file) else ""

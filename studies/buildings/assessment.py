@@ -67,6 +67,7 @@ from .variables import (
     Year,
     annual_variables,
     conditional_variables,
+    consistent,
     line_variables,
     range_at_levels,
     range_of_a_year,
@@ -375,7 +376,7 @@ def assess(
     }
     as_they_are = scaled.name == SCALE and scaled.levels.tolist() == [1.0]
     return xr.Dataset(
-        dict(sorted(variables.items())),
+        dict(sorted(consistent(variables).items())),
         coords={
             **law_coordinates(laws),
             **_item_coordinates(inventory, laws, bool(shaking.axes)),

@@ -302,8 +302,6 @@ def annual_variables(
         happens = precision.of_means(of_points.total(results.happens[event.name]))
         text = f"annual rate at which {event.text}"
         found |= with_interval(f"{event.name}_rate", ("model", *event.dims), happens, PER_YEAR, text, precision)
-    upper = found["item_rate_upper"]
-    found["item_rate_upper"] = upper.copy(data=_within(upper.values, found[f"{ANY}_rate_upper"].values[:, :1]))
     return found
 
 
@@ -447,7 +445,10 @@ def per_year(units: str) -> str:
 def with_interval(
     name: str, dims: tuple[str, ...], found: Any, units: str, long_name: str, precision: Precision
 ) -> Variables:
-    """Make a variable and the ends of its interval; no place has a higher end than the first, the building."""
+    """Make a variable and the ends of its interval; no place has a higher end than the first, the building.
+
+    No farther slip and no larger amount has a higher end than a shorter or smaller one, which it implies.
+    """
     value, lower, upper = found
     if "place" in dims:
         ends = np.moveaxis(np.stack([lower, upper]), 1 + dims.index("place"), 0)
@@ -455,12 +456,50 @@ def with_interval(
         ends[0, 0] = np.where(most > ends[0, 0], most, ends[0, 0])
         ends[:, 1] = _within(ends[:, 1], ends[0, 1])
         lower, upper = np.moveaxis(ends, 0, 1 + dims.index("place"))
+    for axis, dim in enumerate(dims):
+        if dim.endswith(("slip", "threshold")):
+            least = np.flip(np.fmax.accumulate(np.flip(lower, axis), axis), axis)
+            lower = np.where(np.isnan(lower), lower, least)
+            upper = np.where(np.isnan(upper), upper, np.fmin.accumulate(upper, axis))
     percent = given_percent(precision.confidence)
     return {
         name: variable(dims, value, units, long_name),
         f"{name}_lower": variable(dims, lower, units, f"lower end of the {percent} interval: {long_name}"),
         f"{name}_upper": variable(dims, upper, units, f"upper end of the {percent} interval: {long_name}"),
     }
+
+
+WHOLES = {
+    **{f"item_{event}_rate": "item_rate" for event in (FORWARD, SIDEWAYS, "off", "overturning", "gated")},
+    "item_rate": f"{ANY}_rate",
+    "consequence_rate": f"{ANY}_rate",
+    **{f"item_annual_{name}": f"annual_{name}" for name in ("number", "loss", "injuries")},
+    "kit_front_falls": "kit_falls",
+}
+"""Variables of events or amounts that another variable contains, the parts of parts first."""
+
+
+def consistent(found: Variables) -> Variables:
+    """Return variables of which no part has a higher end of its interval than its whole (`WHOLES`)."""
+    ends = dict(found)
+    pairs = [pair for pair in WHOLES.items() if found.keys() >= {*pair}]
+    for part, whole in pairs:
+        lower, least = ends[f"{part}_lower"], ends[f"{whole}_lower"].copy()
+        here = _building(least, lower)
+        most = lower.max([dim for dim in lower.dims if dim not in least.dims])
+        least[here] = xr.where(most > least[here], most, least[here])
+        ends[f"{whole}_lower"] = least
+    for part, whole in reversed(pairs):
+        upper, most = ends[f"{part}_upper"], ends[f"{whole}_upper"]
+        most = most[_building(most, upper)]
+        most = most.min([dim for dim in most.dims if dim not in upper.dims]).set_dims(upper.sizes)
+        ends[f"{part}_upper"] = upper.copy(data=_within(upper.values, most.values))
+    return ends
+
+
+def _building(whole: xr.Variable, part: xr.Variable) -> dict[str, int]:
+    """Return the index of the whole building, if a variable has places that another does not have."""
+    return {"place": 0} if "place" in whole.dims and "place" not in part.dims else {}
 
 
 def _within(upper: Array, whole: Array) -> Array:

@@ -26,7 +26,17 @@ from ..buildings.anchoring import interval_options, weights_of
 from ..buildings.assessment import Assessment, assess, distinct_runs
 from ..buildings.savings import ItemChances
 from ..buildings.shaking import Shaking, support_of
-from ..buildings.variables import PER_YEAR, RUPTURE, Precision, Year, level_index, per_year, variable, with_interval
+from ..buildings.variables import (
+    PER_YEAR,
+    RUPTURE,
+    Precision,
+    Year,
+    consistent,
+    level_index,
+    per_year,
+    variable,
+    with_interval,
+)
 from ..inventory.contents import Inventory
 from ..inventory.kits import Kit
 from ..plan.design_shaking import at_level, design_level
@@ -109,6 +119,7 @@ def kit_savings(
             found[name] = variable((*dims, "level"), at_levels[name][0], DIMENSIONLESS, text)
         else:
             found |= with_interval(name, (*dims, "level"), at_levels[name], DIMENSIONLESS, text, precision)
+    found = consistent(found)
     value = assessment["value"].values * assessment["count"].values
     if value.any():
         money = assessment["value"].attrs["units"]
@@ -180,7 +191,9 @@ def _share(saved: Array, before: Array, precision: Precision) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         share = saved.mean(axis=-1) / before.mean(axis=-1)
         resampled = resampled_means(saved, *draws) / resampled_means(before, *draws)
-    known = np.isfinite(resampled).all(axis=-1)
+        agree = resampled.min(axis=-1) == resampled.max(axis=-1)
+    # (shares that all motions agree on have no interval, apart from none and all)
+    known = np.isfinite(resampled).all(axis=-1) & (~agree | np.isin(share, (0.0, 1.0)))
     ends = np.full((2, *share.shape), np.nan)
     ends[:, known] = np.quantile(resampled[known], (0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence), axis=-1)
     return np.concatenate([share[None], ends])

@@ -87,8 +87,6 @@ def blocks(results: xr.Dataset, most: int) -> Table:
             extrapolated += shares
             marks = " ".join([*(["*"] if far > NOTABLE else []), *(["‡"] if shares else [])])
             chance = block_chance(curve, laws, float(results.attrs["years"]))
-            bare = chance.value > 0.0 and math.isnan(chance.lower) and math.isnan(chance.upper)
-            marks = f"(no interval) {marks}".strip() if bare else marks
             row[Column("chance", f"chance in {years}", "chance")] = Marked(chance, marks) if marks else chance
         if has_model_range(here, ranged):
             row[of_range] = _model_range(curve, laws, ranged, scale, float(results.attrs.get("years", 0.0)))

@@ -114,7 +114,7 @@ def kits(results: xr.Dataset, model: int = 0, number: int = MOST_ROWS) -> Table:
             ),
             **{Column(name, f"for the {name}"): "yes" if line[f"for_{name}"] == "yes" else None for name in sets},
         })  # fmt: skip
-    notes = intervals(results), "Chances are of one piece, costs of all pieces of a line."
+    notes = intervals(results, rows), "Chances are of one piece, costs of all pieces of a line."
     return Table.of("Kits", rows, *notes, *_sets(results.isel(model=model), sets, money), most=number)
 
 

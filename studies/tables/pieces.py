@@ -119,7 +119,7 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
     return Table.of(
         "Pieces",
         rows,
-        BRANCHES if spread else intervals(results),
+        BRANCHES if spread else intervals(results, rows),
         f"Chances are at {level_name(results)} = {level}." if level and results.sizes["level"] > 1 else "",
     )
 

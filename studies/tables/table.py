@@ -39,6 +39,8 @@ DASH = "–"
 FEWEST_ALIKE = 3
 """Fewest rows of a table in whose note the columns of one value are."""
 INTERVALS = "Ranges in brackets are {} intervals."
+UNBOUNDED = "(no interval)"
+AGREEING = "An interval is missing where all motions agree, or where too few of them overturn anything."
 
 
 class Marked(NamedTuple):
@@ -89,7 +91,7 @@ class Column(NamedTuple):
         bare = (
             self.format in ESTIMATES and 0.0 < value.value < np.inf and np.isnan(value.lower) and np.isnan(value.upper)
         )
-        return f"{text} (no interval)" if bare else text
+        return f"{text} {UNBOUNDED}" if bare else text
 
 
 Cells = dict[Column, Value]
@@ -236,9 +238,11 @@ def _blank(value: Value) -> bool:
     return value is None or value == "" or (isinstance(value, float) and math.isnan(value))
 
 
-def intervals(results: xr.Dataset) -> str:
-    """Return the sentence of a note on the intervals of a study."""
-    return INTERVALS.format(confidence_text(results))
+def intervals(results: xr.Dataset, rows: Iterable[Cells | str] = ()) -> str:
+    """Return the sentence of a note on the intervals of a study, and the reason if any cell of some rows has none."""
+    cells = [column.text(value) for row in rows if not isinstance(row, str) for column, value in row.items()]
+    reason = f" {AGREEING}" if any(UNBOUNDED in cell for cell in cells) else ""
+    return INTERVALS.format(confidence_text(results)) + reason
 
 
 def chosen(results: xr.Dataset) -> str:
@@ -385,5 +389,5 @@ FORMATS: dict[str, Format] = {
     "dispersion": _dispersion,
 }
 """Text of a value with the ends of its interval (NaN without) by the name of its format."""
-ESTIMATES = {"level", "level2", "years", "years3", "dispersion"}
+ESTIMATES = {"level", "level2", "years", "years3", "dispersion", "chance", "chance3", "share"}
 """Formats that name a missing interval."""

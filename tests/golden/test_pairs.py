@@ -7,10 +7,10 @@ refused, by a key before its runs or by an export that has nothing to hold. A sa
 import itertools
 import random
 
-import numpy as np
 import pair_cases
 import pytest
 import xarray as xr
+from check_results import check_results
 
 from toppling.core.doubts import ImplausibleInput
 from toppling.studies.command.cli import main
@@ -75,20 +75,7 @@ def test_pairs_that_failed_run(features, tmp_path, monkeypatch, recwarn):
     assert not [warning for warning in recwarn if issubclass(warning.category, ImplausibleInput)]
     assert main(["status", "out", "--verify"]) == 0
     with xr.open_dataset("out/results.nc") as results:
-        check_intervals(results)
-
-
-def check_intervals(results):
-    """Assert that every value lies within its interval, and a share or a chance between 0 and 1."""
-    for name in results.data_vars:
-        value, ends = results[name], [f"{name}_lower", f"{name}_upper"]
-        if all(end in results for end in ends):
-            known = xr.broadcast(value, *(results[end] for end in ends))
-            low, middle, high = (known[at].values[np.isfinite(known[0].values)] for at in (1, 0, 2))
-            rounding = 1e-9 * np.abs(middle)
-            assert not np.any((low > middle + rounding) | (high < middle - rounding)), name
-        if "probability" in str(name):
-            assert not np.any((value.values < -1e-9) | (value.values > 1.0 + 1e-9)), name
+        check_results(results)
 
 
 @pytest.mark.slow
@@ -107,4 +94,4 @@ def test_rows_end_as_recorded(number, tmp_path, monkeypatch):
     assert main(["status", "out", "--verify"]) == 0
     assert main(["report", "out", "--format", "md", "--out", "page"]) == 0
     with xr.open_dataset("out/results.nc") as results:
-        check_intervals(results)
+        check_results(results)

@@ -1,6 +1,7 @@
 """Every study of the corpus has the numbers that are expected of it."""
 
 import pytest
+from check_results import check_results
 from expect import compute, differences, read, tolerances
 from study_cases import cases, folders, settings
 
@@ -17,6 +18,7 @@ STUDIES = [
 def test_numbers_of_a_study(folder, tmp_path):
     results = compute(folder, tmp_path / "study")
     assert not list(differences(read(folder), results, tolerances(folder)))
+    check_results(results)
     page = content(results, tmp_path / "study" / "out" / "results.nc", "as written")
     assert page["answer"]
 

@@ -496,6 +496,10 @@ class TestObspy:
         path = tmp_path / "many.mseed"
         obspy.Stream(traces).write(str(path), format="MSEED", reclen=256)
         refused(path, "holds 1,001 channels", unit="g")
+        for at, trace in enumerate(traces):
+            trace.stats.station, trace.stats.starttime = "A", obspy.UTCDateTime(10.0 * at)
+        obspy.Stream(traces).write(str(path), format="MSEED", reclen=256)
+        refused(path, "holds 1,001 channels or pieces", unit="g")
 
     def test_binary_rubbish(self, tmp_path):
         path = tmp_path / "rubbish.AT2"

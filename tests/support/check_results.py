@@ -1,0 +1,62 @@
+"""Checks that the numbers of any results go together: intervals about their values, totals about their parts."""
+
+import numpy as np
+import xarray as xr
+
+from toppling.studies.buildings.variables import WHOLES
+
+ENDS = "_lower", "", "_upper"
+CLOSE = 1.0 + 1e-9
+
+
+def check_results(results):
+    """Assert what holds of all results of studies."""
+    check_intervals(results)
+    if "place" in results.dims:
+        check_totals(results)
+
+
+def check_intervals(results):
+    """Assert that every value lies within its interval, and a share or a chance between 0 and 1.
+
+    An interval has both ends or none; at a level, every value that is known has one.
+    """
+    for name in results.data_vars:
+        value = results[name]
+        if {f"{name}{end}" for end in ENDS} <= set(results.data_vars):
+            low, middle, high = (each.values for each in xr.broadcast(*(results[f"{name}{end}"] for end in ENDS)))
+            np.testing.assert_array_equal(np.isnan(low), np.isnan(high), name)
+            known = np.isfinite(middle)
+            rounding = 1e-9 * np.abs(middle[known])
+            assert not np.any(low[known] > middle[known] + rounding), name
+            assert not np.any(high[known] < middle[known] - rounding), name
+            assert "level" not in value.dims or not np.any(np.isnan(low[known])), name
+        if "probability" in str(name):
+            assert not np.any((value.values < -1e-9) | (value.values > CLOSE)), name
+
+
+def check_totals(results):
+    """Assert that a building has at least what its largest part has, with both ends, and a chance at most their sum.
+
+    Rates of farther slips and larger amounts are at most those of shorter and smaller ones.
+    """
+    for part, whole in WHOLES.items():
+        for end in ENDS if part in results and whole in results else ():
+            of_part, of_whole = results[f"{part}{end}"], results[f"{whole}{end}"]
+            if "place" in of_whole.dims and "place" not in of_part.dims:
+                of_whole = of_whole.isel(place=0)
+            assert not (of_part > CLOSE * of_whole).any(), f"{part}{end}"
+    for name in ("probability", "rate"):
+        every, pieces = f"any_{name}", "probability" if name == "probability" else "item_rate"
+        if every in results and pieces in results:
+            most = (results["count"] * results[pieces]).sum("item")
+            assert not (results[every].isel(place=0) > CLOSE * most).any(), every
+            assert not (results[pieces] > CLOSE * results[every].isel(place=0)).any(), every
+    for name in results.data_vars:
+        value = results[name]
+        if "place" in value.dims and name in {"any_rate", "any_probability", "number_mean", "loss_mean"}:
+            floors = value.isel(place=slice(1, None))
+            assert not (value.isel(place=0) > CLOSE * floors.sum("place")).any(), name
+        steps = [dim for dim in value.dims if str(dim).endswith(("slip", "threshold"))]
+        if steps and str(name).endswith(("_rate", "_rate_lower", "_rate_upper")):
+            assert not (value.diff(steps[0]) > (CLOSE - 1.0) * value.max(steps[0])).any(), name
