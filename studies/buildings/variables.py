@@ -24,6 +24,7 @@ from ...fragility.numerics.proportions import wilson_interval
 from ...fragility.numerics.slabs import RUNS, slabs
 from ...fragility.numerics.totals import chances, exceedances
 from ...fragility.risk.modelling import capacity_factors, seen_by, with_ends
+from ...fragility.validity.reasons import spread
 from ...motions.arrays import POLARITY, RECORD
 from ..inventory.contents import Contents
 from ..plan.design_shaking import at_level
@@ -486,15 +487,22 @@ def consistent(found: Variables) -> Variables:
     for part, whole in pairs:
         lower, least = ends[f"{part}_lower"], ends[f"{whole}_lower"].copy()
         here = _building(least, lower)
-        most = lower.max([dim for dim in lower.dims if dim not in least.dims])
-        least[here] = xr.where(most > least[here], most, least[here])
+        own = least[here]
+        larger = _like(lower.max([dim for dim in lower.dims if dim not in least.dims]), own)
+        least[here] = own.copy(data=np.where(larger > own.values, larger, own.values))
         ends[f"{whole}_lower"] = least
     for part, whole in reversed(pairs):
         upper, most = ends[f"{part}_upper"], ends[f"{whole}_upper"]
         most = most[_building(most, upper)]
-        most = most.min([dim for dim in most.dims if dim not in upper.dims]).set_dims(upper.sizes)
-        ends[f"{part}_upper"] = upper.copy(data=_within(upper.values, most.values))
+        most = most.min([dim for dim in most.dims if dim not in upper.dims])
+        ends[f"{part}_upper"] = upper.copy(data=_within(upper.values, _like(most, upper)))
     return ends
+
+
+def _like(values: xr.Variable, other: xr.Variable) -> Array:
+    """Return values on all dimensions of another variable."""
+    found: Array = spread(values, {str(dim): size for dim, size in other.sizes.items()})
+    return found
 
 
 def _building(whole: xr.Variable, part: xr.Variable) -> dict[str, int]:

@@ -730,4 +730,5 @@ def test_no_event_has_a_higher_end_than_one_that_it_implies():
     """Forward falls, larger amounts and farther slips under few motions: their own ends were up to 4 times as high."""
     items = Inventory((Contents("shelf", SHELF, 1, 20), Contents("case", CASE, 2, 2), Contents("files", FILES, 4, 3)))
     for seed in range(4):
-        check_results(assess(items, LAW, shaking(4, seed), [0.8, 2.0, 3.0, 4.0, 6.0], "pga", FRAME, CURVE, sides=True))
+        asked = Assessment(LAW, shaking(4, seed), [0.8, 2.0, 3.0, 4.0, 6.0], "pga", FRAME, CURVE)
+        check_results(assess(items, asked, sides=True))
