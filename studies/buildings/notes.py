@@ -36,6 +36,8 @@ NOTABLE_BELOW = 0.02
 """Share of an annual value from below the levels above which it is worth a sentence."""
 COARSE = 0.1
 """Difference between lines and cubics through the levels above which an annual value is worth a sentence."""
+APART = 10.0
+"""Ratio of the greatest annual value that levels leave possible between them to the least, worth a sentence."""
 NEAR = 0.7
 """Similarity of a consequence to one that is a matter of safety, from which it may be a slip of the pen."""
 ABROAD = {
@@ -192,12 +194,19 @@ def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[Fact]:
     curve = covering(hazard, levels, float(assessment.attrs.get(MODELLING, 0.0)))
     whole = xr.DataArray(line_weights(levels, curve).weights, dims="level")
     amounts = _amounts(assessment)
-    apart = []
+    rates = xr.DataArray(curve.rate_at(levels), dims="level")
+    events = rates - rates.shift(level=-1)  # (between each level and the next one)
+    apart, found = [], []
     for one in amounts:
-        given = assessment[f"{one.name}_mean"].sel(place=BUILDING)
-        annual = (given * whole).sum("level")
-        apart.append((one, float((annual / one.annual.where(one.annual > 0.0) - 1.0).fillna(0.0).max())))
-    found = _from("hazard.levels_coarse", apart, COARSE)
+        given = assessment[f"{one.name}_mean"].sel(place=BUILDING).reset_coords(drop=True).drop_vars("level")
+        known = one.annual.where(one.annual > 0.0)
+        apart.append((one, float(((given * whole).sum("level") / known - 1.0).fillna(0.0).max())))
+        beyond = (given * rates).isel(level=-1)
+        least, most = (((amount * events).sum("level") + beyond) / known for amount in (given, given.shift(level=-1)))
+        if bool((most > APART * least).any()):
+            ends = float(least.min()), float(most.max())
+            found.append(Fact("hazard.levels_apart", lower=ends[0], upper=ends[1], names=(one.text,)))
+    found = [*sorted(found, key=lambda fact: -fact.upper)[:1], *_from("hazard.levels_coarse", apart, COARSE)]
     for side, end in (("below", hazard.levels[0]), ("above", hazard.levels[-1])):
         shares = [(one, float(assessment[f"annual_{one.name}_share_{side}"].max())) for one in amounts]
         level = level_text(float(end), assessment["level"])

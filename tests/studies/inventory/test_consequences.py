@@ -301,6 +301,22 @@ class TestEndsOfTheHazardCurve:
         check = check_of(found, "hazard curve")
         assert (check.word, check.names) == (CARE, ("annual loss",))
 
+    @pytest.mark.parametrize(("k", "apart"), [(4.0, True), (3.0, False)])
+    def test_a_note_on_levels_between_which_everything_falls(self, monkeypatch, k, apart):
+        """All falls at the last level, nothing before: as often as the last level is exceeded, or as the one before."""
+        flags = np.zeros((3, 3, 20))
+        flags[:, 2] = 1.0
+        curve = tp.HazardCurve.power_law(1e-3, k, "pga")
+        found = shaken(monkeypatch, flags)
+        found = found.assign(hazard_shares(found, curve))
+        told = [note for note in hazard_notes(found, curve) if note.what == "hazard.levels_apart"]
+        assert len(told) == apart
+        if apart:
+            given = (found["number_mean"].isel(level=2) / found["annual_number"]).isel(place=0).item()
+            ends = [given * float(curve.rate_at(level)) for level in (4.0, 2.0)]
+            assert (told[0].lower, told[0].upper) == pytest.approx(ends, rel=1e-9)
+            assert say(told[0], "notes").startswith("The levels are far apart: pieces may fall anywhere between them")
+
     @pytest.mark.parametrize(("first", "side"), [(0, "below"), (2, "above")])
     def test_notes_on_the_ends_of_the_levels(self, monkeypatch, first, side):
         """From some level on, half of the motions overturn everything."""
