@@ -248,14 +248,14 @@ class Least(Continuous):
         parts = tuple(self.parts)
         if not parts:
             raise ValueError("parts must hold at least one distribution, got none")
-        for one in parts:
-            if not isinstance(one, Continuous):
-                raise TypeError(f"parts must be distributions of numbers, got {checks.kind(one)}")
+        for part in parts:
+            if not isinstance(part, Continuous):
+                raise TypeError(f"parts must be distributions of numbers, got {checks.kind(part)}")
         object.__setattr__(self, "parts", parts)
 
     @property
     def support(self) -> tuple[float, float]:
-        ends = [one.support for one in self.parts]
+        ends = [part.support for part in self.parts]
         return min(lower for lower, _ in ends), min(upper for _, upper in ends)
 
     def below(self, value: ArrayLike) -> Array:
@@ -265,8 +265,8 @@ class Least(Continuous):
         p = np.asarray(probability, dtype=float)
         wanted = log1p(-p)
         n = len(self.parts)
-        low = np.min([one.quantile(-expm1(wanted / n)) for one in self.parts], axis=0)
-        high = np.min([one.quantile(p) for one in self.parts], axis=0)
+        low = np.min([part.quantile(-expm1(wanted / n)) for part in self.parts], axis=0)
+        high = np.min([part.quantile(p) for part in self.parts], axis=0)
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
             enough = self._log_above(middle) <= wanted
@@ -275,4 +275,4 @@ class Least(Continuous):
 
     def _log_above(self, value: ArrayLike) -> Array:
         """Return the logarithm of the probability of more than a value."""
-        return np.asarray(sum(log1p(-one.below(value)) for one in self.parts))
+        return np.asarray(sum(log1p(-part.below(value)) for part in self.parts))

@@ -55,8 +55,8 @@ def warn(found: Iterable[Doubt], category: type[UserWarning] = ImplausibleInput)
         keeper.extend(found)
         return
     level = len(_callers()) + 1
-    for one in found:
-        warnings.warn(one.sentence, category, stacklevel=level)
+    for doubt in found:
+        warnings.warn(doubt.sentence, category, stacklevel=level)
 
 
 def warn_of_results(found: Iterable[str]) -> None:

@@ -126,7 +126,7 @@ class BlockArray:
     def some(self, which: Index) -> list[Block]:
         """Return the blocks of these numbers (block,) as objects, which have no e and delta of their own."""
         columns = self.width, self.height, self.cm_height, self.inertia, self.names
-        lists = (one[which].tolist() for one in columns)
+        lists = (column[which].tolist() for column in columns)
         return [
             Block(width, height, centre, inertia, name)
             for width, height, centre, inertia, name in zip(*lists, strict=True)

@@ -119,9 +119,9 @@ def lay_out(accelerations: Sequence[Array], dt: float, verticals: Sequence[Array
 def _one_after_another(values: Sequence[Array], start: Index, total: int, unit: float) -> Array:
     """Return records in units of `unit`, with zeros between them."""
     found = np.empty(total)
-    for first, stop, one in zip(start.tolist(), [*start[1:].tolist(), total], values, strict=True):
-        found[first : first + one.size] = one if unit == 1.0 else one / unit
-        found[first + one.size : stop] = 0.0
+    for first, stop, value in zip(start.tolist(), [*start[1:].tolist(), total], values, strict=True):
+        found[first : first + value.size] = value if unit == 1.0 else value / unit
+        found[first + value.size : stop] = 0.0
     return found
 
 
@@ -200,13 +200,13 @@ def run_many(
 
 def stacked(specimens: Sequence[Specimen]) -> Stack | PlaneTable | Array:
     """Return oscillators, or sliding blocks of one kind alone, as the arrays that their engine reads."""
-    planar = [one for one in specimens if isinstance(one, PlaneSlider)]
+    planar = [specimen for specimen in specimens if isinstance(specimen, PlaneSlider)]
     if len(planar) == len(specimens):
         return plane_table(planar)
-    sliders = [one for one in specimens if isinstance(one, Slider)]
+    sliders = [specimen for specimen in specimens if isinstance(specimen, Slider)]
     if len(sliders) == len(specimens):
         return friction_table(sliders)
-    return stack([one for one in specimens if isinstance(one, Oscillator)])
+    return stack([specimen for specimen in specimens if isinstance(specimen, Oscillator)])
 
 
 class Motion(Protocol):
@@ -282,8 +282,8 @@ def run_mixed(
         shakes = [motions[i] for i in used.tolist()]
         first = shakes[0]
         if isinstance(tables, Stack):
-            verticals = [one.vertical for one in shakes if one.vertical is not None] if _lifts(first) else []
-            records = lay_out([one.acceleration for one in shakes], first.dt, verticals)
+            verticals = [motion.vertical for motion in shakes if motion.vertical is not None] if _lifts(first) else []
+            records = lay_out([motion.acceleration for motion in shakes], first.dt, verticals)
             results = _results(records, tables, specimen[runs], own, factors[runs], skip, flags_only, counts)
         else:
             rows, scale = _rows(tables, specimen[runs]), factors[runs][:, None]

@@ -321,7 +321,7 @@ def _records_of_pairs(array: xr.DataArray) -> list[Record]:
     if shakes not in HORIZONTAL:
         azimuths = array["azimuth"].sel(component=HORIZONTAL[0]).values
         directions = np.repeat(azimuths, len(found) // azimuths.size).tolist()  # (of each floor of a motion)
-        found = [one._replace(axes=shakes, azimuth=own) for one, own in zip(found, directions, strict=True)]
+        found = [one._replace(axes=shakes, azimuth=direction) for one, direction in zip(found, directions, strict=True)]
     if not (LIFTS in array.coords and bool(array.coords[LIFTS])):
         return found
     upward = _records_of(array.sel(component=VERTICAL, drop=True))
@@ -418,7 +418,7 @@ def polarity_coordinate(reversed_ones: Flags) -> xr.Variable:
 
 def floor_coordinates(floors: Sequence[Any], heights: Array | None = None) -> dict[str, xr.Variable]:
     """Return labels of floors, and their heights (m) if known, as variables on ``floor``."""
-    whole = all(isinstance(one, int) for one in floors)
+    whole = all(isinstance(floor, int) for floor in floors)
     labels = np.array(list(floors), dtype=np.int64 if whole else object)
     text = "floor, 0 is the ground" if whole else "floor"
     coordinates = {"floor": xr.Variable("floor", labels, described(text))}

@@ -98,7 +98,7 @@ def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = Non
     array = xr.DataArray(
         np.stack([one.transpose("motion", "time").values for one in given.values()], axis=1),
         dims=("motion", "component", "time"),
-        coords={name: one.variable for name, one in h1.coords.items() if name not in apart},
+        coords={name: coordinate.variable for name, coordinate in h1.coords.items() if name not in apart},
         name=h1.name,
         attrs=h1.attrs,
     )
@@ -287,9 +287,11 @@ def correct_together(pair: xr.DataArray, correction: Callable[[xr.DataArray], xr
     if pair.sizes["motion"] != 1:
         raise ValueError(f"pair must be of one recording, got {pair.sizes['motion']}")
     pair = pair.transpose("motion", "component", "time")
-    rows = from_array(pair.values[0], float(pair["dt"].values[0]), [str(one) for one in pair["component"].values])
+    rows = from_array(pair.values[0], float(pair["dt"].values[0]), [str(value) for value in pair["component"].values])
     done = correction(rows.assign_attrs(pair.attrs))
-    coordinates = {name: one.variable for name, one in pair.coords.items() if "time" not in one.dims}
+    coordinates = {
+        name: coordinate.variable for name, coordinate in pair.coords.items() if "time" not in coordinate.dims
+    }
     return xr.DataArray(
         done.values[None],
         dims=("motion", "component", "time"),
@@ -340,8 +342,8 @@ def _channels(path: Path, read: Sequence[xr.DataArray]) -> list[_Channel]:
 
 def _joined(channels: Sequence[_Channel]) -> xr.DataArray:
     """Return the joined components of one recording; RecordError where they are not two, or two and a vertical."""
-    level = [one for one in channels if not one.vertical]
-    upright = [one for one in channels if one.vertical]
+    level = [channel for channel in channels if not channel.vertical]
+    upright = [channel for channel in channels if channel.vertical]
     for some, most, what in ((level, 2, "horizontal"), (upright, 1, "vertical")):
         if len(some) > most:
             raise RecordError(

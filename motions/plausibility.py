@@ -231,7 +231,7 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
     read = [component for record in looked_at for component in _components(record)]
     uncorrected: set[str] = set()
     odd: dict[str, list[str]] = defaultdict(list)
-    copies = {floor: _copies([one for one in records if bool(one.floor) == floor]) for floor in (False, True)}
+    copies = {floor: _copies([record for record in records if bool(record.floor) == floor]) for floor in (False, True)}
     greatest = 0.0
 
     def keep(name: str, record: Record, what: str) -> None:
@@ -325,8 +325,8 @@ def scaling_doubts(
     given: Iterable[xr.DataArray], scaled: Iterable[xr.DataArray], bounds: tuple[float, float]
 ) -> list[Doubt]:
     """Return the doubt in motions whose amplitude is their own and that are scaled by less or more than the bounds."""
-    before = [one for array in given for one in records(array)]
-    after = [one for array in scaled for one in records(array)]
+    before = [record for array in given for record in records(array)]
+    after = [record for array in scaled for record in records(array)]
     factors = {
         one.label: float(np.abs(other.acceleration).max() / np.abs(one.acceleration).max())
         for one, other in zip(before, after, strict=True)

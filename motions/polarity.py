@@ -38,7 +38,7 @@ def both_polarities(motions: Any) -> Any:
     empty for the motions as given. What is no labelled array is left to `records` to refuse.
     """
     if isinstance(motions, Iterable) and not isinstance(motions, xr.DataArray):
-        return [both_polarities(one) for one in motions]
+        return [both_polarities(motion) for motion in motions]
     if not isinstance(motions, xr.DataArray) or REVERSE_OF in motions.coords or "time" not in motions.dims:
         return motions
     array = motions if "motion" in motions.dims else motions.expand_dims("motion")

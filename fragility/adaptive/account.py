@@ -34,7 +34,7 @@ def half_width(curve: SequentialCurve, ratio: float) -> float:
 
 def reached_so_far(curves: Sequence[SequentialCurve], motions: int) -> str:
     """Return how far an analysis is: the widest interval among the curves that go on, or that all have stopped."""
-    going = [one for one in curves if not one.stopped]
+    going = [curve for curve in curves if not curve.stopped]
     if not going:
         every = f"all {len(curves):,} curves have" if len(curves) > 1 else "the curve has"
         return f"{motions:,} motions, {every} stopped"

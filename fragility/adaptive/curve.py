@@ -124,7 +124,9 @@ class SequentialCurve:
 
     def plan(self, motions: Index) -> WavePlan:
         """Return the levels of motions of these numbers (motion,), the same for one that is run both ways."""
-        uniform = np.stack([stream(self._seed, *LEVELS, int(one)).random((2, MOST_RUNS)) for one in motions], axis=-1)
+        uniform = np.stack(
+            [stream(self._seed, *LEVELS, int(motion)).random((2, MOST_RUNS)) for motion in motions], axis=-1
+        )
         if self._global is None:
             low, high = self._range
             n = exploring(self._runs)

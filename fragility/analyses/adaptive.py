@@ -218,11 +218,11 @@ def _waves(
     """
     needed = needed_output(plan.state)
     done = records = runs = number = 0
-    while not curves or any(not one.stopped for one in curves.values()):
+    while not curves or any(not curve.stopped for curve in curves.values()):
         wave = plan.source.wave(done, min(next_wave(done), plan.most - done))
         axes = checked_axes(request, wave.records)
         _check_wave(axes, wave, plan)
-        doubts += record_doubts([one for one in wave.records if not one.reverse_of])
+        doubts += record_doubts([record for record in wave.records if not record.reverse_of])
         measured = plan.scaled.measured(wave, request.blocks)
         others.add(wave)
         if request.screen:
@@ -230,7 +230,7 @@ def _waves(
         if not curves:
             refuse_endless_runs((("models", *pair) for pair in product(request.blocks, request.models)), wave.records)
             curves |= _begun(request, plan, peaks_of(wave), measured)
-        plans = {where: one.plan(wave.numbers) for where, one in curves.items() if not one.stopped}
+        plans = {where: curve.plan(wave.numbers) for where, curve in curves.items() if not curve.stopped}
         rows = _rows(plans)
         found = _outputs(request, wave, plans, rows, plan, measured)
         if request.sliding:
@@ -243,7 +243,7 @@ def _waves(
             curves[where].add(wave.numbers, own, reached.reshape(own.levels.T.shape).T, last=done >= plan.most)
         kept = {name: found[name] for name in (*request.outputs, FRICTION) if name in found}
         if plan.until.target == RATE:
-            kept = {"weight": np.concatenate([one.weights.T.ravel() for one in plans.values()]), **kept}
+            kept = {"weight": np.concatenate([plan.weights.T.ravel() for plan in plans.values()]), **kept}
         yield runs_of(number, records, wave, rows, kept, plan.scaled, measured, axes)
         of = "" if plan.state == OVERTURNED else f"{state_name(plan.state)}: "
         request.runner.reached(of + reached_so_far(list(curves.values()), done))
@@ -274,8 +274,8 @@ def _begun(
 
 def _expected(curves: Mapping[tuple[int, int], SequentialCurve], done: int, most: int) -> int:
     """Return about how many motions the slowest curve takes in all."""
-    looks = [one.looks[-1] for one in curves.values() if not one.stopped]
-    return min(most, max((motions_needed(one.motions, one.ratio) or most for one in looks), default=done))
+    looks = [curve.looks[-1] for curve in curves.values() if not curve.stopped]
+    return min(most, max((motions_needed(look.motions, look.ratio) or most for look in looks), default=done))
 
 
 def _sought_state(state: State | None, models: Sequence[Any]) -> State:
@@ -283,7 +283,7 @@ def _sought_state(state: State | None, models: Sequence[Any]) -> State:
 
     Falls to one side or over an edge stay rare at any shaking, and have no lognormal curve.
     """
-    slides = any(isinstance(one, SlidingLaw) for one in models)
+    slides = any(isinstance(model, SlidingLaw) for model in models)
     if state is None and not slides:
         return OVERTURNED
     if slides != isinstance(state, Slip):
@@ -317,7 +317,7 @@ def _check_wave(axes: str, wave: MotionWave, plan: Plan) -> None:
     if axes == BOTH_AXES:
         check_axes_of(plan.state)
     hazard = plan.until.hazard
-    on_floor = any(one.floor not in GROUND_FLOORS for one in wave.records) and not plan.source.on_ground
+    on_floor = any(record.floor not in GROUND_FLOORS for record in wave.records) and not plan.source.on_ground
     if hazard is not None and (hazard.at == FLOOR) != on_floor:
         where = "floor" if on_floor else "ground"
         raise ValueError(f"hazard must be of the {where}, as the levels are, got one of the {hazard.at}")
@@ -362,13 +362,13 @@ def first_levels(start: Start, peaks: tuple[Array, Array], scaled: Scaled, measu
 
 def _rows(plans: Mapping[tuple[int, int], WavePlan]) -> Rows:
     """Return the runs of a wave, curve by curve and motion by motion."""
-    sizes = [one.levels.size for one in plans.values()]
-    each = [one.levels.shape for one in plans.values()]
+    sizes = [plan.levels.size for plan in plans.values()]
+    each = [plan.levels.shape for plan in plans.values()]
     return Rows(
         np.repeat([block for block, _ in plans], sizes),
         np.repeat([model for _, model in plans], sizes),
         np.concatenate([np.repeat(np.arange(motions), runs) for runs, motions in each]),
-        np.concatenate([one.levels.T.ravel() for one in plans.values()]),
+        np.concatenate([plan.levels.T.ravel() for plan in plans.values()]),
     )
 
 
@@ -404,4 +404,4 @@ def _cut(found: Mapping[str, NDArray[Any]], motion: Index, records: Sequence[Rec
     """Return whether blocks still slide when each motion ends, by its label."""
     on = np.zeros(len(records), np.bool_)
     on[motion[cut_slides(*(found[name] for name in ENDS))]] = True
-    return dict(zip([one.label for one in records], on.tolist(), strict=True))
+    return dict(zip([record.label for record in records], on.tolist(), strict=True))

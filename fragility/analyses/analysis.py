@@ -103,7 +103,7 @@ def doubts_of(request: Request, design: Design) -> list[Doubt]:
     at = design.coordinates.get("intensity" if design.name == STRIPES else "level")
     levels = [] if at is None else level_doubts(at.values, str(at.attrs["units"]))
     blocks = [*block_doubts(request.blocks), *law_doubts(request.blocks, request.models, request.outputs)]
-    return [*blocks, *record_doubts([one for one in design.motions if not one.reverse_of]), *levels]
+    return [*blocks, *record_doubts([motion for motion in design.motions if not motion.reverse_of]), *levels]
 
 
 def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Dataset:
@@ -120,7 +120,7 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     request = _about(axes, request)
     sizes = {**specimens.sizes, **design.sizes}
     each = math.prod(list(specimens.sizes.values())[1:])
-    motions = [along_width(one) for one in design.motions]
+    motions = [along_width(motion) for motion in design.motions]
     work = work_of(specimens.oscillators, motions, design.factors, request, each)
     across = None
     if axes == BOTH_AXES and request.sliding:
@@ -139,7 +139,7 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     measures, characteristics = thread.result()
     if axes == BOTH_AXES:
         outputs = {name: told(output, BOTH[OUTPUTS[name].both]) for name, output in outputs.items()}
-        measures = {name: told(one, OF_WIDTH) for name, one in measures.items()}
+        measures = {name: told(measure, OF_WIDTH) for name, measure in measures.items()}
     coordinates = {
         **specimens.coordinates,
         **(depth_coordinate(specimens.blocks) if axes and "block" in specimens.sizes else {}),

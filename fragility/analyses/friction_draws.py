@@ -26,7 +26,7 @@ PROPORTIONAL = frozenset(
 
 def is_random(models: Iterable[Model]) -> bool:
     """Return True where a law draws its friction."""
-    return any(isinstance(one, RandomSliding) for one in models)
+    return any(isinstance(model, RandomSliding) for model in models)
 
 
 def specimens_in(request: Request, plane: bool) -> Sequence[Specimen]:
@@ -61,10 +61,10 @@ def check_draws(models: Iterable[Model], blocks: Iterable[Block], motions: Itera
 
     A vertical component changes what friction holds, so that slips are not proportional to the coefficient.
     """
-    laws = [one for one in models if isinstance(one, RandomSliding)]
+    laws = [model for model in models if isinstance(model, RandomSliding)]
     if not laws:
         return
-    lifted = next((one.label for one in motions if one.vertical is not None), None)
+    lifted = next((motion.label for motion in motions if motion.vertical is not None), None)
     if lifted is not None:
         raise ValueError(
             f"random friction at adaptive levels needs motions without a vertical component, and {lifted!r} has one"

@@ -123,7 +123,7 @@ def joint_falls(
         more = {"share": ("motion",), "quantile": ("quantile",), "sampling_error": ("quantile",)}.get(name, ())
         variables[f"fallen_{name}"] = ((*dims, *more), values, described(text))
     shares = described("share of the events in which less falls")
-    kept = [name for name, one in runs.coords.items() if not {"block", "reason"} & {*one.dims}]
+    kept = [name for name, coordinate in runs.coords.items() if not {"block", "reason"} & {*coordinate.dims}]
     return xr.Dataset(
         variables,
         coords={**{name: runs[name].variable for name in kept}, "quantile": ("quantile", list(QUANTILES), shares)},

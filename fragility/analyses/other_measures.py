@@ -37,7 +37,7 @@ class OtherMeasures:
     @property
     def labels(self) -> list[str]:
         """Names of the other measures."""
-        return [one.label for one in self.measures]
+        return [measure.label for measure in self.measures]
 
     def add(self, wave: MotionWave) -> None:
         """Take the measures of those motions of a wave that are among the first; a motion counts one way alone."""
@@ -80,4 +80,8 @@ def _candidates(scaled: Scaled) -> list[Measure]:
     if isinstance(base, PairMeasure):
         found = [type(base)(MEASURES[name]) for name in OF_PAIRS]
         return [one for one in found if one.label != base.label]
-    return [one for one in MEASURES.values() if one.power != 0.0 and (base is None or one.label != base.label)]
+    return [
+        measure
+        for measure in MEASURES.values()
+        if measure.power != 0.0 and (base is None or measure.label != base.label)
+    ]

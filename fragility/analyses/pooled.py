@@ -162,9 +162,9 @@ def pooled(
                 f"surface of {law.label}: allow more motions, or run more blocks under each"
             )
     known = [
-        LawSurfaces(one.near, one.curve, one.band().factor, own.worst)
-        for one, own in zip(laws, checked, strict=True)
-        if one.near is not None and one.curve is not None
+        LawSurfaces(law.near, law.curve, law.band().factor, own.worst)
+        for law, own in zip(laws, checked, strict=True)
+        if law.near is not None and law.curve is not None
     ]
     if hazard is not None:
         unit = found.unit(found.check_points)
@@ -206,15 +206,15 @@ def checked_plan(
     if any(isinstance(one, SlidingLaw) for one in given):
         raise ValueError("pooled curves are of blocks that rock: sliding ones differ in other numbers")
     request = check_request(blocks_at(domain, domain.vertices[:1]), models, ["overturned"], True, client, None)
-    laws = [one for one in request.models if isinstance(one, Law)]
+    laws = [model for model in request.models if isinstance(model, Law)]
     varied = tuple(columns.own)
     for law in laws:
         _check_own(law, varied)
     options = own_options(domain, domain.vertices, varied)
-    for block, each in zip(blocks_at(domain, domain.vertices), options, strict=True):
+    for block, option in zip(blocks_at(domain, domain.vertices), options, strict=True):
         for law in laws:
             # (what no law knows, such as an e_R below 0, is refused before the runs)
-            with_own(law, each).oscillator(block)
+            with_own(law, option).oscillator(block)
     scaled = scaled_to(im)
     if isinstance(scaled.one, BlockMeasure):
         raise ValueError(f"im must not depend on the block, got {scaled.name}: give {scaled.one.measure.label}")

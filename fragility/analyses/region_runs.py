@@ -216,7 +216,7 @@ class PooledRuns:
                 "motions must have one horizontal component for pooled curves: run pairs with toppling.ida"
             )
         check_vertical(self.plan.laws, records)
-        self._doubts += record_doubts([one for one in records if not one.reverse_of])
+        self._doubts += record_doubts([record for record in records if not record.reverse_of])
         self.level_name = name_at(self.plan.scaled.long_name, records, wave.ground)
 
     def unit(self, points: Array) -> Array:
@@ -225,12 +225,12 @@ class PooledRuns:
 
     def _unit(self, blocks: Sequence[Block]) -> Array:
         """Return ln of the level that is 1 in the surfaces, (block,)."""
-        return np.array([self.plan.power * math.log(STANDARD_GRAVITY * math.tan(one.alpha)) for one in blocks])
+        return np.array([self.plan.power * math.log(STANDARD_GRAVITY * math.tan(block.alpha)) for block in blocks])
 
     def _start(self, blocks: Sequence[Block], wave: MotionWave, measured: Array) -> tuple[Array, Array]:
         """Return the first ln levels (block,), lowest and highest, in the unit of the surfaces."""
         peaks = peaks_of(wave)
-        ends = log([first_levels(fall_start(one), peaks, self.plan.scaled, measured) for one in blocks])
+        ends = log([first_levels(fall_start(block), peaks, self.plan.scaled, measured) for block in blocks])
         unit = self._unit(blocks)
         return ends[:, 0] - unit, ends[:, 1] - unit
 
@@ -298,7 +298,7 @@ class PooledRuns:
             parts.append((wave.numbers, x, self._fell(points, [k], wave, (x + unit)[None], measured)[0]))
             self._runs += x.size
             self._tell()
-        motions, x, fell = (np.concatenate([one[i] for one in parts], axis=-1) for i in range(3))
+        motions, x, fell = (np.concatenate([part[i] for part in parts], axis=-1) for i in range(3))
         return motions, x, fell
 
     def rates(self, curves: Sequence[Curves]) -> list[RatePlane | None]:
@@ -309,16 +309,18 @@ class PooledRuns:
         _, strata = checked_runs(plan.source.size is None, rated=True)
         parts: list[tuple[Index, Array, Any]] = []
         for wave in self._others():
-            uniform = [stream(plan.seed, *RATE_KEY, int(one)).random((2, strata)) for one in wave.numbers]
+            uniform = [stream(plan.seed, *RATE_KEY, int(number)).random((2, strata)) for number in wave.numbers]
             drawn = np.stack(uniform, axis=-1)
-            levels = [rate_levels(plan.hazard, one.log_curve_median, one.dispersion, drawn) for one in curves]
+            levels = [rate_levels(plan.hazard, curve.log_curve_median, curve.dispersion, drawn) for curve in curves]
             x, weights = (np.stack(one) for one in zip(*levels, strict=True))
             measured = plan.scaled.measured(wave, blocks)[0]
             parts.append((wave.numbers, weights, self._fell(self.check_points, range(len(curves)), wave, x, measured)))
             self._runs += x.size
             self._tell()
-        motions, weights, fell = (np.concatenate([one[i] for one in parts], axis=-1) for i in range(3))
-        return [check_rates(self.check_points, one.rate, weights[k], fell[k], motions) for k, one in enumerate(curves)]
+        motions, weights, fell = (np.concatenate([part[i] for part in parts], axis=-1) for i in range(3))
+        return [
+            check_rates(self.check_points, curve.rate, weights[k], fell[k], motions) for k, curve in enumerate(curves)
+        ]
 
     def _others(self) -> Iterator[MotionWave]:
         """Return motions of which the surfaces have no runs; all motions of a set."""

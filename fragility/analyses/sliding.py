@@ -165,16 +165,16 @@ def slide_runs(
     slips = {name: np.full(shape, np.nan if name == TRIP_VELOCITY else 0.0) for name in names}
     modes = np.empty(shape, np.int8)
     highest = [slides_below(block, plane) for block in blocks]
-    total = sum(int((own < level).sum()) for own, level in zip(coefficients, highest, strict=True))
+    total = sum(int((coefficient < level).sum()) for coefficient, level in zip(coefficients, highest, strict=True))
     done = 0
-    for i, (block, own) in enumerate(zip(blocks, coefficients, strict=True)):
+    for i, (block, coefficient) in enumerate(zip(blocks, coefficients, strict=True)):
         scale = factors[i if factors.shape[0] > 1 else 0]
-        modes[i] = _modes(block, own, plain, scale, plane)
-        sliding = np.flatnonzero(own < highest[i])
+        modes[i] = _modes(block, coefficient, plain, scale, plane)
+        sliding = np.flatnonzero(coefficient < highest[i])
         if sliding.size:
             at = obstacles.get(block.label, math.inf)
             wanted = names if block.label in obstacles else (*SLIPS, AFTER)
-            found = slips_of(sliders_of(own[sliding], ratio, at, plane), plain, scale, runner, wanted)
+            found = slips_of(sliders_of(coefficient[sliding], ratio, at, plane), plain, scale, runner, wanted)
             for name, values in found.items():
                 # (what rocks about its width does not slide along it alone)
                 slips[name][i, sliding] = np.where(modes[i, sliding] == Mode.SLIDES, values, 0.0) if plane else values
@@ -187,14 +187,14 @@ def slide_runs(
     doubts = end_doubts(on, labels)
     warn(doubts)
     if mirrored:
-        slips = {name: np.concatenate([one, slips[MIRRORED.get(name, name)]], axis=1) for name, one in slips.items()}
+        slips = {name: np.concatenate([slip, slips[MIRRORED.get(name, name)]], axis=1) for name, slip in slips.items()}
         modes, coefficients = np.tile(modes, (1, 2, 1, 1)), np.tile(coefficients, 2)
     every: dict[str, Any] = {**slips, "mode": modes}
     if any(block.edge is not None for block in blocks):
         every[FALLEN_OFF] = _fallen_off(blocks, slips)
     if obstacles:
         every[TRIPS] = np.stack(
-            [trips(block, one) for block, one in zip(blocks, slips[TRIP_VELOCITY], strict=True)]
+            [trips(block, slip) for block, slip in zip(blocks, slips[TRIP_VELOCITY], strict=True)]
         ) | (modes == Mode.AIRBORNE)
         for i, block in enumerate(blocks):
             if block.label not in obstacles:
@@ -251,15 +251,15 @@ def _obstacles(trip: float | Mapping[str, float] | None, labels: Sequence[str]) 
 
 def demands(motions: Sequence[Record], factors: Array) -> Array:
     """Return the friction (level, motion) that keeps blocks in place under motions times factors (level, motion)."""
-    found = [demand(one.acceleration, one.vertical, factors[:, k].copy()) for k, one in enumerate(motions)]
+    found = [demand(motion.acceleration, motion.vertical, factors[:, k].copy()) for k, motion in enumerate(motions)]
     return np.stack(found, axis=1)
 
 
 def demands_in_plane(motions: Sequence[Record], factors: Array, level: float) -> Array:
     """Return the same under both components of motions, of a block with this b/h along its width."""
     found = [
-        demand_in_plane(one.acceleration, along_depth(one).acceleration, one.vertical, factors[:, k], level)
-        for k, one in enumerate(motions)
+        demand_in_plane(motion.acceleration, along_depth(motion).acceleration, motion.vertical, factors[:, k], level)
+        for k, motion in enumerate(motions)
     ]
     return np.stack(found, axis=1)
 
@@ -325,10 +325,17 @@ def _labelled(
 
     every = np.repeat(np.arange(motions), each)
     own = {"block", "level", "motion"}
-    coordinates = {name: one.isel(motion=every) if "motion" in one.dims else one for name, one in runs.coords.items()}
-    kept = {name: one.variable for name, one in coordinates.items() if one.dims and {*one.dims} <= own}
+    coordinates = {
+        name: coordinate.isel(motion=every) if "motion" in coordinate.dims else coordinate
+        for name, coordinate in runs.coords.items()
+    }
+    kept = {
+        name: coordinate.variable
+        for name, coordinate in coordinates.items()
+        if coordinate.dims and {*coordinate.dims} <= own
+    }
     if each > 1:
-        labels = [str(one) for one in runs["motion"].values[every]]
+        labels = [str(value) for value in runs["motion"].values[every]]
         reverse = np.tile(np.arange(each) >= draws, motions)
         names = [label + REVERSED if back else label for label, back in zip(labels, reverse.tolist(), strict=True)]
         if draws > 1:

@@ -73,7 +73,7 @@ def runs_of(
     }
     peaks = measure_variables(wave.records, [measure_named("pga")])
     if axes == BOTH_AXES:
-        peaks = {name: told(one, OF_WIDTH) for name, one in peaks.items()}
+        peaks = {name: told(peak, OF_WIDTH) for name, peak in peaks.items()}
     coordinates: dict[str, xr.Variable] = {**motion_coordinates(list(wave.records)), **peaks}
     long_name = name_at(scaled.long_name, wave.records, wave.ground)
     if scaled.one is not None:
@@ -114,16 +114,16 @@ def labelled(
             attributes = described(_RUNS[name])
         else:
             attributes = described(OUTPUTS[name].text, OUTPUTS[name].units)
-        variables[name] = xr.Variable(RUN, np.concatenate([one.runs[name] for one in waves]), attributes)
+        variables[name] = xr.Variable(RUN, np.concatenate([wave.runs[name] for wave in waves]), attributes)
     specimens = specimens_of(request)
-    motions = xr.concat([one.motions for one in waves], "motion", coords="minimal", compat="override")
+    motions = xr.concat([wave.motions for wave in waves], "motion", coords="minimal", compat="override")
     coordinates = {
         **specimens.coordinates,
         **numbers("block", len(request.blocks)),
         **numbers("model", len(request.models)),
         **numbers("motion", motions.sizes["motion"]),
         **(depth_coordinate(request.blocks) if waves[0].axes else {}),
-        **{str(name): one.variable for name, one in motions.coords.items()},
+        **{str(name): coordinate.variable for name, coordinate in motions.coords.items()},
     }
     told = provenance({**specimens.configuration, **configuration})
     attributes = {"title": title, "design": configuration["design"], "im": scaled.name, **told}
@@ -135,18 +135,18 @@ def with_estimates(
 ) -> xr.Dataset:
     """Add to runs what they say of each curve, and the better measures; the attribute `state` if not overturning."""
     until, shape = curves[0].until, (runs.sizes["block"], runs.sizes["model"])
-    gains = [others.gains(one.seen) for one in curves]
+    gains = [others.gains(curve.seen) for curve in curves]
     # (of other answers the scatter of capacities does not say how many motions they take)
-    offers = [gain_words(others.labels, one) if until.target == MEDIAN else "" for one in gains]
+    offers = [gain_words(others.labels, gain) if until.target == MEDIAN else "" for gain in gains]
     other = others.variables(gains, ("block", "model"), shape)
     found = runs.assign(curve_variables(curves, shape, runs["level"].attrs, offers, state))
     return (
-        found.assign({str(name): one.variable for name, one in other.data_vars.items()})
-        .assign_coords({str(name): one.variable for name, one in other.coords.items()})
+        found.assign({str(name): variable.variable for name, variable in other.data_vars.items()})
+        .assign_coords({str(name): coordinate.variable for name, coordinate in other.coords.items()})
         .assign_attrs(
             until=json.dumps(until.describe()),
             **({} if state is None else {"state": state}),
-            stopped_because="; ".join(dict.fromkeys(reason_text(one.stopped, state) for one in curves)),
+            stopped_because="; ".join(dict.fromkeys(reason_text(curve.stopped, state) for curve in curves)),
         )
     )
 
@@ -189,42 +189,42 @@ def curve_variables(
     def interval(name: str, ends: Sequence[tuple[float, float, float]], units: str, text: str) -> None:
         for suffix, k in (("", 0), ("_lower", 1), ("_upper", 2)):
             words = ("", "lower end of the 95 % interval of: ", "upper end of the 95 % interval of: ")[k]
-            column(f"{name}{suffix}", [one[k] for one in ends], units, words + text)
+            column(f"{name}{suffix}", [end[k] for end in ends], units, words + text)
 
     found: dict[str, xr.Variable] = {}
-    looks = [one.looks[-1] for one in curves]
+    looks = [curve.looks[-1] for curve in curves]
     near = f"level at which {half}, from levels near it: {measure}"
     interval("half_level", [_ends(look.local) for look in looks], unit, near)
     through = f"median of the curve through all runs: {measure}"
     interval("median", [_ends(look.curve) for look in looks], unit, through)
     interval(
         "dispersion",
-        [_ends(one.log_dispersion) for one in looks],
+        [_ends(look.log_dispersion) for look in looks],
         DIMENSIONLESS,
         "lognormal standard deviation of the curve through all runs",
     )
     target = curves[0].until.target
-    asked = [(one.value, one.lower, one.upper) for one in looks]
+    asked = [(look.value, look.lower, look.upper) for look in looks]
     if target == RATE:
         interval("rate", asked, PER_YEAR, f"annual rate of {of}, from weighted runs without a form of curve")
-        fitted = [one.fitted_rate() for one in curves]
+        fitted = [curve.fitted_rate() for curve in curves]
         rates = [math.nan if one is None else one.value for one in fitted]
         text = f"annual rate of {of}, of the lognormal curve through all runs"
         column("rate_of_curve", rates, PER_YEAR, text)
-        differ = [one.rate_misfit() for one in curves]
+        differ = [curve.rate_misfit() for curve in curves]
         column("rate_misfit", differ, DIMENSIONLESS, "rate of the curve over that without one, less 1; 0 within error")
     if target == PROBABILITY:
         interval("probability", asked, DIMENSIONLESS, f"probability of {of} at the level asked for")
-    misfits = [math.expm1(-one.misfit) for one in looks]
+    misfits = [math.expm1(-look.misfit) for look in looks]
     column("misfit", misfits, DIMENSIONLESS, "median over half_level, less 1; 0 within twice its error")
-    column("motions_run", [one.motions for one in looks], DIMENSIONLESS, "motions that the block was run under")
+    column("motions_run", [look.motions for look in looks], DIMENSIONLESS, "motions that the block was run under")
     width = "half width of the 95 % interval asked for, in the terms of until"
-    column("half_width", [half_width(one, one.looks[-1].ratio) for one in curves], DIMENSIONLESS, width)
-    reasons = [reason_text(one.stopped, state) for one in curves]
+    column("half_width", [half_width(curve, curve.looks[-1].ratio) for curve in curves], DIMENSIONLESS, width)
+    reasons = [reason_text(curve.stopped, state) for curve in curves]
     column("stopped_because", reasons, DIMENSIONLESS, "why no further motions were run")
     accounts = [
-        "; ".join(part for part in (account(one, state), offer) if part)
-        for one, offer in zip(curves, offers, strict=True)
+        "; ".join(part for part in (account(curve, state), offer) if part)
+        for curve, offer in zip(curves, offers, strict=True)
     ]
     column("account", accounts, DIMENSIONLESS, "what was reached, and what more would bring")
     found |= look_variables(curves, shape)
@@ -233,10 +233,10 @@ def curve_variables(
 
 def look_variables(curves: Sequence[SequentialCurve], shape: tuple[int, int]) -> dict[str, xr.Variable]:
     """Return the half width of every curve at every look, NaN after it stopped, and the motions until then."""
-    longest = max((one.looks for one in curves), key=len)
+    longest = max((curve.looks for curve in curves), key=len)
     widths = np.full((len(curves), len(longest)), math.nan)
-    for row, one in zip(widths, curves, strict=True):
-        row[: len(one.looks)] = [half_width(one, look.ratio) for look in one.looks]
+    for row, curve in zip(widths, curves, strict=True):
+        row[: len(curve.looks)] = [half_width(curve, look.ratio) for look in curve.looks]
     text = "half width of the 95 % interval after each wave, in the terms of until"
     motions: Index = np.array([one.motions for one in longest], dtype=np.int64)
     return {

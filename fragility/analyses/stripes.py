@@ -159,7 +159,9 @@ def stripe_scalings(
         return found
     measured = [1.0 if scaled.measured is None else scaled.measured for scaled in found]
     warn(stripe_doubts(found[0].name, zip(levels, measured, strict=True)))
-    return [scaled._replace(factors=np.ones((1, 1, len(own)))) for scaled, own in zip(found, sets, strict=True)]
+    return [
+        scaled._replace(factors=np.ones((1, 1, len(sequence)))) for scaled, sequence in zip(found, sets, strict=True)
+    ]
 
 
 def _check_selections(motions: Any, levels: Array, im: str | Measure) -> None:
@@ -186,9 +188,9 @@ def _check_selections(motions: Any, levels: Array, im: str | Measure) -> None:
 def _joined(scalings: Sequence[Scaling]) -> Scaling:
     """The scaling of all stripes: factors and measured values of one stripe after the other, along motions."""
     first = scalings[0]
-    values = [one.measured for one in scalings if one.measured is not None]
+    values = [scaling.measured for scaling in scalings if scaling.measured is not None]
     return first._replace(
-        factors=np.concatenate([dense(one.factors) for one in scalings], axis=2),
+        factors=np.concatenate([dense(scaling.factors) for scaling in scalings], axis=2),
         measured=np.concatenate(values, axis=-1) if values else None,
     )
 

@@ -104,39 +104,48 @@ def surface_dataset(
         text = f"region of the blocks in ln p, ln tan(alpha), inertia factor, and own e and ln delta: {name}"
         variables[f"region_{name}"] = xr.Variable(dim, getattr(plan.domain, name), {**none, "long_name": text})
     for kind in ("near", "curve"):
-        surfaces: list[Surface] = [getattr(one, kind) for one in known]
-        most = max(len(one.coefficients) for one in surfaces)
+        surfaces: list[Surface] = [getattr(surfaces, kind) for surfaces in known]
+        most = max(len(surface.coefficients) for surface in surfaces)
         coefficients, covariance = np.full((len(known), most), np.nan), np.full((len(known), most, most), np.nan)
-        for i, one in enumerate(surfaces):
-            n = len(one.coefficients)
-            coefficients[i, :n], covariance[i, :n, :n] = one.coefficients, one.covariance
+        for i, surface in enumerate(surfaces):
+            n = len(surface.coefficients)
+            coefficients[i, :n], covariance[i, :n, :n] = surface.coefficients, surface.covariance
         term = f"{kind}_term"
         near = kind == "near"
         which, spread = ("runs near the medians", " (of all runs, times a factor)") if near else ("all runs", "")
         for name, own, on, text in (
             ("coefficients", coefficients, ("model", term), f"of ln median, then of ln dispersion{spread}"),
             ("covariance", covariance, ("model", term, f"{term}_too"), "of the coefficients"),
-            ("degrees", [one.degrees for one in surfaces], ("model", "degree_of"), "of ln median, of ln dispersion"),
-            ("motions", [one.motions for one in surfaces], ("model",), "number of motions"),
+            (
+                "degrees",
+                [surface.degrees for surface in surfaces],
+                ("model", "degree_of"),
+                "of ln median, of ln dispersion",
+            ),
+            ("motions", [surface.motions for surface in surfaces], ("model",), "number of motions"),
         ):
             long_name = f"surface of {which}: {name} {text}" if name != "motions" else f"{text} of the surface"
             variables[f"{kind}_{name}"] = xr.Variable(on, own, {**none, "long_name": long_name})
 
-    variables |= _cut_variables([one.near.cut for one in known], plan.domain.size)
+    variables |= _cut_variables([surfaces.near.cut for surfaces in known], plan.domain.size)
 
     def of_laws(name: str, values: Sequence[Any], text: str) -> None:
         kind = object if isinstance(values[0], str) else None
         variables[name] = xr.Variable("model", np.array(values, dtype=kind), {**none, "long_name": text})
 
-    reaches = [math.expm1(law.band().reach + one.apart) for law, one in zip(found.laws, known, strict=True)]
-    of_laws("band_factor", [one.factor for one in known], "standard errors within which all medians lie at once")
-    of_laws("lack_of_fit", [math.expm1(one.apart) for one in known], "share by which checks differ beyond chance")
-    of_laws("check_p_value", [one.p_value for one in checked], "chance of differences as large as the check's")
+    reaches = [math.expm1(law.band().reach + surfaces.apart) for law, surfaces in zip(found.laws, known, strict=True)]
+    of_laws(
+        "band_factor", [surfaces.factor for surfaces in known], "standard errors within which all medians lie at once"
+    )
+    of_laws(
+        "lack_of_fit", [math.expm1(surfaces.apart) for surfaces in known], "share by which checks differ beyond chance"
+    )
+    of_laws("check_p_value", [check.p_value for check in checked], "chance of differences as large as the check's")
     of_laws("motions_run", [law.motions for law in found.laws], "motions of the surface")
     of_laws("half_width", reaches, "half width of the widest interval of a median, as a share")
     of_laws("stopped_because", [law.stopped for law in found.laws], "why no further motions were run")
     gains = [found.others.gains(law.centred) for law in found.laws]
-    offers = [gain_words(found.others.labels, one) for one in gains]
+    offers = [gain_words(found.others.labels, gain) for gain in gains]
     accounts = [_account(plan, *each) for each in zip(found.laws, known, checked, reaches, offers, strict=True)]
     of_laws("account", accounts, "what was reached, and what more would bring")
     if plan.hazard is not None:
@@ -213,11 +222,11 @@ def _cut_words(plan: PooledPlan, cut: Cut) -> str:
 
 def _cut_variables(cuts: Sequence[Cut | None], axes: int) -> dict[str, xr.Variable]:
     """Return where surfaces jump, NaN of laws whose surface does not; nothing where none does."""
-    if all(one is None for one in cuts):
+    if all(cut is None for cut in cuts):
         return {}
     none = np.full(axes, np.nan)
-    normal = np.array([none if one is None else one.normal for one in cuts])
-    places = np.array([[math.nan] * 3 if one is None else [one.place, one.low, one.high] for one in cuts])
+    normal = np.array([none if cut is None else cut.normal for cut in cuts])
+    places = np.array([[math.nan] * 3 if cut is None else [cut.place, cut.low, cut.high] for cut in cuts])
     beyond = "where the surfaces jump: blocks beyond have point @ normal >= place"
     return {
         "cut_normal": xr.Variable(("model", "region_axis"), normal, described(f"{beyond}: normal")),
@@ -228,7 +237,7 @@ def _cut_variables(cuts: Sequence[Cut | None], axes: int) -> dict[str, xr.Variab
 def _rate_variables(known: Sequence[LawSurfaces], terms: int) -> dict[str, xr.Variable]:
     """Return the planes that take rates of curves to those without a form, NaN where there is none."""
     none = RatePlane(np.full(terms, np.nan), np.full((terms, terms), np.nan), math.nan)
-    planes = [none if one.rates is None else one.rates for one in known]
+    planes = [none if surfaces.rates is None else surfaces.rates for surfaces in known]
     labels = {
         "coefficients": (("model", "rate_term"), "plane of ln ratios of rates without a form to those of curves"),
         "covariance": (("model", "rate_term", "rate_term_too"), "covariance of the coefficients of that plane"),
@@ -241,18 +250,18 @@ def _rate_variables(known: Sequence[LawSurfaces], terms: int) -> dict[str, xr.Va
 
 
 def _check_variables(plan: PooledPlan, checked: Sequence[Check]) -> dict[str, xr.Variable]:
-    most = max(one.difference.size for one in checked)
+    most = max(check.difference.size for check in checked)
     shape = len(checked), most
     columns = {name: np.full(shape, np.nan) for name in ("difference", "error", "p", "alpha", *plan.own)}
-    for i, one in enumerate(checked):
-        n = one.difference.size
-        log_p, log_tan = plan.domain.variables(one.points)[:, :2].T
-        options = own_options(plan.domain, one.points, plan.own)
+    for i, check in enumerate(checked):
+        n = check.difference.size
+        log_p, log_tan = plan.domain.variables(check.points)[:, :2].T
+        options = own_options(plan.domain, check.points, plan.own)
         for name in plan.own:
-            columns[name][i, :n] = [each[name] for each in options]
+            columns[name][i, :n] = [option[name] for option in options]
         for name, values in (
-            ("difference", one.difference),
-            ("error", one.error),
+            ("difference", check.difference),
+            ("error", check.error),
             ("p", exp(log_p)),
             ("alpha", arctan(exp(log_tan))),
         ):
@@ -274,27 +283,31 @@ def _check_variables(plan: PooledPlan, checked: Sequence[Check]) -> dict[str, xr
 
 def _run_variables(plan: PooledPlan, found: PooledRuns) -> dict[str, xr.Variable]:
     pools = [law.runs for law in found.laws]
-    points = np.concatenate([one.points for one in pools])
+    points = np.concatenate([pool.points for pool in pools])
     log_p, log_tan, inertia = plan.domain.variables(points)[:, :3].T
     options = own_options(plan.domain, points, plan.own)
     unit = plan.power * (math.log(STANDARD_GRAVITY) + log_tan)
-    model = np.repeat(np.arange(len(pools)), [one.x.size for one in pools])
+    model = np.repeat(np.arange(len(pools)), [pool.x.size for pool in pools])
     labels: dict[str, tuple[Any, str, str]] = {
         "run_model": (model, DIMENSIONLESS, "law of the run, from 0"),
-        "run_motion": (np.concatenate([one.motion for one in pools]), DIMENSIONLESS, "number of its motion, from 0"),
+        "run_motion": (np.concatenate([pool.motion for pool in pools]), DIMENSIONLESS, "number of its motion, from 0"),
         "run_p": (exp(log_p), ANGULAR_VELOCITY, "rocking frequency parameter of its block"),
         "run_alpha": (arctan(exp(log_tan)), RADIAN, "slenderness angle of its block"),
         "run_inertia_factor": (inertia, DIMENSIONLESS, "inertia factor of its block"),
         **{
-            f"run_{name}": (np.array([one[name] for one in options]), DIMENSIONLESS, f"{_OWN[name]} of its block")
+            f"run_{name}": (np.array([option[name] for option in options]), DIMENSIONLESS, f"{_OWN[name]} of its block")
             for name in plan.own
         },
         "run_level": (
-            exp(np.concatenate([one.x for one in pools]) + unit),
+            exp(np.concatenate([pool.x for pool in pools]) + unit),
             plan.scaled.units,
             f"level of the run: {found.level_name}",
         ),
-        "run_overturned": (np.concatenate([one.fell for one in pools]), DIMENSIONLESS, "whether the block overturned"),
+        "run_overturned": (
+            np.concatenate([pool.fell for pool in pools]),
+            DIMENSIONLESS,
+            "whether the block overturned",
+        ),
     }
     return {
         name: xr.Variable("pooled_run", values, described(text, units))
@@ -367,10 +380,12 @@ def _curve_dataset(columns: BlockArray, found: Sequence[Curves], surface: xr.Dat
         if name.startswith("rate") and not rated:
             continue
         values = np.empty((len(columns), len(found)))
-        for i, one in enumerate(found):
-            values[:, i] = exp(one[k]) if units == unit else one[k]
+        for i, curves in enumerate(found):
+            values[:, i] = exp(curves[k]) if units == unit else curves[k]
         variables[name] = xr.Variable(("block", "model"), values, described(text, units))
-    of_laws = {str(name): one.variable for name, one in surface.coords.items() if one.dims == ("model",)}
+    of_laws = {
+        str(name): coordinate.variable for name, coordinate in surface.coords.items() if coordinate.dims == ("model",)
+    }
     return xr.Dataset(variables, coords={**_block_columns(columns), **of_laws}, attrs=surface.attrs)
 
 

@@ -120,7 +120,7 @@ class MotionSource:
                 raise ValueError("ground must be left out where motions come from a generator")
             return
         records = records_under(motions, polarity)
-        if len({one.floor for one in records}) > 1:
+        if len({record.floor for record in records}) > 1:
             raise ValueError("motions must be of one floor for adaptive levels, got several: take one at a time")
         below = None if ground is None else ground_of(records, records_under(ground, polarity))
         given = [list(own) for _, own in groupby(range(len(records)), lambda i: records[i].given)]
@@ -194,7 +194,7 @@ def run_wave(
     the direction of the depths, which motions along both axes need for blocks that rock. `factors` are (curve, level,
     motion).
     """
-    work = work_of(specimens, [along_width(one) for one in records], factors, request)
+    work = work_of(specimens, [along_width(record) for record in records], factors, request)
     return collect_about(work, across, request.runner, progress, LEAST_OF_A_WAVE).results
 
 

@@ -237,7 +237,11 @@ def _ordered(dims: Any) -> tuple[str, ...]:
 
 def coordinates_on(curves: xr.Dataset, dims: tuple[str, ...]) -> dict[str, xr.Variable]:
     """Return the coordinates of a dataset that lie on `dims` alone."""
-    return {str(name): one.variable for name, one in curves.coords.items() if set(one.dims) <= set(dims)}
+    return {
+        str(name): coordinate.variable
+        for name, coordinate in curves.coords.items()
+        if set(coordinate.dims) <= set(dims)
+    }
 
 
 def curve_probability(curves: xr.Dataset, x: Any, outside: str = REFUSE) -> xr.DataArray:

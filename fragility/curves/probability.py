@@ -78,7 +78,7 @@ def _counts(flags: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:
     floor, groups = motions_by_floor(flags)
     if floor is None:
         return _at_levels(flags)
-    parts = [_at_levels(flags.isel(motion=here)) for here in groups]
+    parts = [_at_levels(flags.isel(motion=group)) for group in groups]
     rest = [dim for dim in parts[0][0].dims if dim != "level"]
     overturnings, runs = (xr.concat(one, floor).transpose(*rest, "floor", ...) for one in zip(*parts, strict=True))
     return overturnings, runs

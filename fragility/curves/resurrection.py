@@ -76,7 +76,7 @@ def _counts(flags: xr.DataArray) -> xr.Dataset:
     above[..., 1:, :] = np.logical_or.accumulate(fell, axis=-2)[..., :-1, :]
     stood = above & ~fell
     dims = flags.dims[:-2]
-    coords = {name: one for name, one in flags.coords.items() if set(one.dims) <= set(dims)}
+    coords = {name: coordinate for name, coordinate in flags.coords.items() if set(coordinate.dims) <= set(dims)}
     counts = {
         "pairs": above.sum(axis=(-2, -1)),
         "stood": stood.sum(axis=(-2, -1)),

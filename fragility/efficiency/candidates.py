@@ -51,7 +51,7 @@ def motions_of_runs(runs: xr.Dataset, motions: Motions | None) -> RunMotions:
 
     In stripes, a motion may be in several of the sets, and its label as given is the coordinate `record`.
     """
-    labels = tuple(str(one) for one in runs["record" if "record" in runs.coords else "motion"].values)
+    labels = tuple(str(value) for value in runs["record" if "record" in runs.coords else "motion"].values)
     if motions is None:
         return RunMotions(labels)
     # (the sets of stripes may be an iterator)
@@ -59,10 +59,10 @@ def motions_of_runs(runs: xr.Dataset, motions: Motions | None) -> RunMotions:
     arrays = tuple(_arrays(given))
     known: dict[str, Record] = {}
     for array in arrays:
-        for one in records(array):
-            before = known.setdefault(one.label, one)
-            if before is not one and not np.array_equal(before.acceleration, one.acceleration):
-                raise ValueError(f"motions must have unique labels, got two different ones labelled {one.label!r}")
+        for record in records(array):
+            before = known.setdefault(record.label, record)
+            if before is not record and not np.array_equal(before.acceleration, record.acceleration):
+                raise ValueError(f"motions must have unique labels, got two different ones labelled {record.label!r}")
     return RunMotions(labels, arrays, tuple(records_of(runs, given)))
 
 
@@ -72,16 +72,16 @@ def _arrays(motions: Motions) -> Iterator[xr.DataArray]:
         records(motions)  # raises the error for anything that is no motion
         yield motions
     else:
-        for one in motions:
-            yield from _arrays(one)
+        for motion in motions:
+            yield from _arrays(motion)
 
 
 def candidates_of(runs: xr.Dataset, ordered: OrderedRuns, run_motions: RunMotions, also: Any) -> list[Candidate]:
     """Return the runs' own measure, all others that grow with the motion, and those asked for; no label twice."""
     chosen: dict[str, Measure | BlockMeasure] = {
-        name: one
-        for name, one in MEASURES.items()
-        if one.power != 0.0 and (run_motions.records is not None or name in runs.coords)
+        name: measure
+        for name, measure in MEASURES.items()
+        if measure.power != 0.0 and (run_motions.records is not None or name in runs.coords)
     }
     if not isinstance(also, Iterable):
         raise TypeError(f"also must be measures or their names, got {checks.kind(also)}")
@@ -129,7 +129,9 @@ def covariates_of(runs: xr.Dataset, run_motions: RunMotions) -> list[xr.DataArra
     """
     found: dict[str, tuple[Array, dict[str, Any]]] = {}
     for name in SCENARIO:
-        having = [one[name] for one in run_motions.arrays if name in one.coords and one[name].dims == ("motion",)]
+        having = [
+            array[name] for array in run_motions.arrays if name in array.coords and array[name].dims == ("motion",)
+        ]
         if having:
             found[name] = _matched(having, run_motions.labels), having[0].attrs
     for name, one in MEASURES.items():

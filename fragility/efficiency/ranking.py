@@ -178,7 +178,7 @@ def _by_floor(
     if index is None:
         return _compare(runs, options)
     apart = without_floors(runs)
-    parts = [_compare(apart.isel(motion=one), options) for one in groups]
+    parts = [_compare(apart.isel(motion=group), options) for group in groups]
     joined = xr.concat(parts, xr.DataArray(index, name="floor"), combine_attrs="override")
     return joined.transpose("block", "model", "floor", ...)
 
@@ -190,9 +190,9 @@ def _with_measures(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
         few, ordered_runs(few, options.state), motions_of_runs(runs, options.motions), options.also
     )
     known = {
-        one.label: ("motion", exp(one.log_values))
-        for one in candidates
-        if one.label not in runs.coords and one.log_values.shape == (runs.sizes["motion"],)
+        candidate.label: ("motion", exp(candidate.log_values))
+        for candidate in candidates
+        if candidate.label not in runs.coords and candidate.log_values.shape == (runs.sizes["motion"],)
     }
     return runs.assign_coords(known)
 
@@ -238,9 +238,9 @@ def _compare(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
     drawn = draw_clusters(polarity_pairs(runs), options.replicates, options.seed)
     weights = np.concatenate([np.ones((1, n)), drawn])
     capacities = _capacities(ordered)
-    ends = [_log_capacities(capacities, one) for one in candidates]
+    ends = [_log_capacities(capacities, candidate) for candidate in candidates]
     dims = ("block", "model", "measure")
-    powers = np.array([one.power for one in candidates])
+    powers = np.array([candidate.power for candidate in candidates])
     # (a motion and its reverse are one earthquake, so that fits of both ways are as precise as those of one)
     fits = _dispersions(ordered, candidates, ends, weights * as_given(runs).mean(), options)
     columns = _efficiency(*fits, powers, options.confidence)
@@ -265,7 +265,7 @@ def _compare(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
         "covariate_long_name": ("covariate", *_texts([one.attrs["long_name"] for one in known], "what it is")),
         "covariate_motions": ("covariate", *_column(motions, "motions whose covariate is known")),
     }
-    labels = [one.label for one in candidates]
+    labels = [candidate.label for candidate in candidates]
     summary = _summary(capacities, columns["rank"][0], labels)
     variables |= {name: (("block", "model"), *column) for name, column in summary.items()}
     return xr.Dataset(
@@ -328,7 +328,7 @@ def _column(values: NDArray[Any], long_name: str) -> Column:
 
 
 def _texts(values: Iterable[Any], long_name: str) -> Column:
-    return _column(np.array([str(one) for one in values], dtype=object), long_name)
+    return _column(np.array([str(value) for value in values], dtype=object), long_name)
 
 
 def _with_interval(name: str, values: Array, confidence: float, long_name: str) -> dict[str, Column]:
@@ -408,9 +408,19 @@ def _summary(capacities: Brackets, rank: Index, labels: Sequence[str]) -> dict[s
 def _coordinates(runs: xr.Dataset, candidates: Sequence[Candidate]) -> dict[str, Any]:
     dims = {"block", "model"}
     return {
-        **{str(name): one.variable for name, one in runs.coords.items() if one.dims and dims >= {*map(str, one.dims)}},
-        "measure": ("measure", *_texts([one.label for one in candidates], "intensity measure")),
-        "measure_units": ("measure", *_texts([one.units for one in candidates], "unit of the measure")),
-        "power": ("measure", *_column(np.array([one.power for one in candidates]), "power with which it grows")),
-        "measure_long_name": ("measure", *_texts([one.long_name for one in candidates], "what the measure is")),
+        **{
+            str(name): coordinate.variable
+            for name, coordinate in runs.coords.items()
+            if coordinate.dims and dims >= {*map(str, coordinate.dims)}
+        },
+        "measure": ("measure", *_texts([candidate.label for candidate in candidates], "intensity measure")),
+        "measure_units": ("measure", *_texts([candidate.units for candidate in candidates], "unit of the measure")),
+        "power": (
+            "measure",
+            *_column(np.array([candidate.power for candidate in candidates]), "power with which it grows"),
+        ),
+        "measure_long_name": (
+            "measure",
+            *_texts([candidate.long_name for candidate in candidates], "what the measure is"),
+        ),
     }

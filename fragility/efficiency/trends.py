@@ -108,12 +108,12 @@ def demand_trends(
     blocks, models, motions = count.shape
     shape = (blocks, models, len(candidates), weights.shape[0])
     slope, scatter = np.full(shape, np.nan), np.full(shape, np.nan)
-    for j, one in enumerate(candidates):
-        a = np.broadcast_to(np.atleast_2d(one.log_values), (blocks, motions))[:, None, :]
+    for j, candidate in enumerate(candidates):
+        a = np.broadcast_to(np.atleast_2d(candidate.log_values), (blocks, motions))[:, None, :]
         # relative to the mean, since the squares would cancel; each block's own mean, so that other blocks do not
         # change its digits
         a = a - a.mean(axis=-1, keepdims=True)
-        k = one.power
+        k = candidate.power
         sums = np.stack(
             [
                 count,

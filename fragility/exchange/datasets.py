@@ -164,14 +164,19 @@ def _variables(found: CurveSet, rows: Sequence[CurveRow | None], shape: tuple[in
         add("probability", table, DIMENSIONLESS, "probability of the limit state")
     else:
         parameters = [CurveParameters() if row is None else row.parameters for row in rows]
-        add("median", [one.median for one in parameters], found.units, f"median {found.long_name}")
+        add("median", [parameter.median for parameter in parameters], found.units, f"median {found.long_name}")
         kind = "standard deviation of ln(capacity)" if found.form in LINKED else "lognormal standard deviation"
         text = f"{kind} of the fragility curve"
-        add("dispersion", [one.dispersion for one in parameters], DIMENSIONLESS, text)
+        add("dispersion", [parameter.dispersion for parameter in parameters], DIMENSIONLESS, text)
         if found.form == UPLIFT:
-            add("uplift_median", [one.uplift_median for one in parameters], found.units, "median level of uplift")
+            add(
+                "uplift_median",
+                [parameter.uplift_median for parameter in parameters],
+                found.units,
+                "median level of uplift",
+            )
             text = "lognormal standard deviation of the uplift curve, 0 for a step"
-            add("uplift_dispersion", [one.uplift_dispersion for one in parameters], DIMENSIONLESS, text)
+            add("uplift_dispersion", [parameter.uplift_dispersion for parameter in parameters], DIMENSIONLESS, text)
     status = [ABSENT if row is None else row.status for row in rows]
     add("status", status, DIMENSIONLESS, "ok, or why there is no curve", object)
     estimated = [row is not None and row.estimated for row in rows]

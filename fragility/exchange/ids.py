@@ -55,9 +55,9 @@ def is_id(text: str, marks: str = "_") -> bool:
 
 def check_ids(ids: Sequence[str], components: int, marks: str) -> list[str]:
     """Return ids that a caller chose; TypeError, ValueError where they are not one a component, legal and unique."""
-    if isinstance(ids, str) or not all(isinstance(one, str) for one in ids):
+    if isinstance(ids, str) or not all(isinstance(number, str) for number in ids):
         raise TypeError("ids must be a sequence of texts, one a component")
-    chosen = [str(one) for one in ids]
+    chosen = [str(number) for number in ids]
     if len(chosen) != components:
         raise ValueError(f"ids must be one a component, got {len(chosen):,} for {components:,} components")
     bad = next((one for one in chosen if not is_id(one, marks)), None)
@@ -83,7 +83,8 @@ def make_ids(labels: Sequence[tuple[str, ...]], dims: Sequence[str] = ()) -> dic
     """
     at = dims.index("floor") if "floor" in dims else None
     plain = {
-        one: _plain([f"floor {x}" if k == at and x.isdecimal() else x for k, x in enumerate(one)]) for one in labels
+        label: _plain([f"floor {x}" if k == at and x.isdecimal() else x for k, x in enumerate(label)])
+        for label in labels
     }
     counts = Counter(made.lower() for made in plain.values())
     found = {
@@ -153,7 +154,7 @@ def component_of(written: Any) -> Component | None:
     reason = written.get("status")
     return Component(
         labels,
-        [one for one in states if isinstance(one, str)] if isinstance(states, list) else [],
+        [state for state in states if isinstance(state, str)] if isinstance(states, list) else [],
         {key: size for key in SIZES if isinstance(size := written.get(key), float) and SMALLEST < size < LARGEST},
         reason if isinstance(reason, str) and reason != OK else None,
     )

@@ -190,9 +190,9 @@ class CurveSet(NamedTuple):
     def missing(self) -> dict[str, str]:
         """Return the reasons for missing curves, by the ids of components that lack at least one limit state."""
         return {
-            name: next(one.status for one in states if not one.estimated)
+            name: next(state.status for state in states if not state.estimated)
             for name, states in self.components().items()
-            if not all(one.estimated for one in states)
+            if not all(state.estimated for state in states)
         }
 
     @property

@@ -168,7 +168,7 @@ class CustomForm(Form):
 
     def _table(self, every: list[FittedCurve | None], x: Array) -> Array:
         missing = np.full(x.size, np.nan)
-        return np.array([missing if one is None else self._at(one, x) for one in every])
+        return np.array([missing if curve is None else self._at(curve, x) for curve in every])
 
     def _fractiles(self, fitted: FittedCurve | None, x: Array, fractions: Array) -> Array:
         if fitted is None:

@@ -56,7 +56,7 @@ def label_curves(
     replicates: int | None,
 ) -> xr.Dataset:
     """Return the results of all curves as one dataset on their dimensions; NaN where a curve lacks a variable."""
-    names = dict.fromkeys(name for one in columns for name in one)
+    names = dict.fromkeys(name for column in columns for name in column)
     coords: dict[Any, Any] = dict(trials.coords)
     if fractiles:
         attributes = described("probability of overturning")
@@ -97,7 +97,7 @@ def label_curves(
             dims.append(_DIMENSIONS[base])
         if _DIMENSIONS.get(base) == "fraction" and not fractiles:
             continue
-        values = _column([one.get(name) for one in columns], trials.shape)
+        values = _column([column.get(name) for column in columns], trials.shape)
         if _DIMENSIONS.get(base) == "level":
             values = values[..., : coords["level"].size]
         if units == LEVEL:

@@ -186,6 +186,6 @@ def status_of(lines: FittedLines, data: FactorData, covariance: Array) -> str:
     log_median = float(lines.log_fractile(0.5)[0])
     errors = (lines.log_fractile_variance(0.5, covariance)[0], lines.log_dispersion_variance(covariance)[0])
     used = data.x[data.runs[0] > 0.0]
-    if not all(0.0 <= one < np.inf for one in errors) or not used[0] - FAR <= log_median <= used[-1] + FAR:
+    if not all(0.0 <= error < np.inf for error in errors) or not used[0] - FAR <= log_median <= used[-1] + FAR:
         return FLAT
     return word

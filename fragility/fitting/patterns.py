@@ -82,6 +82,6 @@ class PatternTable:
     @property
     def patterns(self) -> Patterns:
         """All patterns that were added."""
-        starts = np.cumsum([0, *(len(one) for one in self._parts)], dtype=np.int64)
+        starts = np.cumsum([0, *(len(part) for part in self._parts)], dtype=np.int64)
         cells, counts = np.concatenate(self._parts).T.astype(np.int64, order="C")
         return Patterns(self.of_cluster, starts, cells, counts)

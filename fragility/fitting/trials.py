@@ -190,7 +190,7 @@ def collect(data: Any, first: bool = False, state: State = OVERTURNED, together:
     checks.not_empty("data", data.sizes, "level")
     if RUN in data.dims:
         return _trials_of_adaptive(data, first, state, together)
-    on_motion = any("motion" in one.dims for one in data.data_vars.values())
+    on_motion = any("motion" in variable.dims for variable in data.data_vars.values())
     if "overturned" in data or (on_motion and "overturnings" not in data):
         return _trials_of_runs(data, first, state, together)
     if first:
@@ -328,7 +328,7 @@ def _trials_of_adaptive(data: xr.Dataset, first: bool, state: State, together: S
     if "motion" not in data.dims:
         raise ValueError("runs at adaptive levels must keep their motion dimension, got a selection without it")
     numbers = [f"run_{one}" for one in ("block", "model", "motion")]
-    if any(data[one].dtype.kind not in "iu" for one in numbers) or not data.sizes["motion"]:
+    if any(data[number].dtype.kind not in "iu" for number in numbers) or not data.sizes["motion"]:
         raise ValueError(
             "runs at adaptive levels must keep motions, and whole numbers of their blocks, models and motions: "
             "select with isel or sel (where makes fractions of numbers)"
@@ -426,7 +426,7 @@ def _intensities(x: xr.DataArray, flags: xr.DataArray) -> Array:
 def _strata(stripe: NDArray[Any], clusters: Index) -> tuple[Index, ...] | None:
     """Return the ground motions of each stripe, to be drawn stripe by stripe; None where stripes share one."""
     members = tuple(np.unique(clusters[stripe == one]) for one in np.unique(stripe))
-    return members if sum(one.size for one in members) == clusters.max() + 1 else None
+    return members if sum(member.size for member in members) == clusters.max() + 1 else None
 
 
 def _positive(name: str, values: Any) -> Array:
@@ -445,7 +445,7 @@ def _per_curve(values: xr.DataArray, like: xr.DataArray) -> list[float]:
 
 def _curve_coordinates(data: xr.Dataset, dims: tuple[Hashable, ...]) -> dict[Hashable, xr.DataArray]:
     """Return the coordinates that lie on the dimensions of the curves alone."""
-    return {name: one for name, one in data.coords.items() if set(one.dims) <= set(dims)}
+    return {name: coordinate for name, coordinate in data.coords.items() if set(coordinate.dims) <= set(dims)}
 
 
 def _level_attributes(x: xr.DataArray) -> dict[str, str]:

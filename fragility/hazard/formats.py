@@ -400,7 +400,7 @@ def read_openquake(
     quantity, format_ = Quantity("probability", period), "OpenQuake's format"
     fractile, notes = _read_comments(lines, comment, label, unit_of_program(label), quantity, format_, name)
     heading = lines.number
-    columns = [at for at, one in enumerate(names) if one.startswith("poe-")]
+    columns = [at for at, name in enumerate(names) if name.startswith("poe-")]
     levels = [lines.value(names[at][4:], "a level", at=heading) for at in columns]
     row = _selected_site(lines, _sites(lines, names, columns), site)
     rates = [rate_of_word(lines, word, "poe", quantity, row.line) for word in row.words]
@@ -504,8 +504,8 @@ def read_nshmp(
     """Read one site of nshmp-haz' curves.csv or total.csv; its comment and column names have been read."""
     label, unnamed = _named_measure(lines, comment, im)
     heading = lines.number
-    columns = [at for at, one in enumerate(names) if re.fullmatch(r"[\d.][\d.eE+-]{0,30}", one)]
-    other = [one for at, one in enumerate(names) if at not in columns and one not in ("name", "lon", "lat", "vs30")]
+    columns = [at for at, name in enumerate(names) if re.fullmatch(r"[\d.][\d.eE+-]{0,30}", name)]
+    other = [name for at, name in enumerate(names) if at not in columns and name not in ("name", "lon", "lat", "vs30")]
     if other or len(columns) < 2:
         problem = f"got a column {other[0][:40]!r}" if other else f"got {len(columns)} levels"
         raise HazardError(f"{lines.file}: line {heading} must name name, lon, lat and at least two levels, {problem}")
@@ -617,7 +617,7 @@ def read_services(lines: Lines, im: str | None, component: str) -> HazardCurve:
     curves = _member(file, found[label], "data")
     if not isinstance(curves, list):
         raise HazardError(f"{file}: data must be a list, got {_shown(curves)}")
-    named = {str(_member(file, one, "component")): one for one in curves}
+    named = {str(_member(file, curve, "component")): curve for curve in curves}
     if len(named) < len(curves):
         raise HazardError(f"{file}: holds several curves of one component: keep the one of the site")
     if component not in named:

@@ -97,7 +97,7 @@ def curve_of(
             if units is not None:
                 check_points(x, [*rows], units)
             x = x * factor
-        source = ", ".join(plain(one, 200) for one in notes)
+        source = ", ".join(plain(note, 200) for note in notes)
         if weights is None:
             return HazardCurve(x.tolist(), rows[0].tolist(), im, source, fractile=fractile)
         return HazardCurve(x.tolist(), (), im, source, rows.tolist(), weights)

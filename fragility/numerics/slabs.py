@@ -100,11 +100,11 @@ def put(
     array: Allocator,
 ) -> None:
     """Write the variables of a slab into those of all runs, which are allocated with `array` at the first slab."""
-    for name, one in part.items():
+    for name, variable in part.items():
         if name not in found:
-            shape = tuple(sizes.get(str(dim), one.sizes[dim]) for dim in one.dims)
-            found[name] = xr.Variable(one.dims, array(shape, one.dtype), one.attrs)
-        found[name].data[tuple(where.get(str(dim), slice(None)) for dim in one.dims)] = one.values
+            shape = tuple(sizes.get(str(dim), variable.sizes[dim]) for dim in variable.dims)
+            found[name] = xr.Variable(variable.dims, array(shape, variable.dtype), variable.attrs)
+        found[name].data[tuple(where.get(str(dim), slice(None)) for dim in variable.dims)] = variable.values
 
 
 def in_memory(shape: tuple[int, ...], dtype: Any) -> NDArray[Any]:

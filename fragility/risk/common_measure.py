@@ -72,7 +72,7 @@ def check_floor(curves: xr.Dataset, hazard: HazardCurve) -> None:
     """Raise ValueError where the levels of the curves are of another floor's motion than the hazard."""
     at_ground = levels_of_the_ground(curves)
     floors = [str(one) for one in np.atleast_1d(curves["floor"].values)] if "floor" in curves.coords else []
-    upper = [one for one in floors if one not in GROUND_FLOORS]
+    upper = [floor for floor in floors if floor not in GROUND_FLOORS]
     if hazard.at == FLOOR:
         if at_ground:
             raise ValueError("levels of the curves are of the ground's motion, the hazard curve is of a floor's")

@@ -38,14 +38,14 @@ def fractiles_of(found: Sequence[SampledRates], weights: Array, shares: Sequence
     curves = found[0].mean.size
     out = np.full((curves, len(shares)), np.nan)
     each = []
-    for one, weight in zip(found, weights, strict=True):
-        part = np.broadcast_to(one.weights, one.modelled.shape[1:])
+    for rates, weight in zip(found, weights, strict=True):
+        part = np.broadcast_to(rates.weights, rates.modelled.shape[1:])
         each.append((weight * part / part.sum()).ravel())
     mass = np.concatenate(each)
     for i in range(curves):
-        if any(np.isnan(one.mean[i]) for one in found):
+        if any(np.isnan(rates.mean[i]) for rates in found):
             continue
-        values = np.concatenate([one.modelled[i].ravel() for one in found])
+        values = np.concatenate([rates.modelled[i].ravel() for rates in found])
         known = ~np.isnan(values)
         part = mass.copy()
         begin = 0
@@ -66,17 +66,17 @@ def fractiles_of(found: Sequence[SampledRates], weights: Array, shares: Sequence
 def shares_of_spread(names: Sequence[tuple[str, str, str]], found: Sequence[SampledRates], weights: Array) -> Array:
     """Return the shares (curve, source) of the variance of ln(rate) of branches by model, motions and hazard."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        plain = [log(one.samples) for one in found]
-        modelled = [log(one.modelled) for one in found]
+        plain = [log(rates.samples) for rates in found]
+        modelled = [log(rates.modelled) for rates in found]
         # (of each branch: the mean over replicates, on its realisations)
         central = [_moments(one)[0] for one in plain]
     cells: list[tuple[str, str, str]] = []
     columns, mass = [], []
-    for (model, motions, hazard), one, values, weight in zip(names, found, central, weights, strict=True):
-        for k, share in enumerate(one.weights):
+    for (model, motions, hazard), rates, values, weight in zip(names, found, central, weights, strict=True):
+        for k, share in enumerate(rates.weights):
             cells.append((model, motions, f"{hazard} {k}"))
             columns.append(values[:, k])
-            mass.append(weight * share / one.weights.sum())
+            mass.append(weight * share / rates.weights.sum())
     means, part = np.stack(columns, axis=1), np.array(mass)
     out = np.zeros((means.shape[0], len(SOURCES)))
     between = _variance(means, part)
@@ -87,8 +87,8 @@ def shares_of_spread(names: Sequence[tuple[str, str, str]], found: Sequence[Samp
         out[:, i] = _variance(main, np.array([part[at].sum() for at in of]))
     out[:, SOURCES.index(JOINT)] = np.maximum(between - out[:, :3].sum(axis=1), 0.0)
     finite, both = np.zeros(means.shape[0]), np.zeros(means.shape[0])
-    for one, before, after, weight in zip(found, plain, modelled, weights, strict=True):
-        of_realisations = one.weights / one.weights.sum()
+    for rates, before, after, weight in zip(found, plain, modelled, weights, strict=True):
+        of_realisations = rates.weights / rates.weights.sum()
         finite += weight * times(_moments(before)[1], of_realisations)
         both += weight * times(_moments(after)[1], of_realisations)
     out[:, SOURCES.index(FINITE)] = finite

@@ -66,7 +66,7 @@ def check_outputs(axes: str, outputs: Sequence[str], models: Sequence[Model]) ->
 
 def _sliding(models: Sequence[Model]) -> bool:
     """Return True of blocks that slide, which need no depth for it."""
-    return any(isinstance(one, SlidingLaw) for one in models)
+    return any(isinstance(model, SlidingLaw) for model in models)
 
 
 def along_depth(record: Record) -> Record:

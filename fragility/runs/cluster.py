@@ -173,10 +173,10 @@ class _SentWork:
         rows, sources, places = zip(*arguments, strict=True)
         tasks = [
             pickle.dumps(
-                (own, self._work.factors_of(chunk), self._work.skip, self._work.outputs, worker_identity()),
+                (place, self._work.factors_of(chunk), self._work.skip, self._work.outputs, worker_identity()),
                 pickle.HIGHEST_PROTOCOL,
             )
-            for chunk, own in zip(chunks, places, strict=True)
+            for chunk, place in zip(chunks, places, strict=True)
         ]
         with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1GB"}):
             return self._client.map(_run_part, rows, sources, tasks, pure=False)

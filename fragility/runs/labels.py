@@ -58,9 +58,9 @@ def _output(name: str, runs: Runs, blocks: Sequence[Block], work: Work, array: A
         return _modes(blocks, work, array)
     if name == FALLEN_OFF:
         flags = array(derived.shape, np.dtype(np.bool_))
-        for i, (own, forward, backward) in enumerate(zip(flags, *needed, strict=True)):
+        for i, (flag, forward, backward) in enumerate(zip(flags, *needed, strict=True)):
             block = blocks[i // each]
-            own[...] = block.edge is not None and block.edge.fallen_off(forward, backward, block.b)
+            flag[...] = block.edge is not None and block.edge.fallen_off(forward, backward, block.b)
         return flags
     to_front, to_back = _pushes(work)
     for i, (own, oscillator) in enumerate(zip(derived, _rocking(work), strict=True)):
@@ -73,9 +73,9 @@ def _output(name: str, runs: Runs, blocks: Sequence[Block], work: Work, array: A
 
 def _rocking(work: Work) -> Iterator[Oscillator]:
     """Yield the specimens of work that has none but rocking ones."""
-    for one in work.oscillators:
-        assert isinstance(one, Oscillator)
-        yield one
+    for oscillator in work.oscillators:
+        assert isinstance(oscillator, Oscillator)
+        yield oscillator
 
 
 def _modes(blocks: Sequence[Block], work: Work, array: Allocator) -> NDArray[np.int8]:
@@ -98,7 +98,7 @@ def _pushes(work: Work) -> tuple[Array, Array]:
 
 def measured(scaled: Scaling) -> dict[str, xr.Variable]:
     """Return the measure of the levels for the unscaled motions, unless it is a measure that every result has."""
-    carried = scaled.name in {one.label for one in RESULT_MEASURES}
+    carried = scaled.name in {measure.label for measure in RESULT_MEASURES}
     if scaled.measured is None or (carried and not scaled.ground):
         return {}
     name = f"ground_{scaled.name}" if scaled.ground else scaled.name
@@ -126,7 +126,7 @@ def block_coordinates(blocks: Sequence[Block]) -> dict[str, xr.Variable]:
     scenes = [describe_scene(block) for block in blocks]
     if any(scenes):
         attributes = described("what stands around the block or holds it (JSON, SI)")
-        coordinates[SCENE] = xr.Variable("block", _strings([json.dumps(one) for one in scenes]), attributes)
+        coordinates[SCENE] = xr.Variable("block", _strings([json.dumps(scene) for scene in scenes]), attributes)
     if any(block.edge is not None for block in blocks):
         edges = [json.dumps(None if block.edge is None else asdict(block.edge)) for block in blocks]
         attributes = described("edges over which the block may slide (JSON, SI)")

@@ -310,8 +310,11 @@ def run_part(
     flags_only = outputs == ("overturned",)
     tally = np.zeros(len(TALLY), np.int64)
     tables = stacked(oscillators)
-    seconds = {dt: np.array([seconds_per_sample(one, dt) for one in oscillators]) for dt in {one.dt for one in motions}}
-    total = sum(levels * float(seconds[one.dt].sum()) * one.acceleration.size for one in motions)
+    seconds = {
+        dt: np.array([seconds_per_sample(oscillator, dt) for oscillator in oscillators])
+        for dt in {motion.dt for motion in motions}
+    }
+    total = sum(levels * float(seconds[motion.dt].sum()) * motion.acceleration.size for motion in motions)
     # (sliding blocks go motion by motion in any case)
     # (motions of few runs each go through the engine together)
     of_one = n * levels if isinstance(tables, Stack) else ENOUGH_OF_ONE
@@ -337,7 +340,7 @@ def run_part(
                 raise LeftError
             runs = run_specimens(tables, own[..., 0], shakes[0], skip, flags_only, tally)[:, :, None]
         # (of sliding blocks all results are NaN there)
-        rocks = isinstance(tables, Stack) and any(one.vertical is not None for one in shakes)
+        rocks = isinstance(tables, Stack) and any(motion.vertical is not None for motion in shakes)
         airborne = runs[..., COLUMNS["airborne"]] == 1.0 if rocks else None
         for array, name in zip(results, outputs, strict=True):
             values = runs[..., COLUMNS[name]]

@@ -72,7 +72,7 @@ def levels_of_the_ground(data: xr.Dataset) -> bool:
 
 def provenance_from(analysis: str, options: Mapping[str, Any], **sources: xr.Dataset) -> dict[str, Any]:
     """Return `units.provenance` of a result: the analysis, its options, and the configurations of its sources."""
-    made_of = {name: configuration_of(one) for name, one in sources.items()}
+    made_of = {name: configuration_of(source) for name, source in sources.items()}
     return provenance({"analysis": analysis, **options, **made_of})
 
 
@@ -188,7 +188,7 @@ def floor_of_each_motion(runs: xr.Dataset | xr.DataArray) -> list[str]:
 def floor_labels(coordinates: Mapping[Any, xr.Variable | xr.DataArray], motions: int) -> list[str]:
     """Return the floor of each motion as text from the coordinates of runs, empty where none is given."""
     name = next(iter(_floor_names(coordinates)), None)
-    return [""] * motions if name is None else [str(one) for one in coordinates[name].values]
+    return [""] * motions if name is None else [str(value) for value in coordinates[name].values]
 
 
 def without_floors(runs: xr.Dataset) -> xr.Dataset:
@@ -197,7 +197,7 @@ def without_floors(runs: xr.Dataset) -> xr.Dataset:
 
 
 def _floor_names(coordinates: Mapping[Any, xr.Variable | xr.DataArray]) -> list[str]:
-    return [one for one in FLOORS if one in coordinates and coordinates[one].dims == ("motion",)]
+    return [floor for floor in FLOORS if floor in coordinates and coordinates[floor].dims == ("motion",)]
 
 
 def motions_by_floor(runs: xr.Dataset | xr.DataArray) -> tuple[xr.Variable | None, list[NDArray[np.intp]]]:
@@ -215,8 +215,10 @@ def ground_names(runs: xr.Dataset | xr.DataArray) -> list[str]:
     """Return the name of each motion's ground motion, which its floors, stripes and polarities share."""
     floors = floor_of_each_motion(runs)
     # (numbers stand in for missing labels; in stripes a motion that is repeated has another label)
-    labels = [str(one) for one in runs[RECORD if RECORD in runs.coords else "motion"].values]
-    return [one.removesuffix(f" floor {floor}") if floor else one for one, floor in zip(labels, floors, strict=True)]
+    labels = [str(value) for value in runs[RECORD if RECORD in runs.coords else "motion"].values]
+    return [
+        label.removesuffix(f" floor {floor}") if floor else label for label, floor in zip(labels, floors, strict=True)
+    ]
 
 
 def clusters_of(runs: xr.Dataset | xr.DataArray) -> Index:
@@ -287,7 +289,7 @@ def laws_of(runs: xr.Dataset) -> list[Law]:
         if unknown:
             raise ValueError(f"runs must have laws of this package to be repeated, got {unknown[0]!r}")
         laws = [LAWS[one.pop("law")](**one) for one in described]
-        known = {one.label: one for one in laws}
+        known = {law.label: law for law in laws}
         return [known[str(label)] for label in runs["model"].values]
     except (KeyError, TypeError) as error:
         raise ValueError(f"runs must carry the configuration that toppling.ida writes: {error} is wrong") from None
@@ -351,7 +353,7 @@ def runs_near_curves(runs: xr.Dataset) -> Flags:
     Of a curve that has no other wave, True for all.
     """
     places = places_in(runs)
-    there = np.logical_and.reduce([one >= 0 for one in places.values()])
+    there = np.logical_and.reduce([place >= 0 for place in places.values()])
     curve = places["block"] * runs["model"].size + places["model"]
     later = there & (runs["wave"].values > 0)
     found: Flags = later | (there & ~np.isin(curve, curve[later]))

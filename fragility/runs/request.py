@@ -49,7 +49,7 @@ class Request(NamedTuple):
     @property
     def sliding(self) -> bool:
         """True if the blocks slide."""
-        return any(isinstance(one, SlidingLaw) for one in self.models)
+        return any(isinstance(model, SlidingLaw) for model in self.models)
 
     def specimens(self, across: bool = False, plane: bool = False) -> OscillatorGrid[Block]:
         """Return the specimens of each block under every law, block by block, as `specimen_of` returns them.
@@ -123,7 +123,7 @@ def specimen_of(block: Block, model: Model, plane: bool = False) -> Specimen:
 
 def _outputs(outputs: Sequence[str] | None, models: Sequence[Model]) -> list[str]:
     """Return the names of outputs, each once; ValueError where a law has none of them."""
-    sliding = [isinstance(one, SlidingLaw) for one in models]
+    sliding = [isinstance(model, SlidingLaw) for model in models]
     if any(sliding) and not all(sliding):
         raise ValueError("models must be laws of rocking, or Sliding alone: their outputs differ")
     allowed, what = (OF_SLIDING, "outputs of sliding blocks") if all(sliding) else (OF_ROCKING, "outputs")
@@ -135,7 +135,7 @@ def _outputs(outputs: Sequence[str] | None, models: Sequence[Model]) -> list[str
 
 def check_vertical(models: Iterable[Model], motions: Iterable[Record]) -> None:
     """Raise ValueError for motions that shake vertically, too, and a law that is not in exact geometry."""
-    lifted = next((one.label for one in motions if one.vertical is not None), None)
+    lifted = next((motion.label for motion in motions if motion.vertical is not None), None)
     rocking = [law for law in models if not isinstance(law, SlidingLaw)]
     other = next((law.label for law in rocking if getattr(law, "geometry", "") != "exact"), None)
     if lifted is not None and other is not None:
@@ -176,10 +176,10 @@ def collect_about(
     if across is None:
         return collect(work, runner, progress, least)
     works = both_works(work, across)
-    total = sum(each.runs for each in works)
+    total = sum(work.runs for work in works)
     x, y = (
-        collect(own, runner, part_of(progress, before, total), least)
-        for own, before in zip(works, (0, total // 2), strict=True)
+        collect(work, runner, part_of(progress, before, total), least)
+        for work, before in zip(works, (0, total // 2), strict=True)
     )
     shape = next(iter(x.results.values())).shape
     found = {name: runner.array(shape, OUTPUTS[name].kind) for name in work.outputs}

@@ -129,9 +129,9 @@ class PooledCurves:
         start: lowest and highest ln levels (block,) among which the search begins.
         """
         n = len(points)
-        uniform = np.stack([stream(self._seed, *LEVELS, int(one)).random(n) for one in motions], axis=-1)
+        uniform = np.stack([stream(self._seed, *LEVELS, int(motion)).random(n) for motion in motions], axis=-1)
         if self.curve is None or self.near is None:
-            low, high = (np.asarray(one)[:, None] + self._shift for one in start)
+            low, high = (np.asarray(array)[:, None] + self._shift for array in start)
             return np.asarray(low + uniform * (high - low))
         middle, scale = self._rough(points)
         place = (np.arange(n)[:, None] + motions[None, :]) % EVERY

@@ -86,7 +86,7 @@ def gain_words(labels: Sequence[str], gains: Sequence[Gain]) -> str:
     >>> gain_words(["pgv", "cav"], [Gain(4.0, 3.0, 5.3), Gain(1.1, 0.9, 1.4)])
     'levels in pgv would take 25 % of the motions or fewer (factor 4.0, 99 % interval 3.0–5.3)'
     """
-    worth = sorted((i for i, one in enumerate(gains) if one.is_worth_it), key=lambda i: -gains[i].lower)[:NAMED]
+    worth = sorted((i for i, gain in enumerate(gains) if gain.is_worth_it), key=lambda i: -gains[i].lower)[:NAMED]
     each = [
         f"in {labels[i]} would take {100.0 / gains[i].value:.0f} % of the motions or fewer (factor "
         f"{gains[i].value:.1f}, {100.0 * CONFIDENCE:g} % interval {gains[i].lower:.1f}–{gains[i].upper:.1f})"

@@ -93,7 +93,10 @@ def number_of_terms(variables: int, degrees: tuple[int, int], cut: Cut | None = 
 
 def _sizes(variables: int, degrees: tuple[int, int], cut: Cut | None) -> list[tuple[int, int]]:
     """Return, for ln median and ln dispersion, the numbers of terms on both sides and of further ones beyond a cut."""
-    return [(_count(variables, one), 0 if cut is None else _count(variables, min(one, JUMP_DEGREE))) for one in degrees]
+    return [
+        (_count(variables, degree), 0 if cut is None else _count(variables, min(degree, JUMP_DEGREE)))
+        for degree in degrees
+    ]
 
 
 def _count(variables: int, degree: int) -> int:

@@ -42,9 +42,9 @@ class Categorical(Distribution):
         if isinstance(self.choices, str) or not isinstance(self.choices, Iterable):
             raise TypeError(f"choices must be a sequence of laws or words, got {checks.kind(self.choices)}")
         choices = tuple(self.choices)
-        for one in choices:
-            if not isinstance(one, str | Law):
-                raise TypeError(f"choices must be laws or words, got {checks.kind(one)}")
+        for choice in choices:
+            if not isinstance(choice, str | Law):
+                raise TypeError(f"choices must be laws or words, got {checks.kind(choice)}")
         object.__setattr__(self, "choices", choices)
         labels = self.labels
         if len(labels) < 2 or len(set(labels)) != len(labels):
@@ -59,7 +59,7 @@ class Categorical(Distribution):
     @property
     def labels(self) -> tuple[str, ...]:
         """The choices as words."""
-        return tuple(one.label if isinstance(one, Law) else one for one in self.choices)
+        return tuple(choice.label if isinstance(choice, Law) else choice for choice in self.choices)
 
     @property
     def shares(self) -> Array:

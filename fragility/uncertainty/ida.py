@@ -89,8 +89,10 @@ def uncertain_ida(
     design = incremental(levels, motions, im, blocks, ground, polarity)
     # (coordinates of the blocks are put on sample: they are the same for every model)
     coordinates = {
-        name: xr.Variable(("sample", "motion"), one.values[:n], one.attrs) if "block" in one.dims else one
-        for name, one in design.coordinates.items()
+        name: xr.Variable(("sample", "motion"), coordinate.values[:n], coordinate.attrs)
+        if "block" in coordinate.dims
+        else coordinate
+        for name, coordinate in design.coordinates.items()
     }
     axes = axes_of(design.motions)
     for one, law in pairs:
@@ -125,7 +127,7 @@ def _sample_coordinates(
     deep: whether the depths of the blocks are among them.
     """
     n = drawn.sizes["sample"]
-    coordinates: dict[str, Any] = {str(name): one.variable for name, one in drawn.data_vars.items()}
+    coordinates: dict[str, Any] = {str(name): variable.variable for name, variable in drawn.data_vars.items()}
     blocks = [block for block, _ in pairs[:n]]
     for name, one in {**block_coordinates(blocks), **(depth_coordinate(blocks) if deep else {})}.items():
         if name != "block":

@@ -148,10 +148,10 @@ def tornado(inputs: RandomInputs, function: Response, low: float = 0.05, high: f
     first = CHANCE.number("low", low)
     last = checks.number("high", high, above=first, below=1.0)
     middle, turns = [], []
-    for one in inputs.distributions.values():
-        if isinstance(one, Categorical):
-            centres = np.cumsum(one.shares) - 0.5 * one.shares
-            middle.append(float(centres[one.shares.argmax()]))
+    for distribution in inputs.distributions.values():
+        if isinstance(distribution, Categorical):
+            centres = np.cumsum(distribution.shares) - 0.5 * distribution.shares
+            middle.append(float(centres[distribution.shares.argmax()]))
             turns.append(centres.tolist())
         else:
             middle.append(0.5)
@@ -164,9 +164,9 @@ def tornado(inputs: RandomInputs, function: Response, low: float = 0.05, high: f
             owner.append(i)
     values, rest = _evaluate(inputs, function, np.array(points))
     ends = np.empty((2, len(turns), values.shape[1]))
-    for i, one in enumerate(inputs.distributions.values()):
+    for i, distribution in enumerate(inputs.distributions.values()):
         own = values[np.array(owner) == i]
-        ends[:, i] = (own.min(axis=0), own.max(axis=0)) if isinstance(one, Categorical) else own
+        ends[:, i] = (own.min(axis=0), own.max(axis=0)) if isinstance(distribution, Categorical) else own
     variables = {
         "low": (ends[0], f"at the {given_percent(first)} quantile, or the least of a choice"),
         "high": (ends[1], f"at the {given_percent(last)} quantile, or the greatest of a choice"),
@@ -247,7 +247,7 @@ def _dataset(
     """Arrays (input, column) on input and the function's other dimensions."""
     dims = ("input", *rest.dims[1:])
     shape: Sequence[int] = (len(inputs.names), *rest.shape[1:])
-    kept = {name: one.variable for name, one in rest.coords.items() if "sample" not in one.dims}
+    kept = {name: coordinate.variable for name, coordinate in rest.coords.items() if "sample" not in coordinate.dims}
     names = np.array(inputs.names, dtype=object)
     return xr.Dataset(
         {name: (dims, array.reshape(shape), described(text, units)) for name, (array, text) in variables.items()},

@@ -88,12 +88,12 @@ class RandomInputs:
     def __post_init__(self) -> None:
         if not isinstance(self.distributions, Mapping) or not self.distributions:
             raise TypeError(f"distributions must map names to distributions, got {checks.kind(self.distributions)}")
-        for name, one in self.distributions.items():
+        for name, distribution in self.distributions.items():
             if not isinstance(name, str) or not name.isidentifier() or name == "sample":
                 raise TypeError(f"names of inputs must be words such as 'e', other than 'sample', got {name!r:.40}")
-            if not isinstance(one, Distribution):
+            if not isinstance(distribution, Distribution):
                 raise TypeError(
-                    f"input {name!r} must be a distribution, such as Uniform(0.8, 1.0), got {checks.kind(one)}"
+                    f"input {name!r} must be a distribution, such as Uniform(0.8, 1.0), got {checks.kind(distribution)}"
                 )
         check_known(self.distributions)
         object.__setattr__(self, "distributions", dict(self.distributions))
@@ -177,10 +177,10 @@ class RandomInputs:
         if not self.independent:
             inside = scipy.special.ndtr(times(scipy.special.ndtri(inside), self._factor.T))
         variables = {}
-        for i, (name, one) in enumerate(self.distributions.items()):
+        for i, (name, distribution) in enumerate(self.distributions.items()):
             known = KNOWN.get(name, InputRange(DIMENSIONLESS, name, -math.inf, math.inf))
             attributes = described(known.long_name, known.units)
-            variables[name] = ("sample", one.quantile(inside[:, i]), attributes)
+            variables[name] = ("sample", distribution.quantile(inside[:, i]), attributes)
         index = np.arange(cube.shape[0])
         return xr.Dataset(
             variables,
@@ -196,7 +196,7 @@ class RandomInputs:
     def description(self) -> dict[str, Any]:
         """The inputs as plain values."""
         return {
-            "distributions": {name: repr(one) for name, one in self.distributions.items()},
+            "distributions": {name: repr(distribution) for name, distribution in self.distributions.items()},
             "rank_correlation": {f"{a}, {b}": value for (a, b), value in self.rank_correlation.items()},
         }
 

@@ -106,7 +106,7 @@ class Variability:
     @property
     def plain(self) -> dict[str, Any]:
         """Every option by name."""
-        return {one.name: getattr(self, one.name) for one in fields(self)}
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def sample(self) -> Array:
         """Probabilities (variant, 2), for restitution and slenderness: each column has one value in every stratum."""
@@ -167,7 +167,7 @@ def with_restitution(model: Law, e: float | None) -> Law:
     """Return the law with the restitution `e`, unchanged where `e` is None; ValueError where it has no restitution."""
     if e is None:
         return model
-    names = {one.name for one in fields(model)}  # type: ignore[arg-type]
+    names = {field.name for field in fields(model)}  # type: ignore[arg-type]
     if "e" not in names:
         raise ValueError(f"law {model.law!r} has no restitution, so a block cannot have its own, got e = {e:g}")
     changed: dict[str, Any] = {"e": e, **({"restitution_factor": 1.0} if "restitution_factor" in names else {})}

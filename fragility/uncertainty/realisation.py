@@ -62,11 +62,11 @@ def check_known(distributions: Mapping[str, Distribution]) -> None:
     angular, outer = sorted(names & {*SLENDERNESS}), sorted(names & {*SIZES})
     if angular and outer:
         raise ValueError(f"a block is uncertain in alpha and R or in its outer sizes, got {angular} and {outer}")
-    for name, one in distributions.items():
+    for name, distribution in distributions.items():
         if name == LAW:
-            laws_of(one)
+            laws_of(distribution)
         elif name in KNOWN:
-            _within(name, one)
+            _within(name, distribution)
 
 
 def _within(name: str, one: Distribution) -> None:

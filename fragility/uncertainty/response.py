@@ -83,7 +83,7 @@ def overturning_response(
             raise ValueError("motions must be of one floor, got several: an output for each needs a call for each")
         level = counts["level"]
         units = level.attrs["units"]
-        names = [f"P at {one:g}{'' if units == DIMENSIONLESS else f' {units}'}" for one in level.values]
+        names = [f"P at {value:g}{'' if units == DIMENSIONLESS else f' {units}'}" for value in level.values]
         return xr.DataArray(
             counts["probability"].transpose("sample", "level").values,
             dims=("sample", "output"),

@@ -67,7 +67,7 @@ def variance_shares(
     """
     if not isinstance(values, xr.DataArray):
         raise TypeError(f"values must be a labelled array, got {checks.kind(values)}")
-    factors = [dims] if isinstance(dims, str) else [str(one) for one in dims]
+    factors = [dims] if isinstance(dims, str) else [str(dim) for dim in dims]
     if not 1 <= len(factors) <= MOST_DIMS or len(set(factors)) != len(factors) or not {*factors} <= {*values.dims}:
         raise ValueError(f"dims must be 1 to {MOST_DIMS} different ones of {values.dims}, got {factors!r:.80}")
     if values.dtype.kind not in "biuf":
@@ -84,7 +84,9 @@ def variance_shares(
         return array
 
     # about the mean, because rounding would hide small variances of large values
-    centred = numbers.drop_vars([name for name, one in numbers.coords.items() if {*factors} & {*one.dims}])
+    centred = numbers.drop_vars(
+        [name for name, coordinate in numbers.coords.items() if {*factors} & {*coordinate.dims}]
+    )
     centred = centred - mean(centred, factors)
     subsets = [part for size in range(1, len(factors) + 1) for part in combinations(factors, size)]
     explained: dict[tuple[str, ...], xr.DataArray] = {(): 0.0 * mean(centred, factors)}
@@ -92,12 +94,12 @@ def variance_shares(
     for part in subsets:
         expected = mean(centred, [dim for dim in factors if dim not in part])
         explained[part] = mean(expected**2, part)
-        components[part] = explained[part] - sum(one for own, one in components.items() if {*own} < {*part})
+        components[part] = explained[part] - sum(component for own, component in components.items() if {*own} < {*part})
     total = explained[tuple(factors)]
     names = [BETWEEN.join(part) for part in subsets]
     variance = xr.concat([components[part] for part in subsets], _index("component", names), coords="minimal")
     nested = [explained[tuple(factors[: k + 1])] - explained[tuple(factors[:k])] for k in range(len(factors))]
-    taking_part = [total - explained[tuple(one for one in factors if one != dim)] for dim in factors]
+    taking_part = [total - explained[tuple(factor for factor in factors if factor != dim)] for dim in factors]
     # (rounding may leave a variance of values that are all the same)
     differ = numbers.min(factors) < numbers.max(factors)
     whole = total.where(differ & (total > 0.0))
@@ -107,7 +109,7 @@ def variance_shares(
         "analysis": "shares of variance",
         "of": of,
         "dims": factors,
-        "weights": {dim: one.values.tolist() for dim, one in shares.items()},
+        "weights": {dim: share.values.tolist() for dim, share in shares.items()},
         "values": configuration_of(values),
     }
     units = str(values.attrs.get("units", DIMENSIONLESS))

@@ -35,13 +35,13 @@ class Characteristics(NamedTuple):
         """Return the characteristics of motions part after part."""
         low, high = (
             labelled(
-                xr.Variable("motion", np.concatenate([getattr(one, end).values for one in parts])),
+                xr.Variable("motion", np.concatenate([getattr(part, end).values for part in parts])),
                 str(getattr(parts[0], end).attrs["long_name"]),
                 HERTZ,
             )
             for end in ("low", "high")
         )
-        return cls(low, high, [peaks for one in parts for peaks in one.rising])
+        return cls(low, high, [peaks for part in parts for peaks in part.rising])
 
     def at(self, motions: Index) -> Characteristics:
         """Return the characteristics of motions at these places, which may recur."""

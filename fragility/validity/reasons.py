@@ -46,13 +46,13 @@ def verdict_of(sizes: Mapping[str, int], holds: Mapping[Reason, xr.Variable]) ->
     """Return the sum of the reasons of every run; `sizes`: of the dimensions of the runs, in order."""
     verdict = np.zeros(tuple(sizes.values()), np.uint8)
     # (reasons on the same dimensions are combined first, because there are many runs)
-    for dims in {here.dims: None for here in holds.values()}:
-        alike = [(reason, here) for reason, here in holds.items() if here.dims == dims]
+    for dims in {hold.dims: None for hold in holds.values()}:
+        alike = [(reason, hold) for reason, hold in holds.items() if hold.dims == dims]
         bits = np.bitwise_or.reduce([np.where(here.values, np.uint8(one.bit), np.uint8(0)) for one, here in alike])
         np.bitwise_or(verdict, spread(xr.Variable(dims, bits), sizes), out=verdict)
     found = labelled(xr.Variable(tuple(sizes), verdict), "what speaks against the run, 0 where nothing does")
     # (only vertical shaking can use the eighth bit, which files without unsigned integers cannot hold)
-    told = [one for one in REASONS if one is not AIRBORNE or one in holds]
+    told = [reason for reason in REASONS if reason is not AIRBORNE or reason in holds]
     found.attrs |= {
         "flag_masks": np.array([one.bit for one in told], np.uint8),
         "flag_meanings": " ".join(one.name for one in told),
@@ -73,7 +73,7 @@ class Shares:
         own = self._counts[tuple(where.get(dim, slice(None)) for dim in self._each)]
         each = {dim: own.shape[i] for i, dim in enumerate(self._each)}
         runs = math.prod(size for dim, size in verdict.sizes.items() if dim not in each)
-        for i, here in [*((REASONS.index(one), here) for one, here in holds.items()), (len(REASONS), verdict > 0)]:
+        for i, here in [*((REASONS.index(one), hold) for one, hold in holds.items()), (len(REASONS), verdict > 0)]:
             over = [dim for dim in here.dims if dim not in each]
             times = runs // math.prod(here.sizes[dim] for dim in over)
             own[..., i] += times * spread(here.sum(over), each).astype(np.int64)
@@ -116,5 +116,5 @@ def spread(values: xr.Variable, sizes: Mapping[str, int]) -> NDArray[Any]:
 
 def reason_names() -> xr.Variable:
     """Return the coordinate `reason` of the shares."""
-    names = np.array([*(one.name for one in REASONS), ANY], dtype=object)
+    names = np.array([*(reason.name for reason in REASONS), ANY], dtype=object)
     return xr.Variable("reason", names, described("what speaks against the runs"))

@@ -64,5 +64,5 @@ def _frequency(block: Block) -> float:
     """Return the natural frequency of the block on its taut restraint, Hz; 0 for a rigid one."""
     around = surroundings(block, *sides(block, "linear"), exact=False)
     springs = [one for one in (around.front_spring, around.back_spring) if one is not None]
-    stiffest = max(one.stiffness for one in springs)
+    stiffest = max(spring.stiffness for spring in springs)
     return 0.0 if stiffest == math.inf else math.sqrt(stiffest) / (2.0 * math.pi)

@@ -238,8 +238,8 @@ def described_friction(friction: Any, available: Sequence[Friction], labels: Seq
     if friction is None:
         return None
     if len(available) <= DESCRIBED:
-        return {label: one.description for label, one in zip(labels, available, strict=True)}
-    return [json.loads(one) for one in sorted({json.dumps(one.description) for one in available})]
+        return {label: friction.description for label, friction in zip(labels, available, strict=True)}
+    return [json.loads(one) for one in sorted({json.dumps(friction.description) for friction in available})]
 
 
 def ordered(variables: Mapping[str, xr.Variable], dims: tuple[str, ...]) -> dict[str, xr.Variable]:
@@ -310,7 +310,7 @@ def _screen_slab(
 
 def _outputs(runs: xr.Dataset) -> Iterator[str]:
     """Names of the variables that have a value for every run."""
-    return (str(name) for name, one in runs.data_vars.items() if {"block", "model", "motion"} <= {*one.dims})
+    return (str(name) for name, variable in runs.data_vars.items() if {"block", "model", "motion"} <= {*variable.dims})
 
 
 def _dims(runs: xr.Dataset) -> tuple[str, ...]:

@@ -70,11 +70,11 @@ class Shaken:
     def add(self, records: Sequence[Record]) -> None:
         """Take the next motions."""
         self._parts.append(Characteristics.of(records))
-        for one in records:
-            if self._records == 0 or one.given != self._last:
-                self._given, self._last = self._given + 1, one.given
+        for record in records:
+            if self._records == 0 or record.given != self._last:
+                self._given, self._last = self._given + 1, record.given
             if math.ceil(self._given * self.share) > math.ceil((self._given - 1) * self.share):
-                self.kept[self._records] = one
+                self.kept[self._records] = record
             self._records += 1
 
     @property

@@ -53,9 +53,9 @@ def input_of_pairs(
         "e": restitution_variable(every, *on),
         "delta": law_variable("delta", laws, *on),
         "rest": law_variable("rest", laws, *on),
-        "pga": xr.Variable("motion", [float(np.abs(one.acceleration).max()) for one in motions]),
-        "own_amplitude": xr.Variable("motion", [one.own_amplitude for one in motions], OWN_AMPLITUDE),
-        **{name: one for name, one in motion_coordinates(list(motions)).items() if name in kept},
+        "pga": xr.Variable("motion", [float(np.abs(motion.acceleration).max()) for motion in motions]),
+        "own_amplitude": xr.Variable("motion", [motion.own_amplitude for motion in motions], OWN_AMPLITUDE),
+        **{name: coordinate for name, coordinate in motion_coordinates(list(motions)).items() if name in kept},
     }
     sizes = {
         "block": len(pairs),
@@ -87,7 +87,7 @@ def summary_screen(
         coords={
             "block": ("block", given.coordinates["block"].values.astype(str).astype(object), described("block")),
             "reason": reason_names(),
-            **{name: one for name, one in given.coordinates.items() if name == BED},
+            **{name: coordinate for name, coordinate in given.coordinates.items() if name == BED},
         },
         attrs={"screen": json.dumps(settings, ensure_ascii=False)},
     )
@@ -120,13 +120,13 @@ def over_samples(screened: xr.Dataset, block: Block) -> xr.Dataset:
     elif settings["friction"] is not None:
         settings["friction"] = {block.label: settings["friction"][0]}
     found = {}
-    for name, one in screened.data_vars.items():
-        if "block" not in one.dims:
-            found[name] = one
+    for name, variable in screened.data_vars.items():
+        if "block" not in variable.dims:
+            found[name] = variable
         elif name == "outside":
-            found[name] = one.mean("block")
+            found[name] = variable.mean("block")
         elif not str(name).startswith("undecided"):
-            found[name] = one.min("block") if name == "scale_factor_lowest" else one.max("block")
+            found[name] = variable.min("block") if name == "scale_factor_lowest" else variable.max("block")
     ratio = block.h / block.b
     found |= {"squat": xr.DataArray(ratio < SQUAT_RATIO), "friction_uplift": xr.DataArray(1.0 / ratio)}
     if "undecided" in screened:
@@ -141,7 +141,7 @@ def over_samples(screened: xr.Dataset, block: Block) -> xr.Dataset:
     variables = {}
     for name, one in found.items():
         of_blocks = "block" in screened[name].dims
-        bare = one.drop_vars([own for own in one.coords if own != "reason"])
+        bare = one.drop_vars([coordinate for coordinate in one.coords if coordinate != "reason"])
         variables[name] = (bare.expand_dims("block") if of_blocks else bare).assign_attrs(screened[name].attrs)
     told = json.dumps(settings, ensure_ascii=False)
     return xr.Dataset(variables, {**label, "reason": screened["reason"]}, {"screen": told})

@@ -475,7 +475,7 @@ class Building:
             np.stack([x.values, y.values], axis=1),
             dims=("motion", "component", "floor", "time"),
             coords={
-                **{name: one.variable for name, one in x.coords.items()},
+                **{name: coordinate.variable for name, coordinate in x.coords.items()},
                 "ringing": ("motion", ringing, x["ringing"].attrs),
                 **{name: both.coords[name].variable for name in ("component", "azimuth", "shakes")},
             },

@@ -147,6 +147,6 @@ def _read_table(lines: Lines) -> xr.DataArray:
         checks.acceleration("acceleration", values, ndim=(3,))
     except ValueError as error:
         raise RecordError(f"{file}: {error}") from None
-    labels = [int(one) if one.isdecimal() else one for one in floors]
-    whole = all(isinstance(one, int) for one in labels) and len(set(labels)) == len(labels)
+    labels = [int(floor) if floor.isdecimal() else floor for floor in floors]
+    whole = all(isinstance(label, int) for label in labels) and len(set(labels)) == len(labels)
     return floor_array(values, dt, names, [file.name] * len(names), labels if whole else floors)

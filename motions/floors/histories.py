@@ -95,20 +95,22 @@ class FloorHistories:
         _refuse_sets(levels, names, unit)
         supports = _ordered(dict.fromkeys((one.floor, one.direction) for one in every))
         first: dict[tuple[int, str], History] = {}
-        for (i, motion, floor, direction), one in found.items():
-            whole = first.setdefault((i, motion), one)
-            if one.dt != whole.dt or one.acceleration.size != whole.acceleration.size:
+        for (i, motion, floor, direction), history in found.items():
+            whole = first.setdefault((i, motion), history)
+            if history.dt != whole.dt or history.acceleration.size != whole.acceleration.size:
                 raise ValueError(
-                    f"{_named(one, unit)}: its histories must be simultaneous, got {whole.acceleration.size:,} samples "
-                    f"at {whole.dt:g} s for {_support((whole.floor, whole.direction))} and "
-                    f"{one.acceleration.size:,} at {one.dt:g} s for {_support((floor, direction))}"
+                    f"{_named(history, unit)}: its histories must be simultaneous, got {whole.acceleration.size:,} "
+                    f"samples at {whole.dt:g} s for {_support((whole.floor, whole.direction))} and "
+                    f"{history.acceleration.size:,} at {history.dt:g} s for {_support((floor, direction))}"
                 )
-        for (i, motion), one in first.items():
+        for (i, motion), history in first.items():
             for support in supports:
                 if (i, motion, *support) not in found:
-                    raise ValueError(f"{_named(one, unit)} has no history of {_support(support)}, which others have")
+                    raise ValueError(
+                        f"{_named(history, unit)} has no history of {_support(support)}, which others have"
+                    )
         # (all levels have the motions in one order where they are the same)
-        if len({frozenset(own) for own in names}) == 1:
+        if len({frozenset(name) for name in names}) == 1:
             names = (names[0],) * levels.size
         texts = tuple(f"{level:g} {unit}".strip() for level in levels)
         return cls(levels, unit, texts, names, supports, found)
@@ -163,11 +165,11 @@ class FloorHistories:
         alike.
         """
         reverses = {}
-        for (i, motion, floor, direction), one in self.histories.items():
+        for (i, motion, floor, direction), history in self.histories.items():
             name = f"{motion}{REVERSED}"
             if (i, name, floor, direction) in self.histories:
                 raise ValueError(f"motion {name!r} has the name of the reverse of motion {motion!r}")
-            reverses[i, name, floor, direction] = one._replace(motion=name, acceleration=-one.acceleration)
+            reverses[i, name, floor, direction] = history._replace(motion=name, acceleration=-history.acceleration)
         names = tuple(tuple(f"{name}{end}" for name in own for end in ("", REVERSED)) for own in self.names)
         return replace(self, names=names, histories={**self.histories, **reverses}, polarities=2)
 
@@ -219,12 +221,12 @@ def _refuse_sets(levels: Array, names: Sequence[Sequence[str]], unit: str) -> No
                 f"levels must have the same number of motions, got {len(names[0])} at {levels[0]:g} {unit} and "
                 f"{len(listed)} at {level:g} {unit}"
             )
-    sets = [set(own) for own in names]
+    sets = [set(name) for name in names]
     several = set().union(*(one & other for i, one in enumerate(sets) for other in sets[:i]))
     for level, own in zip(levels, sets, strict=True):
         if several and own != several:
             alone = min(own ^ several)
-            elsewhere = next(one for one, of in zip(levels, sets, strict=True) if (alone in of) != (alone in own))
+            elsewhere = next(level for level, of in zip(levels, sets, strict=True) if (alone in of) != (alone in own))
             at, not_at = (level, elsewhere) if alone in own else (elsewhere, level)
             raise ValueError(
                 f"levels must all have the same motions, or each its own: {min(several)!r} is at several levels, but "

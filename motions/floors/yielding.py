@@ -343,7 +343,7 @@ def chosen_floors(floors: Any, known: Sequence[int]) -> list[int]:
         return list(known)
     if isinstance(floors, str) or not isinstance(floors, Iterable):
         raise TypeError(f"floors must be a sequence of floors, got {checks.kind(floors)}")
-    chosen = [checks.count("floors", one) for one in floors]
+    chosen = [checks.count("floors", floor) for floor in floors]
     if not chosen or len(set(chosen)) != len(chosen) or max(chosen) > known[-1]:
         raise ValueError(f"floors must be different numbers from 0 (ground) to {known[-1]} (roof), got {chosen!r:.80}")
     return chosen

@@ -82,7 +82,7 @@ def as_known(name: str, known: Iterable[str]) -> str | None:
 def _plainly(error: Exception, name: str) -> str:
     """Return the message of an error, without Python's wording for too many arguments."""
     if isinstance(error, TypeError):
-        known = ", ".join(one.name for one in fields(PARAMETRIC_MEASURES[name]))
+        known = ", ".join(field.name for field in fields(PARAMETRIC_MEASURES[name]))
         return f"{name} takes {known}"
     return str(error)
 
@@ -174,7 +174,7 @@ def _shaken_either_way(motions: Any) -> Any:
     if isinstance(motions, xr.DataArray):
         free = "component" in motions.dims and "shakes" not in motions.coords
         return motions.assign_coords(shakes=HORIZONTAL[0]) if free else motions
-    return [_shaken_either_way(one) for one in motions] if isinstance(motions, Iterable) else motions
+    return [_shaken_either_way(motion) for motion in motions] if isinstance(motions, Iterable) else motions
 
 
 def measure_variables(plain: Sequence[Record], chosen: Iterable[Measure]) -> dict[str, xr.Variable]:

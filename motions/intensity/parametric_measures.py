@@ -39,7 +39,7 @@ class ParametricMeasure(Measure):
 
     @property
     def label(self) -> str:
-        values = [(getattr(self, one.name), one.default) for one in fields(self)]
+        values = [(getattr(self, field.name), field.default) for field in fields(self)]
         while len(values) > 1 and values[-1][1] is not MISSING and values[-1][0] == values[-1][1]:
             values.pop()
         return f"{type(self).__name__}({', '.join(self._written(value) for value, _ in values)})"

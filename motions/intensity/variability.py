@@ -75,7 +75,7 @@ NATURAL = (
 
 def variability(motions: Sequence[Record]) -> Variability:
     """Return the spectral variability of motions of the ground; motions that are zero throughout are passed over."""
-    logs = [_logarithms(one) for one in motions if one.acceleration.any()]
+    logs = [_logarithms(motion) for motion in motions if motion.acceleration.any()]
     if len(logs) < 2:
         return Variability(0, math.nan, math.nan)
     spread = np.array(logs).std(axis=0, ddof=1)
@@ -84,12 +84,12 @@ def variability(motions: Sequence[Record]) -> Variability:
 
 def pooled(parts: Iterable[Variability]) -> Variability:
     """Return the variability within several ensembles, which may differ from each other."""
-    every = [one for one in parts if one.freedom]
+    every = [part for part in parts if part.freedom]
     freedom = sum(one.freedom for one in every)
     if freedom == 0:
         return Variability(0, math.nan, math.nan)
     squares = (sum(one.freedom * getattr(one, name) ** 2 for one in every) for name in ("velocity", "shape"))
-    velocity, shape = (math.sqrt(one / freedom) for one in squares)
+    velocity, shape = (math.sqrt(square / freedom) for square in squares)
     return Variability(freedom, velocity, shape)
 
 

@@ -230,7 +230,7 @@ def ac156_acceptance(
         "at_most_two": (at_most_two, "at most two points below RRS on either side of 8.3 Hz"),
     }
     if other_axes:
-        correlation = _correlations([plain, *(records(one) for one in other_axes)])
+        correlation = _correlations([plain, *(records(axis) for axis in other_axes)])
         numbers["correlation"] = (correlation, "greatest correlation between axes")
         rules["uncorrelated"] = (correlation < MOST_CORRELATION, "correlation between axes below 0.3")
     accepted = np.logical_and.reduce([verdict for verdict, _ in rules.values()])

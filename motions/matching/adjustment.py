@@ -164,17 +164,17 @@ def labelled_matches(
     """
     of_target = "misfit of the target spectrum over its periods"
     coordinates = {
-        "misfit_mean": ([one.misfit for one in found], DIMENSIONLESS, f"mean {of_target}"),
-        "misfit_max": ([one.worst for one in found], DIMENSIONLESS, f"greatest {of_target}"),
-        "pgv_reference": ([one.reference.pgv for one in found], VELOCITY, "PGV to stay near"),
-        "pgd_reference": ([one.reference.pgd for one in found], METRE, "PGD to stay near"),
+        "misfit_mean": ([result.misfit for result in found], DIMENSIONLESS, f"mean {of_target}"),
+        "misfit_max": ([result.worst for result in found], DIMENSIONLESS, f"greatest {of_target}"),
+        "pgv_reference": ([result.reference.pgv for result in found], VELOCITY, "PGV to stay near"),
+        "pgd_reference": ([result.reference.pgd for result in found], METRE, "PGD to stay near"),
         "bounds_held": (
-            [one.reference.held(one.pgv, one.pgd) for one in found],
+            [result.reference.held(result.pgv, result.pgd) for result in found],
             DIMENSIONLESS,
             "PGV and PGD lie within their bounds",
         ),
         "target_met": (
-            [one.reached <= allowed for one in found],
+            [result.reached <= allowed for result in found],
             DIMENSIONLESS,
             f"the mean misfit of the matched spectrum is at most {allowed:g}",
         ),

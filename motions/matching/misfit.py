@@ -49,7 +49,7 @@ def matching_report(motions: xr.DataArray | Iterable[xr.DataArray], target: Targ
     pgv = np.array([peak_velocity(one.acceleration, one.dt) for one in plain])
     pgd = np.array([peak_displacement(one.acceleration, one.dt) for one in plain])
     # the records of an array are its motions, each with all its floors
-    references = {name: np.concatenate([_reference(one, name) for one in arrays]) for name in ("pgv", "pgd")}
+    references = {name: np.concatenate([_reference(array, name) for array in arrays]) for name in ("pgv", "pgd")}
     ends = np.array([[of(one.acceleration, one.dt)[-1] for of in (velocity, displacement)] for one in plain])
     on_motion: dict[str, tuple[Array, str, str]] = {
         "misfit_mean": (np.abs(misfit).mean(axis=1), DIMENSIONLESS, "mean misfit over periods"),

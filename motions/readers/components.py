@@ -155,10 +155,10 @@ def arrays_of(file: Path, components: Sequence[Component]) -> list[xr.DataArray]
     """
     if not components:
         raise RecordError(f"{file}: holds no acceleration")
-    labels = _unique([found.label or file.stem for found in components])
+    labels = _unique([component.label or file.stem for component in components])
     groups: dict[tuple[float, int], list[int]] = {}
-    for i, found in enumerate(components):
-        groups.setdefault((found.dt, found.acceleration.size), []).append(i)
+    for i, component in enumerate(components):
+        groups.setdefault((component.dt, component.acceleration.size), []).append(i)
     arrays = []
     for (dt, _), members in groups.items():
         chosen = [components[i] for i in members]
@@ -192,11 +192,11 @@ def single(file: Path, arrays: Sequence[xr.DataArray]) -> xr.DataArray:
 def _coordinates(components: Sequence[Component]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for field, long_name in _TEXTS.items():
-        texts = [plain(getattr(one, field)) for one in components]
+        texts = [plain(getattr(component, field)) for component in components]
         if any(texts):
             found[field] = ("motion", np.array(texts, dtype=object), described(long_name))
     for field, (name, units, long_name) in _VALUES.items():
-        values = np.array([getattr(one, field) for one in components])
+        values = np.array([getattr(component, field) for component in components])
         if np.isfinite(values).any():
             found[name] = ("motion", values, described(long_name, units))
     return found

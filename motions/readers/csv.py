@@ -264,8 +264,10 @@ def _refuse_repeated(file: Path, found: Sequence[Component]) -> None:
     if len(found) < 2:
         return
     stages = [{word.lower() for word in _STAGES.findall(column.component)} for column in found]
-    directions = [direction_of(one.component) for one in found]
-    samples = np.stack([one.acceleration / (np.linalg.norm(one.acceleration) or 1.0) for one in found])
+    directions = [direction_of(component.component) for component in found]
+    samples = np.stack(
+        [component.acceleration / (np.linalg.norm(component.acceleration) or 1.0) for component in found]
+    )
     alike = (np.abs(samples @ samples.T) > 1.0 - 1e-6) & (samples.shape[1] > FEW)
     for i, j in itertools.combinations(range(len(found)), 2):
         apart = None not in (directions[i], directions[j]) and directions[i] != directions[j]

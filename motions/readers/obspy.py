@@ -69,7 +69,7 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
         headers = [(number, line) for number, line in numbered if line.startswith("TIMESERIES")]
         units = [unit_of(line.rpartition(",")[2].strip(), number) for number, line in headers]
     agreed_on = agreed(file, (unit for unit in units if unit.quantity))
-    strange = {said.text for said in units if not said.quantity and said.text}
+    strange = {unit.text for unit in units if not unit.quantity and unit.text}
     if strange and isinstance(unit, str) and all(re.fullmatch("counts?", text, re.IGNORECASE) for text in strange):
         warn([Doubt("table", f"{file}: states counts, which are taken as {unit!r:.20}")])
     elif strange and unit is not None and (isinstance(unit, str) or agreed_on):

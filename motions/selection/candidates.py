@@ -38,10 +38,10 @@ class Candidates:
         self.single = isinstance(motions, xr.DataArray)
         self.arrays: Sequence[xr.DataArray] = [motions] if isinstance(motions, xr.DataArray) else list(motions)
         self._plain = records(self.arrays)
-        for one in self.arrays:
-            if "motion" not in one.dims or "floor" in one.dims:
-                raise ValueError(f"candidates must be ground motions with the dims (motion, time), got {one.dims}")
-        names = [str(name) for one in self.arrays for name in _events(one).values]
+        for array in self.arrays:
+            if "motion" not in array.dims or "floor" in array.dims:
+                raise ValueError(f"candidates must be ground motions with the dims (motion, time), got {array.dims}")
+        names = [str(name) for array in self.arrays for name in _events(array).values]
         self.events = np.array(names)
         self.groups: Index = np.unique(names, return_inverse=True)[1]
         self._known: dict[str, Array] = {}
@@ -75,16 +75,16 @@ class Candidates:
     def chosen(self, places: Index, factors: Array) -> list[xr.DataArray]:
         """Return the motions at places (sorted), of each array that holds one, with their coordinates."""
         found, first = [], 0
-        for one in self.arrays:
-            own = places[(places >= first) & (places < first + one.sizes["motion"])]
+        for array in self.arrays:
+            own = places[(places >= first) & (places < first + array.sizes["motion"])]
             if own.size:
                 coordinates = {
                     FACTOR: ("motion", factors[own], described("factor to the level")),
                     CANDIDATE: ("motion", own, described("number among the candidates")),
                     EVENT: ("motion", self.events[own]),
                 }
-                found.append(one.isel(motion=own - first).assign_coords(coordinates))
-            first += one.sizes["motion"]
+                found.append(array.isel(motion=own - first).assign_coords(coordinates))
+            first += array.sizes["motion"]
         return found
 
 

@@ -56,7 +56,7 @@ def choose(problem: Problem, covariance: Array, number: int, rng: np.random.Gene
     `number` candidates.
     """
     draws = [_draw(covariance, number, rng) for _ in range(DRAWS)]
-    order = np.argsort([_roughness(one, problem.sigmas) for one in draws], kind="stable")
+    order = np.argsort([_roughness(draw, problem.sigmas) for draw in draws], kind="stable")
     best, least = np.empty(0, int), np.inf
     for i in order[:RESTARTS]:
         found = improved(problem, nearest(problem, draws[i]))

@@ -84,9 +84,9 @@ def duration_spectral(period: float) -> float:
 def by_formulas(measures: Sequence[Measure]) -> Array:
     """Return the published correlations (measure, measure) of PGA, PGV, D5-95 and Sa of 5 % damping."""
     found = np.eye(len(measures))
-    for i, one in enumerate(measures):
+    for i, measure in enumerate(measures):
         for j in range(i):
-            found[i, j] = found[j, i] = _pair(one, measures[j])
+            found[i, j] = found[j, i] = _pair(measure, measures[j])
     return found
 
 

@@ -93,19 +93,19 @@ def _listed(measures: Any) -> list[str | Measure]:
 
 
 def _of_one(scenario: Scenario, chosen: list[Measure], given: Measure, model: str, correlations: Any) -> Target:
-    periods = [one.period for one in chosen if isinstance(one, Sa)]
+    periods = [measure.period for measure in chosen if isinstance(measure, Sa)]
     found = expected_motions(scenario, model, periods or (1.0,))
     medians, sigmas = np.empty((2, len(chosen)))
-    for i, one in enumerate(chosen):
-        if isinstance(one, Sa) and one.damping == 0.05:
-            at = periods.index(one.period)
+    for i, measure in enumerate(chosen):
+        if isinstance(measure, Sa) and measure.damping == 0.05:
+            at = periods.index(measure.period)
             medians[i], sigmas[i] = found["sa"].values[at], found["sa_dispersion"].values[at]
-        elif one.label in ("pga", "pgv"):
-            medians[i], sigmas[i] = float(found[one.label]), float(found[f"{one.label}_dispersion"])
-        elif one.label == "d5_95":
+        elif measure.label in ("pga", "pgv"):
+            medians[i], sigmas[i] = float(found[measure.label]), float(found[f"{measure.label}_dispersion"])
+        elif measure.label == "d5_95":
             medians[i], sigmas[i] = _duration(scenario)
         else:
-            raise ValueError(f"the models give Sa of 5 % damping, pga, pgv and d5_95, not {one.label}")
+            raise ValueError(f"the models give Sa of 5 % damping, pga, pgv and d5_95, not {measure.label}")
     return Target(chosen, medians, sigmas, correlations=correlations, given=given)
 
 

@@ -153,7 +153,7 @@ def _own(file: Path, table: list[tuple[int, dict[str, str]]], given: Measure, co
         ruptures.setdefault(name, []).append((measure, median, sigma))
     try:
         targets = [
-            Target([one[0] for one in rows], [one[1] for one in rows], [one[2] for one in rows], correlations, given)
+            Target([row[0] for row in rows], [row[1] for row in rows], [row[2] for row in rows], correlations, given)
             for rows in ruptures.values()
         ]
         return targets[0] if len(targets) == 1 else Mixture(targets, list(weights.values()))
@@ -189,14 +189,16 @@ def _conditional_spectra(
             raise TargetError(f"{file}: line {at} gives period {period:g} twice")
         own[period] = median, numbered(file, at, row["std"], "a standard deviation", 0.0, above=False)
     periods = sorted(next(iter(spectra.values())))
-    if any(sorted(one) != periods for one in spectra.values()):
+    if any(sorted(spectrum) != periods for spectrum in spectra.values()):
         raise TargetError(f"{file}: the spectra must have the same periods at each probability")
     _refuse_velocity(file, spectra)
     measures: list[Measure] = [MEASURES["pga"] if period == 0.0 else Sa(period) for period in periods]
     if given not in measures:
-        raise TargetError(f"{file}: holds no {given.label}, only {', '.join(one.label for one in measures)}"[:200])
-    medians = [[one[period][0] for period in periods] for one in spectra.values()]
-    sigmas = [[one[period][1] for period in periods] for one in spectra.values()]
+        raise TargetError(
+            f"{file}: holds no {given.label}, only {', '.join(measure.label for measure in measures)}"[:200]
+        )
+    medians = [[spectrum[period][0] for period in periods] for spectrum in spectra.values()]
+    sigmas = [[spectrum[period][1] for period in periods] for spectrum in spectra.values()]
     try:
         return Stated(measures, medians, sigmas, given, correlations)
     except ValueError as error:
@@ -205,9 +207,9 @@ def _conditional_spectra(
 
 def _refuse_velocity(file: Path, spectra: dict[float, dict[float, tuple[float, float]]]) -> None:
     """Raise TargetError where what stands at period 0 cannot be a peak acceleration beside the spectral ones."""
-    for own in spectra.values():
-        greatest = max((median for period, (median, _) in own.items() if period > 0.0), default=math.inf)
-        at_zero = own[0.0][0] if 0.0 in own else 0.0
+    for spectrum in spectra.values():
+        greatest = max((median for period, (median, _) in spectrum.items() if period > 0.0), default=math.inf)
+        at_zero = spectrum[0.0][0] if 0.0 in spectrum else 0.0
         if at_zero > MOST_PGA * greatest:
             raise TargetError(
                 f"{file}: gives {at_zero / STANDARD_GRAVITY:g} at period 0, {at_zero / greatest:.0f} times the largest "

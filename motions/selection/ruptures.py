@@ -170,7 +170,7 @@ def _of_services(file: Path, text: str) -> Bins:
             measure = _measure(file, str(name), None)
             total = next(one for one in entry["data"] if one["component"] == "Total")
             targets = next(one for one in total["summary"] if one["name"] == "Deaggregation targets")
-            stated = next(one for one in targets["data"] if str(one["name"]).endswith(_LEVEL))
+            stated = next(target for target in targets["data"] if str(target["name"]).endswith(_LEVEL))
             level = float(stated["value"]) * in_si(str(stated["units"]), measure)
             bins = [
                 (float(one["m"]), 1e3 * float(one["r"]), sum(float(part["value"]) for part in one["εdata"]))

@@ -147,7 +147,7 @@ def select(
     chance = checks.count("seed", seed)
     pool = candidates if isinstance(candidates, Candidates) else Candidates(candidates)
     wanted = target.at(level)
-    labels = [one.label for one in wanted.measures]
+    labels = [measure.label for measure in wanted.measures]
     weighted = _weights(weights, labels)
     factors = pool.factors(wanted.given, wanted.level)
     allowed = np.flatnonzero((factors >= low) & (factors <= high))
@@ -204,7 +204,7 @@ def _weights(given: Mapping[str, float] | None, labels: list[str]) -> Array:
     unknown = sorted(set(by_label) - set(labels))
     if unknown:
         raise ValueError(f"weights name {unknown[0]}, which the target does not hold")
-    found = np.array([checks.number(f"weight of {one}", by_label.get(one, 1.0), at_least=0.0) for one in labels])
+    found = np.array([checks.number(f"weight of {label}", by_label.get(label, 1.0), at_least=0.0) for label in labels])
     if found.sum() == 0.0:
         raise ValueError("weights must not all be 0")
     return np.asarray(found / found.mean())

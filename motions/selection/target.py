@@ -116,7 +116,7 @@ class Target:
     def __post_init__(self) -> None:
         if isinstance(self.measures, str | Measure) or not isinstance(self.measures, Iterable):
             raise TypeError(f"measures must be a sequence of measures, got {checks.kind(self.measures)}")
-        chosen = tuple(measure_named(one) for one in self.measures)
+        chosen = tuple(measure_named(measure) for measure in self.measures)
         labels = [one.label for one in chosen]
         twice = sorted({label for label in labels if labels.count(label) > 1})
         if twice:
@@ -181,9 +181,9 @@ class Mixture:
 
     def __post_init__(self) -> None:
         parts = tuple(self.targets) if isinstance(self.targets, Iterable) else ()
-        if not parts or not all(isinstance(one, Target) for one in parts):
+        if not parts or not all(isinstance(part, Target) for part in parts):
             raise TypeError("targets must be a sequence of at least one Target")
-        if any((one.measures, one.given) != (parts[0].measures, parts[0].given) for one in parts):
+        if any((part.measures, part.given) != (parts[0].measures, parts[0].given) for part in parts):
             raise ValueError("targets must be of the same measures in the same order, given the same one")
         weights = checks.finite_array("weights", self.weights)
         if weights.shape != (len(parts),) or weights.min() < 0.0 or weights.sum() == 0.0:
@@ -204,18 +204,18 @@ class Mixture:
     @property
     def correlation_change(self) -> float:
         """Greatest repair of the correlations of a target."""
-        return max(one.correlation_change for one in self.targets)
+        return max(target.correlation_change for target in self.targets)
 
     def at(self, level: float) -> Conditional:
         """Return the lognormal distribution with the mixture's means and covariances at a level, SI, > 0."""
-        parts = [one.at(level) for one in self.targets]
+        parts = [target.at(level) for target in self.targets]
         weights = np.array(self.weights)
-        means = np.array([one.mean for one in parts])
+        means = np.array([part.mean for part in parts])
         mean = times(weights, means)
         apart = means - mean
-        covariance = np.einsum("r,rij->ij", weights, np.array([one.covariance for one in parts]))
+        covariance = np.einsum("r,rij->ij", weights, np.array([part.covariance for part in parts]))
         covariance = covariance + np.einsum("r,ri,rj->ij", weights, apart, apart)
-        epsilon = float(times(weights, np.array([one.epsilon for one in parts])))
+        epsilon = float(times(weights, np.array([part.epsilon for part in parts])))
         return Conditional(self.measures, self.given, parts[0].level, mean, covariance, epsilon)
 
 

@@ -98,7 +98,7 @@ class Generator(ABC):
         if self.own_amplitude:
             drawn = drawn * np.sqrt((own**2).sum(axis=1) / (drawn**2).sum(axis=1))[:, None]
         h2 = h1.copy(data=share * own + math.sqrt(1.0 - share**2) * drawn)
-        sources = [f"{one}, in pairs of correlation {share:g}" for one in h1["source"].values]
+        sources = [f"{value}, in pairs of correlation {share:g}" for value in h1["source"].values]
         pair = join(h1, h2)
         return pair.assign_coords(source=("motion", np.array(sources, dtype=object), h1["source"].attrs))
 

@@ -94,7 +94,7 @@ def expected_motions(scenario: Scenario, model: str = "BSSA14", periods: Sequenc
     distance = checks.number("distance", scenario.distance, at_least=max(depth, 0.0), at_most=4e5, unit="m")
     if distance < NEAREST:
         warn([Doubt("units", f"a rupture at a distance of {distance:g} m: km in place of m?")])
-    at = [checks.number("period", one, at_least=0.01, at_most=10.0, unit="s") for one in periods]
+    at = [checks.number("period", period, at_least=0.01, at_most=10.0, unit="s") for period in periods]
     aside = 1e-3 * math.sqrt(distance * distance - depth * depth)
     pygmm = importlib.import_module("pygmm")
     given = pygmm.Scenario(
@@ -176,7 +176,7 @@ def over_models(
     if len(plain) < 2:
         raise ValueError(f"motions must be at least 2, to have a median and a dispersion, got {len(plain)}")
     expected = {model: expected_motions(scenario, model, periods) for model in models}
-    labels = ["pga", "pgv", *(f"Sa({float(one)!r})" for one in periods)]
+    labels = ["pga", "pgv", *(f"Sa({float(period)!r})" for period in periods)]
     values = np.array([measure(label, plain) for label in labels])
     if not (values > 0.0).all():
         raise ValueError("motions must shake, got one that is zero throughout")

@@ -70,7 +70,9 @@ def chained(
     dt = plain[0].dt / parts
     dims = array.dims[:-1]
     coordinates: dict[str, Any] = {
-        str(key): one.variable for key, one in array.coords.items() if "time" not in one.dims and key != "dt"
+        str(key): coordinate.variable
+        for key, coordinate in array.coords.items()
+        if "time" not in coordinate.dims and key != "dt"
     }
     of = f" times {factor:g}" if factor != 1.0 else ""
     sources = np.array([f"{name} on {one.source}{of}" for one in plain], dtype=object).reshape(shape)

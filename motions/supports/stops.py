@@ -103,7 +103,7 @@ class Stops:
 
     def doubts(self, found: Sequence[xr.DataArray]) -> list[Doubt]:
         """Return the doubt in motions on top of a platform (their ``support_displacement``) that reaches its stops."""
-        ways = np.concatenate([one["support_displacement"].values.ravel() for one in found])
+        ways = np.concatenate([array["support_displacement"].values.ravel() for array in found])
         far = int((ways > self.clearance).sum())
         if not far:
             return []
@@ -111,8 +111,8 @@ class Stops:
         if not self.modelled:
             what = f"the platform would strike {where}, by up to {ways.max():.3g} m: strikes are not modelled"
             return [Doubt("strike", what)]
-        times = int(sum(int(one["strikes"].sum()) for one in found))
-        hardest = max(float(one["strike_acceleration"].max()) for one in found)
+        times = int(sum(int(array["strikes"].sum()) for array in found))
+        hardest = max(float(array["strike_acceleration"].max()) for array in found)
         return [
             Doubt(
                 "strike",

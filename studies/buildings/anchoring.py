@@ -103,7 +103,11 @@ def anchoring(
     free = _free(assessment, objective, year, chosen, array)
     order, left = free.steps(cost if per_cost else None)
     precision = interval_options(assessment, year, replicates, seed)
-    kept = {str(name): one.variable for name, one in assessment.coords.items() if one.dims == ("model",)}
+    kept = {
+        str(name): coordinate.variable
+        for name, coordinate in assessment.coords.items()
+        if coordinate.dims == ("model",)
+    }
     for name, coordinate in assessment.coords.items():
         if "item" in coordinate.dims:
             kept[str(name)] = coordinate.isel(item=chosen).variable
@@ -162,7 +166,7 @@ def _objective(assessment: xr.Dataset, objective: str, yearly: bool) -> tuple[Fl
         return everything, units, text
     what = "at least one piece overturns"
     if objective != ANY:
-        lists = [str(one).split(JOINT) for one in assessment["consequences"].values]
+        lists = [str(value).split(JOINT) for value in assessment["consequences"].values]
         everything = np.array([objective in one for one in lists])
         what = f"at least one piece with {objective!r} overturns"
     if yearly:

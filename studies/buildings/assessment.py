@@ -309,7 +309,7 @@ def assess(
         flags = falls[FALLEN] = slips.fallen(overturned)
     places = [BUILDING, *(f"floor {floor}" for floor in floors)]
     members = np.array(
-        [[True] * len(inventory), *([str(row.floor) == one for row in inventory.rows] for one in floors)]
+        [[True] * len(inventory), *([str(row.floor) == floor for row in inventory.rows] for floor in floors)]
     )
     lost = lost_flags(flags, inventory.carried, runner.array)
     joint = JointFlags(
@@ -366,7 +366,7 @@ def assess(
         "motions": list(shaking.labels),
         **({} if shaking.polarity == AS_RECORDED else {"polarity": shaking.polarity}),
         **({AXES: shaking.axes} if shaking.axes else {}),
-        "hazard": None if hazard is None else [one.tolist() for one in hazard_points(hazard)],
+        "hazard": None if hazard is None else [point.tolist() for point in hazard_points(hazard)],
         "variability": None if variability is None else variability.plain,
         **({} if slips is None else {"slipping": asdict(slipping)}),
         "replicates": precision.replicates,
@@ -452,27 +452,27 @@ def _run(
             own[...] = False
     plans = {at: _runs_on(at, inventory, laws, shaking, variability) for at in shaking.supports(inventory)}
     cells = shape[0] * shape[1]
-    total = sum(cells // one.stands_for * one.number for runs in plans.values() for one in runs)
+    total = sum(cells // run.stands_for * run.number for runs in plans.values() for run in runs)
     done = 0
     for at, runs in plans.items():
         shaken = shaking.shaken(at, scaled, asked.im) if runs else None
         if slips is not None and shaken is not None:
             slips.run(at, shaken)
-        for one in runs:
+        for run in runs:
             assert shaken is not None  # (there are runs)
             report = part_of(progress, done, total)
-            motions, factors = shaken.motions[:: one.stands_for], shaken.factors[:, :, :: one.stands_for]
+            motions, factors = shaken.motions[:: run.stands_for], shaken.factors[:, :, :: run.stands_for]
             of_runs = motions, factors, runner, report
             found: NDArray[Any]
             axes = ruptured = None
-            if sides or one.across is not None:
-                found, axes, ruptured = falls_of_axes(one.oscillators, one.across, *of_runs, held=RUPTURE in falls)
+            if sides or run.across is not None:
+                found, axes, ruptured = falls_of_axes(run.oscillators, run.across, *of_runs, held=RUPTURE in falls)
             else:
-                found = overturning_flags(one.oscillators, *of_runs)
-            for i, start in one.rows.items():
+                found = overturning_flags(run.oscillators, *of_runs)
+            for i, start in run.rows.items():
                 rows = slice(start, start + len(laws) * variants)
                 own = found[rows].reshape(len(laws), variants, shape[0], -1, 1)
-                if one.stands_for > 1:
+                if run.stands_for > 1:
                     # (of runs that leave the floor no side is known: they have the value 2 both ways)
                     mirrored = np.where(np.abs(own) == 1, own * np.int8(-1), own) if sides or axes is not None else own
                     own = np.concatenate([own, mirrored], axis=-1)
@@ -481,7 +481,7 @@ def _run(
                 if axes is None:
                     deep = np.zeros((), np.bool_)
                 else:
-                    along = np.repeat(axes[rows].reshape(len(laws), variants, shape[0], -1), one.stands_for, -1)
+                    along = np.repeat(axes[rows].reshape(len(laws), variants, shape[0], -1), run.stands_for, -1)
                     deep = along.reshape(own.shape) == ALONG_DEPTH
                 if SIDEWAYS in falls:
                     falls[SIDEWAYS][:, i] = deep
@@ -489,9 +489,9 @@ def _run(
                     falls[FORWARD][:, i] = (own > 0) & ~deep
                 if RUPTURE in falls and ruptured is not None:
                     # (what a reverse breaks is broken under the motion, too)
-                    breaks = np.repeat(ruptured[rows].reshape(len(laws), variants, shape[0], -1), one.stands_for, -1)
+                    breaks = np.repeat(ruptured[rows].reshape(len(laws), variants, shape[0], -1), run.stands_for, -1)
                     falls[RUPTURE][:, i] = breaks.reshape(own.shape)
-            done += cells // one.stands_for * one.number
+            done += cells // run.stands_for * run.number
     return falls
 
 
@@ -746,10 +746,10 @@ def _thresholds(joint: JointFlags, precision: Precision) -> dict[str, xr.Variabl
     """Return quantiles, consequences and thresholds as coordinates."""
     text = "probability of the quantile"
     found = {"quantile": variable(("quantile",), precision.quantiles, DIMENSIONLESS, text)}
-    for one in joint.quantities:
-        name = f"{one.name}_threshold"
-        text = f"{one.text}, {'more than' if one.strictly else 'at least'}"
-        found[name] = variable((name,), one.thresholds, one.units, text)
+    for quantity in joint.quantities:
+        name = f"{quantity.name}_threshold"
+        text = f"{quantity.text}, {'more than' if quantity.strictly else 'at least'}"
+        found[name] = variable((name,), quantity.thresholds, quantity.units, text)
     if joint.inventory.consequences:
         found["consequence"] = _labels("consequence", joint.inventory.consequences, "what an overturning means")
     return found

@@ -115,21 +115,21 @@ def rates_over_branches(
     are off by exp(beta_m Z); sums over classes are of independent scores.  With beta_m in the means all rates are
     means over it.
     """
-    for one in branches:
-        if one.hazard.fractile is not None and one.hazard.weights is not None:
+    for branch in branches:
+        if branch.hazard.fractile is not None and branch.hazard.weights is not None:
             raise ValueError(
-                f"hazard {one.hazard_name!r:.60} of a branch must be the mean of its realisations, got their fractile "
-                f"{one.hazard.fractile:g}"
+                f"hazard {branch.hazard_name!r:.60} of a branch must be the mean of its realisations, got their "
+                f"fractile {branch.hazard.fractile:g}"
             )
     for assessment in assessments.values():
         if sampling.beta > 0.0:
             refuse_own_motions(inventory, Year.of(assessment, np.ones(assessment.sizes["level"])).own_motions)
     first = next(iter(assessments.values()))
-    places = [str(one) for one in first["place"].values]
+    places = [str(value) for value in first["place"].values]
     floors = np.array([f"floor {row.floor}" for row in inventory.rows], dtype=object)
-    members = np.array([np.ones(len(inventory), bool), *(floors == one for one in places[1:])])
-    every = [_Branch(one, assessments[one.motions], inventory, members, sampling) for one in branches]
-    weights = np.array([one.weight for one in branches])
+    members = np.array([np.ones(len(inventory), bool), *(floors == place for place in places[1:])])
+    every = [_Branch(branch, assessments[branch.motions], inventory, members, sampling) for branch in branches]
+    weights = np.array([branch.weight for branch in branches])
     found = _Found({}, branches, weights)
     amounts = {NUMBER: np.array([float(row.count) for row in inventory.rows])}
     if inventory.value > 0.0:
@@ -144,8 +144,8 @@ def rates_over_branches(
         sampled = [one.of_items(rows) for one in every]
         lost = [chances.of_items(rows, lost=True) for chances in every] if inventory.carried else sampled
         parts.append(found.of(sampled))
-        for name, each in amounts.items():
-            share = members[:, rows] * each[rows]
+        for name, amount in amounts.items():
+            share = members[:, rows] * amount[rows]
             of_slab = [drawn.summed(share) for drawn in (lost if name == LOSS else sampled)]
             before = totals.get(name)
             totals[name] = of_slab if before is None else [a.plus(b) for a, b in zip(before, of_slab, strict=True)]
@@ -262,7 +262,7 @@ class _Branch:
         self, branch: InventoryBranch, assessment: xr.Dataset, inventory: Inventory, members: Flags, sampling: Sampling
     ) -> None:
         self.levels = assessment["level"].values
-        labels = [str(one) for one in assessment["model"].values]
+        labels = [str(value) for value in assessment["model"].values]
         self.at = labels.index(branch.model)
         self.assessment = assessment
         self.chances = ItemChances(assessment, np.arange(len(inventory)))
@@ -278,7 +278,7 @@ class _Branch:
         self.curves = [replace(one, rates=tuple(row)) for row in rows]
         self.shares = np.ones(1) if branch.hazard.weights is None else np.asarray(branch.hazard.weights)
         self.number = np.zeros(self.levels.size)
-        self._shifted = [self._states(one) for one in self.curves] if sampling.beta > 0.0 else []
+        self._shifted = [self._states(curve) for curve in self.curves] if sampling.beta > 0.0 else []
 
     def _year(self, hazard: HazardCurve, beta: float) -> Year:
         return Year(level_weights(self.levels, covering(hazard, self.levels, beta)).weights)
@@ -307,7 +307,7 @@ class _Branch:
         mean = self._year(self.hazard, beta).total(given).mean(axis=-1)
         inside = 0.0 if spread else beta
         own = self._year(self.hazard, inside).total(given).mean(axis=-1)
-        plain = np.stack([self._year(one, inside).total(resampled) for one in self.curves], axis=-1)
+        plain = np.stack([self._year(curve, inside).total(resampled) for curve in self.curves], axis=-1)
         if not spread:
             return _Sampled(mean, SampledRates(own, plain, plain, self.shares))
         modelled = np.empty_like(plain)
@@ -340,7 +340,7 @@ class _Branch:
         mean, _ = of(self.hazard, beta)
         inside = 0.0 if spread else beta
         own, _ = of(self.hazard, inside)
-        plain = np.stack([of(one, inside)[1] for one in self.curves], axis=-1)
+        plain = np.stack([of(curve, inside)[1] for curve in self.curves], axis=-1)
         if not spread:
             return _Sampled(mean, SampledRates(own, plain, plain, self.shares))
         number = min(JOINT_SAMPLES, self.drawn.shape[0])
@@ -348,7 +348,7 @@ class _Branch:
         modelled = np.empty((mean.size, number, len(self.curves)))
         for r, states in enumerate(self._shifted):
             for s in range(number):
-                cases, rates = _cases(states, {label: beta * each[s] for label, each in scores.items()})
+                cases, rates = _cases(states, {label: beta * score[s] for label, score in scores.items()})
                 modelled[:, s, r] = times(self._year_at(rates).total(rows.at(cases)), self.drawn[s]) / self.motions
         return _Sampled(mean, SampledRates(own, plain, modelled, self.shares))
 
@@ -409,14 +409,14 @@ class _Branch:
 
 def _cases(states: ShiftedLevels, shifts: Mapping[str, float]) -> tuple[dict[str, Index], Array]:
     """Return the states of all classes (case,) and their annual rates: points at which all states are equal are one."""
-    at = np.stack([np.searchsorted(states.positions, states.points - one, side="right") for one in shifts.values()])
+    at = np.stack([np.searchsorted(states.positions, states.points - shift, side="right") for shift in shifts.values()])
     first = np.flatnonzero(np.concatenate([[True], (at[:, 1:] != at[:, :-1]).any(axis=0)]))
     return dict(zip(shifts, at[:, first], strict=True)), np.add.reduceat(states.rates, first)
 
 
 def _slabs(items: int, branches: Sequence[_Branch]) -> Iterator[slice]:
     """Yield slabs of items, few enough for the arrays of all branches."""
-    of_one = sum(one.drawn.shape[0] * (one.levels.size + 2 * len(one.curves)) for one in branches)
+    of_one = sum(branch.drawn.shape[0] * (branch.levels.size + 2 * len(branch.curves)) for branch in branches)
     step = max(1, SLAB // of_one)
     for start in range(0, items, step):
         yield slice(start, min(items, start + step))

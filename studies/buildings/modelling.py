@@ -175,9 +175,9 @@ def joined(joint: JointFlags, mixture: Mixture) -> JointOutcomes:
     of_places = (models, joint.members.shape[0], points, motions)
     quantities, events = joint.quantities, joint.events
     found = JointOutcomes(
-        {one.name: joint.filled(of_places, 0.0) for one in quantities},
-        {one.name: joint.filled((*of_places, DRAWS), 0.0) for one in quantities},
-        {one.name: joint.filled((models, *one.sets.shape[:-1], points, motions), 1.0) for one in events},
+        {quantity.name: joint.filled(of_places, 0.0) for quantity in quantities},
+        {quantity.name: joint.filled((*of_places, DRAWS), 0.0) for quantity in quantities},
+        {event.name: joint.filled((models, *event.sets.shape[:-1], points, motions), 1.0) for event in events},
     )
     words = joint.inventory.consequences
     labels = np.array([row.class_label for row in joint.inventory.rows], dtype=object)
@@ -193,22 +193,22 @@ def joined(joint: JointFlags, mixture: Mixture) -> JointOutcomes:
                 continue
             for i, word in enumerate(part.inventory.consequences):
                 found.happens[event.name][:, :, words.index(word)] *= stays[:, :, i]
-        named = {one.name for one in part.quantities}
+        named = {quantity.name for quantity in part.quantities}
         scores = _scores(str(label), motions // joint.polarities, joint.scores.seed)
-        for one in quantities:
-            if one.name not in named:
+        for quantity in quantities:
+            if quantity.name not in named:
                 continue
-            if not one.greatest:
-                found.expected[one.name] += mixture.of(own.expected[one.name])
-            outcomes = own.outcomes[one.name]
+            if not quantity.greatest:
+                found.expected[quantity.name] += mixture.of(own.expected[quantity.name])
+            outcomes = own.outcomes[quantity.name]
             for motion in range(motions):
                 of_motion = motion // joint.polarities  # (both polarities of a motion have the same draws)
                 states = mixture.states(scores[of_motion])
                 fillings = (of_motion * DRAWS + np.arange(DRAWS)) % outcomes.shape[-1]
                 of_state = np.concatenate([np.zeros_like(outcomes[:, :, :1, motion]), outcomes[:, :, :, motion]], 2)
                 drawn = of_state[:, :, states, fillings]
-                here = found.outcomes[one.name][:, :, :, motion]
-                (np.maximum if one.greatest else np.add)(here, drawn, out=here)
+                here = found.outcomes[quantity.name][:, :, :, motion]
+                (np.maximum if quantity.greatest else np.add)(here, drawn, out=here)
     found.complete(quantities)
     return found
 

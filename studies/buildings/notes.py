@@ -56,8 +56,8 @@ def notes(assessment: xr.Dataset) -> list[Fact]:
     """Return what a reader should know before relying on the numbers."""
     found = _anchored(assessment)
     amounts = _amounts(assessment)
-    below = [(one, _share(one, "below")) for one in amounts]
-    above = [(one, _share(one, "above")) for one in amounts if one.more > 0.0]
+    below = [(amount, _share(amount, "below")) for amount in amounts]
+    above = [(amount, _share(amount, "above")) for amount in amounts if amount.more > 0.0]
     found += _from("rate.share_below_levels", below, NOTABLE_BELOW)
     found += _from("rate.share_above_levels", above, NOTABLE)
     if not bool(fall_flags(assessment).any()):
@@ -176,15 +176,17 @@ def hazard_shares(assessment: xr.Dataset, hazard: HazardCurve) -> dict[str, xr.V
     # where other events are left out the curve is flat: below its own first level, or all the way up to its last
     shaking, known, rarer = (weights(np.minimum(rates, most)) for most in (np.inf, hazard.rates[0], hazard.rates[-1]))
     found = {}
-    for one in _amounts(assessment):
-        given = assessment[f"{one.name}_mean"].sel(place=BUILDING)
+    for amount in _amounts(assessment):
+        given = assessment[f"{amount.name}_mean"].sel(place=BUILDING)
         whole = (given * shaking).sum("level")
         for side, weight in (("below", shaking - known), ("above", rarer)):
             share = ((given * weight).sum("level") / whole.where(whole > 0.0)).fillna(0.0).clip(0.0, 1.0)
             share = share.transpose("model")
-            text = f"share of the building's {assessment[f'annual_{one.name}'].attrs['long_name']} from shaking {side} "
+            text = (
+                f"share of the building's {assessment[f'annual_{amount.name}'].attrs['long_name']} from shaking {side} "
+            )
             text += "the hazard curve's levels"
-            found[f"annual_{one.name}_share_{side}"] = variable(("model",), share.values, DIMENSIONLESS, text)
+            found[f"annual_{amount.name}_share_{side}"] = variable(("model",), share.values, DIMENSIONLESS, text)
     return found
 
 
@@ -197,18 +199,18 @@ def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[Fact]:
     rates = xr.DataArray(curve.rate_at(levels), dims="level")
     events = rates - rates.shift(level=-1)  # (between each level and the next one)
     apart, found = [], []
-    for one in amounts:
-        given = assessment[f"{one.name}_mean"].sel(place=BUILDING).reset_coords(drop=True).drop_vars("level")
-        known = one.annual.where(one.annual > 0.0)
-        apart.append((one, float(((given * whole).sum("level") / known - 1.0).fillna(0.0).max())))
+    for amount in amounts:
+        given = assessment[f"{amount.name}_mean"].sel(place=BUILDING).reset_coords(drop=True).drop_vars("level")
+        known = amount.annual.where(amount.annual > 0.0)
+        apart.append((amount, float(((given * whole).sum("level") / known - 1.0).fillna(0.0).max())))
         beyond = (given * rates).isel(level=-1)
         least, most = (((amount * events).sum("level") + beyond) / known for amount in (given, given.shift(level=-1)))
         if bool((most > APART * least).any()):
             ends = float(least.min()), float(most.max())
-            found.append(Fact("hazard.levels_apart", lower=ends[0], upper=ends[1], names=(one.text,)))
+            found.append(Fact("hazard.levels_apart", lower=ends[0], upper=ends[1], names=(amount.text,)))
     found = [*sorted(found, key=lambda fact: -fact.upper)[:1], *_from("hazard.levels_coarse", apart, COARSE)]
     for side, end in (("below", hazard.levels[0]), ("above", hazard.levels[-1])):
-        shares = [(one, float(assessment[f"annual_{one.name}_share_{side}"].max())) for one in amounts]
+        shares = [(amount, float(assessment[f"annual_{amount.name}_share_{side}"].max())) for amount in amounts]
         level = level_text(float(end), assessment["level"])
         found += _from("rate.share_beyond_hazard", shares, NOTABLE, side=side, end=level, formula=hazard.of_formula)
     return found
@@ -222,9 +224,10 @@ def changes_beyond_levels(assessment: xr.Dataset) -> dict[str, dict[str, float]]
     """
     amounts = _amounts(assessment)
     above = {
-        one.text: _share(one, "above") * one.more if one.annual.any() or not one.more else np.inf for one in amounts
+        amount.text: _share(amount, "above") * amount.more if amount.annual.any() or not amount.more else np.inf
+        for amount in amounts
     }
-    return {"below": {one.text: _share(one, "below") for one in amounts}, "above": above}
+    return {"below": {amount.text: _share(amount, "below") for amount in amounts}, "above": above}
 
 
 class _Amount(NamedTuple):

@@ -79,9 +79,9 @@ class JointOutcomes(NamedTuple):
         """Make events' chances out of those that nothing happens, and take the means of maxima from the outcomes."""
         for none in self.happens.values():
             np.subtract(1.0, none, out=none)
-        for one in quantities:
-            if one.greatest:  # (the mean of a maximum has no closed form)
-                np.mean(self.outcomes[one.name], axis=-1, out=self.expected[one.name])
+        for quantity in quantities:
+            if quantity.greatest:  # (the mean of a maximum has no closed form)
+                np.mean(self.outcomes[quantity.name], axis=-1, out=self.expected[quantity.name])
 
 
 @dataclass(frozen=True)
@@ -197,17 +197,17 @@ class JointFlags:
         quantities, events = self.quantities, self.events
         of_places = (models, self.members.shape[0], *shaken)
         found = JointOutcomes(
-            {one.name: self.filled(of_places, 0.0) for one in quantities},
-            {one.name: self.filled((*of_places, self.realisations(one)), 0.0) for one in quantities},
-            {one.name: self.filled((models, *one.sets.shape[:-1], *shaken), 1.0) for one in events},
+            {quantity.name: self.filled(of_places, 0.0) for quantity in quantities},
+            {quantity.name: self.filled((*of_places, self.realisations(quantity)), 0.0) for quantity in quantities},
+            {event.name: self.filled((models, *event.sets.shape[:-1], *shaken), 1.0) for event in events},
         )
         for of, rows, chance, lost in self.chances():
             members, counts = self.members[:, rows], self.counts[rows]
-            for one in quantities:
-                if not one.greatest:
-                    of_one = lost if one.taken else chance
-                    expected_totals(of_one, one.amounts[rows] * counts, members, found.expected[one.name][of])
-            outcomes = {one.name: found.outcomes[one.name][of] for one in quantities}
+            for quantity in quantities:
+                if not quantity.greatest:
+                    of_one = lost if quantity.taken else chance
+                    expected_totals(of_one, quantity.amounts[rows] * counts, members, found.expected[quantity.name][of])
+            outcomes = {quantity.name: found.outcomes[quantity.name][of] for quantity in quantities}
             for i in np.flatnonzero(lost.any(axis=(0, 2, 3))):
                 self._add(range(items)[rows][i], of, outcomes)
             any_piece = chances_of_any(chance, counts, independent)
@@ -236,12 +236,12 @@ class JointFlags:
         fell = fallen_pieces(flags, drawn)
         fallen = {False: fell, True: fell if self.lost is None else fallen_pieces(lost, drawn)}
         spread = []
-        for one in self.quantities:
-            if one.drawn and getattr(row, one.drawn) is not None:
-                spread += [one] if one.amounts[i] > 0.0 else []
+        for quantity in self.quantities:
+            if quantity.drawn and getattr(row, quantity.drawn) is not None:
+                spread += [quantity] if quantity.amounts[i] > 0.0 else []
                 continue
             for place in places:  # (of costs that have a spread, too, where that of this line has none)
-                outcomes[one.name][:, place] += one.amounts[i] * fallen[one.taken]
+                outcomes[quantity.name][:, place] += quantity.amounts[i] * fallen[quantity.taken]
         for motion in np.flatnonzero(lost.any(axis=(0, 1, 2))) if spread else ():
             scores = self.scores.of_pieces(row.label, row.count, int(motion) // self.polarities)
             for one in spread:

@@ -249,21 +249,21 @@ def budget_set(results: xr.Dataset, budget: float, model: int = 0) -> Choice:
     """
     named = {one.item: one for one in pieces_of(results, model)}
     pieces = [named[str(item)] for item in results["item"].values]
-    valued = any(one.value > 0.0 for one in pieces)
-    priced = any(math.isfinite(one.saving.value) for one in pieces)
+    valued = any(piece.value > 0.0 for piece in pieces)
+    priced = any(math.isfinite(piece.saving.value) for piece in pieces)
     goals: list[list[float]] = [[], [], []]
     harm = harm_of(pieces)
-    for one in pieces:
-        falls = 0.0 if one.held else one.number * one.chance.value
-        goals[0].append(float(one.number) if one.recommendation == DUTY else 0.0)
-        goals[1].append(harm(one) if one.safety and one.judged and not one.held else 0.0)
-        gain = falls * one.value + (0.0 if one.held else one.chance.value * one.carried) if valued else falls
+    for piece in pieces:
+        falls = 0.0 if piece.held else piece.number * piece.chance.value
+        goals[0].append(float(piece.number) if piece.recommendation == DUTY else 0.0)
+        goals[1].append(harm(piece) if piece.safety and piece.judged and not piece.held else 0.0)
+        gain = falls * piece.value + (0.0 if piece.held else piece.chance.value * piece.carried) if valued else falls
         if priced:
-            gain = one.worth if math.isfinite(one.worth) else 0.0
-        apart = one.safety or one.held or not one.judged or one.recommendation == DUTY
+            gain = piece.worth if math.isfinite(piece.worth) else 0.0
+        apart = piece.safety or piece.held or not piece.judged or piece.recommendation == DUTY
         goals[2].append(0.0 if apart else max(gain, 0.0))
-    costs: Array = np.array([one.cost_of_all for one in pieces])
-    return best_set(costs, budget, [np.array(one) for one in goals])
+    costs: Array = np.array([piece.cost_of_all for piece in pieces])
+    return best_set(costs, budget, [np.array(goal) for goal in goals])
 
 
 def _sorted(pieces: list[Piece], by: str) -> list[Piece]:

@@ -188,13 +188,13 @@ def settled(anchored: bool, held: bool, code: CodeCheck | None) -> str:
 
 def recommended(pieces: Sequence[Piece]) -> list[Piece]:
     """Return the pieces with their recommendations, and with the paybacks that go with these."""
-    free = [one for one in pieces if not one.recommendation and one.judged and one.chance.value > 0.0]
+    free = [piece for piece in pieces if not piece.recommendation and piece.judged and piece.chance.value > 0.0]
     safety = _most([one for one in free if one.safety], harm_of(pieces))
     others = [one for one in free if not one.safety]
     known = any(map(_options, others))
-    valued = any(one.value > 0.0 or one.carried > 0.0 for one in others)
+    valued = any(other.value > 0.0 or other.carried > 0.0 for other in others)
     # (money is never called the greatest risk beside a piece that can injure people)
-    first = (SAVES if valued else PREVENTS) if any(one.safety and not one.held for one in pieces) else REDUCES
+    first = (SAVES if valued else PREVENTS) if any(piece.safety and not piece.held for piece in pieces) else REDUCES
     most = _most(
         others, lambda one: one.chance.value * ((one.number * one.value + one.carried) if valued else one.number)
     )
@@ -222,22 +222,22 @@ def recommended(pieces: Sequence[Piece]) -> list[Piece]:
             return first
         return SMALL if one.stated else UNSTATED if valued else FEW_UNSTATED
 
-    return [_paid(one if one.recommendation else one._replace(recommendation=words(one))) for one in pieces]
+    return [_paid(piece if piece.recommendation else piece._replace(recommendation=words(piece))) for piece in pieces]
 
 
 def carriers(pieces: Sequence[Piece], moving: set[str]) -> list[Piece]:
     """Return the pieces with another word for those that must be fixed first, for the sake of what stands on them."""
     return [
-        one._replace(recommendation=FIRST, saving=UNKNOWN, payback=math.nan)
-        if one.item in moving and (one.recommendation in BY_MONEY or one.recommendation == one.doubt)
-        else one
-        for one in pieces
+        piece._replace(recommendation=FIRST, saving=UNKNOWN, payback=math.nan)
+        if piece.item in moving and (piece.recommendation in BY_MONEY or piece.recommendation == piece.doubt)
+        else piece
+        for piece in pieces
     ]
 
 
 def harm_of(pieces: Sequence[Piece]) -> Callable[[Piece], float]:
     """Return how much a piece contributes to the danger to people: expected injuries if known of all, else falls."""
-    of = [one for one in pieces if one.safety and one.judged and not one.held and one.chance.value > 0.0]
+    of = [piece for piece in pieces if piece.safety and piece.judged and not piece.held and piece.chance.value > 0.0]
     if of and all(one.injuries.value > 0.0 for one in of):
         return lambda one: one.injuries.value if one.injuries.value > 0.0 else 0.0
     return lambda one: one.number * one.chance.value
@@ -247,11 +247,11 @@ def _most(pieces: Sequence[Piece], contribution: Callable[[Piece], float]) -> se
     """Return the names of the pieces that contribute most, and together `MOST` of all."""
     whole = sum(map(contribution, pieces))
     found, part = set(), 0.0
-    for one in sorted(pieces, key=contribution, reverse=True):
+    for piece in sorted(pieces, key=contribution, reverse=True):
         if part >= MOST * whole:
             break
-        found.add(one.item)
-        part += contribution(one)
+        found.add(piece.item)
+        part += contribution(piece)
     return found
 
 

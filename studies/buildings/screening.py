@@ -128,7 +128,7 @@ class _Tests:
         _, models, variants, levels, _ = flags.shape
         counts = self.runner.array((len(rows), models, levels, variants, int(chosen.sum())), np.int8)
         counts[...] = 0
-        near = [one for one, is_in in zip(motions, chosen, strict=True) if is_in]
+        near = [motion for motion, is_in in zip(motions, chosen, strict=True) if is_in]
         for both in (False, True):
             first: dict[tuple[Any, ...], int] = {}
             for i, row in enumerate(rows):
@@ -172,16 +172,16 @@ def _joined_friction(parts: Sequence[Any]) -> Any:
     """Join the friction of the floors, which is described line by line where they are few, else as what there is."""
     if parts[0] is None:
         return None
-    if all(isinstance(one, dict) for one in parts) and sum(map(len, parts)) <= DESCRIBED:
-        return {label: one for own in parts for label, one in own.items()}
-    every = [one for own in parts for one in (own.values() if isinstance(own, dict) else own)]
+    if all(isinstance(part, dict) for part in parts) and sum(map(len, parts)) <= DESCRIBED:
+        return {label: one for part in parts for label, one in part.items()}
+    every = [one for part in parts for one in (part.values() if isinstance(part, dict) else part)]
     return [json.loads(one) for one in sorted({json.dumps(one) for one in every})]
 
 
 def _joined(parts: Sequence[xr.Dataset], overturned: xr.DataArray, standing: Flags) -> xr.Dataset:
     """Join the screens of the floors in the order of the inventory; NaN for anchored lines where the motion decides."""
     settings = [json.loads(part.attrs["screen"]) for part in parts]
-    friction = _joined_friction([own["friction"] for own in settings])
+    friction = _joined_friction([setting["friction"] for setting in settings])
     if any("round" in part.coords for part in parts):  # (of floors with a round piece)
         parts = [
             part if "round" in part.coords else part.assign_coords(round=("item", np.zeros(part.sizes["item"], bool)))
@@ -196,7 +196,7 @@ def _joined(parts: Sequence[xr.Dataset], overturned: xr.DataArray, standing: Fla
     found = xr.concat(parts, "item", data_vars="minimal", coords="minimal", compat="equals", combine_attrs="override")
     found = found.sel(item=overturned["item"].values)
     free = xr.DataArray(standing, dims="item")
-    masked = [name for name, one in found.data_vars.items() if "item" in one.dims and name not in OF_BLOCKS]
+    masked = [name for name, variable in found.data_vars.items() if "item" in variable.dims and name not in OF_BLOCKS]
     found = found.assign({name: found[name].where(free).assign_attrs(found[name].attrs) for name in masked})
     found = found.assign_coords(model=overturned["model"].variable)
     return found.assign_attrs(screen=json.dumps({**settings[0], "friction": friction}, ensure_ascii=False))

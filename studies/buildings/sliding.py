@@ -110,10 +110,10 @@ def _shares_with_moving_supports(
 def _chances_of_friction(rows: Sequence[Contents], runs: SlidingRuns, rocks: Array) -> Variables:
     """Return the chances of a friction below b/h, and between b/h and 1.3 b/h, means over the variants of each line."""
     instead, near = np.full((2, len(rows)), np.nan)
-    for i, own in zip(runs.rows, rocks, strict=True):
+    for i, rock in zip(runs.rows, rocks, strict=True):
         friction = rows[i].friction
         assert friction is not None  # (these lines slide)
-        instead[i], near[i] = 1.0 - own.mean(), near_uplift(friction, runs.blocks_of(rows[i]), runs.plane).mean()
+        instead[i], near[i] = 1.0 - rock.mean(), near_uplift(friction, runs.blocks_of(rows[i]), runs.plane).mean()
     text = "chance of a friction with which the piece slides, never rocks"
     return {
         INSTEAD: variable(("item",), instead, DIMENSIONLESS, text),

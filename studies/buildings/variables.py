@@ -114,39 +114,43 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
     results = joint.results if modelled is None else modelled.results
     falls = LineEvent.of_flags("probability", "", f"a piece {joint.falls}", joint.flags, range(joint.flags.shape[1]))
     found = line_variables(joint, [falls], precision, modelled=modelled)
-    for one in joint.quantities:
+    for quantity in joint.quantities:
         # at most everything overturns that is not anchored
-        can_fall = joint.exposed if one.taken else joint.standing
-        most = times(joint.members, one.amounts * joint.counts * can_fall)[None, :, None]
-        expected = of_motions(results.expected[one.name], joint.polarities)
+        can_fall = joint.exposed if quantity.taken else joint.standing
+        most = times(joint.members, quantity.amounts * joint.counts * can_fall)[None, :, None]
+        expected = of_motions(results.expected[quantity.name], joint.polarities)
         # (the greatest of what is drawn is a mean of draws, which may exceed that of all pieces)
-        means = precision.of_means(expected, np.maximum(most, expected.max(axis=-1)) if one.greatest else most)
+        means = precision.of_means(expected, np.maximum(most, expected.max(axis=-1)) if quantity.greatest else most)
         dims: tuple[str, ...] = ("model", "place", "level")
-        found |= with_interval(f"{one.name}_mean", dims, means, one.units, f"mean of {one.text}", precision)
-        outcomes = results.outcomes[one.name]
+        found |= with_interval(
+            f"{quantity.name}_mean", dims, means, quantity.units, f"mean of {quantity.text}", precision
+        )
+        outcomes = results.outcomes[quantity.name]
         # (what is drawn has no greatest value, but where nothing can overturn)
-        bound = np.where(most > 0.0, np.inf, 0.0) if one.drawn else most
-        at, above = _spread(outcomes, one, bound, precision, joint.polarities)
+        bound = np.where(most > 0.0, np.inf, 0.0) if quantity.drawn else most
+        at, above = _spread(outcomes, quantity, bound, precision, joint.polarities)
         # (draws of the modelling uncertainty take the fillings of a motion again where there are fewer of these)
-        fillings = joint.realisations(one)
+        fillings = joint.realisations(quantity)
         errors = np.sqrt(max(1.0, outcomes.shape[-1] / fillings if fillings > 1 else 1.0))
         drawn = outcomes.shape[-1] > 1 or joint.variability is not None
         dims = ("model", "place", "level", "quantile")
-        text = f"quantile of {one.text}"
-        found |= with_interval(f"{one.name}_quantile", dims, at[:3], one.units, text, precision)
+        text = f"quantile of {quantity.text}"
+        found |= with_interval(f"{quantity.name}_quantile", dims, at[:3], quantity.units, text, precision)
         if drawn:
-            found[f"{one.name}_quantile{DRAWING}"] = variable(dims, errors * at[3], one.units, f"{OF_DRAWS}: {text}")
-        dims = ("model", "place", "level", f"{one.name}_threshold")
-        text = f"probability of {one.bound}"
-        found[f"{one.name}_exceedance"] = variable(dims, above[0], DIMENSIONLESS, text)
+            found[f"{quantity.name}_quantile{DRAWING}"] = variable(
+                dims, errors * at[3], quantity.units, f"{OF_DRAWS}: {text}"
+            )
+        dims = ("model", "place", "level", f"{quantity.name}_threshold")
+        text = f"probability of {quantity.bound}"
+        found[f"{quantity.name}_exceedance"] = variable(dims, above[0], DIMENSIONLESS, text)
         if drawn:
-            found[f"{one.name}_exceedance{DRAWING}"] = variable(
+            found[f"{quantity.name}_exceedance{DRAWING}"] = variable(
                 dims, errors * above[1], DIMENSIONLESS, f"{OF_DRAWS}: {text}"
             )
         dims = ("model", "place", "level", "motion", "realisation")
         if not drawn:
             dims, outcomes = dims[:-1], outcomes[..., 0]
-        found[one.name] = variable(dims, outcomes, one.units, one.text)
+        found[quantity.name] = variable(dims, outcomes, quantity.units, quantity.text)
     for event in joint.events:
         found |= with_interval(
             f"{event.name}_probability",
@@ -278,25 +282,27 @@ def annual_variables(
     rates, amounts = _of_items(joint, year, precision)
     text = f"annual rate at which a piece {joint.falls}"
     found |= with_interval("item_rate", ("model", "item"), rates, PER_YEAR, text, precision)
-    for one in joint.quantities:
-        units = per_year(one.units)
-        text = f"expected annual {one.text}"
-        name = f"item_annual_{one.name}"
-        of_item = "expected annual downtime of a piece" if one.greatest else text
-        found |= with_interval(name, ("model", "item"), amounts[one.name], units, of_item, precision)
-        given = joint.results.expected[one.name]
-        name = f"annual_{one.name}"
-        means = precision.of_means(of_points.total(results.expected[one.name]) if one.greatest else year.total(given))
+    for quantity in joint.quantities:
+        units = per_year(quantity.units)
+        text = f"expected annual {quantity.text}"
+        name = f"item_annual_{quantity.name}"
+        of_item = "expected annual downtime of a piece" if quantity.greatest else text
+        found |= with_interval(name, ("model", "item"), amounts[quantity.name], units, of_item, precision)
+        given = joint.results.expected[quantity.name]
+        name = f"annual_{quantity.name}"
+        means = precision.of_means(
+            of_points.total(results.expected[quantity.name]) if quantity.greatest else year.total(given)
+        )
         found |= with_interval(name, ("model", "place"), means, units, text, precision)
         for side, weight, at in (("below", weights.below, 0), ("above", weights.above, -1)):
             values = weight * of_motions(given[:, :, at], joint.polarities).mean(axis=-1)
             found[f"{name}_{side}"] = variable(("model", "place"), values, units, f"part of it from {side} the levels")
         found |= with_interval(
-            f"{one.name}_rate",
-            ("model", "place", f"{one.name}_threshold"),
-            _rates_of(results.outcomes[one.name], one, of_points, precision),
+            f"{quantity.name}_rate",
+            ("model", "place", f"{quantity.name}_threshold"),
+            _rates_of(results.outcomes[quantity.name], quantity, of_points, precision),
             PER_YEAR,
-            f"annual rate of {one.bound}",
+            f"annual rate of {quantity.bound}",
             precision,
         )
     for event in joint.events:
@@ -309,14 +315,16 @@ def annual_variables(
 def _of_items(joint: JointFlags, year: Year, precision: Precision) -> tuple[Array, dict[str, Array]]:
     """Return the annual rates of all lines (value and ends, model, item), and their annual amounts by quantity."""
     shape = (3, *joint.flags.shape[:2])
-    rates, amounts = np.empty(shape), {one.name: np.empty(shape) for one in joint.quantities}
+    rates, amounts = np.empty(shape), {quantity.name: np.empty(shape) for quantity in joint.quantities}
     for of, rows, chance, lost in joint.chances():
         pieces = year.total(chance)
         gone = pieces if lost is chance else year.total(lost)
         rates[:, of, rows] = precision.of_means(pieces)
-        for one in joint.quantities:
-            each = one.amounts if one.greatest else one.amounts * joint.counts
-            amounts[one.name][:, of, rows] = precision.of_means((gone if one.taken else pieces) * each[rows, None])
+        for quantity in joint.quantities:
+            each = quantity.amounts if quantity.greatest else quantity.amounts * joint.counts
+            amounts[quantity.name][:, of, rows] = precision.of_means(
+                (gone if quantity.taken else pieces) * each[rows, None]
+            )
     return rates, amounts
 
 
@@ -434,7 +442,7 @@ def level_index(assessment: xr.Dataset, level: float) -> int:
     wanted = checks.number("level", level)
     found = np.flatnonzero(np.isclose(levels, wanted, rtol=1e-6, atol=0.0))
     if not found.size:
-        raise ValueError(f"level must be one of {', '.join(f'{one:.6g}' for one in levels)}, got {wanted:g}")
+        raise ValueError(f"level must be one of {', '.join(f'{level:.6g}' for level in levels)}, got {wanted:g}")
     return int(found[0])
 
 
@@ -531,7 +539,7 @@ def range_of_a_year(means: Mapping[Any, Any], levels: Array, hazard: HazardCurve
         if given in means:
             mean = means[given].transpose(..., "level")
             units = per_year(mean.attrs["units"])
-            ends = [times(mean.values, each) for each in weights]
+            ends = [times(mean.values, weight) for weight in weights]
             found |= with_ends(name, mean.dims[:-1], ends, units, dispersion)
     return found
 

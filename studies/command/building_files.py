@@ -48,7 +48,7 @@ def write_building_files(
         check_content(result, results, verify)
         found = np.arange(results.sizes["model"]) if model is None else laws_of(results, model, result)
         if found.size > 1:
-            named = ", ".join(repr(str(one)) for one in results["model"].values[found])
+            named = ", ".join(repr(str(value)) for value in results["model"].values[found])
             why = "is needed" if model is None else f"{model} names {found.size} laws"
             raise StudyError(f"--model {why}: pelicun's tables are of one law, and {result} holds {named:.300}")
         one = results.isel(model=int(found[0]))

@@ -298,7 +298,7 @@ def look_at_motions(
             f"{100 * float(misfit.max()):.1f} % for the worst motion",
             highlight=False,
         )
-    say(console, *(f"note: {one.sentence}" for one in shown.doubts))
+    say(console, *(f"note: {doubt.sentence}" for doubt in shown.doubts))
     for figure in figures:
         console.print(f"figure: {figure}", highlight=False, markup=False, soft_wrap=True)
 

@@ -110,12 +110,16 @@ def laws_of(results: xr.Dataset, model: str, path: Path) -> Index:
 
 def _of_all_samples(stored: xr.Dataset) -> xr.Dataset:
     """Return the pooled curves of an uncertainty study, which are of all samples together."""
-    own = [name for name, one in stored.data_vars.items() if {"sample", "motion"} & {*one.dims} or "level" in one.dims]
+    own = [
+        name
+        for name, variable in stored.data_vars.items()
+        if {"sample", "motion"} & {*variable.dims} or "level" in variable.dims
+    ]
     rest = stored.drop_vars(own)
     law = rest.coords.get("law")
     if law is not None and "sample" in law.dims and bool((law == law.isel(sample=0)).all()):
         rest = rest.assign_coords(law=law.isel(sample=0, drop=True))  # one law for all samples
-    return rest.drop_vars([name for name, one in rest.coords.items() if "sample" in one.dims])
+    return rest.drop_vars([name for name, coordinate in rest.coords.items() if "sample" in coordinate.dims])
 
 
 def _floors(stored: xr.Dataset) -> list[str]:

@@ -131,7 +131,7 @@ def fit_of(side: Side) -> Fit:
 def _resampled(side: Side, seed: int, replicates: int, chosen: list[list[int]]) -> Curves:
     """Fit the curves of some blocks and laws again with replicates; arrays keep the places of all."""
     fit = replace(fit_of(side), seed=seed, replicates=replicates)
-    own = {name for name, one in side.results.data_vars.items() if RUN in one.dims}
+    own = {name for name, variable in side.results.data_vars.items() if RUN in variable.dims}
     runs = side.results.drop_vars([name for name in side.results.data_vars if name not in {*fit.outputs, *own}])
     if "motion_floor" in runs.coords:  # (the curves took the name)
         runs = runs.drop_vars("floor").rename(motion_floor="floor")

@@ -71,7 +71,7 @@ def _panels(
             _curve(curves, where, ax, x, scale)
         axes.level_axis(ax, low, high, log, axis_name(axis))
         axes.probabilities(ax, state)
-        of_laws = len({one.laws for one in medians}) > 1
+        of_laws = len({median.laws for median in medians}) > 1
         text = ", ".join(filter(None, (short_name(line.name), line.place)))
         text += f"\n{axes.model_name(pair_text(*line.laws))}" if of_laws else ""
         axes.name(ax, text)
@@ -144,7 +144,7 @@ def _dots(lines: list[Line], quantity: Quantity, titles: tuple[str, str], confid
         ax.plot([], [], marker, color=colour, ms=5.5, mew=0.0, label=name)
     laws = len({line.laws for line in lines}) > 1
     parts = [(short_name(line.name), line.place, pair_text(*line.laws) if laws else "") for line in chosen]
-    names = [", ".join(filter(None, one)) for one in parts]
+    names = [", ".join(filter(None, part)) for part in parts]
     axes.named_rows(ax, [axes.model_name(name) for name in names])
     axes.plain_log(ax)
     axes.label(ax, f"{quantity.title} (%)", along="x")

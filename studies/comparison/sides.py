@@ -68,7 +68,7 @@ def titles_of(a: Side, b: Side, laws: tuple[str, str] | None = None) -> tuple[st
     if titles[0] != titles[1]:
         return titles
     folders = [one.path.resolve().parent for one in (a, b)]
-    beside: Sequence[str] = [one.name for one in folders]
+    beside: Sequence[str] = [folder.name for folder in folders]
     if beside[0] == beside[1]:
         beside = [folder.as_posix() for folder in folders]
     if folders[0] == folders[1]:
@@ -250,9 +250,9 @@ def law_at(side: Side, name: str) -> int:
     law = side.results.coords.get("law")
     # (laws of samples have no short name of their own; their labels begin with it)
     if law is not None and law.dims == ("model",):
-        short = [str(one) for one in law.values]
+        short = [str(value) for value in law.values]
     else:
-        short = [one.partition(" ")[0] for one in labels]
+        short = [label.partition(" ")[0] for label in labels]
     found = [i for i, label in enumerate(labels) if label == name] or [i for i, one in enumerate(short) if one == name]
     if len(found) != 1:
         several = "several" if found else "no"
@@ -261,7 +261,7 @@ def law_at(side: Side, name: str) -> int:
 
 
 def _labels(side: Side, dim: str) -> list[str]:
-    return [str(one) for one in side.results[dim].values]
+    return [str(value) for value in side.results[dim].values]
 
 
 def _listed(labels: Sequence[str], most: int = 6) -> str:

@@ -47,7 +47,7 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
         ratio = max(first, last) / min(first, last)
         names = (f"“{block_title(block)}”",)
         yield Fact("sensitivity.swing", ratio, first / scale, last / scale, unit, names, more=more)
-    squat = tuple(f"“{block_title(name)}”" for name, own in zip(blocks, marks, strict=True) if (own == SQUAT).all())
+    squat = tuple(f"“{block_title(name)}”" for name, mark in zip(blocks, marks, strict=True) if (mark == SQUAT).all())
     if squat:
         yield Fact("sensitivity.squat", names=squat)
     laws = laws_apart(results)

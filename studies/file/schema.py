@@ -341,7 +341,7 @@ class StudyFile(Table):
             return MotionSet(tuple(ground), (), reading)
         refuse_samples(sum(array.size for array in ground) * (1 + sum(counts)), "motions on all floors")
         if self._scaled_before:
-            given, ground = ground, [scale_to(one, level, self.analysis.im) for one in ground]
+            given, ground = ground, [scale_to(array, level, self.analysis.im) for array in ground]
             doubts = scaling_doubts(given, ground, FACTORS)
             # (far: of the strength of motions that are not scaled)
             reading = reading._replace(far=(), doubts=(*reading.doubts, *doubts))
@@ -361,7 +361,7 @@ class StudyFile(Table):
             floors = [*floors, *moved]
             if not building.scales:
                 line = f"{where}{building.yielding(ground, moved)}"
-                doubts = [one._replace(sentence=f"{where}{one.sentence}") for one in _collapses(moved)]
+                doubts = [collapse._replace(sentence=f"{where}{collapse.sentence}") for collapse in _collapses(moved)]
                 said = (*reading.storeys, *notes_said(building.strength_facts), line)
                 reading = reading._replace(doubts=(*reading.doubts, *doubts), storeys=said)
             elif building.kind != "ground":
@@ -407,7 +407,7 @@ class StudyFile(Table):
             selections = tuple(one.selection for one in sets if one.selection is not None)
             scale = self.stripes.scale and not self._scaled_before
             if selections:  # (stripes that do not agree with the hazard may be left out)
-                levels = np.array([one.attrs["level"] for one in selections])
+                levels = np.array([selection.attrs["level"] for selection in selections])
             return Stripes(shaken, ground, self.stripes.im, scale, selections, levels=levels, reading=reading)
         kind = Cloud if self.ida is None else Incremental
         return kind(first.motions, first.ground, self.analysis.im, levels=levels, reading=first.reading)
@@ -496,8 +496,8 @@ def read_study_file(path: Path, target: float | None = None) -> StudyFile:
 def _collapses(floors: Iterable[xr.DataArray]) -> list[Doubt]:
     """Return the doubt in floor motions of a building that yields."""
     parts = list(floors)
-    labels = [label for one in parts for label in one["motion"].values.tolist()]
-    return collapse_doubts(labels, np.concatenate([one["collapsed"].values for one in parts]))
+    labels = [label for part in parts for label in part["motion"].values.tolist()]
+    return collapse_doubts(labels, np.concatenate([part["collapsed"].values for part in parts]))
 
 
 ANALYSES = ("ida", "stripes", "cloud", "performance")

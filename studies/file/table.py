@@ -172,7 +172,7 @@ def all_errors(sentences: Sequence[str]) -> str:
     """
     if len(sentences) == 1:
         return sentences[0]
-    said = "; ".join(f"({i}) {one}" for i, one in enumerate(sentences[:MOST_ERRORS], start=1))
+    said = "; ".join(f"({i}) {sentence}" for i, sentence in enumerate(sentences[:MOST_ERRORS], start=1))
     more = len(sentences) - MOST_ERRORS
     return f"{len(sentences)} errors: {said}{f'; and {more} more' if more > 0 else ''}"
 

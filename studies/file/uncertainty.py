@@ -267,8 +267,8 @@ class SensitivityTable(Table):
                 allowed = f">= {low:g} and < 1" if self.parameter == "delta" else "> 0 and <= 1"
                 raise ValueError(f"values and reference of {self.parameter} must be {allowed}, got {one:g}")
         if any(after <= before for before, after in zip(self.values, self.values[1:], strict=False)):
-            raise ValueError(f"values must increase, got {', '.join(f'{one:g}' for one in self.values)}")
-        if len({f"{one:g}" for one in self.values}) < len(self.values):
+            raise ValueError(f"values must increase, got {', '.join(f'{value:g}' for value in self.values)}")
+        if len({f"{value:g}" for value in self.values}) < len(self.values):
             raise ValueError("values must differ within six digits, by which laws are told apart")
         if isinstance(self.reference, str):
             words = (RIGID,) if self.parameter == "delta" else (RIGID, OWN)

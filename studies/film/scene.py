@@ -177,7 +177,9 @@ class Scene:
             if strap.restraint.kind == "pole":
                 ends = x - block.width, x + block.width
                 found.append(np.array([[ends[0], y], [ends[1], y], [ends[1], y + thick], [ends[0], y + thick]]))
-            elif strap.restraint.kind in ("strap", "cable", "bracket") and not any(one.side < 0 for one in self._walls):
+            elif strap.restraint.kind in ("strap", "cable", "bracket") and not any(
+                wall.side < 0 for wall in self._walls
+            ):
                 half = 0.5 * thick
                 found.append(np.array([[x, y - half], [x - half, y - half], [x - half, y + half], [x, y + half]]))
         return found
@@ -303,7 +305,7 @@ class Scene:
         if not ((late >= -0.5 * dt * self._frames.speed) & (late <= SEEN * self._frames.speed)).any():
             return None
         theta = float(self._frames.rotation[i])
-        return next((one for one in self._walls if one.side * theta > 0.5 * one.rotation), None)
+        return next((wall for wall in self._walls if wall.side * theta > 0.5 * wall.rotation), None)
 
     def _hold_text(self, i: int) -> str:
         """Return what the restraint does in frame `i`; '' where there is none."""
@@ -326,7 +328,7 @@ class Scene:
         if self._frames.drawn[i]:
             return "record over: a drawn fall"
         if self._past_balance(i):
-            leans = any(one.side * theta > one.rotation - fittings.LEAST for one in self._walls)
+            leans = any(wall.side * theta > wall.rotation - fittings.LEAST for wall in self._walls)
             return "leans on the wall" if leans else "past its balance"
         if self._struck(i) is not None:
             return "strikes the wall"

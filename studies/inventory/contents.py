@@ -55,8 +55,8 @@ class Stand:
         found = list(below)
         tops = []
         alike: dict[tuple[float, int], list[int]] = {}
-        for i, one in enumerate(below):
-            alike.setdefault((one.dt, one.acceleration.size), []).append(i)
+        for i, record in enumerate(below):
+            alike.setdefault((record.dt, record.acceleration.size), []).append(i)
         for (dt, _), lines in alike.items():
             array = from_array(np.stack([below[i].acceleration for i in lines]), dt)
             with noted():  # (the motions of floors were looked at, and strikes are said by name)
@@ -286,7 +286,7 @@ class Contents:
         """Its class: the one that is given, or its sizes."""
         block = self.block
         sizes = (block.width, block.height, block.cm_height, block.inertia_factor)
-        return self.piece_class or " x ".join("-" if one is None else f"{one:.9g}" for one in sizes)
+        return self.piece_class or " x ".join("-" if size is None else f"{size:.9g}" for size in sizes)
 
     @property
     def drawn(self) -> bool:

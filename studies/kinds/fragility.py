@@ -124,14 +124,14 @@ def screening_with(
         undecided = 0.0
     if slides is None or not slides.own:
         return friction, undecided
-    return {one.label: slides.friction_of(one) for one in blocks}, undecided
+    return {block.label: slides.friction_of(block) for block in blocks}, undecided
 
 
 def median_doubts(medians: Array, units: str) -> list[str]:
     """Return what is doubted of medians whose levels nobody gave: levels that runs have found (SI, in such units)."""
     known = medians[np.isfinite(medians)]
     doubts = level_doubts(known, units)
-    return [one.sentence.replace("the highest level", "the highest median").partition(": ")[0] for one in doubts]
+    return [doubt.sentence.replace("the highest level", "the highest median").partition(": ")[0] for doubt in doubts]
 
 
 def fit_of(content: StudyFile) -> Fit:
@@ -311,7 +311,7 @@ class FragilityStudy(BlockStudy):
 
     @property
     def doubts(self) -> list[Doubt]:
-        others = [one for design in self.further.values() for one in design.doubts]
+        others = [doubt for design in self.further.values() for doubt in design.doubts]
         named = {} if self.branches is None else {name: one for name, (one, _) in self.branches.hazards.items()}
         # (the study's own hazard is among those of its branches; levels of block measures are not in its measure)
         apart = [] if self.design.im in BLOCK_MEASURES else branch_doubts(named, self.design.levels)
@@ -461,7 +461,7 @@ class FragilityStudy(BlockStudy):
             attributes["ranking"] = ranking.attrs["ranking"]
         said = [
             *axis_notes(results),
-            *held_notes([one.label for one in self.blocks if self.design.about == 2 and describe_scene(one)]),
+            *held_notes([block.label for block in self.blocks if self.design.about == 2 and describe_scene(block)]),
             *self.fit.notes(curves, results),
             *one_side_notes(self.blocks, self.fit.state, self.fit.form),
             *uplift_notes(self.blocks, self.models, self.fit.state, self.fit.form),
@@ -502,7 +502,9 @@ class FragilityStudy(BlockStudy):
             slid = self.slides.of(results, self.design.motions, self.blocks, self.fit, self.risk, falls, client)
             found |= slid.data_vars
             coordinates |= {name: slid.coords[name] for name in ("slip",) if name in slid.coords}
-            said += slide_notes(slid, self.blocks, [str(one) for one in results["motion"].values], in_plane(results))
+            said += slide_notes(
+                slid, self.blocks, [str(value) for value in results["motion"].values], in_plane(results)
+            )
             said += exact_friction_notes(self.slides.exact(self.blocks))
         said += edge_notes(results, self.blocks, self.slides is not None, self.fit.state)
         if "floor" in curves.dims:  # (the dimension of the curves takes the name)

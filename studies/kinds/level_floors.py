@@ -215,7 +215,7 @@ def level_floors(
     for level in own.tolist():
         given = level / LEVEL_UNITS[unit][0] if unit else 1.0
         where = f"at {im} of {given:.4g} {unit} " if unit else ""
-        scaled = [scale_to(one, level, im) for one in ground] if unit else list(ground)
+        scaled = [scale_to(array, level, im) for array in ground] if unit else list(ground)
         moved = _moved(table, scaled)
         if table is not None and not table.scales:
             labels = [str(label) for one in moved for label in one["motion"].values]
@@ -228,7 +228,7 @@ def level_floors(
             lines.append(f"{where}{table.yielding(scaled, moved)}")
             of_level = collapse_doubts(labels, collapsed[-1])
             doubts += [one._replace(sentence=f"{where}{one.sentence}; {STILL}") for one in of_level]
-        found += [_history(given, one) for array in moved for one in records(array)]
+        found += [_history(given, record) for array in moved for record in records(array)]
     histories = FloorHistories.of(found, unit)
     return LevelFloors(
         histories.at(levels) if unit else histories,

@@ -493,7 +493,7 @@ class PerformanceStudy(Study):
 
     @property
     def doubts(self) -> list[Doubt]:
-        others = [one for shaken in self.further.values() for one in shaken.reading.doubts]
+        others = [doubt for shaken in self.further.values() for doubt in shaken.reading.doubts]
         far = self.reading.far if self.im == SCALE else ()
         own = (*self.reading.doubts, *self.struck)
         named = {} if self.branches is None else {branch.hazard_name: branch.hazard for branch in self.branches.every}
@@ -598,7 +598,7 @@ class PerformanceStudy(Study):
             said.append(Fact("building.middle_level", names=(middle,)))
         if self.of_levels is not None:
             found = found.assign(self.of_levels.variables(self.polarities))
-        beside = {f"{RANKING}{name}": one for name, one in whole.data_vars.items()}
+        beside = {f"{RANKING}{name}": variable for name, variable in whole.data_vars.items()}
         ways = {POLARITY: found[POLARITY]} if POLARITY in found.coords else {}
         results = (
             found.assign({**beside, **screened.data_vars, **spread.data_vars, **held.data_vars})
@@ -803,8 +803,8 @@ def _law_error(law: Law, row: Contents) -> str:
 def _with_set(results: xr.Dataset, budget: float) -> xr.Dataset:
     """Return the results with the lines to anchor for the budget under each law."""
     choices = [budget_set(results, budget, k) for k in range(results.sizes["model"])]
-    chosen = np.stack([one.chosen for one in choices])
-    gaps = np.array([max(one.gaps) for one in choices])
+    chosen = np.stack([choice.chosen for choice in choices])
+    gaps = np.array([max(choice.gaps) for choice in choices])
     text = "by how much the best of all sets can be better, relative to this one"
     found = {
         "budget_chosen": variable(("model", "item"), chosen, DIMENSIONLESS, "whether it is anchored for the budget"),

@@ -155,7 +155,11 @@ class SensitivityStudy(BlockStudy):
         if self.inputs is None:
             return None
         of_laws = {"e", "restitution_factor", "delta", "zeta", "coefficient"}
-        own = {name: one for name, one in self.inputs.distributions.items() if name not in of_laws or _has(model, name)}
+        own = {
+            name: distribution
+            for name, distribution in self.inputs.distributions.items()
+            if name not in of_laws or _has(model, name)
+        }
         return RandomInputs(own) if own else None
 
     def _samples(self, model: Law) -> tuple[int, int]:
@@ -252,7 +256,7 @@ def _row(parts: dict[str, xr.Dataset], names: tuple[str, ...], level: float, att
 
 
 def _has(model: Law, name: str) -> bool:
-    return any(one.name == name for one in fields(model))  # type: ignore[arg-type]
+    return any(field.name == name for field in fields(model))  # type: ignore[arg-type]
 
 
 def _at(model: Law, parameter: str, value: float | None) -> Law:

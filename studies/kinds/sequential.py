@@ -135,7 +135,7 @@ class SequentialStudy(FragilityStudy):
         if self.slides is not None:
             falls = {"rate": found["rate"]} if "rate" in found else {}
             slid, noted = adaptive_slides(self.slides, design, self.blocks, self.fit, self.risk, falls, units, client)
-            found |= {name: one.variable for name, one in slid.data_vars.items()}
+            found |= {name: variable.variable for name, variable in slid.data_vars.items()}
             coordinates["slip"] = slid["slip"]
             medians = np.append(medians, slid[SLIP_HALF].values)
             said += [*noted, *slide_notes(slid, self.blocks, plane=in_plane(runs))]

@@ -128,10 +128,10 @@ class Study(ABC):
             study = replace(study, of_tables=tables) if tables else study
             study._check_vertical()
             refuse_endless_runs(study.cases, (record for array in study.arrays for record in records(array)))
-            for one in study.doubts:
-                if one.grave and one.kind not in study.accepted:
+            for doubt in study.doubts:
+                if doubt.grave and doubt.kind not in study.accepted:
                     raise ValueError(
-                        f'{one.sentence} (accept = ["{one.kind}"] at the top of the study file takes it as it is)'
+                        f'{doubt.sentence} (accept = ["{doubt.kind}"] at the top of the study file takes it as it is)'
                     )
         except StudyError:
             raise
@@ -529,7 +529,8 @@ class Study(ABC):
         return {
             INPUT_NOTES: stored(self.facts),
             "doubts": json.dumps(
-                [[*one[:2], one.kind in self.accepted] for one in self.doubts if not one.settled], ensure_ascii=False
+                [[*doubt[:2], doubt.kind in self.accepted] for doubt in self.doubts if not doubt.settled],
+                ensure_ascii=False,
             ),
             "title": self.title,
             "study": json.dumps(self.configuration, ensure_ascii=False, sort_keys=True),
@@ -634,7 +635,7 @@ class BlockStudy(Study):
     def _read(self) -> list[Any]:
         hazard = [] if self.risk is None else [asdict(self.risk.hazard)]
         beside = "blocks_file" in self.configuration
-        return [*hazard, *([list(astuple(one)) for one in self.blocks] if beside else [])]
+        return [*hazard, *([list(astuple(block)) for block in self.blocks] if beside else [])]
 
 
 def screening_of(content: StudyFile) -> tuple[Friction | None, float]:

@@ -220,7 +220,7 @@ class UncertaintyStudy(BlockStudy):
         said = curve_notes(found, fell, runs, state_name(OVERTURNED))
         if self.design.about == 2:
             said += [OF_THE_WIDTH, Fact("axis.depth_ratio_kept")]
-            said += held_notes([one.label for one in self.blocks if describe_scene(one)])
+            said += held_notes([block.label for block in self.blocks if describe_scene(block)])
         if self.risk is None:
             return said
         curves = found[["median", "dispersion"]].assign_attrs(form=self.fit.form, im=self.design.im)
@@ -275,7 +275,7 @@ class UncertaintyStudy(BlockStudy):
                 each_law.append(sobol_indices(self.inputs, response, self.sobol, seed=self.seed))
                 done += self._index_samples * self.design.runs * self.design.about
             together = xr.concat(each_law, runs["model"], combine_attrs="override")
-            found = found.assign({f"sobol_{key}": one for key, one in together.data_vars.items()})
+            found = found.assign({f"sobol_{key}": variable for key, variable in together.data_vars.items()})
         return found
 
 
@@ -290,23 +290,25 @@ def _concatenated(parts: Sequence[xr.Variable], client: Runner) -> xr.Variable:
 
 def combined_attributes(parts: Sequence[xr.Dataset]) -> dict[str, str]:
     """Combine the configurations and the counts of skipped samples of results of one block each."""
-    configurations = [json.loads(one.attrs["configuration"]) for one in parts]
+    configurations = [json.loads(part.attrs["configuration"]) for part in parts]
     first = {key: value for key, value in configurations[0].items() if key != "block"}
-    counts = [json.loads(one.attrs["skipped"]) for one in parts]
-    samples = [one["samples"] for one in counts]
+    counts = [json.loads(part.attrs["skipped"]) for part in parts]
+    samples = [count["samples"] for count in counts]
     shares = {
-        name: round(float(np.average([one[name] for one in counts], weights=samples)), 6)
+        name: round(float(np.average([count[name] for count in counts], weights=samples)), 6)
         for name in counts[0]
         if name.startswith("share_")
     }
-    events = round(float(np.mean([one["events_per_run"] for one in counts])), 3)
+    events = round(float(np.mean([count["events_per_run"] for count in counts])), 3)
     attributes = {
         "configuration": json.dumps(
-            {"blocks": [one["block"] for one in configurations], **first}, ensure_ascii=False, sort_keys=True
+            {"blocks": [configuration["block"] for configuration in configurations], **first},
+            ensure_ascii=False,
+            sort_keys=True,
         ),
         "skipped": json.dumps({"samples": sum(samples), **shares, "events_per_run": events}),
     }
-    reasons = dict.fromkeys(str(one.attrs[NO_CAPACITY]) for one in parts if NO_CAPACITY in one.attrs)
+    reasons = dict.fromkeys(str(part.attrs[NO_CAPACITY]) for part in parts if NO_CAPACITY in part.attrs)
     return attributes | ({NO_CAPACITY: "; ".join(reasons)} if reasons else {})
 
 

@@ -180,7 +180,9 @@ def _ruptures(with_it: xr.Dataset, level: float | None, hazard: HazardCurve | No
     levels = with_it["level"].values
     return {
         "kit_breaks": np.stack([with_it[f"item_{RUPTURE}_rate{end}"].values for end in ENDS]),
-        "kit_breaks_at_design": np.stack([at_level(design_level(levels, hazard), levels, each) for each in chances]),
+        "kit_breaks_at_design": np.stack(
+            [at_level(design_level(levels, hazard), levels, chance) for chance in chances]
+        ),
     }
 
 
@@ -208,7 +210,7 @@ def _static(
     peaks = np.empty(len(inventory))
     for at in shaking.supports(placed):
         shaken = shaking.shaken(at, scaled, asked.im)
-        own = np.array([np.abs(one.acceleration).max() for one in shaken.motions])
+        own = np.array([np.abs(motion.acceleration).max() for motion in shaken.motions])
         medians = np.median((shaken.factors[0] * own).reshape(-1, shaking.runs), axis=-1)
         if level is None:
             assert isinstance(asked.hazard, HazardCurve)  # (annual rates come from it)

@@ -40,15 +40,15 @@ def best_set(costs: Array, budget: float, goals: Sequence[Array], groups: Index 
     adds to no goal is not chosen.
     """
     checks.number("budget", budget, at_least=0.0)
-    gains = [np.asarray(one, dtype=float) for one in goals]
-    if any(one.shape != costs.shape for one in gains):
-        shapes = ", ".join(str(one.shape) for one in gains)
+    gains = [np.asarray(goal, dtype=float) for goal in goals]
+    if any(gain.shape != costs.shape for gain in gains):
+        shapes = ", ".join(str(gain.shape) for gain in gains)
         raise ValueError(f"goals must have a value for each of the costs, {costs.shape}, got {shapes}")
     if np.any(costs < 0.0):
         raise ValueError(f"costs must be >= 0, got {np.nanmin(costs):g}")
-    if any(not np.all(np.isfinite(one) & (one >= 0.0)) for one in gains):
+    if any(not np.all(np.isfinite(gain) & (gain >= 0.0)) for gain in gains):
         raise ValueError("goals must be finite and >= 0")
-    worth = np.any([one > 0.0 for one in gains], axis=0)
+    worth = np.any([gain > 0.0 for gain in gains], axis=0)
     open_ = np.flatnonzero(np.isfinite(costs) & (costs <= budget) & worth)
     chosen = np.zeros(costs.size, dtype=bool)
     if groups is None:
@@ -72,7 +72,7 @@ def best_set(costs: Array, budget: float, goals: Sequence[Array], groups: Index 
         if found.x is None:  # (the search stopped before it had any set that keeps the goals before)
             gaps.append(math.inf)
             break
-        new = _affordable(found.x > 0.5, np.stack([one[open_] for one in gains]), price, budget)
+        new = _affordable(found.x > 0.5, np.stack([gain[open_] for gain in gains]), price, budget)
         if any(math.fsum(goal[new]) < least * (1.0 - SAME) for goal, least in kept):
             gaps.append(math.inf)  # (rounding in the search would cost an earlier goal)
             break

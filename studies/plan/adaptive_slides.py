@@ -98,8 +98,8 @@ def adaptive_slides(
             if runs.sizes["motion"] > longest:
                 longest, ends = runs.sizes["motion"], str(runs.attrs.get("notes", ""))
             notable += precision_notes(runs, distance)
-            for place, one in zip(mine, _curves(runs, replace(fit, state=state), risk, design), strict=True):
-                curves[place, k] = one
+            for place, curve in zip(mine, _curves(runs, replace(fit, state=state), risk, design), strict=True):
+                curves[place, k] = curve
             number += 1
             client.tell("slips", number, len(of_laws) * len(slides.distances))
     said = [*doubted(ends.splitlines()), *notable[:MOST_SAID]]

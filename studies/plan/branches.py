@@ -86,8 +86,8 @@ class Branches:
         finite = {"rate_mean": known, "rate_fractile": known, "branch_rate": ~np.isinf(found["branch_rate"])}
         found = found.assign({name: found[name].where(those) for name, those in finite.items()})
         of_each = [
-            replace(risk, hazard=one.hazard, along=None).beyond(one.curves, every[one.motions].highest)
-            for one in branches
+            replace(risk, hazard=branch.hazard, along=None).beyond(branch.curves, every[branch.motions].highest)
+            for branch in branches
         ]
         beyond = xr.concat(of_each, "branch").transpose(*found["branch_rate"].dims)
         text = "share of the branch's rate from shaking beyond its hazard curve or above its runs"

@@ -104,7 +104,7 @@ class Design(ABC):
     def axes(self) -> str:
         """How pairs of components shake (`axes_of`), '' where one component does."""
         # (the motions of an array shake alike: reading one of them is a thousandth of the work)
-        return axes_of([one for array in self.arrays for one in records(array.isel(motion=slice(1)))])
+        return axes_of([record for array in self.arrays for record in records(array.isel(motion=slice(1)))])
 
     @property
     def about(self) -> int:
@@ -211,7 +211,7 @@ class KeptMotions(Generator):
         if key in self._parts:
             return self._parts[key]
         made = self._generator.sample(n, seed, first)
-        if sum(one.nbytes for one in self._parts.values()) + made.nbytes <= KEPT_BYTES:
+        if sum(part.nbytes for part in self._parts.values()) + made.nbytes <= KEPT_BYTES:
             self._parts[key] = made
         return made
 
@@ -472,18 +472,18 @@ def answers_below(arrays: Sequence[xr.DataArray]) -> dict[str, xr.Variable]:
     """Return how buildings and supports answered, on all motions of the arrays, floor by floor."""
     found = {}
     for name, (called, none) in BELOW.items():
-        attributes = next((one[name].attrs for one in arrays if name in one.coords), None)
+        attributes = next((array[name].attrs for array in arrays if name in array.coords), None)
         if attributes is None:
             continue
         values = []
-        for one in arrays:
-            like = one.isel(time=0, drop=True)
-            own = like[name] if name in one.coords else xr.DataArray(none)
+        for array in arrays:
+            like = array.isel(time=0, drop=True)
+            own = like[name] if name in array.coords else xr.DataArray(none)
             values.append(own.broadcast_like(like).transpose(*like.dims).values.ravel())
         found[called] = xr.Variable("motion", np.concatenate(values), attributes)
     return found
 
 
 def _flat(sets: tuple[Motions, ...]) -> Iterator[xr.DataArray]:
-    for one in sets:
-        yield from one
+    for motions in sets:
+        yield from motions

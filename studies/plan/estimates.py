@@ -96,7 +96,7 @@ class Fit(CurveOptions):
                 chance = chance.where(xr.DataArray(known, dims="level"))
             ends.append(chance.transpose(..., "level"))
         dims = tuple(map(str, ends[0].dims))
-        return with_ends("probability", dims, [one.values for one in ends], DIMENSIONLESS, self.modelling_dispersion)
+        return with_ends("probability", dims, [end.values for end in ends], DIMENSIONLESS, self.modelling_dispersion)
 
     def probabilities(self, runs: xr.Dataset) -> xr.Dataset:
         """Observed probabilities of runs that have levels."""
@@ -117,11 +117,11 @@ class Fit(CurveOptions):
         flags = reached(runs, self.state)
         floor, groups = motions_by_floor(flags)
         over = [dim for dim in ("level", "motion") if dim in flags.dims]
-        parts = [flags if floor is None else flags.isel(motion=here) for here in groups]
+        parts = [flags if floor is None else flags.isel(motion=group) for group in groups]
         counts = [part.sum(over) for part in parts]
         sizes = [
-            xr.full_like(one, math.prod(part.sizes[dim] for dim in over))
-            for one, part in zip(counts, parts, strict=True)
+            xr.full_like(count, math.prod(part.sizes[dim] for dim in over))
+            for count, part in zip(counts, parts, strict=True)
         ]
         fell, tried = (one[0] if floor is None else xr.concat(one, floor) for one in (counts, sizes))
         return xr.Dataset({"fell": fell, "tried": tried})

@@ -75,7 +75,7 @@ def form_free(
     sampled = xr.Dataset({"rate": found["rate"], "rate_sample": samples.transpose(*dims, "replicate")})
     if risk.along is not None:
         of_size = risk.size_of(sampled.assign_coords(runs[[risk.along]].coords), fit.confidence)
-        found |= {name: one.assign_attrs(found[name].attrs) for name, one in of_size.data_vars.items()}
+        found |= {name: variable.assign_attrs(found[name].attrs) for name, variable in of_size.data_vars.items()}
     if GAIN in fitted:
         compared = gains_of_rates(sampled, risk.years, blocks, fit.confidence)
         assert compared is not None  # (of the fitted rates there are ratios)

@@ -26,7 +26,7 @@ MOST = 100
 
 def comparable(blocks: Sequence[Block]) -> dict[int, int]:
     """Return blocks with the block to compare each with: that differs in the restraint alone, else the first."""
-    bare = [replace(one, wall=None, restraint=None, mass=None, name=None) for one in blocks]
+    bare = [replace(block, wall=None, restraint=None, mass=None, name=None) for block in blocks]
     # (backwards, so that the first of several that are alike is kept)
     free = {(bare[i], blocks[i].wall): i for i in reversed(range(len(blocks))) if blocks[i].restraint is None}
     found: dict[int, int] = {}
@@ -76,8 +76,8 @@ def gains_of_rates(rates: xr.Dataset, years: float, blocks: Sequence[Block], con
     values = np.moveaxis(found, 1, 1 + at)
     return xr.Dataset(
         {
-            f"{GAIN}{end}": (dims, one, {"units": DIMENSIONLESS, "long_name": f"{name}{text}"})
-            for end, name, one in zip(
+            f"{GAIN}{end}": (dims, value, {"units": DIMENSIONLESS, "long_name": f"{name}{text}"})
+            for end, name, value in zip(
                 ("", "_lower", "_upper"), ("", "lower end of the ", "upper end of the "), values, strict=True
             )
         },

@@ -72,7 +72,7 @@ class Reading(NamedTuple):
         far = [Doubt("scenario", f"the motions are not of the strength to be expected ({line})")]
         # A median of n motions varies by 1.25 times the dispersion over the root of n: few motions are far by chance.
         spread = np.maximum(found["dispersion"].values, found["model_dispersion"].values)[:2]
-        chance = 2.58 * 1.2533 * spread / math.sqrt(sum(one.sizes["motion"] for one in arrays))
+        chance = 2.58 * 1.2533 * spread / math.sqrt(sum(array.sizes["motion"] for array in arrays))
         odd = bool((np.abs(np.log(ratios[:2])) > np.maximum(math.log(FAR), chance)).any())
         return cls(tuple(doubts), (), (line,), tuple(far if odd else ()))
 
@@ -82,7 +82,7 @@ class Reading(NamedTuple):
         every = list(parts)
         varied = [one.variability for one in every if one.variability is not None]
         joint = pooled(varied) if varied else None
-        doubts = dict.fromkeys(one for part in every for one in part.doubts if one.kind != SPECTRA)
+        doubts = dict.fromkeys(doubt for part in every for doubt in part.doubts if doubt.kind != SPECTRA)
         lines = dict.fromkeys(line for part in every for line in part.processing)
         scenarios = dict.fromkeys(line for part in every for line in part.scenario)
         far = dict.fromkeys(one for part in every for one in part.far)

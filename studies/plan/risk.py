@@ -184,7 +184,7 @@ class Risk:
             own = rates_alone(curves, self.hazard, *rules)[1]
             factor = np.divide(rate, own, out=np.ones(own.shape), where=own > 0.0)
             rates = tuple(factor * end for end in rates)
-        chances = [probability_in(one, self.years) for one in rates]
+        chances = [probability_in(rate, self.years) for rate in rates]
         return {
             **with_ends("rate", dims, rates, PER_YEAR, modelling),
             **with_ends(RISK_NAMES["probability"], dims, chances, DIMENSIONLESS, modelling),
@@ -240,7 +240,7 @@ def _at_level(curves: xr.Dataset, level: xr.DataArray | float) -> xr.DataArray:
     """Return the probability of curves at one level, block by block where each block has its own level."""
     if not isinstance(level, xr.DataArray) or not level.dims:
         return curve_probability(curves, [float(level)], LEAST)[..., 0]
-    parts = [_at_level(curves.isel(block=[i]), float(one)) for i, one in enumerate(level.values)]
+    parts = [_at_level(curves.isel(block=[i]), float(value)) for i, value in enumerate(level.values)]
     return xr.concat(parts, "block", coords="minimal", compat="override", join="exact")
 
 

@@ -107,7 +107,7 @@ def joined_screens(parts: Sequence[xr.Dataset], models: xr.DataArray) -> xr.Data
     settings = [json.loads(part.attrs["screen"]) for part in parts]
     told = dict(settings[0])
     if told["friction"] is not None:
-        told["friction"] = {label: one for own in settings for label, one in own["friction"].items()}
+        told["friction"] = {label: one for setting in settings for label, one in setting["friction"].items()}
     return found.assign_coords(model=models.variable).assign_attrs(screen=json.dumps(told, ensure_ascii=False))
 
 
@@ -156,7 +156,9 @@ def fitted(runs: xr.Dataset, fit: Fit) -> xr.Dataset:
 
 def pooled_curves(runs: xr.Dataset, fit: Fit, keep: bool) -> xr.Dataset:
     """Fit the curve of all samples, each a run of its motion, on model; with its replicates where `keep` is set."""
-    of_one = runs[["overturned"]].drop_vars([name for name, one in runs.coords.items() if "sample" in one.dims])
+    of_one = runs[["overturned"]].drop_vars(
+        [name for name, coordinate in runs.coords.items() if "sample" in coordinate.dims]
+    )
     return fit.curves(of_one, replicates=keep, together=("sample",))
 
 

@@ -37,9 +37,11 @@ _BY_STRIPE = {
 
 def selection_variables(reports: Sequence[xr.Dataset], motions: Sequence[Sequence[xr.DataArray]]) -> xr.Dataset:
     """Return the reports of all stripes as variables on the stripes and measures; motions: those of each stripe."""
-    levels = [one.attrs["level"] for one in reports]
-    joined = xr.concat([one.drop_vars("unit") for one in reports], "stripe", join="outer", combine_attrs="override")
-    names = [str(one) for one in joined["measure"].values]
+    levels = [report.attrs["level"] for report in reports]
+    joined = xr.concat(
+        [report.drop_vars("unit") for report in reports], "stripe", join="outer", combine_attrs="override"
+    )
+    names = [str(value) for value in joined["measure"].values]
     found: dict[str, xr.Variable] = {}
     for name in _BY_MEASURE:
         given = joined[name]
@@ -47,7 +49,7 @@ def selection_variables(reports: Sequence[xr.Dataset], motions: Sequence[Sequenc
         units = SI if name in ("target_median", "median") else DIMENSIONLESS
         found[PREFIX + name] = xr.Variable((STRIPE, MEASURE), values, {**given.attrs, "units": units})
     for name, text in _BY_STRIPE.items():
-        values = np.array([float(one.attrs[name]) for one in reports])
+        values = np.array([float(report.attrs[name]) for report in reports])
         found[PREFIX + name] = xr.Variable(STRIPE, values, {"units": DIMENSIONLESS, "long_name": text})
     consistent = found[PREFIX + "consistent"]
     found[PREFIX + "consistent"] = consistent.copy(data=consistent.values > 0.0)
@@ -69,7 +71,7 @@ def selection_variables(reports: Sequence[xr.Dataset], motions: Sequence[Sequenc
 
 
 def _shared(motions: Sequence[Sequence[xr.DataArray]]) -> list[float]:
-    names = [{str(name) for one in own for name in one["motion"].values} for own in motions]
+    names = [{str(name) for one in motion for name in one["motion"].values} for motion in motions]
     return [float("nan"), *(len(low & high) / len(high) for low, high in pairwise(names))]
 
 

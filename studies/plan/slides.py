@@ -160,19 +160,19 @@ class Slides:
 
     def _of_block(self, runs: xr.Dataset, fit: Fit, risk: Risk | None) -> xr.Dataset:
         """Return the chances of sliding and of slips of one block."""
-        states = [Slip(one) for one in self.distances]
+        states = [Slip(distance) for distance in self.distances]
         slid = runs.assign(overturned=runs["mode"] == Mode.SLIDES)
         share = overturning_probability(slid, fit.confidence)["probability"].isel(model=0, drop=True)
         found = {SHARE: bare(share).assign_attrs(_said("probability that the block slides"))}
-        observed = [overturning_probability(runs, fit.confidence, one) for one in states]
+        observed = [overturning_probability(runs, fit.confidence, state) for state in states]
         for end, old in zip(ENDS, ("probability", "lower", "upper"), strict=True):
             found[f"{SLIP}{end}"] = _stacked([one[old] for one in observed], "probability of a greater slip", end)
         if risk is not None:
-            curves = [self._curve(runs, one, fit) for one in states]
-            rates = [risk.rates(one, fit.confidence) for one in curves]
+            curves = [self._curve(runs, state, fit) for state in states]
+            rates = [risk.rates(curve, fit.confidence) for curve in curves]
             for end in ENDS:
-                if all(f"rate{end}" in one for one in rates):
-                    each = [one[f"rate{end}"] for one in rates]
+                if all(f"rate{end}" in rate for rate in rates):
+                    each = [rate[f"rate{end}"] for rate in rates]
                     found[f"{SLIP_RATE}{end}"] = _stacked(each, "annual rate of a greater slip", end)
         slip = xr.Variable("slip", list(self.distances), {"units": METRE, "long_name": "slip that is exceeded"})
         return xr.Dataset(found).drop_vars("model", errors="ignore").assign_coords(slip=slip)
@@ -196,7 +196,7 @@ class Slides:
         off = overturning_probability(runs, fit.confidence, FALLEN_OFF).isel(model=0, drop=True)
         ways = runs.sizes["motion"] // rocking.sizes["motion"]
         overturned = reached(rocking, OVERTURNED).isel(motion=np.repeat(np.arange(rocking.sizes["motion"]), ways))
-        rest = {name: one.variable for name, one in runs.coords.items() if name != "model"}
+        rest = {name: coordinate.variable for name, coordinate in runs.coords.items() if name != "model"}
 
         def with_flags(flags: Any, laws: Any) -> xr.Dataset:
             coordinates = {**rest, "model": ("model", laws, rocking["model"].attrs)}
@@ -320,7 +320,9 @@ def slide_notes(
         said.append(Fact("sliding.trip_criterion"))
     if plane and any(map(is_free, blocks)):
         said.append(Fact("sliding.in_plane"))
-    near = [str(one) for one, chance in zip(found["block"].values, found[NEAR].values, strict=True) if chance > LARGE]
+    near = [
+        str(value) for value, chance in zip(found["block"].values, found[NEAR].values, strict=True) if chance > LARGE
+    ]
     chance = float(np.fmax.reduce(found[NEAR].values, initial=0.0))
     for what, value, named in (
         ("sliding.held", math.nan, [block.label for block in blocks if not is_free(block)]),
@@ -361,7 +363,7 @@ def _named(values: xr.DataArray, text: str, end: str) -> xr.DataArray:
 
 def _stacked(values: Sequence[xr.DataArray], text: str, end: str) -> xr.DataArray:
     """Join the values of slips along a dimension after block; `end`: which end of the interval they are."""
-    plain = [each.isel(model=0, drop=True) for each in values]
+    plain = [value.isel(model=0, drop=True) for value in values]
     one = xr.concat([bare(each) for each in plain], "slip", coords="minimal", compat="override")
     return _named(one.transpose("block", "slip", ...), text, end).assign_attrs(units=values[0].attrs["units"])
 

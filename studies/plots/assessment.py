@@ -204,7 +204,7 @@ def _step_points(x: Array, quantity: str, most: float, *values: Array) -> tuple[
         ends[-1] = min(ends[-1], most)
         # (a threshold of 0 lies to the left of every logarithmic axis)
         at = np.repeat(np.concatenate([[x[0] if x[0] > 0.0 else NEVER], ends]), 2)[1:]
-    return at, *(np.append(np.repeat(one[:last], 2), NEVER) for one in values)
+    return at, *(np.append(np.repeat(value[:last], 2), NEVER) for value in values)
 
 
 @axes.style()

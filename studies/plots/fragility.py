@@ -271,7 +271,11 @@ def _drawn(results: xr.Dataset) -> xr.Dataset:
         state = _state_of(results)
         wanted |= {"run_block", "run_model", "run_motion", *([] if state is None else [needed_output(state)])}
     shown = results[[name for name in results.data_vars if name in wanted]]
-    return shown if cloud else shown.drop_vars([name for name, one in shown.coords.items() if "motion" in one.dims])
+    return (
+        shown
+        if cloud
+        else shown.drop_vars([name for name, coordinate in shown.coords.items() if "motion" in coordinate.dims])
+    )
 
 
 def _panel(results: xr.Dataset, frame: Frame, at: int, ax: Axes, group: list[Case], *, named: bool) -> None:

@@ -109,7 +109,7 @@ def _one_each(name: str, values: Sequence[str] | None, many: Sequence[Any]) -> l
 
 def _names(many: Sequence[xr.Dataset]) -> list[str]:
     """Return the names that distinguish the responses: law, block and motion, as far as they differ."""
-    found = [[str(one.attrs.get(name, "")) for name in ("model", "block", "motion")] for one in many]
+    found = [[str(dataset.attrs.get(name, "")) for name in ("model", "block", "motion")] for dataset in many]
     differ = [len(set(column)) > 1 for column in zip(*found, strict=True)]
     if not any(differ):
         differ[0] = True

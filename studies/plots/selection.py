@@ -74,7 +74,7 @@ def labels(results: xr.Dataset, dim: str) -> list[str]:
     """Return the labels along a dimension; without the dimension one label, the coordinate's or an empty one."""
     if dim not in results.dims:
         return [str(results[dim].item())] if dim in results.coords and results[dim].ndim == 0 else [""]
-    return [str(one) for one in results[dim].values]
+    return [str(value) for value in results[dim].values]
 
 
 def place(block: str, floor: int | str | None) -> str:

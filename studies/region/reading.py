@@ -98,7 +98,7 @@ def _columns(table: CsvTable) -> dict[str, Array] | None:
     if names.isna().any() or not lengths.between(1, MAX_TEXT).all() or not "".join(names).isprintable():
         return None
     numbers = {name: frame[name].to_numpy() for name in table.columns if name != "name"}
-    if any(np.isinf(one).any() for one in numbers.values()):
+    if any(np.isinf(number).any() for number in numbers.values()):
         return None
     return {"name": names.to_numpy(dtype=np.str_), **numbers}
 

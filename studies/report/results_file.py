@@ -78,7 +78,7 @@ def _with_half_levels(stored: xr.Dataset) -> xr.Dataset:
 
 def without_motions(results: xr.Dataset) -> xr.Dataset:
     """Return the variables that are not given motion by motion, which are small and quick to select from."""
-    return results[[name for name, one in results.data_vars.items() if "motion" not in one.dims]]
+    return results[[name for name, variable in results.data_vars.items() if "motion" not in variable.dims]]
 
 
 def refuse_newer(path: Path, stored: xr.Dataset) -> int:

@@ -167,8 +167,8 @@ def findings(
         name: _of_every_run(runs[name], grid.at, array) for name in ("overturned", "peak_rotation", "uplifted")
     }
     observed = overturning_probability(runs, confidence)
-    found |= {str(name): _placed(one, grid.at) for name, one in observed.data_vars.items()}
-    found |= {str(name): _placed(one, grid.at) for name, one in curves.fit.data_vars.items()}
+    found |= {str(name): _placed(variable, grid.at) for name, variable in observed.data_vars.items()}
+    found |= {str(name): _placed(variable, grid.at) for name, variable in curves.fit.data_vars.items()}
 
     def compared(what: str, on: tuple[str, ...], parts: list[tuple[Array, Array, Array]], text: str) -> None:
         dims = ("block", "model", "value", *on, "comparison")
@@ -248,7 +248,7 @@ def swings_and_slopes(curves: Curves, blocks: Sequence[Block], grid: Grid, sweep
 
 def _placed(array: xr.DataArray, at: Index) -> xr.DataArray:
     """Expand an array on (block, model) of the distinct laws to (block, model, value)."""
-    bare = array.drop_vars([name for name, one in array.coords.items() if "model" in one.dims])
+    bare = array.drop_vars([name for name, coordinate in array.coords.items() if "model" in coordinate.dims])
     found = bare.isel(model=xr.DataArray(at, dims=("row", "value"))).rename(row="model")
     return found.transpose("block", "model", "value", ...)
 
@@ -267,7 +267,9 @@ def _coordinates(
     runs: xr.Dataset, blocks: Sequence[Block], models: Sequence[Law], grid: Grid, sweep: Sweep
 ) -> dict[str, Any]:
     """Return the labels with their numbers, the friction that an impact needs, and the elastic modes."""
-    kept = {str(name): one.variable for name, one in runs.coords.items() if "model" not in one.dims}
+    kept = {
+        str(name): coordinate.variable for name, coordinate in runs.coords.items() if "model" not in coordinate.dims
+    }
     token = {"delta": "δ=", "e": "e="}[sweep.parameter]
     labels = [" ".join(part for part in law.label.split() if not part.startswith(token)) for law in models]
     e = np.array([[[grid.laws[i].restitution(block) or np.nan for i in row] for row in grid.at] for block in blocks])

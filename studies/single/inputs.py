@@ -115,7 +115,7 @@ def motion_of(
     name: str, seed: int | None = None, index: int = 0, settings: Sequence[str] = (), period: str | None = None
 ) -> xr.DataArray:
     """Return motion number `index` of a generator or pulse (with ``key=value`` settings), a record or a study."""
-    keys = dict(_setting(one) for one in settings)
+    keys = dict(_setting(setting) for setting in settings)
     made = name in NAMES
     if name not in shaking.PULSES and period is not None:
         raise StudyError(f"--period belongs to pulses ({', '.join(shaking.PULSES)}), got {name!r}")

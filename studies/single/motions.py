@@ -69,7 +69,7 @@ class Shown(NamedTuple):
 
 def read_motions(inputs: Sequence[str]) -> Shown:
     """Return the motions of one study file (through its building) or of record files, paths or patterns."""
-    studies = [one for one in inputs if one.lower().endswith(".toml")]
+    studies = [given_input for given_input in inputs if given_input.lower().endswith(".toml")]
     if studies and len(inputs) > 1:
         raise StudyError(f"{studies[0]}: a study file must stand alone, got {len(inputs)} files")
     try:
@@ -83,7 +83,7 @@ def read_motions(inputs: Sequence[str]) -> Shown:
         table = content.motions
         if content.performance is not None and isinstance(table, IndexedFloorMotions):
             found = read_floor_index(path.parent / table.floors_index, table.dt_s, table.unit).arrays
-            doubts = [one for one in Reading.of(found).doubts if one.kind not in (content.accept or [])]
+            doubts = [doubt for doubt in Reading.of(found).doubts if doubt.kind not in (content.accept or [])]
             return Shown(found, doubts, {})
         sets = content.shaking(path.parent)
         found = _labelled_once([one.motions for one in sets])
@@ -111,7 +111,7 @@ def _labelled_once(sets: Sequence[Sequence[xr.DataArray]]) -> list[xr.DataArray]
     seen: dict[str, set[str]] = {}
     for number, arrays in enumerate(sets, start=1):
         for array in arrays:
-            labels = [str(one) for one in array["motion"].values]
+            labels = [str(value) for value in array["motion"].values]
             each = (records(array.isel(motion=[i])) for i in range(len(labels)))
             samples = [" ".join(digest(one) for one in record) for record in each]
             new = [i for i, name in enumerate(labels) if samples[i] not in seen.get(name, set())]
@@ -178,20 +178,20 @@ def measures_json(values: xr.Dataset, figures: Sequence[Path], shown: Shown) -> 
         for name, array in values.data_vars.items()
     }
     content = {
-        "motions": [str(one) for one in values["motion"].values],
+        "motions": [str(value) for value in values["motion"].values],
         "dt": {"units": "s", "values": values["dt"].values.tolist()},
         "duration": {"units": "s", "values": values["duration"].values.tolist()},
         **({"floor": values["floor"].values.tolist()} if "floor" in values.coords else {}),
         "measures": found,
-        "notes": [one.sentence for one in shown.doubts],
-        **({"over_models": {model: _over(one) for model, one in shown.ratios.items()}} if shown.ratios else {}),
+        "notes": [doubt.sentence for doubt in shown.doubts],
+        **({"over_models": {model: _over(ratio) for model, ratio in shown.ratios.items()}} if shown.ratios else {}),
         "figures": [str(path) for path in figures],
     }
     return json_text(content, indent=1)
 
 
 def _over(ratios: xr.Dataset) -> dict[str, Any]:
-    labels = [str(one) for one in ratios["measure"].values]
+    labels = [str(value) for value in ratios["measure"].values]
     return {
         name: dict(zip(labels, ratios[name].values.tolist(), strict=True))
         for name in ("ratio", "dispersion", "model_dispersion")
@@ -312,9 +312,11 @@ def husid_figure(plain: Sequence[Record]) -> Figure:
         # after its end a motion keeps its whole intensity
         for i, floor in enumerate(dict.fromkeys(record.floor for record in plain)):
             curves = [
-                np.interp(time, np.arange(one.acceleration.size) * one.dt, 100.0 * husid(one.acceleration, one.dt))
-                for one in plain
-                if one.floor == floor and one.acceleration.any()
+                np.interp(
+                    time, np.arange(record.acceleration.size) * record.dt, 100.0 * husid(record.acceleration, record.dt)
+                )
+                for record in plain
+                if record.floor == floor and record.acceleration.any()
             ]
             if curves:
                 label = f"median, {floor_name(floor)}" if floor else "median"

@@ -42,7 +42,7 @@ def content_digest(results: xr.Dataset) -> str:
             values = one[where].values
             if kind == "text":
                 lines = [_in_json(str(value)) for value in np.ravel(values).tolist()]
-                found.update("".join(f"{one}\n" for one in lines).encode())
+                found.update("".join(f"{line}\n" for line in lines).encode())
             else:
                 stored = values.dtype.newbyteorder("<") if kind.startswith("float") else np.dtype("<i8")
                 found.update(np.ascontiguousarray(values, stored).data)
@@ -83,7 +83,7 @@ def _plain(attributes: Mapping[Any, Any]) -> dict[str, Any]:
     """Return attributes as plain values: what netCDF gives back of a number, a text or a list of them."""
     arrays = {str(name): np.asarray(value) for name, value in attributes.items()}
     # (a list of one comes back as that one)
-    return {name: one.item() if one.size == 1 else one.tolist() for name, one in arrays.items()}
+    return {name: array.item() if array.size == 1 else array.tolist() for name, array in arrays.items()}
 
 
 # (what dumps makes of a text, without its choice of an encoder for each of a million)

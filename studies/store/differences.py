@@ -45,13 +45,13 @@ def same_inputs(before: str, now: str) -> bool:
 def makes_motions(study: Any) -> bool:
     """Return True if the motions of a study are generated, so that no file can have changed them."""
     tables = _motions_of(study)
-    return bool(tables) and not any(name in one for one in tables for name in FILES)
+    return bool(tables) and not any(name in table for table in tables for name in FILES)
 
 
 def corrects(study: Any) -> bool:
     """Return True if a study computes its motions from what it reads: corrections, or floors of a building."""
     tables = _motions_of(study)
-    return any(name in one for one in tables for name in PROCESSING) or "building" in study
+    return any(name in table for table in tables for name in PROCESSING) or "building" in study
 
 
 def _motions_of(study: Any) -> list[dict[str, Any]]:
@@ -61,7 +61,7 @@ def _motions_of(study: Any) -> list[dict[str, Any]]:
     tables = [study.get("motions")]
     tables += [one.get("motions") or {} for one in (study.get("stripes") or {}).get("at", [])]
     tables += [one.get("motions") for one in study.get("motion_sets") or []]
-    found = [one for one in tables if isinstance(one, dict)]
+    found = [table for table in tables if isinstance(table, dict)]
     return found if len(found) == len(tables) else []
 
 

@@ -69,12 +69,16 @@ def _write(results: xr.Dataset, path: Path) -> None:
     """Write a dataset by the HDF5 library."""
     # (without the encoding of a file that they were read from; xarray cannot mark names with spaces as coordinates)
     results = results.drop_encoding().reset_coords([name for name in results.coords if " " in str(name)])
-    large = [name for name, one in results.data_vars.items() if _checked(one.variable) and one.nbytes > SLAB_BYTES]
+    large = [
+        name
+        for name, variable in results.data_vars.items()
+        if _checked(variable.variable) and variable.nbytes > SLAB_BYTES
+    ]
     small = results.drop_vars(large)
-    encoding = {name: _storage(one) for name, one in small.variables.items() if _checked(one)}
+    encoding = {name: _storage(variable) for name, variable in small.variables.items() if _checked(variable)}
     # (`to_netcdf` asks dask whether there is a cluster, which loads all of its distributed part; this writes the same
     # bytes, but no arrays of dask)
-    assert all(one.chunks is None for one in small.variables.values())
+    assert all(variable.chunks is None for variable in small.variables.values())
     from xarray.backends import NetCDF4DataStore  # noqa: PLC0415 - a title is read without labelled arrays
 
     with netCDF4.Dataset(path, "w") as file:
@@ -126,9 +130,9 @@ def opened(path: Path) -> xr.Dataset:
 
 def load_small(stored: xr.Dataset) -> None:
     """Read the small variables into memory; OSError or RuntimeError where the file is damaged."""
-    for one in stored.variables.values():
-        if one.nbytes <= WHOLE_BYTES:
-            one.load()
+    for variable in stored.variables.values():
+        if variable.nbytes <= WHOLE_BYTES:
+            variable.load()
 
 
 def title_of(path: Path) -> str:
@@ -136,9 +140,9 @@ def title_of(path: Path) -> str:
     file, release = opened_netcdf(path, small_netcdf(path))
     try:
         file.set_auto_maskandscale(False)
-        for one in file.variables.values():
-            if one.size * getattr(one.dtype, "itemsize", 1) <= WHOLE_BYTES:
-                one[...]
+        for variable in file.variables.values():
+            if variable.size * getattr(variable.dtype, "itemsize", 1) <= WHOLE_BYTES:
+                variable[...]
         return str(file.title)
     finally:
         release()
@@ -147,10 +151,10 @@ def title_of(path: Path) -> str:
 
 def look_through(stored: xr.Dataset) -> None:
     """Read the large variables once, slab by slab, without keeping them; errors as of `load_small`."""
-    for one in stored.variables.values():
-        if one.nbytes > WHOLE_BYTES:
-            for where in _slabs_of(one.shape, one.dtype.itemsize):
-                one[where].load()
+    for variable in stored.variables.values():
+        if variable.nbytes > WHOLE_BYTES:
+            for where in _slabs_of(variable.shape, variable.dtype.itemsize):
+                variable[where].load()
 
 
 def _checked(one: xr.Variable) -> bool:

@@ -43,9 +43,9 @@ class Resources(NamedTuple):
         # variables of every run are in a file without a name until they are written, and then in both files
         left = stored + RESULT_BYTES
         aside = kept + stored if kept + stored > HELD * IN_MEMORY else 0.0
-        aside += sum(one for one in arrays if one > IN_MEMORY)
+        aside += sum(array for array in arrays if array > IN_MEMORY)
         memory = BASE_BYTES + together + min(kept + stored, HELD * IN_MEMORY)
-        memory += sum(one for one in arrays if one <= IN_MEMORY)
+        memory += sum(array for array in arrays if array <= IN_MEMORY)
         return cls(memory, shards + aside + left, shards, left, chunks, seconds)
 
 

@@ -57,14 +57,14 @@ def level_at(results: xr.Dataset, at: int) -> str:
 
 def law_of_answer(results: xr.Dataset) -> int:
     """Return the position of the law that the first page is about: the nearest to a rigid block with impacts."""
-    laws = [str(one) for one in results["law"].values]
+    laws = [str(value) for value in results["law"].values]
     rigid = [name for name in ("housner", "energy-consistent") if name in laws]
     return laws.index(rigid[0]) if rigid else 0
 
 
 def law_name(results: xr.Dataset, at: int) -> str:
     """Return the name of a law in words: without parameters, and with its rest where two laws differ in it alone."""
-    laws = [str(one) for one in results["law"].values]
+    laws = [str(value) for value in results["law"].values]
     name = LAW_NAMES.get(laws[at], laws[at])
     twice = laws.count(laws[at]) > 1 and "rest" in results.coords
     return f"{name} (rigid at rest)" if twice and str(results["rest"].values[at]) == "rigid" else name

@@ -245,7 +245,7 @@ def family_notes(curves: xr.Dataset, along: str) -> list[Fact]:
     """
     others = [name for name in ("alpha", "R", "width", "height") if name != along and name in curves.coords]
     values = [np.asarray(curves[name].values, dtype=float) for name in others]
-    if not others or any(np.ptp(one) <= ALIKE * abs(one).max() for one in values):
+    if not others or any(np.ptp(value) <= ALIKE * abs(value).max() for value in values):
         return []
     return [Fact("size.of_no_block", names=(along, *others))]
 
@@ -264,7 +264,7 @@ def _of_curves(what: str, like: xr.DataArray, here: Flags, **more: Any) -> Fact:
 
 def _first(here: Flags, *values: NDArray[Any]) -> list[NDArray[Any]]:
     """Return the values of the curves that are named."""
-    return [one[here][:MOST_NAMED] for one in values]
+    return [value[here][:MOST_NAMED] for value in values]
 
 
 def _name(like: xr.DataArray, at: tuple[Any, ...]) -> str:

@@ -56,7 +56,7 @@ def _all_plain(labels: list[str]) -> bool:
         plain
         and max(map(len, labels), default=0) <= LONGEST_LABEL
         and len(set(labels)) == len(labels)
-        and not any(one[:1] == " " or one[-1:] == " " for one in labels)
+        and not any(label[:1] == " " or label[-1:] == " " for label in labels)
     )
 
 

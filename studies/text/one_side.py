@@ -28,7 +28,7 @@ def forced_to_1(blocks: Iterable[Block], state: State, form: str) -> str:
 
 def falling_both_ways(results: xr.Dataset) -> set[str]:
     """Return the names of the blocks of results on falls to one side that may fall to the other side instead."""
-    states = {state_name(one): one for one in DIRECTIONS}
+    states = {state_name(direction): direction for direction in DIRECTIONS}
     state = states.get(str(results.attrs.get("state")))
     if state is None:
         return set()

@@ -61,7 +61,7 @@ def sample_range(here: xr.Dataset, quantity: str = "sample_median") -> tuple[flo
 def sources(here: xr.Dataset) -> list[tuple[str, float]]:
     """Return the sources of the spread of one block's rate in words with their shares, the largest first."""
     shares = here["epistemic_spread"].values
-    names = [str(one) for one in here["epistemic_source"].values]
+    names = [str(value) for value in here["epistemic_source"].values]
     found = [(SOURCES[name][1], float(share)) for name, share in zip(names, shares, strict=True) if share > 0.0]
     return sorted(found, key=lambda one: -one[1])
 
@@ -72,7 +72,7 @@ def rates_of_building(results: xr.Dataset) -> xr.Dataset:
     item = item.isel(block=np.argsort(-item["epistemic_rate"].values, kind="stable"))
     item = item.isel(block=np.flatnonzero(item["epistemic_rate"].values > 0.0))
     place = _as_blocks(results, "any_rate", "place")
-    names = [f"anything, {floor_name(str(one).removeprefix('floor '))}" for one in place["block"].values[1:]]
+    names = [f"anything, {floor_name(str(value).removeprefix('floor '))}" for value in place["block"].values[1:]]
     place = place.assign_coords(block=["anything in the building", *names])
     place = place.isel(block=[0] if len(names) == 1 else slice(None))
     return xr.concat([place, item], "block").assign_attrs(results.attrs)
@@ -103,5 +103,10 @@ def _as_blocks(results: xr.Dataset, quantity: str, dim: str) -> xr.Dataset:
     }
     names = {old: new for old, new in names.items() if old in results}
     found = results[list(names)].rename(names)
-    kept = [dim, "epistemic_fractile", "epistemic_source", *(str(one) for one in found.coords if "branch" in str(one))]
+    kept = [
+        dim,
+        "epistemic_fractile",
+        "epistemic_source",
+        *(str(coordinate) for coordinate in found.coords if "branch" in str(coordinate)),
+    ]
     return found.drop_vars([name for name in found.coords if name not in kept]).rename({dim: "block"})

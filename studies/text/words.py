@@ -234,9 +234,9 @@ def reference_law(results: xr.Dataset) -> tuple[int, bool]:
     """Return the position of the law of the answer, and True if it is Housner's, the reference of the field."""
     law = results.coords.get("law")
     if law is not None and law.dims == ("model",):
-        return reference_position([str(one) for one in law.values])
+        return reference_position([str(value) for value in law.values])
     if law is not None and law.dims == ("model", "sample"):  # (of a study with samples, whose law may be uncertain)
-        return reference_position(["/".join(dict.fromkeys(map(str, each))) for each in law.values])
+        return reference_position(["/".join(dict.fromkeys(map(str, value))) for value in law.values])
     return 0, False
 
 

@@ -200,5 +200,5 @@ def _range(rows: Sequence[CurveRow], tail: float) -> tuple[float, float]:
     """Return the lowest and the highest level (SI), where the tails begin."""
     z = -float(scipy.special.ndtri(tail))
     parameters = [row.parameters for row in rows]
-    low = min(one.median * math.exp(-z * one.dispersion) for one in parameters)
-    return low, max(one.median * math.exp(z * one.dispersion) for one in parameters)
+    low = min(parameter.median * math.exp(-z * parameter.dispersion) for parameter in parameters)
+    return low, max(parameter.median * math.exp(z * parameter.dispersion) for parameter in parameters)

@@ -48,13 +48,13 @@ def write_building(
     are drawn for each row, too, and multiplied by the pieces that fall: the unit of quantity of a downtime is therefore
     the whole row.
     """
-    rows = sum(1 if one.together else one.number for one in lines)
+    rows = sum(1 if line.together else line.number for line in lines)
     if rows > MAX_CURVES:
         raise ExchangeError(f"pelicun's quantities need a row a piece, and {rows:,} are more than {MAX_CURVES:,}")
-    offsets = np.array([-float(_location(one)) for one in lines])
+    offsets = np.array([-float(_location(line)) for line in lines])
     located = curves.assign_coords(offset=("item", offsets, {"units": DIMENSIONLESS}))
     found = curve_set(located.assign_attrs(im_at="ground"), TABLE_MARKS, ids)
-    notes = dict(zip(found.ids, (one.note for one in lines), strict=True))
+    notes = dict(zip(found.ids, (line.note for line in lines), strict=True))
     metadata = metadata_text(found, description, notes, REPLACED)
     written = write_table(found, folder / FRAGILITY, metadata, located=True)
     by_id = dict(zip(found.ids, lines, strict=True))
@@ -70,7 +70,7 @@ def _location(line: Line) -> int:
 
 def _quantities(lines: Mapping[str, Line]) -> str:
     rows = [["ID", "Units", "Location", "Direction", "Theta_0", "Blocks"]]
-    for name, one in lines.items():
-        amounts = [one.number] if one.together else [1] * one.number
-        rows += [[name, "ea", str(_location(one)), DIRECTION, str(amount), "1"] for amount in amounts]
+    for name, line in lines.items():
+        amounts = [line.number] if line.together else [1] * line.number
+        rows += [[name, "ea", str(_location(line)), DIRECTION, str(amount), "1"] for amount in amounts]
     return csv_text(rows)

@@ -98,11 +98,11 @@ def write_consequences(
 
 def _table(found: Mapping[str, Line], unit: str, valued: bool) -> str:
     rows = [["ID", "Incomplete", "Quantity-Unit", "DV-Unit", "DS1-Family", "DS1-Theta_0", "DS1-Theta_1"]]
-    for name, one in found.items():
+    for name, line in found.items():
         if valued:
-            rows.append([f"{name}-Cost", "0", "1 EA", unit, *_cells(one.cost)])
-        if one.downtime is not None:
-            rows.append([f"{name}-Time", "0", f"{one.pieces} EA", DAY, *_cells(one.downtime)])
+            rows.append([f"{name}-Cost", "0", "1 EA", unit, *_cells(line.cost)])
+        if line.downtime is not None:
+            rows.append([f"{name}-Time", "0", f"{line.pieces} EA", DAY, *_cells(line.downtime)])
     return csv_text(rows)
 
 
@@ -122,14 +122,14 @@ def _metadata(found: Mapping[str, Line], labels: Mapping[str, str], title: str, 
             "_GeneralInformation": general_information(title, description, found),
             **{
                 name: {
-                    "Description": f"{labels[name]}: cost of one{_of_time(one)}",
-                    **({"Comments": one.note_of_cost} if one.note_of_cost else {}),
+                    "Description": f"{labels[name]}: cost of one{_of_time(line)}",
+                    **({"Comments": line.note_of_cost} if line.note_of_cost else {}),
                     "SuggestedComponentBlockSize": "1 EA",
                     "RoundUpToIntegerQuantity": "True",
                     "ControllingDemand": "Damage Quantity",
                     "DamageStates": {"DS1": {"Description": STATE, "RepairAction": REPLACED}},
                 }
-                for name, one in found.items()
+                for name, line in found.items()
             },
         }
     )

@@ -31,7 +31,7 @@ ADVICE = (
 
 def general_information(title: str, description: str, ids: Iterable[str]) -> dict[str, Any]:
     """Return what the library asks of a whole table; groups are the parts of the ids before their last points."""
-    groups = dict.fromkeys(one.rpartition(".")[0] for one in ids if "." in one)
+    groups = dict.fromkeys(number.rpartition(".")[0] for number in ids if "." in number)
     return {
         "ShortName": title,
         "Description": description,
@@ -86,9 +86,9 @@ def _limit_states(found: CurveSet, rows: Sequence[CurveRow], repair: str) -> dic
 
 def _form(found: CurveSet, rows: Sequence[CurveRow]) -> list[str]:
     """Return what the form of a component's curves is, and which parts their dispersions hold."""
-    if any(one.probability is not None for one in rows):
+    if any(row.probability is not None for row in rows):
         return [ROUGH]
-    beta = next((one.numbers["modelling_dispersion"] for one in rows if "modelling_dispersion" in one.numbers), None)
+    beta = next((row.numbers["modelling_dispersion"] for row in rows if "modelling_dispersion" in row.numbers), None)
     parts = "Which parts the dispersion holds is not stated."
     if beta == 0.0:
         parts = "The dispersion is of the motions alone and holds no modelling uncertainty."
@@ -114,7 +114,7 @@ def read_metadata(file: Path) -> tuple[str, dict[str, Component]]:
     general = found.get(GENERAL)
     title = general.get("ShortName") if isinstance(general, dict) else None
     entries = {name: component_of(_record(entry)) for name, entry in found.items() if isinstance(entry, dict)}
-    known = {name: one for name, one in entries.items() if one is not None}
+    known = {name: entry for name, entry in entries.items() if entry is not None}
     return title if isinstance(title, str) else "", known
 
 
