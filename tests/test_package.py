@@ -288,7 +288,7 @@ def test_public_names():
         "Block", "catalogue", "DiscreteDamping", "GianniniMasiani", "MakrisKonstantinidis", "Vassiliou",
         "ViscousDamping", "EnergyConsistent", "HousnerImpact", "simulate", "free_rocking", "motions", "ida",
         "stripes", "cloud", "overturning_probability", "fit_fragility", "annual_rate", "HazardCurve", "read_hazard",
-        "Study", "plot", "animate", "Wall", "Restraint", "Sliding", "Bed", "Edge",
+        "Study", "adaptive_ida", "plot", "animate", "Wall", "Restraint", "Sliding", "Bed", "Edge",
     }  # fmt: skip
     assert set(tp.__all__) == names
     for name in names:

@@ -159,11 +159,6 @@ class Assessment:
         """The damping laws; TypeError or ValueError where one is none, or labels are equal."""
         return labelled_sequence("models", self.models, Law)  # type: ignore[type-abstract]
 
-    def shaking(self, inventory: Inventory) -> Shaking:
-        """Return the motions of the building, both ways where an inventory needs it and nothing else is given."""
-        ways = polarity_of(inventory) if self.polarity is None else self.polarity
-        return Shaking.of(self.building, self.motions, self.ground, self.im == SCALE, ways)
-
 
 def assess(
     inventory: Inventory,
@@ -274,7 +269,7 @@ def assess(
     inventory.check_supports()
     runner = runner_of(client)
     precision = Precision.checked(asked.quantiles, asked.confidence, asked.replicates, asked.seed)
-    shaking = asked.shaking(inventory)
+    shaking = shaking_of(asked, inventory)
     check_vertical(laws, shaking.ground)
     inventory = placed_on_axes(inventory, shaking, laws)
     floors = shaking.used(inventory)
@@ -532,6 +527,12 @@ def _runs_on(
         if starts:
             found.append(_Runs(oscillators, starts, stands_for, across if both else None))
     return found
+
+
+def shaking_of(asked: Assessment, inventory: Inventory) -> Shaking:
+    """Return the motions of a building, both ways where the inventory needs it and nothing else is given."""
+    ways = polarity_of(inventory) if asked.polarity is None else asked.polarity
+    return Shaking.of(asked.building, asked.motions, asked.ground, asked.im == SCALE, ways)
 
 
 def polarity_of(inventory: Inventory) -> str:

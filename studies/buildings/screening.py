@@ -23,7 +23,7 @@ from ...models import Block, Law
 from ...models.friction import Friction
 from ...motions.arrays import Record
 from ..inventory.contents import Contents, Inventory
-from .assessment import Assessment, distinct_runs, kind_of
+from .assessment import Assessment, distinct_runs, kind_of, shaking_of
 from .axes import placed_on_axes
 from .shaking import Shaking, support_of
 
@@ -55,7 +55,7 @@ def screen_inventory(
     undecided: the share of the motions whose flags are tested.
     """
     models, variability = asked.laws, asked.variability
-    shaking = asked.shaking(inventory)
+    shaking = shaking_of(asked, inventory)
     inventory, scaled = placed_on_axes(inventory, shaking, models), shaking.scaled(asked.levels, asked.im)
     flags = overturned if "variant" in overturned.dims else overturned.expand_dims("variant")
     values = flags.transpose("item", "model", "variant", "level", "motion").values

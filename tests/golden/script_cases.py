@@ -7,6 +7,7 @@ from case import HERE, Case
 SCRIPTS = HERE / "scripts"
 BEFORE = {
     "fragility": (
+        ("tp.adaptive_ida(", "fragility.adaptive_ida("),
         ("fragility.adaptive_ida(SHELF, LAWS[0], NOISE, ", 'fragility.ida(SHELF, LAWS[0], NOISE, "adaptive", '),
         ('        "run_table": fragility.run_table(SHELF, LAWS, GROUND[:3], _table()),\n', ""),
     ),

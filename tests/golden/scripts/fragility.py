@@ -13,6 +13,8 @@ LAWS = [tp.HousnerImpact(0.9), tp.EnergyConsistent()]
 NOISE = tp.motions.CloughPenzien(duration=6.0, dt=0.02)
 GROUND = tp.motions.CloughPenzien(duration=6.0, dt=0.02).sample(12, seed=4)
 LEVELS = [1.0, 2.0, 3.0, 4.0, 6.0]
+AT_LEVEL = {"level": 4.0, "within": 0.2}
+MOTIONS = {"motions": {"least": 32, "most": 32}}
 HAZARD = fragility.HazardCurve.power_law(1e-2, 2.5, "pga")
 
 
@@ -41,13 +43,13 @@ def _table():
 
 
 def analyses():
-    until = {"median": 0.3, "motions": {"least": 32, "most": 32}}
     return {
         "ida": _runs(),
         "ida_turned": _runs(polarity="both", skip=False, outputs=["overturned", "peak_rotation"]),
         "cloud": fragility.cloud(SHELF, LAWS, GROUND),
         "stripes": fragility.stripes(SHELF, LAWS, [GROUND[:6], GROUND[6:]], [3.0, 4.0]),
-        "adaptive": fragility.adaptive_ida(SHELF, LAWS[0], NOISE, until=until),
+        "adaptive": tp.adaptive_ida(SHELF, LAWS[0], NOISE, until={"median": 0.3} | MOTIONS),
+        "adaptive_at_level": fragility.adaptive_ida(SHELF, LAWS[0], NOISE, until={"probability": AT_LEVEL} | MOTIONS),
         "run_table": fragility.run_table(SHELF, LAWS, GROUND[:3], _table()),
         "joint_falls": fragility.joint_falls(BlockArray([0.2, 0.22, 0.3], [1.0, 1.1, 1.2]), LAWS, GROUND, [2.0, 4.0]),
         "slide_runs": fragility.slide_runs(_runs(), GROUND, 0.3, draws=10),
