@@ -487,13 +487,15 @@ def consistent(found: Variables) -> Variables:
         lower, least = ends[f"{part}_lower"], ends[f"{whole}_lower"].copy()
         here = _building(least, lower)
         most = lower.max([dim for dim in lower.dims if dim not in least.dims])
-        least[here] = xr.where(most > least[here], most, least[here])
+        raised = most.set_dims(least[here].sizes).values  # type: ignore[no-untyped-call]
+        least[here] = np.where(raised > least[here].values, raised, least[here].values)
         ends[f"{whole}_lower"] = least
     for part, whole in reversed(pairs):
         upper, most = ends[f"{part}_upper"], ends[f"{whole}_upper"]
         most = most[_building(most, upper)]
-        most = most.min([dim for dim in most.dims if dim not in upper.dims]).set_dims(upper.sizes)
-        ends[f"{part}_upper"] = upper.copy(data=_within(upper.values, most.values))
+        most = most.min([dim for dim in most.dims if dim not in upper.dims])
+        whole_upper = most.set_dims(upper.sizes).values  # type: ignore[no-untyped-call]
+        ends[f"{part}_upper"] = upper.copy(data=_within(upper.values, whole_upper))
     return ends
 
 
