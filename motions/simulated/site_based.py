@@ -5,6 +5,7 @@ The parameters of the process are given, fitted to a record, or drawn for an ear
 
 from __future__ import annotations
 
+import functools
 import math
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -42,6 +43,8 @@ MOST_TRIES = 1000
 LEAST_ZETA, MOST_ZETA = 0.005, 0.99
 COUNTED = (0.01, 0.99)  # fractions of the energy between which crossings and extremes are counted
 LEAST_CROSSINGS = 10
+MOST_WORK = 1e8
+"""Most samples of a motion times those of its longest response: some 2 s for all motions computed together."""
 PASSES = 6  # alternating passes of frequency and damping ratio, which changes the frequency by a few per cent at most
 DEFAULT_CORNER = 0.15  # `corner_frequency` of magnitude 6.5
 
@@ -361,7 +364,14 @@ def site_based_motions(streams: Streams, own: Parameters, middle: float, f_c: fl
     motions = np.zeros((len(streams), steps + 1))
     life = (1.0 / omega).mean(axis=1) / own.zeta  # (the motions computed together should cost about the same)
     order = np.argsort(ends * life, kind="stable")
-    motions[:, :live] = drifting_noise(normals(streams, live), omega, own.zeta, dt, ends, order) * np.sqrt(density)
+    work = ends * life / dt
+    if work.max() > MOST_WORK:
+        least = 1.05 * dt * math.sqrt(work.max() / MOST_WORK)
+        raise ValueError(f"dt must be at least {least:.2g} s for motions of this length and damping, got {dt:g}")
+    parts = np.array_split(order, math.ceil(work.sum() / (4.0 * MOST_WORK)))  # (an interrupt is heard between them)
+    pulses = normals(streams, live)
+    noise = (drifting_noise(pulses, omega, own.zeta, dt, ends, part) for part in parts)
+    motions[:, :live] = functools.reduce(np.add, noise) * np.sqrt(density)
     return filtered(motions, *high_pass(2.0 * math.pi * f_c, 1.0), dt)
 
 

@@ -20,7 +20,7 @@ from toppling.core.streams import stream
 from toppling.core.units import STANDARD_GRAVITY
 from toppling.motions.intensity.peaks import displacement, peak_velocity, velocity
 from toppling.motions.kernels.drifting_filters import drifting_noise
-from toppling.motions.simulated import directivity, generator as generator_module, scenario
+from toppling.motions.simulated import directivity, generator as generator_module, scenario, site_based
 from toppling.motions.simulated.filters import filtered
 from toppling.motions.simulated.generator import normals
 from toppling.motions.simulated.marginals import (
@@ -705,3 +705,17 @@ def test_without_the_compiler():
         runs.append(json.loads(done.stdout))
     for compiled, plain in zip(*runs, strict=True):
         np.testing.assert_allclose(plain, compiled, rtol=1e-8, atol=1e-10)
+
+
+def test_site_based_motions_of_tiny_steps(monkeypatch):
+    """Their work grows with the square of the number of samples: much of it is shared out, too much refused."""
+    generator = mo.SiteBased(arias=1.0, d5_95=3.0, t_mid=2.0, omega_mid=20.0, zeta=0.4, dt=0.01)
+    whole = generator.sample(12, seed=1)
+    work = []
+    monkeypatch.setattr(site_based, "drifting_noise", lambda *args: work.append(args[-1]) or drifting_noise(*args))
+    monkeypatch.setattr(site_based, "MOST_WORK", 7000.0)
+    np.testing.assert_array_equal(generator.sample(12, seed=1), whole)
+    assert sorted(np.concatenate(work)) == [*range(12)]
+    assert len(work) == 3
+    with pytest.raises(ValueError, match=r"dt must be at least 0\.01 s .* got 0\.005"):
+        dataclasses.replace(generator, dt=0.005).sample(1)
