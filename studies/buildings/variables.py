@@ -495,26 +495,15 @@ def consistent(found: Variables) -> Variables:
     for part, whole in pairs:
         lower, least = ends[f"{part}_lower"], ends[f"{whole}_lower"].copy()
         here = _building(least, lower)
-<<<<<<< HEAD
         own = least[here]
         larger = _like(lower.max([dim for dim in lower.dims if dim not in least.dims]), own)
         least[here] = own.copy(data=np.where(larger > own.values, larger, own.values))
-=======
-        most = lower.max([dim for dim in lower.dims if dim not in least.dims])
-        raised = most.set_dims(least[here].sizes).values  # type: ignore[no-untyped-call]
-        least[here] = np.where(raised > least[here].values, raised, least[here].values)
->>>>>>> h53
         ends[f"{whole}_lower"] = least
     for part, whole in reversed(pairs):
         upper, most = ends[f"{part}_upper"], ends[f"{whole}_upper"]
         most = most[_building(most, upper)]
         most = most.min([dim for dim in most.dims if dim not in upper.dims])
-<<<<<<< HEAD
         ends[f"{part}_upper"] = upper.copy(data=_within(upper.values, _like(most, upper)))
-=======
-        whole_upper = most.set_dims(upper.sizes).values  # type: ignore[no-untyped-call]
-        ends[f"{part}_upper"] = upper.copy(data=_within(upper.values, whole_upper))
->>>>>>> h53
     return ends
 
 
