@@ -245,7 +245,7 @@ def run_specimens(
     if isinstance(tables, PlaneTable):
         if motion.companion is None:
             raise ValueError("blocks that slide in the plane need both horizontal components, got one")
-        return run_in_plane(tables.friction, factors, shaking, motion.companion, up, dt, skip, tally)
+        return run_in_plane(tables.friction, factors, (shaking, motion.companion), up, dt, skip, tally)
     if isinstance(tables, Stack):
         return run_stacked(tables, factors, shaking, dt, skip, flags_only, tally, vertical=up)
     return run_sliders(tables, factors, shaking, up, dt, skip, tally)
@@ -431,7 +431,7 @@ def prepare(oscillators: Sequence[Oscillator], sliding: bool = False, plane: boo
         run_sliders(friction_table([Slider(0.5, 0.5, 0.5, 0.5)]), np.ones((1, 1)), np.zeros(2), None, 0.01, skip=False)
     if plane:
         friction = plane_table([PlaneSlider(0.5, 0.5)]).friction
-        run_in_plane(friction, np.ones((1, 1)), np.zeros(2), np.zeros(2), None, 0.01, skip=False)
+        run_in_plane(friction, np.ones((1, 1)), (np.zeros(2), np.zeros(2)), None, 0.01, skip=False)
 
 
 def is_compiled(oscillators: Sequence[Oscillator], sliding: bool = False, plane: bool = False) -> bool:

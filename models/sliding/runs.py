@@ -153,8 +153,7 @@ def plane_table(sliders: Sequence[PlaneSlider]) -> PlaneTable:
 def run_in_plane(
     friction: Array,
     factors: Array,
-    along: Array,
-    across: Array,
+    acceleration: tuple[Array, Array],
     vertical: Array | None,
     dt: float,
     skip: bool = True,
@@ -163,8 +162,8 @@ def run_in_plane(
 ) -> Array:
     """Results (o, m, 11) of friction (o, 2) under factors (o, m) > 0 times one record; all start at rest.
 
-    `along` and `across` (n,) are the accelerations along the width and the depth of the block, m/s², and `vertical`
-    (n,) the vertical one, scaled likewise.  Runs in which it takes the whole weight at some instant are NaN.  Other
+    `acceleration` is that along the width and along the depth of the block, (n,) each, m/s², and `vertical` (n,) the
+    vertical one, scaled likewise.  Runs in which it takes the whole weight at some instant are NaN.  Other
     arguments as of `run_sliders`.  The slip is solved piece by piece as a Taylor series of order 14 whose last terms
     are below 1e-12 m/s; where the push does not turn, as a cubic, exactly.  ArithmeticError for a run that takes
     too many pieces, as none with the accelerations of earthquakes does.
@@ -172,7 +171,7 @@ def run_in_plane(
     which = np.repeat(np.arange(factors.shape[0]), factors.shape[1])
     scale = np.ascontiguousarray(factors.ravel())
     upward = NO_VERTICAL if vertical is None else np.ascontiguousarray(vertical)
-    x, y = np.ascontiguousarray(along), np.ascontiguousarray(across)
+    x, y = (np.ascontiguousarray(component) for component in acceleration)
     coefficients = np.ascontiguousarray(friction[which])
     out = np.empty((which.size, columns.OUT_COLUMNS))
     lifted: Flags = np.zeros(scale.size, np.bool_)

@@ -89,7 +89,7 @@ def plain_slides():
     both = plane_table([PlaneSlider(mu, ratio * mu) for mu, ratio in ((0.05, 1.0), (0.1, 0.8), (9.0, 1.0))]).friction
     for one in (record, record[::-1].copy()):
         for vertical in (None, lift[: one.size]):
-            found += list(run_in_plane(both, factors[:3], record, one, vertical, dt).reshape(9, -1))
+            found += list(run_in_plane(both, factors[:3], (record, one), vertical, dt).reshape(9, -1))
     return [[None if math.isnan(v) else float(v) for v in row] for row in found]
 
 

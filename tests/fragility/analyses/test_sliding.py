@@ -257,7 +257,7 @@ class TestBothComponents:
         for k, pair in enumerate(pairs[0].values):
             for level in range(factors.shape[0]):
                 x, y = factors[level, k] * pair
-                slips = run_in_plane(friction, np.ones((1, 1)), x, y, None, 0.01)[0, 0]
+                slips = run_in_plane(friction, np.ones((1, 1)), (x, y), None, 0.01)[0, 0]
                 # along the width a block that uplifts passes on b/h of its weight
                 pushed = np.hypot(np.minimum(np.abs(x) / G, 0.25), y / G).max()
                 uplifts = (np.abs(x).max() > 0.25 * G and mu >= 0.25) or (np.abs(y).max() > 0.375 * G and mu >= 0.375)

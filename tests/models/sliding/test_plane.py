@@ -31,7 +31,7 @@ def table(static, ratio=1.0):
 
 
 def run(x, y, static, ratio=1.0, vertical=None, factors=ONE, **options):
-    return run_in_plane(table(static, ratio), factors, x, y, vertical, 0.01, **options)[0]
+    return run_in_plane(table(static, ratio), factors, (x, y), vertical, 0.01, **options)[0]
 
 
 class TestOneDirection:
@@ -109,9 +109,8 @@ class TestPlane:
         omega, a, mu, dt = 2.0 * np.pi, 4.0, 0.25, 0.002
         time = np.arange(0.0, 20.0, dt)
         friction, history = table(mu), np.zeros((columns.HISTORY_ROWS, time.size))
-        run_in_plane(
-            friction, ONE, a * np.cos(omega * time), a * np.sin(omega * time), None, dt, skip=False, history=history
-        )
+        shaking = a * np.cos(omega * time), a * np.sin(omega * time)
+        run_in_plane(friction, ONE, shaking, None, dt, skip=False, history=history)
         speed = np.hypot(history[columns.HISTORY_VX], history[columns.HISTORY_VY])[-2000:]
         np.testing.assert_allclose(speed, np.sqrt(a * a - (mu * G) ** 2) / omega, rtol=1e-4)
         x = history[columns.HISTORY_X][-500:]
@@ -140,11 +139,11 @@ class TestRuns:
         friction = plane_table([PlaneSlider(mu, 0.9 * mu) for mu in (0.05, 0.1, 0.3, 0.6)]).friction
         factors = np.tile([0.3, 1.0, 2.0], (4, 1))
         ((x, y),) = noise(1, seed=7)
-        every = run_in_plane(friction, factors, x, y, None, 0.01)
-        np.testing.assert_array_equal(every, run_in_plane(friction, factors, x, y, None, 0.01, skip=False))
+        every = run_in_plane(friction, factors, (x, y), None, 0.01)
+        np.testing.assert_array_equal(every, run_in_plane(friction, factors, (x, y), None, 0.01, skip=False))
         for i in range(4):
             for j in range(3):
-                alone = run_in_plane(friction[i : i + 1], factors[i : i + 1, j : j + 1], x, y, None, 0.01)
+                alone = run_in_plane(friction[i : i + 1], factors[i : i + 1, j : j + 1], (x, y), None, 0.01)
                 np.testing.assert_array_equal(alone[0, 0], every[i, j])
 
     def test_the_weight_is_taken(self):

@@ -470,7 +470,8 @@ class TestSliding:
                 slides[k, i] = mu < depth and pushed > mu
                 if slides[k, i]:
                     dt = float(along["dt"][0])
-                    found = run_in_plane(friction, np.ones((1, 1)), along.values[0], across.values[0], None, dt)[0, 0]
+                    shaking = along.values[0], across.values[0]
+                    found = run_in_plane(friction, np.ones((1, 1)), shaking, None, dt)[0, 0]
                     peak[k, i], front[k, i], back[k, i] = (
                         found[SLIDES[f"slide_{name}"]] for name in ("peak", "forward", "backward")
                     )
