@@ -18,7 +18,6 @@ from ...models import Block, Model
 from ...models.block import describe_scene
 from ...models.oscillator import Oscillator
 from ...models.restraint_force import held_by, largest_force
-from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.mode import demand, mode_of
 from ...motions.intensity.measure import RESULT_MEASURES
 from ..numerics.slabs import Allocator
@@ -48,20 +47,14 @@ def _output(name: str, runs: Runs, blocks: Sequence[Block], work: Work, array: A
     if name not in DERIVED:
         return runs.results[name]
     needed = [runs.results[own] for own in DERIVED[name]]
-    derived = array(needed[0].shape, needed[0].dtype)
-    each = len(derived) // len(blocks)
-    if name == "top_displacement":
-        for i, (own, peaks) in enumerate(zip(derived, needed[0], strict=True)):
-            np.multiply(blocks[i // each].height, np.sin(peaks, out=own), out=own)
-        return derived
     if name == "mode":
         return _modes(blocks, work, array)
-    if name == FALLEN_OFF:
-        flags = array(derived.shape, np.dtype(np.bool_))
-        for i, (flag, forward, backward) in enumerate(zip(flags, *needed, strict=True)):
-            block = blocks[i // each]
-            flag[...] = block.edge is not None and block.edge.fallen_off(forward, backward, block.b)
-        return flags
+    derived = array(needed[0].shape, np.dtype(OUTPUTS[name].kind))
+    each, formula = len(derived) // len(blocks), OUTPUTS[name].formula
+    if formula is not None:
+        for i, row in enumerate(derived):
+            row[...] = formula(blocks[i // each], *(output[i] for output in needed))
+        return derived
     to_front, to_back = _pushes(work)
     for i, (own, oscillator) in enumerate(zip(derived, _rocking(work), strict=True)):
         factors = work.factors_of(Chunk(i, i + 1, 0, len(work.motions)))[0]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...core.units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, NEWTON, RADIAN, SECOND
+from ...models import Block
 from ...models.scenes.edge import FALLEN_OFF, OF_FALLEN_OFF
 from ...models.sliding.mode import MODE
 from ...models.sliding.runs import LABELS, OF_OBSTACLES, SLIDES
@@ -34,7 +36,8 @@ class Output(NamedTuple):
 
     kind: type in which it is kept; both: what it is of runs about both axes, '' where these have none; airborne: value
     of runs in which the floor leaves the block, of outputs that know no NaN: it counts as overturned to either side;
-    of: the outputs of the engine that it is derived from, none of those that the engine returns.
+    of: the outputs of the engine that it is derived from, none of those that the engine returns; formula: its value
+    from the block and those outputs (level, motion), None where `labels` needs the motions too.
     """
 
     kind: type[np.generic]
@@ -43,6 +46,11 @@ class Output(NamedTuple):
     both: str = ""
     airborne: int | None = None
     of: tuple[str, ...] = ()
+    formula: Callable[..., Any] | None = None
+
+
+def _fallen_off(block: Block, forward: Any, backward: Any) -> Any:
+    return block.edge is not None and block.edge.fallen_off(forward, backward, block.b)
 
 
 _SLIDES = {
@@ -96,6 +104,7 @@ OUTPUTS = {
         METRE,
         LARGER,
         of=("peak_rotation",),
+        formula=lambda block, peak: block.height * np.sin(peak),
     ),
     "restraint_force": Output(
         np.float64,
@@ -104,7 +113,9 @@ OUTPUTS = {
         of=("peak_front", "peak_back", "ruptured"),
     ),
     "mode": Output(np.int8, MODE["long_name"], MODE["units"], of=("slips",)),
-    FALLEN_OFF: Output(np.bool_, OF_FALLEN_OFF["long_name"], of=("slide_forward", "slide_backward")),
+    FALLEN_OFF: Output(
+        np.bool_, OF_FALLEN_OFF["long_name"], of=("slide_forward", "slide_backward"), formula=_fallen_off
+    ),
     AXIS: Output(
         np.int8, "axis along which the block fell first: 1 its width, 2 its depth, 0 if it stands", both=EITHER
     ),
