@@ -326,7 +326,7 @@ def test_both_ways_and_the_weakest_axis_take_a_motion_once(study):
 def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, study, finished, tmp_path, monkeypatch):
     from toppling.fragility.analyses import adaptive
 
-    run, calls = adaptive.run_wave, []
+    run, calls = adaptive.run_rows, []
 
     def killed(*arguments):
         calls.append(1)
@@ -334,7 +334,7 @@ def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, study, finished
             raise KeyboardInterrupt
         return run(*arguments)
 
-    monkeypatch.setattr(adaptive, "run_wave", killed)
+    monkeypatch.setattr(adaptive, "run_rows", killed)
     with pytest.raises(KeyboardInterrupt):
         study().run(tmp_path / "out")
     found = status_of(tmp_path / "out")
@@ -343,7 +343,7 @@ def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, study, finished
     assert found.lines(tmp_path / "out")[0].endswith(f"at most {study().all_runs:,}")
     if at > 1:
         assert "±15 % asked" in found.lines(tmp_path / "out")[1]
-    monkeypatch.setattr(adaptive, "run_wave", run)
+    monkeypatch.setattr(adaptive, "run_rows", run)
     study().run(tmp_path / "out")
     assert (tmp_path / "out/results.nc").read_bytes() == finished[1].read_bytes()
 
@@ -353,7 +353,7 @@ def test_what_was_reached_does_not_go_back_while_waves_are_repeated(study, tmp_p
     """A study that goes on repeats its waves from the first one: killed among them, it has what it had."""
     from toppling.fragility.analyses import adaptive
 
-    run, calls = adaptive.run_wave, []
+    run, calls = adaptive.run_rows, []
 
     def killed(at, *arguments):
         calls.append(1)
@@ -364,7 +364,7 @@ def test_what_was_reached_does_not_go_back_while_waves_are_repeated(study, tmp_p
     said = []
     for at in (4, 2, 3, 5):
         calls.clear()
-        monkeypatch.setattr(adaptive, "run_wave", partial(killed, at))
+        monkeypatch.setattr(adaptive, "run_rows", partial(killed, at))
         with pytest.raises(KeyboardInterrupt, match=r"interrupted with [0-9,]+ runs kept in") as raised:
             study(PRECISE).run(tmp_path / "out")
         found = status_of(tmp_path / "out")
@@ -645,12 +645,12 @@ def test_rates_of_slips_are_weighed_with_the_chance_of_sliding(study):
 def test_rates_of_slips_without_a_curve(study):
     text = STUDY.replace("median = 0.15", "rate = 0.5") + HAZARD + FRICTION
     results = study(text).run()
+    curve = tp.HazardCurve.power_law(1e-3 * 9.80665**2, 2.0, "pga")
     own = tp.adaptive_ida(
         [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)],
         RandomSliding(LognormalFriction(0.3, 0.3), 0.85),
         tp.motions.CloughPenzien(duration=6.0, dt=0.02),
-        until={"rate": 0.5, "motions": {"least": 32, "most": 200}, "state": Slip(0.2)},
-        hazard=tp.HazardCurve.power_law(1e-3 * 9.80665**2, 2.0, "pga"),
+        until={"rate": 0.5, "motions": {"least": 32, "most": 200}, "state": Slip(0.2), "hazard": curve},
         seed=4,
     )
     expected = own["rate"][:, 0].values * results["slides_instead"].values

@@ -244,7 +244,7 @@ class TestCommand:
         assert main(["motions", str(path), "--out", str(tmp_path / "out")]) == 0
         printed = capsys.readouterr().out
         assert "24 motions" in printed
-        assert "… 12 more" in printed
+        assert "12 more motions are not listed." in printed
         assert "median, floor 4" in printed
         for name in ("histories.png", "spectra.png", "husid.png"):
             picture = (tmp_path / "out" / name).read_bytes()
