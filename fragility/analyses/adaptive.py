@@ -116,7 +116,7 @@ def adaptive_ida(
         times alpha, or, of `Sliding` blocks, which have no other, a `fragility.Slip`.  ``hazard``: for a rate, a
         HazardCurve of the measure.
     outputs, client, ground, polarity, progress
-        As for `toppling.ida`; the outputs hold that of the state.
+        As for `toppling.ida`; the outputs include the one that tells the state.
     runs_per_motion : int
         Runs of a block under each motion, 1 to 20; the first motions, which look for the curve, have twice as many.
     seed : int

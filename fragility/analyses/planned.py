@@ -139,7 +139,7 @@ def _rows(table: Any, labels: Mapping[str, list[str]]) -> Rows:
 
 
 def _numbers(name: str, table: Any, known: list[str], size: int) -> Index:
-    """Return the numbers that a column gives, or those of the labels that it gives."""
+    """Return a column of numbers from 0, into which its labels are turned."""
     if name not in table:
         if len(known) > 1:
             raise ValueError(f"table must have the column {name}, of which there are {len(known)}, got none")

@@ -60,7 +60,7 @@ def runs_of(
 ) -> WaveRuns:
     """Return the runs of a wave with their outputs (run,).
 
-    `number` is that of the wave, `first` the number of records before it; `measured` (block or 1, motion) is the
+    `number` counts the waves from 0, and `first` the records before this one.  `measured` (block or 1, motion) is the
     measure of the unscaled motions.
     """
     runs = {

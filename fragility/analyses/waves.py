@@ -34,7 +34,8 @@ from ..runs.scaling import SCALE, BlockMeasure, check_factors, ground_of, intens
 from .friction_draws import check_draws, specimens_in
 
 MOST_GRIDS, FEWEST_OF_A_GRID, MOST_REPEATED = 8, 10_000, 3
-"""Grids that are run each by itself, or the least runs of one; and all runs of one grid, over those of a table."""
+"""When a table is run as several grids: at most so many, or each of so many runs; otherwise as one grid that has at
+most so many times the table's runs."""
 ORDER = (0, 3)
 """Key, under a seed, of the order in which the motions of a set are taken."""
 
@@ -190,9 +191,8 @@ def run_wave(
 ) -> dict[str, NDArray[Any]]:
     """Return the outputs (curve, level, motion) of specimens (curve,) under motions, each at levels of its own.
 
-    Specimens of blocks that slide under motions along both axes are those of the plane; `across` has the specimens in
-    the direction of the depths, which motions along both axes need for blocks that rock. `factors` are (curve, level,
-    motion).
+    Under motions along both axes, blocks that slide have specimens in the plane, and blocks that rock also have
+    specimens in the direction of their depths, `across`. `factors` are (curve, level, motion).
     """
     work = work_of(specimens, [along_width(record) for record in records], factors, request)
     return collect_about(work, across, request.runner, progress, LEAST_OF_A_WAVE).results

@@ -120,7 +120,7 @@ OUTPUTS = {
         np.int8, "axis along which the block fell first: 1 its width, 2 its depth, 0 if it stands", both=EITHER
     ),
 }
-"""Every output by name; those of `models.runs.COLUMNS` are the engine's own, and slips are NaN in the air."""
+"""Every output by name; the engine returns those in `models.runs.COLUMNS`, and slips are NaN in the air."""
 
 OF_SLIDING = (*SLIDES, "mode", FALLEN_OFF)
 """Outputs that a run of a sliding block can have."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -72,8 +72,8 @@ ORDER = (
 class ScreenInput(NamedTuple):
     """Properties of runs that the screen needs, as plain variables: of all runs, or of some blocks and motions.
 
-    sizes: of the dimensions of the runs, in order; coordinates: of blocks, laws and motions, by name (`NEEDED`, and
-    those of `OPTIONAL` that there are); factors: scale factors of the motions.  places (run,): of the block, the law
+    sizes: of the dimensions of the runs, in order; coordinates: of blocks, laws and motions, by name (all of
+    `NEEDED`, some of `OPTIONAL`); factors: scale factors of the motions.  places (run,): of the block, the law
     and the motion of each run in a table, where runs do not lie on these dimensions.
     """
 
@@ -239,7 +239,12 @@ def described_friction(friction: Any, available: Sequence[Friction], labels: Seq
         return None
     if len(available) <= DESCRIBED:
         return {label: friction.description for label, friction in zip(labels, available, strict=True)}
-    return [json.loads(one) for one in sorted({json.dumps(friction.description) for friction in available})]
+    return distinct(friction.description for friction in available)
+
+
+def distinct(descriptions: Iterable[Any]) -> list[Any]:
+    """Return each of many plain values once, in the order of their JSON."""
+    return [json.loads(text) for text in sorted(set(map(json.dumps, descriptions)))]
 
 
 def ordered(variables: Mapping[str, xr.Variable], dims: tuple[str, ...]) -> dict[str, xr.Variable]:

@@ -54,7 +54,7 @@ def friction_demands(
 def _lifting_peaks(
     slenderness: xr.Variable, factor: xr.Variable, rising: list[Array], motion: Index | None
 ) -> xr.Variable:
-    """Peak of the first half-cycle that exceeds g b/h, else that of the motion, m/s²; the motions are last."""
+    """Peak of the first half-cycle that exceeds g b/h, otherwise of the whole motion, m/s²; the motions are last."""
     thresholds: xr.Variable = STANDARD_GRAVITY / slenderness / factor
     sizes = {str(dim): size for dim, size in thresholds.sizes.items()}
     scale = spread(factor, sizes)

@@ -372,7 +372,7 @@ def _names(header: list[str], columns: int) -> list[str]:
 
 
 def _indexed(names: Sequence[str]) -> bool:
-    """Return True if the first column counts the samples, as its name and that of the times beside it show."""
+    """Return True if the first column is named as a count of the samples, and the second one as times."""
     return len(names) > 2 and bool(_INDEX.fullmatch(names[0]) and _TIME.match(names[1]))
 
 

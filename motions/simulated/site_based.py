@@ -44,7 +44,7 @@ LEAST_ZETA, MOST_ZETA = 0.005, 0.99
 COUNTED = (0.01, 0.99)  # fractions of the energy between which crossings and extremes are counted
 LEAST_CROSSINGS = 10
 MOST_WORK = 1e8
-"""Most samples of a motion times those of its longest response: some 2 s for all motions computed together."""
+"""Greatest product of the numbers of samples of a motion and of its longest response: some 2 s of work."""
 PASSES = 6  # alternating passes of frequency and damping ratio, which changes the frequency by a few per cent at most
 DEFAULT_CORNER = 0.15  # `corner_frequency` of magnitude 6.5
 

@@ -16,6 +16,7 @@ from ...fragility.runs.provenance import BED, DESCRIBED
 from ...fragility.runs.runners import Runner
 from ...fragility.uncertainty.joint import Variability, pieces_of, with_restitution
 from ...fragility.validity.characteristics import Characteristics
+from ...fragility.validity.slab_screen import distinct
 from ...fragility.validity.sliding import ANY_FLOOR
 from ...fragility.validity.summary import OF_BLOCKS, input_of_pairs, summary_screen
 from ...fragility.validity.undecided import FlipCounts, choose_motions, count_flips_of, perturbed_runs
@@ -173,9 +174,8 @@ def _joined_friction(parts: Sequence[Any]) -> Any:
     if parts[0] is None:
         return None
     if all(isinstance(part, dict) for part in parts) and sum(map(len, parts)) <= DESCRIBED:
-        return {label: one for part in parts for label, one in part.items()}
-    every = [one for part in parts for one in (part.values() if isinstance(part, dict) else part)]
-    return [json.loads(one) for one in sorted({json.dumps(one) for one in every})]
+        return {label: friction for part in parts for label, friction in part.items()}
+    return distinct(friction for part in parts for friction in (part.values() if isinstance(part, dict) else part))
 
 
 def _joined(parts: Sequence[xr.Dataset], overturned: xr.DataArray, standing: Flags) -> xr.Dataset:

@@ -71,7 +71,7 @@ def selection_variables(reports: Sequence[xr.Dataset], motions: Sequence[Sequenc
 
 
 def _shared(motions: Sequence[Sequence[xr.DataArray]]) -> list[float]:
-    names = [{str(name) for one in motion for name in one["motion"].values} for motion in motions]
+    names = [{str(name) for array in stripe for name in array["motion"].values} for stripe in motions]
     return [float("nan"), *(len(low & high) / len(high) for low, high in pairwise(names))]
 
 
