@@ -67,9 +67,8 @@ def sentences(text: str) -> list[str]:
         plain = re.sub(r"\{[\w:-]+\}`[^`]*`|`[^`]*`|\$[^$]*\$", "CODE", plain)
         plain = re.sub(r"^(?:[-*]|\d+\.)\s|\*\*|__|(?<!\w)\*|\*(?!\w)", "", plain)
         plain = re.sub(r"\b(e\.g|i\.e|al|vs|approx|Fig|Eq|No|Sec|Ch)\.", r"\1", plain)
-        result += [
-            part for part in re.split(r"(?<=[.!?])[)\"”]?\s+(?=[A-ZCODE“\"(0-9])", plain) if re.search(r"\w", part)
-        ]
+        parts = re.split(r"(?<=[.!?])[)\"”]?\s+(?=[A-ZCODE“\"(0-9])", plain)
+        result += [part for part in parts if re.search(r"\w", part)]
     return result
 
 
