@@ -27,6 +27,7 @@ extensions = [
     "sphinx_design",
     "sphinx-mathjax-offline",
     "sphinx_gallery.gen_gallery",
+    "sphinx_reredirects",
 ]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 exclude_patterns = [
@@ -64,6 +65,18 @@ sphinx_gallery_conf = {
     "reset_modules": ("matplotlib", "made_pages.gallery_text"),
     "within_subsection_order": "FileNameSortKey",
 }
+
+redirects = {
+    "use": "howto/index.html",
+    "decisions": "howto/index.html",
+    "scaling": "howto/large_studies.html",
+    "scaling_measured": "howto/large_studies.html",
+    "questions": "howto/read_a_report.html",
+    "coverage": "runs.html",
+    "kits": "walls.html",
+    "sensitivity": "paper.html",
+}
+"""New homes of pages that people may have kept an address of."""
 
 html_theme = "pydata_sphinx_theme"
 html_title = "toppling"

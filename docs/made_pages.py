@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 import importlib
 import inspect
+import re
 from pathlib import Path
 
 import matplotlib as mpl
@@ -109,6 +110,34 @@ def glossary_page() -> str:
     return head + "\n".join(f"**{one.name}**\n: {one.definition}\n" for one in terms)
 
 
+def commands_page() -> str:
+    """Every command with its options, from their help."""
+    app = importlib.import_module("toppling.studies.command.cli").app
+    text = app.generate_docs()
+    listed = re.sub(r"## Table of Contents\n.*?(?=\n\*\*)", "", text, flags=re.DOTALL)
+    return re.sub(r"\(#toppling-(\w+)\)", r"(#\1)", listed).replace("\n## toppling ", "\n## ")
+
+
+def catalogue_page() -> str:
+    """Every item of the catalogue: sizes, usual place, FEMA P-58 id and quality of the source."""
+    catalogue = importlib.import_module("toppling.models").catalogue
+    qualities = importlib.import_module("toppling.models.items").QUALITIES
+    rows = []
+    for name in catalogue:
+        item = catalogue.item(name)
+        size = f"{item.block.width:.3f} | {item.block.height:.3f} | {item.block.alpha:.3f}"
+        wall = "free" if item.wall_gap is None else f"{1000.0 * item.wall_gap:.0f} mm"
+        rows.append(f"| `{name}` | {item.title} | {size} | {wall} | {item.fema_p58 or ''} | {item.quality} |\n")
+    return (
+        f"# Catalogue\n\nThe catalogue contains {len(rows)} items. Widths (the smaller plan size) and heights are in m, "
+        "α in rad. *Wall* is the assumed distance to a wall behind the item as it is usually placed.\n\n"
+        "| name | item | width | height | α | wall | FEMA P-58 | quality |\n|---|---|---|---|---|---|---|---|\n"
+        + "".join(rows)
+        + "".join(f"\n- {letter}: {meaning}" for letter, meaning in qualities.items())
+        + "\n"
+    )
+
+
 def gallery_text(_configuration: object, _script: str) -> None:
     """Text of the gallery's figures, 5.2 in wide, so large that a phone shows it at 8 pt."""
     mpl.rcParams["font.size"] = 11.0
@@ -120,6 +149,8 @@ def write(docs: Path) -> None:
         "study-file.md": study_file_page(),
         "results.md": importlib.import_module("made_results").results_page(),
         "glossary.md": glossary_page(),
+        "commands.md": commands_page(),
+        "catalogue.md": catalogue_page(),
         "modules.md": modules_page(),
     }
     for package, about in {**PACKAGES, **MODULES}.items():

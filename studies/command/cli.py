@@ -20,7 +20,7 @@ from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Group, Parameter
-from cyclopts.exceptions import CycloptsError
+from cyclopts.exceptions import CycloptsError, MissingArgumentError
 
 from ...core.limits import memory_limit
 from ...core.wording import counted, system_reason
@@ -38,24 +38,22 @@ if TYPE_CHECKING:
 EXIT_FAILED = 1
 EXIT_INPUT = 2
 EXIT_SIGNAL = 128  # and the number of the signal that ended it
-Result = Annotated[Path, Parameter(help="The results (results.nc), or the folder that holds them.")]
-Verify = Annotated[
-    bool, Parameter(negative="", help="Refuse results that were edited after they were written (exit code 2).")
-]
+Result = Annotated[Path, Parameter(help="Results file (results.nc) or its folder.")]
+Verify = Annotated[bool, Parameter(negative="", help="Exit with code 2 if the results were edited.")]
 LEAST_OF_ANY = 600_000  # kB of memory (ulimit -v): below, what any command loads may hang, or end it without a word
 COMMANDS = ("new", "run", "status", "simulate", "motions", "catalogue", "export", "report", "compare", "schema")
 
 SCHEMA = Path(__file__).parents[1] / "reference" / "study.schema.json"
 """The schema of study files as `make schema` writes it, for the classes of all tables take a second to load."""
 
-RUN = Group("Run a study", sort_key=1)
-READ = Group("Read its results", sort_key=2)
-INPUTS = Group("Look at inputs", sort_key=3)
+RUN = Group("Run", sort_key=1)
+READ = Group("Results", sort_key=2)
+INPUTS = Group("Inputs", sort_key=3)
 """Commands by task."""
 
 app = App(
     name="toppling",
-    help="How likely is this block to fall over in an earthquake?",
+    help="How likely is a piece of furniture or equipment to overturn in an earthquake?",
     help_format="plaintext",
     group_commands=Group("Options", sort_key=4),
     result_action="return_value",
@@ -65,7 +63,8 @@ app = App(
 
 @app.command(group=RUN)
 def run(
-    study: Path,
+    study: Annotated[Path, Parameter(name="STUDY.toml")],
+    /,
     *,
     out: Path | None = None,
     scheduler: str | None = None,
@@ -76,25 +75,24 @@ def run(
 ) -> None:
     """Run a study: print its answer, write results.nc and its figures.
 
-    Every finished chunk is kept in that folder: after an interruption the same command goes on where it stopped, and
-    finished results of the same study are not computed again; `toppling schema` lists every key.
+    After an interruption the same command continues. Finished results of the same study are kept.
 
     Parameters
     ----------
     study
-        The study file (TOML).
+        Study file.
     out
-        Folder for the results; results/NAME where not given.
+        Folder for the results; default results/NAME.
     scheduler
         Address of a dask scheduler, tcp://host:port.
     fresh
-        Compute again, and replace what that folder holds.
+        Recompute, and replace the contents of the folder.
     target
-        Chance (0.001) that restraints are to keep, restraints.NAME.target: find the strength.
+        Chance of falling that restraints must reach (0.001); finds their strength.
     dry_run
-        Say what it takes (runs, chunks, time, memory, disk); run nothing.
+        Estimate runs, time, memory and disk; run nothing.
     verbose
-        Print all tables and notes, as the report has them.
+        Print all tables and notes of the report.
     """
     from ...models.engine.linear_runs import run_lanes
 
@@ -198,15 +196,15 @@ def _show(console: Console, told: list[str], results: Dataset, folder: Path, ver
 
 
 @app.command(group=RUN)
-def status(folder: Path, *, json: Annotated[bool, Parameter(negative="")] = False, verify: Verify = False) -> None:
-    """Say where a study stands: finished, running, or interrupted with so many runs kept.
+def status(folder: Path, /, *, json: Annotated[bool, Parameter(negative="")] = False, verify: Verify = False) -> None:
+    """Show whether a study is finished, running or interrupted.
 
     Parameters
     ----------
     folder
-        The folder that `toppling run` was given with --out.
+        Folder of the results (--out of `toppling run`).
     json
-        Print it as JSON.
+        Print JSON.
     """
     from .status import status_of
 
@@ -219,16 +217,16 @@ def status(folder: Path, *, json: Annotated[bool, Parameter(negative="")] = Fals
 
 @app.command(group=RUN)
 def new(kind: Starter, folder: Path, /) -> None:
-    """Write a commented study with its files into a new folder: it runs as it is, and is yours to change.
+    """Create a commented example study in a new folder.
 
     Parameters
     ----------
     kind
-        bookcase (one piece, with and without an anti-tip kit), hazard (one piece under motions that agree with a hazard
-        curve and its disaggregation), inventory (what stands in a building, with a hazard curve), records (two pieces
-        under records), or scenario (what stands in a building, in one earthquake).
+        bookcase (one piece, with and without an anti-tip kit), hazard (one piece, motions selected for a hazard curve),
+        inventory (a building and its hazard curve), records (two pieces under records), scenario (a building in one
+        earthquake).
     folder
-        The folder for it: a new or an empty one, nothing is overwritten.
+        New or empty folder.
     """
     from .starters import REPLACE, write_starter
 
@@ -255,20 +253,20 @@ def look_at_motions(
     damping: float = 0.05,
     target: Path | None = None,
 ) -> None:
-    """Look at motions: print their measures, draw histories.png, spectra.png and husid.png.
+    """Show ground motions: intensity measures, histories, spectra and Husid plots.
 
     Parameters
     ----------
     inputs
-        One study file (TOML), or record files: paths or patterns.
+        One study file (TOML), or record files (paths or patterns).
     out
         Folder for the figures.
     json_
-        Print every measure of every motion as JSON, no table.
+        Print every measure of every motion as JSON.
     damping
         Damping ratio of the spectra.
     target
-        CSV of a spectrum to hold them against: period (s) or frequency (Hz), sa (unit).
+        CSV of a spectrum to compare with: period (s) or frequency (Hz), sa (unit).
     """
     from ...motions import TargetSpectrum, matching_report
     from ..single import motions as looked_at
@@ -305,7 +303,7 @@ def look_at_motions(
 
 @app.command(name="catalogue", group=INPUTS)
 def show_catalogue() -> None:
-    """List the catalogue of real contents: sizes, slenderness, usual place, FEMA P-58 id and quality of the source."""
+    """List the catalogue: sizes, slenderness, usual place, FEMA P-58 id, quality of the source."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
@@ -341,6 +339,7 @@ def show_catalogue() -> None:
 @app.command(group=READ)
 def export(
     result: Result,
+    /,
     *,
     format_: Annotated[ExportFormat, Parameter(name="--format")],
     out: Path | None = None,
@@ -349,20 +348,20 @@ def export(
     ids: str | None = None,
     verify: Verify = False,
 ) -> None:
-    """Write the fragility curves of a study's results, or the pieces of a building, for another program.
+    """Export curves or building contents to other programs.
 
     Parameters
     ----------
     format_
         pelicun (CSV and JSON), nrml (OpenQuake's XML), csv or xlsx (tables).
     out
-        Folder for the files; export beside the results where not given.
+        Folder for the files; default export in the folder of the results.
     model
-        Label of one law, or its short name for all of its kind; all where not given.
+        Label of one law, or the short name of a kind of laws; default all.
     with_modelling
-        Dispersions hold the study's modelling uncertainty, too.
+        Include the study's modelling uncertainty in dispersions.
     ids
-        Beginning of a building's ids for pelicun, NAME.001 …; else its pieces' names.
+        Prefix of a building's ids for pelicun (NAME.001 …); default the names of its pieces.
     """
     from ..store.folder import result_file
     from ..text.error import StudyError
@@ -395,22 +394,23 @@ def export(
 @app.command(group=READ)
 def report(
     result: Result,
+    /,
     *,
     format_: Annotated[Literal["html", "md"] | None, Parameter(name="--format")] = None,
     out: Path | None = None,
     json: Annotated[bool, Parameter(negative="")] = False,
     verify: Verify = False,
 ) -> None:
-    """Write a report of a study's results: the answer, figures, tables, method, assumptions, validity, provenance.
+    """Write the report of a study: answer, figures, actions, checks, appendix.
 
     Parameters
     ----------
     format_
-        html (one file that holds all), md (and PNGs); of the file, else html.
+        html (one file) or md (with PNGs); default by the file's ending, or html.
     out
-        The file, or a folder for it; report.html beside the results where not given.
+        File or folder; default report.html in the folder of the results.
     json
-        Print the facts and tables of the report as JSON, and write no report.
+        Print facts and tables as JSON; write no report.
     """
     from ...core.doubts import noted
     from ..report.page import facts_json, write_report
@@ -442,21 +442,20 @@ def compare(
     json: Annotated[bool, Parameter(negative="")] = False,
     verify: Verify = False,
 ) -> None:
-    """Compare two studies' results: what differs between them, medians, rates and chances side by side, figures.
+    """Compare two results, or two laws of one: medians, rates and chances side by side.
 
-    Says for each difference whether it is larger than the choice of motions explains.
+    Shows which differences exceed the scatter between motions.
 
     Parameters
     ----------
     a
-        The results (results.nc) that are compared with, the folder that holds them, or a study file (its results in
-        results/NAME).
+        First results: file, folder, or a study file with results in results/NAME.
     b
-        The other results; may be left out with --laws.
+        Second results; not needed with --laws.
     laws
-        A law of A and a law of B (label or short name); of A alone, two of its laws.
+        A law of A and a law of B (label or short name), or two laws of A.
     out
-        Folder for the page, comparison.csv and the figures.
+        Folder for the page, comparison.csv and figures.
     json
         Print facts and tables as JSON.
     """
@@ -484,12 +483,12 @@ def compare(
 
 @app.command(group=INPUTS)
 def schema(*, out: Path | None = None) -> None:
-    """Print the JSON schema of study files (draft 2020-12): every key with its unit, default and meaning.
+    """Print the JSON schema of study files: every key with its unit, default and meaning.
 
     Parameters
     ----------
     out
-        File for it; printed where not given.
+        File to write instead of printing.
     """
     from ...core.writing import write_bytes
     from ..text.error import writing
@@ -575,8 +574,11 @@ def main(arguments: list[str] | None = None) -> int:
         app(arguments, exit_on_error=False, print_error=False)
         sys.stdout.flush()
     except CycloptsError as error:
-        sentence = " ".join(str(error).split())
         command = f"toppling {words[0]}" if words and words[0] in COMMANDS else "toppling"
+        if isinstance(error, MissingArgumentError) and error.argument is not None and error.argument.required:
+            needed = [argument.name for argument in app[words[0]].assemble_argument_collection() if argument.required]
+            return _ended(f"usage: {command} {' '.join(needed)}", EXIT_INPUT)
+        sentence = " ".join(str(error).split())
         return _ended(f"{printable(sentence)} (see {command} --help)", EXIT_INPUT)
     except OSError as error:
         if error.errno is None and memory_limit():  # (llvmlite's, of a library that there was no memory for)

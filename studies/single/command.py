@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import Parameter
+from cyclopts import Group, Parameter
 
 from ..text.terminal import say, terminal
 
@@ -15,45 +15,62 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 
+BLOCK = Group("Block", sort_key=11)
+SURROUNDINGS = Group("Wall and kit", sort_key=12)
+LAW = Group("Damping law", sort_key=13)
+MOTION = Group("Motion", sort_key=14)
+OUTPUT = Group("Output", sort_key=15)
+"""Options by subject."""
+
+Size = Annotated[str | None, Parameter(group=BLOCK)]
+Signed = Annotated[str | None, Parameter(group=BLOCK, allow_leading_hyphen=True)]
+Near = Annotated[str | None, Parameter(group=SURROUNDINGS)]
+OfLaw = Annotated[float | None, Parameter(group=LAW)]
+Word = Annotated[str | None, Parameter(group=LAW)]
+OfMotion = Annotated[str | None, Parameter(group=MOTION)]
+Flag = Annotated[bool, Parameter(group=OUTPUT, negative="")]
+
+
 def simulate_one(
     block: str | None = None,
     motion: str | None = None,
+    /,
     *,
-    width: str | None = None,
-    height: str | None = None,
-    cm_height: str | None = None,
-    inertia_factor: float | None = None,
-    mass: str | None = None,
-    cm_offset: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
-    lean: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
-    placed: Annotated[bool, Parameter(negative="")] = False,
-    wall_gap: str | None = None,
-    wall_height: str | None = None,
-    wall_restitution: float | None = None,
-    front_gap: str | None = None,
-    bed_settlement: str | None = None,
-    restraint: str | None = None,
-    law: str = "housner",
-    e: float | None = None,
-    restitution_factor: float | None = None,
-    delta: float | None = None,
-    zeta: float | None = None,
-    coefficient: float | None = None,
-    lever: str | None = None,
-    rest: str | None = None,
-    geometry: str | None = None,
-    scale: float | None = None,
-    pga: str | None = None,
-    seed: int | None = None,
-    index: int = 0,
-    period: str | None = None,
-    set_: Annotated[tuple[str, ...], Parameter(name="--set", negative_iterable="")] = (),
-    out: Path = Path("results/simulate"),
-    animate: Annotated[bool, Parameter(negative="")] = False,
-    speed: float = 1.0,
-    json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
+    width: Size = None,
+    height: Size = None,
+    cm_height: Size = None,
+    inertia_factor: Annotated[float | None, Parameter(group=BLOCK)] = None,
+    mass: Size = None,
+    cm_offset: Signed = None,
+    lean: Signed = None,
+    bed_settlement: Size = None,
+    placed: Annotated[bool, Parameter(group=SURROUNDINGS, negative="")] = False,
+    wall_gap: Near = None,
+    wall_height: Near = None,
+    wall_restitution: Annotated[float | None, Parameter(group=SURROUNDINGS)] = None,
+    front_gap: Near = None,
+    restraint: Near = None,
+    law: Annotated[str, Parameter(group=LAW)] = "housner",
+    e: OfLaw = None,
+    restitution_factor: OfLaw = None,
+    delta: OfLaw = None,
+    zeta: OfLaw = None,
+    coefficient: OfLaw = None,
+    lever: Word = None,
+    rest: Word = None,
+    geometry: Word = None,
+    scale: Annotated[float | None, Parameter(group=MOTION)] = None,
+    pga: OfMotion = None,
+    seed: Annotated[int | None, Parameter(group=MOTION)] = None,
+    index: Annotated[int, Parameter(group=MOTION)] = 0,
+    period: OfMotion = None,
+    set_: Annotated[tuple[str, ...], Parameter(name="--set", group=MOTION, negative_iterable="")] = (),
+    out: Annotated[Path, Parameter(group=OUTPUT)] = Path("results/simulate"),
+    animate: Flag = False,
+    speed: Annotated[float, Parameter(group=OUTPUT)] = 1.0,
+    json_: Annotated[bool, Parameter(name="--json", group=OUTPUT, negative="")] = False,
 ) -> None:
-    """Simulate one block under one motion: what it does, history.csv, history.png and, with --animate, a film.
+    """Simulate one block under one motion: response, history.csv, history.png and a film.
 
     toppling simulate bookcase-5-shelf site-based-scenario --seed 1 --pga 0.4g --animate
     toppling simulate bookcase-5-shelf ricker --period 1s --pga 0.4g --wall-gap 20mm
@@ -61,75 +78,75 @@ def simulate_one(
     Parameters
     ----------
     block
-        A name of `toppling catalogue`; left out where --width and --height are given.
+        Name in `toppling catalogue`; not needed with --width and --height.
     motion
-        A record file, a generator or a pulse by its name, or a study file for one of its motions.
+        Record file, generator, pulse, or study file.
     width
-        Full width in the direction of shaking: 40cm, 0.4m or 0.4.
+        Width in the direction of shaking: 40cm, 0.4m or 0.4.
     height
-        Full height.
+        Height.
     cm_height
-        Height of the centre of mass; mid-height where not given.
+        Height of the centre of mass; default mid-height.
     inertia_factor
-        I_O/(m R²), above 1 to 2; 4/3 where not given.
+        I_O/(m R²), above 1, at most 2; default 4/3.
     mass
-        Mass, 100kg; only a restraint needs it.
+        Mass, 100kg; needed with a restraint.
     cm_offset
-        Centre of mass in front of the middle, 30mm (behind it: negative).
+        Distance of the centre of mass in front of mid-width, 30mm; behind it: negative.
     lean
-        Lean, or slope of the floor, to the front, 1deg (to the back: negative).
+        Lean, or slope of the floor, to the front, 1deg; to the back: negative.
+    bed_settlement
+        Settlement of a soft bed (carpet, mat) under the block's weight, 2mm.
     placed
-        The item of the catalogue as it usually stands: back to a wall, or free.
+        Place a catalogue item as usual: back to a wall, or free.
     wall_gap
         Clear distance to a wall behind the block, 20mm; 0mm touches.
     wall_height
-        Height at which it meets the wall; its upper edge where not given.
+        Height of contact with the wall; default the block's upper edge.
     wall_restitution
-        Velocity after over before an impact there; from the geometry where not given.
+        Velocity after an impact there over velocity before it; default from the geometry.
     front_gap
         Clear distance to a second wall in front.
-    bed_settlement
-        Settlement of a soft bed (carpet, mat) under the block by its weight, 2mm.
     restraint
-        Kind and parts: strap,height=1.75m,strength=267N,stiffness=20N/mm,slack=5mm.
+        Kind and properties: strap,height=1.75m,strength=267N,stiffness=20N/mm,slack=5mm.
     law
         Damping law.
     e
-        Restitution, above 0 to 1; the block's own e_R where not given.
+        Coefficient of restitution, above 0, at most 1; default e_R of the block's shape.
     restitution_factor
         Factor on e_R, instead of e.
     delta
-        Half width of the elastic zone over α; 0.05.
+        Half width of the elastic zone over α; default 0.05.
     zeta
         Damping ratio of the viscous law.
     coefficient
-        Coefficient of the law of Vassiliou et al.; 0.02.
+        Coefficient of the law of Vassiliou et al.; default 0.02.
     lever
-        Lever arm of the shaking: h or R.
+        Lever arm of the inertia force: h or R.
     rest
         Kind of rest: elastic or rigid.
     geometry
-        Housner's geometry: exact, linear or bilinear.
+        Geometry of Housner's law: exact, linear or bilinear.
     scale
-        Factor on the motion.
+        Scale factor of the motion.
     pga
-        Or: its peak acceleration, 0.4g or 3.9m/s2.
+        Peak acceleration to scale to, instead of scale: 0.4g or 3.9m/s2.
     seed
-        Seed of a generator; 0.
+        Seed of a generator; default 0.
     index
-        Which motion of the seed or the file, from 0.
+        Number of the motion of the seed or file, from 0.
     period
         Period of a pulse, 0.5s.
     set_
         KEY=VALUE of [motions] in a study file: duration_s=20.
     out
-        Folder for history and film; those of an earlier call are replaced or removed.
+        Folder for history and film; earlier files are replaced.
     animate
-        Write a film too: GIF, and MP4 where ffmpeg is there.
+        Write a film: GIF, and MP4 if ffmpeg is installed.
     speed
-        Of the film: 1 is real time, 0.25 four times slower.
+        Speed of the film; 1 is real time.
     json_
-        Print it as JSON.
+        Print JSON.
     """
     from rich.console import Console  # noqa: PLC0415
 

@@ -406,7 +406,7 @@ def _wrong() -> list[Case]:
     uses: dict[str, tuple[tuple[str, ...], str]] = {
         "unknown_command": (("rnu",), "rnu"),
         "bad_option": (("--colour",), "--colour"),
-        "run_without_study": (("run",), "--study"),
+        "run_without_study": (("run",), "STUDY"),
         "run_missing": (("run", "missing.toml"), "missing.toml"),
         "run_broken": (("run", "broken.toml"), "broken.toml"),
         "run_folder": (("run", "."), "."),
@@ -415,7 +415,7 @@ def _wrong() -> list[Case]:
         "run_two_studies": (("run", "study.toml", "other.toml"), "other.toml"),
         "run_scheduler": (("run", "study.toml", "--scheduler", "nowhere"), "--scheduler"),
         "run_negative_flag": (("run", "study.toml", "--no-fresh"), "--no-fresh"),
-        "status_without_folder": (("status",), "--folder"),
+        "status_without_folder": (("status",), "FOLDER"),
         "status_missing": (("status", "missing"), "missing"),
         "new_kind": (("new", "sofa", "folder"), "KIND"),
         "new_without_folder": (("new", "records"), "FOLDER"),

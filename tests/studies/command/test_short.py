@@ -53,6 +53,6 @@ def test_everything_with_verbose(study, capsys):
 def test_help_lists_commands_by_task(capsys):
     assert main(["--help"]) == 0
     text = capsys.readouterr().out
-    order = [text.index(name) for name in ("Run a study", "Read its results", "Look at inputs")]
+    order = [text.index(name) for name in ("─ Run ─", "─ Results ─", "─ Inputs ─")]
     assert order == sorted(order)
     assert order[1] < text.index("report") < order[2] < text.index("catalogue") < text.index("schema")

@@ -1,4 +1,4 @@
-"""The twelve questions of docs/questions.md: where a page answers each, by facts and tables of the examples."""
+"""Twelve questions of owners, engineers and reviewers: where a page answers each, by facts and tables of the examples."""
 
 import json
 import math
