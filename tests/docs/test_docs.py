@@ -38,12 +38,6 @@ NOT_RUN = {"docs/scaling.md": 2}
 """Python blocks marked no-run, by page: two kinds of cluster."""
 COMMANDS_NOT_RUN = {
     # what is not there: records, studies and results of the reader's own, a cluster
-    "toppling run my_study.toml --out results/mine",
-    "toppling motions records/*.AT2",
-    "toppling simulate --width 40cm --height 1.8m records/RSN1.AT2 --scale 1.5 --law discrete --e 0.9",
-    "toppling run my_study.toml --dry-run",
-    "toppling status results/mine",
-    "toppling run my_study.toml --out results/mine --scheduler tcp://10.0.0.1:8786",
     "toppling run STUDY.toml --dry-run",
     "toppling run STUDY.toml --out results/big",
     "toppling status results/big",
@@ -57,27 +51,46 @@ DIRECTIVES = {"{toctree}", "{include}", "{eval-rst}", "{math}"}
 
 
 class Block(NamedTuple):
-    """A fenced block: its info string in words, its text, its first line."""
+    """A fenced block: its info string in words, its text, its first line, and the output shown directly below it."""
 
     info: list[str]
     text: str
     line: int
+    output: str | None = None
 
 
 def blocks_of(text):
-    found, opened = [], None
+    found, opened, closed = [], None, None
     for number, line in enumerate(text.splitlines(), 1):
         fence = re.match(r"^\s*(`{3,})(.*)$", line)
         if opened is None and fence:
             opened = Block(fence[2].split(), "", number)
             lines, ticks = [], fence[1]
         elif opened is not None and fence and fence[1] == ticks and not fence[2].strip():
-            found.append(opened._replace(text="\n".join(lines) + "\n"))
+            block = opened._replace(text="\n".join(lines) + "\n")
+            if block.info == ["text"] and closed is not None:
+                found[-1] = found[-1]._replace(output=block.text)
+            closed = number if block.info[:1] in (["python"], ["sh"]) else None
+            found.append(block)
             opened = None
         elif opened is not None:
             lines.append(line)
+        elif line.strip():
+            closed = None
     assert opened is None, "a fence is not closed"
     return found
+
+
+def prints(expected, output):
+    """True if lines of the output are the expected words; an ellipsis stands for any others."""
+    position, output = 0, " ".join(output.split())
+    for part in expected.split("..."):
+        words = " ".join(part.split())
+        position = output.find(words, position)
+        if position < 0:
+            return False
+        position += len(words)
+    return True
 
 
 def read(page):
@@ -92,6 +105,18 @@ def load(name):
     return module
 
 
+MADE_STUDY = ("toppling", "run", "studies/examples/office.toml", "--out", "results/office")
+
+
+def commands_of(block):
+    """Return the words of each command of a block of shell; `make study` is the run of its study."""
+    if block.info != ["sh"]:
+        return []
+    lines = [tuple(shlex.split(line, comments=True)) for line in block.text.splitlines()]
+    lines = [MADE_STUDY if words == ("make", "study") else words for words in lines]
+    return [words for words in lines if words[:1] == ("toppling",)]
+
+
 def code_of(page):
     return [one for one in read(page) if one.info[:1] in (["python"], ["pycon"])]
 
@@ -101,8 +126,17 @@ def test_the_extractor_sees_blocks():
     found = blocks_of(text)
     assert [(one.info, one.line) for one in found] == [(["python"], 2), (["text"], 5), (["python", "no-run"], 9)]
     assert found[0].text == "x = 1\n"
+    shown = blocks_of("```sh\nls\n```\n\n```text\na\n```\n```sh\nls\n```\nwords\n```text\na\n```\n")
+    assert [block.output for block in shown] == ["a\n", None, None, None]
     with pytest.raises(AssertionError, match="not closed"):
         blocks_of("```python\n")
+
+
+def test_what_is_printed_is_compared():
+    assert prints("a  b 1.0\nc", "head\na b 1.0\n c\ntail")
+    assert prints("a ...\nc", "a b\nc")
+    assert not prints("a 1.0", "a 1.1")
+    assert not prints("c ... a", "a b c")
 
 
 def test_every_block_says_what_it_is():
@@ -178,12 +212,39 @@ def small_results(tmp_path_factory):
     return copy
 
 
+SESSIONS = [page for page in PAGES if any(block.output and block.info == ["sh"] for block in read(page))]
+"""Pages whose commands run one after another, as a reader would type them, and print what is shown below them."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", SESSIONS)
+def test_pages_print_what_they_show(page, reader, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "90")
+    monkeypatch.setattr(frames, "MOST_FRAMES", 100)
+    names = {"__name__": "__main__"}
+    for block in read(page):
+        if block.info == ["python"]:
+            exec(compile("\n" * block.line + block.text, page, "exec"), names)
+        elif block.info == ["sh"]:
+            for words in commands_of(block):
+                if " ".join(words) not in COMMANDS_NOT_RUN:
+                    assert command([*words[1:]]) == 0, capsys.readouterr().err
+        else:
+            continue
+        output = capsys.readouterr().out
+        assert block.output is None or prints(block.output, output), f"{page}:{block.line} prints\n{output}"
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "page",
-    [pytest.param(page, marks=[pytest.mark.slow] if page in SLOW else []) for page in PAGES if code_of(page)],
+    [
+        pytest.param(page, marks=[pytest.mark.slow] if page in SLOW else [])
+        for page in PAGES
+        if code_of(page) and page not in SESSIONS
+    ],
 )
-def test_code_runs(page, reader, small_results):
+def test_code_runs(page, reader, small_results, capsys):
     """The Python of a page, block by block in one namespace, as a reader would type it."""
     names = {"__name__": "__main__"}
     chosen = [one for one in code_of(page) if "no-run" not in one.info]
@@ -193,6 +254,8 @@ def test_code_runs(page, reader, small_results):
         if one.info[0] == "python":
             # numbered as in the page, so that an error names its line there
             exec(compile("\n" * one.line + one.text, page, "exec"), names)
+            output = capsys.readouterr().out
+            assert one.output is None or prints(one.output, output), f"{page}:{one.line} prints\n{output}"
         else:
             test = doctest.DocTestParser().get_doctest(one.text, names, page, page, one.line)
             runner.run(test, clear_globs=False)
@@ -200,18 +263,9 @@ def test_code_runs(page, reader, small_results):
     assert runner.summarize(verbose=False).failed == 0
 
 
-def commands_of(page):
-    found = []
-    for one in read(page):
-        if one.info[:1] == ["sh"]:
-            for line in one.text.splitlines():
-                words = shlex.split(line, comments=True)
-                if words and words[0].rpartition("/")[2] == "toppling":
-                    found.append(["toppling", *words[1:]])
-    return found
-
-
-ALL_COMMANDS = sorted({tuple(one) for page in PAGES for one in commands_of(page)})
+ALL_COMMANDS = sorted(
+    {words for page in PAGES if page not in SESSIONS for block in read(page) for words in commands_of(block)}
+)
 QUICK_WORDS = {"new", "catalogue", "studies/examples/office.toml"}
 """Commands with one of these take a second or two; the others make many motions even to say what they would take."""
 RUN_COMMANDS = [one for one in ALL_COMMANDS if " ".join(one) not in COMMANDS_NOT_RUN]
@@ -234,7 +288,7 @@ def test_commands_run(words, reader, small_results, monkeypatch, capsys):
 
 
 def test_commands_not_run_are_shown_somewhere():
-    shown = {" ".join(one) for one in ALL_COMMANDS}
+    shown = {" ".join(words) for page in PAGES for block in read(page) for words in commands_of(block)}
     assert shown >= COMMANDS_NOT_RUN
     assert len(RUN_COMMANDS) >= 8
 

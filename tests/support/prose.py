@@ -1,4 +1,4 @@
-"""Words, sentences and words to avoid of a page of documentation; `python tests/docs/prose.py PAGE…` shows them."""
+"""Words, sentences and words to avoid of a page of documentation; `python tests/support/prose.py PAGE…` shows them."""
 
 import re
 import sys

@@ -1,0 +1,77 @@
+"""Documentation is short and plain: words of pages, length of sentences, words to avoid, one first paragraph."""
+
+import ast
+import re
+from pathlib import Path
+
+import prose
+import pytest
+
+pytestmark = pytest.mark.repository
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
+MADE = {"_build", "_made"}
+PAGES = sorted(path for path in DOCS.rglob("*.md") if not MADE & set(path.parts))
+WRITTEN = [*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md"]
+LEGACY = {"core": 44, "fragility": 625, "models": 228, "motions": 333, "studies": 458}
+"""Long sentences and words to avoid that docstrings still have, by package: never more."""
+
+
+def relative(path):
+    return str(path.relative_to(ROOT))
+
+
+def test_the_counter_counts():
+    page = "# A title\n\nTwo words. Then `code` and $x$ here.\n\n```python\nx = 1\n```\n\n| a | b |\n|---|---|\n| 1 | 2 |\n"
+    assert prose.words(page) == 2 + 2 + 4 + 1 + 4
+    assert prose.sentences(page) == ["Two words.", "Then CODE and CODE here."]
+    assert [found for found, _, _ in prose.avoided("That of nobody `that of` at least\n")] == ["That of", "nobody"]
+    assert prose.sentences("- One [thing](a.md#b).\n- Another e.g. thing\n") == ["One thing.", "Another eg thing"]
+
+
+def test_words_of_all_pages():
+    assert sum(prose.words(path.read_text("utf-8")) for path in PAGES) <= 42_000
+
+
+@pytest.mark.parametrize("path", PAGES, ids=relative)
+def test_no_page_is_long(path):
+    assert prose.words(path.read_text("utf-8")) <= 2500
+
+
+def test_words_of_the_readme():
+    assert prose.words((ROOT / "README.md").read_text("utf-8")) <= 900
+
+
+@pytest.mark.parametrize("path", WRITTEN, ids=relative)
+def test_sentences_are_plain(path):
+    text = path.read_text("utf-8")
+    assert [words for words in prose.sentences(text) if prose.length(words) > prose.MOST_WORDS_OF_A_SENTENCE] == []
+    assert [(words, around) for words, _, around in prose.avoided(text)] == []
+
+
+def test_one_first_paragraph():
+    """README, index and the package's page introduce toppling in the same words."""
+    pages = [path.read_text("utf-8") for path in (ROOT / "README.md", DOCS / "index.md", DOCS / "package.md")]
+    assert len({tuple(page.split("\n\n")[1:3]) for page in pages}) == 1
+
+
+@pytest.mark.parametrize("package", sorted(LEGACY))
+def test_docstrings_get_plainer(package):
+    """Long sentences and words to avoid of docstrings and templates become fewer."""
+    number = 0
+    for path in (ROOT / package).rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+                text = ast.get_docstring(node) or ""
+                number += len(prose.avoided(text))
+                number += sum(
+                    prose.length(sentence) > prose.MOST_WORDS_OF_A_SENTENCE for sentence in prose.sentences(text)
+                )
+    assert number <= LEGACY[package]
+
+
+def test_templates_are_plain():
+    for path in (ROOT / "studies/templates").glob("*.j2"):
+        text = re.sub(r"\{#.*?#\}|\{%.*?%\}", "", path.read_text("utf-8"), flags=re.DOTALL)
+        assert [words for words, _, _ in prose.avoided(re.sub(r"\{\{.*?\}\}", "x", text))] == [], path.name
