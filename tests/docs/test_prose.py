@@ -23,10 +23,10 @@ def relative(path):
 
 
 def test_the_counter_counts():
-    page = "# A title\n\nTwo words. Then `code` and $x$ here.\n\n```python\nx = 1\n```\n\n| a | b |\n|---|---|\n| 1 | 2 |\n"
+    page = "# A title\n\nTwo words. Then `code` and $x$ here.\n\n```python\nx = 1\n```\n\n| a | b |\n|--|--|\n| 1 | 2 |\n"
     assert prose.words(page) == 2 + 2 + 4 + 1 + 4
     assert prose.sentences(page) == ["Two words.", "Then CODE and CODE here."]
-    assert [found for found, _, _ in prose.avoided("That of nobody `that of` at least\n")] == ["That of", "nobody"]
+    assert [words for words, _, _ in prose.avoided("That of nobody `that of` at least\n")] == ["That of", "nobody"]
     assert prose.sentences("- One [thing](a.md#b).\n- Another e.g. thing\n") == ["One thing.", "Another eg thing"]
 
 

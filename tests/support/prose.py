@@ -29,7 +29,7 @@ AVOIDED = {
     r"judgements?": "assumption",
     r"(?<!at )least": "minimum, smallest",
     r"greatest": "maximum, largest",
-    r"knows? no|says? nothing|stands?|stood": "is, has, uses",
+    r"knows? no|says? nothing|stands? (?:for|above|below|again)": "is, has, uses",
     r"refused": "must be, not supported, an error",
     r"that there (?:is|are)|that (?:was|were) run|that is studied": "cut the relative clause",
 }
@@ -66,7 +66,7 @@ def sentences(text: str) -> list[str]:
         plain = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", " ".join(paragraph.split()))
         plain = re.sub(r"\{[\w:-]+\}`[^`]*`|`[^`]*`|\$[^$]*\$", "CODE", plain)
         plain = re.sub(r"^(?:[-*]|\d+\.)\s|\*\*|__|(?<!\w)\*|\*(?!\w)", "", plain)
-        plain = re.sub(r"\b(e\.g|i\.e|al|vs|approx|Fig|Eq|No|Sec|Ch)\.", r"\1", plain)
+        plain = re.sub(r"\b(e\.g|i\.e|al|vs|approx|Fig|Eq|No|Sec|Ch)\.", lambda found: found[1].replace(".", ""), plain)
         parts = re.split(r"(?<=[.!?])[)\"”]?\s+(?=[A-ZCODE“\"(0-9])", plain)
         result += [part for part in parts if re.search(r"\w", part)]
     return result

@@ -1,4 +1,4 @@
-"""Twelve questions of owners, engineers and reviewers: where a page answers each, by facts and tables of the examples."""
+"""Questions of owners, engineers and reviewers: where a page answers each, by facts and tables of the examples."""
 
 import json
 import math
