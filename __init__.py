@@ -1,4 +1,4 @@
-"""toppling: how likely is this bookcase, cabinet, server rack or pedestal to fall over in an earthquake?
+"""toppling: how likely is a bookcase, server rack or museum pedestal to overturn in an earthquake?
 
 Blocks and damping laws (`toppling.models`), motions (`toppling.motions`), incremental dynamic analysis and fragility
 curves (`toppling.fragility`), studies and figures (`toppling.studies`).  SI units and radians throughout.

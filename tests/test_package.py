@@ -124,7 +124,7 @@ class TestWheel:
         with zipfile.ZipFile(wheel) as archive:
             (name,) = (one for one in archive.namelist() if one.endswith(".dist-info/METADATA"))
             described = archive.read(name).decode("utf-8").partition("\n\n")[2]
-        assert "this bookcase" in described
+        assert "How likely is a bookcase" in described
         assert not re.findall(r"\]\((?!https?:)", described)
 
 

@@ -13,10 +13,12 @@ import scipy
 import xarray as xr
 
 from ...core import checks
+from ...core.doubts import warn
 from ...core.elementary import Array, exp, log
 from ...core.units import DIMENSIONLESS, described
 from ..fitting.links import LINKS, LOGNORMAL
 from ..runs.provenance import load_coordinates
+from ..validity.plausibility import level_doubts
 
 UPLIFT = "uplift-lognormal"
 ISOTONIC = "isotonic"
@@ -253,7 +255,7 @@ def curve_probability(curves: xr.Dataset, x: Any, outside: str = REFUSE) -> xr.D
         Fitted curves: ``median`` and ``dispersion``; with ``uplift_median`` and ``uplift_dispersion`` those of uplift
         too; or, with the attribute ``form`` = "isotonic", ``probability`` on ``level``.
     x : array_like, shape (level,)
-        Levels in the unit of the curves (SI), > 0.
+        Levels in the unit of the curves (SI), > 0; a warning where they are beyond any shaking (PGV in cm/s).
     outside : {"refuse", "least", "most"}
         Rule beyond the levels of a tabulated curve: an error, 0 below and the last value above (the least that a rising
         curve allows), or the first value below and 1 above (the most).
@@ -283,6 +285,7 @@ def curve_probability(curves: xr.Dataset, x: Any, outside: str = REFUSE) -> xr.D
     values = arrays.probability(log(levels), outside)
     reference = curves["level"] if form_name(curves) in TABULATED else curves["median"]
     checks.stated_unit("x", x, str(reference.attrs.get("units", "")))
+    warn(level_doubts(levels, str(reference.attrs.get("units", ""))))
     attributes = {
         "units": reference.attrs.get("units", DIMENSIONLESS),
         "long_name": str(curves["level"].attrs.get("long_name", "level")) if "level" in curves.coords else "level",

@@ -26,7 +26,12 @@ _DATA = re.compile(
     r"(?i)(?<!\d)(?P<count>\d{1,12})\s{1,20}(?:raw\s{1,9})?(?P<quantity>[a-z]{3,20})\.?\s{1,9}(?:pts|points?),?\s{0,9}approx\s{0,9}(?P<seconds>[\d.]{1,12})"
     r"\s{1,9}secs?,\s{0,9}units\s{0,3}=\s{0,3}(?P<unit>[^,(]{1,20})(?:\(\s{0,3}\d{1,3}\s{0,3}\))?\s{0,3},?\s{0,3}Format"
 )
-_FORMAT = re.compile(r"Format\s{0,3}=\s{0,3}\(\s{0,3}(\d{0,3})\s{0,3}[IFEG](\d{1,3})", re.IGNORECASE)
+# Fortran formats: (8F10.5), (1P8E15.6), (8(1X,F9.5)). A scale factor does not change a number with an exponent.
+_FORMAT = re.compile(
+    r"Format\s{0,3}=\s{0,3}\(\s{0,3}(?:-?\d{1,2}P\s{0,3},?\s{0,3}(?=\d{0,3}\s{0,3}E))?(?P<count>\d{0,3})\s{0,3}"
+    r"(?:\(\s{0,3}(?P<blanks>\d{1,2})X\s{0,3},\s{0,3})?[IFEG](?P<width>\d{1,3})",
+    re.IGNORECASE,
+)
 _END = re.compile(r"\s*(?:/&|End-of-data)", re.IGNORECASE)
 # Positions (from 1) of the standard's real header.
 _MAGNITUDES = {"Mw": 13, "Ms": 14, "ML": 15, "M": 16}
@@ -131,9 +136,9 @@ def _announced(lines: Lines, pattern: re.Pattern[str], what: str) -> Array:
 
 def _columns(lines: Lines, line: str) -> tuple[int, int]:
     match = _FORMAT.search(line)
-    if match is None or int(match.group(2)) == 0:
+    if match is None or int(match["width"]) == 0:
         raise lines.error("states no number format such as (8F10.5)")
-    return int(match.group(1) or 1) or 1, int(match.group(2))
+    return int(match["count"] or 1) or 1, int(match["blanks"] or 0) + int(match["width"])
 
 
 def _announced_unknown(lines: Lines, text: Sequence[str]) -> float:

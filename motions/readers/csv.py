@@ -93,6 +93,12 @@ _SECONDS = {
     **dict.fromkeys(("ms", "msec", "millisecond", "milliseconds", "мс", "ミリ秒", "毫秒"), 1e-3),
 }
 """Seconds of each unit of time that a column may have."""
+_MILLISECONDS = re.compile(
+    r"^\W*(?:times?\b(?!.{0,9}\b(?:step|interval))[^,;\d]{0,20}?(?:\bin\s+|[\[(:=]\s*))?(?:ms|msecs?|milli-?seconds?)\b"
+    r"[\s)\].]*(?:$|[,;])",
+    re.IGNORECASE,
+)
+"""A line above a column of times that states their unit."""
 _DIRECTION = re.compile(r"(?:[nsewuzv]|n-?s|e-?w|u-?d|up|h[12]|hor\w*|ver\w*)\s*(?:\(\S*\)|\[\S*\])?", re.IGNORECASE)
 _INDEX = re.compile(r"(?:index|sample|point|row|n(?:o|r)?|i|#)?\.?", re.IGNORECASE)
 """Names of a column that counts the samples, which stands before their times."""
@@ -168,7 +174,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
             raise RecordError(f"{file}: line {number} declares {many} samples, it holds {n}: truncated or damaged")
     timed = columns > 1 and not (names and _DIRECTION.fullmatch(names[0]))
     number = header[-1][0] if header else 0
-    time = values[:, 0] * (_seconds(file, names[0], number) if names and timed else 1.0)
+    time = values[:, 0] * (_seconds(file, names[0] if names else "", number, words) if timed else 1.0)
     step = _step(lines, time, header, dt, timed)
     doubt_duration(file, words, n * step)
     given = None if unit is None else given_factor(unit)
@@ -278,8 +284,8 @@ def _refuse_repeated(file: Path, found: Sequence[Component]) -> None:
             )
 
 
-def _seconds(file: Path, name: str, line: int) -> float:
-    """Return seconds per unit of a column of times, as its name has it."""
+def _seconds(file: Path, name: str, line: int, words: Sequence[tuple[int, str]]) -> float:
+    """Return seconds per unit of a column of times, which its name or else a line above it states."""
     last = _LAST_UNIT.search(name)
     units = in_name(name, line) or ([unit_of(last["unit"], line)] if last else [])
     for unit in units:
@@ -287,7 +293,9 @@ def _seconds(file: Path, name: str, line: int) -> float:
             raise RecordError(
                 f"{file}: line {unit.line} has times in the unknown unit {unit.text.strip()[:40]!r}, known are s and ms"
             )
-    return _SECONDS[units[0].text.strip(" ,;.").lower() or "s"] if units else 1.0
+    if units:
+        return _SECONDS[units[0].text.strip(" ,;.").lower() or "s"]
+    return 1e-3 if any(_MILLISECONDS.search(text) for _, text in words) else 1.0
 
 
 def _other(text: str) -> bool:

@@ -23,7 +23,7 @@ def relative(path):
 
 
 def test_the_counter_counts():
-    page = "# A title\n\nTwo words. Then `code` and $x$ here.\n\n```python\nx = 1\n```\n\n| a | b |\n|--|--|\n| 1 | 2 |\n"
+    page = "# A title\n\nTwo words. Then `code` and $x$ here.\n\n```python\nx = 1\n```\n\n| a | b |\n|--|--|\n| 1 | 2 |"
     assert prose.words(page) == 2 + 2 + 4 + 1 + 4
     assert prose.sentences(page) == ["Two words.", "Then CODE and CODE here."]
     assert [words for words, _, _ in prose.avoided("That of nobody `that of` at least\n")] == ["That of", "nobody"]

@@ -4,10 +4,12 @@ import warnings
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import toppling as tp
 from toppling.core.doubts import ImplausibleInput, noted
 from toppling.core.units import STANDARD_GRAVITY as G
+from toppling.fragility import curve_probability
 from toppling.fragility.validity.plausibility import block_doubts, law_doubts, level_doubts, period_doubts, unit_doubts
 from toppling.models.columns import BlockArray
 
@@ -176,6 +178,15 @@ def test_the_centre_of_mass_counts_and_not_the_height(block, said):
 def test_levels(top, units, expected):
     found = level_doubts(np.array([0.1, top]), units)
     assert [one.grave for one in found] == ([] if expected is None else [expected])
+
+
+def test_a_level_beyond_any_shaking_is_questioned_when_a_curve_is_read():
+    curve = xr.Dataset({"median": ((), 0.4, {"units": "m s-1"}), "dispersion": 0.3}, attrs={"im": "pgv"})
+    with pytest.warns(ImplausibleInput, match="the highest level, 40 m/s, is beyond any shaking: cm/s meant"):
+        curve_probability(curve, 40.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        curve_probability(curve, [0.1, 4.0])
 
 
 class TestWarnings:

@@ -226,10 +226,20 @@ class TestCosmos:
         motion = mo.read(saved(tmp_path, files.cosmos([[("acceleration", [1.0, 2.0, 3.0])]], unit=unit)))
         np.testing.assert_allclose(motion.values[0], np.array([1.0, 2.0, 3.0]) * factor, rtol=1e-14)
 
-    def test_columns_that_run_together(self, tmp_path):
-        text = files.cosmos([[("acceleration", [123.45678, 223.45678, -23.45678])]], form="(10F9.5)", printed="%9.5f")
+    @pytest.mark.parametrize(
+        ("form", "printed"), [("(10F9.5)", "%9.5f"), ("(1P10E14.7)", "%14.7E"), ("(10(2X,F9.5))", "  %9.5f")]
+    )
+    def test_fortran_formats(self, tmp_path, form, printed):
+        """Columns run together, have an exponent that a scale factor leaves alone, or blanks of their own."""
+        values = [123.45678, 223.45678, -23.45678]
+        text = files.cosmos([[("acceleration", values)]], form=form, printed=printed)
         motion = mo.read(saved(tmp_path, text))
         np.testing.assert_allclose(motion.values[0], [1.2345678, 2.2345678, -0.2345678], rtol=1e-14)
+
+    def test_a_scale_factor_without_an_exponent(self, tmp_path):
+        """Fortran divides such numbers by ten."""
+        text = files.cosmos([[("acceleration", [1.0, 2.0])]], form="(1P8F10.5)")
+        refused(saved(tmp_path, text), "states no number format")
 
     def test_components_of_other_lengths(self, tmp_path):
         path = saved(tmp_path, files.cosmos([[("acceleration", shaking(n))] for n in (20, 30, 20)]))

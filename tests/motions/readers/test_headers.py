@@ -696,6 +696,19 @@ def test_milliseconds_without_brackets_and_of_other_languages(tmp_path, heading)
     assert float(motion["dt"][0]) == pytest.approx(0.0005, rel=1e-12)
 
 
+@pytest.mark.parametrize("line", ["# time in ms", "# Time: msec", "% milliseconds"])
+def test_milliseconds_in_a_line_above_the_names(tmp_path, line):
+    motion = read(tmp_path, f"{line}\n# acceleration in g\n{scaled_times(50.0)}")
+    assert float(motion["dt"][0]) == pytest.approx(0.0005, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "line", ["# time of day, 9 ms late", "# delay 12 ms", "# time in s", "# processing time 3 ms"]
+)
+def test_other_milliseconds_are_of_no_column(tmp_path, line):
+    assert float(read(tmp_path, f"{line}\n# acceleration in g\n{ROWS}")["dt"][0]) == pytest.approx(0.01, rel=1e-9)
+
+
 @pytest.mark.parametrize("heading", ["Elapsed time (min)", "Laufzeit [min]", "時刻(分)", "time / h"])
 def test_times_in_another_unit_are_refused(tmp_path, heading):
     with pytest.raises(RecordError, match="times in the unknown unit"):
