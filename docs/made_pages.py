@@ -129,8 +129,8 @@ def catalogue_page() -> str:
         wall = "free" if item.wall_gap is None else f"{1000.0 * item.wall_gap:.0f} mm"
         rows.append(f"| `{name}` | {item.title} | {size} | {wall} | {item.fema_p58 or ''} | {item.quality} |\n")
     return (
-        f"# Catalogue\n\nThe catalogue contains {len(rows)} items. Widths (the smaller plan size) and heights are in m, "
-        "α in rad. *Wall* is the assumed distance to a wall behind the item as it is usually placed.\n\n"
+        f"# Catalogue\n\nThe catalogue contains {len(rows)} items. Widths (the smaller plan size) and heights are "
+        "in m, α in rad. *Wall* is the assumed distance to a wall behind the item as it is usually placed.\n\n"
         "| name | item | width | height | α | wall | FEMA P-58 | quality |\n|---|---|---|---|---|---|---|---|\n"
         + "".join(rows)
         + "".join(f"\n- {letter}: {meaning}" for letter, meaning in qualities.items())
