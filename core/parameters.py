@@ -88,7 +88,7 @@ SHARE = Parameter(at_least=0.0, at_most=1.0)
 PART = Parameter(above=0.0, at_most=1.0)
 YEARS = Parameter("years", above=0.0)
 Seed = typing.Annotated[int, Parameter(at_least=0)]
-"""Seed of what is drawn."""
+"""Seed of the resamples."""
 
 
 class Declared(NamedTuple):

@@ -179,11 +179,6 @@ def rows(found: Iterable[Mapping[str, xr.Variable]]) -> Iterator[tuple[str, str,
         yield f"`{name}`{marks}", ", ".join(dims) or "–", " or ".join(units), text
 
 
-def breaking(cell: str) -> str:
-    """Return a cell whose name breaks behind its underscores, so that the meaning stays in sight."""
-    return re.sub(r"`(\w+)`", lambda name: f'<code class="name">{name[1].replace("_", "_<wbr>")}</code>', cell)
-
-
 def results_page() -> str:
     """The variables of every kind of study."""
     kinds: dict[str, list[Mapping[str, xr.Variable]]] = {kind: [] for kind in TITLES}
@@ -192,9 +187,7 @@ def results_page() -> str:
             kinds[kind].append({str(name): array.variable for name, array in results.data_vars.items()})
     parts = []
     for kind, title in TITLES.items():
-        lines = "".join(
-            f"| {breaking(name)} | {meaning} | {on} | {unit} |\n" for name, on, unit, meaning in rows(kinds[kind])
-        )
+        lines = "".join(f"| {name} | {meaning} | {on} | {unit} |\n" for name, on, unit, meaning in rows(kinds[kind]))
         parts.append(f"## {title}\n\n| variable | meaning | on | unit |\n|---|---|---|---|\n{lines}")
     bits = "".join(f"| {reason.bit} | `{reason.name}` | {reason.text} |\n" for reason in REASONS)
     parts.append(

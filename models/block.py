@@ -64,7 +64,7 @@ class Block:
         Full outer size in the other horizontal direction, m, at least the width; needed only where both horizontal
         components shake (`across`).
     round : bool
-        Whether its base is round (a vase, a bottle): the depth is then the width, and its planar result possibly
+        True for a round base (a vase, a bottle): the depth is then the width, and the planar result may be
         unconservative.
     edge : Edge, optional
         The edge of a shelf, bench or pedestal, over which it falls if it slides far enough; only for symmetric blocks

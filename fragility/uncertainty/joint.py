@@ -58,7 +58,7 @@ def drawn_pieces(how: PieceDraws, label: str, count: int, motions: int) -> Index
 
 @dataclass(frozen=True)
 class Variability:
-    """How pieces of one line of an inventory differ.
+    """Variability of pieces of one line of an inventory.
 
     Parameters
     ----------

@@ -53,14 +53,14 @@ class AC156(Generator):
     edition : {"7-16", "7-22"}
         ASCE 7 edition.
     vertical : bool
-        Whether the vertical spectrum is matched.
+        True: match the vertical spectrum.
     duration : float
         Length of the motions, s.
     dt : float
         Time step, s.
     envelope : Envelope, optional
-        If not given, a rise over a sixth of the duration, strong shaking to two thirds, then decay: 5, 15 and 10 s of
-        30 s.
+        Intensity of the noise as a function of time; by default a rise over a sixth of the duration, a strong phase to
+        two thirds, then decay (5, 15 and 10 s of 30 s).
     lowest_frequency : float
         Lowest matched frequency, Hz, 0.1 to 1.3; 1.3 leaves out all frequencies that the rules do not cover, and with
         them most of the velocity.
@@ -68,9 +68,9 @@ class AC156(Generator):
         Lowest natural frequency of the component, Hz: it sets the lowest frequency of the acceptance check, and the
         motions are matched at the frequencies of that check (`ac156_acceptance`).
     pgv_bound : float or None
-        Greatest relative distance of PGV from what the spectrum implies, as in `SpectrumCompatible`.
+        Largest relative difference of PGV from the value that the spectrum implies, as in `SpectrumCompatible`.
     pgd_bound : float or None
-        Greatest relative distance of PGD from what the spectrum implies.
+        Largest relative difference of PGD from the value that the spectrum implies.
 
     Notes
     -----

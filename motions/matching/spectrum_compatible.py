@@ -65,9 +65,10 @@ class SpectrumCompatible(Generator):
         Intensity of the noise as a function of time; if not given, it rises over a sixth of the duration, stays strong
         to two thirds, then decays to 5 %.
     pgv_bound : float or None
-        Greatest relative distance of PGV (factor 1 + bound up or down) from what the spectrum implies; None for none.
+        Largest relative difference of PGV (factor 1 + bound up or down) from the value that the spectrum implies; None
+        for none.
     pgd_bound : float or None
-        Greatest relative distance of PGD from what the spectrum implies.
+        Largest relative difference of PGD from the value that the spectrum implies.
     tolerance : float
         Mean misfit over the periods at which the adjustment stops, 0.005 to 0.5.
     margin : float

@@ -97,7 +97,7 @@ def select(
     level : float
         Level of the target's `given`, SI, > 0.
     factor : tuple of float
-        Least and greatest factor of a motion.
+        Smallest and largest factor of a motion.
     weights : mapping, optional
         Weight of a measure by its label, >= 0; 1 where not named.  They are divided by their mean.
     per_event : int

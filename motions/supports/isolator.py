@@ -52,9 +52,9 @@ class Isolator:
     stop_restitution : float
         Ratio of the platform's velocities after and before a strike (judgement: 0.6).
     mass_ratio : float
-        Mass of what stands on it over that and the platform's; above 0.1 refused.
+        Mass of the load over the mass of load and platform; at most 0.1.
     one_way : bool
-        Whether the reaction of heavier blocks is left out all the same.
+        True: also neglect the reaction of heavier blocks.
 
     Attributes
     ----------

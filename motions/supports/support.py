@@ -32,10 +32,10 @@ class Support:
     damping : float
         Damping ratio.
     mass_ratio : float
-        Mass of what stands on it over that and its own.  The block's reaction on the support is left out, which holds
-        where the block is light: above 0.1 (judgement) it is refused.
+        Mass of the load over the mass of load and support. The block's reaction on the support is neglected, which is
+        valid for light blocks: at most 0.1 (assumed).
     one_way : bool
-        Whether the reaction of heavier blocks is left out all the same.
+        True: also neglect the reaction of heavier blocks.
 
     Notes
     -----

@@ -107,7 +107,7 @@ ModellingClass = Annotated[
     str | None,
     one_of(NAMES),
     KeyInfo("none"),
-    Field(description="Class of tested pieces: its β_m holds where none is given, and its tests are told."),
+    Field(description="Class of tested pieces; gives β_m if none is given."),
 ]
 
 
@@ -194,7 +194,7 @@ Polarity = Annotated[
     str | None,
     one_of(POLARITIES),
     KeyInfo("`both` where front and back of a block differ, else `as recorded`"),
-    Field(description="Whether motions are run both ways (ü and −ü), as two runs of one motion."),
+    Field(description="`both`: each motion also runs reversed (ü and −ü), as two runs of one motion."),
 ]
 
 
@@ -206,9 +206,9 @@ class IdaTable(Table):
     """Incremental dynamic analysis: every motion at every level of a measure, or at levels of its own.
 
     im: Intensity measure: by name, or with its period in s, as Sa(1.0).
-    im_at: Where the motions of a building are measured.
-    levels: Levels of the measure; or a word: adaptive (levels follow from the runs before), pooled (so they do,
-        and one surface holds the curves of all blocks).
+    im_at: Place of the intensity measure in a building: ground or floor.
+    levels: Levels of the measure; or adaptive (levels follow from earlier runs), or pooled (adaptive, with one surface
+        for the curves of all blocks).
     """
 
     im: Named = "pga"
@@ -221,11 +221,11 @@ class IdaTable(Table):
 
 
 class EventsTable(Table):
-    """Events in each of which a sample of the region is run, so that it is known how much of it falls at once.
+    """Distribution of the number of blocks that overturn in one event, from a sample of the region.
 
     levels: Levels of the measure that the events have.
     motions: Events at each level, of a generator.
-    sample: Blocks of the region that are run, drawn at random.
+    sample: Number of blocks of the random sample.
     """
 
     levels: LevelsTable
@@ -249,9 +249,9 @@ class NumberTable(Table):
 
 
 class ChanceTable(Table):
-    """A probability of overturning that is to be known: at which level, and how well.
+    """A probability of overturning at one level, and its precision.
 
-    level: Its level.
+    level: Level of the measure.
     unit: Unit of the level.
     within: Half width of the 95 % interval of the probability.
     """
@@ -269,9 +269,9 @@ class UntilTable(Table):
 
     median: Half width of the 95 % interval of the level at which half overturn, as a share of it; of a pooled
         surface, of all blocks at once.
-    dispersion: The same of the dispersion.
-    rate: The same of the annual rate, which is estimated without a form of curve; needs [hazard] of the measure
-        `ida.im`.
+    dispersion: Half width of the 95 % interval of the dispersion, as a share of it.
+    rate: Half width of the 95 % interval of the annual rate, which is estimated without a form of curve, as a share of
+        it; needs [hazard] of the measure `ida.im`.
     probability: A probability at one level.
     motions: Bounds of the number of motions.
     seed: Seed of the levels and of the order of motions that are read; a generator has `motions.seed`.
@@ -315,7 +315,7 @@ class UntilTable(Table):
 
 
 class StripeTable(OwnTarget):
-    """One stripe: its level, and what its motions have that [motions] has not.
+    """One stripe: its level, and keys of its motions that differ from [motions].
 
     level: Level of the measure.
     motions: Keys of [motions] that are others at this level.
@@ -329,9 +329,9 @@ class StripesTable(Table):
     """Multiple stripes: motions that differ from level to level.
 
     im: Intensity measure: by name, or with its period in s, as Sa(1.0).
-    im_at: Where the motions of a building are measured.
+    im_at: Place of the intensity measure in a building: ground or floor.
     unit: Unit of the levels.
-    scale: Whether motions are scaled to their level, or taken as they are because they were chosen for it.
+    scale: True: scale motions to their level. False: use them unscaled, because they were selected for it.
     select: Selection of the motions of each stripe.
     at: The stripes, with increasing levels.
     """
@@ -364,7 +364,7 @@ class CloudTable(Table):
     """Cloud: every motion once, as it is.
 
     im: Intensity measure: by name, or with its period in s, as Sa(1.0).
-    im_at: Where the motions of a building are measured.
+    im_at: Place of the intensity measure in a building: ground or floor.
     """
 
     im: Named = "pga"
@@ -373,7 +373,7 @@ class CloudTable(Table):
 
 
 class ScreenTable(Table):
-    """Validity screen: how many flags are tested.
+    """Options of the validity checks.
 
     undecided: Share of the motions run again, up to four times, under perturbations of a millionth; none with a
         `fit.state` other than a fall.
@@ -383,13 +383,13 @@ class ScreenTable(Table):
 
 
 class FrictionTable(Table):
-    """Friction between pieces and floor: for the screen, and for what slides and how far.
+    """Friction between pieces and floor, for the validity checks and for sliding.
 
     kinetic_ratio: Kinetic over static friction.
-    slips_m: Slips whose chances are wanted; the defaults are judgement: a piece touches a neighbour, tears its
-        service line, blocks an aisle.
-    shared: Whether the pieces of a line of an inventory share one coefficient of friction; with
-        [performance.variability] its `pieces` says it.
+    slips_m: Slips for which chances are computed; the assumed defaults: a piece touches a neighbour, tears its service
+        line, blocks an aisle.
+    shared: True: the pieces of a line of an inventory share one coefficient of friction; with [performance.variability]
+        its `pieces` decides.
     """
 
     static: Annotated[Static | None, KeyInfo("that of contact")] = None
@@ -452,7 +452,7 @@ else:
 
 
 class TargetTable(Table):
-    """What the cheapest set of kits is to achieve: the most that is allowed, all of it together.
+    """Targets of the cheapest set of kits: upper bounds that must all be met.
 
     falls: Expected falls.
     front_falls: Expected forward falls, into the room.
@@ -481,22 +481,22 @@ class TargetTable(Table):
 class PerformanceTable(Table):
     """Performance assessment: an inventory, shaken jointly.
 
-    inventory: CSV or XLSX of what stands where, relative to the study file.
+    inventory: CSV or XLSX of the pieces and their places, relative to the study file.
     im: Intensity measure of the ground motion: by name, or with its period in s, as Sa(1.0).
-    levels: Its levels; with `motions.floors_index` those of the index.
-    polarity: Whether motions are run both ways (ü and −ü), as two outcomes of one earthquake.
-    variability: How pieces of one line differ.
-    objective: What anchoring saves: loss, number, any, or a consequence in the inventory.
+    levels: Levels of the measure; with `motions.floors_index` the levels of the index.
+    polarity: `both`: each motion also runs reversed (ü and −ü), as two outcomes of one earthquake.
+    variability: Variability of pieces of one line.
+    objective: Objective of anchoring: loss, number, any, or a consequence in the inventory.
     at_level: Level of the table and the ranking without a hazard.
     safety: Consequences in the inventory that rank before money.
     sort: Order of the pieces in their table.
-    discount_rate: Discount rate of what anchoring saves in later years; 0: no discounting.
+    discount_rate: Discount rate of savings in later years; 0: no discounting.
     consequence_correlation: Correlation of the normal scores of cost, downtime and injuries of one piece, where
         the inventory gives distributions.
     code: A building code.
     budget: Money for anchoring: the best set for it is chosen, of kits where given.
     kits: Restraints that are tried on every piece that they fit and that is not anchored for good.
-    target: What the cheapest set of kits is to achieve, in a year or at the level of the table.
+    target: Target of the cheapest set of kits, per year or at the level of the table.
     """
 
     inventory: Annotated[str, RelativePath()]
@@ -534,16 +534,16 @@ class PerformanceTable(Table):
 
 
 class FitTable(Table):
-    """How curves are fitted to the runs.
+    """Options of the fitted curves.
 
     form: Shape of the curves; all but isotonic rise to 1, as falls to one side need not.
-    method: What they are fitted to: the runs at each level, or each motion's first overturning, which closer
-        levels find earlier.
+    method: Data of the fit: the runs at each level, or each motion's first overturning, which closer levels find
+        earlier.
     intervals: Kind of intervals; the bootstrap draws motions.
-    fractiles: Probabilities whose levels are wanted.
+    fractiles: Probabilities for which levels are computed.
     penalty: Penalised likelihood: never, of separated data, or always.
-    state: What counts: overturned, front (a fall away from the wall, into the room) or back, uplifted, or |θ|/α
-        above a number.
+    state: State that counts as failure: overturned, front (a fall away from the wall, into the room) or back, uplifted,
+        or |θ|/α above a number.
     """
 
     form: Annotated[str, one_of(FORMS), KeyInfo("`lognormal`; `isotonic` where `state` is `front` or `back`")] = (
@@ -609,9 +609,9 @@ class FitTable(Table):
 
 
 class MeasuresTable(Table):
-    """Which measure serves best: every plain one, and others.
+    """Comparison of intensity measures: all without parameters, and others.
 
-    also: Measures with parameters, such as Sa(1.0), beside all plain ones.
+    also: Measures with parameters, such as Sa(1.0), in addition to all others.
     """
 
     also: Annotated[list[Named] | None, KeyInfo("none")] = None

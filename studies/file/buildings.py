@@ -52,7 +52,7 @@ class BuildingTable(Derived):
     """A building between the motions and the blocks: elastic, with storeys that yield, or on isolators.
 
     kind: A uniform cantilever, masses on springs, or none.
-    name: Its name, where there are several: its floors are called after it.
+    name: Name of the building and prefix of its floors, if there are several.
     """
 
     kind: str
@@ -246,7 +246,7 @@ class StoreysTable(FloorsTable):
         return code_strength(self.system, first, self.sds_g, self.sd1_g, factor)
 
 
-P_DELTA = Annotated[bool, Field(description="Whether the weight above softens storeys as they drift.")]
+P_DELTA = Annotated[bool, Field(description="True: include the P-delta effect of the weight above.")]
 BUILDINGS = {
     "ground": GroundTable,
     "flexural-shear": derived(shaking.Building.flexural_shear, FloorsTable, word=("kind", "flexural-shear")),

@@ -28,12 +28,12 @@ COMMON = {"years", "probability", "along", "below", "above", "at"}
 class HazardTable(Table):
     """Hazard curve of the measure of the levels, and the questions asked with it.
 
-    at: What the curve is of: the site, or the one floor on which all blocks stand.
-    below: Shaking below the curve's lowest level: extended with its slope, or none.
-    above: Shaking above the highest level: extended with its slope, held there, or none.
+    at: Place of the curve: the site, or the one floor on which all blocks stand.
+    below: Rule below the curve's lowest level: extended with its slope, or no shaking.
+    above: Rule above the highest level: extended with its slope, constant, or no shaking.
     years: Time of the probabilities.
-    probability: Target in that time: which size meets it?
-    along: Which size of the blocks is asked for.
+    probability: Target probability in that time; gives the size of blocks that meets it.
+    along: Size of the blocks that is varied to meet the target.
     """
 
     at: Annotated[str, one_of(("ground", "floor"))] = "ground"
@@ -69,8 +69,8 @@ class HazardFileTable(HazardTable):
     """Hazard curve of a file.
 
     file: CSV or JSON of a hazard curve, relative to the study file.
-    site: Which site of the file: number, name, [lon, lat].
-    component: Which curve of a USGS response.
+    site: Site in the file: number, name, [lon, lat].
+    component: Curve of a USGS response.
     unit: Unit of the levels, where the file states none.
     """
 
@@ -215,13 +215,13 @@ def hazard_table(content: Any) -> HazardTable:
 OF_MODELS, OF_MOTIONS, OF_HAZARD = OF = ("models", "motions", "hazard")
 """What branches may be of; the last two are also the names of the study's own tables among the branches."""
 
-Named = Annotated[str, Field(min_length=1, max_length=200, description="Its name among the branches.")]
+Named = Annotated[str, Field(min_length=1, max_length=200, description="Name among the branches.")]
 
 
 class BranchTable(Table):
-    """Alternatives of one kind, with the weights that somebody gives them.
+    """Alternative inputs of one kind, with weights.
 
-    of: What they are alternatives of; without models, the reference law counts.
+    of: Kind of input; without models, the reference law is used.
     names: Labels or short names of laws; `motions` or names of `motion_sets`; `hazard` or names of `hazards`.
     weights: Their weights, which sum to 1.
     """
@@ -252,9 +252,9 @@ class BranchTable(Table):
 
 
 class MotionSetTable(Table):
-    """Other motions that may be the right ones.
+    """Alternative motions.
 
-    motions: What shakes them instead of [motions].
+    motions: Motions instead of [motions].
     """
 
     name: Named
@@ -262,9 +262,9 @@ class MotionSetTable(Table):
 
 
 class HazardSetTable(Table):
-    """Another hazard curve that may be the right one.
+    """Alternative hazard curve.
 
-    hazard: The curve, instead of that of [hazard].
+    hazard: Hazard curve instead of [hazard].
     """
 
     name: Named

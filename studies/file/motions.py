@@ -128,7 +128,7 @@ class SimulatedMotions(MotionsTable):
     number: Number of motions.
     seed: Seed of the motions.
     component: `pair`: both components shake.
-    correlation: Of a pair: expected correlation of the two components.
+    correlation: Expected correlation of the two components of a pair.
     """
 
     source = "generator"
@@ -175,10 +175,10 @@ class SimulatedMotions(MotionsTable):
 
 
 class ScenarioMotions(SimulatedMotions):
-    """Motions of a generator that knows the earthquake and the site.
+    """Motions of a generator for one earthquake and site.
 
-    match_gmm: Whether each motion is scaled to a PGV drawn from the ground-motion model of Boore et al. (2014):
-        its median, event and record terms.
+    match_gmm: True: scale each motion to a PGV drawn from the ground-motion model of Boore et al. (2014), with event
+        and record terms.
     """
 
     match_gmm: Annotated[bool | None, KeyInfo(False)] = None
@@ -211,9 +211,8 @@ class RecordMotions(MotionsTable):
     """Records of earthquakes in files.
 
     records: Record files: paths or patterns (* and **), relative to the study file.
-    component: Component that shakes, where records are joined to recordings by the names of their files;
-        measures such as RotD50(pga) are of both. `v`: vertical components alone, as if horizontal. `pair`: both
-        components shake.
+    component: Component of recordings that shakes the blocks; measures such as RotD50(pga) use both. `v`: vertical
+        components alone, as if horizontal. `pair`: both components shake.
     vertical: With `component`: the vertical component shakes, too.
     seed: Seed of random azimuths.
     baseline_order: Order of the polynomial that is subtracted from records: 0 their mean, 1 a straight line.
@@ -321,7 +320,7 @@ class IndexedFloorMotions(MotionsTable):
 
     floors_index: CSV that names the floor histories of an own building model by level, motion, floor and
         direction; of a performance study.
-    component: `pair`: both directions shake; else the inventory says which direction shakes a piece.
+    component: `pair`: both directions shake; otherwise the inventory gives the direction for each piece.
     """
 
     source = "floors_index"
@@ -339,7 +338,7 @@ class IndexedFloorMotions(MotionsTable):
 class EnvelopeTable(Derived):
     """Intensity envelope of a simulated motion.
 
-    kind: Its shape.
+    kind: Shape of the envelope.
     """
 
     kind: str

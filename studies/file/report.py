@@ -14,9 +14,9 @@ Line = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max
 class ReportTable(Table):
     """The cover of a report: texts that change neither the study nor its results.
 
-    client: For whom the report is.
-    site: Where the pieces stand.
-    author: Who made the study.
+    client: Name of the client.
+    site: Site of the pieces.
+    author: Author of the study.
     date: Date of the report, as text.
     """
 

@@ -91,36 +91,36 @@ LOOKED_AT = 64
 class StudyFile(Table):
     """A study: blocks x damping laws x motions, as one kind of analysis.
 
-    include: Files whose tables become this file's, relative to it; its own keys come before theirs.
+    include: Files whose tables are merged into this file; keys of this file take precedence.
     title: Title of the study; it must be given.
     blocks: The blocks, one table each, at most 2,000; a performance study has an inventory instead.
     blocks_file: Instead of blocks: a CSV of up to a million (2,000 with [uncertainty] or [sensitivity]), one
         line each, its columns their keys.
     restraints: Straps, brackets and others that blocks, lines of an inventory and kits name.
     models: The damping laws, one table each.
-    motions: What shakes them.
-    building: What stands between the motions and them.
-    buildings: Several, side by side, each with a name.
-    support: A bench or an isolator between the floor and them.
+    motions: Ground or floor motions.
+    building: Building between the ground and the blocks.
+    buildings: Several buildings, each with a name.
+    support: Bench or isolator between the floor and the blocks.
     supports: Benches and platforms that lines of an inventory name.
-    ida: Every motion at every level.
+    ida: Incremental dynamic analysis: every motion at every level.
     until: Precision at which adaptive levels stop.
-    events: How much of a region falls in one event, from a sample of it.
-    stripes: Motions that differ from level to level.
-    cloud: Every motion once, as it is.
-    screen: The validity screen.
-    friction: What keeps blocks from sliding.
-    report: What the cover of the report says.
-    accept: Kinds of doubts that are meant so and not noted: slips of units, offsets, drifts.
+    events: Distribution of the number of blocks of a region that overturn in one event.
+    stripes: Stripes: other motions at each level.
+    cloud: Cloud: every motion once, unscaled.
+    screen: Options of the validity checks.
+    friction: Friction of the floor, for sliding.
+    report: Contents of the report's cover.
+    accept: Kinds of input warnings to accept without a note: slips of units, offsets, drifts.
     outputs: Results kept of every run; `overturned` alone is fastest. Outputs of walls and restraints need such
         blocks, `airborne` needs `motions.vertical`, `axis` needs both components.
-    fit: How curves are fitted.
-    measures: Which measure serves best.
-    uncertainty: What is not known of blocks and laws.
-    sensitivity: How results depend on delta or e.
-    performance: An inventory, shaken jointly.
-    hazard: How often the ground shakes, for what a year brings.
-    branches: Weights of what is not known, one table for each kind.
+    fit: Options of the fitted curves.
+    measures: Comparison of intensity measures.
+    uncertainty: Distributions of uncertain properties of blocks and laws.
+    sensitivity: Sensitivity of results to delta or e.
+    performance: Performance assessment of an inventory, with joint motions.
+    hazard: Seismic hazard, for annual rates.
+    branches: Weights of alternative inputs, one table for each kind.
     motion_sets: Other motions, for branches of motions.
     hazards: Other hazard curves, for branches of the hazard.
     """

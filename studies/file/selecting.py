@@ -49,7 +49,7 @@ class SelectTable(Table):
     target: CSV `measure,unit,median,sigma` (of the logarithm) of the earthquake, not of the level, with
         `rupture,weight` in front for several earthquakes; or OpenQuake's conditional spectra, which are of
         their own levels. Relative to the study file.
-    statistic: Which curve of OpenQuake's file, or column of disaggregation.
+    statistic: Curve of OpenQuake's file, or column of its disaggregation.
     correlations: CSV of correlations: a square table with the measures as heading and first column (a number is
         a period of Sa).
     disaggregation: Instead of a target: OpenQuake's `Mag_Dist` CSV or the USGS' JSON, whose magnitudes and
@@ -58,11 +58,11 @@ class SelectTable(Table):
     faulting: With it: faulting.
     model: Its ground-motion model.
     measures: With it: the measures that are to agree.
-    factor: Least and greatest factor of a motion.
+    factor: Smallest and largest factor of a motion.
     weights: Weights of measures in the choice.
     seed: Seed of the choice.
-    outside: Whether a stripe is left out whose median is off by more than 10 %, or whose scatter lies outside
-        0.8 to 1.25 of the target's, in any measure.
+    outside: True: leave out stripes whose median differs by more than 10 % from the target, or whose scatter is outside
+        0.8 to 1.25 times the target's, in any measure.
     also: Further candidates, each table as [motions]: one simulated earthquake alone is too uniform.
     """
 

@@ -14,7 +14,7 @@ from .derived import Derived, choice, derived
 
 
 class SupportTable(Derived):
-    """What the blocks stand on: a bench, or an isolated platform.
+    """Support of the blocks: a bench, or an isolated platform.
 
     kind: A bench (or table, rack), or how a platform is isolated.
     """

@@ -281,12 +281,10 @@ Trip = Annotated[
     ),
 ]
 Replicates = Annotated[int, Field(ge=100, le=100_000, description="Resamples of the motions.")]
-Seed = Annotated[int, Field(ge=0, description="Seed of what is drawn.")]
-Confidence = Annotated[float, CONFIDENCE, Field(description="Of all intervals.")]
-Modelling = Annotated[
-    float, BETA_M, Field(description="β_m: how well the model's capacities are known; 0: not counted.")
-]
+Seed = Annotated[int, Field(ge=0, description="Seed of the resamples.")]
+Confidence = Annotated[float, CONFIDENCE, Field(description="Confidence of all intervals.")]
+Modelling = Annotated[float, BETA_M, Field(description="Modelling dispersion β_m of capacities; 0: not included.")]
 ModelledIn = Annotated[
     Literal["mean", "fractiles"],
-    Field(description="Whether β_m is in the mean rates, or in their ranges over branches."),
+    Field(description="Use of β_m: in the mean rates, or in their ranges over branches."),
 ]

@@ -38,7 +38,7 @@ Upper = Annotated[float | None, OF_INPUT, Field(description="Upper end of the su
 class InputTable(Table):
     """One uncertain input: its distribution.
 
-    distribution: Its kind.
+    distribution: Kind of distribution.
     """
 
     distribution: str
@@ -112,9 +112,9 @@ class BetaTable(InputTable):
 
 
 class LeastTable(InputTable):
-    """The least of several lognormal values.
+    """The minimum of several lognormal values.
 
-    medians: Medians of lognormal parts, of which the input is the least.
+    medians: Medians of the lognormal values, of which the input is the minimum.
     dispersions: Dispersions of the parts, one each.
     """
 
@@ -133,7 +133,7 @@ class LeastTable(InputTable):
 class ChoiceTable(InputTable):
     """A choice among laws.
 
-    values: What is chosen from: laws.
+    values: The laws.
     weights: Weights of the laws.
     """
 
@@ -183,7 +183,7 @@ def _known(name: str) -> str:
 
 
 class UncertaintyTable(Table):
-    """What is uncertain, and which indices are wanted.
+    """Uncertain inputs and requested indices.
 
     correlations: Rank correlations.
     samples: Number of Latin hypercube samples.
@@ -242,9 +242,9 @@ class Sweep(NamedTuple):
 class SensitivityTable(Table):
     """How results depend on delta or e.
 
-    parameter: What is varied; the laws must not give it, nor `restitution_factor` over e.
-    values: Its values, increasing.
-    reference: What values are held against: rigid (Housner's impact), own (the block's e_R), or a value.
+    parameter: Varied parameter; the laws must not give it, nor `restitution_factor` over e.
+    values: Values, increasing.
+    reference: Reference of the comparison: rigid (Housner's impact), own (the block's e_R), or a value.
     inputs: Inputs of the tornado and of Sobol' indices, the parameter among them.
     """
 

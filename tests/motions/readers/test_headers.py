@@ -702,9 +702,7 @@ def test_milliseconds_in_a_line_above_the_names(tmp_path, line):
     assert float(motion["dt"][0]) == pytest.approx(0.0005, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    "line", ["# time of day, 9 ms late", "# delay 12 ms", "# time in s", "# processing time 3 ms"]
-)
+@pytest.mark.parametrize("line", ["# time of day, 9 ms late", "# delay 12 ms", "# time in s", "# processing time 3 ms"])
 def test_other_milliseconds_are_of_no_column(tmp_path, line):
     assert float(read(tmp_path, f"{line}\n# acceleration in g\n{ROWS}")["dt"][0]) == pytest.approx(0.01, rel=1e-9)
 
