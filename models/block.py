@@ -190,7 +190,7 @@ class Block:
             check_bed(self.bed, self.b, self.alpha)
         if self.restraint is not None:
             self._check_restraint(self.restraint)
-        if self.edge is not None and describe_scene(self):
+        if self.edge is not None and self.surrounded:
             own = [words for words in self.scene_words if words != self.edge.label]
             raise ValueError(
                 f"a block near an edge must stand free, with its mass in the middle and upright, got {', '.join(own)}: "
@@ -285,6 +285,11 @@ class Block:
     def symmetric(self) -> bool:
         """True if front and back are alike: no offset of the mass, no lean."""
         return self.cm_offset == 0.0 and self.lean == 0.0
+
+    @property
+    def surrounded(self) -> bool:
+        """True if the block is not symmetric and freestanding on a rigid floor (an edge aside)."""
+        return not self.symmetric or any(part is not None for part in (self.wall, self.restraint, self.bed))
 
     @property
     def sided(self) -> bool:

@@ -112,7 +112,8 @@ def of_both(outputs: Sequence[str], x: Mapping[str, Any], y: Mapping[str, Any]) 
     if any(map(_decided, outputs)):
         fell_x, fell_y = x["overturned"], y["overturned"]
         # (runs that leave the floor have no times, about either axis, and count along the width)
-        first_x = fell_x & ~(fell_y & (y["overturning_time"] < x["overturning_time"]))
+        at_x, at_y = x["overturning_time"], y["overturning_time"]
+        first_x = fell_x & ~(fell_y & ((at_y < at_x) | (np.isnan(at_x) & ~np.isnan(at_y))))
         axis = np.where(first_x, np.int8(1), np.where(fell_y, np.int8(2), np.int8(0))).astype(np.int8)
     for name in outputs:
         if name == AXIS:

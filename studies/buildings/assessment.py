@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -36,8 +36,7 @@ from ...fragility.uncertainty.joint import (
     overturning_flags,
     with_restitution,
 )
-from ...models import Law, describe_block, describe_law
-from ...models.block import describe_scene
+from ...models import Block, Law, describe_block, describe_law
 from ...models.oscillator import Oscillator
 from ...motions import Building
 from ...motions.floors.histories import FloorHistories
@@ -543,7 +542,8 @@ def polarity_of(inventory: Inventory) -> str:
 
 def tells_sides(inventory: Inventory) -> bool:
     """Return whether front and back differ for any piece that can fall: a wall, a restraint, an offset or a lean."""
-    return any({*describe_scene(row.block)} - {"bed"} for row in inventory.rows if not row.anchored)
+    free = [row.block for row in inventory.rows if not row.anchored]
+    return any(not block.symmetric or block.wall is not None or block.restraint is not None for block in free)
 
 
 def distinct_runs(inventory: Inventory, variability: Variability | None = None, polarity: str = AS_RECORDED) -> int:
@@ -553,13 +553,12 @@ def distinct_runs(inventory: Inventory, variability: Variability | None = None, 
     return (len(kinds) + twice) * (1 if variability is None else variability.variants)
 
 
-def kind_of(row: Contents) -> tuple[Any, ...]:
+def kind_of(row: Contents) -> tuple[Block, float | None]:
     """Return the properties that decide the runs of a row, beside its floor and direction."""
     block = row.block
-    sizes = (block.width, block.height, block.cm_height, block.inertia_factor, block.cm_offset, block.lean)
-    held = None if block.restraint is None else block.mass  # (which nothing else depends on)
+    mass = None if block.restraint is None else block.mass  # (on which nothing else depends)
     depth = block.depth if row.both_axes else None
-    return (*sizes, block.wall, block.restraint, block.bed, held, row.e, depth)
+    return replace(block, name=None, edge=None, round=False, mass=mass, depth=depth), row.e
 
 
 def _named(row: Contents, law: Law, variability: Variability | None, across: bool = False) -> list[Oscillator]:

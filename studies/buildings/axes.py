@@ -12,7 +12,6 @@ from ...core.facts import Fact
 from ...fragility.runs.axes import WEAK_RATIO, check_axes
 from ...fragility.uncertainty.joint import with_restitution
 from ...models import Law
-from ...models.block import describe_scene
 from ...motions.arrays import BOTH_AXES, WEAK_AXIS
 from ..inventory.contents import Contents, Inventory
 from ..text.axes import depth_notes, held_notes
@@ -40,7 +39,7 @@ def placed_on_axes(inventory: Inventory, shaking: Shaking, laws: Sequence[Law]) 
     able = [
         row
         for row in placed.rows
-        if not row.anchored and row.block.bed is None and not (weak and describe_scene(row.block))
+        if not row.anchored and row.block.bed is None and not (weak and row.block.surrounded)
     ]
     lacking = [row.label for row in able if row.block.depth is None]
     if lacking:
@@ -76,7 +75,7 @@ def axes_notes(inventory: Inventory, as_read: Inventory, axes: str) -> list[Fact
     if axes == WEAK_AXIS:
         found = [Fact("axis.weak_axis", WEAK_RATIO)]
     else:
-        held = [row.label for row in free if row.both_axes and describe_scene(row.block)]
+        held = [row.label for row in free if row.both_axes and row.block.surrounded]
         found = [Fact("axis.both_axes"), *held_notes(held)]
         soft = tuple(row.label for row in free if row.block.bed is not None)
         if soft:

@@ -16,7 +16,6 @@ from ...core.doubts import Doubt, first_of, noted
 from ...core.parameters import PART, Parameter, check
 from ...fragility.validity.plausibility import UNITS, block_doubts, restitution_doubts
 from ...models import Block
-from ...models.block import describe_scene
 from ...models.friction import CONTACTS, LOCKED, ROLLING, Friction
 from ...motions.arrays import Record, from_array
 from ...motions.floors.histories import DIRECTIONS
@@ -354,7 +353,7 @@ class Inventory:
                 raise ValueError(
                     f"{what} must be on its own floor (and support) and in its direction, got {below.label!r}"
                 )
-            if not below.anchored and (below.friction is None or describe_scene(below.block)):
+            if not below.anchored and (below.friction is None or below.block.surrounded):
                 raise ValueError(
                     f"{what} must be anchored, or stand free with a friction, so that it is known whether it rests, "
                     f"got {below.label!r}"

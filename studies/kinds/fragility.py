@@ -31,7 +31,6 @@ from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...fragility.validity.notes import screen_facts
 from ...fragility.validity.plausibility import level_doubts
 from ...models import Block, Law, Restraint
-from ...models.block import describe_scene
 from ...models.friction import FixedFriction, Friction
 from ...motions.polarity import BOTH
 from ..facts.notes import of_branch
@@ -461,7 +460,7 @@ class FragilityStudy(BlockStudy):
             attributes["ranking"] = ranking.attrs["ranking"]
         said = [
             *axis_notes(results),
-            *held_notes([block.label for block in self.blocks if self.design.about == 2 and describe_scene(block)]),
+            *held_notes([block.label for block in self.blocks if self.design.about == 2 and block.surrounded]),
             *self.fit.notes(curves, results),
             *one_side_notes(self.blocks, self.fit.state, self.fit.form),
             *uplift_notes(self.blocks, self.models, self.fit.state, self.fit.form),

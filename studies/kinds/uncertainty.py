@@ -34,7 +34,6 @@ from ...fragility.validity.notes import OF_THE_WIDTH, screen_facts
 from ...fragility.validity.plausibility import restitution_doubts
 from ...fragility.validity.slab_screen import ScreenRequest
 from ...models import Block, Law
-from ...models.block import describe_scene
 from ...models.friction import Friction
 from ...motions import records
 from ..file.schema import StudyFile
@@ -220,7 +219,7 @@ class UncertaintyStudy(BlockStudy):
         said = curve_notes(found, fell, runs, state_name(OVERTURNED))
         if self.design.about == 2:
             said += [OF_THE_WIDTH, Fact("axis.depth_ratio_kept")]
-            said += held_notes([block.label for block in self.blocks if describe_scene(block)])
+            said += held_notes([block.label for block in self.blocks if block.surrounded])
         if self.risk is None:
             return said
         curves = found[["median", "dispersion"]].assign_attrs(form=self.fit.form, im=self.design.im)
