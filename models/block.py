@@ -20,6 +20,7 @@ MIN_SIZE, MIN_ANGLE = 1e-6, 1e-6
 SIZE = Parameter("m", above=0.0, at_most=1e6)
 SLENDERNESS, HALF_DIAGONAL = Parameter("rad", above=0.0, below=0.5 * math.pi), Parameter("m", above=0.0)
 FACTOR = Parameter(above=1.0, at_most=2.0)
+TILT = Parameter("rad", above=0.0, below=0.5 * math.pi, written="°")
 Size = Annotated[float, SIZE]
 
 WIDEST = 1.5
@@ -66,6 +67,8 @@ class Block:
     round : bool
         True for a round base (a vase, a bottle): the depth is then the width, and the planar result may be
         unconservative.
+    tilt_limit : float, optional
+        Rotation that counts as overturning although the block may return, rad: an open vessel spills, a door opens.
     edge : Edge, optional
         The edge of a shelf, bench or pedestal, over which it falls if it slides far enough; only for symmetric blocks
         that stand free on a rigid surface.  Rocking does not depend on it.
@@ -105,6 +108,7 @@ class Block:
     bed: Bed | None = field(default=None, kw_only=True)
     depth: Size | None = field(default=None, kw_only=True)
     round: Annotated[bool, Parameter()] = field(default=False, kw_only=True)
+    tilt_limit: Annotated[float, TILT] | None = field(default=None, kw_only=True)
     edge: Edge | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
@@ -396,6 +400,8 @@ class Block:
         if self.lean != 0.0:
             side = "front" if self.lean > 0.0 else "back"
             words.append(f"leans {math.degrees(abs(self.lean)):.3g}° to the {side}")
+        if self.tilt_limit is not None:
+            words.append(f"fails at a tilt of {math.degrees(self.tilt_limit):.3g}°")
         return words + [part.label for part in (self.wall, self.restraint, self.bed, self.edge) if part is not None]
 
 
@@ -415,7 +421,7 @@ def describe_block(block: Block) -> dict[str, Any]:
 
 
 def describe_scene(block: Block) -> dict[str, Any]:
-    """Return what makes a block other than symmetric and freestanding, as plain values (SI); empty where nothing does.
+    """Return what makes a block other than symmetric, freestanding and without a tilt limit, as plain values (SI).
 
     The mass is among them where a restraint needs it.
     """
@@ -430,6 +436,8 @@ def describe_scene(block: Block) -> dict[str, Any]:
         found |= {"mass": block.mass, "restraint": held}
     if block.bed is not None:
         found["bed"] = asdict(block.bed)
+    if block.tilt_limit is not None:
+        found["tilt_limit"] = block.tilt_limit
     return found
 
 

@@ -85,7 +85,7 @@ class Oscillator(NamedTuple):
     """Oscillator in numbers: regions, forcing gain (rad/s² per m/s²), entry rule, start and states of rest.
 
     `sided`: its two sides differ, and the peaks of each are kept.  `touching`: speed with which it strikes a wall that
-    it touches over that before the impact of the base.
+    it touches over that before the impact of the base.  `limit`: rotation that counts as overturning, rad.
     """
 
     regions: tuple[Region, ...]
@@ -98,6 +98,7 @@ class Oscillator(NamedTuple):
     exact: bool = False
     sided: bool = False
     touching: float = 1.0
+    limit: float = math.inf
 
     @property
     def balance(self) -> float:
@@ -134,16 +135,17 @@ class Oscillator(NamedTuple):
 
 
 class Stack(NamedTuple):
-    """Several oscillators as the arrays that the engine reads."""
+    """Several oscillators as the arrays that the engine reads, and the limits of rotation (o,), which it does not."""
 
     tables: Array
     links: Index
     rests: Array
     parameters: Array
+    limits: Array
 
 
 def stack(oscillators: Sequence[Oscillator]) -> Stack:
-    """Return tables (o, r, 13), links (o, r, 14), rests (o, s, 6) and parameters (o, 8), padded to one size."""
+    """Return tables (o, r, 13), links (o, r, 14), rests (o, s, 6), parameters (o, 8) of one size, and limits."""
     rows = max(len(oscillator.regions) for oscillator in oscillators)
     most = max(1, *(len(oscillator.rests) for oscillator in oscillators))
     tables = np.zeros((len(oscillators), rows, engine.REGION_COLUMNS))
@@ -167,7 +169,7 @@ def stack(oscillators: Sequence[Oscillator]) -> Stack:
             oscillator.sided,
             oscillator.touching,
         )
-    return Stack(tables, links, rests, parameters)
+    return Stack(tables, links, rests, parameters, np.array([oscillator.limit for oscillator in oscillators]))
 
 
 def _numbers(oscillator: Oscillator, region: Region) -> tuple[float, ...]:

@@ -151,7 +151,7 @@ def batch_of(
             last=records.last[motion],
             strongest=np.empty(which.size),
         ),
-        model=tables.Model(*stacked),
+        model=tables.Model(*stacked[:-1]),
         steps=np.zeros((oscillators, regions, tables.STEP_COLUMNS)),
         which=which,
         # (numba compiles once more for arrays that are read-only or not contiguous)
@@ -362,7 +362,12 @@ def _results(
 ) -> Array:
     """Results (m, 15) of oscillators which[j] under factors[j] times record motion[j], all starting at rest."""
     batch = batch_of(records, stacked, which, motion, factors, tally)
-    run_batch(batch, _NO_START, skip, flags_only)
+    limits = stacked.limits[which]
+    limited = bool(np.isfinite(limits).any())
+    # (a run that is left once nothing can overturn the block has not its peak)
+    run_batch(batch, _NO_START, skip, flags_only and not limited)
+    if limited:
+        batch.out[batch.out[:, tables.OUT_PEAK] >= limits, tables.OUT_OVERTURNED] = 1.0
     if flags_only:
         batch.out[:, 1 : tables.OUT_AIRBORNE] = np.nan
     return cast("Array", batch.out)

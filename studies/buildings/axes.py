@@ -37,9 +37,7 @@ def placed_on_axes(inventory: Inventory, shaking: Shaking, laws: Sequence[Law]) 
         )
     weak = shaking.axes == WEAK_AXIS
     able = [
-        row
-        for row in placed.rows
-        if not row.anchored and row.block.bed is None and not (weak and row.block.surrounded)
+        row for row in placed.rows if not row.anchored and row.block.bed is None and not (weak and row.block.surrounded)
     ]
     lacking = [row.label for row in able if row.block.depth is None]
     if lacking:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -79,7 +80,7 @@ def method_of(results: xr.Dataset) -> Iterator[Fact]:
     """Yield the method and the assumptions of a study, one fact for each sentence."""
     study = study_of(results)
     kind, slides = str(results.attrs["kind"]), INSTEAD in results
-    scene = SCENE in results.coords
+    scene = any(block.surrounded for block in _blocks(results))
     yield Fact(
         "block.model",
         more={
@@ -107,6 +108,10 @@ def method_of(results: xr.Dataset) -> Iterator[Fact]:
         yield Fact("curve.isotonic")
     if "rate" in results or "annual_number" in results:
         yield Fact("rate.method")
+    limited = {block.label: math.degrees(block.tilt_limit) for block in _blocks(results) if block.tilt_limit}
+    if limited:
+        least, most = min(limited.values()), max(limited.values())
+        yield Fact("block.tilt_limit", lower=least, upper=most, names=tuple(map(block_title, limited)))
     yield from _surroundings(results, study)
     yield from _sliding(results)
     if "cost_median" in results.coords or "annual_downtime" in results or "annual_injuries" in results:
@@ -131,7 +136,7 @@ def _one_way(results: xr.Dataset) -> bool:
 
 
 def _blocks(results: xr.Dataset) -> Sequence[Block]:
-    """Return the blocks of a study with walls, restraints or beds; none of others."""
+    """Return the blocks of a study in which a block has surroundings or a tilt limit; none of others."""
     if SCENE not in results.coords:
         return ()
     return blocks_of(results if "block" in results.coords else results.rename(item="block"))

@@ -19,6 +19,7 @@ PLACES = {
 NEW = {
     "anchoring.nothing_advised",  # (a page without advice said nothing)
     "anchoring.rest_repays_nothing",  # (the recommendations of all other lines, in one sentence)
+    "block.tilt_limit",  # (a new key)
     "hazard.levels_apart",  # (levels of an inventory between which nearly everything falls were taken without a word)
     "rate.amounts_beyond_levels",  # (as above, for amounts beyond the levels)
 }
