@@ -80,7 +80,7 @@ def study_file_page() -> str:
     """Every key of a study file: from the schema."""
     head = (
         "# Study files: every key\n\nMade from the schema that reads study files, so that page and program cannot "
-        "differ. [Study files](../study.md) explains them with examples.\n\n"
+        "differ. [How a study works](../study.md) explains them with examples.\n\n"
     )
     made = importlib.import_module("made_keys")
     keys = made.key_reference().replace("\n### ", "\n## ").replace("### Top", "## Top", 1)

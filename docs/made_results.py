@@ -152,7 +152,7 @@ TITLES = {
 """Kinds of studies in the order of the page."""
 HEAD = (
     "# Results: every variable\n\nMade from the results of small studies of every kind, so that page and program "
-    "cannot differ. [Study files](../study.md#what-comes-out) explains ± and ≈, and which keys make which variables. "
+    "cannot differ. [How a study works](../study.md#results) explains ± and ≈. "
     "No study has all variables of its kind, and dimensions in brackets are not in all studies. Levels have the unit "
     "of their measure, here m s-1 or m s-2. Amounts of money are in the inventory's currency, here EUR.\n\n"
 )

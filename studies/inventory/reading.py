@@ -232,7 +232,7 @@ def read_inventory(
 
     Notes
     -----
-    The header names the columns, in any order (docs/study.md explains them, decimal commas and workbooks); empty cells
+    The header names the columns, in any order (docs/study_buildings.md explains them and workbooks); empty cells
     are treated as if the column were not there, lines that start with # are comments.
 
     Warnings (`toppling.core.doubts.ImplausibleInput`), which are notes of studies, name other lines with fewer cells

@@ -387,7 +387,7 @@ class Study(ABC):
         Returns
         -------
         xarray.Dataset
-            The results of this kind of study (docs/study.md explains the variables), with its configuration and the
+            The results of this kind of study (the page of results lists the variables), with its configuration and the
             package versions as attributes; no clock values.
 
         Raises

@@ -163,7 +163,7 @@ def test_columns_are_documented():
 
     import toppling as tp
 
-    page = (Path(tp.__file__).parent / "docs/study.md").read_text(encoding="utf-8")
-    table = page.split("| column of the index | what it holds |\n|---|---|\n")[1].partition("\n\n")[0]
+    page = (Path(tp.__file__).parent / "docs/howto/floor_histories.md").read_text(encoding="utf-8")
+    table = page.split("| column | meaning |\n|---|---|\n")[1].partition("\n\n")[0]
     for name in COLUMNS:
         assert f"`{name}`" in table or name in LEVELS

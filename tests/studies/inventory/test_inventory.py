@@ -974,7 +974,7 @@ class TestContents:
 
 
 def test_docs_name_every_column():
-    page = (Path(tp.__file__).parent / "docs/study.md").read_text(encoding="utf-8")
+    page = (Path(tp.__file__).parent / "docs/study_buildings.md").read_text(encoding="utf-8")
     for column in COLUMNS:
         assert f"`{column}`" in page, column
 
