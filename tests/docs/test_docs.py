@@ -82,7 +82,8 @@ def blocks_of(text):
 
 
 def prints(expected, output):
-    """True if lines of the output are the expected words; an ellipsis stands for any others."""
+    """True if lines of the output are the expected words; an ellipsis stands for any others, progress is left out."""
+    expected, output = (re.sub(r"(?m)^runs: \d+ %.*$", "", text) for text in (expected, output))
     position, output = 0, " ".join(output.split())
     for part in expected.split("..."):
         words = " ".join(part.split())
@@ -216,11 +217,32 @@ SESSIONS = [page for page in PAGES if any(block.output and block.info == ["sh"] 
 """Pages whose commands run one after another, as a reader would type them, and print what is shown below them."""
 
 
+@pytest.fixture(scope="module")
+def whole_results(tmp_path_factory):
+    """A function that returns the folder of results of an example study, which is run once."""
+    made = tmp_path_factory.mktemp("whole")
+
+    @functools.cache
+    def results_of(name):
+        assert command(["run", str(ROOT / f"studies/examples/{name}.toml"), "--out", str(made / name)]) == 0
+        return made / name
+
+    return results_of
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("page", SESSIONS)
-def test_pages_print_what_they_show(page, reader, monkeypatch, capsys):
+def test_pages_print_what_they_show(page, reader, whole_results, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "90")
     monkeypatch.setattr(frames, "MOST_FRAMES", 100)
+    text = "".join(block.text for block in read(page) if block.info in (["python"], ["sh"]))
+    for name in {*re.findall(r"results/(\w+)", text)} - {*re.findall(r" run \S*?(\w+)\.toml(?!.*--dry-run)", text)}:
+        if (ROOT / f"studies/examples/{name}.toml").is_file():
+            shutil.copytree(whole_results(name), reader / "results" / name)
+    for name, words in STARTED.items():
+        if re.search(rf"\b{name}/", text) and f"new {words[0]} {name}" not in text:
+            assert command(["new", *words, name]) == 0
+    capsys.readouterr()
     names = {"__name__": "__main__"}
     for block in read(page):
         if block.info == ["python"]:

@@ -157,7 +157,10 @@ class TestAgainstTheBuildingModel:
                 )
                 here = own["overturned"].sel(item=[row.label for row in rows]).isel(level=i)
                 others += int((here.values != built["overturned"].isel(level=0).values).sum())
-        assert abs(others - differing) <= differing / 2  # (docs/howto/floor_histories.md says 7; other processors may round otherwise)
+        assert (
+            abs(others - differing) <= differing / 2
+            # (docs/howto/floor_histories.md says 7; other processors may round otherwise)
+        )
         assert own["overturned"].any()
         assert not own["overturned"].all()
 
