@@ -11,7 +11,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike
 
 import toppling as tp
 
@@ -22,7 +21,7 @@ from ...studies.plots.axes import COLOURS
 from .figures import DPI, looks, new
 from .page import save, some, template, write, write_csv
 from .shares import change, clustered, crossing, decidable, decided, share, share_of_free
-from .tables import Interval, body, span
+from .tables import Interval, body, per_cent, span
 
 PIECES = (
     "bookcase-billy",
@@ -220,12 +219,6 @@ def answers(gaps: Gaps) -> dict[str, str]:
             [np.interp(end, LEVELS, gaps.either[k, i].mean(-1)) for i, end in enumerate(ends)]
         )
     return found
-
-
-def per_cent(shares: ArrayLike) -> str:
-    """Return a range in per cent, or its one value."""
-    ends = span(100 * np.asarray(shares), ".0f").split("–")
-    return "–".join(dict.fromkeys(ends)) + " %"
 
 
 def piece_table() -> str:
