@@ -9,7 +9,7 @@ import toppling as tp
 from toppling.benchmarks.pages.page import template
 
 DOCS = Path(tp.__file__).parent / "docs"
-PAGES = ("consistency", "p58")
+PAGES = ("consistency", "directions", "p58")
 
 
 @pytest.mark.parametrize("name", PAGES)
