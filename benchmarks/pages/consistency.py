@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +18,7 @@ import toppling as tp
 from ...motions import Scenario
 from ...motions.selection.target import Target
 from .figures import DPI, log_ticks, looks, new, whiskers
-from .page import save, some, template, write, write_csv
+from .page import Table, save, some, template, write, write_csv
 from .tables import Interval, body, span
 
 GIVEN = "Sa(1.0)"
@@ -306,11 +306,7 @@ def main() -> None:
     write("consistency", template("consistency").format(**values))
 
 
-Tables = dict[str, tuple[Sequence[str], Iterable[Sequence[object]]]]
-"""Headings and rows by the name of a file."""
-
-
-def computed() -> tuple[dict[str, object], dict[str, dict[str, Rates]], Tables]:
+def computed() -> tuple[dict[str, object], dict[str, dict[str, Rates]], dict[str, Table]]:
     """Return every value of the page, the rates of each site by the choice of motions, and the tables."""
     candidates = tp.motions.Candidates([generator.sample(EACH, seed=SEED + i) for i, generator in enumerate(POOL)])
     by_site, agrees = {}, []
@@ -331,7 +327,7 @@ def computed() -> tuple[dict[str, object], dict[str, dict[str, Rates]], Tables]:
     bench, *isolated = ((tops[name], tops["ground"]) for name in TOPS)
     over_ground = np.array([rates.over(base) for rates, base in isolated])
     far = np.array([ways[name] for name in TOPS][1:])
-    tables: Tables = {
+    tables: dict[str, Table] = {
         "choices": (
             ("site", "piece", "selected: per 1,000 years", *CHOICES),
             [(name, *row) for name, rates in by_site.items() for row in rates_rows(rates)],

@@ -9,7 +9,7 @@ import toppling as tp
 from toppling.benchmarks.pages.page import template
 
 DOCS = Path(tp.__file__).parent / "docs"
-PAGES = ("consistency", "directions", "p58")
+PAGES = ("consistency", "directions", "p58", "walls")
 
 
 @pytest.mark.parametrize("name", PAGES)
