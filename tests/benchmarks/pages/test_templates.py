@@ -1,4 +1,4 @@
-"""Pages are their templates filled in: some take three quarters of an hour, so that an old page would be kept."""
+"""Pages are their templates filled in: some take many minutes, so that an old page would be kept."""
 
 import re
 from pathlib import Path
@@ -9,7 +9,7 @@ import toppling as tp
 from toppling.benchmarks.pages.page import template
 
 DOCS = Path(tp.__file__).parent / "docs"
-PAGES = ("consistency", "directions", "p58", "walls")
+PAGES = ("consistency", "directions", "p58", "paper", "walls")
 
 
 @pytest.mark.parametrize("name", PAGES)
