@@ -1,1 +1,1 @@
-"""The source paper's claims on its damping laws, judged by sensitivity studies: docs/sensitivity.md."""
+"""The source paper's claims on its damping laws, judged by sensitivity studies: docs/paper.md."""

@@ -144,7 +144,7 @@ def _insensitive_decay(evidence: Evidence) -> Claim | None:
     own = moves[:, laws["discrete"]]
     best = np.all([own < moves[:, j] for name, j in laws.items() if name != "discrete"], axis=0)
     numbers = float(own.mean()), float(own.min()), float(own.max())
-    claim = "discrete damping is least sensitive to δ: free rocking"
+    claim = "discrete damping has the lowest sensitivity to δ: free rocking"
     return Claim(claim, PAPER, verdict(best.all(), not best.any()), *numbers)
 
 
@@ -166,7 +166,7 @@ def _insensitive_medians(evidence: Evidence) -> Claim | None:
     least, more = all(high < 0.0 for _, high, _ in differences), any(low > 0.0 for low, _, _ in differences)
     low, high = np.exp(percentile_interval(samples[own], confidence)[:2])
     numbers = float(np.exp(middle[own])), float(low), float(high)
-    return Claim("discrete damping is least sensitive to δ: overturning", PAPER, verdict(least, more), *numbers)
+    return Claim("discrete damping has the lowest sensitivity to δ: overturning", PAPER, verdict(least, more), *numbers)
 
 
 def _coefficient(evidence: Evidence) -> Claim | None:

@@ -1,6 +1,6 @@
 """Specimens of a test as blocks: stated sizes, or those of catalogue items; walls and fixings as the package has them.
 
-Fixings have the values of docs/kits.md, which are judgement where no source was found.
+Fixings have the values of docs/walls.md, which are assumed where no source was found.
 """
 
 from __future__ import annotations

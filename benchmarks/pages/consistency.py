@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,8 +18,8 @@ import toppling as tp
 from ...motions import Scenario
 from ...motions.selection.target import Target
 from .figures import DPI, log_ticks, looks, new, whiskers
-from .page import save, some, template, write
-from .tables import Interval, body, span, table
+from .page import Table, save, some, template, write, write_csv
+from .tables import Interval, body, span
 
 GIVEN = "Sa(1.0)"
 VS30 = 620.0
@@ -49,7 +49,7 @@ EACH = 80
 A_CANDIDATE = 3
 """Motions of each simulated earthquake where all candidates are scaled."""
 LEAST_FALLS = 10
-"""Falls in the runs below which their number is given in place of a ratio."""
+"""Falls in the runs below which their number is given instead of a ratio."""
 OTHER_SEEDS = (5, 6, 7)
 ONE = POOL[7]
 """The single earthquake whose motions are scaled to all levels in the usual way."""
@@ -146,11 +146,6 @@ class Rates(NamedTuple):
         """Return the ratio to another rate of a piece with its 95 % interval, by replicates."""
         low, high = np.nanquantile(self.samples[:, piece] / base.samples[:, piece], (0.025, 0.975))
         return Interval(float(self.over(base)[piece]), float(low), float(high))
-
-
-def whole(found: Interval, first: str = ".2f", ends: str = ".2f") -> str:
-    """Return a value with its interval, which no line breaks."""
-    return f"{found.value:{first}}\u00a0({found.lower:{ends}}\u2060–\u2060{found.upper:{ends}})"
 
 
 def rates_of(
@@ -250,31 +245,32 @@ def on_roof(sets: Sequence[Sequence[xr.DataArray]], hazard: Hazard) -> dict[str,
 
 def on_supports(
     sets: Sequence[Sequence[xr.DataArray]], hazard: Hazard
-) -> tuple[dict[str, Rates], list[tuple[str, str]]]:
-    """Return the rates on the ground and on supports of it, and how far the supports move at the rarest level, m."""
-    found, ways = {"ground": rates_of(sets, hazard)}, []
+) -> tuple[dict[str, Rates], dict[str, tuple[float, float]]]:
+    """Return the rates on the ground and on its supports; median and maximum displacement at the rarest level, m."""
+    found, ways = {"ground": rates_of(sets, hazard)}, {}
     for name, support in TOPS.items():
         moved = moved_by(sets, support.motions)
         found[name] = rates_of(moved, hazard, sets)
         far = np.concatenate([np.atleast_1d(one["support_displacement"].values) for one in moved[-1]])
-        ways.append((name, f"{np.median(far):.2f}, {far.max():.2f}"))
+        ways[name] = (float(np.median(far)), float(far.max()))
     return found, ways
 
 
-def rates_table(found: dict[str, Rates], base: str) -> str:
-    """Return the table of a base's rates and the ratios of the others to them, piece by piece."""
-    others = [rates for name, rates in found.items() if name != base]
-    own = found[base]
-    rows = []
+def ratio(rates: Rates, base: Rates, piece: int) -> str:
+    """Return the ratio to another rate of a piece with its interval, or the falls if they are too few."""
+    few = min(rates.falls[piece], base.falls[piece])
+    if few < LEAST_FALLS:
+        return f"{few} fall{'' if few == 1 else 's'}"
+    return f"{rates.interval(base, piece):.2f}"
+
+
+def rates_rows(found: dict[str, Rates]) -> Iterator[tuple[str, ...]]:
+    """Yield rates per 1,000 years of the first case and ratios of the others to it, piece by piece."""
+    own, *others = found.values()
     for i, piece in enumerate(PIECES):
-        rate = Interval(own.values[i], *np.nanquantile(own.samples[:, i], (0.025, 0.975)))
-        cells = [whole(rate.times(1e3), ".3g", ".2g")]
-        for rates in others:
-            few = min(rates.falls[i], own.falls[i])
-            enough = few >= LEAST_FALLS
-            cells.append(whole(rates.interval(own, i)) if enough else f"*{few} fall{'' if few == 1 else 's'}*")
-        rows.append((piece.label, *cells))
-    return table(("piece", f"{base}: per 1,000 years", *(name for name in found if name != base)), rows)
+        low, high = np.nanquantile(own.samples[:, i], (0.025, 0.975))
+        rate = f"{1e3 * own.values[i]:.3g} ({1e3 * low:.2g}–{1e3 * high:.2g})"
+        yield piece.label, rate, *(ratio(rates, own, i) for rates in others)
 
 
 def choices_figure(found: dict[str, dict[str, Rates]]) -> Figure:
@@ -293,29 +289,32 @@ def choices_figure(found: dict[str, dict[str, Rates]]) -> Figure:
 
 
 def agreement(selections: list[tp.motions.Selection]) -> str:
-    """Return which stripes agree with the hazard, in words."""
+    """Return the stripes that agree with the hazard, in words."""
     off = [f"{period:,.0f}" for one, period in zip(selections, PERIODS, strict=True) if not one.consistent]
-    return f"all {len(PERIODS)} stripes" if not off else f"all stripes but those of {', '.join(off)} years"
+    return f"Stripes of {', '.join(off)} years do not agree." if off else f"All {len(PERIODS)} stripes agree."
 
 
 def main() -> None:
-    """Write the page and its figure."""
+    """Write the page, its figure and its tables."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        values, by_site = computed()
+        values, by_site, tables = computed()
     with looks("ytick.labelsize"):
         save("consistency", {"choices": choices_figure(by_site)}, DPI)
+    for name, (headings, rows) in tables.items():
+        write_csv("consistency", name, headings, rows)
     write("consistency", template("consistency").format(**values))
 
 
-def computed() -> tuple[dict[str, object], dict[str, dict[str, Rates]]]:
-    """Return every value of the page, and the rates of each site by the choice of motions."""
+def computed() -> tuple[dict[str, object], dict[str, dict[str, Rates]], dict[str, Table]]:
+    """Return every value of the page, the rates of each site by the choice of motions, and the tables."""
     candidates = tp.motions.Candidates([generator.sample(EACH, seed=SEED + i) for i, generator in enumerate(POOL)])
     by_site, agrees = {}, []
     for site in SITES:
         hazard = hazard_of(site)
         selections = chosen(candidates, hazard)
-        agrees.append(f"- *{site.name}*: {agreement(selections)} agree.")
+        ruptures = "; ".join(f"M {m:g} at {1e-3 * d:g} km, {rate:g} per year" for m, d, rate in site.ruptures)
+        agrees.append(f"- *{site.name}*: {ruptures}. {agreement(selections)}")
         by_site[site.name] = choices(candidates, hazard)
         if site is FURTHER:
             further, sets, base = hazard, at_levels(selections, hazard), by_site[site.name]["selected"]
@@ -327,39 +326,48 @@ def computed() -> tuple[dict[str, object], dict[str, dict[str, Rates]]]:
     strong, weak = ((roof[f"C_y = {strength:g}"], roof["elastic"]) for strength in STRENGTHS)
     bench, *isolated = ((tops[name], tops["ground"]) for name in TOPS)
     over_ground = np.array([rates.over(base) for rates, base in isolated])
-    return {
+    far = np.array([ways[name] for name in TOPS][1:])
+    tables: dict[str, Table] = {
+        "choices": (
+            ("site", "piece", "selected: per 1,000 years", *CHOICES),
+            [(name, *row) for name, rates in by_site.items() for row in rates_rows(rates)],
+        ),
+        "roof": (("piece", "elastic: per 1,000 years", *[*roof][1:]), rates_rows(roof)),
+        "supports": (("piece", "ground: per 1,000 years", *TOPS), rates_rows(tops)),
+        "displacements": (
+            ("support", "median (m)", "maximum (m)"),
+            [(name, *(f"{way:.2f}" for way in own)) for name, own in ways.items()],
+        ),
+    }
+    values = {
         **{
             name.replace(" ", "_"): to(np.concatenate([rates.over(selected) for rates, selected in pair]))
             for name, pair in choice.items()
         },
-        "sites": "\n".join(
-            f"- *{site.name}*: "
-            + "; ".join(f"M {m:g} at {1e-3 * d:g} km, {rate:g} a year" for m, d, rate in site.ruptures)
-            for site in SITES
-        ),
-        "agrees": "\n".join(agrees),
-        "tables": "\n\n".join(f"**{name}**\n\n{rates_table(rates, 'selected')}" for name, rates in by_site.items()),
+        "sites": "\n".join(agrees),
         "alone_one": holding_one(choice["spectra alone"]),
         "seeds": to(np.array([rates_of(motions, further).over(base) for motions in others])),
-        "pieces": body(
-            (one.label, f"{one.width:.3g} × {one.height:.3g}", f"{one.h / one.b:.1f}", f"{one.R:.2f}") for one in PIECES
+        "further_table": body(
+            (one.label, f"{one.width:.3g} × {one.height:.3g}", f"{one.h / one.b:.1f}",
+             *(ratio(*pair, i) for pair in (strong, weak, bench)))
+            for i, one in enumerate(PIECES)
         ),
         "strong": to(strong[0].over(strong[1])),
         "strong_one": holding_one([strong]),
         "weak": to(weak[0].over(weak[1])),
-        "roof_table": rates_table(roof, "elastic"),
-        "top_table": rates_table(tops, "ground"),
-        "ways": body(ways),
         "bench": to(bench[0].over(bench[1])),
         "bench_one": holding_one([bench]),
         "isolators": to(over_ground),
         "unknown": np.isnan(over_ground).sum(),
         "few": max(int(rates.falls[np.isnan(rates.over(ground))].max(initial=0)) for rates, ground in isolated),
         "isolated": over_ground.size,
+        "far_median": to(far[:, 0]),
+        "far_most": f"{far[:, 1].max():.2f}",
         "runs": NUMBER * len(PERIODS),
         "least": LEAST_FALLS,
         "number": NUMBER,
-        "candidates": len(POOL) * EACH,
+        "candidates": f"{len(POOL) * EACH:,}",
         "levels": len(PERIODS),
         "further": FURTHER.name,
-    }, by_site
+    }  # fmt: skip
+    return values, by_site, tables

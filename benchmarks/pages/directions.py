@@ -89,7 +89,7 @@ CHANGES = {
     "two thirds": "vertical component, V/H 2/3",
     "full": "vertical component, V/H 1",
     "nudged": f"the component times {NUDGE:g}",
-    "other": "the other component in place of the first",
+    "other": "the other component alone",
 }
 """Changes compared with one component, in words; the last two are controls."""
 ACROSS = {"square": "other", "own": "deep"}
@@ -236,7 +236,7 @@ def direction_rows(runs: Runs) -> Rows:
 
 
 def vertical_rows(runs: Runs) -> Rows:
-    """Yield what the vertical component changes, piece by piece, beside a factor of 1.001."""
+    """Yield what the vertical component changes, piece by piece, and what a factor of 1.001 changes."""
     for item, falls, level, pgv in at_half(runs):
         cells: list[object] = []
         for name in VERTICAL:
@@ -281,7 +281,7 @@ def bench_rows(runs: Runs) -> Rows:
             yield item.name, f"{LEVELS[level]:g}", *cells
 
 
-def item_rows() -> Rows:
+def item_rows(_: Runs | None = None) -> Rows:
     """Yield the pieces."""
     for item in ITEMS:
         one = item.block
@@ -295,6 +295,7 @@ SLIDING = tuple(f"slides: {contact}" for contact in FLOORS)
 FALLING = tuple(f"falls: {contact} (%)" for contact in FLOORS)
 TABLES: dict[str, tuple[tuple[str, ...], Callable[[Runs], Rows]]] = {
     "falls": (("piece", "case", "rotd50_pgv_m_s", "motions", "falls", f"falls_of_first_{FIRST}"), falls_rows),
+    "pieces": (("piece", "plan (m)", "mass at (m)", "b/h", "λ", "source"), item_rows),
     "second_direction": (
         ("piece", "PGV (m/s)", "one component (%)", "square plan: change (points)", "square plan: ratio of medians",
          "own plan: depth/width", "own plan: change (points)", "own plan: ratio of medians"),
@@ -357,7 +358,6 @@ def page(runs: Runs) -> str:
     chances = {item.name: slides(item, VINYL) for item in ROCKING}
     return template("directions").format(
         summary_table=body(summary_rows(runs)),
-        item_table=body(item_rows()),
         motions=NUMBER,
         rocking=len(ROCKING),
         nudge=NUDGE,

@@ -68,7 +68,7 @@ class Item(NamedTuple):
 P58 = tuple(
     Item(
         replace(tp.catalogue[name], name=name, depth=depth),
-        f"catalogue (FEMA P-58); other plan size {depth:g} m: judgement",
+        f"catalogue (FEMA P-58); other plan size {depth:g} m: assumed",
     )
     for name, depth in (
         *((f"bookcase-{shelves}-shelf", 0.914) for shelves in range(2, 7)),
@@ -79,11 +79,11 @@ P58 = tuple(
     )
 )
 BENCH = (
-    Item(tp.Block(0.12, 0.35, 0.16, 1.35, "vase", depth=0.12, round=True), "judgement; sizes of the base"),
-    Item(tp.Block(0.20, 0.50, 0.30, 1.15, "monitor", depth=0.25), "judgement; sizes of the foot, mass in the screen"),
-    Item(tp.Block(0.20, 0.40, 0.18, 1.35, "microscope", depth=0.28), "judgement"),
-    Item(tp.Block(0.40, 0.50, name="analyser", depth=0.50), "judgement"),
-    Item(tp.Block(0.23, 0.25, 0.05, 1.35, "laptop", depth=0.33), "judgement; open, mass in its base"),
+    Item(tp.Block(0.12, 0.35, 0.16, 1.35, "vase", depth=0.12, round=True), "assumed; sizes of the base"),
+    Item(tp.Block(0.20, 0.50, 0.30, 1.15, "monitor", depth=0.25), "assumed; sizes of the foot, mass in the screen"),
+    Item(tp.Block(0.20, 0.40, 0.18, 1.35, "microscope", depth=0.28), "assumed"),
+    Item(tp.Block(0.40, 0.50, name="analyser", depth=0.50), "assumed"),
+    Item(tp.Block(0.23, 0.25, 0.05, 1.35, "laptop", depth=0.33), "assumed; open, mass in its base"),
 )
 ITEMS = (*P58, *BENCH)
 ROCKING = tuple(one for one in ITEMS if one.rocks)

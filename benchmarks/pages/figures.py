@@ -79,7 +79,8 @@ def whiskers(ax: Axes, names: Sequence[str], found: Mapping[str, Sequence[Interv
                 ax.errorbar(
                     value.value, i + step * (k - 0.5 * (len(found) - 1)),
                     xerr=[[value.value - value.lower], [value.upper - value.value]],
-                    fmt=MARKERS[first + k], ms=4.5, lw=1.2, color=COLOURS[first + k], label=label,
+                    fmt=MARKERS[first + k], ms=4.5, lw=1.2, color=COLOURS[(first + k) % len(COLOURS)],
+                    label=label,
                 )  # fmt: skip
                 label = None
     bare(ax)

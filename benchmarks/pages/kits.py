@@ -1,4 +1,4 @@
-"""The page docs/kits.md and its figure: which anti-tip kit is enough?"""
+"""The part of the page docs/walls.md on anti-tip kits: the strength that is enough."""
 
 from __future__ import annotations
 
@@ -18,11 +18,10 @@ from ...core.units import STANDARD_GRAVITY
 from ...motions import SpectrumCompatible, TargetSpectrum
 from ...motions.polarity import both_polarities
 from ...studies.plots.axes import COLOURS, MARKERS
-from .figures import DASHED, DOTTED, DPI, bare, curve, log_ticks, looks, new, shares_axis
-from .page import save, some, template, write
+from .figures import DASHED, DOTTED, bare, curve, log_ticks, new, shares_axis
+from .page import Table, some
 from .shares import clustered, decidable, decided, share, share_of_free
 from .tables import body, span
-from .walls import gap_name, sides
 
 FALLS = "P(falls into the room)"
 LAW = tp.HousnerImpact(geometry="linear")
@@ -42,8 +41,8 @@ class Piece(NamedTuple):
 PIECES = (
     Piece("chest", 0.42, 1.365, 81.32, "Tokyo's shake-table specimen"),
     Piece("cupboard", 0.40, 1.80, 100.35, "Tokyo's shake-table specimen"),
-    Piece("bookcase-5-shelf", 0.320675, 1.8034, 100.0, "catalogue; mass: judgement, full of books"),
-    Piece("bookcase-billy", 0.28, 2.02, 120.0, "catalogue; mass: judgement, full of books"),
+    Piece("bookcase-5-shelf", 0.320675, 1.8034, 100.0, "catalogue; mass assumed, full of books"),
+    Piece("bookcase-billy", 0.28, 2.02, 120.0, "catalogue; mass assumed, full of books"),
 )
 SITES = {"zone 1": 0.16, "zone 2": 0.24, "zone 3": 0.36}
 """Design ground acceleration on rock, g."""
@@ -56,6 +55,19 @@ GAPS, BELOW_TOP = (0.0, 0.02), 0.05  # m: touching, or behind a skirting board; 
 ENOUGH = 0.05
 """Probability of a fall into the room below which a kit is enough, with the upper end of its 95 % interval."""
 NUMBER, SEED = some(75, 8), 1
+
+
+def gap_name(gap: float | None) -> str:
+    """Return a gap in words."""
+    return "free" if gap is None else "touching" if gap == 0.0 else f"{1000.0 * gap:g} mm"
+
+
+def sides(
+    blocks: list[tp.Block], shakes: xr.DataArray, levels: list[float], im: str, law: tp.HousnerImpact
+) -> np.ndarray:
+    """Return the side to which every block falls: 1 into the room, -1 back, 0 none (block, level, motion)."""
+    found = tp.ida(blocks, law, shakes, levels, im=im, outputs=("direction",), screen=False)
+    return np.asarray(found["direction"].values[:, 0])
 
 
 def design_spectrum() -> TargetSpectrum:
@@ -152,14 +164,6 @@ def overturning(ratios: tuple[float, ...] = RATIOS) -> np.ndarray:
     return np.stack(found, axis=1)
 
 
-def main() -> None:
-    """Write the page and its figure."""
-    found, fallen = kits(design_motions()), overturning()
-    with looks("xtick.labelsize", "ytick.labelsize"):
-        save("kits", {"strength": strength_figure(found)}, DPI)
-    write("kits", page(found, fallen))
-
-
 def strength_figure(found: Kits) -> Figure:
     """Draw falls over the strength of a strap at the strongest site: a panel for every piece and gap."""
     figure, axes = new(8.4, len(PIECES), len(GAPS), sharex=True, sharey=True)
@@ -194,50 +198,67 @@ def least(fallen: np.ndarray) -> np.ndarray:
     return np.where(fallen.any(-1), np.array(AMPLITUDES)[np.argmax(fallen, axis=-1)], np.nan)
 
 
-def page(found: Kits, fallen: np.ndarray) -> str:
-    """Return the page: its template with every number from the results."""
+def values(found: Kits, fallen: np.ndarray) -> dict[str, object]:
+    """Return the values of the template."""
     gains = found.kit - found.wall[:, :, None, None, None]
     signs = decided(gains)
-    more = int((signs > 0).sum())
     within_step, compared = slack_steps(found)
     shares = found.kit[:, -1].mean(-1)  # piece, stiffness, slack, strength, site
     widths = np.quantile(transitions(found), [0.25, 0.75, 0.9])
-    return template("kits").format(
-        motions=NUMBER,
-        runs=2 * (found.kit.size + found.wall.size + found.free.size) + fallen.size,
-        enough=100 * ENOUGH,
-        soil=SOIL,
-        corners=", ".join(f"{corner:g}" for corner in CORNERS),
-        sites=", ".join(f"{name} {ground:g} g" for name, ground in SITES.items()),
-        piece_table=piece_table(),
-        wall_table=body(wall_rows(found)),
-        least_table=least_table(found),
-        kit_cells=signs.size,
-        kit_decidable=decidable(gains).sum(),
-        kit_fewer=(signs < 0).sum(),
-        kit_more=f"{more} increase{'s' if more == 1 else ''}",
-        abrupt=f"{widths[0]:.0f} to {widths[1]:.0f}",
-        abrupt_ninth=widths[2],
-        both_runs=2 * NUMBER,
-        one_fall=share(np.r_[0.5, np.zeros(NUMBER - 1)]),
-        steps=span([after / before for before, after in pairwise(STRENGTHS)], ".1f", " to "),
-        within_step=within_step,
-        compared=compared,
-        slack_points=100 * np.abs(shares - shares[:, :, :1]).max(),
-        ratio_step=RATIOS[1] - RATIOS[0],
-        amplitude_step=100 * (AMPLITUDES[1] / AMPLITUDES[0] - 1),
-        worse=WORSE,
-        band_table=body(band_rows(least(fallen))),
+    soft, stiff = (
+        [least_index(falls) for _, kept in needed(found) for falls in kept[end]] for end in (0, len(STIFFNESSES) - 1)
     )
+    relative = ratios_of(least(fallen))
+    omegas = np.array(RATIOS)[(relative < WORSE).any(0)]
+    return {
+        "kit_motions": NUMBER,
+        "kit_runs": 2 * (found.kit.size + found.wall.size + found.free.size) + fallen.size,
+        "enough": 100 * ENOUGH,
+        "soil": SOIL,
+        "corners": ", ".join(f"{corner:g}" for corner in CORNERS),
+        "sites": ", ".join(f"{name} {ground:g} g" for name, ground in SITES.items()),
+        "least_table": body((*names, *map(ends, kept)) for names, kept in needed(found)),
+        "soft_most": in_newtons(max(soft)),
+        "stiff_short": stiff.count(len(STRENGTHS)),
+        "stiff_cases": len(stiff),
+        "top_strength": f"{STRENGTHS[-1]:.0f}",
+        "kit_cells": signs.size,
+        "kit_decidable": decidable(gains).sum(),
+        "kit_fewer": (signs < 0).sum(),
+        "kit_more": (signs > 0).sum(),
+        "abrupt": f"{widths[0]:.0f} to {widths[1]:.0f}",
+        "abrupt_ninth": widths[2],
+        "both_runs": 2 * NUMBER,
+        "one_fall": share(np.r_[0.5, np.zeros(NUMBER - 1)]),
+        "steps": span([after / before for before, after in pairwise(STRENGTHS)], ".1f", " to "),
+        "within_step": within_step,
+        "compared": compared,
+        "slack_points": 100 * np.abs(shares - shares[:, :, :1]).max(),
+        "band_low": f"{omegas.min():.2f}" if omegas.size else "–",
+        "band_high": f"{omegas.max():.2f}" if omegas.size else "–",
+        "band_least": span(relative.min(1)),
+        "band_most": span(relative.max(1)),
+    }
 
 
-def piece_table() -> str:
-    """Return the pieces and where their sizes and masses come from."""
-    return body(
-        (one.name, f"{one.width:.2f} × {one.height:.2f}", f"{one.mass:.0f}", f"{0.5 * one.mass * STANDARD_GRAVITY:.0f}",
-         one.source)
-        for one in PIECES
-    )  # fmt: skip
+def tables(found: Kits, fallen: np.ndarray) -> dict[str, Table]:
+    """Return the tables of files: headings and rows."""
+    gaps = [f"{gap_name(gap)} (%)" for gap in GAPS]
+    straps = [f"{one / 1e3:g} N/mm, slack {1e3 * slack:g} mm (N)" for one, slack in product(STIFFNESSES, SLACKS)]
+    band = f"ratio below {WORSE:g} for ω/p"
+    return {
+        "kit_pieces": (("piece", "depth × height (m)", "mass (kg)", "half the weight (N)", "source"), piece_rows()),
+        "without_kit": (("piece", "site", "free (%)", *gaps, "static force (N)"), wall_rows(found)),
+        "minimum": (("piece", "site", "gap", "without a kit", *straps), least_rows(found)),
+        "anchored": (("strength/weight", band, "minimum ratio", "maximum ratio"), band_rows(least(fallen))),
+    }
+
+
+def piece_rows() -> Iterator[tuple[str, ...]]:
+    """Yield the pieces and where their sizes and masses come from."""
+    for one in PIECES:
+        size, half = f"{one.width:.2f} × {one.height:.2f}", 0.5 * one.mass * STANDARD_GRAVITY
+        yield one.name, size, f"{one.mass:.0f}", f"{half:.0f}", one.source
 
 
 def wall_rows(found: Kits) -> Iterator[tuple[object, ...]]:
@@ -267,10 +288,14 @@ def least_index(clusters: np.ndarray) -> int:
 
 def least_strength(clusters: np.ndarray) -> str:
     """Return the least strength from which on every kit is enough (strength, motion)."""
-    first = least_index(clusters)
-    if first == len(STRENGTHS):
+    return in_newtons(least_index(clusters))
+
+
+def in_newtons(place: int) -> str:
+    """Return a place among the strengths as a strength."""
+    if place == len(STRENGTHS):
         return f"> {STRENGTHS[-1]:.0f}"
-    return f"{'≤ ' if first == 0 else ''}{STRENGTHS[first]:.0f}"
+    return f"{'≤ ' if place == 0 else ''}{STRENGTHS[place]:.0f}"
 
 
 def transitions(found: Kits) -> np.ndarray:
@@ -303,30 +328,45 @@ def slack_steps(found: Kits) -> tuple[int, int]:
     return near, number
 
 
-def least_table(found: Kits) -> str:
-    """Return the least strength that is enough for every piece, site, gap, stiffness and slack."""
-    rows = []
+def cases(found: Kits) -> Iterator[tuple[tuple[str, str, str, str], np.ndarray, bool]]:
+    """Yield every piece, site and gap in words, the falls with its kits, and whether it needs one.
+
+    Falls are of (stiffness, slack, strength, motion).
+    """
     for (i, piece), (s, site), (j, gap) in product(enumerate(PIECES), enumerate(SITES), enumerate(GAPS)):
-        cells = ["–"] * len(STIFFNESSES)
-        if not is_enough(found.wall[i, j, s]):
-            kept = found.kit[i, j, :, :, :, s]
-            cells = [" / ".join(least_strength(strap) for strap in stiffness) for stiffness in kept]
-        rows.append((piece.name, site, gap_name(gap), without(found.wall[i, j, s]), *cells))
-    return body(rows)
+        names = (piece.name, site, gap_name(gap), without(found.wall[i, j, s]))
+        yield names, found.kit[i, j, :, :, :, s], not is_enough(found.wall[i, j, s])
+
+
+def needed(found: Kits) -> Iterator[tuple[tuple[str, str, str, str], np.ndarray]]:
+    """Yield the cases that need a kit."""
+    yield from ((names, kept) for names, kept, needs in cases(found) if needs)
+
+
+def least_rows(found: Kits) -> Iterator[tuple[str, ...]]:
+    """Yield the least strength that is enough for every piece, site, gap, stiffness and slack."""
+    for names, kept, needs in cases(found):
+        yield *names, *(least_strength(strap) if needs else "–" for stiffness in kept for strap in stiffness)
+
+
+def ends(straps: np.ndarray) -> str:
+    """Return the least strength without slack and, in brackets, with the most slack (slack, strength, motion)."""
+    return f"{least_strength(straps[0])} ({least_strength(straps[-1])})"
 
 
 WORSE = 0.99
 """Ratio of amplitudes below which an anchored block counts as worse than the free one."""
 
 
-def band_rows(amplitudes: np.ndarray) -> Iterator[tuple[object, ...]]:
+def ratios_of(amplitudes: np.ndarray) -> np.ndarray:
+    """Return amplitudes of the anchored blocks over those of the free one (strength, omega/p)."""
+    return np.asarray(amplitudes[1:] / amplitudes[0])
+
+
+def band_rows(amplitudes: np.ndarray) -> Iterator[tuple[str, ...]]:
     """Yield the range of omega/p in which an anchored block falls at smaller amplitudes than the free one."""
     omegas = np.array(RATIOS)
-    for i, force in enumerate(FORCES, 1):
-        relative = amplitudes[i] / amplitudes[0]
+    for force, relative in zip(FORCES, ratios_of(amplitudes), strict=True):
         band = omegas[relative < WORSE]
-        if not band.size:
-            yield f"{force:g}", "–", "–", f"{relative.max():.2f}"
-            continue
         low, high = (f"{relative[j]:.2f} at {omegas[j]:.2f}" for j in (np.argmin(relative), np.argmax(relative)))
-        yield f"{force:g}", f"{band.min():.2f} to {band.max():.2f}", low, high
+        yield f"{force:g}", f"{band.min():.2f} to {band.max():.2f}" if band.size else "–", low, high

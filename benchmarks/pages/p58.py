@@ -1,4 +1,4 @@
-"""The page docs/p58.md and its figure: FEMA P-58's contents that fall over, beside their published medians.
+"""The page docs/p58.md and its figure: FEMA P-58's overturning contents and their published medians.
 
 It takes the results of studies/examples/fema_p58.toml, and uncertain inputs of the blocks for shares of the dispersion.
 """
@@ -27,12 +27,12 @@ from ...fragility import (
 from ...fragility.curves import published
 from ...studies.plots.axes import COLOURS, MARKERS
 from .figures import bare, log_ticks
-from .page import results, save, some, study, template, write
-from .tables import body, span, table
+from .page import results, save, some, study, template, write, write_csv
+from .tables import body, per_cent, span
 
 REFERENCE = "housner"
 
-# What nobody knows of a piece of furniture to a per cent: how full it is, what it stands on, how its mass is spread.
+# Uncertain properties of a piece: its contents, the floor and the spread of its mass.
 INPUTS = RandomInputs(
     {
         "restitution_factor": Beta(8.0, 2.0, 0.7, 1.0),
@@ -55,7 +55,14 @@ def main() -> None:
     known = published.fema_p58()
     japanese = published.japanese([tp.catalogue[str(block)] for block in found["block"].values], "velocity")
     save("p58", {"medians": medians_figure(of_law(curves, REFERENCE), known, japanese)}, 130)
-    write("p58", page(found, curves, known, japanese, uncertain()))
+    shares = uncertain()
+    ratios = of_law(median_ratio(curves, known), REFERENCE)
+    floors = [str(floor) for floor in ratios["floor"].values]
+    write_csv("p58", "medians", ("item", "P-58 (m/s)", "V50 (m/s)", *floors), ratio_rows(ratios, known, japanese))
+    write_csv("p58", "dispersion", ("case", "dispersion", *PARTS, "capacities known"), share_rows(shares))
+    heads = ("friction that uplift needs", "runs that need more than 1 while rocking", "undecided runs", "model")
+    write_csv("p58", "friction", ("item", *heads), validity_rows(found))
+    write("p58", page(found, curves, known, shares))
 
 
 def size_regression(curves: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -133,42 +140,54 @@ def medians_figure(curves: xr.Dataset, known: xr.Dataset, japanese: xr.Dataset) 
     return figure
 
 
+PARTS = ("motion", "law", "parameters", "interactions")
+"""Parts of the variance of ln capacity."""
+
+
 def total(shares: xr.Dataset) -> float:
     """Return the dispersion of ln capacity."""
     return float(np.sqrt(shares["total_variance"].item()))
 
 
-def page(
-    found: xr.Dataset, curves: xr.Dataset, known: xr.Dataset, japanese: xr.Dataset, shares: dict[str, xr.Dataset]
-) -> str:
+def parts_of(shares: xr.Dataset) -> list[float]:
+    """Return the shares of the variance of ln capacity, in the order of PARTS."""
+    parts = [float(shares["share"].sel(component=name)) for name in ("motion", "model", "sample")]
+    return [*parts, 1.0 - sum(parts)]
+
+
+def page(found: xr.Dataset, curves: xr.Dataset, known: xr.Dataset, shares: dict[str, xr.Dataset]) -> str:
     """Return the page: its template with every number from the datasets."""
     ratios = median_ratio(curves, known)
     main_law = of_law(ratios, REFERENCE)
-    values, verdicts = main_law["ratio"].values, main_law["verdict"].values
-    words = {word: int((verdicts == word).sum()) for word in ("agrees", "higher", "lower", "open")}
-    floors = [str(floor) for floor in main_law["floor"].values]
+    values, outcomes = main_law["ratio"].values, main_law["verdict"].values
     by_law = (
         (law, span(of_law(ratios, law)["ratio"].values), span(of_law(curves, law)["dispersion"].values))
         for law in dict.fromkeys(str(law) for law in curves["law"].values)
     )
     width, height, scatter = size_regression(of_law(curves, REFERENCE))
     return template("p58").format(
-        motions=found.sizes["motion"] // len(floors),
+        motions=found.sizes["motion"] // main_law.sizes["floor"],
         least=main_law["ratio"].mean("block").idxmin("floor").item(),
         ratios=span(values),
         pairs=values.size,
-        **words,
+        **{word: int((outcomes == word).sum()) for word in ("agrees", "higher", "lower", "open")},
         dispersions=span(of_law(curves, REFERENCE)["dispersion"].values),
         totals=span([total(one) for one in shares.values()]),
-        ratio_table=table(("item", "P-58 (m/s)", "V50 (m/s)", *floors), ratio_rows(main_law, known, japanese)),
         law_table=body(by_law),
         width_exponent=span(width),
         height_exponent=span(height, ".2f", " to "),
         scatter=span(100 * scatter, ".0f"),
         samples=SAMPLES,
-        share_table=body(share_rows(shares)),
-        validity_table=body(validity_rows(found)),
+        part_table=body(part_rows(shares)),
+        uplift=span(found["friction_uplift"].values),
     )
+
+
+def part_rows(shares: dict[str, xr.Dataset]) -> Iterator[tuple[str, ...]]:
+    """Yield ranges of the shares over the items, on the ground and on the roof."""
+    for i, name in enumerate(PARTS):
+        places = ([parts_of(one)[i] for case, one in shares.items() if case.endswith(at)] for at in ("ground", "roof"))
+        yield name, *map(per_cent, places)
 
 
 def ratio_rows(main_law: xr.Dataset, known: xr.Dataset, japanese: xr.Dataset) -> Iterator[tuple[str, ...]]:
@@ -183,20 +202,18 @@ def ratio_rows(main_law: xr.Dataset, known: xr.Dataset, japanese: xr.Dataset) ->
 
 
 def validity_rows(found: xr.Dataset) -> Iterator[tuple[str, ...]]:
-    """Yield whether each item rocks at all, and how many of its runs the law does not decide."""
+    """Yield the friction that each item needs, and how many of its runs the law does not decide."""
     outside = of_law(found, REFERENCE)["outside"]
     for block in outside["block"].values:
         own = outside.sel(block=block)
         said = [f"{100 * float(own.sel(reason=name)):.0f} %" for name in ("slides_while_rocking", "undecided")]
         need = f"{float(found['friction_uplift'].sel(block=block)):.2f}"
         squat = float(own.sel(reason="squat")) > 0.0
-        yield str(block), need, *said, "too squat to rock" if squat else "rocks where there is that friction"
+        yield str(block), need, *said, "too squat" if squat else "rocks with that friction"
 
 
 def share_rows(shares: dict[str, xr.Dataset]) -> Iterator[tuple[str, ...]]:
-    """Yield the dispersion of each case and its shares: of motion, law, parameters and interactions."""
+    """Yield the dispersion of each case and its shares."""
     for case, one in shares.items():
-        parts = [float(one["share"].sel(component=name)) for name in ("motion", "model", "sample")]
-        parts.append(1.0 - sum(parts))
         known = f"{100 * one['share_known'].item():.0f} %"
-        yield case, f"{total(one):.2f}", *(f"{100 * part:.0f} %" for part in parts), known
+        yield case, f"{total(one):.2f}", *(f"{100 * part:.0f} %" for part in parts_of(one)), known

@@ -69,6 +69,10 @@ def save(name: str, figures: Mapping[str, Figure], dpi: int, **options: Any) -> 
         drawn.savefig(folder(name) / f"{figure}.png", dpi=dpi, **options)
 
 
+Table = tuple[Sequence[str], Iterable[Sequence[object]]]
+"""Headings and rows."""
+
+
 def write_csv(name: str, table: str, headings: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     """Write a table of a page as a CSV file."""
     with (folder(name) / f"{table}.csv").open("w", encoding="utf-8", newline="") as stream:

@@ -1,4 +1,4 @@
-"""The page docs/paper.md and its figures: what the source paper's text says of its laws, computed again.
+"""The page docs/paper.md and its figures: what the source paper's text says of its laws, computed again; δ and e.
 
 The paper is Liu, Huang and Qu (2024), A discretely damped SDOF model for the rocking response of freestanding blocks.
 TOPPLING_RECORDS names a folder of AT2 records for the forced runs; without it, simulated motions stand in.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,10 +22,10 @@ import toppling as tp
 from ...core.units import STANDARD_GRAVITY
 from ...models import Law
 from ...models.runs import trace
-from ...studies.plot import history
 from ...studies.plots.axes import COLOURS
+from . import sensitivity
 from .figures import bare, looks, new
-from .page import save, some, template, write
+from .page import Table, save, some, template, write, write_csv
 from .tables import minus, percent, table
 
 E, DELTA, X0 = 0.925, 0.05, 0.5
@@ -46,10 +46,9 @@ LEAST_PGA = 0.1 * STANDARD_GRAVITY
 
 
 class Rival(NamedTuple):
-    """A law of the comparison: its key in the template, its panel in the paper, its name, its colour, and its maker."""
+    """A law of the comparison: its key in the template, its name, its colour, and its maker."""
 
     key: str
-    panel: str
     name: str
     colour: str
     make: Callable[[float | None, float], Law]
@@ -60,11 +59,11 @@ def _lever(law: type[Law]) -> Callable[[float | None, float], Law]:
 
 
 RIVALS = (
-    Rival("discrete", "a", "discrete", COLOURS[0], _lever(tp.DiscreteDamping)),
-    Rival("vassiliou", "b", "Vassiliou", COLOURS[3], lambda e, delta: tp.Vassiliou(delta=delta, lever="R")),
-    Rival("mk", "c", "Makris–Konstantinidis", COLOURS[2], _lever(tp.MakrisKonstantinidis)),
-    Rival("gm", "d", "Giannini–Masiani", COLOURS[1], _lever(tp.GianniniMasiani)),
-    Rival("consistent", "e", "energy-consistent (ours)", COLOURS[0], _lever(tp.EnergyConsistent)),
+    Rival("discrete", "discrete", COLOURS[0], _lever(tp.DiscreteDamping)),
+    Rival("vassiliou", "Vassiliou", COLOURS[3], lambda e, delta: tp.Vassiliou(delta=delta, lever="R")),
+    Rival("mk", "Makris–Konstantinidis", COLOURS[2], _lever(tp.MakrisKonstantinidis)),
+    Rival("gm", "Giannini–Masiani", COLOURS[1], _lever(tp.GianniniMasiani)),
+    Rival("consistent", "energy-consistent (ours)", COLOURS[0], _lever(tp.EnergyConsistent)),
 )
 """In the order of the paper's panels; the fifth is not the paper's."""
 LAWS = [rival.name for rival in RIVALS]
@@ -76,39 +75,57 @@ CAUSES = {
 """The reference with the paper's straight line, and with its lever: what is not the damping's doing."""
 # Overturnings under 400 other motions of the same kind, counted before this engine was written, by two programs.
 PROTOTYPES = {
+    "rigid block (Housner, bilinear)": (0.010,) * 4,
     "discrete": (0.63, 0.53, 0.34, 0.11),
     "discrete, rigid at rest": (0.025, 0.022, 0.015, 0.020),
     "energy-consistent (ours)": (0.007, 0.018, 0.015, 0.015),
 }
-RIGID_PROTOTYPE = 0.010
 
 
 def main() -> None:
-    """Write the page and its figures."""
+    """Write the page, its figures and its tables."""
+    over = sensitivity.studies()
     with looks():
-        save("paper", {"free": free_figure(), "delta": delta_figure()}, 170)
+        free = free_figure()
+    save("paper", {"free": free, "median_ratio": sensitivity.figure(over["delta"])}, 140)
     shaken = shaking(os.environ.get("TOPPLING_RECORDS") or None, some(40))
-    write("paper", page(shaken, many_runs(shaken.many), elastic_mode(some(400))))
+    mode = elastic_mode(some(400))
+    for name, (headings, rows) in (tables(shaken, mode) | sensitivity.tables(over)).items():
+        write_csv("paper", name, headings, rows)
+    write("paper", page(shaken, many_runs(shaken.many), mode, sensitivity.values(over)))
 
 
-def page(shaken: Shaking, shares: Sequence[Shares], mode: Mode) -> str:
-    """Return the page: its template with every number."""
+def tables(shaken: Shaking, mode: Mode) -> dict[str, Table]:
+    """Return the tables of files: headings and rows."""
+    found: dict[str, Table] = {
+        "free": (("n", "Housner", *LAWS, "Eqs. 16–17 alone"), free_rows()),
+        "delta": (
+            ("fifth peak over α", *(f"δ = {delta:g}" for delta in DELTAS), "range", "range of its time"),
+            delta_rows(),
+        ),
+        "elastic_zone": (
+            ("P(overturn), here / earlier", *(f"δ = {delta:g}" for delta in MODE_DELTAS)),
+            mode_rows(mode),
+        ),
+    }
+    return found | ({"records": (("file", "record"), shaken.titles)} if shaken.titles else {})
+
+
+def page(shaken: Shaking, shares: Sequence[Shares], mode: Mode, of_studies: Mapping[str, object]) -> str:
+    """Return the page: its template with every number, and the values of the studies over δ and e."""
     errors = {rival.key: free_errors(rival.make(E, DELTA)) for rival in RIVALS}
     false = {law.name: percent(law.falsely_fallen / law.standing) for law in shares}
-    missed = next(law for law in shares if law.name == "Makris–Konstantinidis")
     return template("paper").format(
         e=E,
         e_rigid=CONCRETE.restitution,
         delta=DELTA,
-        free_table=free_table(),
         **{f"mre_{key}": signed(law.peak) for key, law in errors.items()},
-        period_consistent=signed(errors["consistent"].period, 1),
-        period_discrete=signed(errors["discrete"].period),
+        period_consistent=percent(errors["consistent"].period, 1),
+        period_discrete=percent(errors["discrete"].period),
         tenth_discrete=errors["discrete"].peaks[10],
         tenth_housner=housner_peaks()[1, 10],
         tenth_edge=edge_peaks()[10],
         equivalent=equivalent_restitution(),
-        delta_table=delta_table(),
         **{f"range_{key}": percent(ratio) for key, ratio in delta_ranges().items()},
         frequency=elastic_frequency(FIGURE_6),
         blocks="; ".join(block.label for block in SHAKEN),
@@ -117,18 +134,16 @@ def page(shaken: Shaking, shares: Sequence[Shares], mode: Mode) -> str:
         levels=", ".join(f"{level:g}" for level in LEVELS),
         shares_table=shares_table(shares),
         false_discrete=false["discrete"],
-        false_consistent=false["energy-consistent (ours)"],
         false_lever=false["Housner, bilinear, lever R"],
         false_line=false["Housner, bilinear, lever h"],
-        missed_mk=percent(1.0 - missed.detected / missed.fallen),
         number=mode.number,
-        mode_table=mode_table(mode),
         at_rest=mode.at_rest[1] / mode.number,
         elastic=mode.elastic[1] / mode.number,
         rigid=mode.rigid / mode.number,
         lever_slender=percent(1.0 - math.cos(math.atan(1.0 / 6.0)), 1),
         lever_squat=percent(1.0 - math.cos(math.atan(1.0 / 1.6)), 1),
-        record_list=record_list(shaken),
+        records="[records.csv](paper/records.csv) lists them." if shaken.titles else "this page is without them.",
+        **of_studies,
     )
 
 
@@ -188,17 +203,15 @@ def free_errors(model: Law, block: tp.Block = CONCRETE) -> FreeErrors:
     return FreeErrors(found[1], relative, float(relative.mean()), float(periods.mean()))
 
 
-def free_table() -> str:
-    """Return the paper's Table 2: peaks over alpha with their errors, and mean relative errors."""
+def free_rows() -> Iterator[tuple[str, ...]]:
+    """Yield the paper's Table 2: peaks over alpha with their errors, and mean relative errors."""
     reference, edge = housner_peaks()[1], edge_peaks()
     found = [free_errors(rival.make(E, DELTA)) for rival in RIVALS]
-    rows = []
     for n in range(1, PEAKS + 1):
         cells = [f"{law.peaks[n]:.4f} ({signed(law.peak_errors[n - 1])})" for law in found]
-        rows.append((str(n), f"{reference[n]:.4f}", *cells, f"{edge[n]:.4f}"))
-    rows.append(("**mean error, θ_peak**", "", *(f"**{signed(law.peak, 1)}**" for law in found), ""))
-    rows.append(("**mean error, T**", "", *(f"**{signed(law.period, 1)}**" for law in found), ""))
-    return table(("n", "Housner", *LAWS, "Eqs. 16–17 alone"), rows)
+        yield str(n), f"{reference[n]:.4f}", *cells, f"{edge[n]:.4f}"
+    yield "mean error, θ_peak", "", *(signed(law.peak, 1) for law in found), ""
+    yield "mean error, T", "", *(signed(law.period, 1) for law in found), ""
 
 
 def equivalent_restitution(number: int = PEAKS) -> float:
@@ -218,50 +231,27 @@ def delta_ranges() -> dict[str, float]:
     return {rival.key: float(np.ptp(row) / row[DELTAS.index(DELTA)]) for rival, row in peaks}
 
 
-def delta_table() -> str:
-    """Return the fifth peak and its time at every delta."""
-    rows = []
+def delta_rows() -> Iterator[tuple[str, ...]]:
+    """Yield the fifth peak and its time at every delta."""
     for name, law in zip(LAWS, fifth_peaks(), strict=True):
         time, peak = np.ptp(law, axis=0) / law[DELTAS.index(DELTA)]
-        rows.append((name, *(f"{height:.4f}" for height in law[:, 1]), percent(peak, 1), percent(time, 1)))
-    return table(("fifth peak over α", *(f"δ = {delta:g}" for delta in DELTAS), "range", "range of its time"), rows)
+        yield name, *(f"{height:.4f}" for height in law[:, 1]), percent(peak, 1), percent(time, 1)
 
 
 def free_figure() -> Figure:
-    """Draw the paper's figure 7: rows are laws, columns are rotation, velocity and acceleration."""
-    figure, axes = new(8.6, len(RIVALS), 3, sharex=True, sharey="col")
-    names = ("rotation", "angular_velocity", "angular_acceleration")
-    reference = tp.free_rocking(CONCRETE, tp.HousnerImpact(e=E, geometry="linear"), X0 * CONCRETE.alpha, 4.0)
-    for row, rival in zip(axes, RIVALS, strict=True):
-        run = tp.free_rocking(CONCRETE, rival.make(E, DELTA), X0 * CONCRETE.alpha, 4.0)
-        for power, (ax, name) in enumerate(zip(row, names, strict=True)):
-            unit = CONCRETE.p**power * CONCRETE.alpha
-            ax.plot(reference["time"], reference[name] / unit, color="0.35", lw=0.8, ls=(0, (3, 1.5)))
-            ax.plot(run["time"], run[name] / unit, color=rival.colour, lw=1.3)
-            bare(ax)
-        row[0].set_title(f"({rival.panel}) {rival.name}", loc="left")
-        row[0].set_xlim(0.0, 4.0)
-        for ax, label in zip(row, ("θ/α (–)", "θ'/(pα) (–)", "θ''/(p²α) (–)"), strict=True):
-            ax.set_ylabel(label)
-    axes[0, 2].set_ylim(-1.6, 1.6)
-    figure.supxlabel("time (s); dashed: Housner's block")
-    return figure
-
-
-def delta_figure() -> Figure:
-    """Draw the paper's figure 10: rotation histories at several deltas, a panel for each law."""
+    """Draw rotations of the paper's figure 7, a panel for each law."""
     figure, axes = new(7.2, len(RIVALS), 1, sharex=True, sharey=True)
-    deltas = (0.01, 0.05, 0.1)
-    labels = [f"δ = {delta:g}" for delta in deltas]
+    start = X0 * CONCRETE.alpha
+    reference = tp.free_rocking(CONCRETE, tp.HousnerImpact(e=E, geometry="linear"), start, 4.0)
     for ax, rival in zip(axes, RIVALS, strict=True):
-        runs = [tp.free_rocking(CONCRETE, rival.make(E, delta), X0 * CONCRETE.alpha, 6.0) for delta in deltas]
-        history(runs, ax, colors=("#9ecae1", "#4a98c9", "#08306b"), labels=labels)
-        ax.set(xlabel="", ylabel="")
-        ax.set_title(f"({rival.panel}) {rival.name}", loc="left")
-        ax.set_xlim(0.0, 6.0)
+        run = tp.free_rocking(CONCRETE, rival.make(E, DELTA), start, 4.0)
+        ax.plot(reference["time"], reference["rotation"] / CONCRETE.alpha, color="0.35", lw=0.8, ls=(0, (3, 1.5)))
+        ax.plot(run["time"], run["rotation"] / CONCRETE.alpha, color=rival.colour, lw=1.3)
+        bare(ax)
+        ax.set_title(rival.name, loc="left")
+        ax.set_xlim(0.0, 4.0)
     figure.supylabel("rotation over slenderness, θ/α (–)")
-    figure.supxlabel("time (s)")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
+    figure.supxlabel("time (s); dashed: Housner's block")
     return figure
 
 
@@ -302,17 +292,11 @@ def elastic_mode(number: int = 400) -> Mode:
     return Mode(number, counts[0], *(tuple(counts[1 + i * n : 1 + (i + 1) * n]) for i in range(3)))
 
 
-def mode_table(mode: Mode) -> str:
-    """Return shares of overturnings at every delta, with the shares of the prototypes and the difference."""
-
-    def cell(count: int, stated: float) -> str:
-        share = count / mode.number
-        return minus(f"{share:.3f} / {stated:.3f} ({share - stated:+.3f})")
-
-    rows = [("rigid block (Housner, bilinear)", *[cell(mode.rigid, RIGID_PROTOTYPE)] * 4)]
-    for name, counts in zip(PROTOTYPES, (mode.elastic, mode.at_rest, mode.consistent), strict=True):
-        rows.append((name, *map(cell, counts, PROTOTYPES[name])))
-    return table(("P(overturn), here / before (difference)", *(f"δ = {delta:g}" for delta in MODE_DELTAS)), rows)
+def mode_rows(mode: Mode) -> Iterator[tuple[str, ...]]:
+    """Yield shares of overturnings at every delta, with the shares of the prototypes."""
+    counted = ((mode.rigid,) * 4, mode.elastic, mode.at_rest, mode.consistent)
+    for (name, stated), counts in zip(PROTOTYPES.items(), counted, strict=True):
+        yield name, *(f"{count / mode.number:.3f} / {own:.3f}" for count, own in zip(counts, stated, strict=True))
 
 
 # Forced rocking ------------------------------------------------------------------------------------------------------
@@ -323,7 +307,7 @@ class Shaking(NamedTuple):
 
     many: list[xr.DataArray]
     words: str
-    titles: tuple[str, ...]
+    titles: tuple[tuple[str, str], ...]
 
 
 def shaking(folder: str | Path | None = None, number: int = 40) -> Shaking:
@@ -341,7 +325,7 @@ def shaking(folder: str | Path | None = None, number: int = 40) -> Shaking:
     return Shaking(
         [arrays[i] for i in strong],
         f"the {strong.size} of {len(files)} records that reach 0.1 g",
-        tuple(f"`{files[i].name}`: {_title(files[i])}" for i in strong),
+        tuple((files[i].name, _title(files[i])) for i in strong),
     )
 
 
@@ -399,13 +383,5 @@ def shares_table(shares: Sequence[Shares]) -> str:
         false = f"{law.falsely_fallen} of {law.standing} ({percent(law.falsely_fallen / law.standing)})"
         detected = f"{law.detected} of {law.fallen} ({percent(law.detected / law.fallen)})"
         rows.append((law.name, false, detected, f"{middle} ({low} to {high}), {law.compared} runs"))
-    heads = ("law", "overturns where Housner's block rocks and stands", "overturns where it overturns")
-    return table((*heads, "error of max \\|θ\\| where both stand: median (16 to 84 %)"), rows)
-
-
-def record_list(shaking: Shaking) -> str:
-    """Return the files of the many runs, or what stands in for them."""
-    if not shaking.titles:
-        return f"No folder of records was named: {shaking.words} stand in."
-    head = "Those that reach 0.1 g, each with event, station, component and source as its own head says them:"
-    return "\n".join((head, "", *(f"- {title}" for title in shaking.titles)))
+    heads = ("law", "overturns if Housner's stays upright", "overturns if Housner's overturns")
+    return table((*heads, "error of max \\|θ\\|, median (16 to 84 %)"), rows)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import xarray as xr
 
 from ... import motions
 from ...motions import Generator, Scenario
-from .page import some, template, write
-from .tables import table
+from .page import some, template, write, write_csv
+from .tables import body, span
 
 NUMBER, SEED = some(200), 1
 MODEL = "BSSA14"
@@ -41,26 +43,44 @@ def cells(found: xr.Dataset, name: str) -> list[str]:
     return [f"{value:.2f}" for value in found[name].sel(measure=list(SHOWN)).values]
 
 
-def rows(name: str, found: xr.Dataset) -> list[tuple[str, ...]]:
+def rows(at: Scenario, name: str, found: xr.Dataset) -> list[tuple[str, ...]]:
     """Return the ratios of medians, and dispersions."""
-    return [
-        (f"{name}, median over {MODEL}", *cells(found, "ratio")),
-        (f"{name}, dispersion", *cells(found, "dispersion")),
-    ]
+    return [(words(at), name, quantity, *cells(found, quantity)) for quantity in ("ratio", "dispersion")]
 
 
-def head(at: Scenario) -> str:
-    """Return the heading of a scenario."""
-    return f"## M {at.magnitude:g}, {1e-3 * at.distance:g} km, {at.vs30:g} m/s\n"
+def words(at: Scenario) -> str:
+    """Return a scenario in words."""
+    return f"M {at.magnitude:g}, {1e-3 * at.distance:g} km, {at.vs30:g} m/s"
 
 
 def main() -> None:
-    """Write the page."""
-    parts = [template("scenarios").format(number=NUMBER, seed=SEED)]
-    headings = ("", *({"pga": "PGA", "pgv": "PGV"}.get(measure, measure) for measure in SHOWN))
-    for at in SCENARIOS:
-        found = {name: compared(generator, at) for name, generator in generators(at).items()}
-        lines = [row for name, one in found.items() for row in rows(name, one)]
-        model = cells(found["site-based"], "model_dispersion")
-        parts.append(f"{head(at)}\n{table(headings, [*lines, (f'{MODEL}, dispersion', *model)])}\n")
-    write("scenarios", "\n\n".join(part.strip() for part in parts) + "\n")
+    """Write the page and its table of all measures."""
+    found = [{name: compared(generator, at) for name, generator in generators(at).items()} for at in SCENARIOS]
+    lines = []
+    for at, by_name in zip(SCENARIOS, found, strict=True):
+        lines += [row for name, one in by_name.items() for row in rows(at, name, one)]
+        lines.append((words(at), MODEL, "dispersion", *cells(by_name["site-based"], "model_dispersion")))
+    write_csv("scenarios", "ratios", ("scenario", "generator", "quantity", *SHOWN), lines)
+    write("scenarios", page(lines))
+
+
+def page(lines: Sequence[Sequence[str]]) -> str:
+    """Return the page of the rows of its file."""
+    pgv = {tuple(line[:3]): line[3 + SHOWN.index("pgv")] for line in lines}
+    names = list(dict.fromkeys(line[1] for line in lines if line[1] != MODEL))
+    scenarios = [words(at) for at in SCENARIOS]
+    ratios = {name: [float(pgv[at, name, "ratio"]) for at in scenarios] for name in names}
+    shown = [
+        (name, *(f"{pgv[at, name, 'ratio']} ({pgv[at, name, 'dispersion']})" for at in scenarios)) for name in names
+    ]
+    most = max(max(float(cell), 1.0 / float(cell)) for line in lines if line[2] == "ratio" for cell in line[3:])
+    return template("scenarios").format(
+        number=NUMBER,
+        seed=SEED,
+        most=f"{most:.0f}",
+        heads=" | ".join(scenarios),
+        rule="---|" * len(scenarios),
+        table=body(shown),
+        model=pgv[scenarios[0], MODEL, "dispersion"],
+        **{name.split(", ")[-1].replace("-", "_"): span(own) for name, own in ratios.items()},
+    )

@@ -1,10 +1,12 @@
-"""The page docs/sensitivity.md and its figures: how much delta and e matter, and verdicts on the paper's claims.
+"""The part of the page docs/paper.md on δ and e: how much they matter, and verdicts on the paper's claims.
 
 It takes the results of studies/examples/sensitivity_delta.toml and sensitivity_e.toml.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import product
 from typing import cast
 
 import numpy as np
@@ -15,23 +17,22 @@ from ...studies.kinds.sensitivity import SensitivityStudy
 from ...studies.plots.sensitivity import figures
 from ..claims.claims import FAILS, HOLDS, OPEN, PAPER, Claim, claims
 from ..claims.evidence import evidence
-from ..claims.figures import figures as figures_of_claims
-from .page import results, save, study, template, write
-from .tables import Interval, body
+from .page import Table, results, study
+from .tables import Interval, body, span
 
-SHOWN = {"delta": ("decay_error", "median_ratio", "tornado", "sobol"), "e": ("median", "tornado", "sobol")}
-"""Figures of each study that the page shows."""
 ABOVE = "its median over the rigid block's; above 1: falls too late"
 LARGER = "share of runs with a larger peak than the rigid block's; 0.5: neither"
 WHAT = {
     "discrete damping outperforms in free decay": "relative distance of its peaks from the rigid block's; 0: none",
-    "discrete damping is least sensitive to δ: free rocking": (
-        "largest over smallest peak, δ from 0.01 to 0.1; 1: not sensitive"
+    "discrete damping has the lowest sensitivity to δ: free rocking": (
+        "maximum over minimum peak, δ from 0.01 to 0.1; 1: not sensitive"
     ),
-    "discrete damping is least sensitive to δ: overturning": "factor on its median for ten times δ; 1: not sensitive",
+    "discrete damping has the lowest sensitivity to δ: overturning": (
+        "factor on its median for ten times δ; 1: not sensitive"
+    ),
     "the coefficient of Vassiliou et al. does not depend on δ": "relative range of the coefficient over δ; 0: none",
     "Giannini–Masiani performs like discrete damping under shaking": (
-        "its median over that of discrete damping; 1: the same"
+        "its median over the discrete law's; 1: the same"
     ),
     "Makris–Konstantinidis underestimates overturning": ABOVE,
     "Makris–Konstantinidis underestimates peaks under shaking": LARGER.replace("larger", "smaller"),
@@ -41,66 +42,100 @@ WHAT = {
         "its last peak of free rocking over the rigid block's; above 1: too little"
     ),
     "discrete damping has an elastic mode that a rigid block has not": (
-        "its median over that of the same law at rest until uplift; below 1: the mode topples"
+        "its median over the same law's with a rigid rest; below 1: the mode overturns blocks"
     ),
     "energy-consistent damping is the rigid block": "its median over the rigid block's; 1: the same",
 }
 """The number of each claim, and its value if it says nothing for or against the claim."""
 
 
-def main() -> None:
-    """Write the page and its figures."""
-    names = {parameter: f"sensitivity_{parameter}" for parameter in SHOWN}
-    found = {
+def studies() -> dict[str, xr.Dataset]:
+    """Return what claims are judged by, over δ and over e."""
+    names = {parameter: f"sensitivity_{parameter}" for parameter in ("delta", "e")}
+    return {
         parameter: evidence(cast(SensitivityStudy, study(name)), results(name)) for parameter, name in names.items()
     }
-    for parameter, shown in SHOWN.items():
-        every = (*figures(found[parameter]), *figures_of_claims(found[parameter]))
-        drawn = {f"{parameter}_{name}": figure for name, figure in every if name in shown}
-        for figure in drawn.values():
-            legend_above(figure)
-        save("sensitivity", drawn, 140)
-    write("sensitivity", page(found["delta"], found["e"]))
 
 
-def legend_above(figure: Figure) -> None:
-    """Put a figure's legend between its title and its panels: three panels high, its foot is off the screen."""
-    (below,) = figure.legends
+def figure(over_delta: xr.Dataset) -> Figure:
+    """Return medians over the rigid block's, with the legend above: the foot of three panels is off the screen."""
+    drawn = dict(figures(over_delta))["median_ratio"]
+    (below,) = drawn.legends
     handles, labels = below.legend_handles, [text.get_text() for text in below.get_texts()]
     size = below.get_texts()[0].get_fontsize()
     below.remove()
-    figure.legend(
+    drawn.legend(
         [handle for handle in handles if handle is not None],
         labels,
-        title=figure.get_suptitle(),
+        title=drawn.get_suptitle(),
         loc="outside upper center",
         ncols=2,
         fontsize=size,
         frameon=False,
     )
-    figure.suptitle("")
+    drawn.suptitle("")
+    return drawn
 
 
-def page(over_delta: xr.Dataset, over_e: xr.Dataset) -> str:
-    """Return the page: its template with every number from the datasets."""
+LAWS = {
+    "discrete": ("discrete", "elastic"),
+    "vassiliou": ("vassiliou", "elastic"),
+    "mk": ("makris-konstantinidis", "elastic"),
+    "gm": ("giannini-masiani", "elastic"),
+    "rest": ("discrete", "rigid"),
+    "consistent": ("energy-consistent", "rigid"),
+}
+"""Law and rest of every law by its key in the template."""
+
+
+def of_law(results: xr.Dataset, key: str) -> xr.Dataset:
+    """Return the part of a law."""
+    law, rest = LAWS[key]
+    return results.isel(model=int(np.flatnonzero((results["law"] == law) & (results["rest"] == rest))[0]))
+
+
+def values(over: dict[str, xr.Dataset]) -> dict[str, object]:
+    """Return the values of the template."""
+    over_delta, over_e = over["delta"], over["e"]
     of_delta, of_e = claims(over_delta), claims(over_e)
     verdicts = [claim.verdict for claim in of_delta if claim.of == PAPER]
-    return template("sensitivity").format(
-        motions=over_delta.sizes["motion"],
-        levels=over_delta.sizes["level"],
-        blocks=", ".join(str(block) for block in over_delta["block"].values),
-        deltas=", ".join(f"{value:g}" for value in over_delta["value"].values),
-        es=", ".join(f"{value:g}" for value in over_e["value"].values),
-        judged=len(verdicts),
-        holds=verdicts.count(HOLDS),
-        fails=verdicts.count(FAILS),
-        open=verdicts.count(OPEN),
-        claim_table=claim_table(of_delta, of_e),
-        swing_table=swing_table(over_delta),
-        friction=float(over_e.attrs["friction"]),
-        unphysical=unphysical(over_e),
-        replicates=int(over_delta.attrs["replicates"]),
-    )
+    index = {key: of_law(over_delta, key)["sobol_total"] for key in LAWS}
+    slender = [index[key].sel(input="alpha_factor") for key in ("rest", "consistent")]
+    on_e = [of_law(over_e, key)["sobol_total"].sel(input="e") for key in LAWS if key != "vassiliou"]
+    return {
+        "sensitivity_motions": over_delta.sizes["motion"],
+        "sensitivity_levels": over_delta.sizes["level"],
+        "sensitivity_blocks": "; ".join(str(block) for block in over_delta["block"].values),
+        "judged": len(verdicts),
+        "holds": verdicts.count(HOLDS),
+        "fails": verdicts.count(FAILS),
+        "open": verdicts.count(OPEN),
+        "claim_table": claim_table(of_delta, of_e),
+        **{f"swing_{key}": span(of_law(over_delta, key)["median_swing"].isel(span=-1)) for key in LAWS},
+        **{f"sobol_{key}": span(one.sel(input="delta")) for key, one in index.items()},
+        "sobol_slender": span(slender),
+        "sobol_e": span(on_e),
+        "friction": float(over_e.attrs["friction"]),
+        "unphysical": unphysical(over_e),
+        "replicates": int(over_delta.attrs["replicates"]),
+    }
+
+
+def tables(over: dict[str, xr.Dataset]) -> dict[str, Table]:
+    """Return the tables of files: headings and rows."""
+    return {
+        "swings": (("law", "block", "all δ", "δ 0.01–0.1"), swing_rows(over["delta"])),
+        "sobol": (("study over", "law", "block", "input", "total Sobol' index"), sobol_rows(over)),
+    }
+
+
+def sobol_rows(over: dict[str, xr.Dataset]) -> Iterator[tuple[str, ...]]:
+    """Yield total Sobol' indices with their intervals."""
+    for parameter, found in over.items():
+        for model, block, name in product(found["model"].values, found["block"].values, found["input"].values):
+            own = found.sel(model=model, block=block, input=name)
+            ends = (own[f"sobol_total{end}"].item() for end in ("", "_lower", "_upper"))
+            yield parameter, str(model), str(block), str(name), f"{Interval(*ends):.2f}"
 
 
 def claim_table(over_delta: list[Claim], over_e: list[Claim]) -> str:
@@ -121,15 +156,11 @@ def written(claim: Claim) -> str:
     return f"{Interval(claim.number, claim.lower, claim.upper):.2f}"
 
 
-def swing_table(results: xr.Dataset) -> str:
-    """Return how far medians move over all values of delta, and over the usual ones."""
-    rows = []
-    for model in results["model"].values:
-        for block in results["block"].values:
-            own = results.sel(block=block, model=model)
-            swings = (swing(own.sel(span=span)) for span in own["span"].values)
-            rows.append((str(model).replace("_", "\\_"), block, *swings))
-    return body(rows)
+def swing_rows(results: xr.Dataset) -> Iterator[tuple[str, ...]]:
+    """Yield how far medians move over all values of delta, and over the usual ones."""
+    for model, block in product(results["model"].values, results["block"].values):
+        own = results.sel(block=block, model=model)
+        yield str(model), str(block), *(swing(own.sel(span=name)) for name in own["span"].values)
 
 
 def swing(one: xr.Dataset) -> str:

@@ -43,6 +43,12 @@ def span(values: ArrayLike, specification: str = ".2f", between: str = "–") ->
     return minus(low) + between + minus(high)
 
 
+def per_cent(shares: ArrayLike) -> str:
+    """Return a range in per cent, or its one value."""
+    ends = span(100 * np.asarray(shares), ".0f").split("–")
+    return "–".join(dict.fromkeys(ends)) + " %"
+
+
 def minus(text: str) -> str:
     """Return a text with the sign of minus in place of hyphens."""
     return text.replace("-", "−")

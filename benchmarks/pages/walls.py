@@ -1,4 +1,4 @@
-"""The page docs/walls.md and its figures: when does a wall keep a piece from falling into the room?"""
+"""The page docs/walls.md and its figures: falls into the room in front of walls, and with anti-tip kits."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike
 
 import toppling as tp
 
@@ -19,10 +18,12 @@ from ...core.units import STANDARD_GRAVITY
 from ...motions import Generator, KanaiTajimi, NearFault, SiteBasedScenario
 from ...motions.polarity import both_polarities
 from ...studies.plots.axes import COLOURS
+from . import kits
 from .figures import DPI, looks, new
-from .page import save, some, template, write, write_csv
+from .kits import gap_name, sides
+from .page import Table, save, some, template, write, write_csv
 from .shares import change, clustered, crossing, decidable, decided, share, share_of_free
-from .tables import Interval, body, span
+from .tables import Interval, per_cent, span
 
 PIECES = (
     "bookcase-billy",
@@ -50,11 +51,6 @@ OFTEN = ("half", "nine in ten")
 """Runs in which the free piece falls at the levels compared."""
 NEAR = list(KINDS).index("near-fault")
 EXACT = tp.HousnerImpact(geometry="exact")
-
-
-def gap_name(gap: float | None) -> str:
-    """Return a gap in words."""
-    return "free" if gap is None else "touching" if gap == 0.0 else f"{1000.0 * gap:g} mm"
 
 
 def rebound(block: tp.Block) -> float:
@@ -100,14 +96,6 @@ def placed(piece: str, gap: float | None, total: float | None = None) -> tp.Bloc
     return tp.Block(one.width, one.height, name=name, wall=tp.Wall(gap, restitution=own))
 
 
-def sides(
-    blocks: list[tp.Block], shakes: xr.DataArray, levels: list[float], im: str, law: tp.HousnerImpact
-) -> np.ndarray:
-    """Return the side to which every block falls: 1 into the room, -1 back, 0 none (block, level, motion)."""
-    found = tp.ida(blocks, law, shakes, levels, im=im, outputs=("direction",), screen=False)
-    return np.asarray(found["direction"].values[:, 0])
-
-
 def over_gaps(
     shakes: dict[str, xr.DataArray], levels: tuple[float, ...] = LEVELS, pieces: tuple[str, ...] = PIECES
 ) -> Gaps:
@@ -133,18 +121,32 @@ def over_rebounds(shakes: dict[str, xr.DataArray], gaps: Gaps) -> np.ndarray:
 
 
 def main() -> None:
-    """Write the page and its figure."""
+    """Write the page, its figures and its tables."""
     shakes = {kind: both_polarities(generator.sample(NUMBER, seed=SEED)) for kind, generator in KINDS.items()}
     gaps = over_gaps(shakes)
     rebounds = over_rebounds(shakes, gaps)
+    found, fallen = kits.kits(kits.design_motions()), kits.overturning()
     with looks("xtick.labelsize", "ytick.labelsize"):
-        save("walls", {"map": map_figure(gaps)}, DPI)
+        save("walls", {"map": map_figure(gaps), "strength": kits.strength_figure(found)}, DPI)
+    for name, (headings, rows) in (tables(gaps, rebounds) | kits.tables(found, fallen)).items():
+        write_csv("walls", name, headings, rows)
+    write("walls", page(gaps, rebounds, kits.values(found, fallen)))
+
+
+def tables(gaps: Gaps, rebounds: np.ndarray) -> dict[str, Table]:
+    """Return the tables of files: headings and rows."""
     names = [gap_name(gap) for gap in GAPS]
-    write_csv("walls", "intensities", ("motions", "piece", "free falls in half at (m/s)", *names), crossing_rows(gaps))
     heads = ("motions", "piece", "free falls in", "PGV (m/s)", "free: falls either way (%)", "free (%)")
-    rows = (row for often in (False, True) for row in gap_rows(gaps, often))
-    write_csv("walls", "falls", (*heads, *(f"{name} (%)" for name in names)), rows)
-    write("walls", page(gaps, rebounds))
+    sizes = ("piece", "size (m)", "h/b", "e", "r_w", "e² r_w", "g tan α/p (m/s)")
+    return {
+        "pieces": (sizes, piece_rows()),
+        "intensities": (("motions", "piece", "free falls in half at (m/s)", *names), crossing_rows(gaps)),
+        "falls": (
+            (*heads, *(f"{name} (%)" for name in names)),
+            (row for often in (False, True) for row in gap_rows(gaps, often)),
+        ),
+        "rebounds": (("motions", "free falls in", "piece", *names), even_rows(gaps, rebounds)),
+    }
 
 
 def map_figure(gaps: Gaps) -> Figure:
@@ -172,8 +174,8 @@ def map_figure(gaps: Gaps) -> Figure:
     return figure
 
 
-def page(gaps: Gaps, rebounds: np.ndarray) -> str:
-    """Return the page: its template with every number from the results."""
+def page(gaps: Gaps, rebounds: np.ndarray, of_kits: dict[str, object]) -> str:
+    """Return the page: its template with every number from the results, and the values of its part on kits."""
     varied = sum(total <= tp.catalogue[piece].restitution ** 2 for piece in PIECES for total in REBOUNDS)
     runs = len(KINDS) * len(PIECES) * (1 + len(GAPS)) * len(LEVELS) * 2 * NUMBER
     runs += len(VARIED) * varied * len(GAPS) * 2 * 2 * NUMBER
@@ -183,7 +185,7 @@ def page(gaps: Gaps, rebounds: np.ndarray) -> str:
     strongest = gaps.front[:, :, 1, -1].mean(-1)
     return template("walls").format(
         motions=NUMBER,
-        runs=runs,
+        runs=runs + of_kits.pop("kit_runs"),  # type: ignore[operator]
         cells=signs.size,
         decidable=decidable(gaps.excess).sum(),
         fewer=(signs < 0).sum(),
@@ -196,11 +198,10 @@ def page(gaps: Gaps, rebounds: np.ndarray) -> str:
         wide_fewer_up_to=max((LEVELS[n] for n in np.nonzero((wide < 0).any(0))[0]), default=math.nan),
         strongest=per_cent(strongest),
         top_level=LEVELS[-1],
-        piece_table=piece_table(),
-        even_table=body(even_rows(gaps, rebounds)),
         none_even=none_even(gaps, rebounds),
         pieces=len(PIECES),
         **answers(gaps),
+        **of_kits,
     )
 
 
@@ -222,27 +223,14 @@ def answers(gaps: Gaps) -> dict[str, str]:
     return found
 
 
-def per_cent(shares: ArrayLike) -> str:
-    """Return a range in per cent, or its one value."""
-    ends = span(100 * np.asarray(shares), ".0f").split("–")
-    return "–".join(dict.fromkeys(ends)) + " %"
-
-
-def piece_table() -> str:
-    """Return the pieces: sizes, slenderness, restitutions, and the velocity that the levels are relative to."""
-    rows = []
+def piece_rows() -> Iterator[tuple[str, ...]]:
+    """Yield the pieces: sizes, slenderness, restitutions, and the velocity that the levels are relative to."""
     for piece in PIECES:
         one = tp.catalogue[piece]
-        numbers = (
-            one.height / one.width,
-            one.restitution,
-            rebound(one),
-            one.restitution**2 * rebound(one),
-            velocity(piece),
-        )
-        forms = (".1f", ".2f", ".2f", ".2f", ".2f")
-        rows.append((piece, f"{one.width:.2f} × {one.height:.2f}", *map(format, numbers, forms)))
-    return body(rows)
+        kept = rebound(one)
+        numbers = (one.restitution, kept, one.restitution**2 * kept, velocity(piece))
+        size, slender = f"{one.width:.2f} × {one.height:.2f}", f"{one.height / one.width:.1f}"
+        yield piece, size, slender, *(f"{number:.2f}" for number in numbers)
 
 
 def crossing_rows(gaps: Gaps) -> Iterator[tuple[str, ...]]:

@@ -4,13 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from sensitivity_cases import BLOCK, STUDY, of_law, study_of
 
 import toppling as tp
 from toppling.benchmarks.claims.claims import FAILS, HOLDS, OPEN, claims, evidence_of
 from toppling.benchmarks.claims.evidence import evidence, free_decay, impact_decay, impact_times
-from toppling.benchmarks.claims.figures import figures
 
 DELTA = """
 [sensitivity]
@@ -115,12 +113,6 @@ class TestEvidence:
         here = over_e.sel(value=1.0)
         for law in ("discrete", "giannini-masiani", "makris-konstantinidis", "energy-consistent"):
             np.testing.assert_allclose(of_law(here, law)["decay_peak"], 0.5, rtol=1e-10)
-
-    def test_figures(self, over_delta):
-        found = dict(figures(over_delta))
-        assert list(found) == ["decay_error"]
-        assert isinstance(found["decay_error"], Figure)
-        assert found["decay_error"].get_figwidth() <= 5.5
 
 
 class TestClaims:

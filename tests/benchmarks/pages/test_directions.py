@@ -13,7 +13,6 @@ from scipy.stats import binomtest
 import toppling as tp
 from toppling import motions
 from toppling.benchmarks.pages import directions as tables, directions_runs as directions, shares
-from toppling.benchmarks.pages.tables import body
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.models.friction import CONTACTS
 
@@ -228,13 +227,8 @@ class TestPlainLoops:
 
 
 class TestPage:
-    def test_its_figures_are_there(self):
-        shown = set(re.findall(r"\]\(directions/(\w+)\.png\)", TEXT))
-        assert shown == {path.stem for path in (DOCS / "directions").glob("*.png")}
-        assert not re.search(r"\{\w+\}|\bnan\b|\binf\b", TEXT)
-
     def test_its_table_of_pieces_is_of_today(self):
-        assert body(tables.item_rows()) in TEXT
+        assert rows("pieces") == [list(row) for row in tables.item_rows()]
 
     @pytest.mark.slow
     def test_falls_are_computed_again(self, shelf, shakes):
@@ -271,7 +265,7 @@ class TestPage:
         def per_cent(cell):
             return [float(one) for one in re.search(r"(\d+) \((\d+)–(\d+)\)", cell).groups()]
 
-        summary = {row[0]: row[1:] for row in table_below(TEXT, "## The answer")}
+        summary = {row[0]: row[1:] for row in table_below(TEXT, "# Second direction")}
         square, _, third, full, *controls = summary.values()
         assert ends(square[0])[0] > 20.0
         assert ends(third[0])[0] < 0.0 < ends(third[0])[1]
