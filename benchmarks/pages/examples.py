@@ -1,4 +1,4 @@
-"""The figures of docs/decisions.md: example studies are run, and their figures kept in docs/examples."""
+"""Figures of example studies: the studies are run, and their figures kept in docs/examples."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FIGURES = {
     "branches": ("branches",),
     "clinic_branches": ("branches",),
 }
-"""Figures of each study that the page shows."""
+"""Figures of each study that pages show."""
 
 
 def main() -> None:
