@@ -8,15 +8,9 @@ from ...studies.command.cli import main as toppling
 from .page import RESULTS, example, folder
 
 FIGURES = {
-    "stripes": ("fragility",),
-    "cloud": ("fragility",),
-    "risk": ("risk", "measures_2"),
-    "uncertainty": ("uncertainty", "sobol"),
-    "clinic": ("number", "exceedance", "anchoring"),
-    "tower": ("fragility",),
-    "isolated": ("fragility",),
     "branches": ("branches",),
-    "clinic_branches": ("branches",),
+    "clinic": ("number", "exceedance", "anchoring"),
+    "uncertainty": ("sobol",),
 }
 """Figures of each study that pages show."""
 
