@@ -1,4 +1,4 @@
-"""The figures of docs/decisions.md: example studies are run, and their figures kept in docs/examples."""
+"""Figures of example studies: the studies are run, and their figures kept in docs/examples."""
 
 from __future__ import annotations
 
@@ -8,17 +8,11 @@ from ...studies.command.cli import main as toppling
 from .page import RESULTS, example, folder
 
 FIGURES = {
-    "stripes": ("fragility",),
-    "cloud": ("fragility",),
-    "risk": ("risk", "measures_2"),
-    "uncertainty": ("uncertainty", "sobol"),
-    "clinic": ("number", "exceedance", "anchoring"),
-    "tower": ("fragility",),
-    "isolated": ("fragility",),
     "branches": ("branches",),
-    "clinic_branches": ("branches",),
+    "clinic": ("number", "exceedance", "anchoring"),
+    "uncertainty": ("sobol",),
 }
-"""Figures of each study that the page shows."""
+"""Figures of each study that pages show."""
 
 
 def main() -> None:

@@ -126,9 +126,9 @@ def adaptive_ida(
     -------
     xarray.Dataset
         The outputs on run, with `run_block`, `run_model`, `run_motion`, `level`, `wave` and, for a rate, `weight`; on
-        (block, model) the estimates with their intervals, `stopped_because` and `account` (docs/adaptive.md); the
-        variables of the validity screen, but of sliding blocks.  Bit-identical for any chunking, any scheduler and any
-        number of workers.
+        (block, model) the estimates with their intervals, `stopped_because` and `account` (docs/howto/precision.md);
+        the variables of the validity screen, but of sliding blocks.  Bit-identical for any chunking, any scheduler and
+        any number of workers.
 
     Notes
     -----

@@ -34,7 +34,7 @@ PAGES = sorted(
 )
 SLOW = {"docs/motions.md", "docs/tutorials/engineer.md", "docs/tutorials/researcher.md", "docs/tutorials/owner.md"}
 """Pages whose code takes many seconds."""
-NOT_RUN = {"docs/scaling.md": 2}
+NOT_RUN = {"docs/howto/large_studies.md": 2}
 """Python blocks marked no-run, by page: two kinds of cluster."""
 COMMANDS_NOT_RUN = {
     # what is not there: records, studies and results of the reader's own, a cluster

@@ -55,7 +55,7 @@ def test_the_signal_that_was_sent(tmp_path, monkeypatch, capsys, number):
 
 
 def test_a_lost_cluster_is_no_wrong_input(tmp_path, monkeypatch, capsys):
-    """Code 1, as docs/scaling.md promises: the same command goes on, which after wrong input (code 2) it does not."""
+    """Code 1, as docs/howto/large_studies.md promises: run it again, which after wrong input (code 2) is of no use."""
     (tmp_path / "study.toml").write_text(crate_study("Lost", 3, 6, 0.02, 3), encoding="utf-8")
 
     def lost(*_, **__):

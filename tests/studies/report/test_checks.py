@@ -1,6 +1,7 @@
 """Checks of reports: what each says of results, and that what is not good is named."""
 
 import json
+from pathlib import Path
 
 import pytest
 from check_facts import check as check_of, facts_of
@@ -14,6 +15,15 @@ from toppling.studies.facts.checks import badge, checks_of, worst_word
 from toppling.studies.facts.say import SHARED, remedy, say, value_of
 from toppling.studies.tables.blocks import lead_blocks
 from toppling.studies.text.words import with_law_names
+
+
+@pytest.mark.repository
+def test_every_check_is_explained():
+    """The how-to page of reports has a heading for each title of a check, and no other below *The checks*."""
+    page = Path(__file__).parents[3] / "docs/howto/read_a_report.md"
+    explained = page.read_text("utf-8").partition("\n## The checks\n")[2]
+    headings = [line[4:].lower() for line in explained.splitlines() if line.startswith("### ")]
+    assert sorted(headings) == sorted(set(value_of("titles", "checks").values()))
 
 
 class TestChecks:
