@@ -340,7 +340,8 @@ class TestPage:
         assert {path.name for path in (tmp_path / "performance").iterdir()} == {*files, "work_precision.png"}
         text = (tmp_path / "performance.md").read_text(encoding="utf-8")
         machine = results["machine"]
-        assert all(
+        words = ("`python -m toppling.benchmarks`", machine["processor"], machine["numba"])
+        assert all(word in text for word in words)
             words in text for words in ("`python -m toppling.benchmarks`", machine["processor"], machine["numba"])
         )
         linked = set(re.findall(r"\]\(performance/(\w+\.\w+)\)", text))

@@ -1,4 +1,4 @@
-"""The engine's truth as one command: its flags, its errors under what docs/performance/precision.csv claims, its hash."""
+"""The engine's truth as one command: its flags, its errors below those of docs/performance/precision.csv, its hash."""
 
 import csv
 import re
