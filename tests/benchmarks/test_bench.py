@@ -342,8 +342,6 @@ class TestPage:
         machine = results["machine"]
         words = ("`python -m toppling.benchmarks`", machine["processor"], machine["numba"])
         assert all(word in text for word in words)
-            words in text for words in ("`python -m toppling.benchmarks`", machine["processor"], machine["numba"])
-        )
         linked = set(re.findall(r"\]\(performance/(\w+\.\w+)\)", text))
         assert files - {"sliding_2.csv"} < linked
         data = (tmp_path / "performance/integrators.csv").read_text(encoding="utf-8").splitlines()
