@@ -40,14 +40,7 @@ def main() -> None:
     classes_made = classes_of(found)
     lines = (["" if isinstance(one, float) and math.isnan(one) else one for one in row] for row in classes_made)
     write_csv("experiments", CLASS_TABLE.removesuffix(".csv"), COLUMNS, lines)
-    heads: tuple[str, ...] = (
-        "class",
-        "rows",
-        "trials",
-        "overlapping intervals",
-        "rows with intervals",
-        "blind prediction",
-    )
+    heads: tuple[str, ...] = ("class", "rows", "trials", "overlaps", "rows with intervals", "blind prediction")
     write_csv("experiments", "classes", heads, answer(found))
     heads = ("class", "rows", "trials", "Brier's score", "of one share for all", "if right: lower", "if right: upper")
     write_csv("experiments", "scores", (*heads, "skill", "skill: lower", "skill: upper"), scores(found))
