@@ -68,7 +68,7 @@ def page(found: Validation) -> str:
         gap=f"{1000.0 * specimens.WALL_GAP:g}",
         number=ensembles.NUMBER,
         seed=ensembles.SEED,
-        classes=", ".join(f"{name} {low:g}–{high:g}" for name, (low, high) in CLASSES.items()),
+        classes=", ".join(f"{name} ({low:g}–{high:g})" for name, (low, high) in CLASSES.items()),
         widths=", ".join(f"{1000.0 * one:g}" for one in replays.HALF_WIDTHS),
     )
 
