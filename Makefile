@@ -83,10 +83,10 @@ test-all: test test-slow
 wheel: $(VENV)/installed-dev
 	PYTHON=$(BIN)/python .ci/wheel
 
-# docs/coverage.md: coverage of intervals (half an hour; FULL=1: 1,000 studies per row)
+# docs/runs/coverage.csv: coverage of intervals (half an hour; FULL=1: 1,000 studies per row)
 coverage: $(VENV)/installed-dev
-	$(BIN)/python -m toppling.benchmarks.coverage $(if $(FULL),--full) > $(VENV)/coverage.md
-	mv $(VENV)/coverage.md docs/coverage.md
+	$(BIN)/python -m toppling.benchmarks.coverage $(if $(FULL),--full) > $(VENV)/coverage.csv
+	mv $(VENV)/coverage.csv docs/runs/coverage.csv
 
 # (limits on time may fail while lines are counted: the tables are made all the same)
 # tests/coverage.csv, the lines and branches that all tests reach, and which tests reach each of the sixty faults (an hour)

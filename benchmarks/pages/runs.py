@@ -1,11 +1,12 @@
-"""The page docs/runs.md: how the verdict of one motion depends on its factor, and how many runs an answer needs.
+"""The page docs/runs.md: outcomes of one motion by its factor, numbers of runs, and the coverage of intervals.
 
-The folder runs holds what the commands named on the page printed.
+docs/runs also has the output of the commands that the page names, and of `make coverage`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import csv
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -19,8 +20,9 @@ from ...models.oscillator import stack
 from ...models.runs import OUTPUTS, run_mixed
 from ...motions import records
 from ...motions.arrays import Record
+from ...studies.facts.coverage import COVERAGE
 from ..sequential import sizes
-from .page import HERE, save, some, template, write
+from .page import ROOT, save, some, template, write, write_csv
 from .tables import Interval, body
 
 BLOCK = tp.Block(0.4, 1.8)
@@ -33,14 +35,30 @@ NEAR = 0.5
 """Half width, in ln, of the levels about the median at which verdicts are compared."""
 CHANGES = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 1e-4, 1e-5, 1e-6)
 SPACINGS = (0.2, 0.05, 0.0125, 0.003125, 0.00078125, 0.0001953125)
-FINE = 2
-"""Spacings before this one are too coarse for the power law of the number of intervals."""
 SPAN = (-1.0, 0.8)
 ZOOMS = 5
 ACROSS = 1500
 """Levels across a strip of the figure."""
 LEVELS_A_MOTION = (1, 2, 3, 5, 10, 20)
 REPLICATES = some(2000)
+INTERVALS = {
+    "half level, far apart": "half level, levels two dispersions apart",
+    "fraction": "levels at which 10, 25 or 75 % overturn",
+    "fraction, cloud": "the same, clouds",
+    "dispersion": "dispersion of a fitted curve",
+    "rate": "annual rate, common levels",
+    "rate, stripes": "annual rate, stripes",
+    "rate, cloud": "annual rate, clouds",
+    "rate, isotonic": "annual rate, isotonic curves",
+    "total": "total of an inventory",
+    "saving": "saving by anchoring",
+    "size": "size that meets a rate",
+    "ratio of medians": "ratio of fitted medians",
+    "ratio of totals": "ratio of totals",
+}
+"""Names of kinds of intervals in the table of coverage."""
+COVERED = ((20,), (80, 100), (400,))
+"""Numbers of motions in the columns of the table of coverage."""
 
 
 class Shaken(NamedTuple):
@@ -194,11 +212,6 @@ def boundary_figure(found: Shaken) -> Figure:
     return figure
 
 
-def per_cent(share: NDArray[np.float64]) -> str:
-    """Return the mean share of verdicts (motion,) in per cent with its interval."""
-    return f"{interval(share).times(100):.1f}"
-
-
 class Way(NamedTuple):
     """A line of what `benchmarks.sequential.sizes` prints: error, motions, runs, those of a check, and time, s."""
 
@@ -221,53 +234,78 @@ def ways_to_sizes(text: str) -> dict[str, list[Way]]:
 
 
 def printed(name: str) -> str:
-    """Return what a command printed."""
-    return (HERE / f"runs/{name}.txt").read_text(encoding="utf-8").rstrip()
+    """Return the output of a command."""
+    return (ROOT / f"docs/runs/{name}.txt").read_text(encoding="utf-8").rstrip()
+
+
+def covered() -> Iterator[tuple[str, ...]]:
+    """Yield each kind of interval with its lowest and highest coverage by number of motions."""
+    for kind, name in INTERVALS.items():
+        ends = (next((COVERAGE[kind][n] for n in numbers if n in COVERAGE[kind]), None) for numbers in COVERED)
+        yield name, *("–" if known is None else f"{known[0]:.1f}–{known[1]:.1f}" for known in ends)
+
+
+def half_levels() -> float:
+    """Return the lowest coverage of half levels from 20 motions on, unless levels are far apart, per cent."""
+    with (ROOT / "docs/runs/coverage.csv").open(encoding="utf-8", newline="") as stream:
+        return min(
+            float(row["lowest"])
+            for row in csv.DictReader(stream)
+            if row["interval"].startswith("Level at which half overturn")
+            and "far apart" not in row["interval"]
+            and int(row["motions"]) >= 20
+        )
 
 
 def main() -> None:
-    """Write the page and its figure."""
+    """Write the page, its figure and its tables."""
     found = shaken()
     shares, others = flips(found), other_models(found)
     save("runs", {"boundary": boundary_figure(found)}, 120)
     slope = exponent(shares)
     intervals, first = first_falls(found)
     errors = levels_a_motion(found)
+    changes = [(f"factor larger by {100 * change:g} %", interval(share)) for change, share in shares.items()]
+    changes += [(name, interval(share)) for name, share in others.items()]
+    lines = ((name, *(f"{100 * end:.1f}" for end in share)) for name, share in changes)
+    write_csv("runs", "changes", ("change", "outcomes that change, %", "lower", "upper"), lines)
+    write_csv(
+        "runs",
+        "spacings",
+        ("spacing of levels, %", "intervals per motion", "median first fall, % above that of the coarsest"),
+        (
+            (f"{100 * spacing:.3g}", f"{number:.1f}", f"{100 * (np.exp(at - first[0]) - 1.0):.0f}")
+            for spacing, number, at in zip(SPACINGS, intervals, first, strict=True)
+        ),
+    )
     ways = ways_to_sizes(printed("sizes"))
     surface, grid = ways["one surface"][1], ways["20 common levels, local fit"][-1]
     page = template("runs").format(
         motions=MOTIONS,
-        points=POINTS,
         exponent=slope,
         halving="{:,.0f} ({:,.0f} to {:,.0f})".format(*(2 ** (1 / slope[i]) for i in (0, 2, 1))),
-        growth=-np.polyfit(np.log(SPACINGS[FINE:]), np.log(intervals[FINE:]), 1)[0],
-        fine=100 * SPACINGS[FINE],
         fewest=intervals[0],
         most=intervals[-1],
         coarsest=100 * SPACINGS[0],
         finest=100 * SPACINGS[-1],
         drift=100 * (1.0 - np.exp(first[-1] - first[0])),
-        one_per_cent=per_cent(shares[1e-2]),
-        flip_table=body((f"{100 * change:g}", per_cent(share)) for change, share in shares.items()),
-        other_table=body((name, per_cent(share)) for name, share in others.items()),
-        step_table=body(
-            (f"{100 * spacing:.3g}", f"{number:.1f}", f"{100 * (np.exp(at - first[0]) - 1.0):+.0f}")
-            for spacing, number, at in zip(SPACINGS, intervals, first, strict=True)
-        ),
+        flipped=100 * shares[1e-2].mean(),
+        changed=interval(shares[1e-2]).times(100),
+        restitution=100 * others["e larger by 1 %"].mean(),
+        width=100 * others["width larger by 1 %"].mean(),
         width_table=body((n, 100 * n, f"±{196 * error:.1f}") for n, error in errors.items()),
         three=196 * errors[3],
         twenty=196 * errors[20],
         other_motions=100 * 20 / 3,
         better=196 * errors[3] * (3 / 20) ** 0.5,
         blocks=sizes.NUMBER,
-        replicates=sizes.REPLICATES,
-        truth_motions=sizes.TRUTH_MOTIONS,
         surface=surface,
         grid=grid,
         surface_rms=100.0 * surface.rms,
         grid_rms=100.0 * grid.rms,
         fewer=grid.runs / (surface.runs + surface.check),
         less=grid.seconds / surface.seconds,
-        **{name: printed(name) for name in ("sizes", "synthetic", "databases", "single")},
+        half=half_levels(),
+        coverage=body(covered()),
     )
-    write("runs", page.replace("| -", "| −"))
+    write("runs", page)

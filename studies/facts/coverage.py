@@ -1,6 +1,6 @@
 """Measured coverage of 95 % intervals: what is known of those that contain the true value less often than they should.
 
-The values are the least and the greatest of docs/coverage.md over its truths, in per cent, by the number of motions.
+The values are the lowest and highest of docs/runs/coverage.csv over its truths, in per cent, by number of motions.
 """
 
 from __future__ import annotations

@@ -263,15 +263,16 @@ class TestParts:
             assert 0.0 < row["alone"] <= 1.05 * row["cpu"]
         assert 1.0 <= threads["bound"] <= 16.0
 
-    def test_bounds_of_many_cores_stand_on_the_page(self, results):
+    def test_bounds_of_many_cores_are_on_the_page(self, results):
         """Of 100 s, 1 is the calling thread's alone and 5 are not the engine's: 13.9 and 9.1 times on 16 cores."""
         threads = {
             **results["scale"]["threads"], "runs": 10_000_000, "speed_up": 1.89, "serial": 0.01,
             "bound": bound(1.0, 100.0), "bound_outside": bound(5.0, 100.0),
         }  # fmt: skip
-        said = page.text({**results, "scale": {**results["scale"], "threads": threads}})
-        assert re.search(r"1\.89 times.*10,000,000.*1\.9: \*\*missed", said)
-        assert re.search(r"13\.9 .*12: met.*9\.1", said)
+        text = page.text({**results, "scale": {**results["scale"], "threads": threads}})
+        assert re.search(r"10,000,000 runs\) \| 1\.89 \| at least 1\.9 \| \*\*missed", text)
+        assert re.search(r"16 cores .* \| 13\.9 \| at least 12 \| met", text)
+        assert re.search(r"13\.9 .*9\.1", text)
 
     def test_the_serial_part_is_that_of_amdahl(self):
         """Of 20 s, 2 are serial: two threads take 11, sixteen 3.125."""
@@ -281,11 +282,11 @@ class TestParts:
         assert speed_up(20.0, 9.0)["serial"] == 0.0
         assert speed_up(20.0, 21.0)["bound"] == 1.0
 
-    def test_missed_targets_of_whole_commands_are_said(self, results):
-        said = page.text(results)
-        assert "simulate (1.00 s)" in said
-        assert re.search(r"42\.0 s.*34: \*\*missed", said)
-        assert "6.4 times faster" in said
+    def test_missed_targets_of_whole_commands(self, results):
+        text = page.text(results)
+        assert "| simulate, s of CPU time | 1.00 | at most 0.85 | **missed** |" in text
+        assert re.search(r"compiling.* \| 42\.0 \| at most 33\.6 \| \*\*missed", text)
+        assert "6.4 times faster" in text
 
     def test_time_of_a_process(self, tmp_path):
         work = spent(["-c", "import os; sum(range(10 ** 7)); open(os.environ['NAME'], 'w')"], tmp_path, {"NAME": "x"})
@@ -333,67 +334,71 @@ class TestParts:
 class TestPage:
     def test_holds_everything(self, results, tmp_path):
         paths = page.write(json.loads(json.dumps(results, allow_nan=False)), tmp_path)
-        names = {path.name for path in paths}
-        assert names == {"integrators.csv", "performance.md", "work_precision.png"}
+        parts = {*tables.TABLES, *(("sliding_2",) if results["sliding"]["newmark"]["rows"] else ())}
+        files = {f"{name}.csv" for name in (*parts, "scale_2", "studies_2", "integrators")}
+        assert {path.name for path in paths} == {*files, "performance.md"}
+        assert {path.name for path in (tmp_path / "performance").iterdir()} == {*files, "work_precision.png"}
         text = (tmp_path / "performance.md").read_text(encoding="utf-8")
-        assert text.startswith("# ")
         machine = results["machine"]
-        for words in ("`python -m toppling.benchmarks`", machine["processor"], machine["numba"]):
-            assert words in text
-        for heading in (
-            "Speed",
-            "Scenes",
-            "Sliding",
-            "An analysis, end to end",
-            "Motions",
-            "Starting up",
-            "Whole studies",
-            "Work and precision",
-            "Wrong verdicts",
-        ):
-            assert f"\n## {heading}\n" in text
-        data = (tmp_path / "integrators.csv").read_text(encoding="utf-8").splitlines()
+        words = ("`python -m toppling.benchmarks`", machine["processor"], machine["numba"])
+        assert all(word in text for word in words)
+        linked = set(re.findall(r"\]\(performance/(\w+\.\w+)\)", text))
+        assert files - {"sliding_2.csv"} < linked
+        data = (tmp_path / "performance/integrators.csv").read_text(encoding="utf-8").splitlines()
         assert len(data) == 1 + len(results["precision"]["found"])
         assert data[1].startswith(f"{tables.short(FEW[0].label)},toppling,")
 
-    def test_says_which_scene_is_dear(self, results):
-        rows = [dict(row, ratio=1.0 if row["scene"] != "strap" else 1.77) for row in results["scenes"]]
-        assert re.search(r"1\.5: \*\*missed.*strap.*\(1\.77\)", page.text({**results, "scenes": rows}))
-        rows = [dict(row, ratio=0.5) for row in rows]
-        assert re.search(r"0\.50 times.*1\.5: met", page.text({**results, "scenes": rows}))
+    @staticmethod
+    def target(results, what):
+        (row,) = (target.row for target in page.targets(results) if target.what.startswith(what))
+        return row[1:]
 
-    def test_says_what_sliding_costs(self, results):
+    def test_targets_of_scenes(self, results):
+        rows = [dict(row, ratio=1.0 if row["scene"] != "strap" else 1.77) for row in results["scenes"]]
+        changed = {**results, "scenes": rows}
+        assert self.target(changed, "run with a wall") == ("1.00–1.77", "at most 1.5", "**missed**")
+        changed = {**results, "scenes": [dict(row, ratio=0.5) for row in rows]}
+        assert self.target(changed, "run with a wall") == ("0.50", "at most 1.5", "met")
+
+    def test_sliding_on_the_page(self, results):
         rows = [dict(row, whole=1.25, slips=1.0) for row in results["sliding"]["cost"]]
         compared = {"missing": "pyslammer: not here", "rows": [], "motions": 2}
-        text = page.text({**results, "sliding": {"cost": rows, "newmark": compared}})
-        assert re.search(r"1\.2 ns.*2: met", text)
-        assert "pyslammer: not here" in text
+        changed = {**results, "sliding": {"cost": rows, "newmark": compared}}
+        assert self.target(changed, "sample of a sliding") == ("1.2", "at most 2", "met")
+        assert "pyslammer: not here" in page.text(changed)
         rows[3]["whole"] = 3.0
+        assert self.target(changed, "sample of a sliding") == ("1.2–3.0", "at most 2", "**missed**")
         found = [
             {"ratio": 0.1, "steps": steps, "median": 0.01 / steps, "largest": 0.1 / steps, "slip": 0.25}
             for steps in (1, 4)
         ]
         compared = {"missing": "", "rows": found, "motions": 2, "costs": [2e-5, 4e-3]}
         changed = {**results, "sliding": {"cost": rows, "newmark": compared}}
-        text = page.text(changed)
-        assert re.search(r"2: \*\*missed.*strong \(3\.0\)", text)
-        cells = ["0.1", "0.25", "1.0 %", "10.0 %", "0.2 %", "2.5 %"]
-        assert f"| {' | '.join(cells)} |" in text
-        assert re.search(r" 20 µs.* 4\.0", text)
-        titles = [table.title for table in page.summary(changed)]
-        assert any("pyslammer" in title for title in titles)
+        assert re.search(r"up to 1\.0 %.* 0\.2 %.* 20 µs.* 4\.0 ms", page.text(changed))
+        (table,) = (table for table in page.summary(changed) if "pyslammer" in table.title)
+        assert table.cells(table.rows[0]) == ["0.1", "0.25", "1.0 %", "10.0 %", "0.2 %", "2.5 %"]
 
-    def test_says_what_is_missed(self, results):
+    def test_targets_of_exact_geometry(self, results):
         costs = {LAWS[7].label: 1.0, LAWS[9].label: 12.3}
         rows = [dict(row, engine=costs.get(row["law"], 2.0)) for row in results["speed"]]
-        text = page.text({**results, "speed": rows})
-        assert re.search(r"12\.3.*K, 12\.3.*10: \*\*missed", text)
-        assert "(target 10: met)" in page.text({**results, "speed": [dict(row, engine=2.0) for row in rows]})
+        changed = {**results, "speed": rows}
+        assert self.target(changed, "exact over linear") == ("12.3", "at most 10", "**missed**")
+        changed = {**results, "speed": [dict(row, engine=2.0) for row in rows]}
+        assert self.target(changed, "exact over linear")[2] == "met"
+
+    def test_wrong_flags_by_integrator(self, results):
+        """Shares of two laws, and changes of the law with the larger one."""
+        rows = [
+            {**results["flags"][0], "law": law, "name": "RK4 dt", "runs": 100, "wrong": wrong}
+            | {"median_mean": mean, "median_largest": 0.2, "dispersion_mean": 0.0, "dispersion_largest": -0.3}
+            for law, wrong, mean in (("a", 2, 0.01), ("b", 10, -0.05))
+        ]
+        text = page.text({**results, "flags": rows})
+        assert "| RK4 dt | 2.00–10.00 | −5.0 % | +20.0 % | 0 % | −30.0 % |" in text
 
     def test_of_one_part(self, results, tmp_path):
         one = {name: results[name] for name in ("command", "machine", "motions")}
-        assert [path.name for path in page.write(one, tmp_path)] == ["performance.md"]
-        assert "## Speed" not in (tmp_path / "performance.md").read_text(encoding="utf-8")
+        assert [path.name for path in page.write(one, tmp_path)] == ["motions.csv"]
 
     def test_short_names_tell_laws_apart(self):
         assert len({tables.short(law.label) for law in LAWS}) == len(LAWS)
@@ -417,8 +422,7 @@ class TestCommand:
         main(["--parts", "motions", "--out", str(tmp_path / "new")])
         printed = capsys.readouterr().out
         assert "Motions, CPU time" in printed
-        text = (tmp_path / "new" / "performance.md").read_text(encoding="utf-8")
-        assert "--parts motions`" in text
+        assert (tmp_path / "new/performance/motions.csv").is_file()
 
     def test_json(self, tmp_path, capsys, monkeypatch, results):
         monkeypatch.setitem(PARTS, "flags", lambda: results["flags"])

@@ -1,5 +1,6 @@
-"""Remarks on intervals that contain the true value less often than they should, against docs/coverage.md."""
+"""Remarks on intervals that contain the true value less often than they should, against docs/runs/coverage.csv."""
 
+import csv
 import re
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from check_facts import numbers_in
 from toppling.studies.facts.coverage import COVERAGE, ENOUGH, coverage, coverage_in
 from toppling.studies.facts.say import say
 
-PAGE = Path(__file__).parents[3] / "docs" / "coverage.md"
+TABLE = [*csv.DictReader((Path(__file__).parents[3] / "docs/runs/coverage.csv").read_text("utf-8").splitlines())]
 ROWS = {
     "rate": "Annual rate, 20 common levels",
     "rate, stripes": "Annual rate, 5 stripes",
@@ -31,7 +32,7 @@ ROWS = {
     "ratio of medians": "Ratio of fitted medians",
     "ratio of totals": "Ratio of totals",
 }
-"""Rows of the page by kind of interval."""
+"""Rows of the table by kind of interval."""
 UNNAMED = (
     "Level at which half",
     "Fitted median",
@@ -45,27 +46,21 @@ UNNAMED = (
 """Rows that hold, that no page prints as an interval of its own, or that are tests."""
 
 
-def page_rows():
-    cells = (
-        line.split(" | ") for line in PAGE.read_text(encoding="utf-8").splitlines() if re.search(r"\| \d+: ", line)
-    )
-    for name, shares, *_ in cells:
-        found = re.findall(r"(\d+): ([\d.]+)–([\d.]+)", shares)
-        yield name.removeprefix("| "), {int(n): (float(least), float(most)) for n, least, most in found}
-
-
-def test_the_table_is_that_of_the_page():
+def test_the_numbers_are_those_of_the_table():
     assert ROWS.keys() == COVERAGE.keys()
     for kind, pattern in ROWS.items():
-        of_kind = [shares for name, shares in page_rows() if re.match(pattern, name)]
-        numbers = sorted({number for shares in of_kind for number in shares})
-        ends = [list(zip(*(shares[n] for shares in of_kind if n in shares), strict=True)) for n in numbers]
-        assert COVERAGE[kind] == {n: (min(least), max(most)) for n, (least, most) in zip(numbers, ends, strict=True)}
+        ends = {}
+        for row in TABLE:
+            if re.match(pattern, row["interval"]):
+                ends.setdefault(int(row["motions"]), []).append((float(row["lowest"]), float(row["highest"])))
+        lowest = {number: min(low for low, _ in each) for number, each in ends.items()}
+        assert COVERAGE[kind] == {n: (lowest[n], max(high for _, high in ends[n])) for n in sorted(ends)}
 
 
-def test_every_row_of_the_page_has_a_kind():
-    named = [name for name, _ in page_rows() if any(re.match(pattern, name) for pattern in ROWS.values())]
-    assert {name for name, _ in page_rows()} == {*named} | {n for n, _ in page_rows() if n.startswith(UNNAMED)}
+def test_every_row_of_the_table_has_a_kind():
+    for row in TABLE:
+        named = any(re.match(pattern, row["interval"]) for pattern in ROWS.values())
+        assert named or row["interval"].startswith(UNNAMED), row
 
 
 @pytest.mark.parametrize(("motions", "used"), [(3, 10), (10, 10), (39, 20), (100, 80), (399, 80)])
