@@ -14,6 +14,7 @@ sys.path.insert(0, str(HERE))
 import made_pages  # noqa: E402
 from docutils import nodes  # noqa: E402
 from PIL import Image  # noqa: E402
+from sphinx.search.en import SearchEnglish  # noqa: E402
 
 project = "toppling"
 author = copyright = "The toppling developers"
@@ -118,8 +119,15 @@ def _wide_figures(app: Any, document: nodes.document) -> None:
                     image["classes"].append("wide")
 
 
+class EveryWord(SearchEnglish):
+    """The search without stop words, of which some are keys (`from`, `until`)."""
+
+    stopwords: frozenset[str] = frozenset()
+
+
 def setup(app: Any) -> None:
     """Write the made pages before anything is read, and keep docstrings as they are."""
+    app.add_search_language(EveryWord)
     made_pages.write(HERE)
     app.connect("autodoc-process-docstring", _plain_bars, priority=900)
     app.connect("doctree-read", _wide_figures)
