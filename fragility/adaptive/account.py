@@ -33,7 +33,7 @@ def half_width(curve: SequentialCurve, ratio: float) -> float:
 
 
 def reached_so_far(curves: Sequence[SequentialCurve], motions: int) -> str:
-    """Return how far an analysis is: the widest interval among the curves that go on, or that all have stopped."""
+    """Return the progress of an analysis: the widest interval among the curves that have not stopped."""
     going = [curve for curve in curves if not curve.stopped]
     if not going:
         every = f"all {len(curves):,} curves have" if len(curves) > 1 else "the curve has"

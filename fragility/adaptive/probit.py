@@ -1,7 +1,7 @@
 """Probit curves through runs of many levels, with errors from the sums of each motion's scores.
 
-Runs of one motion are dependent, even at levels a thousandth apart, so that the number of runs says nothing of the
-precision; the number of motions does.
+Runs of one motion are dependent, even at levels that differ by a thousandth. The precision therefore depends on the
+number of motions, not of runs.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ..kernels import binomial as engine
 from .until import CONFIDENCE
 
 ROUNDS = 4
-"""Greatest number of times that the window of a local fit is moved to its median."""
+"""Maximum number of times that the window of a local fit is moved to its median."""
 SETTLED = 1e-3
 FEWEST = 8
 """Fewest motions in a fit that errors are computed of."""
@@ -56,10 +56,10 @@ class Estimate(NamedTuple):
     def proportion(self) -> tuple[float, float]:
         """Return the interval of an estimate of a probability: Wilson's, of as many runs as its error says.
 
-        A probability p with a standard error s is known as from p (1 - p)/s² independent runs. Near 0 and 1 the
-        interval by the error alone would be too short where few runs fell or stood. Wilson, E. B. (1927). Journal of
-        the American Statistical Association 22, 209-212. Effective number of runs: Korn, E. L. and Graubard, B.
-        I. (1998). Survey Methodology 24, 193-201.
+        A probability p with a standard error s is as precise as from p (1 - p)/s² independent runs. Near 0 and 1 the
+        interval by the error alone would be too short if few runs fell or few did not. Wilson, E. B. (1927). Journal of
+        the American Statistical Association 22, 209-212. Effective number of runs: Korn, E. L. and Graubard, B. I.
+        (1998). Survey Methodology 24, 193-201.
         """
         t = student(self.motions - 2)
         spread = self.value * (1.0 - self.value)
@@ -133,7 +133,7 @@ class Probit(NamedTuple):
         )
 
     def _estimate(self, value: float, gradient: Array) -> Estimate:
-        """Return an estimate from its gradient in (a, b); its error is never below that of independent runs."""
+        """Return an estimate from its gradient in (a, b); its error is not below the error of independent runs."""
         k = self.motions
         if k < FEWEST:
             return Estimate(value, math.inf, np.zeros(0), k)
@@ -144,7 +144,7 @@ class Probit(NamedTuple):
 
 
 def enclosing(estimate: Estimate, runs: Observations) -> Estimate:
-    """Return an estimate of ln(median) that holds the whole gap where all falls lie above all runs that stood.
+    """Return an estimate of ln(median) whose interval spans the gap if all falls lie above all runs without a fall.
 
     Between the two the runs tell nothing: the estimate is the middle, and its interval reaches to both ends at least.
     """

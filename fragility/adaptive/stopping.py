@@ -1,8 +1,8 @@
 """When a sequential analysis stops: two looks in a row with room to spare, and a wave of fresh motions to confirm them.
 
-Looking at a result until it is precise enough favours looks at which the error happens to be estimated too small.  The
-three parts of the rule make up for it: looks ask for intervals a sixth narrower than what is promised, one good look is
-not enough, and the last motions are run after the decision.
+Looking at a result until it is precise enough favours looks at which the estimated error is too small by chance. The
+three parts of the rule compensate for it. Looks require intervals a sixth narrower than promised, one good look is not
+enough, and the last motions are run after the decision.
 """
 
 from __future__ import annotations
@@ -48,16 +48,16 @@ under a hazard of slope 2.5) by `benchmarks.sequential`."""
 _OF_FEWER = {1: 1.4, 2: 1.1}
 """Times as many motions where each has fewer runs than three, counted by `benchmarks.sequential.databases`."""
 _SPREAD = 2.5
-"""Other curves take so many times as many motions, or as few: as dispersions of 0.25 and 0.63 do for a median."""
+"""Factor on the number of motions of other curves, up and down: dispersions of 0.25 and 0.63 cause it for a median."""
 
 
 def usual_motions(until: Until, runs: int = 3) -> tuple[int, int, int]:
-    """Return about how many motions a precision takes with so many runs of each: few, usual, many."""
+    """Return the approximate number of motions for a precision with `runs` of each: few, usual, many."""
     usual = _USUAL[until.target] / until.room**2 * _OF_FEWER.get(runs, 1.0)
 
     def bounded(number: float) -> int:
         waves = WAVE * math.ceil(number / WAVE)
-        # (two looks and a confirming wave at the least)
+        # the minimum is two looks and a confirming wave
         return min(until.most, max(until.least + (LOOKS - 1) * WAVE + CONFIRMING, waves))
 
     return bounded(usual / _SPREAD), bounded(usual), bounded(usual * _SPREAD)

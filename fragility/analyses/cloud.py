@@ -53,7 +53,8 @@ def cloud(
     outputs, client, screen, polarity, progress
         As for `toppling.ida`.
     ground : xarray.DataArray or a sequence of them, optional
-        The ground motions of which `motions` are floor motions: the measure is then that of the ground motions.
+        Ground motions from which the floor motions `motions` were computed: the measure is then the ground motions'
+        own.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Friction that is drawn anew for every run: coefficients, and slips with them from runs with friction 1."""
+"""Friction drawn for every run: coefficients, and their slips from runs with friction 1."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def specimens_in(request: Request, plane: bool) -> Sequence[Specimen]:
 def draws(law: SlidingLaw, block: Block, seed: int, motions: Index, runs: int) -> Array:
     """Return the coefficients (run, motion) of the runs of a block under motions of these numbers (motion,).
 
-    Random ones of one motion are equally spaced in probability, from a random beginning: each is a draw from the
-    distribution, whatever its level, and a motion's runs have small ones as well as large ones.
+    Random coefficients of one motion are equally spaced in probability, from a random start. Each is a draw from the
+    distribution at any level, and a motion's runs have small and large coefficients.
     """
     begin = np.array([stream(seed, *DRAWS, one).random() for one in motions.tolist()])
     share = (begin + np.arange(runs)[:, None] / runs) % 1.0

@@ -1,6 +1,6 @@
 """Measures and characteristics of motions, computed on a thread of their own while other threads run the engine.
 
-Where dask is told to use one thread alone, they are computed when they are asked for.
+If dask is limited to one thread, they are computed at their first use.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class MeasuringThread:
         """Wait for the thread and return what it computed, or raise its error."""
         if self._started:
             with self:
-                self._done.wait()  # (Python takes a thread for ended whose join was interrupted, and exits beside it)
+                self._done.wait()  # Python treats a thread with an interrupted join as ended, and exits
         else:
             self._work()
         if self._error is not None:

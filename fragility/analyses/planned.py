@@ -69,7 +69,8 @@ def run_table(
     -------
     xarray.Dataset
         The outputs on run, in the order of the table, with `run_block`, `run_model`, `run_motion` and `level`, and the
-        variables of the validity screen: as `adaptive_ida` returns runs, for `fit_fragility` and what follows.
+        variables of the validity screen. `adaptive_ida` returns runs in the same form, for `fit_fragility` and later
+        steps.
 
     Raises
     ------

@@ -173,7 +173,7 @@ def curve_variables(
     offers: Sequence[str],
     state: str | None = None,
 ) -> dict[str, xr.Variable]:
-    """Return what is known of every curve, on (block, model), and the half width at every look.
+    """Return the estimates of every curve, on (block, model), and the half width at every look.
 
     offers (curve,): clauses on better measures, empty where there is none.  state: the name of a damage state other
     than overturning.

@@ -25,7 +25,7 @@ LINKED = tuple(name for name in LINKS if name != LOGNORMAL)
 FORMS = (LOGNORMAL, UPLIFT, *LINKED, *TABULATED)
 REFUSE, LEAST, MOST = "refuse", "least", "most"
 OUTSIDE = (REFUSE, LEAST, MOST)
-"""Rules for a tabulated curve beyond its levels: an error, or the least or the most that a rising curve allows."""
+"""Rules for a tabulated curve beyond its levels: an error, or the minimum or the maximum that a rising curve allows."""
 
 
 def step_or_normal(log_x: Array, log_median: Array, dispersion: Array) -> Array:
@@ -154,7 +154,7 @@ def form_name(curves: xr.Dataset) -> str:
     if not isinstance(curves, xr.Dataset):
         raise TypeError(f"curves must be a dataset as fit_fragility returns it, got {checks.kind(curves)}")
     load_coordinates(curves)
-    if "run_block" in curves and "form" not in curves.attrs:  # (a study holds fitted curves beside its runs)
+    if "run_block" in curves and "form" not in curves.attrs:  # a study has fitted curves in addition to its runs
         raise ValueError("curves must be a dataset as fit_fragility returns it, got runs at adaptive levels")
     stated = curves.attrs.get("form")
     if stated is None:
@@ -250,13 +250,13 @@ def curve_probability(curves: xr.Dataset, x: Any, outside: str = REFUSE) -> xr.D
     Parameters
     ----------
     curves : xarray.Dataset
-        Fitted curves: ``median`` and ``dispersion``; with ``uplift_median`` and ``uplift_dispersion`` those of uplift
-        too; or, with the attribute ``form`` = "isotonic", ``probability`` on ``level``.
+        Fitted curves: ``median`` and ``dispersion``; with ``uplift_median`` and ``uplift_dispersion`` also for uplift;
+        or, with the attribute ``form`` = "isotonic", ``probability`` on ``level``.
     x : array_like, shape (level,)
         Levels in the unit of the curves (SI), > 0.
     outside : {"refuse", "least", "most"}
-        Rule beyond the levels of a tabulated curve: an error, 0 below and the last value above (the least that a rising
-        curve allows), or the first value below and 1 above (the most).
+        Rule beyond the levels of a tabulated curve. The default is an error. `"least"` is the minimum that a rising
+        curve allows: 0 below and the last value above. `"most"` is the maximum: the first value below and 1 above.
 
     Returns
     -------

@@ -51,16 +51,16 @@ def stripe_sufficiency(runs: xr.Dataset, covariates: Sequence[str | Measure] = U
     -------
     xarray.Dataset
         On (block, model, covariate): `slope`, the change of the log odds of overturning per standard deviation of the
-        logarithm of the covariate within stripes; `slope_se`; `p_value` of no dependence (two-sided, normal).  On
-        (block, model) `runs`, those of stripes in which some fall and some stand.  On covariate `spread`, the standard
-        deviation within stripes.  NaN where fewer than ten runs of the rarer outcome to a covariate tell of it, or the
-        covariates separate what fell from what stood.
+        logarithm of the covariate within stripes. Also `slope_se`, and `p_value` of no dependence (two-sided, normal).
+        On (block, model) `runs`, the number in stripes with both outcomes. On covariate `spread`, the standard
+        deviation within stripes. NaN with fewer than ten runs of the rarer outcome per covariate, or if the covariates
+        separate the two outcomes.
 
     Notes
     -----
-    logit P = a_stripe + sum of slope_k z_k, z_k = (x_k - mean of the stripe)/spread_k, x the logarithms, by maximum
-    likelihood; errors are robust, with the runs of a ground motion as one cluster, because neighbouring stripes share
-    motions.
+    The model is logit P = a_stripe + sum of slope_k z_k, z_k = (x_k - mean of the stripe)/spread_k, x the logarithms,
+    by maximum likelihood. Errors are robust, with the runs of a ground motion as one cluster, because neighbouring
+    stripes share motions.
 
     References
     ----------

@@ -115,14 +115,14 @@ class CurveParameters(NamedTuple):
 
 
 PARAMETERS = CurveParameters._fields[:-1]
-"""Numbers among the parameters of a curve; those of curves without uplift are the first two."""
+"""Numbers among the parameters of a curve; curves without uplift have the first two."""
 
 
 class CurveRow(NamedTuple):
     """One curve: labels along the set's dimensions, parameters or probabilities, status, and accompanying values.
 
-    A curve without parameters has its `probability` (level,) at the set's levels; `numbers` and `words` hold the
-    known ones of `CURVE_NUMBERS` and `CURVE_WORDS`.
+    A curve without parameters has its `probability` (level,) at the set's levels; `numbers` and `words` contain its
+    known values of `CURVE_NUMBERS` and `CURVE_WORDS`.
     """
 
     labels: tuple[str, ...]
@@ -162,9 +162,9 @@ class CurveRow(NamedTuple):
 class CurveSet(NamedTuple):
     """Curves of one measure: the measure's label and SI unit, a flag for the ground's motion, dimensions, ids, form.
 
-    Curves that differ in nothing but the limit state are one component and have one id; `floors` are those on which the
-    blocks stand, as far as they are known, `state` is the limit state where there is but one, and `place` is the place
-    of the motions that levels measure.
+    Curves that differ only in the limit state are one component and have one id. `floors` are the floors below the
+    blocks, if known. `state` is the limit state if there is only one. `place` is the place of the motions that levels
+    measure.
     """
 
     im: str
@@ -256,7 +256,7 @@ def select_measure(
     measure = intensity_measure(named) if named else None
     wanted = None if im is None else SCALE if measure is None else measure.label
     keys = [key for key in found if wanted in (None, key[0]) and place in ("", PLACES[key[1]])]
-    # (the place is said of the ground, and where a measure is there of both)
+    # name the place for the ground, and if a measure exists in both places
     held = ", ".join(
         f"{label} of the {PLACES[ground]}" if ground or (label, True) in found else label for label, ground in found
     )

@@ -19,10 +19,9 @@ from .trials import Sample
 
 
 def isotonic_probabilities(levels: Array, overturnings: Array, runs: Array) -> Array:
-    """Return the non-decreasing probabilities (level,) of greatest binomial likelihood.
+    """Return the non-decreasing probabilities (level,) of maximum binomial likelihood.
 
-    At levels without runs they are linear in ln x between the neighbours, and those of the nearest level outside; NaN
-    where there are no runs at all.
+    At levels without runs they are linear in ln x between the neighbours, and constant outside; NaN without any runs.
     """
     used = runs > 0
     if not used.any():

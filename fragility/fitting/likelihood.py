@@ -155,8 +155,8 @@ def covariance_of(
 ) -> Array:
     """Return the covariance (aa, ab, bb) of each fit's (a, b), (replicate, 3).
 
-    It is computed from the observed information or, with `weights` (replicate, pattern), by the sandwich estimate: this
-    sums scores over all runs of a motion and holds for any dependence between them.
+    It is computed from the observed information or, with `weights` (replicate, pattern), by the sandwich estimate. The
+    latter sums scores over all runs of a motion and is valid for any dependence between them.
     """
     covariance = np.empty((lines.a.size, 3))
     none = np.empty(0, dtype=np.int64)

@@ -22,8 +22,8 @@ DENSE = 4
 class Patterns(NamedTuple):
     """Patterns of outcomes; motions with the same outcomes share one.
 
-    of_cluster (cluster,) is the pattern of each motion, -1 where it has no run here.
-    cells[starts[p]:starts[p + 1]] are the cells in which the runs of pattern p lie, counts how many lie in each.
+    `of_cluster` (cluster,) is the pattern of each motion, -1 if it has no run here. `cells[starts[p]:starts[p + 1]]`
+    are the cells in which the runs of pattern p lie; `counts` is the number of runs in each.
     """
 
     of_cluster: Index

@@ -27,7 +27,7 @@ HIGHEST_RATE, LOWEST_RATE = 1.0, 1e-8
 # Slopes above minus this value are negative by rounding alone.
 FLAT = 1e-9
 ROUNDING = 1e-3
-"""Greatest relative difference of given rates from the mean of their realisations: files print four digits or more."""
+"""Maximum relative difference of given rates from the mean of their realisations: files print four digits or more."""
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,9 @@ class HazardCurve:
     levels : sequence of float, shape (level,)
         Levels, in the SI unit of the measure, > 0, at least two, strictly increasing.
     rates : sequence of float, shape (level,)
-        Annual rates at which the measure exceeds each level, 1/year, > 0, never rising.  With `realisations` they are
-        their weighted mean: computed where not given (an empty sequence), else used as given and refused where they
-        differ from it by more than 0.1 %, the rounding of files.
+        Annual rates at which the measure exceeds each level, 1/year, > 0, never rising. With `realisations` they are
+        their weighted mean. They are computed if not given (an empty sequence), else used as given. A difference of
+        more than 0.1 %, the rounding of files, is an error.
     im : str or Measure
         The measure, as `toppling.ida` names it: ``pga``, ``pgv``, ``Sa(1.0)``, …
     source : str
@@ -53,11 +53,11 @@ class HazardCurve:
     curvature : float
         k2 >= 0: ln(rate) + k2 ln²(level) is linear between points instead of ln(rate).
     fractile : float, optional
-        Fractile over epistemic uncertainty that the curve is, above 0 to below 1; a mean curve where not given.  With
-        `realisations` its rates must be given, and lie between the lowest and the highest of them; they are not
+        Fractile of the curve over epistemic uncertainty, above 0 to below 1; a mean curve if not given. With
+        `realisations` its rates must be given, and lie between the lowest and the highest of them. They are not
         compared with the mean, and definitions of a fractile of few realisations differ.
     at : {"ground", "floor"}
-        Place of the measure: the ground motion at the site, or the motion of the floor that blocks stand on.
+        Place of the measure: the ground motion at the site, or the motion of the floor below the blocks.
 
     Notes
     -----

@@ -40,7 +40,7 @@ from .reading import (
 Site = int | str | tuple[float, float] | None
 """A site of a file: its number, its name, or its longitude and latitude; None where the file has only one."""
 
-# A site given by longitude and latitude is found within so many degrees.
+# Tolerance, in degrees, of a site given by longitude and latitude.
 NEAR = 0.01
 
 _YEARS = {
@@ -116,7 +116,7 @@ _ENGLISH = {
 """Words of comments in German, French, Spanish, Italian, Portuguese and Turkish, for which the English one is read."""
 _OF_SOURCES = re.compile(r"slip|activity|recurrence|seismicity|from|convert", re.IGNORECASE)
 _RATES = re.compile(r"rate|frequenc|from|convert", re.IGNORECASE)
-"""What comments on probabilities say where the numbers are rates all the same."""
+"""Words with which a comment on probabilities is still consistent with rates."""
 _THOUSANDS = re.compile(r"[1-9]\d{0,2}\.\d{3}")
 _ANNUAL = re.compile(r"(?<![a-z])(?:annual|yearly|apoe|afe|mafe)(?![a-z])")
 _PERCENT = re.compile(r"%|(?<![a-z])per ?cent(?![a-z])")
@@ -124,9 +124,9 @@ _PLAIN_WORDS = frozenset(
     {"annual", "yearly", "mean", "total", "average", "seismic", "hazard", "being", "of", "the", "at", "least", "once"}
     | {"exceedance", "exceedence", "exceeding", "exceeded"}
 )
-"""Words that a heading may hold beside its quantity: none of them changes what its numbers are."""
+"""Words that a heading may contain in addition to its quantity: none of them changes the meaning of its numbers."""
 _BRANCH = re.compile(r"(?:rlz|branch|realisation|realization|model|b)?\d{0,4}|[a-z]")
-"""Names of realisations beside their weight."""
+"""Names of realisations, without their weight."""
 _NAMED = re.compile(
     r"(?i)(?<![a-z\d_])(?:(?P<peak>pg[avd])(?![a-z])|peak ground (?P<word>[avd])\w+"
     r"|(?:p?sa|spectral acceleration)\s?(?:at|\()?\s?(?:t\s?=\s?)?(?P<period>\d+(?:\.\d+)?)\s?(?:s(?:ec)?\b|\))\)?)"
@@ -474,7 +474,7 @@ def _measure_of_place(file: Path) -> str | None:
 def one_measure(lines: Lines, names: list[str], im: str | None) -> tuple[str, list[str]]:
     """Return the measure that is read of OpenQuake's older table of several, and the names of columns of one measure.
 
-    names: as ``pga-0.1`` and ``sa(0.1)-0.1``; those of the measure are returned as ``poe-0.1``.
+    `names`: as ``pga-0.1`` and ``sa(0.1)-0.1``; names of the measure are returned as ``poe-0.1``.
     """
     matches = [OF_MEASURES.fullmatch(name) for name in names]
     labels = [None if match is None else program_measure(lines, match[1]) for match in matches]

@@ -19,7 +19,7 @@ Values = TypeVar("Values", float, Array, xr.DataArray)
 def probability_in(rate: Values, years: float = 50.0) -> Values:
     """Probability of at least one event in `years` (> 0) of a Poisson process with `rate` (1/year, >= 0, any shape).
 
-    Rates that are all above 10 per year are questioned (`ImplausibleInput`): return periods, as a rule.
+    Rates that are all above 10 per year cause a warning (`ImplausibleInput`): they are usually return periods.
 
     Examples
     --------

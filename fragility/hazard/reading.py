@@ -18,7 +18,7 @@ from .curve import HazardCurve, check_points, hazard_measure, unit_to_si
 
 MOST_LEVELS = 10_000
 UNNAMED = "the file names no measure"
-"""Part of the source of a curve whose measure is only that of the levels."""
+"""Part of the source of a curve whose measure is assumed from the levels."""
 
 LARGER = "a comment names the larger of both components"
 NOT_USED = "not used of a comment:"

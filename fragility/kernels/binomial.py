@@ -450,10 +450,10 @@ def fit_many(kind, link, z, k, n, penalty, start, out):
 def covariances(kind, link, z, k, n, fits, weights, starts, cells, counts, outcomes, out):
     """Write the covariance of (a, b) of many fits into out (replicate, 3): aa, ab, bb.
 
-    It comes from the information alone where weights has no columns.  Else it is robust against dependence between the
-    runs of a motion: weights (replicate, pattern) holds how often each pattern of outcomes was drawn,
-    cells[starts[p]:starts[p + 1]] the cells of pattern p, and counts the number of runs in each of them; cells are
-    intervals, or STATES a level, whose outcomes are 1 (overturned), 0 (stood) or -1 (no run).
+    It is from the information alone if `weights` has no columns. Else it is robust against dependence between the runs
+    of a motion. `weights` (replicate, pattern) counts the draws of each pattern of outcomes, and
+    `cells[starts[p]:starts[p + 1]]` are the cells of pattern p. `counts` is the number of runs in each of them. Cells
+    are intervals, or STATES per level, whose outcomes are 1 (overturned), 0 (not overturned) or -1 (no run).
     """
     scratch = np.zeros((SCRATCH, z.size))
     scores = np.zeros((2, outcomes.size if kind == BINOMIAL else z.size + 1))
@@ -587,7 +587,7 @@ def profile_end(kind, link, z, k, n, penalised, what, eta, a, b, drop, side, tol
         return best
     det = haa * hbb - hab * hab
     variance = haa / det / (b * b) if what == SLOPE else (hbb - 2.0 * best * hab + best * best * haa) / det / (b * b)
-    # the fractile's place is (eta - a)/b: its variance is that of a + best b over b²
+    # the fractile's place is (eta - a)/b: its variance is the variance of a + best b over b²
     step = math.sqrt(2.0 * drop * variance) if variance > 0.0 else 1.0
     step = side * min(max(step, 1e-12), 1.0)
     inner = best

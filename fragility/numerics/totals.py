@@ -1,8 +1,8 @@
 """Joint overturning of many items from their flags: probabilities of events, sums over items, exceeded thresholds.
 
-Plain arrays: flags (model, item, variant, level, motion), one variant where pieces of an item are alike.  Sums and
-products over items are computed item by item in their order, so that the same bits result from parts of the items, one
-after the other.
+Plain arrays: flags (model, item, variant, level, motion), one variant if pieces of an item are alike. Sums and products
+over items are computed item by item in their order. Results from parts of the items, one after the other, are therefore
+bit-identical.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def expected_totals(chance: Array, amounts: Array, members: Flags, found: Array 
 
 
 def fallen_pieces(flags: Flags, drawn: Index) -> Array:
-    """Return how many pieces of an item overturn, (model, level, motion, realisation).
+    """Return the number of pieces of an item that overturn, (model, level, motion, realisation).
 
     flags (model, variant, level, motion); drawn (motion, realisation, variant): the number of pieces of each variant.
     """

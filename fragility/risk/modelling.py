@@ -1,4 +1,4 @@
-"""Modelling uncertainty beta_m of fragility curves: how well the model is known, beside how motions differ."""
+"""Modelling uncertainty beta_m of fragility curves: quality of the model, in addition to the variability of motions."""
 
 from __future__ import annotations
 
@@ -23,8 +23,9 @@ MODELLING = "modelling_dispersion"
 POINTS = 1000
 """Points of a blurred hazard curve."""
 USUAL_DISPERSION = 0.3
-"""beta_m of the range of a chance or a rate where nothing better is known: between the average (0.25) and the limited
-(0.40) quality of a model by FEMA P-58-1 (2018), section 5.2 (recalled)."""
+"""Default beta_m of the range of a probability or a rate. It lies between the average (0.25) and the limited (0.40)
+quality of a model by FEMA P-58-1 (2018), section 5.2 (recalled).
+"""
 TENTH = 1.28
 """Standard normal score that one in ten exceeds."""
 
@@ -55,7 +56,7 @@ def with_ends(
 ) -> dict[str, xr.Variable]:
     """Return the ends of the range of a value, from the values at the two `capacity_factors`; NaN where one is NaN.
 
-    measure: that of a value with a unit of the levels.
+    `measure`: measure of a value with a unit of the levels.
     """
     low, high = capacity_factors(dispersion)
     text = f"if all capacities are off by one factor, {low:.2f} to {high:.2f}{f': {measure}' if measure else ''}"
@@ -90,16 +91,16 @@ def with_modelling(curves: xr.Dataset, dispersion: float) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        The curves with sqrt(beta² + beta_m²) in place of beta, in ends of intervals and replicates too, and beta_m in
-        the attribute ``modelling_dispersion``.  Standard errors and fractiles, which hold only for the plain curves,
-        are left out.
+        The curves with sqrt(beta² + beta_m²) instead of beta, in ends of intervals and replicates too, and beta_m in
+        the attribute ``modelling_dispersion``. Standard errors and fractiles, which are valid only for the plain
+        curves, are left out.
 
     Notes
     -----
-    With ln(median) normal around that of the model, E[Phi(ln(x/median)/beta)] = Phi(ln(x/median)/sqrt(beta² +
-    beta_m²)).  Rates of these curves are mean rates; fractiles of the rate (`epistemic_rates`) start from curves
-    without it, so that it is never counted twice.  With a hazard H = k0 x^-k the mean rate is exp(k² beta_m²/2) times
-    that of the plain curve (Cornell et al. 2002).
+    With ln(median) normal around the model's value, E[Phi(ln(x/median)/beta)] = Phi(ln(x/median)/sqrt(beta² +
+    beta_m²)). Rates of these curves are mean rates; fractiles of the rate (`epistemic_rates`) start from curves without
+    it, so that it is never counted twice. With a hazard H = k0 x^-k the mean rate is exp(k² beta_m²/2) times the plain
+    curve's (Cornell et al. 2002).
 
     References
     ----------
@@ -139,9 +140,9 @@ def blurred(hazard: HazardCurve, dispersion: float, levels: Array) -> HazardCurv
     """Return the hazard curve under which capacities known exactly have the mean rates of capacities known to beta_m.
 
     It is E[H(x exp(beta_m Z))] at points that reach four beta_m beyond levels (SI) and hazard, which is extended with
-    its slopes at both ends: the rate of a lognormal curve with the median x and the `dispersion` beta_m > 0. A capacity
-    c exp(beta_m Z) is exceeded at the rate H(c exp(beta_m Z)), whose mean over Z is that of c under this curve. It
-    holds for any number of capacities with the same Z, for their sums, and for events of several of them.
+    its slopes at both ends. At x it is the rate of a lognormal curve with the median x and the `dispersion` beta_m > 0.
+    A capacity c exp(beta_m Z) is exceeded at the rate H(c exp(beta_m Z)), whose mean over Z is the rate of c under this
+    curve. It is valid for any number of capacities with the same Z, for their sums, and for events of several of them.
     """
     beta = checks.number("dispersion", dispersion, above=0.0, at_most=BETA_M.at_most)
     ends = log([min(hazard.levels[0], levels[0]), max(hazard.levels[-1], levels[-1])])

@@ -54,11 +54,11 @@ def integrate(
 ) -> Array:
     """Return integrals (integral,) of non-negative functions, each the sum of its panels, NaN where the function is.
 
-    `function` takes points (panel, 15) and the integral that each panel belongs to (panel,), and returns (panel, 15).
-    `start`, `stop` and `owner` (panel,) are the ends of the panels, finite, and the number of their integral; kinks of
-    the function should lie on ends, otherwise bisection has to find them. `groups` (integral,) is the number, from 0
-    on, of the sum that each integral is a part of. A panel is bisected while Gauss' 7 and Kronrod's 15 points differ by
-    more than the share `tolerance` of that sum.
+    `function` takes points (panel, 15) and the integral of each panel (panel,), and returns (panel, 15). `start`,
+    `stop` and `owner` (panel,) are the ends of the panels, finite, and the number of their integral. Kinks of the
+    function should lie on ends, otherwise bisection has to find them. `groups` (integral,) is the number, from 0 on, of
+    the sum to which each integral belongs. A panel is bisected while Gauss' 7 and Kronrod's 15 points differ by more
+    than the share `tolerance` of that sum.
     """
     count = groups.size
     total = np.zeros(count)

@@ -1,8 +1,8 @@
 """Execution of chunks on a dask.distributed cluster.
 
-Oscillators and motions are sent once, not with every chunk: they are results of small tasks, which the cluster repeats
-when the worker that held a result is lost.  Motions that workers can make themselves are not sent at all.  The
-scheduler is given only as many chunks as keep the workers busy, whatever their total number.
+Oscillators and motions are sent once, not with every chunk. They are results of small tasks, which the cluster repeats
+if the worker with a result is lost. Motions that workers can make themselves are not sent. The scheduler is given only
+enough chunks to keep the workers busy, whatever their total number.
 
 Scheduler and client often share the cores with the workers, and their work grows with the number of messages.
 Therefore chunks are sent, and results fetched, several at a time, and data that dask need not inspect is sent as bytes.
@@ -103,7 +103,7 @@ class Cluster(Runner):
         finished: list[Future[Any]] = []
         left = len(chunks)
         while left:
-            # (chunks that replace finished ones are sent first, so that no worker waits while results are fetched)
+            # chunks that replace finished chunks are sent first, so that no worker waits while results are fetched
             room = 0 if self.stop() else AHEAD * threads.count() + 1 - (len(running) - len(finished))
             begun = list(islice(waiting, max(room, 0)))
             for future, chunk in zip(sent.submit(begun), begun, strict=True):
@@ -119,7 +119,7 @@ class Cluster(Runner):
 
 @cache
 def _sources() -> str:
-    """Return a hash of the sources that compute a chunk beside the engine."""
+    """Return a hash of the sources outside the engine that compute a chunk."""
     files = sorted(Path(__file__).parent.glob("*.py"))
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:12]
 

@@ -37,7 +37,7 @@ class BlockFactors(NamedTuple):
             return self.measure.factors(ratios) * self.times[:, None]
 
     def parts(self) -> Iterator[Array]:
-        """Yield all factors, those of some blocks at a time."""
+        """Yield all factors, some blocks at a time."""
         blocks, levels, motions = self.shape
         step = max(1, RUNS // max(1, levels * motions))
         for first in range(0, blocks, step):
@@ -64,8 +64,9 @@ def either_side(factors: Factors, share: float) -> Factors:
 class ScaleFactors(NamedTuple):
     """Scale factors on the dimensions that they depend on, computed when they are read: for a slab of runs at a time.
 
-    levels: on level, or on motion where each motion is run at one level; measured: the measure of the unscaled motions,
-    on motion, or on (block, motion); measure: turns ratios of the two into factors, None where ratios are factors.
+    `levels`: on level, or on motion if each motion is run at one level. `measured`: the measure of the unscaled
+    motions, on motion, or on (block, motion). `measure`: turns ratios of the two into factors, None if ratios are
+    factors.
     """
 
     levels: xr.Variable

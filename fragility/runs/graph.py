@@ -49,7 +49,7 @@ def run_sent(engine: Mapping[str, str], data: tuple[Any, ...]) -> ChunkResult:
 
 
 def engine_difference(theirs: Mapping[str, str], ours: Mapping[str, str]) -> str:
-    """Return what another process has that this one has not, and what to do about it; empty where engines are equal.
+    """Return the difference of another process from this one, and its remedy; empty if engines are equal.
 
     Results of different engines differ in their last digits, and therefore now and then in their outcomes.
     """

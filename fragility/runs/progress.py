@@ -1,4 +1,4 @@
-"""Progress of work that is done in parts, told as that of the whole."""
+"""Progress of work that is done in parts, reported for the whole."""
 
 from __future__ import annotations
 

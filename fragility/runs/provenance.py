@@ -41,7 +41,7 @@ EDGE = "edge"
 AXES = "axes"
 """Entry of a configuration: `BOTH_AXES` or `WEAK_AXIS`, where blocks are run about these."""
 DESCRIBED = 1000
-"""Greatest number of blocks that a configuration describes one by one: it is read and written for each slab of runs."""
+"""Maximum number of blocks that a configuration describes one by one: it is read and written for each slab of runs."""
 
 
 def configuration_of(data: xr.Dataset | xr.DataArray) -> dict[str, Any]:
@@ -126,7 +126,7 @@ class LevelMeasure(NamedTuple):
 
 
 def level_measure(runs: xr.Dataset) -> LevelMeasure:
-    """Return the measure of the levels of runs; named ``ground_pga`` where it is that of the ground motion below."""
+    """Return the measure of the levels of runs; its name is ``ground_pga`` if it belongs to the ground motion below."""
     levels = runs["level"] if design_of(runs) == ADAPTIVE else intensity_of(runs)
     if "im" not in levels.attrs:
         raise ValueError("runs must have levels or intensities and say of which measure, as toppling.ida returns them")
@@ -214,7 +214,7 @@ def motions_by_floor(runs: xr.Dataset | xr.DataArray) -> tuple[xr.Variable | Non
 def ground_names(runs: xr.Dataset | xr.DataArray) -> list[str]:
     """Return the name of each motion's ground motion, which its floors, stripes and polarities share."""
     floors = floor_of_each_motion(runs)
-    # (numbers stand in for missing labels; in stripes a motion that is repeated has another label)
+    # numbers replace missing labels; in stripes a repeated motion has another label
     labels = [str(value) for value in runs[RECORD if RECORD in runs.coords else "motion"].values]
     return [
         label.removesuffix(f" floor {floor}") if floor else label for label, floor in zip(labels, floors, strict=True)
@@ -260,7 +260,7 @@ def about_both_axes(data: xr.Dataset | xr.DataArray) -> bool:
 
 
 def blocks_of(runs: xr.Dataset) -> list[Block]:
-    """Return the blocks of labelled runs, from their coordinates; of uncertain blocks those of the first sample."""
+    """Return the blocks of labelled runs from their coordinates; of uncertain blocks the blocks of the first sample."""
     if "sample" in runs.dims:  # (what does not differ between blocks is not on block there)
         of = [name for name in runs.coords if {"sample", "block"} >= {*runs[name].dims}]
         first = runs[of].isel(sample=0)
@@ -318,7 +318,7 @@ def records_of(runs: xr.Dataset, motions: Motions) -> list[Record]:
 
 
 def places_in(runs: xr.Dataset) -> dict[str, Index]:
-    """Return where the block, the law and the motion of each run at adaptive levels stand, -1 for those left out."""
+    """Return the positions of the block, the law and the motion of each run at adaptive levels, -1 for omitted runs."""
     found = {}
     for dim in ("block", "model", "motion"):
         numbers = np.atleast_1d(runs[f"{dim}_number"].values)

@@ -191,7 +191,7 @@ def collect_about(
 
 
 def collect(work: Work, runner: Runner, progress: Progress | None, least: float | None = None) -> Runs:
-    """Do the work in chunks and put the results together; least: shortest duration of a chunk (`plan_chunks`)."""
+    """Do the work in chunks and put the results together; `least`: shortest duration of a chunk (`plan_chunks`)."""
     shape = (len(work.oscillators), work.levels, len(work.motions))
     results = {name: runner.array(shape, OUTPUTS[name].kind) for name in work.outputs}
     tally = np.zeros(len(TALLY), np.int64)

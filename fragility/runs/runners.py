@@ -55,7 +55,7 @@ def scheduler() -> Callable[..., Any]:
     """Return dask's function that computes a graph: of its configuration, of a default client, else of its threads.
 
     Within a task of a cluster's worker there is no default client, because that worker would wait for itself.
-    ValueError where the configuration names a scheduler that there is not.
+    ValueError if the configuration names a scheduler that does not exist.
     """
     if config.get("scheduler", None) is None and (_in_worker() or "distributed" not in sys.modules):
         # (dask would load its distributed part to look for a client, which takes a second, although none can be there)
@@ -129,8 +129,8 @@ class ConfiguredScheduler(Runner):
     """The scheduler that dask is configured with: threads of this process (the engine does not hold the interpreter
     lock), one thread (``synchronous``), processes, or an executor.
 
-    Once `stop` returns True no chunk is begun; chunks in flight are returned, but for those that take several seconds,
-    then KeyboardInterrupt is raised.
+    Once `stop` returns True no chunk is begun. Chunks in flight are returned, except chunks that take several seconds.
+    KeyboardInterrupt is then raised.
     """
 
     stop: Callable[[], bool] = never
@@ -203,7 +203,7 @@ class _Window:
             if len(found) != len(self._chunks):
                 raise RuntimeError(f"the scheduler returned {len(found)} of {len(self._chunks)} results")
             for number, done in enumerate(found):
-                if number not in told:  # (by a scheduler of the user's that knows no callbacks)
+                if number not in told:  # by a scheduler of the user without callbacks
                     self._finished.put((number, done))
             self._finished.put(None)
         except BaseException as error:

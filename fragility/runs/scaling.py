@@ -80,10 +80,10 @@ INTENSITY_MEASURES = (*SCALABLE, *BLOCK_MEASURES, SCALE)
 class Scaling(NamedTuple):
     """Levels of an intensity measure and the factors that scale every motion to the levels.
 
-    levels (level,); factors (block, level, motion), one block where they are the same for all; name, units and long
-    name of the measure; measured: its values for the unscaled motions, (motion,) or (block, motion), None for plain
-    factors; ground: whether it is measured on the ground below and not on the motions themselves; measure: turns ratios
-    of levels and measured values into factors, None for plain factors.
+    `levels` (level,). `factors` (block, level, motion), one block if they are the same for all. `name`, `units`,
+    `long_name`: of the measure. `measured`: its values for the unscaled motions, (motion,) or (block, motion), None for
+    plain factors. `ground`: True if it is measured on the ground below, not on the motions themselves. `measure`: turns
+    ratios of levels and measured values into factors, None for plain factors.
     """
 
     levels: Array
@@ -126,7 +126,7 @@ def scaling(
 ) -> Scaling:
     """Return the factors (level/measure)^(1/power) for a measure of the motion; the levels for ``im="scale"``.
 
-    With `ground`, one ground motion for each motion, the measure is that of the ground motion: the floor motions of an
+    With `ground`, one ground motion for each motion, the measure belongs to the ground motion: the floor motions of an
     elastic building are proportional to it. Levels are > 0 and increase.
     """
     one = intensity_measure(im)

@@ -1,4 +1,4 @@
-"""Distributions of uncertain inputs: those of numbers, and choices among words and damping laws."""
+"""Distributions of uncertain inputs: numbers, and choices among words and damping laws."""
 
 from __future__ import annotations
 

@@ -175,7 +175,7 @@ def _ends(distributions: Mapping[str, Distribution], name: str, nominal: float) 
 
 
 def _slenderness(block: Block, distributions: Mapping[str, Distribution]) -> tuple[float, float]:
-    """Least and largest slenderness angle that the inputs allow, rad."""
+    """Smallest and largest slenderness angle that the inputs allow, rad."""
     if not {*distributions} & {*SIZES}:
         if "alpha" in distributions:
             return distributions["alpha"].support

@@ -72,9 +72,9 @@ ORDER = (
 class ScreenInput(NamedTuple):
     """Properties of runs that the screen needs, as plain variables: of all runs, or of some blocks and motions.
 
-    sizes: of the dimensions of the runs, in order; coordinates: of blocks, laws and motions, by name (all of
-    `NEEDED`, some of `OPTIONAL`); factors: scale factors of the motions.  places (run,): of the block, the law
-    and the motion of each run in a table, where runs do not lie on these dimensions.
+    `sizes`: of the dimensions of the runs, in order. `coordinates`: of blocks, laws and motions, by name (all of
+    `NEEDED`, some of `OPTIONAL`). `factors`: scale factors of the motions. `places` (run,): of the block, the law and
+    the motion of each run in a table, for runs that do not lie on these dimensions.
     """
 
     sizes: dict[str, int]
@@ -145,14 +145,14 @@ def known_coordinates(runs: xr.Dataset) -> dict[str, xr.Variable]:
 
 
 class Bounds(NamedTuple):
-    """Limits that pass: least and greatest scale factor, and greatest half width of an interval."""
+    """Limits that pass: minimum and maximum scale factor, and maximum half width of an interval."""
 
     factors: tuple[float, float] = FACTORS
     half_width: float = HALF_WIDTH
 
 
 class ScreenRequest(NamedTuple):
-    """What is asked of a screen of runs: friction and bounds as of `screen`, and the share of the motions tested."""
+    """Request for a screen of runs: friction and bounds as of `screen`, and the share of the motions tested."""
 
     friction: float | Friction | Mapping[str, float | Friction] | None = None
     bounds: Bounds = Bounds()
@@ -283,7 +283,7 @@ def _screen_slab(
     chances = {}
     for reason, need in needs.items():
         chance = on_runs(chance_below(need, available, places.get("block")))
-        # a block that never uplifts neither rocks nor comes down
+        # a block that never uplifts neither rocks nor has an impact
         chances[reason] = chance if reason is SLIDES_AT_UPLIFT else xr.apply_ufunc(np.where, lifts, chance, 0.0)
     frequency = _elastic_frequency(known)
     variables = {

@@ -40,9 +40,9 @@ def friction_demands(
 ) -> dict[Reason, xr.Variable]:
     """Return the coefficient of friction below which blocks slide, at uplift and while they rock.
 
-    slenderness, inertia: on block, or on run; peak: peak acceleration of the scaled motions, m/s²; factor: their scale
-    factors; rising: `rising_peaks` of the motions, without which the demand at uplift is left out; motion (run,): the
-    places of the motions of runs.
+    `slenderness`, `inertia`: on block, or on run. `peak`: peak acceleration of the scaled motions, m/s². `factor`:
+    their scale factors. `rising`: `rising_peaks` of the motions, without which the demand at uplift is left out.
+    `motion` (run,): the places of the motions of runs.
     """
     needs = {SLIDES_WHILE_ROCKING: xr.apply_ufunc(friction_at_uplift, slenderness, peak, inertia)}
     if rising is not None:
@@ -101,7 +101,7 @@ def chance_below(need: xr.Variable, available: list[Friction], block: Index | No
 
 
 def slides_of(chances: Mapping[Reason, xr.Variable], known: bool) -> xr.Variable:
-    """Return the probability that a block slides at all: that of the greatest demand, as there is one coefficient."""
+    """Return the probability of sliding, which is the largest of all demands because there is one coefficient."""
     slides = chances[SLIDES_WHILE_ROCKING]
     for chance in chances.values():
         slides = xr.apply_ufunc(np.maximum, slides, chance)

@@ -53,7 +53,7 @@ AT_ONCE = 32
 
 
 class Shaken:
-    """What the screen needs of motions, which come some at a time and are not kept.
+    """Properties of motions that the screen needs; motions are given in groups and are not kept.
 
     The runs of the share `share` of the motions, rounded up, are repeated under perturbations. `kept` has these motions
     by place: evenly spaced from the first one on, with their reverses, so that the choice does not depend on how many
@@ -84,9 +84,9 @@ class Shaken:
 
 
 def shaken_by(runs: xr.Dataset, motions: Motions | Generator, share: float) -> Shaken:
-    """Return what the screen needs of the motions of runs; ValueError for other motions than those of the runs.
+    """Return the motions' properties for the screen; ValueError for motions that are not the motions of the runs.
 
-    Those of a generator are made again, with the seed of the runs.
+    Motions of a generator are made again, with the seed of the runs.
     """
     found = Shaken(share)
     if not isinstance(motions, Generator):
@@ -125,8 +125,8 @@ def sparse_screen(
 ) -> Screened:
     """Return the screen of runs in a table (`selected`).
 
-    The variables are those of `screen` (what every run has is on run) and ``undecided_tested`` (block, model). Without
-    `shaken` they are those of `screen` without motions; `runner` and `progress` serve the runs that are repeated.
+    The variables are as of `screen`, with run as the dimension of every run, and ``undecided_tested`` (block, model).
+    Without `shaken` they are as of `screen` without motions; `runner` and `progress` are for the repeated runs.
     """
     places = places_in(runs)
     sizes = {dim: runs.sizes[dim] for dim in ("block", "model")}
@@ -218,5 +218,5 @@ def _flips(
 
 
 def _all(flags: Flags, _: slice) -> Flags:
-    """Return the flags of the one row that there is."""
+    """Return the flags of the only row."""
     return flags

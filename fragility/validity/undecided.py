@@ -77,8 +77,8 @@ def undecided_variables(
 class FlipCounts(NamedTuple):
     """Number of perturbations that change the flag of each run that was repeated.
 
-    chosen (motion,): True for the motions whose runs were repeated; counts (block, model, level or 1, …, chosen
-    motion), where … are several runs of one block under one law, such as those of its variants.  Counts may lie in a
+    `chosen` (motion,): True for the motions whose runs were repeated. `counts` (block, model, level or 1, …, chosen
+    motion), where … are several runs of one block under one law, such as the runs of its variants. Counts may be in a
     file and are read slab by slab.
     """
 
@@ -151,11 +151,11 @@ def count_flips_of(
 ) -> NDArray[np.int8]:
     """Repeat the runs of pairs of a block and a law under the perturbations of `count_flips`.
 
-    Counts are (row, pair, level, motion), allocated by the runner. `rows` are whatever pairs are made of, such as
-    blocks; `pairs_of` makes those of a row, as many for each row; with True, in the direction of the depth. Pairs at
-    the same position have laws of the same kind (with a restitution or without, and of the same geometry). With `both`
-    the runs are about both axes: a run overturns about either. `flags_of` returns the flags (row, pair, level, motion)
-    of a slice of the rows without a perturbation; `factors` are (row or 1, level, motion).
+    Counts are (row, pair, level, motion), allocated by the runner. `rows` are the sources of pairs, such as blocks.
+    `pairs_of` makes the pairs of a row, as many for each row; with True, in the direction of the depth. Pairs at the
+    same position have laws of the same kind (with or without a restitution, and of the same geometry). With `both` the
+    runs are about both axes: a run overturns about either. `flags_of` returns the flags (row, pair, level, motion) of a
+    slice of the rows without a perturbation. `factors` are (row or 1, level, motion).
     """
     first = pairs_of(rows[0], False)
     with_e = [j for j, (block, law) in enumerate(first) if law.restitution(block) is not None]

@@ -30,6 +30,13 @@ def test_the_counter_counts():
     assert prose.sentences("- One [thing](a.md#b).\n- Another e.g. thing\n") == ["One thing.", "Another eg thing"]
 
 
+def test_entries_of_a_docstring_are_paragraphs():
+    entries = 'Parameters\n----------\na : {"least"}\n    First entry.\nb : float\n    Second entry.\n'
+    text = prose.prose_of_docstring(f"Title.\n\n{entries}\n>>> least\n1\n")
+    assert prose.sentences(text) == ["Title.", "First entry.", "Second entry.", "1"]
+    assert prose.avoided(text) == []
+
+
 def test_words_of_all_pages():
     assert sum(prose.words(path.read_text("utf-8")) for path in PAGES) <= 42_000
 
@@ -63,7 +70,7 @@ def test_docstrings_get_plainer(package):
     for path in (ROOT / package).rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
             if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
-                text = ast.get_docstring(node) or ""
+                text = prose.prose_of_docstring(ast.get_docstring(node) or "")
                 number += len(prose.avoided(text))
                 number += sum(
                     prose.length(sentence) > prose.MOST_WORDS_OF_A_SENTENCE for sentence in prose.sentences(text)

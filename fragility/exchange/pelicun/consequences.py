@@ -24,7 +24,7 @@ _OTHER_UNITS = {
     "other": {"unitless": 1.0, "rad": 1.0, "loss_ratio": 1.0, "worker_day": 1.0, "kg": 1.0, "J": 1.0, "MJ": 1e6},
     "dollars": {"USD": 1.0, "USD_2011": 1.0},
 }
-# (pelicun reads such a file in place of its own units: those of FEMA P-58's components must be there, too)
+# pelicun reads such a file instead of its own units: the units of FEMA P-58's components must be there, too
 KNOWN_CURRENCY = "USD"
 DAY = "day"
 STATE = "overturned"
@@ -34,8 +34,8 @@ REPLACED = "Set up again, or replaced."
 class Amount(NamedTuple):
     """A cost or a time of a fall: median, dispersion and pelicun's family of its distribution.
 
-    Of a lognormal distribution the dispersion is the standard deviation of the logarithm, of a normal one, which
-    pelicun truncates at 0, the coefficient of variation; the family is empty where the amount is known.
+    The dispersion of a lognormal distribution is the standard deviation of the logarithm. The dispersion of a normal
+    one, which pelicun truncates at 0, is the coefficient of variation. The family is empty if the amount is known.
     """
 
     median: float
@@ -46,9 +46,9 @@ class Amount(NamedTuple):
 class Line(NamedTuple):
     """Pieces of one kind on a floor: floor (0 is the ground), number, and what their fall costs, with comments.
 
-    together: whether all of them fall, or none.  cost: of one piece, drawn once for pieces that fall together, and once
-    for each otherwise; likewise the downtime, days, which is that of all pieces that fall together, None where none is
-    given.  note: on their fall; note_of_cost: on cost and downtime.
+    `together`: True if all of them fall, or none. `cost`: of one piece, drawn once for pieces that fall together, and
+    once for each otherwise. `downtime`: likewise, days, of all pieces that fall together, None if not given. `note`: on
+    their fall. `note_of_cost`: on cost and downtime.
     """
 
     floor: int

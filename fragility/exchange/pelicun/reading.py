@@ -1,4 +1,4 @@
-"""Reading of pelicun's fragility tables, and of those of SimCenter's damage and loss library."""
+"""Reading of fragility tables of pelicun and of SimCenter's damage and loss library."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def read_pelicun(path: str | os.PathLike[str], ids: Collection[str] | None = Non
     Parameters
     ----------
     path : path
-        The CSV.  A JSON beside it, as `write_pelicun` writes it, gives the labels of its curves.
+        The CSV. A JSON with the same name, as written by `write_pelicun`, gives the labels of its curves.
     ids : collection of str, optional
         The components to read; every one where not given.
     im : str, optional
@@ -45,16 +45,17 @@ def read_pelicun(path: str | os.PathLike[str], ids: Collection[str] | None = Non
     Returns
     -------
     xarray.Dataset
-        median (SI) and dispersion on the dimensions that were written, else on ``block``, labelled by ids; with
-        ``limit_state`` where a component has more than one; coordinates id and directional; attribute im.  Incomplete
-        rows are NaN, with that status.  Of curves of the family ``multilinear_CDF`` probability on ``level`` in place
-        of median and dispersion (form isotonic): all of them at the levels of all, linear between their own.
+        The median (SI) and dispersion on the written dimensions, else on ``block``, labelled by ids; with
+        ``limit_state`` if a component has more than one. Coordinates are id and directional; the attribute is im.
+        Incomplete rows are NaN, with that status. Curves of the family ``multilinear_CDF`` have probability on
+        ``level`` instead of median and dispersion (form isotonic). Each has the levels of all, and is linear between
+        its own.
 
     Raises
     ------
     ExchangeError
-        One sentence that names the file and the error: unknown measures or families, missing ids, several measures and
-        no choice of one, both families in the rows that are read.
+        One sentence that names the file and the error: unknown measures or families, missing ids, several measures
+        without a choice, or both families in the selected rows.
     """
     file, text = read_text(path)
     heading, rows = _table(file, text)
