@@ -24,9 +24,9 @@ AZIMUTH = described("azimuth of the component, clockwise from north", RADIAN)
 RANDOM = "random"
 """Azimuth that is drawn for each motion."""
 ZERO = 1e-15
-"""Cosines below this are those of right angles."""
+"""Cosines below this belong to right angles."""
 PERPENDICULAR = math.radians(2.0)
-"""Greatest deviation from a right angle of two horizontal components."""
+"""Maximum deviation from a right angle of two horizontal components."""
 
 
 class _Channel(NamedTuple):
@@ -53,9 +53,9 @@ def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = Non
     Returns
     -------
     xarray.DataArray
-        ``acceleration`` (motion, component, time), labelled as `h1`; ``component`` is h1, h2 (and v).  ``azimuth``
-        (rad, on motion and component) is that of the coordinates ``azimuth`` of `h1` and `h2`, otherwise 0 and pi/2,
-        so that directions count from h1 towards h2; NaN for v.
+        ``acceleration`` (motion, component, time), labelled as `h1`; ``component`` is h1, h2 (and v). ``azimuth`` (rad,
+        on motion and component) is from the coordinates ``azimuth`` of `h1` and `h2`. Without them it is 0 and pi/2, so
+        that directions count from h1 towards h2; NaN for v.
 
     Examples
     --------
@@ -110,7 +110,7 @@ def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = Non
 
 
 def _header_doubts(h1: xr.DataArray, h2: xr.DataArray) -> list[Doubt]:
-    """Return the doubt in components whose files name different stations or events."""
+    """Return the input warning on components whose files name different stations or events."""
     if "recorded" not in h1.coords or not h1["recorded"].any():
         return []
     odd = []
@@ -163,7 +163,7 @@ def _turned(pair: xr.DataArray, azimuths: Array) -> xr.DataArray:
 
 
 def _cosine(angles: Array) -> Array:
-    """Return cosines, those of right angles exactly 0: turned by one, components change places to the last bit."""
+    """Return cosines, at right angles exactly 0: turned by one, components change places to the last bit."""
     found = np.cos(angles)
     return np.asarray(np.where(np.abs(found) < ZERO, 0.0, found))
 
@@ -188,8 +188,8 @@ def both_axes(
         Direction of the blocks' width, rad, clockwise from north (from h1 towards h2 where azimuths are not known), or
         for each motion another one, uniform over all directions.
     seed, first : int
-        Seed of random azimuths, and number of the first motion: that of motion number `index` is drawn from
-        ``SeedSequence(seed, spawn_key=(index, 1))``, where numbers go on from one array to the next.
+        Seed of random azimuths, and number of the first motion. The azimuth of motion number `index` is drawn from
+        ``SeedSequence(seed, spawn_key=(index, 1))``; numbers continue from one array to the next.
     vertical : bool
         Whether the vertical component shakes, too, as for `as_recorded`.
 
@@ -197,7 +197,7 @@ def both_axes(
     -------
     list of xarray.DataArray
         The pairs turned as by `rotate`, h1 along the width and h2 along the depth, with the coordinate ``shakes``, for
-        `toppling.ida`, `toppling.stripes` and `toppling.cloud`; their levels are of measures of both components, such
+        `toppling.ida`, `toppling.stripes` and `toppling.cloud`. Their levels are of measures of both components, such
         as ``RotD50(pga)``.
 
     Examples
@@ -302,14 +302,15 @@ def correct_together(pair: xr.DataArray, correction: Callable[[xr.DataArray], xr
 
 
 def pair_up(read: Mapping[Path, Sequence[xr.DataArray]]) -> list[xr.DataArray]:
-    """Return what was read from files, the components of each recording joined, in the order of their first files.
+    """Return motions read from files, the components of each recording joined, in the order of their first files.
 
-    Components of one recording are the channels of one file, or files whose names differ in the direction alone:
-    K-NET and KiK-net (``.NS``, ``.EW``, ``.UD``, and a digit for the sensor), or an ending of the name as in the NGA
-    databases (``…009`` and ``…279``, ``-N`` and ``-E``, ``-UP``); files of the NGA databases with one record sequence
-    number (``RSN953_…``); files whose headers name one station and event.  A direction in a header comes before that of
-    the name, except in the second line of AT2 files: a warning says if it differs.  RecordError for one component
-    alone, and for horizontal ones that are more than two or not perpendicular.
+    Components of one recording are, first, the channels of one file. Second, files whose names differ in the direction
+    alone. In K-NET and KiK-net it is ``.NS``, ``.EW``, ``.UD``, and a digit for the sensor. In the NGA databases it is
+    an ending of the name (``…009`` and ``…279``, ``-N`` and ``-E``, ``-UP``). Third, files of the NGA databases with
+    one record sequence number (``RSN953_…``), and files whose headers name one station and event. A direction in a
+    header has priority over the direction in the name, except in the second line of AT2 files: a warning shows a
+    difference. RecordError for one component alone, and for horizontal components that are more than two or not
+    perpendicular.
     """
     recordings: dict[str, list[_Channel]] = {}
     for path, arrays in read.items():

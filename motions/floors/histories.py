@@ -21,7 +21,7 @@ from ..polarity import REVERSED
 DIRECTIONS = ("x", "y")
 """Horizontal directions of a building."""
 APART = 1e-5
-"""Least relative distance of two levels."""
+"""Minimum relative distance of two levels."""
 
 
 class History(NamedTuple):
@@ -43,11 +43,11 @@ class History(NamedTuple):
 class FloorHistories:
     """Floor histories by level, motion, floor and direction; made by `of`.
 
-    `levels` (level,) increase, in `unit` (as given; '' for one earthquake without a level) or in SI (`at`); `texts` are
+    `levels` (level,) increase, in `unit` (as given; '' for one earthquake without a level) or in SI (`at`). `texts` are
     the levels as given, `names` the motions of each level, `supports` the floors with their directions. With `elastic`
-    one set is scaled to all levels as if the building were elastic. `polarities` is 2 where each motion is followed by
-    its reverse (`both_ways`). `axes` is `toppling.motions.arrays.BOTH_AXES` where the two directions shake the width
-    and the depth of a piece, `WEAK_AXIS` where a piece must be so long that only one counts, '' for its width alone.
+    one set is scaled to all levels as if the building were elastic. `polarities` is 2 if each motion is followed by its
+    reverse (`both_ways`). `axes` is `toppling.motions.arrays.BOTH_AXES` if the two directions act along the width and
+    the depth of a piece. It is `WEAK_AXIS` if a piece must be so long that only one counts, and '' for its width alone.
     """
 
     levels: Array
@@ -64,8 +64,8 @@ class FloorHistories:
     def of(cls, histories: Iterable[History], unit: str = "") -> Self:
         """Make them from histories in any order.
 
-        Each motion has one history, not of zeros, of every floor and direction, of one step and length; levels > 0, not
-        nearly equal, have equally many motions, the same or none in common. Anything else is a ValueError.
+        Each motion has one history, not of zeros, of every floor and direction, of one step and length. Levels are > 0
+        and not nearly equal. They have equally many motions, the same or none in common. Anything else is a ValueError.
         """
         every = list(histories)
         if not every:
@@ -117,7 +117,7 @@ class FloorHistories:
 
     @property
     def own_motions(self) -> bool:
-        """Whether each of several levels has motions of its own."""
+        """True if each of several levels has motions of its own."""
         return len(self.names) > 1 and self.names[0] != self.names[1]
 
     @property
@@ -174,7 +174,7 @@ class FloorHistories:
         return replace(self, names=names, histories={**self.histories, **reverses}, polarities=2)
 
     def on(self, floor: str, direction: str) -> list[Record]:
-        """Return the motions of a floor, those of the first level first.
+        """Return the motions of a floor, starting with the first level.
 
         Where both directions shake, each has the other one as its companion.
         """

@@ -12,7 +12,7 @@ from .measure import Measure
 GROUND, FLOOR = "ground", "floor"
 """Places whose motion levels, hazards and curves are measured at."""
 GROUND_FLOORS = ("", "0", GROUND)
-"""Labels of floors whose motion is that of the ground."""
+"""Labels of floors that move with the ground."""
 # Measures of other programs by their own names, and the units that OpenQuake and USGS use for them.
 _NAMES = {"PGA": "pga", "PGV": "pgv", "PGD": "pgd", "IA": "arias", "CAV": "cav", "RSD595": "d5_95"}
 _PROGRAM_UNITS = {"pgv": "cm/s", "pgd": "cm", "arias": "m/s", "cav": "g s", "d5_95": "s"}

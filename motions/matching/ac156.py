@@ -1,6 +1,6 @@
 """ICC-ES AC156: motions for shake-table tests of nonstructural components, and its rules of acceptance.
 
-The rules do not apply below 1.3 Hz, so that an accepted motion may lack the velocity that overturns blocks: the peak
+The rules do not apply below 1.3 Hz, so that an accepted motion may lack the velocity that overturns blocks. The peak
 floor velocity is therefore reported with them.
 """
 
@@ -68,9 +68,9 @@ class AC156(Generator):
         Lowest natural frequency of the component, Hz: it sets the lowest frequency of the acceptance check, and the
         motions are matched at the frequencies of that check (`ac156_acceptance`).
     pgv_bound : float or None
-        Greatest relative distance of PGV from what the spectrum implies, as in `SpectrumCompatible`.
+        Maximum relative distance of PGV from the spectrum's PGV, as in `SpectrumCompatible`.
     pgd_bound : float or None
-        Greatest relative distance of PGD from what the spectrum implies.
+        Maximum relative distance of PGD from the spectrum's PGD.
 
     Notes
     -----
@@ -185,18 +185,24 @@ def ac156_acceptance(
     Returns
     -------
     xarray.Dataset
-        On (motion, frequency) ``ratio``, response spectrum at 5 % damping over RRS, at sixths of an octave up to
-        33.3 Hz.  On motion, value and outcome of each rule: ``lowest_ratio`` and ``above_90`` (every point >= 0.9);
-        ``adjacent_below`` (pairs of neighbours both below RRS) and ``none_adjacent``; ``below_to_middle`` and
-        ``below_from_middle`` (points below RRS up to and beyond 8.3 Hz) and ``at_most_two``; where other axes are given
-        ``correlation`` (the greatest of any pair) and ``uncorrelated`` (< 0.3); ``accepted``, all rules together.  And
-        ``strong_duration`` (D5-95, s), without outcome, and ``pfv``, the peak velocity (m s-1), for which there is no
-        rule.
+        On (motion, frequency): ``ratio``, response spectrum at 5 % damping over RRS, at sixths of an octave up to 33.3
+        Hz.
+
+        On motion, value and outcome of each rule:
+
+        - ``lowest_ratio`` and ``above_90`` (every point >= 0.9);
+        - ``adjacent_below`` (pairs of neighbours both below RRS) and ``none_adjacent``;
+        - ``below_to_middle`` and ``below_from_middle`` (points below RRS up to and beyond 8.3 Hz) and ``at_most_two``;
+        - with other axes ``correlation`` (the maximum of any pair) and ``uncorrelated`` (< 0.3);
+        - ``accepted``, all rules together.
+
+        On motion, without outcome: ``strong_duration`` (D5-95, s), and ``pfv``, the peak velocity (m s-1), for which
+        there is no rule.
 
     Notes
     -----
-    The correlation is that of the whole histories at zero lag.  Test-laboratory software rounds the frequency at which
-    checks start up to 0.1 Hz; it is not rounded here.  The strong motion that the criteria demand (20 s, recalled) is
+    The correlation is between the whole histories at zero lag. Test-laboratory software rounds the frequency at which
+    checks start up to 0.1 Hz; it is not rounded here. The strong motion that the criteria demand (20 s, recalled) is
     not defined in any source at hand, so D5-95 is given without outcome.
 
     References
@@ -252,7 +258,7 @@ def ac156_acceptance(
 
 
 def _correlations(axes: list[list[Record]]) -> Array:
-    """Return the greatest absolute correlation of any two axes, for each motion."""
+    """Return the maximum absolute correlation of any two axes, for each motion."""
     found = np.zeros(len(axes[0]))
     for other in axes[1:]:
         if len(other) != len(axes[0]):

@@ -46,7 +46,7 @@ class Bounds(NamedTuple):
     pgd_bound: float | None
 
     def limits(self) -> Array:
-        """Return least and greatest peak velocity, least and greatest peak displacement."""
+        """Return minimum and maximum peak velocity, minimum and maximum peak displacement."""
         out = []
         for value, bound in ((self.pgv, self.pgv_bound), (self.pgd, self.pgd_bound)):
             free = bound is None
@@ -69,8 +69,8 @@ class TargetMissed(UserWarning):
 class MatchResult(NamedTuple):
     """Result for one motion: misfits, peak velocity and displacement, and their bounds.
 
-    reached: mean misfit of the spectrum that was matched, the target times 1 + margin; misfit and worst: mean and
-    greatest misfit of the target.
+    `reached`: mean misfit of the matched spectrum, the target times 1 + margin. `misfit` and `worst`: mean and maximum
+    misfit of the target.
     """
 
     reached: float
@@ -82,7 +82,7 @@ class MatchResult(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """Greatest number of steps of an adjustment, mean misfit at which it stops, and regularisation of the bounds."""
+    """Maximum number of steps of an adjustment, mean misfit at which it stops, and regularisation of the bounds."""
 
     steps: int
     tolerance: float
@@ -184,7 +184,7 @@ def labelled_matches(
 
 
 def matching_doubts(arrays: Iterable[xr.DataArray]) -> list[Doubt]:
-    """Return the doubt in matched motions: a misfit above what is allowed, or PGV or PGD outside of their bounds.
+    """Return the input warning on matched motions: a misfit above the limit, or PGV or PGD outside of their bounds.
 
     Motions that were not matched are passed over.
     """

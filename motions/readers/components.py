@@ -22,8 +22,8 @@ from .units import PEAK_TOLERANCE, unit_factor
 class Component(NamedTuple):
     """One component of a record: acceleration (n,) in m/s², step in s, and data from its file ('' and NaN: not given).
 
-    `magnitude` is that of the file, of the type `magnitude_type`; `distance` is from the epicentre, m; `vs30`, m/s.
-    `processing` notes what reading changed.
+    `magnitude` is from the file, of the type `magnitude_type`; `distance` is from the epicentre, m; `vs30`, m/s.
+    `processing` notes changes by the reader.
     """
 
     acceleration: Array
@@ -115,11 +115,11 @@ def doubt_duration(file: Path, header: Iterable[tuple[int, str]], duration: floa
             warn([Doubt("table", f"{what}: another time step, or cut?")])
 
 
-LONELY = 3.0  # ratio of a value of nines to the next one above which it marks a gap even if it stands once
+LONELY = 3.0  # ratio of a value of nines to the next one above which even a single one marks a gap
 
 
 def refuse_gaps(file: Path, values: Array) -> None:
-    """Raise RecordError where the greatest of the written values, of nines alone (999.99), marks gaps."""
+    """Raise RecordError if the maximum of the written values, of nines alone (999.99), marks gaps."""
     peak = float(np.abs(values).max())
     digits = np.format_float_positional(peak, trim="-").replace(".", "")
     count = int((np.abs(values) == peak).sum())

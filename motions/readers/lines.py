@@ -31,7 +31,7 @@ LATIN = "of-latin-1"
 codecs.register_error(LATIN, lambda error: (error.object[error.start : error.end].decode("latin-1"), error.end))  # type: ignore[attr-defined]
 MAX_LINE = 2**20
 MAX_SAMPLES = 50_000_000
-# Number of characters of a line that detection and header patterns use, since headers stand at the beginning.
+# Number of characters of a line that detection and header patterns use, since headers are at the beginning.
 HEADER_WIDTH = 1000
 HEAD_LINES = 40
 
@@ -95,8 +95,8 @@ def lines_of(file: Path) -> Iterator[str]:
 class Lines:
     """Lines of a text record, read one at a time and counted; `head` holds the first lines without consuming them.
 
-    A file that is unreadable, holds NUL bytes, is a web page, has an endless line or is cut within its last number is
-    refused by a `RecordError` that names the file.
+    A `RecordError` that names the file is raised for a file that is unreadable, contains NUL bytes or is a web page. It
+    is also raised for an endless line, and for a file that is cut within its last number.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -147,7 +147,7 @@ class Lines:
     def _refuse_cut(self, last: str) -> None:
         """Raise RecordError if the last line, which has no end, ends within a number; warn if it may.
 
-        It does if all numbers above have more digits after the point, or end further to the right; it may if these are
+        It does if all numbers above have more digits after the point, or end further to the right. It may if these are
         few or have different numbers of digits.
         """
         fields = [*_FIELD.finditer(last)]
@@ -162,7 +162,7 @@ class Lines:
                 above.append(_shape(at[len(fields) - 1]))
         if len(above) < 4:
             return
-        # (without a number of samples that may stand first, and the last line itself)
+        # without a number of samples that may come first, and the last line itself
         ends, widths, digits = (set(of) for of in zip(*above[1:-1], strict=True))
         end, _, found = _shape(fields[-1])
         aligned = len(ends) == 1 < len(widths) and end < max(ends)

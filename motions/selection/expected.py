@@ -48,7 +48,7 @@ def expected_target(
     weights : array_like, shape (scenario,), optional
         Shares of the scenarios; needed where there are several.
     model : {"BSSA14", "CY14"}
-        As for `toppling.motions.expected_motions`; durations are those of Afshari and Stewart (2016).
+        As for `toppling.motions.expected_motions`; durations are from Afshari and Stewart (2016).
     correlations
         As for `Target`.
 

@@ -56,8 +56,8 @@ def modulation(d5_95: Array, t_middle: Array, middle: float = 0.45) -> Modulatio
     logs, ratios = _table(middle)
     target = log(d5_95 / t_middle)
     log_shape = np.interp(target, ratios, logs)
-    # Newton's method on a smooth monotone curve from a close start; the number of steps is fixed, so that the bits of
-    # an element do not depend on its neighbours.
+    # Newton's method on a smooth monotone curve from a close start. The number of steps is fixed, so that an element's
+    # bits do not depend on its neighbours.
     for _ in range(4):
         slope = (_log_ratio(log_shape + 1e-4, middle) - _log_ratio(log_shape - 1e-4, middle)) / 2e-4
         log_shape = log_shape - (_log_ratio(log_shape, middle) - target) / slope

@@ -32,15 +32,15 @@ class Support:
     damping : float
         Damping ratio.
     mass_ratio : float
-        Mass of what stands on it over that and its own.  The block's reaction on the support is left out, which holds
-        where the block is light: above 0.1 (judgement) it is refused.
+        Mass of the load over the mass of load and support. The block's reaction on the support is left out, which is
+        valid for a light block: a ratio above 0.1 (assumed) is an error unless `one_way` is True.
     one_way : bool
         Whether the reaction of heavier blocks is left out all the same.
 
     Notes
     -----
-    u'' + 2 zeta omega u' + omega² u = -a under the acceleration a of its floor, which is linear between samples; on top
-    a + u'' = -2 zeta omega u' - omega² u, exact at every sample.
+    The equation is u'' + 2 zeta omega u' + omega² u = -a under the acceleration a of its floor, which is linear between
+    samples. The motion on top is a + u'' = -2 zeta omega u' - omega² u, exact at every sample.
 
     Examples
     --------
@@ -72,8 +72,8 @@ class Support:
         Returns
         -------
         xarray.DataArray
-            As given, with ``support_displacement`` (m), the greatest relative to the floor at the samples, on motion
-            (and floor).  The support is elastic: scaling its motions is the same as scaling those below.
+            As given, with ``support_displacement`` (m), the maximum relative to the floor at the samples, on motion
+            (and floor). The support is elastic: scaling its motions is the same as scaling the motions below.
 
         Raises
         ------
