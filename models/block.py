@@ -1,4 +1,4 @@
-"""The block: Housner's parameters from its sizes, and what stands around it or holds it."""
+"""The block: Housner's parameters from its sizes, and its surroundings and restraint."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ WIDTHS, HEIGHTS, RATIOS = (0.05, WIDEST), (0.1, 4.0), (1.0, 12.0)
 """Plausible widths, m, heights, m, and heights over widths; the catalogue's are 0.13-0.9, 0.23-2.4 and 1.04-8.5."""
 FACTORS = (10.0, 100.0, 1000.0)
 PARTS: dict[str, Any] = {"wall": Wall, "restraint": Restraint, "bed": Bed, "edge": Edge}
-"""What stands around a block or holds it, by the names of its fields."""
+"""Surroundings and restraint of a block, by the names of its fields."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,18 +67,19 @@ class Block:
         Whether its base is round (a vase, a bottle): the depth is then the width, and its planar result possibly
         unconservative.
     edge : Edge, optional
-        The edge of a shelf, bench or pedestal, over which it falls if it slides far enough; only for symmetric blocks
-        that stand free on a rigid surface.  Rocking does not depend on it.
+        The edge of a shelf, bench or pedestal, over which the block falls if it slides far enough; only for
+        free-standing symmetric blocks on a rigid surface. Rocking does not depend on it.
 
     Notes
     -----
-    The front is the side of positive rotation, away from a wall; alpha, R, p and e_R are those of the block with its
-    mass in the middle and without lean.  The inertia factor is that of this block, too: with a radius of gyration rho,
-    rho² = (lambda - 1) R², the moment of inertia about a corner at the distance b is m (rho² + h² + b²).
+    The front is the side of positive rotation, away from a wall. Symbols alpha, R, p and e_R are of the block with its
+    mass in the middle and without lean. The inertia factor is of this block, too. With a radius of gyration rho, rho² =
+    (lambda - 1) R², the moment of inertia about a corner at the distance b is m (rho² + h² + b²).
 
-    R = sqrt(b² + h²), alpha = atan(b/h) with h the height of the centre of mass, p = sqrt(g/(lambda R)) (sqrt(3g/4R)
-    for a uniform rectangle) and e_R = 1 - (2/lambda) sin² alpha, Housner's 1 - 1.5 sin² alpha for lambda = 4/3.
-    lambda <= 2 because no mass of a body inside the rectangle lies further from its centre than R.
+    With h the height of the centre of mass, R = sqrt(b² + h²) and alpha = atan(b/h). The frequency is p =
+    sqrt(g/(lambda R)), sqrt(3g/4R) for a uniform rectangle. The restitution is e_R = 1 - (2/lambda) sin² alpha,
+    Housner's 1 - 1.5 sin² alpha for lambda = 4/3. No mass of a body inside the rectangle lies further from its centre
+    than R, so that lambda <= 2.
 
     References
     ----------
@@ -313,7 +314,7 @@ class Block:
         """The block as it rocks in the direction of its depth; its front and back are then the ends of its depth.
 
         A wall, a restraint, an offset of the mass and a lean act in the direction of the width: along its depth the
-        block stands free.  What the friction of a wall or a restraint holds there is left out, on the safe side.
+        block is free. The friction of a wall or a restraint in that direction is left out, on the safe side.
 
         Raises
         ------
@@ -349,8 +350,8 @@ class Block:
     def restitution(self) -> float:
         """Housner's coefficient of restitution e_R = 1 - (2/lambda) sin² alpha; ValueError if it is not positive.
 
-        With the mass off the middle, front to back and back to front have different factors; e_R is the root of their
-        product, (rho² + h² - b b')/sqrt(i i'), which takes e_R² of the energy either way (derived).
+        With the mass off the middle, front to back and back to front have different factors. The root of their product
+        is e_R = (rho² + h² - b b')/sqrt(i i'), which takes e_R² of the energy either way (derived).
         """
         e = 1.0 - 2.0 / self.inertia * math.sin(self.alpha) ** 2
         if self.cm_offset != 0.0:
@@ -383,7 +384,7 @@ class Block:
 
     @property
     def scene_words(self) -> list[str]:
-        """What is special about where and how it stands, in a few words each; empty where nothing is."""
+        """Special features of its position and surroundings, in a few words each; empty without any."""
         words = []
         if self.cm_offset != 0.0:
             side = "front" if self.cm_offset > 0.0 else "back"
@@ -410,7 +411,7 @@ def describe_block(block: Block) -> dict[str, Any]:
 
 
 def describe_scene(block: Block) -> dict[str, Any]:
-    """Return what makes a block other than symmetric and freestanding, as plain values (SI); empty where nothing does.
+    """Return the features that make a block asymmetric or not freestanding, as plain values (SI); empty without any.
 
     The mass is among them where a restraint needs it.
     """

@@ -15,7 +15,7 @@ from .block import FACTOR, MIN_ANGLE, SIZE, UNIFORM_INERTIA_FACTOR, Block, descr
 from .laws import DELTA, RESTITUTION
 
 OWN = {"e": RESTITUTION, "delta": DELTA}
-"""What blocks may have of their own, instead of the laws."""
+"""Properties that blocks may have instead of the laws."""
 
 
 class BlockArray:
@@ -32,8 +32,8 @@ class BlockArray:
     names : sequence of str, shape (block,), optional
         Unique labels; by default ``block 1``, ``block 2``, …
     e, delta : array_like, shape (block,), optional
-        Coefficients of restitution, 0 < e <= 1, and half widths of the elastic zones over alpha, 0 < delta < 1, that
-        pooled curves take instead of those of the damping laws.
+        Coefficients of restitution, 0 < e <= 1, and half widths of the elastic zones over alpha, 0 < delta < 1. Pooled
+        curves take them instead of the damping laws' values.
 
     Notes
     -----
@@ -93,7 +93,7 @@ class BlockArray:
 
     @classmethod
     def of(cls, blocks: Block | Iterable[Block] | BlockArray) -> BlockArray:
-        """Return blocks as columns; TypeError for others, ValueError where one does not stand free."""
+        """Return blocks as columns; TypeError for others, ValueError if a block is not free-standing."""
         if isinstance(blocks, BlockArray):
             return blocks
         if not isinstance(blocks, Block | Iterable):

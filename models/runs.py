@@ -61,7 +61,7 @@ OUTPUTS: dict[str, int] = {
 """Results of a run of a rocking block by name, and their column."""
 
 COLUMNS = {**OUTPUTS, **SLIDES, **OF_OBSTACLES}
-"""Results of a run by name, and their column among those of its kind."""
+"""Results of a run by name, and their column among the columns of its kind."""
 
 TALLY: tuple[str, ...] = tables.TALLY
 """The engine's counts: samples of all runs, samples left out by reason, and events solved."""
@@ -82,8 +82,8 @@ _NOTHING_LEFT = np.empty(0)
 class Records(NamedTuple):
     """Records of one step dt, s, one after the other.
 
-    record (n,): accelerations, m/s²; lifting (n or 0): the vertical ones over g; start, last (k,): of each record, the
-    place of its first sample and the number of its last one.
+    `record` (n,): accelerations, m/s². `lifting` (n or 0): vertical accelerations over g. `start`, `last` (k,): of each
+    record, the place of its first sample and the number of its last one.
     """
 
     dt: float
@@ -94,7 +94,7 @@ class Records(NamedTuple):
 
 
 def flushed(values: Array) -> Array:
-    """Return the values with 0 in place of those that are too small for the engine."""
+    """Return the values with 0 instead of values that are too small for the engine."""
     tiny = np.abs(values) < tables.NOTHING
     return np.where(tiny, 0.0, values) if tiny.any() else values
 
@@ -210,7 +210,7 @@ def stacked(specimens: Sequence[Specimen]) -> Stack | PlaneTable | Array:
 
 
 class Motion(Protocol):
-    """What a run needs of a motion (as `motions.arrays.Record` has it): accelerations (n,), m/s², and their step, s."""
+    """Properties of a motion that a run needs (as in `Record`): accelerations (n,), m/s², and their step, s."""
 
     @property
     def acceleration(self) -> Array:
@@ -268,10 +268,10 @@ def run_mixed(
     """Return the results (m, `COLUMNS`) of a list of runs, each of a specimen, a motion and a factor of its own.
 
     `specimen` and `motion` (m,) are the places in `tables` (as `stacked` gives them, of one caller at a time) and in
-    `motions`; the factors scale the motions. The runs fill the engine's lanes side by side: a few runs of each of many
-    motions cost hardly more in this way than as many runs of one motion, and many times less than motion by motion
-    (`run_specimens`). The results of a run are those of `run_specimens`, to the last bit: they depend neither on the
-    other runs of the list nor on their order. Vertical shaking of an oscillator in linear geometry is a ValueError.
+    `motions`; the factors scale the motions. The runs fill the engine's lanes side by side. A few runs of each of many
+    motions therefore cost hardly more than as many runs of one motion. Motion by motion (`run_specimens`) they would
+    cost many times more. The results of a run are as from `run_specimens`, to the last bit: they depend neither on the
+    other runs of the list nor on their order. A vertical component of an oscillator in linear geometry is a ValueError.
     """
     counts = np.zeros(len(TALLY), np.int64) if tally is None else tally
     mixes = isinstance(tables, Stack)

@@ -202,7 +202,7 @@ def whole(n):
 
 @kernel()
 def no_pieces(columns):
-    """Return room for pieces that are solved together, with harmless ones in it."""
+    """Return room for pieces that are solved together, filled with harmless pieces."""
     v = np.zeros(PIECE_ROWS * columns)
     v[PIECE_OMEGA * columns : (PIECE_OMEGA + 1) * columns] = 1.0
     v[PIECE_A * columns : (PIECE_A + 1) * columns] = -2.0
@@ -226,7 +226,7 @@ def flush_turns(w, n, poly):
         raise_peak(x, k, v[PIECE_TIME * TURN_COLUMNS + j])
         if v[PIECE_SURE * TURN_COLUMNS + j] == 1.0:
             raise_peak(x, k, theta + v[PIECE_MOVED * TURN_COLUMNS + j])
-            _set_calm_interval(w.rows, lane, x)  # (a parked lane's rows are written anew in any case)
+            _set_calm_interval(w.rows, lane, x)  # a parked lane's rows are rewritten in any case
             continue
         # a dip of the velocity, or too flat for the batch's steps: each turn by the general way
         stiffness = v[PIECE_STIFFNESS * TURN_COLUMNS + j]

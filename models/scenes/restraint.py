@@ -32,10 +32,10 @@ class Restraint:
     kind : str
         One of strap, bracket, cable, pole, tendon, adhesive.
     strength : float
-        Force at which one of them breaks, N: the least of device, wall fixing and furniture fixing; infinity: never.
+        Force at which one of them breaks, N: the minimum of device, wall fixing and furniture fixing; infinity: never.
         The 267 N of ASTM F3096 are a lower bound, from a test.
     stiffness : float
-        Force over elongation of one of them, N/m; infinity for an adhesive.  The default stiffnesses are judgements.
+        Force over elongation of one of them, N/m; infinity for an adhesive. The default stiffnesses are assumed.
     front : float or None
         Moment arm about the front lower corner, m: the elongation is the arm times the rotation towards that side;
         None: it does not act on that side.
@@ -91,7 +91,7 @@ class Restraint:
     ) -> Restraint:
         """Return a horizontal strap to the wall at a height (m), which acts on rotations to the front only.
 
-        The stiffness of 20 kN/m is a judgement: no source was found.
+        The stiffness of 20 kN/m is assumed: no source was found.
         """
         return cls("strap", strength, stiffness, height, None, slack, preload, count)
 
@@ -101,7 +101,7 @@ class Restraint:
     ) -> Restraint:
         """Return an angle bracket to the wall at a height (m), which acts on rotations to both sides.
 
-        The stiffness of 500 kN/m (steel on a stud; 50 kN/m on plasterboard) is a judgement.
+        The stiffness of 500 kN/m (steel on a stud; 50 kN/m on plasterboard) is assumed.
         """
         return cls("bracket", strength, stiffness, height, height, slack, 0.0, count)
 
@@ -183,7 +183,7 @@ class Restraint:
 
     @property
     def label(self) -> str:
-        """What it is in a few words, as ``strap of 267 N, slack 5 mm``."""
+        """Short description, such as ``strap of 267 N, slack 5 mm``."""
         number = "" if self.count == 1 else f"{self.count} × "
         strength = "unbreakable" if self.strength == math.inf else f"of {self.strength:.4g} N"
         slack = "" if self.slack == 0.0 else f", slack {1000.0 * self.slack:.4g} mm"

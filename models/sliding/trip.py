@@ -20,9 +20,8 @@ def tripping_velocity(block: Block) -> float:
     """Return the velocity from which a sliding block turns over when its foot is stopped, m/s.
 
     An obstacle that is low compared with the block stops the foot at once. The angular momentum about the foot is kept,
-    m v h = I0 omega with I0 = lambda m R², so that the block begins to rock with omega = v h/(lambda R²). It passes its
-    balance where the energy suffices to lift its mass that far (Housner 1963), I0 omega²/2 >= m g R (1 - cos alpha),
-    hence
+    m v h = I0 omega with I0 = lambda m R². The block therefore begins to rock with omega = v h/(lambda R²). It passes
+    its balance if the energy can lift its mass that far (Housner 1963), I0 omega²/2 >= m g R (1 - cos alpha), hence
 
         v >= (R/h) sqrt(2 lambda g (R - h)),
 

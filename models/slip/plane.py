@@ -78,7 +78,7 @@ def outward(x, c, order, h):
 
 @kernel(**BARE)
 def falling(x, c, order, which, h):
-    """Return what is positive before a greatest value of the distance (0), the slip (1) or the speed (2), at h."""
+    """Return a value that is positive before a maximum of the distance (0), the slip (1) or the speed (2), at h."""
     if which == 0:
         return outward(x, c, order, h)
     if which == 1:
@@ -114,8 +114,8 @@ def extreme(x, c, order, which, sign, h):
 def move_along(x, c, order, most, h):
     """Move a block along a piece of its series, and keep what it reaches on the way.
 
-    most: the greatest acceleration of the piece.  An extreme is looked for where there may be a new one: where the way
-    may lead beyond the last, and where its rate is within what the acceleration can change during the piece.
+    `most`: the maximum acceleration of the piece. An extreme is searched for only if it may be new. Its way may then
+    lead beyond the last, and its rate is within the change by the acceleration during the piece.
     """
     way = integral(c, order, SPEED, h)
     far = math.sqrt(x[X] * x[X] + x[Y] * x[Y])
@@ -145,7 +145,7 @@ def move_along(x, c, order, most, h):
 def move_straight(x, nx, ny, speed, c1, c2, left):
     """Move a block in the direction n, in which it keeps on, to its stop or for `left`; return how long it moved.
 
-    The arithmetic is that of sliding in one direction (`sample.move`).
+    The arithmetic is as for sliding in one direction (`sample.move`).
     """
     stops = time_to_stop(speed, c1, c2, left)
     duration = min(stops, left)
@@ -288,8 +288,8 @@ def slide_out_in_plane(x, kinetic):
 def slide_in_plane(shaking, friction, factors, first, last, out, history):
     """Run every row of `friction` (n, 2) under its factor times a record; results (n, 11).
 
-    first: the sample before which a run cannot slide; last: the one after which it cannot begin to.  history (4,
-    samples) is that of the last run, where it has any room.  Weights per mass must be > 0.
+    `first`: the sample before which a run cannot slide. `last`: the sample after which it cannot begin to. `history`
+    (4, samples) is the last run's, if it has any room. Weights per mass must be > 0.
     """
     along, across, vertical, dt = shaking
     samples = along.size

@@ -120,7 +120,7 @@ def meet(x, j, obstacle, before, speed, c1, c2, duration):
 
 @kernel(**BARE)
 def move(x, j, c1, c2, duration, obstacle):
-    """Move a sliding block, and keep its greatest speed, which lies at an end or where the acceleration vanishes.
+    """Move a sliding block, and keep its maximum speed, which lies at an end or where the acceleration vanishes.
 
     `obstacle`: the slip at which there is one; where it is None the code for it is not even compiled.
     """
@@ -153,9 +153,9 @@ def first_start(now, after, left):
 def follow_sample(x, j, start, a0, a1, g0, g1, dt, obstacle):
     """Follow lane j through a sample with the accelerations a0 to a1 and the weights per mass g0 to g1.
 
-    `start` is the time at the beginning of the sample, `obstacle` as in `move`.  A block that stops at the end of a
-    sample keeps its direction with a speed of zero: the next sample, which may turn it round at once, decides what
-    becomes of it.
+    `start` is the time at the beginning of the sample, `obstacle` as in `move`. A block that stops at the end of a
+    sample keeps its direction with a speed of zero. The next sample, which may turn it round at once, decides its
+    motion.
     """
     slope, lift = (a1 - a0) / dt, (g1 - g0) / dt
     time, left, stopped = 0.0, dt, 0.0

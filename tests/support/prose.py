@@ -52,14 +52,15 @@ def prose_of(text: str) -> str:
 
 
 def prose_of_docstring(text: str) -> str:
-    """Return a docstring whose sections and entries (numpydoc) are paragraphs, without their headings."""
+    """Return a docstring whose sections and entries (numpydoc) and keys are paragraphs, without their headings."""
     lines = text.splitlines()
     result = []
-    for line, following in zip(lines, [*lines, ""][1:], strict=True):
+    for before, line, following in zip(["", *lines], lines, [*lines, ""][1:], strict=False):
         underlined = re.fullmatch(r"\s*-{3,}\s*", line) or re.fullmatch(r"\s*-{3,}\s*", following)
         deeper = len(following) - len(following.lstrip()) > len(line) - len(line.lstrip())
         entry = following.strip() and deeper and re.match(r"\s*[\w*(\"]", line) and not re.match(r"\s*\d+\.\s", line)
-        result.append("" if underlined or entry else line)
+        key = re.search(r"(?:^|[.?!])\s*$", before) and re.match(r"\s*[a-z]\w*: (?=[A-Z“\[`])", line)
+        result.append("" if underlined else "\n" + line[key.end() :] if key else "" if entry else line)
     return "\n".join(result)
 
 
