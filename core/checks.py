@@ -69,7 +69,7 @@ def not_empty(name: str, sizes: Mapping[Any, int], *dims: str) -> None:
 def choice(name: str, value: Any, allowed: Sequence[str]) -> str:
     """Return `value` if it is one of the allowed words; ValueError otherwise."""
     if not isinstance(value, str) or value not in allowed:
-        # Many words are told without quotes, so that the sentence stays one to read.
+        # Many words are listed without quotes, so that the sentence stays readable.
         words = ", ".join(allowed if len(allowed) > 12 else map(repr, allowed))
         raise ValueError(f"{name} must be one of {words}, got {_shown(value)}")
     return value

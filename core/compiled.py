@@ -1,8 +1,8 @@
 """Compiled functions: the decorator of kernels; numba is loaded when the first kernel of a folder is called.
 
-A folder of kernels holds functions that call each other across its files, take and return plain numbers and arrays, and
-import nothing of the package but this module and themselves.  Nothing of numba is loaded before the first call, so that
-commands without an analysis neither wait for it nor need a place where it may keep its files.
+A folder of kernels contains functions that call each other across its files, and take and return plain numbers and
+arrays. They import nothing of the package except this module and themselves. Nothing of numba is loaded before the
+first call. Commands without an analysis therefore need not wait for it, and need no place for its files.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def folder_of(function: Callable[..., Any]) -> str:
 
 
 def make_folder(folder: str) -> None:
-    """Make the dispatchers of a folder, and put them where its modules name the kernels: numba knows no others.
+    """Make the dispatchers of a folder, and put them where its modules name the kernels: numba finds only these.
 
     A kernel gets its dispatcher last, because another thread may call it as soon as it has one; where this is
     interrupted, nothing is changed.

@@ -28,7 +28,7 @@ class Distribution(ABC):
     @property
     @abstractmethod
     def support(self) -> tuple[float, float]:
-        """Least and largest value of the distribution."""
+        """Smallest and largest value of the distribution."""
 
     @abstractmethod
     def quantile(self, probability: Array) -> NDArray[Any]:
@@ -222,7 +222,7 @@ class Beta(Continuous):
 
 @dataclass(frozen=True)
 class Least(Continuous):
-    """The least of several independent quantities, such as the strengths of a device and of its fixings.
+    """The minimum of several independent quantities, such as the strengths of a device and of its fixings.
 
     Parameters
     ----------
@@ -231,8 +231,8 @@ class Least(Continuous):
 
     Notes
     -----
-    P(least > x) is the product of P(part > x).  A quantile lies between the least quantiles of the parts at
-    1 - (1 - p)^(1/n) and at p, and is found there by bisection to the last digits.
+    P(minimum > x) is the product of P(part > x). A quantile lies between the minimum over the parts of their quantiles
+    at 1 - (1 - p)^(1/n) and at p. Bisection finds it there to the last digits.
 
     >>> import numpy as np
     >>> kit = Least([Lognormal(900.0, 0.3), Lognormal(400.0, 0.3), Lognormal(600.0, 0.3)])

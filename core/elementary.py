@@ -1,12 +1,12 @@
-"""exp, log, power, products and the like of arrays, with the same bits on every processor that fuses multiply and add.
+"""Array functions (exp, log, power, products) that are bit-identical on all processors that fuse multiply and add.
 
-numpy's loops are as wide as the processor's vectors, and their last digits differ by that width.  These functions have
-numpy's names and values, at 0, infinity and NaN too, where they do not warn; they call the C library, whose variants
-for such processors agree: in Python for a few values, else in a compiled loop.
+The loops of numpy are as wide as the processor's vectors, and their last digits differ by that width. These functions
+have numpy's names and values, at 0, infinity and NaN too, where they do not warn. They call the C library, whose
+variants for such processors agree: in Python for a few values, else in a compiled loop.
 
 Libraries of linear algebra divide products by the vectors and processors that they find; here every sum has one order.
-Matrices are small.  Golub, G. H. and Van Loan, C. F. (2013). Matrix Computations, 4th edition, Johns Hopkins University
-Press: sections 3.4 (pivoting), 4.2 (Cholesky), 5.2 (Gram and Schmidt, twice), 8.5 (Jacobi, the pairs of a round at
+Matrices are small. Golub, G. H. and Van Loan, C. F. (2013). Matrix Computations, 4th edition, Johns Hopkins University
+Press. Sections 3.4 (pivoting), 4.2 (Cholesky), 5.2 (Gram and Schmidt, twice), 8.5 (Jacobi, the pairs of a round at
 once) and 9.3 (exponentials).
 """
 
@@ -26,7 +26,7 @@ from .kernels import elementary as engine
 FEW, UNLOADED = 32, 10_000
 """Values up to which Python is as fast as a compiled loop, and as fast as loading numba for one."""
 PYTHON = (math.exp, math.log, math.expm1, math.log1p, math.tan, math.asin, math.acos, math.atan, math.pow, math.atan2)
-"""Functions in the order of the compiled loops, those of two numbers last."""
+"""Functions in the order of the compiled loops; functions of two numbers are last."""
 SWEEPS, ROUNDING, LEAST, TERMS = 60, 1e-18, 1e-300, 15
 """Of eigh: most sweeps, of which some ten are needed, what they leave, and a divisor for 0; terms of expm."""
 

@@ -14,7 +14,7 @@ GOOD, CARE, INVALID, UNKNOWN = "good", "use with care", "not valid", "not checke
 
 @dataclass(frozen=True)
 class Fact:
-    """What results say: `what` names its sentence in a template, the rest are the values in it.
+    """Fact in results: `what` names its sentence in a template, the rest are the values in it.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Fact:
 
 
 def doubted(sentences: Iterable[str]) -> list[Fact]:
-    """Return doubts, which are sentences wherever they arise, as facts."""
+    """Return input warnings, which are always sentences, as facts."""
     return [Fact("input.doubt", names=(sentence,)) for sentence in sentences]
 
 

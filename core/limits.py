@@ -1,7 +1,7 @@
 """Limits of files that a person may be sent: checked before a parser unfolds them, so that none takes long or much.
 
-Each is well above the largest right file that is known: a study of 2,000 blocks has 0.2 MB, a workbook of 10,000 pieces
-and 40 columns 400,000 cells, a record of an hour at 1,000 Hz 60 MB of text, a hazard of 200 realisations 20 MB.
+Each is well above the largest known right file. A study of 2,000 blocks has 0.2 MB, and a workbook of 10,000 pieces and
+40 columns 400,000 cells. A record of an hour at 1,000 Hz has 60 MB of text, and a hazard of 200 realisations 20 MB.
 """
 
 from __future__ import annotations
@@ -33,8 +33,9 @@ RECORD_BYTES, OBSPY_BYTES = 512 * 2**20, 128 * 2**20
 CURVE_BYTES = 32 * 2**20
 """Of curves and hazards for other programs (CSV, JSON, NRML)."""
 DECLARED_BYTES, DECLARED_RATIO = 2**28, 20
-"""Of the arrays that a netCDF file declares: so much in any file, and so many times the bytes of larger ones; results
-are stored as they are, and compressed accelerations take half to a tenth."""
+"""Limits of the arrays that a netCDF file declares: bytes in any file, and the ratio to the bytes of larger files.
+Results are not compressed, and compressed accelerations take half to a tenth.
+"""
 SMALL_NETCDF = 2**25
 """Of a netCDF file that is read into memory before it is opened."""
 STRING_BYTES = 64
@@ -115,8 +116,8 @@ def _column(letters: bytes) -> int:
 def small_netcdf(path: Path) -> bytes | None:
     """Return the content of a small file of HDF5, None for a larger or a classic one; OSError where it cannot be read.
 
-    The HDF5 library ends its process where a disk fails to close a file, so that it opens small files in memory (larger
-    ones: `opened_netcdf`).
+    The HDF5 library ends its process if a disk fails to close a file, so that it opens small files in memory (larger
+    files: `opened_netcdf`).
     """
     with path.open("rb") as file:
         content = file.read(SMALL_NETCDF + 1)

@@ -1,7 +1,7 @@
 """Parameters: unit, bounds and words of a value, declared once with its type, and what is derived from that.
 
 A field of a dataclass or an argument of a function is declared by its annotation, ``Annotated[float, Parameter("m",
-above=0.0)]``; its default is the usual one, and its sentence stands in the section Parameters of the docstring.
+above=0.0)]``. Its default is the usual one, and its sentence is in the section Parameters of the docstring.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Parameter:
 
     @cached_property
     def bounds(self) -> dict[str, float]:
-        """The bounds that there are, by their names."""
+        """The given bounds, by their names."""
         return {name: getattr(self, name) for name in checks.BOUNDS if getattr(self, name) is not None}
 
     @property
@@ -99,11 +99,11 @@ class Declared(NamedTuple):
     default: Any
     sentence: str
     optional: bool = False
-    """Whether it may be None."""
+    """True if it may be None."""
 
     @property
     def needed(self) -> bool:
-        """Whether it must be given."""
+        """True if it must be given."""
         return self.default is MISSING
 
 
@@ -177,7 +177,7 @@ def defaults_of(make: Any) -> dict[str, Any]:
 
 
 def sentences_of(make: Any) -> dict[str, str]:
-    """Return what docstrings say of the parameters of a class and its bases, or of a function or a class method."""
+    """Return the docstrings' sentences on the parameters of a class and its bases, or of a function or class method."""
     found: dict[str, str] = {}
     of = getattr(make, "__self__", None)
     kinds = make.__mro__ if isinstance(make, type) else (make, *of.__mro__) if isinstance(of, type) else (make,)

@@ -36,7 +36,7 @@ def three_digits(value: float) -> str:
 
 
 def short_digits(value: float) -> str:
-    """A number to three digits without closing zeros, for numbers that stand alone.
+    """A number to three digits without closing zeros, for numbers without a partner.
 
     >>> short_digits(0.35), short_digits(1234.5), short_digits(2.0e-7)
     ('0.35', '1,230', '2.00e-07')
@@ -55,7 +55,7 @@ def two_digits(value: float) -> str:
 
 
 def _rounded(value: float, digits: int) -> str:
-    """A number to so many digits with its closing zeros."""
+    """A number to `digits` digits with its closing zeros."""
     if value == 0.0 or not math.isfinite(value):
         return short_digits(value)
     # (rounded first: 0.996 is 1.0)
@@ -78,8 +78,8 @@ def estimate_text(value: float, low: float, high: float) -> str:
 def ratio_text(value: float, low: float, high: float, digits: int = 2) -> str:
     """A ratio with its interval in brackets, to as many digits as show that an interval does not hold 1.
 
-    An interval that lies above or below 1 is written with more than `digits` digits, up to six, where fewer would round
-    an end of it to 1; without an interval (NaN) the ratio stands alone.
+    An interval that lies above or below 1 is written with more than `digits` digits, up to six, if fewer would round an
+    end of it to 1. Without an interval (NaN) the ratio is alone.
 
     >>> ratio_text(0.95, 0.88, 1.2), ratio_text(0.946, 0.881, 0.996), ratio_text(1.06, 1.02, 1.11)
     ('0.95 (0.88–1.2)', '0.946 (0.881–0.996)', '1.06 (1.02–1.11)')
@@ -210,7 +210,7 @@ def about_years(rate: float, write: Callable[[float], str] = two_digits) -> str:
 
 
 def listed_name(name: str) -> str:
-    """A name as it stands in a list: in quotation marks where it holds a comma or a semicolon itself.
+    """A name for a list: in quotation marks if it contains a comma or a semicolon.
 
     >>> listed_name("rack"), listed_name("20 mm from the wall, with a kit")
     ('rack', '“20 mm from the wall, with a kit”')
