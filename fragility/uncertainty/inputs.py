@@ -201,7 +201,7 @@ class RandomInputs:
         }
 
     def realise(self, block: Block, model: Law, samples: xr.Dataset) -> list[tuple[Block, Law]]:
-        """Return a block and a law for every sample: the nominal ones' copies with the uncertain properties.
+        """Return a block and a law for every sample: the nominal block and law with the uncertain properties.
 
         Parameters
         ----------

@@ -24,8 +24,8 @@ from .variables import SIDEWAYS
 def placed_on_axes(inventory: Inventory, shaking: Shaking, laws: Sequence[Law]) -> Inventory:
     """Return an inventory as `Shaking.placed` does, with the free-standing lines that also run about their depth.
 
-    Those are all that can fall, but on soft beds, or at least 1.6 times as long as wide under a law without a
-    restitution along the depth; walls, restraints, offsets and leans act along the width.
+    These lines can fall and are not on soft beds. Under a law without a restitution along the depth, they are also less
+    than 1.6 times as long as wide. Walls, restraints, offsets and leans act along the width.
     """
     placed = shaking.placed(inventory)
     if not shaking.axes:

@@ -68,8 +68,8 @@ class Mixture(ABC):
 class ShiftedLevels(Mixture):
     """States for annual values: a class reaches level j where ln(shaking) exceeds positions[j] + beta_m Z.
 
-    positions (level,): ln of the capacity that has the annual rate of what happens at level j or above; points
-    (point,): ln of shaking; rates (point,): annual rates of the shaking about each point, 1/year.
+    `positions` (level,): ln of the capacity whose annual rate equals the rate of levels j and above. `points` (point,):
+    ln of the intensity. `rates` (point,): annual rates of the intensity about each point, 1/year.
     """
 
     positions: Array
@@ -81,7 +81,7 @@ class ShiftedLevels(Mixture):
     def between(cls, weights: LevelWeights, mean: HazardCurve, hazard: HazardCurve, beta: float) -> Self:
         """Make the states for weights of levels under the `mean` hazard (`blurred`), and the hazard itself.
 
-        The mean hazard at the position of a level is the sum of the weights from there on, so that each class alone has
+        The mean hazard at the position of a level is the sum of the weights from there on. Each class alone thus has
         the annual values of the weights: E[H(c exp(beta_m Z))] is the mean hazard at c.
         """
         positions = positions_of(weights.weights, mean)
@@ -110,7 +110,7 @@ class ShiftedLevels(Mixture):
 
 @dataclass(frozen=True)
 class ScoredLevels(Mixture):
-    """States for values at given levels: of each the levels that were run for `SCORES`, runs (point, score)."""
+    """States for values at given levels: for each level the numbers of its runs for `SCORES`, runs (point, score)."""
 
     runs: Index
 
@@ -134,9 +134,9 @@ class ScoredLevels(Mixture):
 def scored_levels(levels: Array, beta: float) -> tuple[Array, ScoredLevels]:
     """Return the levels that have to be run for values at given levels, increasing, and the states that they make.
 
-    Levels x exp(-beta_m z) for thirteen scores z from -3 to 3: for a lognormal capacity of dispersion beta, the mean
-    over these of Phi(ln(x/c)/beta - beta_m z/beta) is Phi(ln(x/c)/sqrt(beta² + beta_m²)) to 0.2 % where beta >=
-    beta_m/2.
+    Levels are x exp(-beta_m z) for thirteen scores z from -3 to 3. For a lognormal capacity of dispersion beta, the
+    mean over these of Phi(ln(x/c)/beta - beta_m z/beta) is Phi(ln(x/c)/sqrt(beta² + beta_m²)). The error is 0.2 % if
+    beta >= beta_m/2.
     """
     every = levels[:, None] * exp(-beta * SCORES)
     run = np.unique(every)

@@ -37,7 +37,7 @@ NOTABLE_BELOW = 0.02
 COARSE = 0.1
 """Difference between lines and cubics through the levels above which an annual value is worth a sentence."""
 APART = 10.0
-"""Ratio of the greatest annual value that levels leave possible between them to the least, worth a sentence."""
+"""Ratio of the maximum annual value that levels allow between them to the minimum, above which a note is written."""
 NEAR = 0.7
 """Similarity of a consequence to one that is a matter of safety, from which it may be a slip of the pen."""
 ABROAD = {
@@ -45,7 +45,7 @@ ABROAD = {
     "blocks-exit": "ausgang|fluchtweg|sortie|salida|uscita|saída|çıkış|выход|exit|egress|escape",
     "release": "freisetz|gefahrstoff|fuite|fuga|rilascio|утечк|spill|leak",
 }
-"""Beginnings of words of other languages, and of other English ones, for the safety consequences."""
+"""Beginnings of words of other languages, and of further English words, for the safety consequences."""
 AMOUNTS = {"number": "overturnings", "loss": "loss", "downtime": "downtime", "injuries": "injuries"}
 """Annual amounts of a building in words."""
 MOST_NAMED = 6

@@ -29,8 +29,8 @@ ANY = "any"
 class Quantity(NamedTuple):
     """An amount that overturns: its name, the mean amount of each piece (item,), its unit, long name and thresholds.
 
-    drawn: the consequence of `Contents` that is drawn for each piece, '' where none is.  greatest: of several pieces
-    the greatest amount counts, not the sum.  taken: a piece counts also where the piece that it stands on falls.
+    `drawn`: the consequence of `Contents` that is drawn for each piece, '' without one. `greatest`: of several pieces
+    the largest amount counts, not the sum. `taken`: a piece also counts if its support falls.
     """
 
     name: str
@@ -88,12 +88,11 @@ class JointOutcomes(NamedTuple):
 class JointFlags:
     """Flags (model, item, variant, level, motion) of an inventory, and the places of its items.
 
-    members (place, item): True where an item belongs to a place; losses: thresholds of the loss, empty where nothing
-    has a value; array: allocates the arrays of every motion; scores: draws of the consequences of pieces; polarities:
-    of each motion, which follow one another along motion and are outcomes of their own with the same draws.
-    variability: how pieces are drawn from variants, None where they are alike.  edges: whether flags are of pieces that
-    fell off an edge, too.  lost: flags of pieces that fell or whose support did (`lost_flags`), None where nothing is
-    carried.
+    `members` (place, item): True if an item belongs to a place. `losses`: thresholds of the loss, empty if nothing has
+    a value. `array`: allocates the arrays of every motion. `scores`: draws of the consequences of pieces. `polarities`:
+    of each motion, which follow one another along motion and are separate outcomes with the same draws. `variability`:
+    rules for drawing pieces from variants, None if they are alike. `edges`: True if flags include pieces that fell off
+    an edge. `lost`: flags of pieces that fell or whose support did (`lost_flags`), None if no piece is on another.
     """
 
     inventory: Inventory
@@ -119,7 +118,7 @@ class JointFlags:
 
     @cached_property
     def exposed(self) -> Flags:
-        """True for items that are not anchored, or are lost where what they stand on falls (item,)."""
+        """True for items that are not anchored, or are lost if their support falls (item,)."""
         return self.standing if self.lost is None else self.standing | self.lost.any(axis=(0, 2, 3, 4))
 
     @property
@@ -240,7 +239,7 @@ class JointFlags:
             if quantity.drawn and getattr(row, quantity.drawn) is not None:
                 spread += [quantity] if quantity.amounts[i] > 0.0 else []
                 continue
-            for place in places:  # (of costs that have a spread, too, where that of this line has none)
+            for place in places:  # of costs with a spread, too, if this line's cost has none
                 outcomes[quantity.name][:, place] += quantity.amounts[i] * fallen[quantity.taken]
         for motion in np.flatnonzero(lost.any(axis=(0, 1, 2))) if spread else ():
             scores = self.scores.of_pieces(row.label, row.count, int(motion) // self.polarities)
@@ -278,12 +277,12 @@ def lost_flags(flags: Flags, carried: Mapping[int, int], array: Allocator = in_m
 
 
 def thresholds_up_to(most: float) -> Array:
-    """Return thresholds of an amount: 0, and 60 from a thousandth of the greatest to it."""
+    """Return thresholds of an amount: 0, and 60 from a thousandth of the maximum to it."""
     return np.concatenate([[0.0], geomspace(1e-3, 1.0, MOST_THRESHOLDS) * most])
 
 
 def whole_thresholds(most: int) -> Array:
-    """Return the numbers from 1 to the greatest, or some 60 of them where there are more."""
+    """Return the numbers from 1 to the maximum, or about 60 of them if there are more."""
     if most <= MOST_THRESHOLDS:
         return np.arange(1.0, most + 1.0)
     return np.unique(np.rint(geomspace(1.0, most, MOST_THRESHOLDS)))

@@ -35,7 +35,7 @@ from ..inventory.contents import Contents, Inventory, Stand, floor_text
 
 
 class Support(NamedTuple):
-    """Where pieces stand: floor, direction of their widths ('' for only one), and bench or platform below, if any."""
+    """Place of pieces: floor, direction of their widths ('' for only one), and bench or platform below, if any."""
 
     floor: str
     direction: str
@@ -43,12 +43,12 @@ class Support(NamedTuple):
 
     @property
     def order(self) -> tuple[str, str, str]:
-        """What supports of one floor are sorted by."""
+        """Sort key of the supports of one floor."""
         return self.floor, self.direction, "" if self.stand is None else self.stand.name
 
 
 def support_of(row: Contents) -> Support:
-    """Return where a line of an inventory stands."""
+    """Return the place of a line of an inventory."""
     return Support(str(row.floor), row.direction, row.stand)
 
 
@@ -122,7 +122,7 @@ class Shaking:
         )
 
     def used(self, inventory: Inventory) -> list[str]:
-        """Return the floors that contents stand on, in the building's order; ValueError for a floor that it lacks."""
+        """Return the floors with contents, in the building's order; ValueError for a floor that it lacks."""
         for row in inventory.rows:
             if str(row.floor) not in self.known:
                 raise ValueError(f"floor of {row.label!r} {floor_text(self.known, row.floor)}")
@@ -130,7 +130,7 @@ class Shaking:
         return [floor for floor in self.known if floor in standing]
 
     def supports(self, inventory: Inventory) -> list[Support]:
-        """Return the floors that contents stand on, with the directions of their widths, in the building's order."""
+        """Return the floors with contents, with the directions of their widths, in the building's order."""
         standing = sorted({support_of(row) for row in inventory.rows}, key=lambda at: at.order)
         return [at for floor in self.used(inventory) for at in standing if at.floor == floor]
 
@@ -172,7 +172,7 @@ class Shaking:
 
     @property
     def axes(self) -> str:
-        """How pairs of components shake (`fragility.runs.axes.axes_of`), '' where one component does."""
+        """Axes along which pairs of components act (`fragility.runs.axes.axes_of`), '' for one component."""
         return axes_of(self.ground) if self.histories is None else self.histories.axes
 
     @property
@@ -201,12 +201,12 @@ class Shaking:
 
     @property
     def scalable(self) -> bool:
-        """Whether the motions can be scaled to any level."""
+        """True if the motions can be scaled to any level."""
         return self.histories is None or self.histories.elastic
 
     @property
     def own_motions(self) -> bool:
-        """Whether each level has motions of its own."""
+        """True if each level has its own motions."""
         return self.histories is not None and self.histories.own_motions
 
     @property
@@ -230,7 +230,7 @@ class Shaking:
         return found
 
     def run_shape(self, levels: int) -> tuple[int, int]:
-        """Return the numbers of levels and motions of the runs of a piece at so many levels."""
+        """Return the numbers of levels and motions of the runs of a piece at this number of levels."""
         return (levels, self.runs) if self.histories is None else self.histories.run_shape(levels)
 
     def scaled(self, levels: Any, im: str | Measure) -> Scaling:
@@ -248,7 +248,7 @@ class Shaking:
         if self.histories.elastic:
             if own.size != 1 or one is None:
                 raise ValueError("histories that are scaled as of an elastic building must be one set of one level")
-            assert isinstance(one, Measure)  # (measures of blocks are refused before)
+            assert isinstance(one, Measure)  # measures of blocks are an error before
             measured = np.broadcast_to(own, self.runs)
             factors = one.factors(values[:, None] / measured[None, None, :])
             name = long_name_at(one.long_name, GROUND)

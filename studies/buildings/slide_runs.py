@@ -73,7 +73,7 @@ def draws_of(
 
 
 def slides(row: Contents) -> bool:
-    """Return whether the slips of a line are known: it has friction, stands free, and is not anchored."""
+    """Return True if the slips of a line are known: it has friction, is free-standing, and is not anchored."""
     return row.friction is not None and not row.anchored and is_free(row.block)
 
 
@@ -90,14 +90,13 @@ def faces_an_edge(block: Block) -> bool:
 class SlidingRuns:
     """Runs of the lines of an inventory that can slide, floor by floor, reduced to counts and flags.
 
-    `counts` (line, 1 + slip, level, motion): the number of variants that slide, and those that slip farther than each
-    distance; `rows` are the lines.  `off` (line, variant, level, motion): 1 where a variant falls off in front, -1
-    behind, 0 where it stays; `edged` are these lines.  `moving` (line, level, motion): the probability that what a line
-    stands on slides or rocks; `above` are these lines.  Where the vertical acceleration takes the weight of a piece
-    that slides, it counts as slipped beyond every distance and over its edge.  `tripped` (line, level, motion): the
-    number of variants that trip over an obstacle, and all of them where the weight is taken; `near` are these lines.
-    `cut`: whether each motion, by its label, ends while a piece still slides.  `plane`: both components of the motions
-    shake the lines.
+    `counts` (line, 1 + slip, level, motion): the number of variants that slide, and that slip farther than each
+    distance; `rows` are the lines. `off` (line, variant, level, motion): 1 if a variant falls off in front, -1 behind,
+    0 if it stays; `edged` are these lines. `moving` (line, level, motion): the probability that the support of a line
+    slides or rocks; `above` are these lines. A sliding piece whose weight the vertical acceleration takes counts as
+    slipped beyond every distance and over its edge. `tripped` (line, level, motion): the number of variants that trip
+    over an obstacle, and all of them if the weight is taken; `near` are these lines. `cut`: True for each motion, by
+    its label, that ends while a piece still slides. `plane`: True if both components of the motions act on the lines.
     """
 
     def __init__(
@@ -132,7 +131,7 @@ class SlidingRuns:
 
     @cached_property
     def order(self) -> Index:
-        """Which coefficient each variant has: in increasing order, or at random where variants differ otherwise."""
+        """Coefficient of each variant: in increasing order, or at random if variants differ otherwise."""
         if self.variability is None:
             return np.arange(self.variants)
         return stream(self.variability.seed, ORDER_OF_FRICTION).permutation(self.variants)
@@ -168,7 +167,7 @@ class SlidingRuns:
                 if i in self._near_at:
                     self.tripped[self._near_at[i]] = np.where(np.isinf(needed.along), self.variants, 0)
             sliding = _sliding(coefficients, (block for own in blocks.values() for block in own), self.plane)
-            step = max(1, RUNS // factors.size)  # (slips are kept for so many runs at a time)
+            step = max(1, RUNS // factors.size)  # slips are kept for this number of runs at a time
             for first in range(0, sliding.size, step):
                 part = sliding[first : first + step]
                 sliders = sliders_of(part, ratio, obstacle, self.plane)
@@ -190,7 +189,7 @@ class SlidingRuns:
             self.cut[motion.label] = on or self.cut.get(motion.label, False)
         peak, *sides = (np.nan_to_num(found[name], nan=math.inf) for name in SLIPS)
         met = found[TRIP_VELOCITY] if near else peak
-        # (the reverse of a motion takes the piece as far to the other side; motions of each level stand in a row)
+        # the reverse of a motion moves the piece as far to the other side; motions of each level are adjacent
         pairs = (sides, sides[::-1], (peak, peak), (met, met))
         forward, backward, peak, met = (
             np.stack(pair[: self.polarities], axis=-1).reshape(len(sliders), *self.shape) for pair in pairs
@@ -217,7 +216,7 @@ class SlidingRuns:
 
     @property
     def doubts(self) -> list[Doubt]:
-        """The doubt in motions at whose end pieces still slide."""
+        """Input warnings on motions that end while pieces still slide."""
         return end_doubts([*self.cut.values()], [*self.cut])
 
     def fallen(self, overturned: Flags) -> Flags:
@@ -225,7 +224,7 @@ class SlidingRuns:
         return self._joined(overturned, None, 0)
 
     def fallen_forward(self, front: Flags, overturned: Flags) -> Flags:
-        """Return flags of pieces that overturned to the front, or stood and fell off in front."""
+        """Return flags of pieces that overturned to the front, or fell off in front without overturning."""
         return self._joined(front, overturned, 1)
 
     def _joined(self, flags: Flags, overturned: Flags | None, side: int) -> Flags:
@@ -277,7 +276,7 @@ def _sliding(coefficients: Array, blocks: Iterable[Block], plane: bool) -> Array
 
 
 class _Slips(NamedTuple):
-    """Greatest slips (…, level, motion), m, to both sides and in any direction; velocities at obstacles, if any."""
+    """Maximum slips (…, level, motion), m, to both sides and in any direction; velocities at obstacles, if any."""
 
     forward: Array
     backward: Array
@@ -285,12 +284,12 @@ class _Slips(NamedTuple):
     met: Array | None = None
 
     def of(self, k: int) -> _Slips:
-        """Return those of one coefficient."""
+        """Return the slips of one coefficient."""
         met = None if self.met is None else self.met[k]
         return _Slips(self.forward[k], self.backward[k], self.peak[k], met)
 
     def where(self, moves: Flags) -> _Slips:
-        """Return those of runs in which a piece moves, 0 elsewhere."""
+        """Return the slips of runs in which a piece moves, 0 elsewhere."""
         return _Slips(*(np.where(moves, one, 0.0) for one in self[:3]))
 
 

@@ -88,7 +88,7 @@ def slide_variables(
 def _shares_with_moving_supports(
     joint: JointFlags, runs: SlidingRuns, year: Year | None, modelled: Modelled | None
 ) -> Variables:
-    """Return the shares of lines' falls in runs in which what they stand on moves, given the level and in a year."""
+    """Return the shares of lines' falls in runs in which their support moves, given the level and per year."""
     models, items, _, levels, _ = joint.flags.shape
     levels = levels if modelled is None else modelled.mixture.shares.shape[0]
     given, yearly = np.full((models, items, levels), np.nan), np.full((models, items), np.nan)
@@ -154,7 +154,7 @@ def item_slide_notes(assessment: xr.Dataset, inventory: Inventory) -> list[Fact]
 
 
 def shares_with_moving_supports(results: xr.Dataset) -> Array:
-    """Return the share of each line's falls in runs in which what it stands on moves, the largest without a hazard."""
+    """Return the share of each line's falls in runs in which its support moves; without a hazard the maximum."""
     if ITEM_MOVES_SHARE in results:
         shares = results[ITEM_MOVES_SHARE].isel(model=0)
     else:

@@ -42,7 +42,7 @@ DOUBTFUL = "doubtful"
 """Coordinate of a ranking: whether no advice can rest on an item's chance of falling."""
 ITEM_SAVING = "item_annual_saving"
 FALLEN = "fallen"
-"""Flags of pieces that overturned or fell off, where any line has an edge; else those of ``overturned`` are all."""
+"""Flags of pieces that overturned or fell off, if any line has an edge; else the flags ``overturned`` are all."""
 
 OF_A_YEAR = {
     "item_rate": "probability",
@@ -80,16 +80,16 @@ class Precision:
         )
 
     def over(self, motions: int, strata: int = 1) -> Precision:
-        """Return the same options over so many motions in each of some strata."""
+        """Return the same options over `motions` motions in each of some strata."""
         return replace(self, strata=alike_strata(motions, strata))
 
     def of_year(self, year: Year, runs: int) -> Precision:
-        """Return the same options over the values of a sum over levels of so many runs."""
+        """Return the same options over the values of a sum over levels of `runs` runs."""
         return replace(self, strata=year.strata(runs)) if year.own_motions else self
 
     @cached_property
     def drawn(self) -> Array:
-        """How often each motion is drawn (replicate, motion), the same for all variables."""
+        """Number of draws of each motion (replicate, motion), the same for all variables."""
         return draw_motions(self.strata, self.replicates, self.seed)
 
     def of_means(self, values: Array, most: Any = None, signed: bool = False) -> tuple[Array, Array, Array]:
@@ -119,14 +119,14 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
         can_fall = joint.exposed if quantity.taken else joint.standing
         most = times(joint.members, quantity.amounts * joint.counts * can_fall)[None, :, None]
         expected = of_motions(results.expected[quantity.name], joint.polarities)
-        # (the greatest of what is drawn is a mean of draws, which may exceed that of all pieces)
+        # the maximum of drawn values is a mean of draws, which may exceed the maximum of all pieces
         means = precision.of_means(expected, np.maximum(most, expected.max(axis=-1)) if quantity.greatest else most)
         dims: tuple[str, ...] = ("model", "place", "level")
         found |= with_interval(
             f"{quantity.name}_mean", dims, means, quantity.units, f"mean of {quantity.text}", precision
         )
         outcomes = results.outcomes[quantity.name]
-        # (what is drawn has no greatest value, but where nothing can overturn)
+        # drawn values have no maximum, except if nothing can overturn
         bound = np.where(most > 0.0, np.inf, 0.0) if quantity.drawn else most
         at, above = _spread(outcomes, quantity, bound, precision, joint.polarities)
         # (draws of the modelling uncertainty take the fillings of a motion again where there are fewer of these)
@@ -166,8 +166,10 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
 
 
 class LineEvent(NamedTuple):
-    """An event of pieces of some lines (`rows`): names of its chance and its rate ('' for none), dimensions before the
-    level, words, and the chances (…, level, motion) of a slab of these lines.
+    """Event of pieces of some lines (`rows`).
+
+    It has the names of its probability and its rate ('' for none), dimensions before the level, words, and the
+    probabilities (…, level, motion) of a slab of these lines.
     """
 
     name: str
@@ -203,7 +205,7 @@ class LineEvent(NamedTuple):
 
 
 FORWARD, RUPTURE, SIDEWAYS = "front", "broken", "sideways"
-"""Events of a piece beside any fall, as variables name them."""
+"""Events of a piece in addition to any fall, as variables name them."""
 PIECE_EVENTS: dict[str, tuple[str, Callable[[Contents], bool]]] = {
     FORWARD: ("a piece overturns forward", lambda row: True),
     RUPTURE: ("the restraint of a piece breaks", lambda row: row.block.restraint is not None and not row.anchored),
@@ -372,11 +374,11 @@ class Year:
         return self.levels.size if self.own_motions else 1
 
     def strata(self, runs: int) -> tuple[Index, ...]:
-        """Return the strata of the values of a sum over levels of so many runs."""
+        """Return the strata of the values of a sum over levels of `runs` runs."""
         return alike_strata(runs // self.polarities, self.parts)
 
     def size(self, runs: int) -> int:
-        """Return the number of values of a sum over levels of so many runs."""
+        """Return the number of values of a sum over levels of `runs` runs."""
         return runs // self.polarities * self.parts
 
     def total(self, values: Array) -> Array:
@@ -410,7 +412,7 @@ def of_motions(values: Array, polarities: int) -> Array:
 
 
 def fall_flags(assessment: xr.Dataset, name: str = "") -> xr.DataArray:
-    """Return the flags of pieces that fell (model, item, variant, level, motion), or those of the variable `name`."""
+    """Return the flags of pieces that fell (model, item, variant, level, motion), or of the variable `name`."""
     flags = assessment[name or (FALLEN if FALLEN in assessment else "overturned")]
     if "variant" not in flags.dims:  # (pieces are alike)
         flags = flags.expand_dims("variant")
@@ -418,7 +420,7 @@ def fall_flags(assessment: xr.Dataset, name: str = "") -> xr.DataArray:
 
 
 def carried_items(assessment: xr.Dataset) -> dict[int, int]:
-    """Return the positions of items that stand on others, with those of the latter."""
+    """Return the positions of items on other items, with the positions of the latter."""
     if "stands_on" not in assessment.coords:
         return {}
     at = {str(label): i for i, label in enumerate(assessment["item"].values)}
@@ -432,7 +434,7 @@ def levels_have_own_motions(assessment: xr.Dataset) -> bool:
 
 
 def alike_strata(motions: int, number: int) -> tuple[Index, ...]:
-    """Return strata of so many motions each, motion by motion with those of one number together."""
+    """Return strata of `motions` motions each, motion by motion with equal numbers together."""
     return tuple(np.arange(motions) * number + i for i in range(number))
 
 
@@ -519,7 +521,7 @@ def _building(whole: xr.Variable, part: xr.Variable) -> dict[str, int]:
 
 
 def _within(upper: Array, whole: Array) -> Array:
-    """Return upper ends of parts, which are not above that of their whole."""
+    """Return upper ends of parts, which are not above the upper end of their whole."""
     return np.where(upper > whole, whole, upper)
 
 

@@ -22,9 +22,9 @@ equipment, other furniture, and what is temporary or moved about."""
 class Component:
     """A piece as a code sees it: sizes (m), mass (kg), and what is known of its place and its anchor.
 
-    `kind` is one of `CLASSES`, '' where it is not known.  `z` is the height of its floor above the base, and `h` that
-    of the roof, m; None where they are not known.  `strength` is the design strength (N) of the anchors of one piece
-    against a horizontal force at `anchor_height` (m above its floor), None where they are not known.
+    `kind` is one of `CLASSES`, '' if it is not known. `z` is the height of its floor above the base, and `h` the height
+    of the roof, m; None if they are not known. `strength` is the design strength (N) of the anchors of one piece
+    against a horizontal force at `anchor_height` (m above its floor), None if they are not known.
     """
 
     width: float
@@ -50,8 +50,8 @@ class Component:
 class CodeCheck(NamedTuple):
     """A code's demands on a piece; NaN where something is not known.
 
-    coefficient: design force over weight.  force: design force at the centre of mass, N.  demand: force on the anchor,
-    N.  ratio: demand over the strength of the anchor.  factors: how the coefficient comes about, in words.
+    `coefficient`: design force over weight. `force`: design force at the centre of mass, N. `demand`: force on the
+    anchor, N. `ratio`: demand over the strength of the anchor. `factors`: derivation of the coefficient, in words.
     """
 
     status: str
@@ -64,7 +64,7 @@ class CodeCheck(NamedTuple):
 
     @property
     def missing(self) -> str:
-        """What the check lacks where there is none."""
+        """Missing data of a check that was not possible."""
         return (self.clause.partition(": ")[2] or self.clause) if self.status == UNCHECKED else ""
 
 
@@ -121,9 +121,9 @@ class Code(ABC):
 def anchor_demand(force: float, held_down: float, one: Component) -> float:
     """Return the horizontal force on the anchor of a piece, N.
 
-    With the height of the anchor h_a, by moments about the edge of the base, (F h_cm - w W b)/h_a with half the width b
-    and the share w of the weight W that may be counted, at least 0: the rest of F is to be held at the base, which is
-    not checked here. Without that height the whole force F.
+    Let h_a be the height of the anchor. By moments about the edge of the base, the force is (F h_cm - w W b)/h_a, at
+    least 0. Here b is half the width and w the share of the weight W that counts. The rest of F acts at the base, which
+    is not checked here. Without that height the whole force F acts on the anchor.
     """
     if one.anchor_height is None:
         return force

@@ -30,13 +30,13 @@ LIMITS = (
     "modelling uncertainty, annual rates, injuries and other consequences for people (pelicun has no table for them), "
     "costs of anchoring, or what a building code asks. "
 )
-"""What the tables cannot hold, for their description and the terminal."""
+"""Limits of the tables, for their description and the terminal."""
 OF_TIME = (
     "pelicun adds the downtimes of all pieces (repair_time-sequential; -parallel: those of a floor), and the study's "
     "downtime of the building is the longest of them: the largest Time column of DV_repair_sample, with "
     "AggregateColocatedComponentResults false"
 )
-"""How to read pelicun's times, for the terminal."""
+"""Instructions for pelicun's times, for the terminal."""
 INDEPENDENT = "independent"
 
 
@@ -61,7 +61,7 @@ def write_building_files(
     description = f"Damping law: {law}. Probabilities are those of a study that found them by simulation. {LIMITS}"
     ids = None if prefix is None else _ids(prefix, len(items))
     try:
-        with own_files(folder, PELICUN, FILES):  # (those of an earlier export for pelicun are removed)
+        with own_files(folder, PELICUN, FILES):  # files of an earlier export for pelicun are removed
             written = write_building(curves, lines, folder, currency, description, ids)
     except StudyError:
         raise

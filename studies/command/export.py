@@ -53,7 +53,7 @@ def read_curves(path: Path, model: str | None = None, verify: bool = False, mode
         # only the curves are loaded, because the runs may be larger than the memory
         curves = stored[parts].load()
         observed = ("probability", "lower", "upper", "overturnings", "runs")
-        if "curve_probability" in curves:  # (renamed as in a fit, in place of the observed probability)
+        if "curve_probability" in curves:  # renamed as in a fit, instead of the observed probability
             curves = curves.drop_vars(observed, errors="ignore")
             curves = curves.rename(curve_probability="probability")
         axis = stored.coords.get("level", stored.coords.get("intensity"))  # (a cloud has no levels)
@@ -80,7 +80,7 @@ def read_curves(path: Path, model: str | None = None, verify: bool = False, mode
 
 
 def _modelled(curves: xr.Dataset, path: Path, asked: bool) -> xr.Dataset:
-    """Return curves whose dispersions hold the modelling uncertainty, where it is asked for; rates are as they are."""
+    """Return curves whose dispersions include the modelling uncertainty, if requested; rates are as they are."""
     beta = float(curves.attrs.get(MODELLING, 0.0))
     if asked and beta == 0.0:
         raise StudyError(

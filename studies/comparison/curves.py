@@ -46,7 +46,7 @@ Place = tuple[int, int, int]
 
 
 class Curves(NamedTuple):
-    """Curves of one side, replicates of parameters and rates on (block, model, floor, …), None if not fitted anew."""
+    """Curves of one side, replicates of parameters and rates on (block, model, floor, …), None unless refitted."""
 
     side: Side
     fit: xr.Dataset | None
@@ -146,7 +146,7 @@ def _resampled(side: Side, seed: int, replicates: int, chosen: list[list[int]]) 
     every = {dim: side.results[dim].values for dim in ("block", "model")}
     found = found.assign_coords({dim: every[dim][own] for dim, own in zip(every, chosen, strict=True)})
     hazard = side.study.get("hazard")
-    # (a curve in a file beside the study is not known)
+    # a curve in a file next to the study is not known
     known = hazard is not None and "file" not in hazard and "rate" in side.results
     risk = hazard_table(hazard).risk(measure_of(side), Path()) if known else None
     rates = None
@@ -156,7 +156,7 @@ def _resampled(side: Side, seed: int, replicates: int, chosen: list[list[int]]) 
         if rates is not None and "realisation" in rates.dims:
             rates = rates.weighted(yearly["weight"]).mean("realisation")
     if FITTED_RATE in side.results and (risk is not None or not fit.in_mean):
-        # (rates without a form of curve are those of the runs' own weights, which need no hazard curve)
+        # rates without a form of curve are from the runs' own weights, which need no hazard curve
         labels = {dim: found[dim].values for dim in every}
         rates = weighted_rate_samples(runs.assign_coords(labels), replicates, seed, fit.state)
         rates = rates * (1.0 if risk is None else modelling_factor(found, risk, fit))

@@ -25,7 +25,7 @@ MOST_PANELS, MOST_DOTS = 12, 40
 LOOKS = {"A": (axes.colour(0), "o", "solid"), "B": (axes.colour(1), "s", "dashed")}
 POINTS = 200
 LEAST_CHANCE = 1e-7
-"""Least end of an interval that is drawn, on the logarithmic axis of chances."""
+"""Minimum end of an interval that is drawn, on the logarithmic axis of probabilities."""
 
 
 def of_curves(

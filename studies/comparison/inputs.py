@@ -1,4 +1,4 @@
-"""What differs between the inputs of two studies: blocks, laws, motions, hazard curves, options."""
+"""Differences between the inputs of two studies: blocks, laws, motions, hazard curves, options."""
 
 from __future__ import annotations
 

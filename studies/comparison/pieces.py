@@ -67,7 +67,7 @@ def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Fou
     """Compare pieces and totals of two performance studies, with paired intervals if their motions are the same."""
     items, models = matched_names(a, b, "item", "piece"), matched_laws(a, b, laws)
     yearly = "item_rate" in a.results
-    # (where levels have motions of their own, those of the same levels are drawn)
+    # if levels have their own motions, motions of the same levels are drawn
     paired = same_motions(a, b) and np.array_equal(year_of(a).strata_levels, year_of(b).strata_levels)
     options = a.study.get("performance", {})
     replicates, seed = int(options.get("replicates", 1000)), int(options.get("seed", 0))

@@ -1,4 +1,4 @@
-"""The two results that are compared: read, refused where they cannot be compared, and their blocks and laws matched."""
+"""The two compared results: reading, errors if they cannot be compared, and matching of their blocks and laws."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Matched(NamedTuple):
 
 
 def titles_of(a: Side, b: Side, laws: tuple[str, str] | None = None) -> tuple[str, str]:
-    """Return the titles of both sides; those that are equal are told apart by the folders, or by the laws compared."""
+    """Return the titles of both sides; equal titles are distinguished by the folders, or by the laws compared."""
     titles = a.title or "A study", b.title or "A study"
     if titles[0] != titles[1]:
         return titles

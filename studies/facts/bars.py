@@ -22,7 +22,7 @@ MOST = 14
 
 
 class Bar(NamedTuple):
-    """Bar of a line or block: its name, a text beside the name, a value and its interval."""
+    """Bar of a line or block: its name, a text next to the name, a value and its interval."""
 
     name: str
     beside: str

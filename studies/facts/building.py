@@ -351,7 +351,7 @@ def _kits(results: xr.Dataset, pieces: Sequence[Piece]) -> Iterator[Fact]:
 
 
 def _supports(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield what stands on pieces that slide or rock, and what falls with its support."""
+    """Yield facts on pieces on others that slide or rock, and on pieces that fall with their support."""
     if "stands_on" not in results.coords:
         return
     moving = on_moving_supports(results)

@@ -169,7 +169,7 @@ def _rolling(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def _pedestals(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield the check of pieces that stand on others, which are shaken as the floor is."""
+    """Yield the check of pieces on others, which are assumed to move with the floor."""
     if MOVES not in results:
         return
     shares = shares_with_moving_supports(results)
@@ -332,7 +332,7 @@ def _intervals(results: xr.Dataset) -> Fact:
 
 
 def _reached(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield the check of a precision that was asked for, where motions are run until it is reached."""
+    """Yield the check of a requested precision, if motions are run until it is reached."""
     if "stopped_because" not in results:
         return
     accounts, number = missed_curves(results)
@@ -443,7 +443,7 @@ def _of_shares(what: str, shares: xr.DataArray, remedy: str, **more: object) -> 
 
 
 def _worst(shares: xr.DataArray) -> tuple[float, tuple[str, ...]]:
-    """Return the greatest of some shares, and the labels to which it belongs, without the law of a study of one."""
+    """Return the maximum of some shares, and its labels, without the law of a study of one."""
     at = _at_worst(shares)
     dims = [*zip(shares.dims, at, strict=True)]
     parts = [shares[dim][i] for dim, i in dims if dim in shares.coords and (dim != "model" or shares.sizes[dim] > 1)]
@@ -458,7 +458,7 @@ def _label(part: xr.DataArray) -> str:
 
 
 def _at_worst(shares: xr.DataArray) -> tuple[int, ...]:
-    """Return where the greatest of some shares is."""
+    """Return the position of the maximum of some shares."""
     values = shares.values.astype(float)
     filled = np.where(np.isnan(values), -np.inf, values)
     return tuple(int(i) for i in np.unravel_index(int(filled.argmax()), values.shape))

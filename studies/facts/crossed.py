@@ -31,8 +31,8 @@ MIN_CURVES, MOST_COMPARED = 2, 12
 FEWEST_APART = 6
 """Fewest motions that must tell two pieces apart, all the same way, to be no chance.
 
-Under one of two equal pieces each of them falls as often as the other: of six such motions all are of one piece in
-2 · 2⁻⁶ = 3 % of cases, of five in 6 %, which is more than 5 % (sign test).
+Under one of two equal pieces each of them falls as often as the other. Of six such motions all are of one piece in 2 ·
+2⁻⁶ = 3 % of cases. Of five it is 6 %, which is more than 5 % (sign test).
 """
 
 
@@ -116,7 +116,7 @@ def crossings_of_laws(case: xr.Dataset, results: xr.Dataset) -> list[Crossing]:
 
 
 def _by_chance(results: xr.Dataset) -> float:
-    """Return the least difference of two shares that is more than the chance of a few motions."""
+    """Return the minimum difference of two shares that exceeds chance with few motions."""
     return FEWEST_APART / fewest_motions(results)
 
 

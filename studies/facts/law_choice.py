@@ -1,4 +1,4 @@
-"""Which of several damping laws an answer is best taken from."""
+"""Choice of the damping law whose results answer a question best."""
 
 from __future__ import annotations
 

@@ -197,7 +197,7 @@ def _law(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def _surroundings(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[Fact]:
-    """Yield what stands around blocks, holds them or carries them: buildings, supports, walls, restraints, beds."""
+    """Yield the surroundings and supports of blocks: buildings, supports, walls, restraints, beds."""
     buildings = _tables([study.get("building"), *(study.get("buildings") or [])])
     for what, holds in (
         ("building.elastic", any(map(scales, buildings))),
@@ -269,7 +269,7 @@ def _sliding(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def _on_the_roof(results: xr.Dataset, roof: str) -> Iterator[Fact]:
-    """Yield which pieces stand on the roof, so that a floor that was meant as the uppermost storey is noticed."""
+    """Yield the pieces on the roof, so that a floor that was meant as the uppermost storey is noticed."""
     if not roof or "item" not in results.dims or "floor" not in results.coords:
         return
     above = results["item"].values[results["floor"].values.astype(str) == roof]

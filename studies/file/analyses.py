@@ -238,7 +238,7 @@ class EventsTable(Table):
 class NumberTable(Table):
     """Numbers of motions of an analysis at adaptive levels or with a pooled surface.
 
-    least: Motions before the first look at the precision.
+    least: Minimum number of motions before the first check of the precision.
     most: Motions in all.
     """
 
@@ -295,7 +295,7 @@ class UntilTable(Table):
     seed: Annotated[int, Field(ge=0)] = 0
 
     def build(self, im: str, motions: int, usual: int = MOST) -> Until:
-        """Return the precision, for so many motions that there are; ValueError where there is none such."""
+        """Return the precision, for the number of motions; ValueError if it cannot be reached."""
         asked = self.model_dump(include=set(TARGETS), exclude_none=True)
         if len(asked) > 1:
             raise ValueError(f"until must name one of {', '.join(TARGETS)}, got {' and '.join(sorted(asked))}")
@@ -386,7 +386,7 @@ class FrictionTable(Table):
     """Friction between pieces and floor: for the screen, and for what slides and how far.
 
     kinetic_ratio: Kinetic over static friction.
-    slips_m: Slips whose chances are wanted; the defaults are judgement: a piece touches a neighbour, tears its
+    slips_m: Slips whose probabilities are wanted; the defaults are assumed: a piece touches a neighbour, tears its
         service line, blocks an aisle.
     shared: Whether the pieces of a line of an inventory share one coefficient of friction; with
         [performance.variability] its `pieces` says it.
@@ -452,7 +452,7 @@ else:
 
 
 class TargetTable(Table):
-    """What the cheapest set of kits is to achieve: the most that is allowed, all of it together.
+    """Target of the cheapest set of kits: the allowed maximum, all of it together.
 
     falls: Expected falls.
     front_falls: Expected forward falls, into the room.
@@ -481,9 +481,9 @@ class TargetTable(Table):
 class PerformanceTable(Table):
     """Performance assessment: an inventory, shaken jointly.
 
-    inventory: CSV or XLSX of what stands where, relative to the study file.
+    inventory: CSV or XLSX of the pieces and their places, relative to the study file.
     im: Intensity measure of the ground motion: by name, or with its period in s, as Sa(1.0).
-    levels: Its levels; with `motions.floors_index` those of the index.
+    levels: Its levels; with `motions.floors_index` the levels of the index.
     polarity: Whether motions are run both ways (ü and −ü), as two outcomes of one earthquake.
     variability: How pieces of one line differ.
     objective: What anchoring saves: loss, number, any, or a consequence in the inventory.
@@ -534,7 +534,7 @@ class PerformanceTable(Table):
 
 
 class FitTable(Table):
-    """How curves are fitted to the runs.
+    """Fit of curves to the runs.
 
     form: Shape of the curves; all but isotonic rise to 1, as falls to one side need not.
     method: What they are fitted to: the runs at each level, or each motion's first overturning, which closer
@@ -609,9 +609,9 @@ class FitTable(Table):
 
 
 class MeasuresTable(Table):
-    """Which measure serves best: every plain one, and others.
+    """Ranking of measures: every plain measure, and others.
 
-    also: Measures with parameters, such as Sa(1.0), beside all plain ones.
+    also: Measures with parameters, such as Sa(1.0), in addition to all plain measures.
     """
 
     also: Annotated[list[Named] | None, KeyInfo("none")] = None

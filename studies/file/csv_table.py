@@ -42,10 +42,10 @@ class TableKind(NamedTuple):
 class CsvTable:
     """The lines of a file below its header, which names the columns in any order.
 
-    A table in UTF-8 is separated by commas, semicolons or tabs; empty lines and lines that begin with # are skipped,
-    and empty cells are treated as if the column were not there.  A workbook's sheet is read as if it had been saved so.
-    Errors are of the kind's own type, one sentence that names the file, and line and column where there is one.  Lines
-    that a person may see otherwise in a spreadsheet program are doubts of the kind ``table``, once all lines are read.
+    A table in UTF-8 is separated by commas, semicolons or tabs. Empty lines and lines that begin with # are skipped,
+    and empty cells are treated as if the column were missing. A workbook's sheet is read as if it had been saved so.
+    Errors are of the kind's own type, one sentence that names the file, and line and column if known. Lines that a
+    spreadsheet program may show differently cause input warnings of the kind ``table``, once all lines are read.
     """
 
     def __init__(self, file: Path, kind: TableKind) -> None:
@@ -92,7 +92,7 @@ class CsvTable:
         return "" if last is None else self._whole[last.end() :]
 
     def _lines_left_out(self, raw: str) -> list[str]:
-        """Return the doubt in comments that are lines of the table in a spreadsheet program: ``#3 rack;0.5;1.8``."""
+        """Return the input warning on comments that a spreadsheet program shows as lines: ``#3 rack;0.5;1.8``."""
         found = []
         for n, line in enumerate(io.StringIO(raw, newline="") if "#" in raw else (), start=1):
             if n > self._header_line and _MARKED.match(line) and line.count(self.delimiter) >= len(self.columns) - 1:
@@ -103,7 +103,7 @@ class CsvTable:
         return f"{self.file.name}, {word}{'s' if len(numbers) > 1 else ''} {first_of(numbers)}"
 
     def _doubts(self) -> list[Doubt]:
-        """Return the doubts in what was read, once it is."""
+        """Return the input warnings on the table, once it is read."""
         odd = list(self._odd)
         if self._short:
             numbers = [str(number) for number in self._short]
@@ -331,7 +331,7 @@ class CsvLine:
 
 
 def _kind_of(annotation: Any) -> Any:
-    """Return the plain type of an annotation: that of a number, a word or yes and no."""
+    """Return the plain type of an annotation: of a number, a word or yes and no."""
     if annotation in (float, int, bool, str):
         return annotation
     return next((kind for kind in map(_kind_of, get_args(annotation)) if kind is not None), None)

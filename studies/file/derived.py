@@ -1,8 +1,8 @@
 """Tables of study files that follow from the classes and functions that they describe, and choices among them.
 
-What is declared with a parameter (`core.parameters`) gives its key: the name with its unit, the type, the bounds, the
-sentence and the default. A choice, such as that of a generator, has one table for each of its words, so that a key of
-another word is refused where the file is read.
+A parameter's declaration (`core.parameters`) gives its key: the name with its unit, the type, the bounds, the sentence
+and the default. A choice, such as the choice of a generator, has one table for each of its words. A key of another word
+is then an error when the file is read.
 """
 
 from __future__ import annotations
@@ -65,8 +65,8 @@ def derived(
 ) -> Any:
     """Return the table of a class or function, as a subclass of `base`.
 
-    word: the key and the word that choose it; types: annotations of parameters that no `Parameter` declares, or None
-    for those that are no keys; defaults: in place of those of the parameters, in words or SI.
+    `word`: the key and the word that choose it. `types`: annotations of parameters that no `Parameter` declares, or
+    None for parameters that are no keys. `defaults`: instead of the parameters' own, in words or SI.
     """
     fields, factors = keys_of(make, types, defaults=defaults)
     fields = {key: field for key, field in fields.items() if key not in base.model_fields}
@@ -175,7 +175,7 @@ def _plain(value: float) -> float:
 
 
 class By:
-    """What chooses one of several tables: the word of a key."""
+    """Choice of one of several tables by the word of a key."""
 
     def __init__(self, key: str, words: Sequence[str] = ()) -> None:
         self.key, self.words, self.__name__ = key, words, key  # (pydantic wants the name of a function)

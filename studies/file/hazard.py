@@ -28,12 +28,12 @@ COMMON = {"years", "probability", "along", "below", "above", "at"}
 class HazardTable(Table):
     """Hazard curve of the measure of the levels, and the questions asked with it.
 
-    at: What the curve is of: the site, or the one floor on which all blocks stand.
+    at: Place of the curve: the site, or the one floor below all blocks.
     below: Shaking below the curve's lowest level: extended with its slope, or none.
     above: Shaking above the highest level: extended with its slope, held there, or none.
     years: Time of the probabilities.
     probability: Target in that time: which size meets it?
-    along: Which size of the blocks is asked for.
+    along: Size of the blocks that must meet the target.
     """
 
     at: Annotated[str, one_of(("ground", "floor"))] = "ground"
@@ -176,7 +176,7 @@ WAYS: dict[str, type[HazardTable]] = {
 
 
 class _ByWay(By):
-    """What chooses the table of a hazard: the way in which its curve is given."""
+    """Choice of the table of a hazard, by the form of its curve."""
 
     def __call__(self, value: Any) -> str:
         given = value if isinstance(value, dict) else getattr(value, "__dict__", {})
@@ -213,13 +213,13 @@ def hazard_table(content: Any) -> HazardTable:
 
 
 OF_MODELS, OF_MOTIONS, OF_HAZARD = OF = ("models", "motions", "hazard")
-"""What branches may be of; the last two are also the names of the study's own tables among the branches."""
+"""Kinds of branches; the last two are also the names of the study's own tables among the branches."""
 
 Named = Annotated[str, Field(min_length=1, max_length=200, description="Its name among the branches.")]
 
 
 class BranchTable(Table):
-    """Alternatives of one kind, with the weights that somebody gives them.
+    """Alternatives of one kind, with their weights.
 
     of: What they are alternatives of; without models, the reference law counts.
     names: Labels or short names of laws; `motions` or names of `motion_sets`; `hazard` or names of `hazards`.
@@ -252,9 +252,9 @@ class BranchTable(Table):
 
 
 class MotionSetTable(Table):
-    """Other motions that may be the right ones.
+    """Alternative motions.
 
-    motions: What shakes them instead of [motions].
+    motions: Motions instead of [motions].
     """
 
     name: Named
@@ -264,7 +264,7 @@ class MotionSetTable(Table):
 class HazardSetTable(Table):
     """Another hazard curve that may be the right one.
 
-    hazard: The curve, instead of that of [hazard].
+    hazard: The curve, instead of the curve of [hazard].
     """
 
     name: Named

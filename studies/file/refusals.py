@@ -21,7 +21,7 @@ NO_NUMBER = ("float_type", "float_parsing", "finite_number")
 OUTSIDE = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
 MOST_WRITTEN = 1e9
 MOST_HOMES, MOST_WORDS = 6, 3
-"""Most tables, and words that choose tables, that are named as those of a key in the wrong one."""
+"""Maximum number of tables, and of words that choose tables, in the advice for a key in the wrong table."""
 DEPTHS = ("depth_m", "depth", "length_m", "length", "thickness_m")
 """Keys that are tried for the third size of a block."""
 """Bounds from here on are written with a power of ten."""
@@ -127,7 +127,7 @@ def _unknown(key: str, location: tuple[int | str, ...], table: Any, content: Any
 
 
 def _holds(field: FieldInfo, name: str) -> bool:
-    """Whether a table, or one of those among which a word chooses, has a key."""
+    """True if a table, or one of the tables among which a word chooses, has a key."""
     return any(name in table.model_fields for table in tables_of(field.annotation))
 
 
@@ -243,7 +243,7 @@ def _as_written(value: Any) -> str:
 
 
 def _no_table(location: tuple[int | str, ...], key: str, value: Any) -> str:
-    """The advice where something else is given in place of a table."""
+    """The advice if a value is given instead of a table."""
     if location and location[-1] == "levels":
         values = shown(value) if isinstance(value, list) else "[0.1, 0.2]"
         return f'levels need their unit: write levels = {{ values = {values}, unit = "g" }}, or another unit'

@@ -15,7 +15,7 @@ class ReportTable(Table):
     """The cover of a report: texts that change neither the study nor its results.
 
     client: For whom the report is.
-    site: Where the pieces stand.
+    site: Place of the pieces.
     author: Who made the study.
     date: Date of the report, as text.
     """

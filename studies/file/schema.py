@@ -98,8 +98,8 @@ class StudyFile(Table):
         line each, its columns their keys.
     restraints: Straps, brackets and others that blocks, lines of an inventory and kits name.
     models: The damping laws, one table each.
-    motions: What shakes them.
-    building: What stands between the motions and them.
+    motions: The ground or floor motions.
+    building: The building between the motions and the blocks.
     buildings: Several, side by side, each with a name.
     support: A bench or an isolator between the floor and them.
     supports: Benches and platforms that lines of an inventory name.
@@ -111,7 +111,7 @@ class StudyFile(Table):
     screen: The validity screen.
     friction: What keeps blocks from sliding.
     report: What the cover of the report says.
-    accept: Kinds of doubts that are meant so and not noted: slips of units, offsets, drifts.
+    accept: Kinds of input warnings to accept: slips of units, offsets, drifts.
     outputs: Results kept of every run; `overturned` alone is fastest. Outputs of walls and restraints need such
         blocks, `airborne` needs `motions.vertical`, `axis` needs both components.
     fit: How curves are fitted.
@@ -196,17 +196,17 @@ class StudyFile(Table):
 
     @property
     def scales(self) -> bool:
-        """Whether twice the ground motion gives twice the motion that shakes the blocks."""
+        """True if twice the ground motion gives twice the motion of the blocks' floor."""
         return all(building.scales for building in self.stand) and (self.support is None or self.support.scales)
 
     @property
     def _scaled_before(self) -> bool:
-        """Whether motions are scaled to their level before they go through what does not scale."""
+        """True if motions are scaled to their level before they pass a building or support that does not scale."""
         return self.stripes is not None and self.stripes.scale and not self.scales
 
     @property
     def adaptive(self) -> bool:
-        """Whether levels follow from the runs before."""
+        """True if levels follow from the runs before."""
         return self.ida is not None and isinstance(self.ida.levels, str)
 
     @property
@@ -219,7 +219,7 @@ class StudyFile(Table):
 
     @property
     def of_kind(self) -> str:
-        """What the study is, with its article."""
+        """Kind of the study, with its article."""
         return f"{with_article(self.kind)} study"
 
     @property
@@ -235,7 +235,7 @@ class StudyFile(Table):
 
     @property
     def analysis(self) -> IdaTable | StripesTable | CloudTable:
-        """The table of the one analysis that is asked for."""
+        """The table of the one requested analysis."""
         found = self.ida or self.stripes or self.cloud
         if found is None:
             raise ValueError("a performance study has no ida, stripes or cloud")
@@ -243,7 +243,7 @@ class StudyFile(Table):
 
     @property
     def stand(self) -> list[BuildingTable]:
-        """The tables of the buildings that blocks stand in."""
+        """The tables of the buildings of the blocks."""
         return [self.building] if self.building is not None else self.buildings or []
 
     def other(self, motions: MotionsTable) -> Self:
@@ -335,7 +335,7 @@ class StudyFile(Table):
         return ground, Reading.of(ground, motions.made_by(folder))
 
     def _in_buildings(self, ground: list[xr.DataArray], reading: Reading, level: float = math.nan) -> MotionSet:
-        """Return what ground motions, of a stripe at a level (SI), make of the buildings that the blocks stand in."""
+        """Return the motions in the buildings of the blocks under ground motions, of a stripe at a level (SI)."""
         counts = self._floor_counts()
         if not self.stand and self.support is None:
             return MotionSet(tuple(ground), (), reading)
@@ -354,7 +354,7 @@ class StudyFile(Table):
         floors: list[xr.DataArray] = [] if self.stand else ground
         for i, building in enumerate(self.stand, start=1):
             try:
-                with noted():  # (a study has doubts among its notes)
+                with noted():  # a study has input warnings among its notes
                     moved = building.shake(ground)
             except ValueError as error:
                 raise ValueError(f"{self._called(i)}: {error}") from None
@@ -494,7 +494,7 @@ def read_study_file(path: Path, target: float | None = None) -> StudyFile:
 
 
 def _collapses(floors: Iterable[xr.DataArray]) -> list[Doubt]:
-    """Return the doubt in floor motions of a building that yields."""
+    """Return the input warning on floor motions of a building that yields."""
     parts = list(floors)
     labels = [label for part in parts for label in part["motion"].values.tolist()]
     return collapse_doubts(labels, np.concatenate([part["collapsed"].values for part in parts]))
@@ -502,7 +502,7 @@ def _collapses(floors: Iterable[xr.DataArray]) -> list[Doubt]:
 
 ANALYSES = ("ida", "stripes", "cloud", "performance")
 RULES: list[Callable[[StudyFile], None]] = []
-"""All rules, in the order in which their sentences are told; each raises a ValueError where it is broken."""
+"""All rules, in the order of their sentences; each raises a ValueError if it is broken."""
 
 
 def rule(check: Callable[[StudyFile], None]) -> Callable[[StudyFile], None]:
@@ -512,7 +512,7 @@ def rule(check: Callable[[StudyFile], None]) -> Callable[[StudyFile], None]:
 
 
 def broken(study: StudyFile) -> list[str]:
-    """Return the sentences of the rules that a study breaks; those of one analysis come before all others."""
+    """Return the sentences of the rules that a study breaks; rules of one analysis come before all others."""
     said: list[str] = []
     for check in RULES:
         try:

@@ -19,7 +19,7 @@ from ...core.units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND,
 from ..text.error import StudyError
 
 MOST_ERRORS = 5
-"""Most errors of a study file that are told at once."""
+"""Maximum number of errors of a study file that are reported at once."""
 _MORE = {
     **{"s": (1.0, SECOND), "ms": (1e-3, SECOND), "rad": (1.0, RADIAN), "deg": (math.pi / 180.0, RADIAN)},
     **{"kg": (1.0, KILOGRAM), "N": (1.0, NEWTON), "kN": (1e3, NEWTON)},
@@ -37,7 +37,7 @@ _FACTORS = {
     **{"mm": (1e-3, "m"), "cm": (1e-2, "m"), "m": (1.0, "m"), "in": (0.0254, "m"), "ft": (0.3048, "m")},
     **{"n": (1.0, "n"), "kn": (1e3, "n"), "kg": (1.0, "kg"), "t": (1e3, "kg"), "s": (1.0, "s"), "ms": (1e-3, "s")},
 }
-"""SI value and SI unit, as names of keys end, of each unit that somebody may write there."""
+"""SI value and SI unit, as names of keys end, of each unit that a user may write there."""
 _WRITTEN = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 _EXAMPLES = {
     **{ACCELERATION: "0.4g or 3.9m/s2", METRE: "0.4m or 40cm", SECOND: "0.5s", RADIAN: "0.2rad or 12deg"},
@@ -143,7 +143,7 @@ def shown(value: Any, most: int = 60) -> str:
 
 
 def unended(name: str) -> Doubt:
-    """Return the doubt in a file whose last line has no end and ends in a number."""
+    """Return the input warning on a file whose last line has no end and ends in a number."""
     said = f"{name}: the last line has no line end: if the file is cut, so is its last number"
     return Doubt("table", said, settled=True)
 
@@ -184,10 +184,10 @@ def one_of(names: Iterable[str]) -> WordChoice:
 
 @dataclass(frozen=True)
 class KeyInfo:
-    """Annotation of a key for the schema, beside its description.
+    """Annotation of a key for the schema, in addition to its description.
 
-    `default`: the value that holds where the key is not given, in words where it is no single value; `unit`: the unit
-    of a key whose name does not end with it.
+    `default`: the value if the key is not given, in words if it is no single value. `unit`: the unit of a key whose
+    name does not end with it.
     """
 
     default: Any = None
@@ -202,7 +202,7 @@ class RelativePath:
 
 
 class Table(BaseModel):
-    """A table of a study file: keys that it does not know are refused; its docstring has a line for each key."""
+    """A table of a study file: unknown keys are an error; its docstring has a line for each key."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
     alternative: ClassVar[tuple[Any, str] | None] = None
@@ -224,12 +224,12 @@ def sentences_of(table: type[Table]) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class PartialTable:
-    """Annotation of a table whose keys are those of another, all optional, checked when the two are merged."""
+    """Annotation of a table with the keys of another, all optional, checked when the two are merged."""
 
     table: Any
 
 
-# The unit that each ending of a key stands for, longest first.
+# The unit of each ending of a key, longest first.
 UNIT_SUFFIXES = {
     "_m2_s3": "m²/s³",
     "_rad_s2": "rad/s²",

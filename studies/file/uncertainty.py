@@ -45,7 +45,7 @@ class InputTable(Table):
     makes: ClassVar[type[Distribution]]
 
     def build(self, factor: float = 1.0) -> Distribution:
-        """Make the distribution of the input in SI, `factor` times that of the file; ValueError for a wrong value."""
+        """Make the distribution of the input in SI, `factor` times the file's; ValueError for a wrong value."""
         return type(self).makes(**self._scaled(factor))
 
     def _scaled(self, factor: float) -> dict[str, Any]:
@@ -112,9 +112,9 @@ class BetaTable(InputTable):
 
 
 class LeastTable(InputTable):
-    """The least of several lognormal values.
+    """The minimum of several lognormal values.
 
-    medians: Medians of lognormal parts, of which the input is the least.
+    medians: Medians of lognormal parts, of which the input is the minimum.
     dispersions: Dispersions of the parts, one each.
     """
 
@@ -178,12 +178,12 @@ class CorrelationTable(Table):
 
 
 def _known(name: str) -> str:
-    """Return an input without its unit; a name that is none is left to be refused."""
+    """Return an input without its unit; any other name is returned unchanged, and is an error later."""
     return INPUTS.get(name, name)
 
 
 class UncertaintyTable(Table):
-    """What is uncertain, and which indices are wanted.
+    """Uncertain inputs, and the requested indices.
 
     correlations: Rank correlations.
     samples: Number of Latin hypercube samples.
@@ -226,8 +226,8 @@ RIGID, OWN, GIVEN, PREVIOUS = "rigid", "own", "given", "previous"
 class Sweep(NamedTuple):
     """The varied parameter and the options of its evaluation.
 
-    parameter: delta or e; values: increasing; reference: `RIGID`, `OWN` or a value; friction: the coefficient of
-    friction between block and floor; replicates, seed, confidence: of the bootstrap over motions.
+    `parameter`: delta or e. `values`: increasing. `reference`: `RIGID`, `OWN` or a value. `friction`: the coefficient
+    of friction between block and floor. `replicates`, `seed`, `confidence`: of the bootstrap over motions.
     """
 
     parameter: str
@@ -240,7 +240,7 @@ class Sweep(NamedTuple):
 
 
 class SensitivityTable(Table):
-    """How results depend on delta or e.
+    """Dependence of results on delta or e.
 
     parameter: What is varied; the laws must not give it, nor `restitution_factor` over e.
     values: Its values, increasing.

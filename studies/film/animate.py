@@ -52,18 +52,18 @@ def animate(
     Raises
     ------
     TypeError, ValueError
-        The response is not the history of one run, the path has another ending, a value is out of range, or the film
+        The response is not the history of one run, the path has another ending, or a value is out of range. Or the film
         would be longer than 20 minutes.
     OSError
         The file cannot be written; ffmpeg is missing or fails.
 
     Notes
     -----
-    With θ > 0 the block turns about its right corner.  The floor's displacement is the integral of its acceleration
-    from rest, without correction: for a record as it was measured it may drift, and then the view moves with the floor.
+    With θ > 0 the block turns about its right corner. The floor's displacement is the integral of its acceleration from
+    rest, without correction. For an uncorrected record it may drift, and then the view moves with the floor.
 
-    After overturning the block lies on its side.  Where the record ends before that, the rest is drawn as the fall of a
-    rigid block on a quiet floor, θ'' = p² sin(|θ| − α) sgn θ, and labelled so.
+    After overturning the block lies on its side. If the record ends before that, the rest is drawn as the fall of a
+    rigid block on a quiet floor, θ'' = p² sin(|θ| − α) sgn θ. It is labelled so.
 
     Examples
     --------

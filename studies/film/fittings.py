@@ -19,7 +19,7 @@ STANDS_OFF = 0.06
 STUB = 0.11
 """Length of the loose ends of a broken restraint, over the block's height."""
 CEILING = 1.12
-"""Height of the ceiling that a pole stands against, over the block's height."""
+"""Height of the ceiling above a pole, over the block's height."""
 LEAST = 1e-3
 """Rotation (rad) from its wall at which a block counts as leaning on it."""
 
@@ -114,7 +114,7 @@ def ends(block: Block, strap: Strap, rotation: float) -> Array:
     down = np.array([0.0, -STUB * block.height])
     if strap.restraint.kind == "adhesive":  # (a part of the pad stays on the floor)
         down = np.zeros(2)
-    if strap.restraint.kind == "tendon":  # (what is left stands in the floor)
+    if strap.restraint.kind == "tendon":  # the rest is in the floor
         return np.stack([end, end + down, np.full(2, np.nan), strap.fixed, strap.fixed - down])
     return np.stack([end, end + down, np.full(2, np.nan), strap.fixed, strap.fixed + down])
 

@@ -165,7 +165,7 @@ class Scene:
         for face in self._walls:
             near = face.x
             if face.rail:
-                # (the wall stands clear of the block's upper edge, which goes beyond the rail)
+                # the wall is clear of the block's upper edge, which goes beyond the rail
                 edge = np.array([[face.side * block.b, block.height]])
                 near = float(rotated(block, face.side * face.rotation, 0.0, edge)[0, 0]) + face.side * 0.5 * thick
                 top, bottom = face.height, face.height - 0.3 * thick

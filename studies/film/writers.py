@@ -23,7 +23,7 @@ FRAME_RATES = (5, 10, 20, 25, 50)
 """Frames a second that a GIF can hold, whose clock counts hundredths of a second."""
 SUFFIXES = (".gif", ".mp4")
 MOST_COLOURS = 255
-"""Largest palette of a GIF, beside the transparent colour that leaves the previous frame visible."""
+"""Maximum palette of a GIF, without the transparent colour that leaves the previous frame visible."""
 
 
 def ffmpeg() -> str | None:

@@ -76,7 +76,7 @@ class Consequence:
 
     @property
     def mean(self) -> float:
-        """Mean: median·exp(β²/2), or that of the normal distribution truncated at 0."""
+        """Mean: median·exp(β²/2), or of the normal distribution truncated at 0."""
         if self.dispersion == 0.0:
             return float(self.median)
         if self.distribution == LOGNORMAL:
@@ -86,10 +86,10 @@ class Consequence:
         return float(self.median * (1.0 + self.dispersion * density / scipy.special.ndtr(edge)))
 
     def of_several(self, pieces: int, greatest: bool = False) -> tuple[float, float]:
-        """Return the mean and the standard deviation over several independent pieces of the mean, or of the greatest.
+        """Return the mean and the standard deviation of the mean, or of the maximum, of several independent pieces.
 
-        Moments of the greatest of n are the integrals of its values times n Phi^(n-1)(z) phi(z), the density of the
-        greatest of n normal scores (trapezoids, whose error is that of rounding).
+        Moments of the maximum of n are the integrals of its values times n Phi^(n-1)(z) phi(z), the density of the
+        maximum of n normal scores. (Trapezoids, exact to rounding.)
         """
         if self.dispersion == 0.0:
             return float(self.median), 0.0
@@ -109,7 +109,7 @@ class Consequence:
         if self.distribution == LOGNORMAL:
             return np.asarray(self.median * exp(self.dispersion * scores))
         law = Normal(self.median, self.dispersion * self.median, lower=0.0)
-        # (the largest probability below 1 stands for scores above 8.2)
+        # the largest probability below 1 represents scores above 8.2
         return law.quantile(np.minimum(scipy.special.ndtr(scores), np.nextafter(1.0, 0.0)))
 
 
@@ -164,9 +164,9 @@ class PieceScores:
     """The draws that decide the consequences of every piece: `realisations` under each motion.
 
     The scores of a piece are z_i = √ρ f + √(1 − ρ) ε_i with a factor f common to its three consequences, cost, downtime
-    and injuries (a Gaussian copula with one factor and the `correlation` ρ, 0 to 1). They depend on the seed, the name
-    of the line, the motion, and the number of the piece within the line alone: laws and levels see the same ones, in
-    any order of computation.
+    and injuries. This is a Gaussian copula with one factor and the `correlation` ρ, 0 to 1. They depend only on the
+    seed, the name of the line, the motion, and the number of the piece within the line. Laws and levels therefore have
+    the same scores, in any order of computation.
     """
 
     realisations: int = REALISATIONS

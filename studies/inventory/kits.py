@@ -26,9 +26,9 @@ AT_A_HEIGHT = [kind for kind, make in MAKERS.items() if "height" in declared(mak
 class Kit:
     """A restraint that can be bought for pieces of an inventory.
 
-    `cost` fixes one piece, in the inventory's currency, >= 0; `height` is that of its anchor, m, of a kit whose moment
-    arm is that height (straps, brackets, horizontal cables); `width` is that of the pieces that it is made for, m
-    (tendons, sloping cables).
+    `cost` fixes one piece, in the inventory's currency, >= 0. `height` is the height of its anchor, m, of a kit whose
+    moment arm is that height (straps, brackets, horizontal cables). `width` is the width of the pieces for which it is
+    made, m (tendons, sloping cables).
     """
 
     name: str
@@ -82,7 +82,7 @@ class Kit:
         return replace(block, restraint=own)
 
     def on(self, row: Contents) -> Contents:
-        """Return a line of an inventory with the kit in place of any that it has; ValueError as `held`."""
+        """Return a line of an inventory with the kit instead of any that it has; ValueError as `held`."""
         free = replace(row.block, restraint=None)
         return replace(row, block=self.held(free, row.anchor_height), kit=self.name)
 

@@ -45,7 +45,7 @@ class LineTable(ContentsTable):
     """A line of an inventory: pieces of one kind on one floor, and what their fall means.
 
     item: Its name.
-    floor: The floor that it stands on: 0 is the ground.
+    floor: The floor of the pieces: 0 is the ground.
     restitution: As e.
     currency: Currency of all amounts.
     consequence: What happens where one falls: words, or none.
@@ -59,8 +59,8 @@ class LineTable(ContentsTable):
     persons_exposed: Persons where it falls.
     injury_probability: Chance that one is hurt.
     class: Class whose pieces share an uncertainty.
-    contact: What it stands on.
-    support: The bench or platform that it stands on.
+    contact: Contact of the pieces with their floor.
+    support: The bench or platform below.
     """
 
     item: str | None = None
@@ -107,7 +107,7 @@ class LineTable(ContentsTable):
     def contents(
         self, kits: Mapping[str, Kit], sliding: Slides | None, stands: Mapping[str, Stand], number: int
     ) -> Contents:
-        """Return the contents, with the study's kits, friction and stands; ValueError that names a column."""
+        """Return the contents, with the study's kits, friction and supports; ValueError that names a column."""
         options = in_si(self, FACTORS)
         held = (self.anchored or "").lower()
         kit = None if held in {"", *YES, *NO} else kits.get(self.anchored or "")
@@ -169,7 +169,7 @@ class LineTable(ContentsTable):
             raise ValueError(f"{kind}_{error}") from None
 
     def _slides(self, sliding: Slides | None) -> dict[str, Any]:
-        """Return what it stands on and its friction, that of the study where it gives neither."""
+        """Return its contact and its friction, by default the study's friction."""
         if self.contact in (ROLLING, UNLOCKED):
             return {"contact": ROLLING, "friction": None}
         if self.contact in CONTACTS:
@@ -213,7 +213,7 @@ def read_inventory(
     Parameters
     ----------
     path : path
-        A table in UTF-8 separated by commas, semicolons or tabs, one line for each kind of piece on a floor; or a
+        A table in UTF-8 separated by commas, semicolons or tabs, one line for each kind of piece on a floor. Or a
         workbook (``.xlsx``, ``.xlsm``) with such a table in the sheet ``inventory``, or in its first visible sheet.
     floors : sequence of str, optional
         The existing floors; any floor is allowed where not given.
@@ -232,12 +232,12 @@ def read_inventory(
 
     Notes
     -----
-    The header names the columns, in any order (docs/study.md explains them, decimal commas and workbooks); empty cells
-    are treated as if the column were not there, lines that start with # are comments.
+    The header names the columns, in any order (docs/study.md explains them, decimal commas and workbooks). Empty cells
+    are treated as if the column were missing, lines that start with # are comments.
 
-    Warnings (`toppling.core.doubts.ImplausibleInput`), which are notes of studies, name other lines with fewer cells
-    than the header, lines that begin with # and a word, hidden rows, columns and sheets that are read, and visible
-    sheets that are not; and sizes that are not plausible.
+    Warnings (`toppling.core.doubts.ImplausibleInput`) are notes of studies. They name other lines with fewer cells than
+    the header, and lines that begin with # and a word. They name hidden rows, columns and sheets that are read, and
+    visible sheets that are not; and sizes that are not plausible.
 
     Examples
     --------
@@ -279,7 +279,7 @@ def read_inventory(
 
 
 def _currencies(money: str) -> set[str]:
-    """Return the currencies that a sign or a code may stand for, with itself."""
+    """Return the possible currencies of a sign or a code, with itself."""
     return {money, *CURRENCIES.get(money, ())}
 
 

@@ -70,14 +70,14 @@ if TYPE_CHECKING:
 RANKED_BYTES = 3e3
 # Bytes of a curve and its rate in the results, most of them the shares of 40 bins.
 STORED_BYTES = 1.2e3
-# Planning figures of a fit, measured on a current core: of a curve and of each of its motions, in one thread;
-# and of each replicate's levels and motions, in all threads.
+# Planning figures of a fit, measured on a current core. They are for a curve and each of its motions, in one thread,
+# and for each replicate's levels and motions, in all threads.
 SECONDS_A_CURVE = 2e-3
 SECONDS_A_MOTION = 2e-6
 SECONDS_A_REPLICATE = 2e-5
 SECONDS_A_LEVEL = 2e-7
 SECONDS_A_WEIGHT = 2e-9
-# Curves without parameters are probabilities, as the observed ones are, so they have other names in the results.
+# Curves without parameters are probabilities, like the observed probabilities, so they have other names in the results.
 OBSERVED = ("probability", "probability_lower", "probability_upper")
 SIZE = ("size_along", "size_probability")
 
@@ -96,7 +96,7 @@ def _branches(content: StudyFile, folder: Path, study: FragilityStudy) -> Branch
 
 
 def slides_of(content: StudyFile, blocks: Iterable[Block]) -> Slides | None:
-    """Return the friction of a study, with that of blocks that have their own; None where it is not known."""
+    """Return the friction of a study, with the friction of blocks that have their own; None if it is not known."""
     if content.friction is None:
         return None
     own = {
@@ -128,7 +128,7 @@ def screening_with(
 
 
 def median_doubts(medians: Array, units: str) -> list[str]:
-    """Return what is doubted of medians whose levels nobody gave: levels that runs have found (SI, in such units)."""
+    """Return the input warnings on medians at levels that runs have found (SI, in such units)."""
     known = medians[np.isfinite(medians)]
     doubts = level_doubts(known, units)
     return [doubt.sentence.replace("the highest level", "the highest median").partition(": ")[0] for doubt in doubts]
@@ -168,8 +168,8 @@ class Rated(NamedTuple):
 class FragilityStudy(BlockStudy):
     """Blocks x damping laws x motions.
 
-    `measures` are ranked beside the plain ones (None: no ranking); `outputs` are kept beside the outputs that the fit
-    needs.
+    `measures` are ranked in addition to the plain measures (None: no ranking); `outputs` are kept in addition to the
+    outputs that the fit needs.
     """
 
     measures: tuple[str, ...] | None = None
@@ -273,7 +273,7 @@ class FragilityStudy(BlockStudy):
 
     @property
     def selections(self) -> xr.Dataset | None:
-        """How well the motions of stripes agree with the hazard; None where they are not selected."""
+        """Agreement of the motions of stripes with the hazard; None if they are not selected."""
         if not isinstance(self.design, Stripes) or not self.design.selections:
             return None
         return selection_variables(self.design.selections, self.design.motions)
@@ -296,7 +296,7 @@ class FragilityStudy(BlockStudy):
 
     @property
     def further(self) -> dict[str, Design]:
-        """The designs of branches beside the study's own, by name."""
+        """The designs of branches in addition to the study's own, by name."""
         return {} if self.branches is None else self.branches.designs
 
     @property
@@ -313,7 +313,7 @@ class FragilityStudy(BlockStudy):
     def doubts(self) -> list[Doubt]:
         others = [doubt for design in self.further.values() for doubt in design.doubts]
         named = {} if self.branches is None else {name: one for name, (one, _) in self.branches.hazards.items()}
-        # (the study's own hazard is among those of its branches; levels of block measures are not in its measure)
+        # the study's own hazard is among the hazards of its branches; levels of block measures are not in its measure
         apart = [] if self.design.im in BLOCK_MEASURES else branch_doubts(named, self.design.levels)
         hazards = chain.from_iterable(map(hazard_doubts, named.values()))
         return list(dict.fromkeys([*super().doubts, *others, *hazards, *apart]))
@@ -352,8 +352,8 @@ class FragilityStudy(BlockStudy):
 
     @property
     def stored_bytes(self) -> float:
-        # beside the kept outputs there are the screen's verdict, the chance of sliding (where friction is given),
-        # and the friction that a block needs, which is the same for all laws
+        # Further variables are the screen's outcome, the probability of sliding (if friction is given), and the
+        # friction that a block needs, which is the same for all laws.
         given = self.friction.values() if isinstance(self.friction, Mapping) else [self.friction]
         known = all(isinstance(one, FixedFriction) for one in given)
         slides = 0 if self.friction is None else 1 if known else 4

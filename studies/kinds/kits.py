@@ -30,7 +30,7 @@ AMOUNT_WORDS = {
     "injuries": "expected injured persons",
     "loss": "expected loss",
 }
-"""What can be limited by a target, in words."""
+"""Amounts that a target can limit, in words."""
 
 
 def kits_of(content: StudyFile) -> dict[str, Kit]:
@@ -84,7 +84,7 @@ def candidates(asked: PerformanceTable, known: dict[str, Kit], inventory: Invent
 
 
 def kit_doubts(inventory: Inventory, kits: Sequence[Kit], limits: Mapping[str, float]) -> list[Doubt]:
-    """Return the doubts in costs of kits beside what they save, and in targets that all pieces together meet."""
+    """Return the input warnings on costs of kits compared with the losses, and on targets that are already met."""
     found = unit_doubts((kit.name, kit.restraint) for kit in kits)
     dear = []
     for kit in kits:

@@ -56,7 +56,7 @@ def reading_of(motions: Motions, generator: Generator | None, building: Building
     found = Reading.of(arrays, generator)
     if building is None:
         return found
-    with noted():  # (a study has doubts among its notes)
+    with noted():  # a study has input warnings among its notes
         roof = building.floor_motions(arrays, [building.floors[-1]])
     return found._replace(doubts=(*found.doubts, *ringing_doubts(roof)))
 
@@ -114,7 +114,7 @@ def named_levels(histories: FloorHistories) -> str:
 
 
 def levels_of(histories: FloorHistories) -> LevelsTable:
-    """Return the levels of histories as those of a study file."""
+    """Return the levels of histories in the form of a study file."""
     return LevelsTable(values=histories.levels.tolist(), unit=histories.unit)
 
 
@@ -139,9 +139,9 @@ STILL = (
 class LevelFloors(NamedTuple):
     """Floor motions at each level, what is to be said of them, and the building's own response (level, motion).
 
-    ductility: greatest drift of a storey over its yield drift; collapsed: the storey that collapsed, 0 for none; both
-    None where the building scales.  strength: factor on its strengths (motion,), None where it is certain.  isolator:
-    greatest displacement of its isolators, m, None without any.
+    `ductility`: maximum drift of a storey over its yield drift. `collapsed`: the storey that collapsed, 0 for none.
+    Both are None if the building scales. `strength`: factor on its strengths (motion,), None if it is certain.
+    `isolator`: maximum displacement of its isolators, m, None without any.
     """
 
     histories: FloorHistories
@@ -152,7 +152,7 @@ class LevelFloors(NamedTuple):
     isolator: Array | None
 
     def variables(self, polarities: int) -> dict[str, xr.Variable]:
-        """Return the building's response as variables of the results; each motion has so many runs."""
+        """Return the building's response as variables of the results; each motion has `polarities` runs."""
         if self.ductility is None or self.collapsed is None:
             return {}
         drift = "greatest drift of a storey over its drift at yielding"
@@ -232,7 +232,7 @@ def level_floors(
     histories = FloorHistories.of(found, unit)
     return LevelFloors(
         histories.at(levels) if unit else histories,
-        # (the strength of motions that are scaled says nothing)
+        # the strength of scaled motions has no meaning
         reading._replace(doubts=tuple(doubts), storeys=tuple(lines), far=() if unit else reading.far),
         np.array(ductility) if ductility else None,
         np.array(collapsed) if collapsed else None,
@@ -242,7 +242,7 @@ def level_floors(
 
 
 def strikes(inventory: Inventory, shaking: Shaking) -> list[Doubt]:
-    """Return the doubts in the clearances of the platforms that pieces stand on, one for each platform and level."""
+    """Return the input warnings on the clearances of platforms below pieces, one for each platform and level."""
     found = []
     for at in shaking.supports(inventory):
         if at.stand is None or at.stand.scales or shaking.histories is None:
@@ -261,7 +261,7 @@ def _moved(table: BuildingTable | None, ground: list[xr.DataArray]) -> list[xr.D
     if table is None:
         return ground
     try:
-        with noted():  # (a study has doubts among its notes)
+        with noted():  # a study has input warnings among its notes
             return table.shake(ground)
     except ValueError as error:
         raise ValueError(f"building: {error}") from None

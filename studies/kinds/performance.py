@@ -110,14 +110,14 @@ DECIDED = ("code_", "budget_", "target_", "kit_cost")
 class PerformanceStudy(Study):
     """An inventory in a building under the same motions.
 
-    `motions` are of the ground, or histories of all floors.  `levels` are of the measure `im`, or a plain factor of 1
-    for a scenario; `hazard` is given where annual values are wanted.  `objective` is the quantity that anchoring saves,
-    given the level `at` where there is no hazard.  `undirected`: the inventory gives directions that no motion has.
-    `kits` are tried on all pieces that they fit, of which the cheapest set is chosen for the `target`.  `polarity`: how
-    motions are run, those of branches and under kits, too.  `axes`: how pairs of components shake, '' where one does;
-    `of_axes`: notes on the axes about which lines are run.  `of_levels`: where the building or a platform
-    yields, the floors at each level, which are `motions`; `building` is then the building before it yields, for codes
-    alone.  `struck`: the doubts in the clearances of platforms.
+    `motions` are of the ground, or histories of all floors. `levels` are of the measure `im`, or a plain factor of 1
+    for a scenario; `hazard` is given if annual values are wanted. `objective` is the quantity that anchoring saves,
+    given the level `at` without a hazard. `undirected`: the inventory gives directions that no motion has. `kits` are
+    tried on all pieces that they fit, of which the cheapest set is chosen for the `target`. `polarity`: polarity of the
+    motions, also of branches and under kits. `axes`: axes of pairs of components, '' for one component; `of_axes`:
+    notes on the axes about which lines are run. `of_levels`: if the building or a platform yields, the floors at each
+    level, which are `motions`; `building` is then the building before it yields, for codes alone. `struck`: the input
+    warnings on the clearances of platforms.
     """
 
     inventory: Inventory
@@ -187,7 +187,7 @@ class PerformanceStudy(Study):
         motions = motions if of_levels is None else of_levels.histories
         shaking = Shaking.of(None if of_levels is not None else building, motions, None, im == SCALE)
         if shaking.axes:
-            shaking.scaled(levels, im)  # (a measure of one component is refused before anything is run)
+            shaking.scaled(levels, im)  # a measure of one component is an error before any run
         if on_floors:
             inventory = read_inventory(folder / asked.inventory, shaking.known, known_kits, sliding, stands)
         unused = [name for name in stands if name not in {row.stand.name for row in inventory.rows if row.stand}]
@@ -308,7 +308,7 @@ class PerformanceStudy(Study):
 
     @property
     def sides(self) -> bool:
-        """Whether forward falls are told apart."""
+        """True if forward falls are distinguished."""
         return bool(self.kits) or tells_sides(self.inventory)
 
     def _runs_of(self, motions: Motions, inventory: Inventory) -> int:
@@ -332,7 +332,7 @@ class PerformanceStudy(Study):
 
     @property
     def further(self) -> dict[str, ShakenBy]:
-        """The motions of branches beside the study's own, by name."""
+        """The motions of branches in addition to the study's own, by name."""
         return {} if self.branches is None else self.branches.further
 
     @property
@@ -356,7 +356,7 @@ class PerformanceStudy(Study):
     @property
     def stored_bytes(self) -> float:
         sideways = any(row.both_axes for row in self.inventory.rows)
-        # flags of overturning are beside those of all falls where anything can fall off
+        # flags of overturning are kept in addition to flags of all falls if anything can fall off
         return (1.0 + self.sides + sideways + self._edges) * self._flags + 8.0 * self._outcomes
 
     @property
@@ -439,7 +439,7 @@ class PerformanceStudy(Study):
 
     @property
     def draws(self) -> PieceDraws | None:
-        """How pieces are drawn from variants, None where pieces of a line are alike."""
+        """Rules for drawing pieces from variants, None if pieces of a line are alike."""
         return draws_of(self.inventory, self.variability, self.slipping, self.asked.seed)
 
     @property
@@ -531,7 +531,7 @@ class PerformanceStudy(Study):
             *others,
             *([BOTH] if self.both_ways else []),
         ]
-        # (the levels of floor histories stand in their index)
+        # the levels of floor histories are in their index
         if isinstance(self.motions, FloorHistories):
             found.append(self.motions.levels.tolist())
         for one in self.further.values():
@@ -551,7 +551,7 @@ class PerformanceStudy(Study):
 
     @property
     def _assessment(self) -> Assessment:
-        """How the inventory is assessed, as it is and with each kit."""
+        """Options of the assessment of the inventory, as it is and with each kit."""
         return Assessment(
             self.models,
             self.motions,
@@ -570,7 +570,7 @@ class PerformanceStudy(Study):
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         asked = self.asked
-        with noted():  # (a study has doubts among its notes)
+        with noted():  # a study has input warnings among its notes
             told = part_of(progress, 0, self.work)
             found = assess(self.inventory, self._assessment, sides=self.sides, client=client, progress=told)
             held = self._with_kits(found, client, progress)
@@ -685,7 +685,7 @@ class ShakenBy(NamedTuple):
 
 
 class InventoryBranches(NamedTuple):
-    """All combinations of a study's branches, and the motions beside the study's own, by name."""
+    """All combinations of a study's branches, and the motions in addition to the study's own, by name."""
 
     every: list[InventoryBranch]
     further: dict[str, ShakenBy]

@@ -1,4 +1,4 @@
-"""Sensitivity studies: every law at many values of delta or of e, under the same motions, beside the rigid block."""
+"""Sensitivity studies: every law at many values of delta or of e under the same motions, and the rigid block."""
 
 from __future__ import annotations
 
@@ -182,7 +182,7 @@ class SensitivityStudy(BlockStudy):
         if self.inputs is not None:
             found = found.assign(self._indices(found, client, progress).data_vars)
         screened = self._screened(runs, client, part_of(progress, self.runs, self.work))
-        varied = screened.isel(model=np.unique(self.grid.at))  # (without the laws that stand beside them)
+        varied = screened.isel(model=np.unique(self.grid.at))  # without the accompanying laws
         return (
             found.assign(placed_screen(screened, self.grid).data_vars)
             .assign_coords(reason=screened["reason"])
@@ -207,9 +207,7 @@ class SensitivityStudy(BlockStudy):
             rows = []
             for j, model in enumerate(self.models):
                 inputs = self.inputs_of(model)
-                assert (
-                    inputs is not None
-                )  # (a law with the parameter has its own inputs, other laws those of the block)
+                assert inputs is not None  # a law with the parameter has its own inputs, other laws the block's
                 at = middle_level(found["probability"].sel(block=block.label).isel(model=j))
                 level = self.design.levels[at : at + 1]
                 samples = self._samples(model)

@@ -76,11 +76,11 @@ def kit_savings(
 ) -> xr.Dataset:
     """Run an inventory with each of several kits, and return what falls then and what that saves.
 
-    Lines that are not anchored for good get each kit that fits them.  `assessment` is that of the inventory as it
-    is, with ``sides=True`` and the arguments in `asked`; `level` is one of its levels, for probabilities given this
-    level instead of annual rates.  Variables are on (model, kit, item), NaN where the kit does not fit; intervals
-    are paired over motions.  ``kit_peak_acceleration`` is the median over motions of the peak acceleration of the
-    item's floor at the level, or with a hazard at the level that is exceeded with 10 % in 50 years.
+    Lines that are not permanently anchored get each kit that fits them. `assessment` is of the inventory as it is, with
+    ``sides=True`` and the arguments in `asked`. `level` is one of its levels, for probabilities given this level
+    instead of annual rates. Variables are on (model, kit, item), NaN if the kit does not fit; intervals are paired over
+    motions. ``kit_peak_acceleration`` is the median over motions of the peak acceleration of the item's floor at the
+    level. With a hazard it is at the level that is exceeded with 10 % in 50 years.
     """
     if level is not None and asked.modelling_dispersion > 0.0:
         raise ValueError("savings of kits at a given level hold no modelling_dispersion: give a hazard curve")

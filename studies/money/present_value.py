@@ -28,11 +28,11 @@ def present_value(rate: float, years: float) -> float:
 def payback(cost: float, saving: float, rate: float) -> float:
     """Return the years after which savings, discounted, have paid a cost: infinite if never, NaN if one is not known.
 
-    n = -ln(1 - r C / A) / ln(1 + r), at which `present_value` times A is C; C / A where r = 0. It is the discounted
-    payback of equal annual savings A at the end of each year (a loss where negative), with the cost C >= 0 today and
-    the discount rate r, 1/year, 0 to 0.5, compounded once a year. The saving never pays the cost where A <= r C, or A
-    <= 0; a cost of 0 is paid after 0 years. ASTM E1121. Standard practice for measuring payback for investments in
-    buildings and building systems (recalled).
+    The number of years is n = -ln(1 - r C / A) / ln(1 + r), at which `present_value` times A is C; C / A if r = 0. It
+    is the discounted payback of equal annual savings A at the end of each year (a loss if negative), with the cost C >=
+    0 today. The discount rate r, 1/year, 0 to 0.5, is compounded once a year. The saving never pays the cost if A <= r
+    C, or A <= 0; a cost of 0 is paid after 0 years. ASTM E1121. Standard practice for measuring payback for investments
+    in buildings and building systems (recalled).
     """
     DISCOUNT_RATE.number("rate", rate)
     if math.isnan(cost) or math.isnan(saving):

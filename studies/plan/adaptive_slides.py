@@ -1,4 +1,4 @@
-"""What sliding changes for the blocks of a study at adaptive levels: runs of its own for every slip."""
+"""Effect of sliding on the blocks of a study at adaptive levels: separate runs for every slip."""
 
 from __future__ import annotations
 

@@ -60,11 +60,11 @@ class Branches:
 
     @property
     def designs(self) -> dict[str, Design]:
-        """The designs beside the study's own, by name."""
+        """The designs in addition to the study's own, by name."""
         return {name: design for name, (design, _) in self.motions.items() if design is not None}
 
     def of(self, own: FittedCurves, fitted: Callable[[str, Design], FittedCurves], risk: Risk, fit: Fit) -> xr.Dataset:
-        """Return the rates over all combinations from `own` curves and the `fitted` ones of each other design."""
+        """Return the rates over all combinations from `own` curves and the `fitted` curves of each other design."""
         every = {name: own if design is None else fitted(name, design) for name, (design, _) in self.motions.items()}
         branches = [
             Branch(

@@ -48,7 +48,7 @@ Motions = tuple[xr.DataArray, ...]
 POOLED_RUNS = 60.0
 """Runs under one law that a surface takes, times the square of the half width, as seen (docs/adaptive.md)."""
 MOST_CHECKS = 3
-"""Most checks of a surface as a rule: a degree more or an aim that is missed takes another one."""
+"""Usual maximum number of checks of a surface: a higher degree or a missed aim takes another one."""
 KEPT_BYTES = 2.0**28
 """Most memory of motions that are kept."""
 
@@ -68,7 +68,7 @@ class Design(ABC):
 
     @property
     def doubts(self) -> list[Doubt]:
-        """The doubts in the records and in the measure."""
+        """The input warnings on the records and on the measure."""
         far = () if self.levels.size and getattr(self, "scale", True) else self.reading.far
         return [*self.reading.doubts, *far, *period_doubts(self.im)]
 
@@ -97,12 +97,12 @@ class Design(ABC):
 
     @property
     def both_ways(self) -> bool:
-        """Whether every motion is run both ways."""
+        """True if every motion is run both ways."""
         return any(REVERSE_OF in array.coords for array in self.arrays)
 
     @cached_property
     def axes(self) -> str:
-        """How pairs of components shake (`axes_of`), '' where one component does."""
+        """Axes along which pairs of components act (`axes_of`), '' for one component."""
         # (the motions of an array shake alike: reading one of them is a thousandth of the work)
         return axes_of([record for array in self.arrays for record in records(array.isel(motion=slice(1)))])
 
@@ -150,7 +150,7 @@ class Design(ABC):
     ) -> xr.Dataset:
         """Return all runs of blocks under laws as a labelled dataset; of a pooled surface, its curves of all blocks."""
         ground = self.ground or None
-        with noted():  # (a study has doubts among its notes)
+        with noted():  # a study has input warnings among its notes
             found = self._analysed(
                 blocks, models, outputs, client=client, screen=False, ground=ground, progress=progress
             )
@@ -218,7 +218,7 @@ class KeptMotions(Generator):
 
 @dataclass(frozen=True)
 class Waves(Design):
-    """Motion after motion, each with so many runs, until the answer is as precise as requested."""
+    """Motion after motion, each with `runs_per_motion` runs, until the answer is as precise as requested."""
 
     until: Until
     runs_per_motion: int
@@ -282,7 +282,7 @@ class Sequential(Waves):
         return self.runs_of(self.until.most, self.until.least)
 
     def runs_of(self, motions: int, first: int) -> int:
-        """Return the number of runs of one block under one law and so many motions, of which the `first` have more."""
+        """Return the number of runs of one block under one law and `motions` motions; the `first` have more."""
         each = 2 if self.both_ways else 1
         more = exploring(self.runs_per_motion) - self.runs_per_motion
         return each * (motions * self.runs_per_motion + more * first)
@@ -291,7 +291,7 @@ class Sequential(Waves):
         return self.tested_of(share, self.until.most, self.until.least)
 
     def tested_of(self, share: float, motions: int, first: int) -> int:
-        """Return how many of the runs under so many motions (`runs_of`) are tested."""
+        """Return the number of tested runs under `motions` motions (`runs_of`)."""
         return self.runs_of(math.ceil(share * motions), math.ceil(share * first))
 
     @property
@@ -332,7 +332,7 @@ class Events(NamedTuple):
     sample: int
 
     def runs_of(self, blocks: int) -> int:
-        """Return the number of runs of a region of so many blocks under one law."""
+        """Return the number of runs of a region of `blocks` blocks under one law."""
         return self.levels.size * self.motions * min(self.sample, blocks)
 
 
@@ -349,7 +349,7 @@ class Pooled(Waves):
         return MOST_CHECKS * self.runs_of(self.until.most)
 
     def runs_of(self, motions: int) -> int:
-        """Return the number of runs under one law and so many motions, those of one check and of its rates included."""
+        """Return the number of runs under one law and `motions` motions, including one check and its rates."""
         every = sum(array.sizes["motion"] for array in self.arrays)
         checked = every if self.generator is None else max(of_checks.MOTIONS, motions // CHECKED_SHARE)
         of_a_motion = of_checks.BLOCKS * sum(checked_runs(self.generator is not None, self.hazard is not None))

@@ -24,13 +24,13 @@ from ...fragility.runs.provenance import RUN, motions_by_floor
 from ..text.curve_notes import curve_notes, misfit_notes, spacing_notes
 
 RANK = "measure_"
-"""Prefix of the names of the ranking's variables, beside the other variables of the results."""
+"""Prefix of the names of the ranking's variables, to distinguish them from other variables of the results."""
 MEAN = "mean"
 """Where the modelling uncertainty goes: into the mean rate, else into its fractiles."""
 UNDECIDED = 0.08
 """Share of the motions whose flags are tested under perturbations: some 30 % more work."""
 LOW_SHARE = 0.1
-"""Probability whose level is given beside the median where there is a hazard."""
+"""Probability whose level is given in addition to the median with a hazard."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ class Fit(CurveOptions):
         counted = gathered(self._counted, runs)
         said = curve_notes(curves, counted["fell"], counted["tried"], state_name(self.state))
         said += spacing_notes(curves)
-        # (what is off at adaptive levels is said with the precision)
+        # a misfit at adaptive levels is reported with the precision
         return said if RUN in runs.dims else said + misfit_notes(curves, state_name(self.state))
 
     def _counted(self, runs: xr.Dataset) -> xr.Dataset:

@@ -32,11 +32,11 @@ COUNTS = ("tests", "fell", "records", "sources")
 
 
 class PieceClass(NamedTuple):
-    """What tests say of a class: counts, and true over computed capacities, NaN where the tests are too few.
+    """Test results of a class: counts, and true over computed capacities, NaN with too few tests.
 
-    fell, predicted: falls in its tests, observed and predicted blindly.  records: clusters of tests that depend on
-    each other.  ratio: the median of true over computed capacity, beta: the spread of its logarithm; brier, reference:
-    Brier's score of the blind predictions, and that of one share for all tests.
+    `fell`, `predicted`: falls in its tests, observed and predicted blindly. `records`: clusters of tests that depend on
+    each other. `ratio`: the median of true over computed capacity, `beta`: the spread of its logarithm. `brier`,
+    `reference`: Brier's score of the blind predictions, and of one share for all tests.
     """
 
     name: str

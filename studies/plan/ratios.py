@@ -1,4 +1,4 @@
-"""What the ratio of two numbers, with its interval over motions, says of them."""
+"""Meaning of the ratio of two numbers, with its interval over motions."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ class Risk:
     ) -> xr.Dataset:
         """Compute the rates of curves, and the size that meets the target, under the names that they have in results.
 
-        `highest` and `lowest` are the ends of the shaking that was run, in the measure of the curves, SI.
+        `highest` and `lowest` are the ends of the levels of the runs, in the measure of the curves, SI.
         """
         rates = self._slab_by_slab(curves, confidence, telling)
         found = rates.drop_vars("rate_sample", errors="ignore").rename(
@@ -175,7 +175,7 @@ class Risk:
     ) -> dict[str, xr.Variable]:
         """Return rates and chances if all capacities are off by one factor, at both ends of its range (`with_ends`).
 
-        rate: that of the results where the runs correct the curves' own; the ends are corrected by the same factor.
+        `rate`: the results' rate if the runs correct the curves' own; the ends are corrected by the same factor.
         """
         rules = self.below, self.above, OUTSIDE
         ends = [rates_alone(curves, seen_by(self.hazard, factor), *rules) for factor in capacity_factors(modelling)]
@@ -193,7 +193,7 @@ class Risk:
     def _slab_by_slab(
         self, curves: xr.Dataset, confidence: float, telling: Callable[[str, int, int], None] | None
     ) -> xr.Dataset:
-        """Compute the rates of curves; those of the many replicates are kept only where a size is asked for."""
+        """Compute the rates of curves; rates of the many replicates are kept only if a size is requested."""
         done = 0
 
         def of(part: xr.Dataset) -> xr.Dataset:
@@ -215,12 +215,12 @@ class Risk:
         extended = replace(self, below=EXTEND, above=EXTEND)
         try:
             whole = extended.rates(without_replicates(curves), 0.9)["rate"]
-        except ValueError:  # (a curve whose last two rates are equal has no slope to go on with)
+        except ValueError:  # a curve whose last two rates are equal has no slope for its extension
             whole = replace(extended, above=HOLD).rates(without_replicates(curves), 0.9)["rate"]
         return (1.0 - rate / whole.where(whole > 0.0)).where(np.isfinite(rate))
 
     def _beyond(self, curves: xr.Dataset, highest: xr.DataArray | float) -> xr.DataArray:
-        """The share of each rate from shaking above the highest that was run."""
+        """The share of each rate from motions above the highest level of the runs."""
         rules = {"below": self.below, "above": self.above, "outside": OUTSIDE}
         return rate_share_above(curves, self.hazard, _levels_of(curves, highest), **rules)
 
@@ -257,7 +257,7 @@ def worded(rates: xr.Dataset, state: str) -> xr.Dataset:
 
 
 def bounded(rates: Array) -> Array:
-    """Return rates, NaN in place of infinite ones: nothing bounds them."""
+    """Return rates, NaN instead of infinite rates: nothing bounds them."""
     return np.where(np.isinf(rates), np.nan, rates)
 
 

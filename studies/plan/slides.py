@@ -1,4 +1,4 @@
-"""What sliding changes for the blocks of a study: whether they slide or rock, and how far they slide."""
+"""Effect of sliding on the blocks of a study: their mode, sliding or rocking, and their slips."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ MORE_RATE = "more_rate"
 OFF = "falling over an edge"
 EITHER = "falling over an edge or overturning"
 BAND = 1.3
-"""Coefficient of friction over b/h up to which verdicts were seen to change when rocking blocks may slide."""
+"""Coefficient of friction over b/h up to which outcomes changed in tests if rocking blocks may slide."""
 DAMAGE = {0.05: "touches a neighbour", 0.10: "tears its service line", 0.30: "blocks an aisle"}
-"""What a piece that slips further than so many m does (judgement)."""
+"""Effects of slips beyond these distances, m (assumed)."""
 DISTANCES = tuple(DAMAGE)
 LARGE = 0.1
 """Chance of a friction just above b/h from which on a block is named."""
@@ -96,12 +96,13 @@ class Slides:
         falls: Mapping[str, xr.DataArray],
         client: Runner,
     ) -> xr.Dataset:
-        """Return the chances of sliding and of slips, and those of overturning where blocks rock.
+        """Return the probabilities of sliding and of slips, and of overturning if blocks rock.
 
-        `runs` are those of blocks that cannot slide; `falls` is what is known of their falls, ``probability``
-        at levels, ``rate`` and its interval with a hazard; `client` is told of the further runs block by block.
-        ``slides_instead`` is the chance of a friction below b/h, with which the block slides and never rocks,
-        ``friction_near_uplift`` that of one between b/h and 1.3 b/h; NaN for blocks that are held or uneven.
+        `runs` are of blocks that cannot slide. `falls` are the results on their falls, ``probability`` at levels,
+        ``rate`` and its interval with a hazard. `client` receives the further runs block by block. ``slides_instead``
+        is the probability of a friction below b/h, with which the block slides and never rocks.
+        ``friction_near_uplift`` is the probability of a friction between b/h and 1.3 b/h; NaN for restrained or
+        asymmetric blocks.
         """
         free = free_of(blocks)
         parts: list[xr.Dataset] = []
@@ -119,7 +120,7 @@ class Slides:
                 tripped.append(self._trips(slid, fit, risk))
             if by_edge:
                 near.append(self._falls(slid, rocking, fit, risk))
-            del rocking, slid  # before those of the next block are there
+            del rocking, slid  # before the runs of the next block exist
             client.tell("slips", k + 1, len(free))
         found = self.chances(blocks, in_plane(runs))
         if tripped:
@@ -369,7 +370,7 @@ def _stacked(values: Sequence[xr.DataArray], text: str, end: str) -> xr.DataArra
 
 
 def has_levels(runs: xr.Dataset) -> bool:
-    """Return True for runs whose probabilities are known at levels: all but those of a cloud."""
+    """Return True for runs whose probabilities are known at levels: all except runs of a cloud."""
     return "level" in runs.dims or "stripe" in runs.coords
 
 

@@ -59,7 +59,7 @@ class Frame(NamedTuple):
         scale, _ = display_unit(axis)
         low, high, log = _span(results, axis.values / scale, scale)
         x = np.geomspace(low, high, 400) if log else np.linspace(0.0, high, 401)[1:]
-        # (curves end at the highest level that was run)
+        # curves end at the highest level of the runs
         return cls(axis, scale, low, high, log, np.minimum(x, highest_level(results) / scale))
 
     def curves(self, here: xr.Dataset) -> Array:

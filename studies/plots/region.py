@@ -25,7 +25,7 @@ LEAST_STEPS = 4
 """Round numbers between the ends of the values from which they are the steps of colour."""
 SLENDERNESS, SIZE = "height of the mass centre over half the width", "size R (m)"
 OWN = "own_e", "own_delta"
-"""What blocks may have of their own: neighbours on the map then differ."""
+"""Properties that blocks may have of their own: neighbours on the map then differ."""
 FLAT = 1e-3
 """Ratio of the narrow to the wide way of a region from which it is drawn as a line."""
 
@@ -94,7 +94,7 @@ def _map(results: xr.Dataset, name: str, title: str, words: str, scale: float) -
         else:
             areas += 1
             _area(ax, figure, slender, size, values[i], words)
-            # (the blocks that were run to check the surface)
+            # the blocks of the surface's check
             p, alpha = (results[f"check_{size}"].isel(model=i).values for size in ("p", "alpha"))
             height = STANDARD_GRAVITY / (float(drawn["inertia_factor"].mean()) * p**2)
             ax.plot(1.0 / np.tan(alpha), height, "x", color="black", ms=5, mew=1.2)
@@ -124,7 +124,7 @@ def _area(ax: Axes, figure: Figure, slender: Array, size: Array, values: Array, 
     shape = Triangulation(slender[known], size[known])
     low, high = float(values[known].min()), float(values[known].max())
     levels = np.geomspace(low, max(high, low * 1.0001), STEPS)
-    # (round numbers where there are enough of them: closer ones where the values vary little)
+    # round numbers if there are enough of them: closer numbers if the values vary little
     for subs in ((1.0, 1.5, 2.0, 3.0, 5.0, 7.0), (1.0, 1.2, 1.4, 1.7, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0)):
         ticks = [tick for tick in LogLocator(subs=subs).tick_values(low, high) if low < tick < high]
         if len(ticks) >= LEAST_STEPS:

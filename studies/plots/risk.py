@@ -221,7 +221,7 @@ SEEN, NAMED = 0.005, 0.15
 
 @axes.style()
 def spread_figure(results: xr.Dataset) -> Figure:
-    """Return the figure of the rates over all branches: ranges of each block or piece beside the sources of spread."""
+    """Return the figure of the rates over all branches: ranges of each block or piece, and the sources of spread."""
     dims = results["epistemic_rate"].dims
     flat = results[["epistemic_rate", "epistemic_rate_fractile", "epistemic_spread", "branch_rate"]]
     flat = flat.stack(row=dims, create_index=False) if len(dims) > 1 else flat.rename({dims[0]: "row"})

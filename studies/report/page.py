@@ -51,8 +51,9 @@ _PLAIN_LIST = re.compile(r"\[\n\s*([^\[\]{}]*?)\n\s*\]")
 _BRACKETS = re.compile(r"(\([^()]{1,24}\))")
 _MARKDOWN = re.compile(r"([\\`*_{}\[\]|~$<>&]|(?<=.)#+$)")
 _LINE_START = re.compile(r"^(#|\+(?= |$)|-(?= |-|$)|=+$|\d+(?=[.)](?: |$)))")
-"""Characters with a meaning in Markdown: anywhere (round brackets have none without square ones) or at the end of a
-heading, which they close; at the start of a line."""
+"""Characters with a meaning in Markdown: anywhere (round brackets have none without square brackets) or at the start of
+a line. At the end of a heading there are characters that close it.
+"""
 MANY_COLUMNS = 7
 """Most columns that fit an upright sheet or a tablet; wider tables get a sheet across, or a card for each row."""
 PLAIN = "footnotes", "method"
@@ -68,7 +69,7 @@ MOST_WORDS = 60
 def write_report(
     result: Path, out: Path | None = None, format_: ReportFormat = "html", verify: bool = False
 ) -> list[Path]:
-    """Write the report of results to the file or folder `out`, beside the results by default; return the files."""
+    """Write the report of results to the file or folder `out`, by default next to the results; return the files."""
     target = result.parent if out is None else out
     if target.is_dir() or not target.suffix:
         target /= f"report.{format_}"

@@ -67,7 +67,7 @@ def read_results(path: Path) -> Iterator[xr.Dataset]:
 
 
 def _with_half_levels(stored: xr.Dataset) -> xr.Dataset:
-    """Return results of before `half_level` was stored with that of their counts."""
+    """Return results of before `half_level` was stored, with `half_level` from their counts."""
     if "half_level" in stored or "median" not in stored or not {"overturnings", "runs"} <= {*stored.data_vars}:
         return stored
     # (the fit loads the compiler, which pages of newer results do without)

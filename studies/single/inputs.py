@@ -32,12 +32,12 @@ RECORD_KEYS = {"dt_s", "unit", *PROCESSING}
 """Keys of ``[motions]`` for record files: what a file may not state, and corrections."""
 NAMES = (*shaking.GENERATORS, *shaking.PULSES)
 LARGEST = 10.0
-"""Size, m, above which a number without a unit is refused: no furniture is so large, so cm or mm is meant."""
+"""Size, m, above which a number must have a unit: no furniture is so large, so cm or mm is meant."""
 Built = TypeVar("Built")
 
 
 class _Word(NamedTuple):
-    """Key of a study file that a word of the command line gives: its SI unit, one of the key's units in it, a least."""
+    """Key of a study file for a word of the command line: its SI unit, one of the key's units in it, a minimum."""
 
     key: str
     units: str
@@ -50,7 +50,7 @@ CF = {"m": METRE, "N": NEWTON, "N/m": STIFFNESS, "rad": RADIAN, "kg": KILOGRAM, 
 
 
 def _word(key: str, parameter: Any) -> _Word:
-    """Return the word of a parameter: one above 0 has no least value."""
+    """Return the word of a parameter: one above 0 has no minimum."""
     least = None if parameter.above == 0.0 else -math.inf if parameter.at_least is None else parameter.at_least
     return _Word(key, CF[parameter.unit], WRITTEN.get(parameter.written, 1.0), least)
 
@@ -99,7 +99,7 @@ def block_of(
 
 
 def _keys(block: Block, around: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a plain block and what stands around it as keys of ``[[blocks]]``."""
+    """Return a plain block and its surroundings as keys of ``[[blocks]]``."""
     sizes = {"width_m": block.width, "height_m": block.height}
     return {**sizes, "cm_height_m": block.cm_height, "inertia_factor": block.inertia_factor, **around}
 

@@ -59,7 +59,7 @@ COLUMNS = (
 
 
 class Shown(NamedTuple):
-    """Motions to be looked at, doubts in them, and ratios to ground-motion models, or in words of each stripe."""
+    """Motions to show, input warnings on them, and ratios to ground-motion models, or in words of each stripe."""
 
     motions: list[xr.DataArray]
     doubts: list[Doubt]
@@ -78,7 +78,7 @@ def read_motions(inputs: Sequence[str]) -> Shown:
             doubts = [*vertical_doubts(found, BY_ITSELF), *record_doubts(records(found))]
             return Shown(found, doubts, {})
         path = Path(studies[0])
-        with noted():  # (a study names the doubts in its files)
+        with noted():  # a study names the warnings on its files
             content = read_study_file(path)
         table = content.motions
         if content.performance is not None and isinstance(table, IndexedFloorMotions):
@@ -106,7 +106,7 @@ def read_motions(inputs: Sequence[str]) -> Shown:
 
 
 def _labelled_once(sets: Sequence[Sequence[xr.DataArray]]) -> list[xr.DataArray]:
-    """Return the motions of all stripes: one that several have only once, other ones of the same label renamed."""
+    """Return the motions of all stripes, each only once; different motions of the same label are renamed."""
     found: list[xr.DataArray] = []
     seen: dict[str, set[str]] = {}
     for number, arrays in enumerate(sets, start=1):
@@ -152,7 +152,7 @@ def measures_table(values: xr.Dataset, rows: int = MOST_ROWS) -> Table:
 
 
 def scenario_table(ratios: Mapping[str, xr.Dataset]) -> Table:
-    """Return the medians of a scenario's motions over those of ground-motion models, with the dispersions."""
+    """Return the medians of a scenario's motions over ground-motion models' medians, with the dispersions."""
     first = next(iter(ratios.values()))
     of_all = Column("dispersion", "dispersion here", "hundredths")
     lines: list[Cells | str] = []

@@ -48,7 +48,7 @@ from .inputs import built
 
 
 class Around(NamedTuple):
-    """A block with what stands around it, the walls and springs as its law meets them, and the response."""
+    """A block with its surroundings, the walls and springs as its law meets them, and the response."""
 
     block: Block
     met: Surroundings
@@ -67,7 +67,7 @@ class Around(NamedTuple):
 
     @property
     def stands(self) -> str:
-        """How a block ends that does not overturn: it stands, leans on a wall, or hangs on its restraint."""
+        """Final state of a block that does not overturn: upright, leaning on a wall, or hanging on its restraint."""
         if not self.held:
             return "stands"
         front = int(self.response["final_state"]) > 0
@@ -125,7 +125,7 @@ class Around(NamedTuple):
 
     @property
     def content(self) -> dict[str, Any]:
-        """What happened, for programs: SI, None where there is no number."""
+        """Results for programs: SI, None without a number."""
         run = self.response
         breaks = float(run["rupture_time"])
         return {
@@ -141,7 +141,7 @@ class Around(NamedTuple):
 
 
 def around_of(block: Block, model: Law, response: xr.Dataset) -> Around | None:
-    """Return what stands around a block, with what its law makes of it; None for a symmetric, freestanding block."""
+    """Return a block's surroundings, with their form in its law; None for a symmetric, freestanding block."""
     if "final_state" not in response:
         return None
     exact = model.options.get("geometry") == "exact"
@@ -155,7 +155,7 @@ if TYPE_CHECKING:
 AFTER = 1.0
 """Time that a history continues after overturning or coming to rest, s, where either happens after the record."""
 QUIET, LONGEST_QUIET = 100.0, 60.0
-"""Largest time that a history continues after the record until the block stands: over 1/p, and in s."""
+"""Maximum time that a history continues after the record until the block is at rest: over 1/p, and in s."""
 UPRIGHT = 0.01
 """|θ|/α below which a rocking block is not seen to move: it counts as standing, as in its elastic zone."""
 HISTORY, FIGURE, FILMS = "history.csv", "history.png", ("animation.gif", "animation.mp4")
@@ -183,12 +183,12 @@ class Simulation:
 
     @cached_property
     def around(self) -> Around | None:
-        """What walls, restraint, offset and lean did in the run; None for a symmetric, freestanding block."""
+        """Effects of walls, restraint, offset and lean in the run; None for a symmetric, freestanding block."""
         return around_of(self.block, self.model, self.response)
 
     @property
     def shown(self) -> xr.Dataset:
-        """The history that is shown: it continues in quiet until the block lies or stands, or until it is cut."""
+        """The shown history: it continues in quiet until the block lies or is at rest, or until it is cut."""
         return self._shown[0]
 
     @property

@@ -28,9 +28,10 @@ class EditedResults(UserWarning):
 def content_digest(results: xr.Dataset) -> str:
     """Return the SHA-256 of all variables and attributes, whatever the file's format.
 
-    For each variable and coordinate, by name: a line of JSON with its name, whether it is a coordinate, its dimensions,
-    shape, type and attributes, and its values in C order: whole numbers and flags as 64-bit integers and other numbers
-    as they are, little-endian, and texts as a line of JSON each; then the attributes of the dataset but this one.
+    The digest covers each variable and coordinate, by name: a line of JSON, and its values in C order. The line has its
+    name, a flag for a coordinate, its dimensions, shape, type and attributes. Whole numbers and flags are 64-bit
+    integers, other numbers are as they are, little-endian, and texts are a line of JSON each. The attributes of the
+    dataset follow, except this one.
     """
     found = hashlib.sha256()
     for name, one in sorted(results.variables.items(), key=lambda pair: str(pair[0])):
@@ -73,7 +74,7 @@ def content_state(results: xr.Dataset) -> str:
 
 
 def _type_of(one: xr.Variable) -> str:
-    """Return the type of a variable, as all models of netCDF keep it: the classic one has no unsigned and long ones."""
+    """Return the type of a variable in all models of netCDF: the classic model has no unsigned or long integers."""
     if one.dtype.kind == "f":
         return f"float{8 * one.dtype.itemsize}"
     return {"b": "flag", "i": "integer", "u": "integer"}.get(one.dtype.kind, "text")

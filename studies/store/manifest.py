@@ -1,4 +1,4 @@
-"""The manifest of a study's shards, and the files beside it: which study they are of, and which chunks are kept."""
+"""The manifest of a study's shards, and its accompanying files: their study, and the kept chunks."""
 
 from __future__ import annotations
 

@@ -15,13 +15,13 @@ from ..text.error import StudyError, writing
 RECORD = ".toppling.json"
 """Name of the record: for each command the names of its files with their SHA-256."""
 BEING_WRITTEN = ""
-"""In place of a digest, while the file is written: a run that was killed leaves it."""
+"""Instead of a digest, while the file is written: a run that was killed leaves it."""
 Record = dict[str, dict[str, str]]
 
 
 @contextmanager
 def own_files(folder: Path, command: str, names: Collection[str]) -> Iterator[None]:
-    """Write files of these names within; afterwards `command`'s earlier ones are gone, and no other file is touched."""
+    """Write files of these names within; afterwards `command`'s earlier files are gone, and no other file changes."""
     made = not folder.exists()
     with system_errors(StudyError, f"{folder}: cannot be made a folder"):
         folder.mkdir(parents=True, exist_ok=True)

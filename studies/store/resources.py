@@ -18,11 +18,11 @@ from .shards import IN_MEMORY
 BASE_BYTES = 400e6
 """Memory of the loaded packages, and of figures: what small studies take."""
 SHARD_BYTES = 4e3
-"""Size of a shard beside its results."""
+"""Size of a shard without its results."""
 RESULT_BYTES = 2e6
-"""Size of the figures, and of the results beside the variables of every run."""
+"""Size of the figures, and of the results except the variables of every run."""
 HELD = 4
-"""Number of arrays of all runs, each of the largest size, that are held in memory before further ones are files."""
+"""Number of arrays of all runs, each of the largest size, in memory; further arrays are files."""
 
 
 class Resources(NamedTuple):

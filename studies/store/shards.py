@@ -1,8 +1,8 @@
 """Crash safety: every finished chunk is a file of its own (a shard), and a manifest names the study of the chunks.
 
-`shards/manifest.json` identifies the study and the engine; `shards/CALL-CHUNK-CHECKSUM.nc` holds a chunk's results.  A
-file is written whole (temporary name, fsync, rename), and its name carries the checksum of its bytes, so that a damaged
-file is recognised before it is parsed, and its chunk is computed again.
+`shards/manifest.json` identifies the study and the engine; `shards/CALL-CHUNK-CHECKSUM.nc` contains a chunk's results.
+A file is written whole (temporary name, fsync, rename), and its name contains the checksum of its bytes. A damaged file
+is therefore recognised before it is parsed, and its chunk is computed again.
 """
 
 from __future__ import annotations
@@ -190,7 +190,7 @@ def remove_shards(folder: Path) -> None:
         ours = [path for path in shards.iterdir() if NAME.fullmatch(path.name) or PART.fullmatch(path.name)]
         for path in (*ours, shards / MANIFEST):
             _remove(path)
-        if not any(shards.iterdir()):  # (other files were put there by somebody else)
+        if not any(shards.iterdir()):  # other files are not toppling's
             shards.rmdir()
 
 

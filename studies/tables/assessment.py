@@ -113,7 +113,7 @@ def span(annual: xr.DataArray) -> tuple[float, str]:
 
 
 def fallen_word(results: xr.Dataset) -> str:
-    """Return what pieces have done that fell: overturned, or where any stands near an edge, fallen."""
+    """Return the word for pieces that fell: overturned, or fallen if any piece is near an edge."""
     return "fallen" if FALLEN in results else "overturned"
 
 

@@ -107,7 +107,7 @@ def _rates(curve: xr.Dataset, years: str) -> Cells:
 
 
 def curves_at(results: xr.Dataset, levels: Array) -> xr.DataArray:
-    """Return the probabilities of the fitted curves at levels that were run; NaN where there is no curve."""
+    """Return the probabilities of the fitted curves at the levels of the runs; NaN without a curve."""
     fit = results.assign_attrs(form=results.attrs.get("form", "lognormal"))
     if "curve_probability" in fit:
         fit = fit.drop_vars(["probability", "lower", "upper"], errors="ignore").rename(curve_probability="probability")

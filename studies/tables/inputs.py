@@ -95,7 +95,7 @@ def _with_key(label: str) -> str:
 
 
 def _stands(block: Block) -> str:
-    """Return what stands around a block or holds it, with the numbers of the study file."""
+    """Return the surroundings and restraint of a block, with the numbers of the study file."""
     words = block.scene_words
     held = block.restraint
     if held is not None and block.mass is not None:

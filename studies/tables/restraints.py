@@ -20,7 +20,7 @@ from .table import ENDS, Cells, Column, Table, intervals, range_of
 
 
 class Gain(NamedTuple):
-    """The chance of a block, that of another in the same place under the same law, and their ratio."""
+    """The probability of a block, the probability of another in the same place under the same law, and their ratio."""
 
     block: str
     other: str

@@ -223,7 +223,7 @@ OF_FALLS = "edge", "off", "obstacle", "trips", "alone", "rocking"
 
 
 def contacts_of(results: xr.Dataset) -> list[str]:
-    """Return what the pieces of each line stand on, '' where nothing is said of it."""
+    """Return the contacts of the pieces of each line with their floor, '' if not stated."""
     if "contact" in results.coords:
         return [str(contact) for contact in results["contact"].values]
     return [""] * results.sizes["item"]

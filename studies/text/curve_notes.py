@@ -21,14 +21,14 @@ FEWEST = 5
 WIDEST = 2.0
 """Ratio of the ends of a median's interval above which it is worth a sentence."""
 BEYOND = "rate_share_above_levels"
-"""Variable with the share of a rate from shaking above the highest that was run."""
+"""Variable with the share of a rate from motions above the highest level of the runs."""
 UNDER = "rate_share_below_levels"
-"""Variable with the share of a rate from shaking below the lowest that was run."""
+"""Variable with the share of a rate from motions below the lowest level of the runs."""
 EXCEEDED = "rate_above_highest_level"
 LEFT_OUT = "rate_share_left_out"
-"""Variable with the annual rate of shaking above the highest that was run."""
+"""Variable with the annual rate of motions above the highest level of the runs."""
 AT_HIGHEST = "probability_at_highest_level"
-"""Variable with the probability of a curve at the highest shaking that was run."""
+"""Variable with the probability of a curve at the highest level of the runs."""
 NOTABLE = 0.05
 """Share of a rate from beyond the known range above which it is worth a sentence."""
 SETTLED = 0.95
@@ -67,7 +67,7 @@ def reached_of(state: str) -> str:
 
 
 def action_of(verb: str, name: str) -> str:
-    """What a motion does to a block, in the infinitive: overturn it, uplift it, bring it to a rotation."""
+    """Effect of a motion on a block, in the infinitive: overturn it, uplift it, bring it to a rotation."""
     if verb.startswith("falls "):
         return f"make {name} {infinitive_of(verb)}"
     return f"{verb[:-1]} {name}" if verb.endswith("s") else f"bring {name} to {verb.removeprefix('reaches ')}"
@@ -175,7 +175,7 @@ def extrapolated_shares(results: xr.Dataset) -> dict[str, xr.DataArray]:
 
 
 def rate_bounds(results: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray] | None:
-    """Return the least and the greatest possible rate over the given one.
+    """Return the minimum and the maximum possible rate over the given one.
 
     Above the highest level run it is P H to H: P its probability there, H the annual rate of such shaking.
     """
@@ -186,7 +186,7 @@ def rate_bounds(results: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray] | None
 
 
 def possible_change(results: xr.Dataset) -> xr.DataArray:
-    """Return by how much of itself a rate may be off for what its curve does above the highest shaking that was run."""
+    """Return the possible relative error of a rate from its curve above the highest level of the runs."""
     bounds = rate_bounds(results)
     if bounds is None:
         return results[BEYOND]

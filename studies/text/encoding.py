@@ -24,7 +24,7 @@ ERRORS = "toppling.readable"
 
 
 def readable(text: str) -> str:
-    """Return a text in ASCII that can be read in place of it; a question mark where nothing better is known."""
+    """Return a readable text in ASCII instead of it; a question mark if nothing better is known."""
     return "".join(_ascii(character) for character in text)
 
 

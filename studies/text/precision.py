@@ -19,7 +19,7 @@ from ...fragility.surfaces.gain import Gain, gain_words
 FITTED_RATE = "fitted_rate"
 """Rate of the fitted curve in results whose rates are without a form of curve."""
 SEQUENTIAL = "sequential_"
-"""Prefix, in a study's results, of what the analysis itself says of each curve, beside the curve fitted to all runs."""
+"""Prefix, in a study's results, of the analysis' own values of each curve, apart from the curve fitted to all runs."""
 
 SLIP_TARGET, SLIP_HALF_WIDTH = "slip_target", "slip_half_width"
 SLIP_MOTIONS, SLIP_RUNS = "slip_motions_run", "slip_runs"
@@ -43,7 +43,7 @@ def runs_of_curve(one: xr.Dataset) -> Index:
 
 
 class Reached(NamedTuple):
-    """What the analysis of one curve has reached: its target with the interval, half width, and why it stopped."""
+    """Results of the analysis of one curve: its target with the interval, half width, and reason to stop."""
 
     name: str
     target: tuple[float, float, float]
@@ -72,7 +72,7 @@ def slip_words(distance: float) -> str:
 
 
 def reached_by(results: xr.Dataset) -> list[Reached]:
-    """Return what was reached for the curve of each block under each law, and of each slip that was run."""
+    """Return the reached precision of the curve of each block under each law, and of each slip of the runs."""
     target, _ = asked_of(results)
 
     def ends(one: xr.Dataset, name: str) -> tuple[float, float, float]:

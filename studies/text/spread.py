@@ -19,7 +19,7 @@ SOURCES = {
 }
 """Sources of the spread of a rate, in headings of tables and in words."""
 OUTER = (0.05, 0.95)
-"""Fractiles between which the range is said."""
+"""Fractiles at the ends of the stated range."""
 MODEL_RANGE = "model range"
 """Heading of the column of ranges if all capacities are off by one factor, and their name in sentences."""
 
@@ -67,7 +67,7 @@ def sources(here: xr.Dataset) -> list[tuple[str, float]]:
 
 
 def rates_of_building(results: xr.Dataset) -> xr.Dataset:
-    """Return the rates over branches of a performance study as those of blocks: of any fall by place, and of pieces."""
+    """Return the rates over branches of a performance study in the form of blocks: any fall by place, and pieces."""
     item = _as_blocks(results, "item_rate", "item")
     item = item.isel(block=np.argsort(-item["epistemic_rate"].values, kind="stable"))
     item = item.isel(block=np.flatnonzero(item["epistemic_rate"].values > 0.0))
@@ -84,7 +84,7 @@ def building_spread(results: xr.Dataset, quantity: str, place: str) -> xr.Datase
 
 
 def rates_of_consequences(results: xr.Dataset, place: str) -> xr.Dataset | None:
-    """Return the rates of the consequences in a place over all branches as those of blocks, the most frequent first."""
+    """Return the rates of the consequences in a place over all branches in the form of blocks, most frequent first."""
     if "epistemic_consequence_rate" not in results:
         return None
     found = _as_blocks(results.sel(place=place), "consequence_rate", "consequence")

@@ -90,7 +90,7 @@ def value_in(value: float, units: str) -> str:
 
 
 NOT_REACHED = "not reached"
-"""In place of a level that lies above the highest one that was run."""
+"""Text instead of a level above the highest level of the runs."""
 
 
 def axis_of(results: xr.Dataset) -> xr.DataArray:
@@ -153,7 +153,7 @@ def input_name(name: str) -> str:
 
 
 def block_title(name: str) -> str:
-    """The name of a block for people: the title of an item of the catalogue in place of its key."""
+    """The name of a block for people: the title of an item of the catalogue instead of its key."""
     key, comma, rest = name.partition(",")
     return f"{catalogue.item(key).title.removesuffix(', unanchored')}{comma}{rest}" if key in catalogue else name
 
@@ -172,7 +172,7 @@ def law_names(labels: Sequence[str]) -> list[str]:
 
 
 def with_law_names(results: xr.Dataset) -> xr.Dataset:
-    """Return results whose laws have their names in place of labels, for a page."""
+    """Return results whose laws have their names instead of labels, for a page."""
     names = dict(zip(map(str, results["model"].values), law_names([*map(str, results["model"].values)]), strict=True))
     of_laws = [name for name in ("model", "branch_model") if name in results.coords and results[name].ndim]
     words = {name: [names.get(str(label), str(label)) for label in results[name].values] for name in of_laws}
@@ -180,7 +180,7 @@ def with_law_names(results: xr.Dataset) -> xr.Dataset:
 
 
 def renamed(text: str, results: xr.Dataset) -> str:
-    """Return a text with names of laws and titles of blocks in place of their labels, for a page."""
+    """Return a text with names of laws and titles of blocks instead of their labels, for a page."""
     laws, blocks = ([*map(str, results[name].values)] if name in results.dims else [] for name in ("model", "block"))
     names = dict(zip(laws, law_names(laws), strict=True))
     for block in blocks:
@@ -192,7 +192,7 @@ def renamed(text: str, results: xr.Dataset) -> str:
 
 
 def consequence_name(word: str) -> str:
-    """The name of a consequence in a table or a list: the words of the default ones, any other as it is written."""
+    """The name of a consequence in a table or a list: words of the default consequences, others as they are."""
     return CONSEQUENCES.get(word, word)
 
 

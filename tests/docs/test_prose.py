@@ -14,7 +14,7 @@ DOCS = ROOT / "docs"
 MADE = {"_build", "_made"}
 PAGES = sorted(path for path in DOCS.rglob("*.md") if not MADE & set(path.parts))
 WRITTEN = [*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md"]
-LEGACY = {"core": 44, "fragility": 625, "models": 228, "motions": 333, "studies": 458}
+LEGACY = {"core": 0, "fragility": 0, "models": 0, "motions": 0, "studies": 4}
 """Long sentences and words to avoid that docstrings still have, by package: never more."""
 
 
