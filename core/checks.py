@@ -22,7 +22,7 @@ BOUNDS: dict[str, tuple[Callable[[Any, Any], Any], str]] = {
     "below": (operator.lt, "<"),
     "at_most": (operator.le, "<="),
 }
-"""Bounds of numbers: whether a number or an array holds one, and its sign."""
+"""Bounds of numbers: their test on a number or an array, and their sign."""
 
 
 def number(
@@ -168,7 +168,7 @@ def path(value: Any) -> Path:
 
 
 def callback(name: str, value: Any) -> None:
-    """Raise TypeError for what is neither None nor can be called: else it would fail after the first runs."""
+    """Raise TypeError for a value that is neither None nor callable: it would otherwise fail after the first runs."""
     if value is not None and not callable(value):
         raise TypeError(f"{name} must be a function, got {kind(value)}")
 

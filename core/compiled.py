@@ -26,7 +26,7 @@ _beside: list[subprocess.Popen[bytes]] = []  # processes that compile more
 
 
 class Kernel:
-    """A function that is compiled when it is called; `dispatcher` is what numba makes of it."""
+    """A function that is compiled when it is called; `dispatcher` is numba's compiled function."""
 
     def __init__(self, function: Callable[..., Any], keep: bool, options: dict[str, Any]) -> None:
         functools.update_wrapper(self, function)
@@ -128,8 +128,8 @@ def _named(module: str, name: str) -> Any:
 def kernel(*, keep: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
     """`numba.njit` without the global interpreter lock and with numpy's rules of division, when it is first called.
 
-    `keep` is for the kernels that Python calls, and stores them on disk.  What only other kernels call is compiled into
-    those.  The other options are numba's.
+    `keep` is for kernels that Python calls, and stores them on disk. Kernels that only other kernels call are compiled
+    into those. The other options are numba's.
     """
 
     def compiled(function: Callable[..., Any]) -> Any:

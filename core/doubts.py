@@ -24,7 +24,7 @@ _noted: ContextVar[list[Doubt] | None] = ContextVar("noted", default=None)
 class Doubt(NamedTuple):
     """Input warning: its kind, one of `KINDS`, its sentence, and flags for an impossible value and for a settled one.
 
-    What is dealt with is a note alone: it needs no care.
+    A settled warning is a note alone: it needs no action.
     """
 
     kind: str
@@ -34,7 +34,7 @@ class Doubt(NamedTuple):
 
 
 class ImplausibleInput(UserWarning):
-    """Warning of an input outside of what exists, or too poor for valid results; it is used as it is."""
+    """Warning of an input outside of the known range, or too poor for valid results; it is used as it is."""
 
 
 def first_names(names: Sequence[str]) -> str:
@@ -60,7 +60,7 @@ def warn(found: Iterable[Doubt], category: type[UserWarning] = ImplausibleInput)
 
 
 def warn_of_results(found: Iterable[str]) -> None:
-    """Warn of results that are not valid where the package was called; studies say so among their checks."""
+    """Warn of invalid results at the package's caller; studies report them among their checks."""
     level = len(_callers()) + 1
     for sentence in () if by_study() else found:
         warnings.warn(f"results are not valid: {sentence}", ImplausibleInput, stacklevel=level)

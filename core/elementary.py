@@ -28,7 +28,7 @@ FEW, UNLOADED = 32, 10_000
 PYTHON = (math.exp, math.log, math.expm1, math.log1p, math.tan, math.asin, math.acos, math.atan, math.pow, math.atan2)
 """Functions in the order of the compiled loops; functions of two numbers are last."""
 SWEEPS, ROUNDING, LEAST, TERMS = 60, 1e-18, 1e-300, 15
-"""Of eigh: most sweeps, of which some ten are needed, what they leave, and a divisor for 0; terms of expm."""
+"""Of eigh: maximum number of sweeps (about ten are needed), their remainder, and a divisor for 0; terms of expm."""
 
 
 def _of(at: int, *given: Any) -> Any:

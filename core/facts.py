@@ -1,4 +1,4 @@
-"""A fact: what results say, without words."""
+"""Facts: content of results, without words."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Fact:
     word
         Severity, for facts of checks.
     remedy
-        Name of the sentence that says what to do about it.
+        Name of the sentence with the remedy.
     more
         Other values of the sentence.
     """

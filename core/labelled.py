@@ -36,9 +36,9 @@ class _DaskModule:
 
 
 def spare_dask() -> None:
-    """Let xarray ask whether an array is one of dask's without loading those; without effect where it cannot be done.
+    """Let xarray check for dask's arrays without loading them; without effect if this is impossible.
 
-    xarray keeps what it knows of dask in a table of its own.  In a version without this table dask's arrays are loaded.
+    The knowledge of xarray about dask is in its own table. In a version without this table dask's arrays are loaded.
     """
     try:
         from xarray.namedarray.pycompat import _cached_duck_array_modules as known  # noqa: PLC0415

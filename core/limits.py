@@ -56,7 +56,7 @@ _RANGE = re.compile(
 
 
 def whole_content(file: Path, most_bytes: int, what: str, error: type[Exception]) -> bytes:
-    """Return the bytes of a file; `error` where it is missing, no file, unreadable, or too large for any `what`."""
+    """Return the bytes of a file; `error` if it is missing, no file, unreadable, or too large for any `what`."""
     try:
         if not file.is_file():
             raise error(f"{file}: {'not a file' if file.exists() else 'no such file'}")
@@ -163,7 +163,7 @@ _HELD: dict[tuple[int, int], list[set[int]]] = {}
 
 
 def opened_netcdf(path: Path, content: bytes | None) -> tuple[netCDF4.Dataset, Callable[[], None]]:
-    """Open a file of which `small_netcdf` is the content, and return what must be called before it is closed.
+    """Open a file whose content is from `small_netcdf`, and return a function to call before it is closed.
 
     The HDF5 library ends its process if the system refuses to close a file.  Before that, the null device takes the
     place of the file's descriptors, which are one for all datasets of a file.

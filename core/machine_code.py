@@ -178,7 +178,7 @@ class Files(caching.CompileResultCacheImpl):
 class FolderCache(caching.FunctionCache):
     """numba's disk cache of a function, stamped by its folder; numba chooses where the files lie.
 
-    What is not there may have come with the wheel, which is never written to.
+    A missing file may be in the wheel, which is never written to.
     """
 
     _impl_class = Files
@@ -248,7 +248,7 @@ _telling = threading.Lock()
 
 @contextmanager
 def told(name: str) -> Iterator[None]:
-    """Print each second which kernel compiles, and for how long, on a terminal or in a notebook."""
+    """Print each second the name and duration of the compiling kernel, on a terminal or in a notebook."""
     watched = sys.stderr is not None and (sys.stderr.isatty() or "ipykernel" in sys.modules)
     if not (watched and _telling.acquire(blocking=False)):  # (a kernel within another is compiled with it)
         yield
@@ -279,7 +279,7 @@ class KeptCompiler(CompilerBase):
     """Compiler of the kernels that Python calls."""
 
     def compile_extra(self, func: Any) -> Any:
-        """Compile a function, and tell it."""
+        """Compile a function, and report it."""
         with told(func.__name__):
             return super().compile_extra(func)  # type: ignore[no-untyped-call]
 

@@ -1,4 +1,4 @@
-"""Parameters: unit, bounds and words of a value, declared once with its type, and what is derived from that.
+"""Parameters: unit, bounds and words of a value, declared once with its type, and their derived values.
 
 A field of a dataclass or an argument of a function is declared by its annotation, ``Annotated[float, Parameter("m",
 above=0.0)]``. Its default is the usual one, and its sentence is in the section Parameters of the docstring.
@@ -50,7 +50,7 @@ class Parameter:
         return {**handler(source), **{names[name]: bound for name, bound in self.bounds.items()}}
 
     def holds(self, values: Array) -> Flags:
-        """Return, for each of many values, whether it is finite and within the bounds."""
+        """Return True for each of many values that is finite and within the bounds."""
         flags: Flags = np.isfinite(values)
         for name, bound in self.bounds.items():
             flags &= checks.BOUNDS[name][0](values, bound)
@@ -81,18 +81,18 @@ class Parameter:
 
 CHANCE = Parameter(above=0.0, below=1.0)
 CONFIDENCE = Parameter(at_least=0.5, below=1.0)
-"""Of intervals: what is lower is a level of significance."""
+"""Of intervals: a lower value is a level of significance."""
 BETA_M = Parameter(at_least=0.0, at_most=1.5)
 """Modelling uncertainty: FEMA P-58 has up to 0.57, and per cent are above the bound."""
 SHARE = Parameter(at_least=0.0, at_most=1.0)
 PART = Parameter(above=0.0, at_most=1.0)
 YEARS = Parameter("years", above=0.0)
 Seed = typing.Annotated[int, Parameter(at_least=0)]
-"""Seed of what is drawn."""
+"""Seed of random draws."""
 
 
 class Declared(NamedTuple):
-    """A parameter of a class or function: its type without annotations, what is declared, its default and sentence."""
+    """A parameter of a class or function: its type without annotations, its declaration, its default and sentence."""
 
     type: Any
     parameter: Parameter | None
@@ -161,7 +161,7 @@ def check(values: Any, but: Sequence[str] = ()) -> None:
 
 @cache
 def _checked(kind: Any) -> tuple[tuple[str, Any, Parameter, bool], ...]:
-    """Return the declared fields of a dataclass with their types, and whether they may be None."""
+    """Return the declared fields of a dataclass with their types, and True if they may be None."""
     found = ((name, about.type, about.parameter, about.optional) for name, about in declared(kind).items())
     return tuple((name, of, parameter, optional) for name, of, parameter, optional in found if parameter is not None)
 

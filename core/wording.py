@@ -1,8 +1,7 @@
 """Wording of numbers in tables, sentences and figures: digits, intervals, percentages, periods, sizes and money.
 
-All formats of numbers have their home here, so that the same quantity looks alike wherever it is printed.  Formats that
-differ on purpose have a name each, and their docstrings say in what they differ.  The reason of a system error is
-worded here, too.
+All formats of numbers are defined here, so that the same quantity looks alike in every place. Formats that differ on
+purpose have a name each, and their docstrings state the difference. The reason of a system error is worded here, too.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
 
 UNKNOWN = "not known"
 MOST_DIGITS = 6
-"""Most digits of a ratio whose interval comes close to 1."""
+"""Maximum number of digits of a ratio whose interval is close to 1."""
 
 
 def three_digits(value: float) -> str:
@@ -268,7 +267,7 @@ def currency_of(results: xr.Dataset) -> str:
 
 @contextmanager
 def system_errors(error: type[Exception], what: str) -> Iterator[None]:
-    """Raise `error` where the system refuses something in the block: `what` it is, and the system's words for it."""
+    """Raise `error` if the system rejects something in the block: `what` it is, and the system's words for it."""
     try:
         yield
     except OSError as refused:

@@ -46,7 +46,7 @@ LEFTOVER = re.compile(r".+\.toppling-([0-9]+)-([0-9]+)\.part")
 def remove_leftovers(folder: Path) -> None:
     """Remove the new files of `whole_file` that killed processes, or a disk that failed, have left in a folder.
 
-    The files of processes that run stay, and on systems that do not tell which run (Windows) all of them.
+    The files of running processes stay, and on systems that do not list processes (Windows) all of them.
     """
     if os.name != "posix":
         return

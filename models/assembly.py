@@ -71,9 +71,9 @@ class Zone(NamedTuple):
     """Elastic zone of a law, from -back to front: x'' = -stiffness (x - centre) - damping x' + gain F.
 
     `step`: its potential at the centre. `gain`, `inertia`: as in a side. `front_damping`, `back_damping`: of the
-    falling branches. `rule`, `coefficient`: how the engine sets the damping at each entry. `rigid_rest`: the falling
-    branches continue to 0, where the block rests; else it rests in the zone. `chords`: pieces that follow it on either
-    side instead of a falling branch.
+    falling branches. `rule`, `coefficient`: rule of the engine for the damping at each entry. `rigid_rest`: the falling
+    branches continue to 0, at which the block rests; else it rests in the zone. `chords`: pieces that follow it on
+    either side instead of a falling branch.
     """
 
     front: float

@@ -44,14 +44,14 @@ class Block:
     cm_height : float, optional
         Height of the centre of mass above the floor, m; mid-height if not given.
     inertia_factor : float, optional
-        lambda = I_O/(m R²); 4/3 (a uniform rectangle) if not given.  It must be given if the centre of mass is not at
-        mid-height, because it then depends on how the mass is spread.
+        lambda = I_O/(m R²); 4/3 (a uniform rectangle) if not given. It must be given if the centre of mass is not at
+        mid-height, because it then depends on the distribution of the mass.
     name : str, optional
         Label in results.
     mass : float, optional
         Mass, kg; only restraints use it, and need it.
     cm_offset : float
-        How far the centre of mass lies in front of the middle (behind it: negative), m, less than half the width.
+        Distance of the centre of mass in front of the middle (behind it: negative), m, less than half the width.
     lean : float
         Lean of the block or slope of the floor to the front (back: negative), rad, below the angle at which it falls.
     wall : Wall, optional
@@ -64,7 +64,7 @@ class Block:
         Full outer size in the other horizontal direction, m, at least the width; needed only where both horizontal
         components shake (`across`).
     round : bool
-        Whether its base is round (a vase, a bottle): the depth is then the width, and its planar result possibly
+        True for a round base (a vase, a bottle): the depth is then the width, and its planar result possibly
         unconservative.
     edge : Edge, optional
         The edge of a shelf, bench or pedestal, over which the block falls if it slides far enough; only for
@@ -231,8 +231,8 @@ class Block:
         The centre of mass lies at width/(2 tan angle) above the floor; this height must be below `height` (m).
         `inertia_factor` must be given unless the centre of mass is at mid-height.
 
-        Never tilt a loaded piece of furniture or a rack: it and its contents can injure people.  Measure an unloaded
-        sample, or take the centre of mass of a loaded piece from a plan and a list of what it holds (`cm_height`).
+        Never tilt a loaded piece of furniture or a rack: it and its contents can injure people. Measure an unloaded
+        sample, or take the centre of mass of a loaded piece from a plan and a list of its contents (`cm_height`).
 
         Examples
         --------
@@ -289,7 +289,7 @@ class Block:
 
     @property
     def sided(self) -> bool:
-        """True if the block answers a motion and its reverse differently: what is around it differs front from back."""
+        """True if the block responds differently to a motion and its reverse: its front and back differ."""
         wall, restraint = self.wall, self.restraint
         niche = wall is None or wall.front_gap == wall.gap
         return not (self.symmetric and niche and (restraint is None or restraint.front == restraint.back))
@@ -323,8 +323,8 @@ class Block:
 
         Notes
         -----
-        The inertia factor of a uniform block is 4/3 in every direction.  Otherwise the mass is taken as spread in plan
-        as in a uniform block and in height as the given factor says: rho'² = rho² + (depth² - width²)/12.
+        The inertia factor of a uniform block is 4/3 in every direction. Otherwise the mass is assumed to be distributed
+        in plan as in a uniform block and in height by the given factor: rho'² = rho² + (depth² - width²)/12.
         """
         if self.depth is None:
             raise ValueError(f"{self.label!r} needs its depth (m), its size in the other horizontal direction")

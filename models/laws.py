@@ -29,7 +29,9 @@ GEOMETRIES = ("exact", "linear", "bilinear")
 MIN_DELTA = 1e-9
 """Minimum half width of the elastic zone over alpha: the zone's frequency grows as delta^-½, and so does the work."""
 MOST_PIECES = engine.MOST_PIECES // 2
-"""Most pieces of a run whose block rests in its elastic zone throughout: half of what the engine solves, some 0.8 s."""
+"""Maximum number of pieces of a run whose block always rests in its elastic zone: half of the engine's limit, about 0.8
+s.
+"""
 MAX_DAMPING = 100.0
 """Largest damping ratio (and coefficient of Vassiliou's law): beyond any physical value, where the zone gets stiff."""
 

@@ -102,8 +102,9 @@ def flushed(values: Array) -> Array:
 def lay_out(accelerations: Sequence[Array], dt: float, verticals: Sequence[Array] = ()) -> Records:
     """Lay out records (n,), m/s², and the vertical components of all or none of them, m/s² upward, for the engine.
 
-    Each begins at a whole span, with room behind it for what the lanes read ahead.  The way from one to the next is an
-    odd number of spans: records of equal length would else share the same sets of the processor's cache.
+    Each begins at a whole span, with room behind it for the samples that the lanes read ahead. The distance from one to
+    the next is an odd number of spans: otherwise records of equal length would share the same sets of the processor's
+    cache.
     """
     sizes = np.array([acceleration.size for acceleration in accelerations], np.int64)
     spans = (sizes + tables.TILE) // tables.SPAN + 1
@@ -187,11 +188,11 @@ def run_many(
 ) -> Array:
     """Results (o, m, 15) of every oscillator under factors (o, m) times one record (n,), m/s², all starting at rest.
 
-    `skip` leaves out what is known before the first uplift; flags do not change, peaks only by rounding.  With
+    `skip` leaves out the known part before the first uplift; flags do not change, peaks only by rounding. With
     `flags_only` it also ends a run once the rest of the record cannot overturn the block: then only the overturned flag
-    is right.  `tally` (see `TALLY`) is added to.  `vertical` (n,), m/s² upward, is scaled as the record: oscillators in
-    exact geometry only.  Where it takes the weight from a block at any time, the run is airborne: all else is NaN.
-    ValueError where a record times its factor is beyond `checks.MAX_ACCELERATION`, on which nothing is decided safely.
+    is right. `tally` (see `TALLY`) is added to. `vertical` (n,), m/s² upward, is scaled as the record: oscillators in
+    exact geometry only. If it takes the weight from a block at any time, the run is airborne: all other results are
+    NaN. ValueError if a record times its factor is beyond `checks.MAX_ACCELERATION`, above which no result is safe.
     """
     for shaking in (acceleration,) if vertical is None else (acceleration, vertical):
         checks.acceleration("acceleration times its largest factor", shaking * np.abs(factors).max())
@@ -371,9 +372,9 @@ def _results(
 def run_batch(batch: tables.Batch, start: Array, skip: bool, flags_only: bool) -> int:
     """Run a batch from `start` (theta, omega, region), or all from rest where it is empty.
 
-    `skip`: leave out what is known before the first uplift; with `flags_only` also what cannot overturn the block any
-    more, and then only OUT_OVERTURNED is right.  Returns the number of turning points of the last run; raises
-    EndlessRunError where a run has more events than the engine solves.
+    `skip`: leave out the known part before the first uplift; with `flags_only` also the part that cannot overturn the
+    block any more, and then only OUT_OVERTURNED is right. Returns the number of turning points of the last run; raises
+    EndlessRunError if a run has more events than the engine solves.
     """
     if skip and flags_only:
         spans = batch.shaking.record.size // tables.SPAN

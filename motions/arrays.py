@@ -196,7 +196,7 @@ def from_array(
 
 
 def listed(motions: Any) -> list[Any]:
-    """Return one motion, or what cannot be iterated, as a list of one, and several as a list."""
+    """Return one motion, or an object that cannot be iterated, as a list of one, and several as a list."""
     several = isinstance(motions, Iterable) and not isinstance(motions, xr.DataArray)
     return list(motions) if several and getattr(motions, "ndim", 1) > 0 else [motions]
 
@@ -235,7 +235,7 @@ VERTICAL = "v"
 BOTH_AXES, WEAK_AXIS = "both axes", "weak axis"
 """Values of the coordinate `shakes` of pairs whose h1 is along the width of the blocks and h2 along their depth."""
 LIFTS = "lifts"
-"""Coordinate of joined components: whether the vertical one shakes, too."""
+"""Coordinate of joined components: True if the vertical one acts, too."""
 DOWNWARD = "downward_acceleration"
 """Coordinate of runs with a vertical component: the maximum downward acceleration of each motion."""
 BASELINES = ("baseline(", "highpass(", "bandpass(")
@@ -310,7 +310,7 @@ def _records_of(array: xr.DataArray) -> list[Record]:
 def _records_of_pairs(array: xr.DataArray) -> list[Record]:
     """Return the records of joined components: the one that shakes, with the other horizontal one as companion.
 
-    With the vertical one, too, where the coordinate `LIFTS` says so.
+    With the vertical component, too, if the coordinate `LIFTS` is True.
     """
     shakes = shakes_of(array)
     if shakes not in (*HORIZONTAL, BOTH_AXES, WEAK_AXIS):

@@ -191,7 +191,7 @@ def both_axes(
         Seed of random azimuths, and number of the first motion. The azimuth of motion number `index` is drawn from
         ``SeedSequence(seed, spawn_key=(index, 1))``; numbers continue from one array to the next.
     vertical : bool
-        Whether the vertical component shakes, too, as for `as_recorded`.
+        True if the vertical component acts, too, as for `as_recorded`.
 
     Returns
     -------
@@ -262,7 +262,7 @@ def as_recorded(pair: xr.DataArray, component: str = "h1", vertical: bool = Fals
     component : str
         The component that shakes, h1 or h2.
     vertical : bool
-        Whether the vertical component shakes, too, scaled as the horizontal one.
+        True if the vertical component acts, too, scaled as the horizontal one.
 
     Returns
     -------

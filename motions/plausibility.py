@@ -1,4 +1,4 @@
-"""Plausibility of records: offsets, drifts and slips of units in what was read from files."""
+"""Plausibility of records: offsets, drifts and slips of units in files."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def _components(record: Record) -> list[Record]:
 def vertical_doubts(arrays: Sequence[xr.DataArray], cure: str = ON_PURPOSE) -> list[Doubt]:
     """Return the input warnings on vertical components used as horizontal motions, and the note on omitted components.
 
-    `cure`: how the caller takes the latter on purpose.
+    `cure`: instruction for the caller to take the latter on purpose.
     """
     found = []
     labels = [

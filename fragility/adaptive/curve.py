@@ -39,7 +39,7 @@ between the levels on normal paper shifts the result by the square of their dist
 needs closer levels.
 """
 STEEPEST = 0.4
-"""Density of the normal law in its middle: what a probability changes by in a dispersion."""
+"""Density of the normal law in its middle: change of a probability per dispersion."""
 WINDOW = 2.0
 """Half width of the window of local fits over the distance of the outer levels from the middle."""
 DISPERSIONS = (0.02, 2.0)
@@ -118,7 +118,7 @@ class SequentialCurve:
 
     @property
     def dispersion(self) -> float:
-        """The dispersion as far as it is known, confined to what can place levels; NaN while nothing is known."""
+        """The dispersion as known so far, confined to values that can place levels; NaN before the first estimate."""
         if self._global is None:
             return math.nan
         return min(max(self._global.dispersion, DISPERSIONS[0]), DISPERSIONS[1])
@@ -155,7 +155,7 @@ class SequentialCurve:
     def _distance(self) -> float:
         """Return the distance in ln level of the outer levels from the middle of local fits.
 
-        It falls with the tolerance, but not below what is known of the median, so that the levels enclose it.
+        It falls with the tolerance, but not below the error of the median, so that the levels enclose it.
         """
         assert self._global is not None
         scale = self.dispersion
@@ -169,7 +169,8 @@ class SequentialCurve:
     def add(self, motions: Index, plan: WavePlan, fell: Flags, last: bool = False) -> None:
         """Add the outcomes of a wave (run, motion), estimate the result, and decide whether to continue.
 
-        motions (motion,): their numbers, the same for one that is run both ways; last: whether there are no more.
+        `motions` (motion,): their numbers, the same for both runs of a motion that is run both ways. `last`: True if no
+        more follow.
         """
         numbers = np.broadcast_to(motions, fell.shape).ravel()
         x = log(plan.levels).ravel()
@@ -262,7 +263,7 @@ class SequentialCurve:
         return self._probability(k, told)
 
     def _rate(self, k: int, told: Known) -> Look:
-        """Look at the rate from weighted runs; its upper end includes what may lie below the levels of falls."""
+        """Look at the rate from weighted runs; its upper end includes a possible rate below the levels of falls."""
         rate, cells = self.weighted_rate(), self.cells
         if cells is None or not rate.value > 0.0:
             return Look(k, *UNKNOWN, *told)

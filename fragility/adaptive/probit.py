@@ -27,7 +27,7 @@ FEWEST = 8
 
 
 class Observations(NamedTuple):
-    """Runs of one curve: ln of the level (run,), whether the block overturned (run,), number of the motion (run,)."""
+    """Runs of one curve: ln of the level (run,), flag of overturning (run,), number of the motion (run,)."""
 
     x: Array
     fell: Flags
@@ -41,7 +41,7 @@ class Observations(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """Estimate with its error and its influences: what each motion contributes to it, (motion,) from number 0 on."""
+    """Estimate with its error and its influences: contribution of each motion, (motion,) from number 0 on."""
 
     value: float
     error: float
@@ -54,7 +54,7 @@ class Estimate(NamedTuple):
         return student(self.motions - 2) * self.error
 
     def proportion(self) -> tuple[float, float]:
-        """Return the interval of an estimate of a probability: Wilson's, of as many runs as its error says.
+        """Return the interval of an estimate of a probability: Wilson's, for the number of runs that its error implies.
 
         A probability p with a standard error s is as precise as from p (1 - p)/s² independent runs. Near 0 and 1 the
         interval by the error alone would be too short if few runs fell or few did not. Wilson, E. B. (1927). Journal of
@@ -146,7 +146,8 @@ class Probit(NamedTuple):
 def enclosing(estimate: Estimate, runs: Observations) -> Estimate:
     """Return an estimate of ln(median) whose interval spans the gap if all falls lie above all runs without a fall.
 
-    Between the two the runs tell nothing: the estimate is the middle, and its interval reaches to both ends at least.
+    Between the two the runs give no information: the estimate is the middle, and its interval reaches at least to both
+    ends.
     """
     gap = gap_between(runs.x, ~runs.fell, runs.fell)
     if gap is None:

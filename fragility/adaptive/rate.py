@@ -168,8 +168,8 @@ def weighted_rate(weights: Array, fell: Flags, motion: Index) -> Estimate:
 def weighted_samples(weights: Array, fell: Flags, motion: Index, drawn: Array) -> Array:
     """Return the annual rates (replicate,) of weighted runs (run,) of which motions are drawn several times or not.
 
-    drawn (replicate, motion): how often each motion is drawn.  Runs without a weight are left out, as by
-    `weighted_rate`, which every motion drawn once gives; NaN where no motion with weighted runs is drawn.
+    `drawn` (replicate, motion): number of draws of each motion. Runs without a weight are left out, as by
+    `weighted_rate`, which is the result if every motion is drawn once. NaN if no motion with weighted runs is drawn.
     """
     known = np.isfinite(weights)
     sums = np.bincount(motion[known], np.where(fell[known], weights[known], 0.0), drawn.shape[1])
@@ -180,7 +180,7 @@ def weighted_samples(weights: Array, fell: Flags, motion: Index, drawn: Array) -
 
 
 def unseen_tail(cells: HazardCells, weights: Array, runs: Observations) -> float:
-    """Return the annual rate that low levels may contribute beyond what the weighted runs there say, 1/year.
+    """Return the annual rate that low levels may contribute in addition to the weighted runs there, 1/year.
 
     With steep hazards, much of a rate may come from levels at which hardly any run overturns, each with a large weight.
     Until one does, estimate and error are both too low. The tail is therefore continued as a power of the level, which

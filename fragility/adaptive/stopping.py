@@ -73,7 +73,7 @@ def margin(motions: int, firm: float) -> float:
 
 
 class StoppingRule:
-    """State of the rule for one curve: how many looks in a row were good, and how long it is being confirmed.
+    """State of the rule for one curve: number of good looks in a row, and progress of the confirmation.
 
     firm: as of `margin`; without it all looks have the same room to spare.
     """
@@ -91,7 +91,8 @@ class StoppingRule:
     def step(self, motions: int, ratio: float, last: bool) -> str:
         """Return the reason to stop after a wave, empty where the analysis continues.
 
-        `ratio` is the half width of the interval over what is allowed; `last` is True if there are no further motions.
+        `ratio` is the half width of the interval over its allowed value; `last` is True if there are no further
+        motions.
         """
         most = motions >= self._until.most
         if self._confirmed_at is not None:
@@ -111,7 +112,7 @@ class StoppingRule:
 
 
 def motions_needed(motions: int, ratio: float, firm: float = math.inf) -> int:
-    """Return about how many motions the precision takes in all, where `motions` give a half width `ratio` times it.
+    """Return the approximate total number of motions for the precision, from the half width `ratio` after `motions`.
 
     Errors fall with the root of the number of motions; the margin (after `motions`) and the confirming wave are
     included.

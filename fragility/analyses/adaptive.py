@@ -115,7 +115,7 @@ def adaptive_ida(
         damage state (`fragility.reached`), overturned if not given; ``uplifted``, a rotation x > 0 times alpha, or, of
         `Sliding` blocks, which have no other, a `fragility.Slip`. ``hazard``: for a rate, a HazardCurve of the measure.
     outputs, client, ground, polarity, progress
-        As for `toppling.ida`; the outputs include the one that tells the state.
+        As for `toppling.ida`; the outputs include the output of the state.
     runs_per_motion : int
         Runs of a block under each motion, 1 to 20; the first motions, which look for the curve, have twice as many.
     seed : int
@@ -162,7 +162,7 @@ def adaptive(
 ) -> xr.Dataset:
     """Run waves of motions until every block has the precision asked for under every law; see `adaptive_ida`.
 
-    screening: what is asked of the screen, where the request wants one.
+    `screening`: options of the screen, if requested.
     """
     state = OVERTURNED if until.state is None else until.state
     if needed_output(state) not in request.outputs:
@@ -213,7 +213,7 @@ def _waves(
 ) -> Iterator[WaveRuns]:
     """Run wave after wave until all curves have stopped; curves, other measures and input warnings are added to.
 
-    cut: whether blocks still slide when a motion ends, by its label; added to, as is what the screen needs of motions.
+    `cut`: flags, by label, of motions that end while blocks slide; added to, like the screen's data on motions.
     """
     needed = needed_output(plan.state)
     done = records = runs = number = 0
@@ -260,7 +260,7 @@ def _waves(
 def _begun(
     request: Request, plan: Plan, peaks: tuple[Array, Array], measured: Array
 ) -> dict[tuple[int, int], SequentialCurve]:
-    """Return the curves of all blocks under all laws, whose search begins at what the first motions tell."""
+    """Return the curves of all blocks under all laws, whose search begins with the results of the first motions."""
     found = {}
     for block, one in enumerate(request.blocks):
         for model, law in enumerate(request.models):
@@ -272,7 +272,7 @@ def _begun(
 
 
 def _expected(curves: Mapping[tuple[int, int], SequentialCurve], done: int, most: int) -> int:
-    """Return about how many motions the slowest curve takes in all."""
+    """Return the approximate total number of motions of the slowest curve."""
     looks = [curve.looks[-1] for curve in curves.values() if not curve.stopped]
     return min(most, max((motions_needed(look.motions, look.ratio) or most for look in looks), default=done))
 

@@ -41,7 +41,7 @@ MEANT = ("intensity", "stripe", "level", RECORD, POLARITY, DRAW, DOWNWARD)
 
 
 class Specimens(NamedTuple):
-    """The oscillators of an analysis and what labels them.
+    """The oscillators of an analysis and their labels.
 
     `oscillators`: block by block, equally many for each of `blocks`. `sizes`: of the dimensions of the oscillators, in
     order; `coordinates`: on these dimensions. `configuration`: their description as plain values. `across`: the
@@ -107,7 +107,7 @@ def doubts_of(request: Request, design: Design) -> list[Doubt]:
 
 
 def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Dataset:
-    """Run every specimen under the motions of a design, label the runs, and screen them where the request says so.
+    """Run every specimen under the motions of a design, label the runs, and screen them if requested.
 
     If specimens and design give the same coordinate or the same entry of the configuration, it has the place that the
     specimens give it. The order in a result can thus be chosen.

@@ -32,7 +32,7 @@ def is_random(models: Iterable[Model]) -> bool:
 def specimens_in(request: Request, plane: bool) -> Sequence[Specimen]:
     """Return the specimens of a request, curve by curve: of random friction, those with friction 1.
 
-    plane: whether both horizontal components shake blocks that slide.
+    `plane`: True if both horizontal components act on sliding blocks.
     """
     if not is_random(request.models):
         return request.specimens(plane=plane)
@@ -59,7 +59,7 @@ def draws(law: SlidingLaw, block: Block, seed: int, motions: Index, runs: int) -
 def check_draws(models: Iterable[Model], blocks: Iterable[Block], motions: Iterable[Record]) -> None:
     """Raise a ValueError for blocks that do not slide under a random friction, and for vertical shaking.
 
-    A vertical component changes what friction holds, so that slips are not proportional to the coefficient.
+    A vertical component changes the friction force, so that slips are not proportional to the coefficient.
     """
     laws = [model for model in models if isinstance(model, RandomSliding)]
     if not laws:

@@ -83,8 +83,8 @@ def ida(
         - fallen_off, True if the slips to the front and back move the block over its `Edge`, or if it loses contact
           with the floor. False for blocks without an edge.
     client : distributed.Client, optional
-        The cluster that computes the runs; where not given, what dask is configured to use (a scheduler, or a default
-        client), else threads of this process.
+        The cluster that computes the runs; by default dask's configuration (a scheduler, or a default client), else
+        threads of this process.
     skip : bool
         Skip samples that cannot change the outcome, such as samples before the first uplift. If ``outputs`` is
         overturned alone, also skip samples after which the rest of the record cannot overturn a block. Flags do not

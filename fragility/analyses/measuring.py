@@ -67,7 +67,7 @@ class MeasuringThread:
         self._done.set()
 
     def result(self) -> MotionProperties:
-        """Wait for the thread and return what it computed, or raise its error."""
+        """Wait for the thread and return its result, or raise its error."""
         if self._started:
             with self:
                 self._done.wait()  # Python treats a thread with an interrupted join as ended, and exits

@@ -75,7 +75,7 @@ def run_table(
     Raises
     ------
     TypeError, ValueError
-        As `toppling.ida`; columns that are missing, of several lengths, or name what there is not.
+        As `toppling.ida`; columns that are missing, of several lengths, or name unknown labels.
 
     Examples
     --------
@@ -125,7 +125,7 @@ def run_table(
 
 
 def _rows(table: Any, labels: Mapping[str, list[str]]) -> Rows:
-    """Return the rows of a table with the numbers of what its columns name."""
+    """Return the rows of a table with the numbers of the labels in its columns."""
     if not isinstance(table, Mapping) and not hasattr(table, "columns"):
         raise TypeError(f"table must be a mapping of columns or a DataFrame, got {checks.kind(table)}")
     for name in table:

@@ -94,12 +94,12 @@ def pooled(
     Returns
     -------
     xarray.Dataset
-        On (block, model): `half_level`, `half_level_lower` and `half_level_upper`, which hold for all blocks at once;
-        `median` and `dispersion` of the lognormal curve through all runs; with a hazard `rate`.  On model:
-        `stopped_because`, `account`, `half_width`, `motions_run`, `lack_of_fit` and `check_p_value`.  On (model,
-        check): how medians of blocks of which no run was used differ from the surface.  The surfaces, from which
-        `surface_curves` returns the curves of further blocks in the same region.  On pooled_run: the runs.
-        A function of the arguments alone: neither of chunks nor of workers.
+        On (block, model): `half_level`, `half_level_lower` and `half_level_upper`, which are valid for all blocks at
+        once. Further `median` and `dispersion` of the lognormal curve through all runs; with a hazard `rate`. On model:
+        `stopped_because`, `account`, `half_width`, `motions_run`, `lack_of_fit` and `check_p_value`. On (model, check):
+        differences from the surface of medians of blocks without runs in the fit. The surfaces, from which
+        `surface_curves` returns the curves of further blocks in the same region. On pooled_run: the runs. A function of
+        the arguments alone: neither of chunks nor of workers.
 
     Raises
     ------

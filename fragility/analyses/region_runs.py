@@ -210,7 +210,7 @@ class PooledRuns:
         return len(self.laws) * len(self.check_points) * sum(each) * under
 
     def _take(self, wave: MotionWave) -> None:
-        """Check motions, and keep what is odd about them."""
+        """Check motions, and keep warnings on them."""
         records = wave.records
         if axes_of(records):
             raise ValueError(
@@ -348,7 +348,7 @@ def _raised(law: PooledCurves, points: Array, runs: tuple[Index, Array, Flags]) 
 
 
 def _better(law: PooledCurves, found: Check, points: Array, runs: tuple[Index, Array, Flags], before: float) -> Check:
-    """Decide whether a cut stays, by the first check with it, and return the check of the surface that does.
+    """Decide if a cut stays, by the first check with it, and return the check of the remaining surface.
 
     The cut stays if the blocks differ from it by at most half as much as from one surface through the same runs. The
     degree of that surface is raised if that helps, as for the surface with the cut. `before`: largest difference at the

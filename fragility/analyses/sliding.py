@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 DRAWS = 100
 """Coefficients of friction that each motion is run with."""
 MIRRORED = {"slide_peak": "slide_peak", "slide_forward": "slide_backward", "slide_backward": "slide_forward"}
-"""Slips, and what each is where the floor moves the other way."""
+"""Slips, and the slip that each becomes if the floor moves the other way."""
 SLIPS = tuple(MIRRORED)
 AFTER = ENDS[1]
 """Way of blocks that slide on when a motion ends."""

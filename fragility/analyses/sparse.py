@@ -1,4 +1,4 @@
-"""Runs at levels of their own as one dataset: a line for every run, and what adaptive runs say of every curve."""
+"""Runs at levels of their own as one dataset: a line for every run, and adaptive results for every curve."""
 
 from __future__ import annotations
 
@@ -39,7 +39,8 @@ from .waves import MotionWave, Rows, Scaled
 class WaveRuns(NamedTuple):
     """The runs of one wave.
 
-    runs: arrays (run,) by name; motions: their coordinates; long_name: of the levels' measure; axes: how motions shake.
+    `runs`: arrays (run,) by name. `motions`: their coordinates. `long_name`: of the levels' measure. `axes`: axes of
+    the motions.
     """
 
     runs: dict[str, NDArray[Any]]
@@ -133,7 +134,7 @@ def labelled(
 def with_estimates(
     runs: xr.Dataset, curves: Sequence[SequentialCurve], others: OtherMeasures, state: str | None
 ) -> xr.Dataset:
-    """Add to runs what they say of each curve, and the better measures; the attribute `state` if not overturning."""
+    """Add to runs the estimates of each curve, and the better measures; the attribute `state` if not overturning."""
     until, shape = curves[0].until, (runs.sizes["block"], runs.sizes["model"])
     gains = [others.gains(curve.seen) for curve in curves]
     # (of other answers the scatter of capacities does not say how many motions they take)

@@ -170,7 +170,7 @@ def _attributes(plan: PooledPlan, found: PooledRuns) -> dict[str, Any]:
 
 
 def _account(plan: PooledPlan, law: PooledCurves, known: LawSurfaces, check: Check, reach: float, offer: str) -> str:
-    """Return why a law is no longer followed, what was reached, what the check says, and a better measure."""
+    """Return the reason why a law has stopped, the reached precision, the result of the check, and a better measure."""
     asked = f"±{100.0 * plan.until.tolerance:g} %"
     cut = known.near.cut
     blocks = "all blocks" if cut is None else "all blocks but those at a cut"

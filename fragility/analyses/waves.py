@@ -1,6 +1,6 @@
 """Runs as a table, and waves of motions: the next motions, the measure that they are scaled to, and the runs of each.
 
-Waves come from a generator or from a set of motions.
+Waves are from a generator or from a set of motions.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Fitted fragility curves as functions: the probability of overturning at any level, for every form a fit may have.
 
 Curves of one form are a NamedTuple of plain arrays with a method `probability`; `curve_arrays` makes it from a labelled
-dataset.  How the curves were fitted, and which hazard curve they are convolved with, is not known here.
+dataset. The fit of the curves and their hazard curve are not used here.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Published overturning criteria as curves, to plot, compare and export with fitted curves.
 
 FEMA P-58's nine rows of contents that overturn, the law between their medians, and the Japanese criteria in peak floor
-acceleration and velocity.  A criterion depends on a block's outer sizes alone, neither on its centre of mass nor
-on how it dissipates energy.
+acceleration and velocity. A criterion depends only on a block's outer sizes, not on its centre of mass or its
+dissipation.
 """
 
 from __future__ import annotations

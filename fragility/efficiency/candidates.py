@@ -1,6 +1,6 @@
 """Candidate intensity measures of every motion, and the covariates for a test of sufficiency.
 
-Their values come from the coordinates of the runs and, where these are given, from the motions themselves.
+Their values are from the coordinates of the runs and, if given, from the motions themselves.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def motions_of_runs(runs: xr.Dataset, motions: Motions | None) -> RunMotions:
 
 
 def _arrays(motions: Motions) -> Iterator[xr.DataArray]:
-    """Yield labelled arrays one by one, whether given alone, in a sequence or in sets of stripes."""
+    """Yield labelled arrays one by one, given alone, in a sequence or in sets of stripes."""
     if isinstance(motions, xr.DataArray) or not isinstance(motions, Iterable):
         records(motions)  # raises the error for anything that is no motion
         yield motions

@@ -84,7 +84,7 @@ def ordered_runs(runs: xr.Dataset, state: State = OVERTURNED) -> OrderedRuns:
 
 
 def without_coordinates(array: xr.DataArray) -> xr.DataArray:
-    """Return an array without coordinates, so that arithmetic goes by dimension alone."""
+    """Return an array without coordinates, so that arithmetic is by dimension alone."""
     return array.drop_vars(list(array.coords))
 
 

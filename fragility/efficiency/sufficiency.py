@@ -1,4 +1,4 @@
-"""Sufficiency of the measure of stripes: whether, at a given level, outcomes still depend on other features of motions.
+"""Sufficiency of the measure of stripes: dependence of outcomes at a given level on other features of motions.
 
 Where they do, a probability at the level holds for motions with these features alone, and the set of a stripe must have
 them as the hazard does.
@@ -25,11 +25,11 @@ USUAL = ("pgv", "d5_95", FACTOR)
 STEPS, SETTLED, STEEPEST = 60, 1e-9, 30.0
 """Most Newton steps, the step at which they end, and the slope beyond which data are taken as separated."""
 FEWEST = 10
-"""Fewest runs of the rarer outcome to a coefficient: with fewer a slope is not told (Peduzzi and others 1996)."""
+"""Minimum number of runs of the rarer outcome per coefficient for a known slope (Peduzzi and others 1996)."""
 
 
 class Slopes(NamedTuple):
-    """Slopes of log odds per standard deviation (covariate,), their standard errors, and the runs that tell of them."""
+    """Slopes of log odds per standard deviation (covariate,), their standard errors, and their number of runs."""
 
     slope: Array
     error: Array
@@ -37,7 +37,7 @@ class Slopes(NamedTuple):
 
 
 def stripe_sufficiency(runs: xr.Dataset, covariates: Sequence[str | Measure] = USUAL) -> xr.Dataset:
-    """Test whether overturning at the levels of stripes depends on other features of the motions.
+    """Test the dependence of overturning at the levels of stripes on other features of the motions.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def _means(values: Array, stripe: Index) -> Array:
 
 
 def slopes(z: Array, stripe: Index, fell: Flags, clusters: Index) -> Slopes:
-    """Return the slopes of a logistic regression with an intercept for each stripe; NaN where they are not told.
+    """Return the slopes of a logistic regression with an intercept for each stripe; NaN if they are not determined.
 
     z (run, covariate); stripe, fell, clusters (run,).
     """

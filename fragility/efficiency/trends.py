@@ -30,7 +30,7 @@ RESAMPLE_TOLERANCE = 0.03
 """Tolerance of a bootstrap fit before its last step, in standard errors; replicates scatter by about 1."""
 
 ROUNDING = 1e-13
-"""Share of a sum of squares up to which what a line leaves of it is rounding."""
+"""Share of a sum of squares up to which the remainder of a line is rounding."""
 
 
 def fit_dispersions(ends: Sequence[LogCapacityEnds], weights: Array) -> tuple[Array, NDArray[np.int8]]:
@@ -92,8 +92,9 @@ def demand_trends(
 ) -> tuple[Array, Array]:
     """Regress ln(|theta|/alpha) on ln im by least squares, over runs that rock (above `least`) without overturning.
 
-    Returns the slope and the scatter about it, (block, model, measure, sample of motions).  weights (sample, motion):
-    how often each motion counts.  The sums for every measure follow from the same sums over the levels of each motion.
+    Returns the slope and the scatter about it, (block, model, measure, sample of motions). `weights` (sample, motion):
+    number of counts of each motion. The sums for every measure follow from the same sums over the levels of each
+    motion.
     """
     order = ("block", "model", "motion", "level")
     demand = ordered.in_order(runs["peak_rotation"]) / without_coordinates(runs["alpha"])

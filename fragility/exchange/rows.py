@@ -28,7 +28,7 @@ from .files import ExchangeError
 
 Entries = TypeVar("Entries")
 PLACES = (FLOOR, GROUND)
-"""Places of a measure, by whether it is of the ground."""
+"""Places of a measure; the index is True for the ground."""
 
 FORMS = (LOGNORMAL, UPLIFT, *LINKED, ISOTONIC)
 LIMIT_STATE = "limit_state"

@@ -1,4 +1,4 @@
-"""First overturnings: the interval of levels in which each motion first overturns a block, and what levels miss of it.
+"""First overturnings: the interval of levels in which each motion first overturns a block, and the levels' effect.
 
 A motion overturns a block in ever more intervals of its scale as levels get closer (docs/adaptive.md). The first
 overturning therefore comes earlier with closer levels, and does not converge. The effect of the given levels is

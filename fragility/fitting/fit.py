@@ -95,8 +95,8 @@ def fit_fragility(
         earlier overturnings. The attributes `level_spacing` and `note` and the variable `level_shift` give the effect
         (`toppling.fragility.overturning_capacity`).
     intervals : {"wald", "profile", "bootstrap"}, optional
-        Kind of the intervals.  Where not given: ``bootstrap`` where motions come more than once (an IDA) and for
-        isotonic curves and own fits; else ``profile``.
+        Kind of the intervals. By default ``bootstrap`` if motions are repeated (an IDA) and for isotonic curves and own
+        fits; else ``profile``.
     fractiles : sequence of float
         Probabilities, between 0 and 1, for which the level is wanted, with its interval.
     penalty : {"auto", "firth", "none"}
@@ -271,7 +271,7 @@ def fitted_curves(
 
 
 def _with_shift(curves: xr.Dataset, data: xr.Dataset, trials: Trials, state: State) -> xr.Dataset:
-    """Return curves of first overturnings with what these owe to the levels."""
+    """Return curves of first overturnings with the effect of their levels."""
     flags = reached(data, state)
     own = [dim for dim in trials.dims if dim in flags.dims]
     flags = flags.transpose(*own, ..., "motion", "level")
@@ -322,7 +322,7 @@ def _fractiles(values: Sequence[float]) -> tuple[float, ...]:
 
 
 def _method(form: Form, method: str, options: Options, trials: Trials) -> str:
-    """Text that describes how the curves and their intervals were estimated."""
+    """Text that describes the estimation of the curves and their intervals."""
     how = {
         "binomial": "binomial maximum likelihood",
         "first-overturning": "maximum likelihood of the interval in which each motion first overturns",

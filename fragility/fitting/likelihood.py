@@ -49,7 +49,7 @@ class FactorData(NamedTuple):
 
     @property
     def gap(self) -> tuple[float, float] | None:
-        """The ln levels between which separated data tell nothing (`gap_between`), of the first replicate."""
+        """The ln levels between which separated data give no information (`gap_between`), of the first replicate."""
         fell = np.cumsum(self.failures[0])[:-1] if self.kind == engine.INTERVAL else self.failures[0]
         return gap_between(self.x, fell < self.runs[0], fell > 0.0)
 

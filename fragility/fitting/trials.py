@@ -113,7 +113,7 @@ class Sample(NamedTuple):
 
     @property
     def gap(self) -> tuple[float, float] | None:
-        """The levels between which separated data tell nothing of a curve, `gap_between`."""
+        """The levels between which separated data give no information on a curve, `gap_between`."""
         overturnings, runs = self.level_counts
         return gap_between(self.levels, overturnings < runs, overturnings > 0)
 
@@ -123,7 +123,7 @@ class Sample(NamedTuple):
 
 
 EXAMPLE = Sample(np.array([1.0, 2.0]), np.array([1.0, 0.0, 0.0, 0.0, 0.0, 1.0]), False, math.nan, False, False, None)
-"""The data of a curve whose fit tells the variables of results without curves."""
+"""The data of a curve whose fit gives the variables of results without curves."""
 
 
 def gap_between(x: Array, stood: Flags, fell: Flags) -> tuple[float, float] | None:
@@ -174,7 +174,7 @@ class Trials:
 
     @property
     def repeated(self) -> bool:
-        """True where motions come more than once in a curve, so that its runs are not independent."""
+        """True if motions have several runs in a curve, so that its runs are not independent."""
         return any(sample.repeated for sample in self.samples)
 
 

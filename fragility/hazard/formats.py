@@ -365,7 +365,7 @@ def _column_quantity(lines: Lines, name: str, years: float | None) -> tuple[Quan
 
 
 def _belongs(time: re.Match[str], kind: str) -> bool:
-    """Return True if a time says what a quantity needs: rates are per time, return periods are times."""
+    """Return True if a time is what a quantity needs: rates are per time, return periods are times."""
     per = bool(time["power"]) or (time["per"] or "").strip() not in ("", "in")
     if kind == "return period":
         return not per and time["number"] is None

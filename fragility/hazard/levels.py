@@ -39,7 +39,8 @@ class Hazard(Protocol):
 class LevelWeights(NamedTuple):
     """Rate, 1/year, that each level represents: the annual value is weights @ (values at the levels).
 
-    below, above: what is exceeded below the first and above the last level, in the first and in the last weight.
+    `below`, `above`: parts of the first and of the last weight for exceedances below the first and above the last
+    level.
     """
 
     weights: Array

@@ -407,8 +407,8 @@ def maximise(kind, link, z, k, n, penalised, a, b, tolerance, scratch):
 def fit_many(kind, link, z, k, n, penalty, start, out):
     """Fit many counts at the same levels, into out (replicate, COLUMNS).
 
-    z (level,); n (replicate, level); k (replicate, level), by interval (replicate, level + 1); start (2,) or (0,): a
-    first guess for all.  penalty: NEVER, WHERE_SEPARATED or ALWAYS.  NaN where there is no fit; STATUS says why.
+    `z` (level,). `n` (replicate, level). `k` (replicate, level), by interval (replicate, level + 1). `start` (2,) or
+    (0,): a first guess for all. `penalty`: NEVER, WHERE_SEPARATED or ALWAYS. NaN without a fit; STATUS is the reason.
     """
     scratch = np.zeros((SCRATCH, z.size))
     for i in range(k.shape[0]):
@@ -570,7 +570,7 @@ def profile(kind, link, z, k, n, penalised, what, eta, at, s, tolerance, scratch
 def profile_end(kind, link, z, k, n, penalised, what, eta, a, b, drop, side, tolerance):
     """Return the parameter at which the profile is `drop` below its value at (a, b), on a side (+1, -1), or +-inf.
 
-    The end is infinite where the profile never drops so far.  what: FRACTILE, its place on z with F^-1(p) = eta; SLOPE,
+    The end is infinite if the profile never drops so far. `what`: FRACTILE, its place on z with F^-1(p) = eta; SLOPE,
     ln b.
     """
     if not drop < np.inf:
@@ -650,9 +650,9 @@ def constrained(what, eta, at, a, b, haa, hab, hbb):
 def signed_roots(kind, link, z, k, n, fits, always, what, eta, at, free, out):
     """Write the signed roots of twice the drop in log-likelihood of each fit with the parameter held at `at`.
 
-    Roots are positive where the parameter of the fit lies above `at`; what, eta, at: as in `profile`, `free` the other
-    parameter there.  Fits without a maximum count with their supremum: a perfect fit where separated, a constant curve
-    where overturnings do not increase.  `always`: all fits are penalised.  out (replicate,); NaN where a search failed.
+    Roots are positive if the parameter of the fit lies above `at`. `what`, `eta`, `at`: as in `profile`, `free` the
+    other parameter there. Fits without a maximum count with their supremum: a perfect fit if separated, a constant
+    curve if overturnings do not increase. `always`: all fits are penalised. `out` (replicate,); NaN if a search failed.
     """
     scratch = np.zeros((SCRATCH, z.size))
     for r in range(k.shape[0]):

@@ -1,4 +1,4 @@
-"""Compiled resampling of motions: how often each pattern of outcomes is drawn, and the runs in each cell."""
+"""Compiled resampling of motions: number of draws of each pattern of outcomes, and the runs in each cell."""
 
 from ...core.compiled import kernel
 

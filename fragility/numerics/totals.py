@@ -76,7 +76,7 @@ def _of_sets(shape: tuple[int, ...], members: Flags) -> tuple[int, ...]:
 
 
 def exceedances(amounts: Array, thresholds: Array, strictly: bool) -> Iterator[Array]:
-    """Yield for each threshold whether amounts are above (or at or above) it, as 0 and 1."""
+    """Yield, for each threshold, 1 for amounts above (or at or above) it and 0 for others."""
     for threshold in thresholds:
         # sums of amounts that are equal on paper may differ in their last digits
         above = amounts > threshold * (1.0 + 1e-12) if strictly else amounts >= threshold * (1.0 - 1e-12)

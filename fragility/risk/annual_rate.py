@@ -267,7 +267,7 @@ def rate_share_above(
     above: str = EXTEND,
     outside: str = REFUSE,
 ) -> xr.DataArray:
-    """Return the share of each annual rate that comes from shaking above a level.
+    """Return the share of each annual rate from motions above a level.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Annual rates over weighted branches of models, motions and hazards, with modelling uncertainty: what is not known.
+"""Annual rates over weighted branches of models, motions and hazards, with modelling uncertainty.
 
 The curves contain the variability from earthquake to earthquake. Epistemic uncertainty spreads the rate itself: the
 right model, the motions of the site, the hazard curve, and the error of the model.
@@ -56,7 +56,7 @@ def epistemic_rates(
     outside: str = REFUSE,
     seed: int = 0,
 ) -> xr.Dataset:
-    """Return fractiles and the mean of annual rates over weighted branches, and what spreads them.
+    """Return fractiles and the mean of annual rates over weighted branches, and the sources of their spread.
 
     Parameters
     ----------

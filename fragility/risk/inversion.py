@@ -117,7 +117,7 @@ def size_for_rate(
 
 
 def check_family(along: str, sizes: Sequence[float] | Array, labels: Sequence[str]) -> None:
-    """Raise ValueError where two blocks have the same size, which must tell all blocks of a family apart."""
+    """Raise ValueError if two blocks have the same size, which must distinguish all blocks of a family."""
     seen: dict[float, str] = {}
     for size, label in zip(map(float, sizes), labels, strict=True):
         if size in seen:

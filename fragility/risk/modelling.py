@@ -77,7 +77,7 @@ def range_of_half_levels(curves: xr.Dataset, dispersion: float) -> dict[str, xr.
 
 
 def with_modelling(curves: xr.Dataset, dispersion: float) -> xr.Dataset:
-    """Return lognormal curves whose dispersion holds modelling uncertainty too: the mean over what the model may be.
+    """Return lognormal curves whose dispersion includes modelling uncertainty: the mean over possible models.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Rates over weighted branches: their fractiles, and the shares of what spreads them."""
+"""Rates over weighted branches: their fractiles, and the shares of the sources of spread."""
 
 from __future__ import annotations
 

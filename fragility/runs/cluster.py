@@ -69,8 +69,8 @@ class Remake:
 class Cluster(Runner):
     """Runner on the workers of a client.
 
-    `remake`: how workers make motions themselves, where they can.  Once `stop` returns True no chunk is begun; chunks
-    in flight are returned, then KeyboardInterrupt is raised.
+    `remake`: instructions with which workers make motions themselves, if they can. Once `stop` returns True no chunk is
+    begun; chunks in flight are returned, then KeyboardInterrupt is raised.
     """
 
     client: Client

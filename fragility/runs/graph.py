@@ -12,7 +12,7 @@ from ...models.runs import engine_identity
 from .plan import Chunk, ChunkResult, LeftError, Work, never, run_chunk, run_part
 
 Graph = dict[Key, Any]
-"""Tasks by their keys: a function with its arguments, keys and lists of them standing for what these tasks return."""
+"""Tasks by their keys: a function with its arguments; keys and lists of keys represent the results of these tasks."""
 
 
 class ChunkTask:

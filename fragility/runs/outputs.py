@@ -1,4 +1,4 @@
-"""Outputs of a run, each declared once: type, unit, meaning, and what it is of runs about both axes or in the air."""
+"""Outputs of a run, each declared once: type, unit, meaning, and its value in runs about both axes or in the air."""
 
 from __future__ import annotations
 

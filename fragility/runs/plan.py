@@ -137,7 +137,7 @@ def seconds_of_a_chunk(total: float, least: float | None = None) -> float:
 
 
 def number_of_chunks(total: float) -> float:
-    """Return about how many chunks work of `total` seconds on one core is divided into.
+    """Return the approximate number of chunks of work of `total` seconds on one core.
 
     Where chunks decrease in size, about three small chunks replace one of full size.
     """

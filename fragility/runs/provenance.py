@@ -1,7 +1,6 @@
 """Provenance of labelled runs, read from datasets: configuration, design, measure, blocks, laws, motions, factors.
 
-The one place that knows how `ida`, `stripes` and `cloud` record these, and what a result derived from other datasets
-records of them.
+This module alone defines the records of `ida`, `stripes` and `cloud`, and the records of them in derived results.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ IDA, STRIPES, CLOUD, ADAPTIVE, PLANNED = "ida", "stripes", "cloud", "adaptive", 
 RUN = "run"
 """Dimension of the runs of adaptive levels, each of one block, law and motion at one level."""
 SCENE = "scene"
-"""Coordinate of blocks that are not symmetric and freestanding: what makes them so, as JSON."""
+"""Coordinate of blocks that are not symmetric and freestanding: their special features, as JSON."""
 BED = "bed_settlement"
 """Coordinate of blocks on soft beds: the settlement, m."""
 EDGE = "edge"
@@ -47,7 +46,7 @@ DESCRIBED = 1000
 def configuration_of(data: xr.Dataset | xr.DataArray) -> dict[str, Any]:
     """Return the configuration in the attributes of a dataset, empty where there is none that can be read.
 
-    Datasets may come from files of other programs, whose attribute of that name may hold anything.
+    Datasets may be from files of other programs, whose attribute of that name may have any content.
     """
     try:
         found = json.loads(data.attrs.get("configuration", "{}"))
@@ -59,7 +58,7 @@ def configuration_of(data: xr.Dataset | xr.DataArray) -> dict[str, Any]:
 def load_coordinates(data: xr.Dataset) -> None:
     """Load the coordinates of a dataset in place, as reading their values does.
 
-    xarray compares what two datasets share as it merges them: lazily, with a warning, where that is not the same array.
+    On merging, xarray compares what two datasets share: lazily, with a warning, if it is not the same array.
     """
     for name in data.coords:
         data[name].variable.load()
@@ -222,7 +221,7 @@ def ground_names(runs: xr.Dataset | xr.DataArray) -> list[str]:
 
 
 def clusters_of(runs: xr.Dataset | xr.DataArray) -> Index:
-    """Return the number of each motion's ground motion, in the order in which these come first."""
+    """Return the number of each motion's ground motion, in the order of first occurrence."""
     names = ground_names(runs)
     known = {name: i for i, name in enumerate(dict.fromkeys(names))}
     return np.array([known[name] for name in names], dtype=np.int64)
@@ -348,7 +347,7 @@ def curves_of(runs: xr.Dataset) -> Iterator[CurveRuns]:
 
 
 def runs_near_curves(runs: xr.Dataset) -> Flags:
-    """Return True for runs (run,) of what a dataset holds after the first wave, which looks for curves far and wide.
+    """Return True for runs (run,) after the first wave, which searches for curves over a wide range.
 
     Of a curve that has no other wave, True for all.
     """

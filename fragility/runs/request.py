@@ -32,11 +32,11 @@ Labelled = TypeVar("Labelled", Block, Law, Model)
 USUAL = ("overturned", "peak_rotation"), ("slide_peak",)
 """Outputs where none are named: of rocking and of sliding blocks."""
 ENDS = ("slide_peak", "slide_after")
-"""Outputs that tell whether blocks still slide at the end of a motion."""
+"""Outputs that show if blocks still slide at the end of a motion."""
 
 
 class Request(NamedTuple):
-    """The checked arguments of an analysis: blocks, laws, the outputs of a run, and how the runs are computed."""
+    """The checked arguments of an analysis: blocks, laws, the outputs of a run, and options of the computation."""
 
     blocks: list[Block]
     models: Sequence[Model]
@@ -223,7 +223,7 @@ def labelled_sequence(name: str, values: Any, kind: type[Labelled]) -> list[Labe
 
 
 def runner_of(client: Client | Runner | None) -> Runner:
-    """Return the runner of a client: where there is none, what dask is configured to use; TypeError for other types."""
+    """Return the runner of a client: by default dask's configuration; TypeError for other types."""
     if client is None:
         client = default_client()
     if client is None:

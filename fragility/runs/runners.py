@@ -100,7 +100,7 @@ WINDOW = 10_000
 """Chunks of a graph: some 2 kB each are held of it, and dask orders it in some 2 s."""
 POLL_SECONDS = 0.01
 WINDOW_ELSEWHERE = 8
-"""Chunks of a graph for each worker that is not of this process, which cannot be told to begin no further chunk."""
+"""Chunks of a graph for each worker outside this process, which cannot be stopped from beginning further chunks."""
 
 
 class Runner(ABC):
@@ -121,7 +121,7 @@ class Runner(ABC):
         """Take note of why no result can be made of the runs, in a sentence."""
 
     def reached(self, what: str) -> None:  # noqa: B027 - most runners have nowhere to keep it
-        """Keep a sentence on what an analysis at adaptive levels has reached so far."""
+        """Keep a sentence on the reached precision of an analysis at adaptive levels."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ class ConfiguredScheduler(Runner):
 
 
 class _Window:
-    """The graph of some chunks, computed on a thread of its own while the caller takes what is finished."""
+    """The graph of some chunks, computed on a thread of its own while the caller takes finished chunks."""
 
     def __init__(
         self, work: Work, chunks: Sequence[Chunk], stop: Callable[[], bool], compute: Callable[..., Any], workers: int
@@ -212,7 +212,7 @@ class _Window:
 
 @contextmanager
 def _executor(compute: Callable[..., Any]) -> Iterator[tuple[Callable[..., Any], int, bool]]:
-    """Give dask's function with the workers that it needs, their number, and whether they are threads of this process.
+    """Give dask's function with its workers, their number, and True if they are threads of this process.
 
     The workers of dask's own choice would be left behind when they are not needed any more.
     """

@@ -48,7 +48,7 @@ LOCAL, CURVED, WINDOW, SURELY = 0.5, 0.8, 1.5, 2.0
 FURTHEST = 1.0
 """Maximum difference of the two surfaces, in dispersions, for a curve of any form."""
 STEEPEST, FLATTEST = 1e-3, 10.0
-"""Dispersions beyond which a surface says that runs do not determine it."""
+"""Dispersions beyond which the runs do not determine a surface."""
 DRAWS = 1000
 DISPERSIONS = (0.02, 2.0)
 
@@ -161,7 +161,7 @@ class PooledCurves:
         return np.ones(len(points)) if self.curve is None else self._rough(points)[1]
 
     def _rough(self, points: Array) -> tuple[Array, Array]:
-        """Return ln medians and dispersions by the curve through all runs, confined to what can place levels."""
+        """Return ln medians and dispersions by the curve through all runs, confined to values that can place levels."""
         assert self.curve is not None
         middle = self._seen(self.curve.log_medians(points))
         return middle, np.clip(exp(self.curve.log_dispersions(points)), *DISPERSIONS)
@@ -169,7 +169,7 @@ class PooledCurves:
     def distances(self, points: Array) -> Array:
         """Return the distance in ln level of the outer levels near the medians of points (point, axis) from these.
 
-        It falls with the tolerance, but not below what is known of the medians, so that the levels enclose them.
+        It falls with the tolerance, but not below the error of the medians, so that the levels enclose them.
         """
         assert self.near is not None
         _, scale = self._rough(points)
@@ -253,7 +253,7 @@ class PooledCurves:
         return runs.x.size >= RUNS_A_TERM * number_of_terms(runs.points.shape[1], degrees, self.cut)
 
     def raise_degree(self) -> bool:
-        """Fit with one degree more; return whether that was possible."""
+        """Fit with a degree higher by one; return True if that was possible."""
         degrees = self.degrees[0] + 1, min(self.degrees[1] + 1, MOST_DEGREES[1])
         if degrees[0] > MOST_DEGREES[0] or not self._points.shape[1] or not self._enough(degrees, self.runs):
             return False
@@ -267,7 +267,7 @@ class PooledCurves:
         return True
 
     def cut_region(self, normals: Array, agreed: bool) -> bool:
-        """Cut the region at a plane across one of the `normals` (plane, axis); return whether the runs ask for that.
+        """Cut the region at a plane across one of the `normals` (plane, axis); return True if the runs require it.
 
         Both sides have the first degrees, and a jump between them. `agreed` is True if the check found no difference.
         Of a surface whose degree was raised, which can follow a jump in part, the surface with the cut must then be the

@@ -1,7 +1,7 @@
 """Cuts of a region in two: the plane at which a surface jumps, from the runs alone.
 
-A law may treat blocks on both sides of some size differently, which no polynomial follows.  Two polynomials do, one on
-each side, and the likelihood says where the sides meet.
+A law may treat blocks on both sides of some size differently, which no polynomial follows. Two polynomials do, one on
+each side, and the likelihood gives the place of their border.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ from ...core.streams import stream
 from .surface import Cut, terms_at
 
 NARROW = 1e-3
-"""Width of the region along an axis, in ln or in the inertia factor, that no median can tell from 0."""
+"""Width of the region along an axis, in ln or in the inertia factor, that no median can distinguish from 0."""
 CANDIDATES = 1000
 ROUNDS = 100
 """Rounds of the search for a design: its errors are then a hundredth above the minimum."""

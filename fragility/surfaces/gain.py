@@ -1,4 +1,4 @@
-"""Gain of another intensity measure: how many times fewer motions levels in it would take, by runs in the first one."""
+"""Gain of another intensity measure: ratio of the numbers of motions with levels in the first and in the other."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ALIKE = 1e-9
 
 
 class Gain(NamedTuple):
-    """Number of times fewer motions, and its interval; NaN where the runs do not tell."""
+    """Ratio of numbers of motions, and its interval; NaN if the runs do not determine it."""
 
     value: float
     lower: float

@@ -72,7 +72,7 @@ class Cut(NamedTuple):
         return times(points, self.normal)
 
     def open_at(self, points: Array) -> Flags:
-        """Return at which points (point, variable) the runs do not tell the side."""
+        """Return True for points (point, variable) whose side the runs do not determine."""
         along = self.along(points)
         return (along > self.low) & (along < self.high)
 

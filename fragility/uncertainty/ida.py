@@ -124,7 +124,7 @@ def _sample_coordinates(
 ) -> dict[str, Any]:
     """Coordinates: the properties of every sample's block and law, the values of the inputs, labels of several laws.
 
-    deep: whether the depths of the blocks are among them.
+    `deep`: True to include the depths of the blocks.
     """
     n = drawn.sizes["sample"]
     coordinates: dict[str, Any] = {str(name): variable.variable for name, variable in drawn.data_vars.items()}

@@ -210,7 +210,7 @@ def falls_of_axes(
     progress: Progress | None = None,
     held: bool = False,
 ) -> tuple[NDArray[np.int8], NDArray[np.int8] | None, Flags | None]:
-    """Return the side to which each run falls, the axis about which it falls first, and whether its restraint broke.
+    """Return the side to which each run falls, the axis about which it falls first, and a flag for a broken restraint.
 
     All are (oscillator, level, motion). The side is 1 to the front of its axis and -1 to its back. The axis is 1 along
     the width and 2 along the depth (the rules of `fragility.runs.axes.of_both`). Both are 0 without a fall.

@@ -74,7 +74,7 @@ def of_curves(curves: xr.Dataset) -> Iterator[str]:
 
 
 def of_rates(rates: xr.Dataset) -> Iterator[str]:
-    """Yield the sentences on annual rates that come from beyond the hazard curve."""
+    """Yield the sentences on annual rates from beyond the hazard curve."""
     if not rates["rate"].size:
         return
     known = np.isfinite(rates["rate"])

@@ -1,4 +1,4 @@
-"""Plausibility of blocks and levels: sizes and levels outside of what exists, with the likely slip of units."""
+"""Plausibility of blocks and levels: sizes and levels outside of the known range, with the likely slip of units."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ LEAST_OFFSET, LEAST_LEAN = 1e-4, math.radians(0.0999)  # m, rad
 LONGEST_PERIOD = 10.0  # s
 METRES = "metres in place of mm, or the other way round?"
 SLIDES_ON = 0.05
-"""Share of a slip that comes after the end of the motion."""
+"""Share of a slip after the end of the motion."""
 NEAR_LEVEL, OTHER_LEVEL = 1.1, 1.5
 """Factor between a stripe and the mean of its unscaled motions: the bound of selections, and beyond chance."""
 FAR_FROM_LEVEL = 2.0
@@ -162,7 +162,7 @@ def stated_restitution_doubts(models: Iterable[Model]) -> list[Doubt]:
 def law_doubts(blocks: Sequence[Block], models: Iterable[Model], outputs: Sequence[str]) -> list[Doubt]:
     """Return the input warnings on damping ratios above 1, and on sliding blocks with static friction >= b/h.
 
-    The latter only where no `mode` tells of it.
+    The latter only without an output `mode`, which shows it.
     """
     models = list(models)
     found = stated_restitution_doubts(models)

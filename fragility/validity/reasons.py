@@ -87,7 +87,7 @@ class Shares:
 
 
 class CurveShares(Shares):
-    """Shares of the runs in a table, curve by curve: `curve` (run,) is the number of each, `near` whether it counts."""
+    """Shares of the runs in a table, curve by curve: `curve` (run,) is their number, `near` True if they count."""
 
     def __init__(self, sizes: Mapping[str, int], curve: Index, near: Flags) -> None:
         super().__init__(sizes)

@@ -1,4 +1,4 @@
-"""Notes on walls and restraints: what their model leaves out, where it may matter for the blocks at hand."""
+"""Notes on walls and restraints: omissions of their model, if they may matter for the given blocks."""
 
 from __future__ import annotations
 

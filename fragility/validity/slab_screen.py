@@ -162,7 +162,7 @@ class ScreenRequest(NamedTuple):
 Screened = tuple[dict[str, xr.Variable], dict[str, Any]]
 """The variables of a screen and its settings, plain values."""
 Keep = Callable[[dict[str, xr.Variable], dict[str, xr.Variable], Where], None]
-"""Puts what is kept of a slab into the variables of all runs."""
+"""Puts the kept variables of a slab into the variables of all runs."""
 
 
 def screened_runs(
@@ -191,7 +191,7 @@ def screened_slabs(
     keep: Keep,
     shares: Shares | None = None,
 ) -> Screened:
-    """Screen runs slab by slab, and return what is kept of it.
+    """Screen runs slab by slab, and return the kept variables.
 
     flips: of the runs that were repeated under perturbations; shares: of which runs the shares are, all by default.
     The screen works on plain variables, because labelled arrays compare their labels at every step, which takes longer
@@ -256,7 +256,7 @@ def ordered(variables: Mapping[str, xr.Variable], dims: tuple[str, ...]) -> dict
 
 
 def few_motions(fewest: int, bounds: Bounds) -> dict[str, xr.Variable]:
-    """Return the variables that say whether there are enough motions; fewest: of the floor with the fewest."""
+    """Return the variables on the number of motions; `fewest`: of the floor with the fewest."""
     half = wilson_half_width(fewest)
     text = "half width of the 95 % interval of a probability of 1/2"
     few = f"whether interval_half_width is above {bounds.half_width:g}"
@@ -347,7 +347,7 @@ def _elastic_frequency(known: Mapping[str, xr.Variable]) -> xr.Variable:
 
 
 def _own_amplitude(known: Mapping[str, xr.Variable]) -> xr.Variable:
-    """True for motions (motion,) whose amplitude is their own and no parameter; for all where runs do not say it."""
+    """True for motions (motion,) whose amplitude is their own and no parameter; for all if runs do not state it."""
     if "own_amplitude" in known:
         found: xr.Variable = known["own_amplitude"].astype(bool)
         return found

@@ -56,8 +56,8 @@ class Shaken:
     """Properties of motions that the screen needs; motions are given in groups and are not kept.
 
     The runs of the share `share` of the motions, rounded up, are repeated under perturbations. `kept` has these motions
-    by place: evenly spaced from the first one on, with their reverses, so that the choice does not depend on how many
-    motions follow.
+    by place: evenly spaced from the first one on, with their reverses. The choice therefore does not depend on the
+    number of motions that follow.
     """
 
     def __init__(self, share: float) -> None:
@@ -185,7 +185,7 @@ class RunFlips(NamedTuple):
 def _flips(
     runs: xr.Dataset, factors: Array, kept: Mapping[int, Record], runner: Runner, progress: Progress | None
 ) -> RunFlips:
-    """Repeat the runs under the motions that were kept, curve by curve, and say which flags change (`count_flips`)."""
+    """Repeat the runs under the kept motions, curve by curve, and return the changes of flags (`count_flips`)."""
     if FLAGS[0] not in runs:
         raise TypeError("runs must hold overturned, the outcome that is tested for being undecided, got none")
     blocks, laws = blocks_of(runs), laws_of(runs)

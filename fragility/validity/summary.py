@@ -96,7 +96,7 @@ def summary_screen(
 def _keep_extremes(
     sizes: Mapping[str, int], found: dict[str, xr.Variable], variables: Mapping[str, xr.Variable], where: Where
 ) -> None:
-    """Put what depends on blocks and laws alone from a slab into the variables of all blocks, and the extremes."""
+    """Put the variables of blocks and laws alone from a slab into the variables of all blocks, and the extremes."""
     own = ordered({name: variables[name] for name in OF_BLOCKS}, tuple(sizes))
     put(found, own, where, sizes, in_memory)
     blocks = where.get("block", slice(None))

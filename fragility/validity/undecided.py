@@ -1,7 +1,7 @@
 """Undecided outcomes: flags that change when the motion or the restitution differs by a millionth.
 
-Rocking is chaotic, so that an outcome near a boundary is no evidence, and no inexpensive criterion tells which outcomes
-are near a boundary.  The runs are therefore repeated, with flags as their only output.
+Rocking is chaotic, so that an outcome near a boundary is no evidence, and no inexpensive criterion finds these
+outcomes. The runs are therefore repeated, with flags as their only output.
 """
 
 from __future__ import annotations

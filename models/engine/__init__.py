@@ -13,11 +13,11 @@ Proof that a step is event-free: the acceleration a(t) of a linear region under 
 most one zero and the velocity at most two monotone parts. The signs of velocity and acceleration at both ends therefore
 decide.
 
-How a batch runs (`models.runs.run_batch` calls three entry points).  `starts.begin_runs` fills in the propagators and
-finds the first sample of each run: what precedes its uplift is known in proportion.  `linear_runs.run_lanes` takes runs
-in linear geometry in lockstep, a lane each; `exact_runs.run_exact` takes those in exact geometry, each with a clock of
-its own.  The runs of a batch are of one record or of several of one step, which lie one after the other (see
-`tables.Shaking`).
+A batch runs in three steps (`models.runs.run_batch` calls three entry points). The function `starts.begin_runs` fills
+in the propagators and finds the first sample of each run: the response before its uplift is known in proportion.
+`linear_runs.run_lanes` takes runs in linear geometry in lockstep, a lane each. `exact_runs.run_exact` takes runs in
+exact geometry, each with its own clock. The runs of a batch are of one record or of several of one step, which lie one
+after the other (see `tables.Shaking`).
 
 All records in lockstep begin together, and a lane whose record has ended stays empty. Lanes may cover several records.
 The samples of a few steps are then first written time by time, so that samples of all lanes are adjacent: the steps

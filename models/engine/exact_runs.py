@@ -126,7 +126,7 @@ class Room(NamedTuple):
 
 @kernel(inline="always")
 def _glide(theta, w0, lower, upper, p2, centre, lever, front, back, force, slope, weight, heavy, heavier, h):
-    """Take a piece in exact geometry at degree 12; return what it does, the state at its end and the velocity's terms.
+    """Take a piece in exact geometry at degree 12; return its content, the state at its end and the velocity's terms.
 
     The velocity keeps its sign if the acceleration does and it has the same at both ends, or if it is larger than the
     acceleration can change it. It changes once if the acceleration keeps its sign. Otherwise, the range of the block in
@@ -327,7 +327,7 @@ def _fetch(w, lane):
 
 @kernel(inline="always")
 def _set_piece(s, lane, force, slope, t, dt, weight):
-    """Write what acts on a block from time t of its sample on into the rows of its lane."""
+    """Write the actions on a block from time t of its sample on into the rows of its lane."""
     s[ROW_FORCE * GLIDERS + lane] = force + slope * t
     s[ROW_SLOPE * GLIDERS + lane] = slope
     s[ROW_SPAN * GLIDERS + lane] = dt - t
@@ -473,7 +473,7 @@ def _leave_samples(w, between, batch, at_rest, room):
 
 @kernel(**FUSED)
 def _end_pieces(w, active, batch, at_rest, room):
-    """Take the lanes whose pieces hold no event on to their next samples; return how many of the others there are.
+    """Take the lanes whose pieces have no event on to their next samples; return the number of the others.
 
     Those between two samples where there is more to do, those that cross edges, and those whose piece is unusual.
     """
@@ -535,7 +535,7 @@ def _note_turns(w, lane, model, force, slope, weight, t, dt, room, first):
 def _solve_unusual(w, unusual, between, crossings, batch, at_rest, room):
     """Solve the pieces with a turn that may be a new peak, and unusual pieces up to the end of their samples.
 
-    Returns how many lanes are between two samples, and how many cross an edge.
+    Returns the number of lanes between two samples, and of lanes that cross an edge.
     """
     s = w.rows
     dt = batch.shaking.dt
@@ -573,7 +573,7 @@ def _solve_unusual(w, unusual, between, crossings, batch, at_rest, room):
 
 @kernel(**FUSED)
 def _cross(w, crossings, between, batch, at_rest, room):
-    """Act where blocks reach the edges of their regions; return how many lanes are between two samples."""
+    """Act if blocks reach the edges of their regions; return the number of lanes between two samples."""
     s = w.rows
     c = w.crossings
     dt = batch.shaking.dt

@@ -108,7 +108,7 @@ class Lanes(NamedTuple):
 class Sleepers(NamedTuple):
     """Runs without a lane: state, oscillator, run, amplitude, place of the record, and a sample.
 
-    That is where a block's rest ends, or how far a bouncing block has come.
+    It is the end of a block's rest, or the progress of a bouncing block.
     """
 
     x: Any

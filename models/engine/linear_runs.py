@@ -61,7 +61,7 @@ BOUNCE_INTERVAL = 16 * TILE
 
 @kernel(inline="always")
 def _left_at(left, start, i, last):
-    """Return the integral over what is left of a record at sample i, a multiple of SPAN or the record's last."""
+    """Return the integral over the rest of a record from sample i, a multiple of SPAN or the record's last."""
     return left[(start + i) // SPAN] if i < last else 0.0
 
 

@@ -149,7 +149,7 @@ def _step(theta, omega, push, up, stiffness, g, dip, edges):
 
 @kernel(inline="always")
 def _step_lanes(s, marks, n, force, rise, dip, now, after):
-    """Step all lanes over one sample, from the state rows `now` to the rows `after`; return how many are marked.
+    """Step all lanes over one sample, from the state rows `now` to the rows `after`; return the number of marked lanes.
 
     Rows lie at constant offsets in one flat array, and the trip count is known at run time only: so it vectorises.
     """

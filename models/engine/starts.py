@@ -90,7 +90,7 @@ def _threshold(model, o, zone):
 def _unit_response(record, dt, model, steps, o, unit, lifting, sign, enough):
     """Write the response of oscillator o to the unscaled record before uplift into unit (3, n).
 
-    Returns its peak and the number of samples written: it goes no further than the first peak that is `enough`.
+    Returns its peak and the number of samples written: it ends at the first peak that is `enough`.
 
     For an elastic block it is its zone's linear response, as if the zone had no edges; at scale factor f it is f times
     this. For a block that rests rigidly it is the running maximum of the record alone, in the row of peaks. Under a
@@ -179,7 +179,7 @@ def _unit_response(record, dt, model, steps, o, unit, lifting, sign, enough):
 
 @kernel(**BARE, fastmath={"nnan", "nsz", "reassoc"})
 def _take_in(record, highs, left, dt, start, n):
-    """Clear what is as good as nothing in a record, write what is known of each span, and return the largest magnitude.
+    """Clear negligible values in a record, write the known values of each span, and return the largest magnitude.
 
     For a span these are the largest magnitude in it and, if there is room, `left` from its first sample on. It is the
     integral of the magnitude to the end of the record (from above: of chords). Products of denormal numbers would have

@@ -195,7 +195,7 @@ def _set_calm_interval(s, lane, x):
 def whole(n):
     """Return a number of columns in whole vectors, so that the bits of a piece do not depend on its neighbours.
 
-    Further columns hold what was solved there before, or what `no_pieces` wrote.
+    Further columns contain earlier pieces, or the pieces that `no_pieces` wrote.
     """
     return (n + 7) // 8 * 8
 

@@ -46,7 +46,7 @@ class Restraint:
     preload : float
         Force of one of them at rest, N, below the strength.
     count : int
-        How many of them act side by side, with equal slack.
+        Number of them that act in parallel, with equal slack.
     height : float, optional
         Where a strap, bracket or cable is fixed to the block, m, at most the block's height.
 

@@ -1,4 +1,4 @@
-"""Walls behind a block, or on both of its sides: the gap, where the block meets them, and how it comes back."""
+"""Walls behind a block, or on both of its sides: the gap, the contact with the block, and its rebound."""
 
 from __future__ import annotations
 

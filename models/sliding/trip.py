@@ -1,4 +1,4 @@
-"""The criterion of blocks that trip: whether a sliding block meets an obstacle with the energy to turn over it."""
+"""Criterion of tripping: the energy of a sliding block at an obstacle is enough to turn over it."""
 
 from __future__ import annotations
 

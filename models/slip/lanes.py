@@ -48,7 +48,7 @@ LOOK = 32
 
 @kernel(**BARE)
 def advance(x, marks, n, a0, a1, dt):
-    """Move n lanes through a sample, and return how many may hold an event; those are marked and stay where they are.
+    """Move n lanes through a sample, and return the number that may have an event; these are marked and not moved.
 
     The speed is a quadratic, which differs from its chord by at most |c2| dt²/8 (`room`): above that no stop is
     possible. Its maximum lies where an acceleration ends. At rest all is zero, and nothing moves. Three conditions make

@@ -112,7 +112,7 @@ def extreme(x, c, order, which, sign, h):
 
 @kernel(**BARE)
 def move_along(x, c, order, most, h):
-    """Move a block along a piece of its series, and keep what it reaches on the way.
+    """Move a block along a piece of its series, and keep the extremes on the way.
 
     `most`: the maximum acceleration of the piece. An extreme is searched for only if it may be new. Its way may then
     lead beyond the last, and its rate is within the change by the acceleration during the piece.
@@ -143,7 +143,7 @@ def move_along(x, c, order, most, h):
 
 @kernel(**BARE)
 def move_straight(x, nx, ny, speed, c1, c2, left):
-    """Move a block in the direction n, in which it keeps on, to its stop or for `left`; return how long it moved.
+    """Move a block in the constant direction n, to its stop or for `left`; return the duration of the move.
 
     The arithmetic is as for sliding in one direction (`sample.move`).
     """
@@ -271,7 +271,7 @@ def follow_in_plane(x, c, start, ax, ay, bx, by, g0, g1, dt, static, kinetic):
 
 @kernel(**BARE)
 def slide_out_in_plane(x, kinetic):
-    """Let a block that slides at the end of the record come to a stop, and return how far that takes it."""
+    """Let a block that slides at the end of the record come to a stop, and return its further slip."""
     speed = math.sqrt(x[VX] * x[VX] + x[VY] * x[VY])
     if x[SLIDING] == 0.0 or not speed > 0.0:
         return 0.0

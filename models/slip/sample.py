@@ -213,7 +213,7 @@ def follow_sample(x, j, start, a0, a1, g0, g1, dt, obstacle):
 
 @kernel(**BARE)
 def slide_out(x, j):
-    """Let a block that slides at the end of the record come to a stop, and return how far that takes it."""
+    """Let a block that slides at the end of the record come to a stop, and return its further slip."""
     sign = x[SIGN + j]
     if sign == 0.0:
         return 0.0

@@ -305,7 +305,7 @@ class Building:
         Returns
         -------
         YieldingBuilding
-            Whose floors do not scale; its motions say how far the isolators move.
+            A building whose floors do not scale; its motions give the displacement of the isolators.
 
         Raises
         ------
@@ -550,7 +550,7 @@ def _ground(array: Any) -> list[Record]:
 
 
 def _refuse_vertical(found: list[Record]) -> None:
-    """Raise a ValueError for motions that shake vertically, too: what floors do to that is not modelled."""
+    """Raise a ValueError for motions with a vertical component, because its change by floors is not modelled."""
     if any(record.vertical is not None for record in found):
         raise ValueError(
             "a building answers horizontal shaking alone: its floors have no vertical motion "

@@ -1,7 +1,7 @@
 """Floor histories of a building model of another program: one set of motions for each level of shaking.
 
-They are used as they are.  A level has a set of motions, a motion the same floors and directions as all others, which
-are simultaneous.  This module knows nothing of files.
+They are used as they are. A level has a set of motions, and each motion the same floors and directions as all others,
+which are simultaneous. This module does not read files.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ APART = 1e-5
 class History(NamedTuple):
     """The absolute acceleration (time,), m/s², of one floor in one direction under one motion at one level.
 
-    `direction` is '' where there is only one; `source` names the file that it comes from.
+    `direction` is '' if there is only one; `source` names its file.
     """
 
     level: float

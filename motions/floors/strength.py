@@ -1,4 +1,4 @@
-"""Strengths of buildings where none is known: what a code's design asks for, times the overstrength of the system."""
+"""Default strengths of buildings: a code's design strength times the overstrength of the system."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ LARGEST_IMPORTANCE = 1.5
 
 
 class Strength(NamedTuple):
-    """Yield strength over weight, and in words how it follows from the code."""
+    """Yield strength over weight, and its derivation from the code in words."""
 
     coefficient: float
     text: str

@@ -1,8 +1,8 @@
 """Shear buildings that yield or are isolated: floor motions, drifts and collapse under motions of given strength.
 
-Bilinear storeys with kinematic hardening and, where wanted, P-delta.  Between yielding and unloading the building is
-linear and is integrated exactly (`kernels.yielding`).  What yields does not scale: floor motions belong to the ground
-motion that they were made of, and analyses refuse to scale them.
+Bilinear storeys with kinematic hardening and, if requested, P-delta. Between yielding and unloading the building is
+linear and is integrated exactly (`kernels.yielding`). A yielding building does not scale: floor motions belong to their
+ground motion, and analyses do not scale them.
 """
 
 from __future__ import annotations

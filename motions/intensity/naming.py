@@ -34,7 +34,7 @@ def place_of(floors: Iterable[str]) -> str:
 
 
 def place_in(long_name: str) -> str:
-    """Return the place that the long name of a measure says, '' where it says none."""
+    """Return the place in the long name of a measure, '' without one."""
     return next((place for place in (GROUND, FLOOR) if place in long_name), "")
 
 

@@ -1,4 +1,4 @@
-"""Spectral variability of an ensemble: how much its motions differ from each other in the shape of their spectra."""
+"""Spectral variability of an ensemble: differences of the spectral shapes of its motions."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def _start(omega, zeta, dt, state, last, growth, decay, end):
 
 @kernel()
 def _fill(lane, pulses, work, rows):
-    """Place the pulses of a lane, and what `_start` found of them, among the rows of all lanes."""
+    """Place the pulses of a lane, and the results of `_start` for them, among the rows of all lanes."""
     for j in range(pulses.size):
         at = WIDTH * j + lane
         rows[at + STATE] = work[0, j]

@@ -212,7 +212,7 @@ def _advance(s, n, a0, a1):
 
 @kernel(**_LANES)
 def _look(s, n, slope, room, alpha, beta, peak):
-    """Update the peaks of one quantity at the samples; return how many lanes may have a greater one inside."""
+    """Update the peaks of one quantity at the samples; return the number of lanes that may have a larger one inside."""
     count = 0
     for j in range(n):
         u0 = s[ROW_U_BEFORE * LANES + j]

@@ -91,7 +91,7 @@ def _at(terms, n, number, i, x):
 
 @kernel(**_FUSED)
 def _reach(terms, n, number, found):
-    """Fill bounds of how far each storey's series goes from its start within the piece."""
+    """Fill bounds of the distance of each storey's series from its start within the piece."""
     for i in range(n):
         found[i] = abs(terms[n + i])
     for k in range(2, number):

@@ -53,7 +53,7 @@ class AC156(Generator):
     edition : {"7-16", "7-22"}
         ASCE 7 edition.
     vertical : bool
-        Whether the vertical spectrum is matched.
+        True to match the vertical spectrum.
     duration : float
         Length of the motions, s.
     dt : float

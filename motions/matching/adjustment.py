@@ -33,7 +33,7 @@ GOOD = 0.05  # mean misfit above which another attempt is made
 FIRM = (1e-3, 1e-6)  # two regularisations of bounds: one often succeeds where the other fails
 TAPER = 0.5  # s at both ends, where a motion is not adjusted
 REACHED = ("misfit_mean", "target_met", "bounds_held")
-"""Coordinates of matched motions that tell whether they meet their target."""
+"""Coordinates of matched motions that show if they meet their target."""
 BETWEEN_SAMPLES = 0.997  # factor on upper bounds, because they also hold for peaks between samples
 
 
@@ -63,7 +63,7 @@ class Bounds(NamedTuple):
 
 
 class TargetMissed(UserWarning):
-    """Warning of matched motions whose misfit is above what is allowed, or whose PGV or PGD leave their bounds."""
+    """Warning of matched motions whose misfit is above the limit, or whose PGV or PGD leave their bounds."""
 
 
 class MatchResult(NamedTuple):

@@ -284,7 +284,7 @@ _HEADING = re.compile(
 
 
 def doubt_spectrum(file: Path, lines: Iterable[tuple[int, str]], damping: float = DAMPING) -> None:
-    """Warn of comments among numbered lines that say that a spectrum is vertical, normalised, reduced or in log10."""
+    """Warn of comments among numbered lines about a spectrum that is vertical, normalised, reduced or in log10."""
     for number, text in lines:
         if not text.lstrip().startswith("#"):
             continue

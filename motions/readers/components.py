@@ -50,7 +50,8 @@ _PEAK = re.compile(r"[-+]?(?:\d{1,9}(?:\.(?P<decimals>\d{0,9}))?|\.(?P<fraction>
 def refuse_other_peak(file: Path, acceleration: Array, stated: str | None, factor: float, channel: str = "") -> None:
     """Raise RecordError where samples (m/s²) do not reach the peak that their header states.
 
-    `stated` is that peak as it is written, of any sign, and `factor` its unit in m/s²; what is no number is no peak.
+    `stated` is that peak as it is written, of any sign, and `factor` its unit in m/s²; a text without a number is no
+    peak.
     """
     number = _PEAK.fullmatch((stated or "").strip())
     if number is None:

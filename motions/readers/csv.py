@@ -421,7 +421,7 @@ def _rounded(time: Array) -> str:
 
 
 def _written_step(lines: Lines, header: list[tuple[int, str]]) -> tuple[float | None, str]:
-    """Return the time step that the header states, s, or None, and what makes it doubtful or ''."""
+    """Return the time step that the header states, s, or None, and the reason for a warning or ''."""
     found: list[tuple[int, float]] = []
     for number, text in header:
         for pattern in (_STEP, _FREQUENCY):
@@ -442,7 +442,7 @@ def _written_step(lines: Lines, header: list[tuple[int, str]]) -> tuple[float | 
 
 
 def _steps_in_words(header: list[tuple[int, str]], n: int) -> list[float]:
-    """Return the time steps, s, that a header of n samples states in words; none where it says what changed them."""
+    """Return the time steps, s, in the words of the header of n samples; none if it mentions a change of them."""
     if any(_THINNED.search(text) or _CHANGED.search(text) for _, text in header):
         return []
     found = []

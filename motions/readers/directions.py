@@ -1,4 +1,4 @@
-"""Directions of components: what files, their headers and their names say, and vertical components among records."""
+"""Directions of components in files, headers and file names, and vertical components among records."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def said_of(motion: xr.DataArray) -> str:
 
 
 def place_of_sensor(text: str) -> str:
-    """Return the end of a direction from what a header says of a sensor's place, '' on the ground."""
+    """Return the end of a direction from a header's text on a sensor's place, '' on the ground."""
     return BOREHOLE if _BELOW.search(text) else STRUCTURE if _ABOVE.search(text) else ""
 
 
@@ -153,7 +153,7 @@ def of_file(path: Path, motion: xr.DataArray) -> tuple[bool, float, str]:
 
 
 def _named(path: Path) -> tuple[str, str, bool]:
-    """Return the direction at the end of a file's name, the name without it, and whether it is set apart."""
+    """Return the direction at the end of a file's name, the name without it, and True if it is set apart."""
     suffix, name = _KNET.fullmatch(path.suffix), _NAME.fullmatch(path.stem)
     if suffix is not None:
         return suffix["direction"], f"{path.stem}.{suffix['place']}", True
@@ -253,8 +253,8 @@ def horizontal_motions(
 ) -> list[xr.DataArray]:
     """Return motions read from files without vertical components; the first array names the omitted components.
 
-    A file that is named by itself, not by a pattern, and holds nothing else is kept. With `vertical`, vertical
-    components alone are kept. `cure`: how the caller takes vertical components on purpose.
+    A file that is named by itself, not by a pattern, and contains nothing else is kept. With `vertical`, vertical
+    components alone are kept. `cure`: instruction for the caller to take vertical components on purpose.
     """
     read = of_the_ground(read, patterns, folder)
     named = {folder / pattern for pattern in patterns}

@@ -71,7 +71,7 @@ _PACKED = {
 
 
 def refuse_packed(file: Path) -> None:
-    """Raise RecordError for a file that is compressed, or text in UTF-16: it says what the file is and what to do."""
+    """Raise RecordError for a file that is compressed, or text in UTF-16, with its kind and a remedy."""
     first = beginning(file, 64)
     wide = "UTF-16", "save it as UTF-8"
     spaced = len(first) > 8 and (not any(first[1::2]) or not any(first[::2]))  # (every other byte is 0)

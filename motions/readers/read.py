@@ -38,7 +38,7 @@ _OTHERS = {
     "CSMIP V1": (re.compile(r"\s*uncorrected accelerogram", re.IGNORECASE), "take the corrected file, V2"),
     "SMC": (re.compile(r"\s*\d\s+(?:un)?corrected accelerogram", re.IGNORECASE), "take the COSMOS file (.v2c) of it"),
 }
-"""Formats that are known and not read, by their first line, and what to do."""
+"""Known formats that are not read, by their first line, and the remedy."""
 
 
 def read(path: str | os.PathLike[str], dt: float | None = None, unit: str | float | None = None) -> xr.DataArray:

@@ -1,4 +1,4 @@
-"""Units and quantities: what a word, a heading or a sentence in a text file says of the samples that follow it."""
+"""Units and quantities in words, headings and sentences of a text file, for the samples that follow."""
 
 from __future__ import annotations
 
@@ -181,7 +181,7 @@ def in_name(name: str, line: int) -> list[Unit]:
 
 
 def told(text: str, line: int, brackets: bool = True, peak: float = math.nan) -> list[Unit]:
-    """Return the units that a line of words says the samples have; brackets count where they hold a known unit.
+    """Return the units of the samples in a line of words; brackets count if they contain a known unit.
 
     The unit of a peak does not apply to the samples, unless it is their `peak`; a number in brackets, (0.3 g), is a
     value.
@@ -212,7 +212,7 @@ def told(text: str, line: int, brackets: bool = True, peak: float = math.nan) ->
 
 
 def _of_match(match: re.Match[str], line: int) -> Unit:
-    """Return the unit of a match in its line, which may say that it is one of before."""
+    """Return the unit of a match in its line, which may mark it as the unit of an earlier state."""
     once = _ONCE.search(match.string[: match.start("unit")]) or _THEN.match(match.string, match.end("unit"))
     return unit_of(match["unit"], line)._replace(once=once is not None)
 

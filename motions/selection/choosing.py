@@ -76,7 +76,7 @@ def _draw(covariance: Array, number: int, rng: np.random.Generator) -> Array:
 
 
 def _roughness(draw: Array, sigmas: Array) -> float:
-    """Return by how much the moments of a draw are off the target's, whose means are zero."""
+    """Return the difference of the moments of a draw from the target's, whose means are zero."""
     mean, off = draw.mean(axis=0), draw - draw.mean(axis=0)
     spread = off.std(axis=0)
     size = np.where(spread > 1e-12, spread, np.inf)

@@ -1,7 +1,7 @@
 """Correlations of the residuals of ln intensity measures, by published formulas, and their repair.
 
 Each formula was fitted by itself, so that together they need not form a correlation matrix: `repaired` makes one, and
-says by how much it differs.
+returns its difference.
 """
 
 from __future__ import annotations

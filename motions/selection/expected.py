@@ -22,7 +22,7 @@ MEASURES = (
     "pgv",
     "d5_95",
 )
-"""Measures of a target where none are named: the spectrum over what acts on blocks, what topples them, and how long."""
+"""Default measures of a target: the spectrum that acts on blocks, the PGV that overturns them, and the duration."""
 
 
 def expected_target(
@@ -39,7 +39,7 @@ def expected_target(
     Parameters
     ----------
     scenarios : Scenario or a sequence of them
-        The ruptures that the hazard comes from, for instance the means of a disaggregation.
+        The ruptures of the hazard, for instance the means of a disaggregation.
     given : measure or its name
         The measure whose levels condition the others; it is added to the measures where it is not among them.
     measures : sequence of measures or their names, optional

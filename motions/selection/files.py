@@ -43,7 +43,7 @@ class TargetError(ValueError):
 def read_target(
     path: str | os.PathLike[str], given: str | Measure, *, correlations: Any = FORMULAS, statistic: str = "mean"
 ) -> Target | Mixture | Stated:
-    """Read what a hazard asks of motions from a file, whose format is detected.
+    """Read a target for motions from a file of a hazard analysis, whose format is detected.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Disaggregations: which magnitudes and distances a hazard comes from, as OpenQuake and the USGS write them."""
+"""Disaggregations: magnitudes and distances that contribute to a hazard, as OpenQuake and the USGS write them."""
 
 from __future__ import annotations
 

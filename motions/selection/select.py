@@ -1,4 +1,4 @@
-"""Selection of motions for a level of a hazard, and the report that says how well they agree with it."""
+"""Selection of motions for a level of a hazard, and the report on their agreement with it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .stated import Stated
 from .target import Conditional, Mixture, Target
 
 ALWAYS = ("pgv", "d5_95")
-"""Measures of which a selection reports, targeted or not: what blocks fall by, and for how long they are shaken."""
+"""Measures that a selection always reports, targeted or not: the cause of overturning, and the duration."""
 BIAS, LOW_RATIO, HIGH_RATIO = 0.10, 0.8, 1.25
 """Gate of a hazard-consistent set: bias of medians, ratio of standard deviations (assumed)."""
 AT_BOUND = 0.01
@@ -39,7 +39,7 @@ class InconsistentSelection(UserWarning):
 
 @dataclass(frozen=True)
 class Selection:
-    """Motions chosen for one level, and how well they agree with the target.
+    """Motions chosen for one level, and their agreement with the target.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ def select(
     weights : mapping, optional
         Weight of a measure by its label, >= 0; 1 where not named.  They are divided by their mean.
     per_event : int
-        How many motions of one event may be chosen, >= 1.
+        Maximum number of motions of one event, >= 1.
     seed : int
         The choice depends on it and on the candidates, the target and the level, and on nothing else.
 

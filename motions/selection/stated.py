@@ -26,7 +26,7 @@ class Stated:
     Parameters
     ----------
     measures : sequence of Measure
-        Spectral ordinates, and others that the correlations know.
+        Spectral ordinates, and other measures with known correlations.
     medians, sigmas : array_like, shape (level, measure)
         At each level, given that level; SI, > 0, and of the logarithms, >= 0.
     given : Measure

@@ -71,8 +71,8 @@ class Target:
         Standard deviations of the natural logarithms, > 0 and at most 3 (published values are .3 to 1.2).
     correlations : str or array_like, shape (measure, measure)
         ``"baker-jayaram+bradley"`` (default): Baker and Jayaram (2008) between spectral ordinates, Bradley (2012) with
-        the peak velocity and Bradley (2011) with the duration.  A labelled array is taken by its labels.  What does
-        not form a matrix is repaired; `correlation_change` says by how much.
+        the peak velocity and Bradley (2011) with the duration. A labelled array is taken by its labels. Values that do
+        not form a correlation matrix are repaired; `correlation_change` is the difference.
     given : measure or its name
         The measure whose levels condition the others: one of `measures`, or an `AvgSa` of periods whose Sa are among
         them.

@@ -236,7 +236,7 @@ def scale_to_model(
 
 
 def _ratios(values: Array, labels: Sequence[str], expected: xr.Dataset, model: str) -> xr.Dataset:
-    """Return the result of `over_model` for measures (measure, motion) and what the model expects of them."""
+    """Return the result of `over_model` for measures (measure, motion) and the model's expected values."""
     medians = np.concatenate([[expected["pga"], expected["pgv"]], expected["sa"].values])
     spreads = np.concatenate(
         [[expected["pga_dispersion"], expected["pgv_dispersion"]], expected["sa_dispersion"].values]

@@ -51,8 +51,8 @@ def chained(
 ) -> xr.DataArray:
     """Return the motions on top of a support under labelled motions of the ground or of floors, times a factor.
 
-    parts: samples of the result per step; level: whether they belong to the strength of the motions below; stops:
-    whether the support has stops that are modelled.
+    `parts`: samples of the result per step. `level`: True if they belong to the strength of the motions below. `stops`:
+    True if the support has stops that are modelled.
     """
     plain = records(motions)
     if any(one.axes or one.vertical is not None for one in plain):

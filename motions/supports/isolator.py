@@ -47,14 +47,14 @@ class Isolator:
         Displacement at which the platform strikes a stop, m; none if not given.
     stop_frequency : float, optional
         Natural frequency of platform and load on a stop, sqrt(k_s/m)/(2 pi), Hz, which gives the stop's stiffness; at
-        least the isolator's.  Contacts last 2 ms at least.  Whether a strike makes a block uplift depends on it: try
-        several.  If not given strikes are not modelled, and motions that reach the clearance are warned of.
+        least the isolator's. Contacts last at least 2 ms. The uplift of a block by a strike depends on it: try several.
+        If not given, strikes are not modelled, and motions that reach the clearance cause a warning.
     stop_restitution : float
         Ratio of the platform's velocities after and before a strike (0.6 is assumed).
     mass_ratio : float
         Mass of the load over the mass of load and platform; must be at most 0.1 unless `one_way` is True.
     one_way : bool
-        Whether the reaction of heavier blocks is left out all the same.
+        True to leave out the reaction of heavier blocks, too.
 
     Attributes
     ----------
@@ -125,8 +125,7 @@ class Isolator:
         mass_ratio, one_way
             As of `Support`.
         clearance, stop_frequency, stop_restitution
-            As of the class.  With stops it does not scale: whether it reaches them depends on the strength of the
-            motion.
+            As of the class. With stops it does not scale, because a strike depends on the strength of the motion.
 
         Examples
         --------

@@ -35,7 +35,7 @@ class Support:
         Mass of the load over the mass of load and support. The block's reaction on the support is left out, which is
         valid for a light block: a ratio above 0.1 (assumed) is an error unless `one_way` is True.
     one_way : bool
-        Whether the reaction of heavier blocks is left out all the same.
+        True to leave out the reaction of heavier blocks, too.
 
     Notes
     -----

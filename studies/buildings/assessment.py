@@ -539,13 +539,13 @@ def shaking_of(asked: Assessment, inventory: Inventory) -> Shaking:
 
 
 def polarity_of(inventory: Inventory) -> str:
-    """Return how motions are run by default: both ways if front and back of any piece that can fall differ."""
+    """Return the default polarity: both ways if front and back of any piece that can fall differ."""
     free = [row.block for row in inventory.rows if not row.anchored]
     return BOTH if any(block.sided or faces_an_edge(block) for block in free) else AS_RECORDED
 
 
 def tells_sides(inventory: Inventory) -> bool:
-    """Return whether front and back differ for any piece that can fall: a wall, a restraint, an offset or a lean."""
+    """Return True if front and back differ for any piece that can fall: a wall, a restraint, an offset or a lean."""
     return any({*describe_scene(row.block)} - {"bed"} for row in inventory.rows if not row.anchored)
 
 

@@ -155,7 +155,7 @@ def positions_of(weights: Array, hazard: HazardCurve) -> Array:
 
 
 def several_classes(inventory: Inventory) -> bool:
-    """Return whether the pieces that may fall are of several classes."""
+    """Return True if the pieces that may fall are of several classes."""
     return len({row.class_label for row in inventory.rows if not row.anchored}) > 1
 
 

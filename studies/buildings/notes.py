@@ -53,7 +53,7 @@ MOST_NAMED = 6
 
 
 def notes(assessment: xr.Dataset) -> list[Fact]:
-    """Return what a reader should know before relying on the numbers."""
+    """Return notes for a reader who relies on the numbers."""
     found = _anchored(assessment)
     amounts = _amounts(assessment)
     below = [(amount, _share(amount, "below")) for amount in amounts]
@@ -105,7 +105,7 @@ def _anchored(here: xr.Dataset) -> list[Fact]:
 
 
 def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) -> list[Fact]:
-    """Return what an inventory may have meant, and what a building code would need of it.
+    """Return notes on likely slips in an inventory, and on missing data of a building code.
 
     >>> import toppling as tp
     >>> from toppling.studies.inventory.contents import Contents
@@ -138,7 +138,7 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) ->
 
 
 def polarity_notes(blocks: Sequence[Block], polarity: str) -> list[Fact]:
-    """Return how motions are run where front and back of blocks that can fall differ, or with both polarities."""
+    """Return notes on the polarity of motions: if front and back of blocks that can fall differ, or for both."""
     if polarity == BOTH:
         return [Fact("motion.polarity_both")]
     sided = tuple(block.label for block in blocks if block.sided or faces_an_edge(block))
@@ -258,7 +258,7 @@ def _amounts(assessment: xr.Dataset) -> list[_Amount]:
 
 
 def _of_a_piece(assessment: xr.Dataset, name: str) -> xr.DataArray | float:
-    """Return how much a falling piece of each item adds; its median for downtimes, of which the longest counts."""
+    """Return the contribution of a falling piece of each item; the median of downtimes, of which the longest counts."""
     if name == "number":
         return 1.0
     if name == "loss":

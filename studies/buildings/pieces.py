@@ -88,7 +88,7 @@ def component_of(row: Contents, building: Building | None, safety: tuple[str, ..
 
 
 def checks_of_items(results: xr.Dataset) -> list[CodeCheck] | None:
-    """Return what the code says of every line of a study's results; None where the study names no code."""
+    """Return the code's check of every line of a study's results; None if the study names no code."""
     if "code_status" not in results:
         return None
     columns = [results[f"code_{name}"].values.tolist() for name in CodeCheck._fields]
@@ -189,7 +189,7 @@ def ranking_of(results: xr.Dataset) -> xr.Dataset:
 
 
 def squat_items(results: xr.Dataset) -> Flags:
-    """Return which lines are squat (item,): outside the model, because they bounce rather than rock."""
+    """Return True for squat lines (item,): outside the model, because they bounce rather than rock."""
     if "friction_uplift" in results:
         needs = results["friction_uplift"].values
     elif "alpha" in results.coords and results["alpha"].dims == ("item",):
@@ -207,7 +207,7 @@ def on_moving_supports(results: xr.Dataset) -> Flags:
 
 
 def _tried(here: xr.Dataset, i: int, count: int, value: float) -> tuple[KitEffect, ...]:
-    """Return what the kits that were tried on a line do; value: of all its pieces, NaN where savings are not known."""
+    """Return the effects of the kits tried on a line; `value`: of all its pieces, NaN if savings are not known."""
     if "kit_falls_saved" not in here:
         return ()
     one = here.isel(item=i)

@@ -235,7 +235,7 @@ def carriers(pieces: Sequence[Piece], moving: set[str]) -> list[Piece]:
 
 
 def harm_of(pieces: Sequence[Piece]) -> Callable[[Piece], float]:
-    """Return how much a piece contributes to the danger to people: expected injuries if known of all, else falls."""
+    """Return the contribution of a piece to the danger to people: expected injuries if known of all, else falls."""
     of = [piece for piece in pieces if piece.safety and piece.judged and not piece.held and piece.chance.value > 0.0]
     if of and all(one.injuries.value > 0.0 for one in of):
         return lambda one: one.injuries.value if one.injuries.value > 0.0 else 0.0

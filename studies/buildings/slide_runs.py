@@ -66,7 +66,7 @@ class FrictionDraws:
 def draws_of(
     inventory: Inventory, variability: Variability | None, slipping: Slipping, seed: int = 0
 ) -> PieceDraws | None:
-    """Return how pieces are drawn from variants; None where they do not differ, and none can slide over an edge."""
+    """Return the rules for drawing pieces from variants; None if they are alike and cannot slide over an edge."""
     if variability is not None or not any(map(falls_off, inventory.rows)):
         return variability
     return FrictionDraws(TOGETHER if slipping.shared else INDEPENDENT, seed=seed)
@@ -78,12 +78,12 @@ def slides(row: Contents) -> bool:
 
 
 def falls_off(row: Contents) -> bool:
-    """Return whether the pieces of a line can slide over an edge."""
+    """Return True if the pieces of a line can slide over an edge."""
     return row.block.edge is not None and slides(row)
 
 
 def faces_an_edge(block: Block) -> bool:
-    """Return whether the edges in front of a block and behind it differ, so that a motion and its reverse do."""
+    """Return True if the edges in front of a block and behind it differ, so that a motion and its reverse do."""
     return block.edge is not None and block.edge.front != block.edge.back
 
 
@@ -241,7 +241,7 @@ class SlidingRuns:
 
 
 def number_of_slides(inventory: Inventory, law: Law, variability: Variability | None, plane: bool) -> int:
-    """Return how many runs of sliding an inventory takes under each motion at each level."""
+    """Return the number of runs of sliding of an inventory under each motion at each level."""
     variants, found = COEFFICIENTS if variability is None else variability.variants, 0
     lines = [i for i, row in enumerate(inventory.rows) if slides(row)]
     for at in {support_of(inventory.rows[i]) for i in lines}:

@@ -132,7 +132,7 @@ def _weighted(flags: Flags, rows: Sequence[int], weights: Array) -> Array:
 
 
 def item_slide_notes(assessment: xr.Dataset, inventory: Inventory) -> list[Fact]:
-    """Return what limits the results on sliding of the lines that have friction and can fall."""
+    """Return the limits of the results on sliding of the lines that have friction and can fall."""
     at = [i for i, row in enumerate(inventory.rows) if row.friction is not None and not row.anchored]
     if INSTEAD not in assessment or not at:
         return []

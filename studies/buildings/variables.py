@@ -429,7 +429,7 @@ def carried_items(assessment: xr.Dataset) -> dict[int, int]:
 
 
 def levels_have_own_motions(assessment: xr.Dataset) -> bool:
-    """Return whether each level of an assessment has motions of its own."""
+    """Return True if each level of an assessment has its own motions."""
     return RECORD in assessment.coords and "level" in assessment[RECORD].dims
 
 

@@ -100,7 +100,7 @@ class Code(ABC):
 
     @abstractmethod
     def duty(self, one: Component) -> tuple[str, str]:
-        """Return whether a piece must be anchored, and the clause that says so."""
+        """Return True if a piece must be anchored, and the clause that requires it."""
 
     @abstractmethod
     def coefficient(self, one: Component) -> tuple[float, str]:

@@ -162,7 +162,7 @@ def _amount(one: Consequence, pieces: int, greatest: bool = False) -> Amount:
 
 
 def _said(kind: str, one: Consequence | None, pieces: int) -> list[str]:
-    """Return what is to be said of a cost or a downtime of several pieces that fall together."""
+    """Return the notes on a cost or a downtime of several pieces that fall together."""
     if one is None or one.dispersion == 0.0 or pieces == 1:
         return []
     spread = "dispersion" if one.distribution == LOGNORMAL else "coefficient of variation"

@@ -108,7 +108,7 @@ def compare_curves(
 
 
 def _quantities(side: Side, years: float) -> list[Quantity]:
-    """Return what is compared of curves: the chance, which decides, comes first."""
+    """Return the compared quantities of curves; the probability, which decides, is first."""
     axis = axis_of(side.results)
     scale, unit = display_unit(axis)
     stored = str(axis.attrs.get("units", DIMENSIONLESS))
@@ -224,7 +224,7 @@ def _notes(a: Side, b: Side, of_a: Curves, of_b: Curves) -> Iterator[Fact]:
 
 
 def _of_uplift(a: Side, b: Side) -> bool:
-    """Return whether medians of a side are of the second factor of its curves, and not where half overturn."""
+    """Return True if medians of a side belong to the second factor of its curves, not to their half level."""
     return any("uplift_median" in side.results for side in (a, b))
 
 

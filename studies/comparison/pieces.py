@@ -111,7 +111,7 @@ def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Fou
 
 
 def _quantities(side: Side, yearly: bool) -> list[Quantity]:
-    """Return what is compared, the pieces first."""
+    """Return the compared quantities, the pieces first."""
     money = currency_of(side.results)
     of: dict[str, Any] = {"years": YEARS}
     if not yearly:
@@ -158,7 +158,7 @@ def _line(
 
 
 def _lossy(a: Side, b: Side) -> bool:
-    """Return whether both sides have losses in the same currency."""
+    """Return True if both sides have losses in the same currency."""
     return _valued(a) and _valued(b) and a.results.attrs.get("currency") == b.results.attrs.get("currency")
 
 

@@ -277,7 +277,7 @@ def _code(pieces: Sequence[Piece], results: xr.Dataset, money: Mapping[str, obje
 
 
 def _missing(piece: Piece) -> str:
-    """Return what the check of a piece by the code lacks; '' if there is a check."""
+    """Return the missing data of the check of a piece by the code; '' if there is a check."""
     return "" if piece.code is None else piece.code.missing
 
 

@@ -233,7 +233,7 @@ def laws_of_answer(results: xr.Dataset) -> list[int]:
 
 
 def resonant_laws(results: xr.Dataset, at: list[int]) -> list[int]:
-    """Return which of some laws have an elastic mode inside the band of motions."""
+    """Return the laws, of some, with an elastic mode inside the band of motions."""
     if "outside" not in results or not at:
         return []
     runs = results["outside"].sel(reason=ELASTIC_MODE.name).isel(model=at)
@@ -465,6 +465,6 @@ def _at_worst(shares: xr.DataArray) -> tuple[int, ...]:
 
 
 def _of_all(results: xr.Dataset, which: NDArray[np.bool_]) -> dict[str, int]:
-    """Return how many of all pieces some blocks or lines are: a line of an inventory counts all of its pieces."""
+    """Return the number of pieces in some blocks or lines, and in all; a line counts all of its pieces."""
     counts = results["count"].values if "item" in results.dims else np.ones(which.size, np.int64)
     return {"number": int(counts[which].sum()), "pieces": int(counts.sum())}

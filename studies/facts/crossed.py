@@ -55,7 +55,7 @@ def levels_of(results: xr.Dataset) -> Array:
 
 
 def crossing(one: Array, other: Array, levels: Array) -> Crossing | None:
-    """Return where a curve (level,) is higher and where it is lower than another by `APART`; None unless both."""
+    """Return the levels at which a curve (level,) is higher and lower than another by `APART`; None unless both."""
     with np.errstate(invalid="ignore"):
         higher, lower = one - other > APART, other - one > APART
     if not higher.any() or not lower.any():

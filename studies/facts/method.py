@@ -44,7 +44,7 @@ def lifted(study: Mapping[str, object]) -> bool:
 
 
 def by_histories(study: Mapping[str, Any]) -> bool:
-    """Return whether the floors move by histories with levels of their own, or by others that are scaled."""
+    """Return True if the floors move by histories with levels of their own, or by others that are scaled."""
     motions = study.get("motions")
     return isinstance(motions, dict) and ("floors_index" in motions or bool(motions.get("elastic")))
 
@@ -126,7 +126,7 @@ def method_of(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def _one_way(results: xr.Dataset) -> bool:
-    """Return whether the curves are of falls to one side."""
+    """Return True if the curves are of falls to one side."""
     return str(results.attrs.get("state")) in {state_name(state) for state in DIRECTIONS}
 
 

@@ -96,7 +96,7 @@ def say(fact: Fact, register: str) -> str:
 
 
 def remedy(fact: Fact, register: str) -> str:
-    """Return what to do about a fact; empty if there is nothing to do."""
+    """Return the remedy for a fact; empty if nothing is needed."""
     return sentences.sentence(fact.remedy, fact, _modules(register)) if fact.remedy else ""
 
 

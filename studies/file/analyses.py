@@ -221,7 +221,7 @@ class IdaTable(Table):
 
 
 class EventsTable(Table):
-    """Events in each of which a sample of the region is run, so that it is known how much of it falls at once.
+    """Events in each of which a sample of the region is run, to find the share that falls at once.
 
     levels: Levels of the measure that the events have.
     motions: Events at each level, of a generator.
@@ -249,7 +249,7 @@ class NumberTable(Table):
 
 
 class ChanceTable(Table):
-    """A probability of overturning that is to be known: at which level, and how well.
+    """A required probability of overturning: its level and its precision.
 
     level: Its level.
     unit: Unit of the level.
@@ -315,7 +315,7 @@ class UntilTable(Table):
 
 
 class StripeTable(OwnTarget):
-    """One stripe: its level, and what its motions have that [motions] has not.
+    """One stripe: its level, and the options in which its motions differ from [motions].
 
     level: Level of the measure.
     motions: Keys of [motions] that are others at this level.
@@ -331,7 +331,7 @@ class StripesTable(Table):
     im: Intensity measure: by name, or with its period in s, as Sa(1.0).
     im_at: Where the motions of a building are measured.
     unit: Unit of the levels.
-    scale: Whether motions are scaled to their level, or taken as they are because they were chosen for it.
+    scale: True to scale motions to their level; false to take them as they are, because they were chosen for it.
     select: Selection of the motions of each stripe.
     at: The stripes, with increasing levels.
     """
@@ -373,7 +373,7 @@ class CloudTable(Table):
 
 
 class ScreenTable(Table):
-    """Validity screen: how many flags are tested.
+    """Validity screen: number of flags tested.
 
     undecided: Share of the motions run again, up to four times, under perturbations of a millionth; none with a
         `fit.state` other than a fall.
@@ -383,13 +383,13 @@ class ScreenTable(Table):
 
 
 class FrictionTable(Table):
-    """Friction between pieces and floor: for the screen, and for what slides and how far.
+    """Friction between pieces and floor: for the screen, and for sliding pieces and their slips.
 
     kinetic_ratio: Kinetic over static friction.
     slips_m: Slips whose probabilities are wanted; the defaults are assumed: a piece touches a neighbour, tears its
         service line, blocks an aisle.
-    shared: Whether the pieces of a line of an inventory share one coefficient of friction; with
-        [performance.variability] its `pieces` says it.
+    shared: True if the pieces of a line of an inventory share one coefficient of friction; with
+        [performance.variability] its `pieces` decides.
     """
 
     static: Annotated[Static | None, KeyInfo("that of contact")] = None
@@ -484,19 +484,19 @@ class PerformanceTable(Table):
     inventory: CSV or XLSX of the pieces and their places, relative to the study file.
     im: Intensity measure of the ground motion: by name, or with its period in s, as Sa(1.0).
     levels: Its levels; with `motions.floors_index` the levels of the index.
-    polarity: Whether motions are run both ways (ü and −ü), as two outcomes of one earthquake.
-    variability: How pieces of one line differ.
-    objective: What anchoring saves: loss, number, any, or a consequence in the inventory.
+    polarity: Polarity of the motions: as recorded, or both ways (ü and −ü), as two outcomes of one earthquake.
+    variability: Differences between pieces of one line.
+    objective: Quantity that anchoring saves: loss, number, any, or a consequence in the inventory.
     at_level: Level of the table and the ranking without a hazard.
     safety: Consequences in the inventory that rank before money.
     sort: Order of the pieces in their table.
-    discount_rate: Discount rate of what anchoring saves in later years; 0: no discounting.
+    discount_rate: Discount rate of savings of anchoring in later years; 0: no discounting.
     consequence_correlation: Correlation of the normal scores of cost, downtime and injuries of one piece, where
         the inventory gives distributions.
     code: A building code.
     budget: Money for anchoring: the best set for it is chosen, of kits where given.
     kits: Restraints that are tried on every piece that they fit and that is not anchored for good.
-    target: What the cheapest set of kits is to achieve, in a year or at the level of the table.
+    target: Target of the cheapest set of kits, per year or at the level of the table.
     """
 
     inventory: Annotated[str, RelativePath()]
@@ -537,13 +537,13 @@ class FitTable(Table):
     """Fit of curves to the runs.
 
     form: Shape of the curves; all but isotonic rise to 1, as falls to one side need not.
-    method: What they are fitted to: the runs at each level, or each motion's first overturning, which closer
-        levels find earlier.
+    method: Data of the fit: the runs at each level, or each motion's first overturning, which closer levels find
+        earlier.
     intervals: Kind of intervals; the bootstrap draws motions.
     fractiles: Probabilities whose levels are wanted.
     penalty: Penalised likelihood: never, of separated data, or always.
-    state: What counts: overturned, front (a fall away from the wall, into the room) or back, uplifted, or |θ|/α
-        above a number.
+    state: Damage state: overturned, front (a fall away from the wall, into the room) or back, uplifted, or |θ|/α above
+        a number.
     """
 
     form: Annotated[str, one_of(FORMS), KeyInfo("`lognormal`; `isotonic` where `state` is `front` or `back`")] = (
@@ -564,7 +564,7 @@ class FitTable(Table):
     @field_validator("state", mode="before")
     @classmethod
     def _named(cls, state: Any) -> Any:
-        """Refuse what is neither a state's word nor a number that |θ|/α exceeds, in one sentence for both."""
+        """Raise an error for a value that is neither a state's word nor a number that |θ|/α exceeds."""
         if isinstance(state, str):
             return checked(state, STATES)
         plain = isinstance(state, int | float) and not isinstance(state, bool)

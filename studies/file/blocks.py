@@ -29,9 +29,9 @@ MAKERS: dict[str, Any] = {kind: getattr(Restraint, kind) for kind in KINDS}
 
 
 class RestraintTable(Derived):
-    """A restraint: what it is, where it acts, and when it breaks.
+    """A restraint: its kind, its place, and its strength.
 
-    kind: What it is; straps and cables act to the front only.
+    kind: Kind of restraint; straps and cables act to the front only.
     cost: Cost of fixing one piece of an inventory with it.
     target: Probability of falling, in `hazard.years` or at the one level, that the strength must reach. The strength is
         searched from an eighth to 32 times `strength_n`, within 5 %. For fragility studies on one floor at levels that

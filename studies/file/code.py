@@ -12,7 +12,7 @@ from .derived import Derived, choice, derived
 
 
 class CodeTable(Derived):
-    """A building code: which pieces it requires to be anchored, for which force, and whether anchors are enough.
+    """A building code: the pieces that it requires to be anchored, their design forces, and a check of the anchors.
 
     standard: The code: ASCE/SEI 7-22, chapter 13, or EN 1998-1, 4.3.5.
     """

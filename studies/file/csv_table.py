@@ -161,7 +161,7 @@ class CsvTable:
                 yield reader.line_num, cells
 
     def _sheet(self, name: str) -> tuple[list[tuple[int, list[str]]], list[str]]:
-        """Return the number and the cells of each row of a workbook's sheet that is not empty, and what is odd."""
+        """Return the number and the cells of each nonempty row of a workbook's sheet, and notes on unusual parts."""
         content = self._content()
         try:
             rows, odd = sheet_rows(content, name, self.kind.most_bytes, self.kind.most_rows)
@@ -216,7 +216,7 @@ class CsvLine:
         raise self.table.kind.error(f"{self.table.at(self.number)}{of}: {what}")
 
     def made(self, table: type[Made], make: Callable[[Made], Value]) -> Value:
-        """Return what is made of the table whose keys are columns; an error names the cell that it is about."""
+        """Return the object made of the table whose keys are columns; an error names its cell."""
         values = self._values(table)
         try:
             return make(table.model_validate(values))
@@ -230,7 +230,7 @@ class CsvLine:
         return self.refuse(column, what)
 
     def _column_of(self, said: str, given: Iterable[str]) -> tuple[str, str]:
-        """Return the column that a sentence begins with, or the first given one of what it names, and the rest."""
+        """Return the column at the start of a sentence, or the first given of several named columns, and the rest."""
         word, _, what = said.partition(" ")
         known = (*self.table.columns, *self.table.kind.columns)
         column = next((key for key in known if word.rstrip(":") in (key, bare(key))), "")
@@ -262,7 +262,7 @@ class CsvLine:
         return str(cell)
 
     def name_in(self, column: str) -> str:
-        """Return the name of what a line describes, which is no line of totals."""
+        """Return the name of the object of a line, which is no line of totals."""
         name = self.text(column)
         if _TOTAL.fullmatch(name):
             self.refuse(column, f"must be a piece, got {shown(name)}: leave totals out")

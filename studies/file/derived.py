@@ -34,7 +34,7 @@ def key_of(name: str, parameter: Parameter | None) -> str:
 
 
 class Derived(Table):
-    """A table whose keys are the parameters of what it makes."""
+    """A table whose keys are the parameters of the object that it makes."""
 
     makes: ClassVar[Callable[..., Any]]
     si_factors: ClassVar[dict[str, tuple[str, float]]]
@@ -45,7 +45,7 @@ class Derived(Table):
         return in_si(self, self.si_factors)
 
     def build(self) -> Any:
-        """Make what the table describes; ValueError where values do not go together."""
+        """Make the object that the table describes; ValueError if values do not go together."""
         return type(self).makes(**self.options())
 
 
@@ -111,7 +111,7 @@ def in_si(table: Table, factors: Mapping[str, tuple[str, float]]) -> dict[str, A
 
 
 def _made(value: Any, factor: float) -> Any:
-    """Return the value of a key in SI, or what its table, or each of its tables by name, describes."""
+    """Return the value of a key in SI, or the object that its table, or each of its tables by name, describes."""
     if isinstance(value, Derived):
         return value.build()
     if isinstance(value, dict):
@@ -170,7 +170,7 @@ def _field(about: Declared, given: Any) -> tuple[Any, Any]:
 
 
 def _plain(value: float) -> float:
-    """Return a number of a file's unit without what the conversion from SI adds behind its digits."""
+    """Return a number of a file's unit without the digits added by the conversion from SI."""
     return float(f"{value:.12g}")
 
 

@@ -1,4 +1,4 @@
-"""The tables of a study file behind annual rates: hazard, the questions asked with it, and what weighs alternatives."""
+"""The tables of a study file for annual rates: hazard, its questions, and weights of alternatives."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class HazardTable(Table):
     below: Shaking below the curve's lowest level: extended with its slope, or none.
     above: Shaking above the highest level: extended with its slope, held there, or none.
     years: Time of the probabilities.
-    probability: Target in that time: which size meets it?
+    probability: Target in that time, for the size of the blocks.
     along: Size of the blocks that must meet the target.
     """
 
@@ -69,8 +69,8 @@ class HazardFileTable(HazardTable):
     """Hazard curve of a file.
 
     file: CSV or JSON of a hazard curve, relative to the study file.
-    site: Which site of the file: number, name, [lon, lat].
-    component: Which curve of a USGS response.
+    site: Site of the file: number, name, [lon, lat].
+    component: Curve of a USGS response.
     unit: Unit of the levels, where the file states none.
     """
 
@@ -221,7 +221,7 @@ Named = Annotated[str, Field(min_length=1, max_length=200, description="Its name
 class BranchTable(Table):
     """Alternatives of one kind, with their weights.
 
-    of: What they are alternatives of; without models, the reference law counts.
+    of: Kind of the alternatives; without models, the reference law counts.
     names: Labels or short names of laws; `motions` or names of `motion_sets`; `hazard` or names of `hazards`.
     weights: Their weights, which sum to 1.
     """

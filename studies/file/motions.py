@@ -90,7 +90,7 @@ class MotionsTable(Derived):
         """The motions, from number `first` of a generator; ValueError for a wrong parameter or without a record."""
 
     def made_by(self, folder: Path) -> shaking.Generator | None:
-        """Return the generator or pulse of the motions; None of what is read."""
+        """Return the generator or pulse of the motions; None for motions that are read."""
         return None
 
     def refuse_moving(self, folder: Path, im: str) -> None:
@@ -177,8 +177,8 @@ class SimulatedMotions(MotionsTable):
 class ScenarioMotions(SimulatedMotions):
     """Motions of a generator that knows the earthquake and the site.
 
-    match_gmm: Whether each motion is scaled to a PGV drawn from the ground-motion model of Boore et al. (2014):
-        its median, event and record terms.
+    match_gmm: True to scale each motion to a PGV drawn from the ground-motion model of Boore et al. (2014): its median,
+        event and record terms.
     """
 
     match_gmm: Annotated[bool | None, KeyInfo(False)] = None
@@ -321,7 +321,7 @@ class IndexedFloorMotions(MotionsTable):
 
     floors_index: CSV that names the floor histories of an own building model by level, motion, floor and
         direction; of a performance study.
-    component: `pair`: both directions shake; else the inventory says which direction shakes a piece.
+    component: `pair`: both directions act; else the inventory gives the direction that acts on a piece.
     """
 
     source = "floors_index"
@@ -399,7 +399,7 @@ TABLES: dict[str, type[MotionsTable]] = {
     },
     **{f"{table.source}=": table for table in (RecordMotions, FloorMotions, IndexedFloorMotions)},
 }
-"""The tables by what chooses them."""
+"""The tables by their key or word."""
 if TYPE_CHECKING:
     Motions = MotionsTable
 else:
@@ -419,7 +419,7 @@ def _reader() -> TypeAdapter[Any]:
 
 @contextmanager
 def _named(what: str) -> Iterator[None]:
-    """Put what an error is about in front of it."""
+    """Put the subject of an error in front of it."""
     try:
         yield
     except RecordError:

@@ -1,4 +1,4 @@
-"""Validation errors of a study file as one sentence in a user's words: the key, the value and what is allowed."""
+"""Validation errors of a study file as one sentence in a user's words: the key, the value and the allowed values."""
 
 from __future__ import annotations
 
@@ -201,7 +201,7 @@ def _bounds(field: FieldInfo) -> str:
 
 
 def _limits(annotation: Any) -> Iterator[Any]:
-    """Yield what annotates the numbers of a type: those that may be left out, of lists, or one of several types."""
+    """Yield the annotations of the numbers of a type: optional numbers, numbers in lists, or one of several types."""
     for part in get_args(annotation):
         if isinstance(part, FieldInfo):
             yield from part.metadata

@@ -85,7 +85,7 @@ class MotionSet(NamedTuple):
 
 
 LOOKED_AT = 64
-"""Motions of a generator that are made before an adaptive or a pooled analysis runs, for what is odd about them."""
+"""Number of motions of a generator that are made before an adaptive or a pooled analysis runs, to check them."""
 
 
 class StudyFile(Table):
@@ -105,22 +105,22 @@ class StudyFile(Table):
     supports: Benches and platforms that lines of an inventory name.
     ida: Every motion at every level.
     until: Precision at which adaptive levels stop.
-    events: How much of a region falls in one event, from a sample of it.
+    events: Share of a region that falls in one event, from a sample of it.
     stripes: Motions that differ from level to level.
     cloud: Every motion once, as it is.
     screen: The validity screen.
-    friction: What keeps blocks from sliding.
-    report: What the cover of the report says.
+    friction: Friction between blocks and floor.
+    report: Texts of the cover of the report.
     accept: Kinds of input warnings to accept: slips of units, offsets, drifts.
     outputs: Results kept of every run; `overturned` alone is fastest. Outputs of walls and restraints need such
         blocks, `airborne` needs `motions.vertical`, `axis` needs both components.
-    fit: How curves are fitted.
-    measures: Which measure serves best.
-    uncertainty: What is not known of blocks and laws.
-    sensitivity: How results depend on delta or e.
+    fit: Fit of curves.
+    measures: Ranking of intensity measures.
+    uncertainty: Uncertain properties of blocks and laws.
+    sensitivity: Dependence of results on delta or e.
     performance: An inventory, shaken jointly.
-    hazard: How often the ground shakes, for what a year brings.
-    branches: Weights of what is not known, one table for each kind.
+    hazard: Annual rates of ground motions, for annual results.
+    branches: Weights of uncertain choices, one table for each kind.
     motion_sets: Other motions, for branches of motions.
     hazards: Other hazard curves, for branches of the hazard.
     """
@@ -328,7 +328,7 @@ class StudyFile(Table):
         return self._in_buildings(*self._ground(motions, folder), level)
 
     def _ground(self, motions: MotionsTable, folder: Path) -> tuple[list[xr.DataArray], Reading]:
-        """Return the motions of a table as they are made or read, and what is to be said of them."""
+        """Return the motions of a table as they are made or read, and notes on them."""
         refuse_samples(motions.samples(folder) * (1 + sum(self._floor_counts())), "motions on all floors")
         motions.refuse_moving(folder, (self.performance or self.analysis).im)
         ground = motions.build(folder)
@@ -415,7 +415,7 @@ class StudyFile(Table):
     def _in_waves(self, folder: Path, both: bool) -> Waves:
         """Return the design of adaptive levels or of a pooled surface, without the hazard of its rates.
 
-        A generator makes its first motions now, for what is odd about them, and the others during the runs.
+        A generator makes its first motions now, to check them, and the others during the runs.
         """
         motions, asked = self.motions, self.until or UntilTable()
         plain = (

@@ -49,7 +49,7 @@ class SelectTable(Table):
     target: CSV `measure,unit,median,sigma` (of the logarithm) of the earthquake, not of the level, with
         `rupture,weight` in front for several earthquakes. Or OpenQuake's conditional spectra, which are of their own
         levels. Relative to the study file.
-    statistic: Which curve of OpenQuake's file, or column of disaggregation.
+    statistic: Curve of OpenQuake's file, or column of disaggregation.
     correlations: CSV of correlations: a square table with the measures as heading and first column (a number is
         a period of Sa).
     disaggregation: Instead of a target: OpenQuake's `Mag_Dist` CSV or the USGS' JSON, whose magnitudes and
@@ -61,8 +61,8 @@ class SelectTable(Table):
     factor: Minimum and maximum factor of a motion.
     weights: Weights of measures in the choice.
     seed: Seed of the choice.
-    outside: True to leave out a stripe if the median of any measure is off by more than 10 %, or its scatter is outside
-        0.8 to 1.25 of the target's.
+    outside: True to leave out a stripe if the median of any measure is off by over 10 %, or its scatter outside 0.8 to
+        1.25 of the target's.
     also: Further candidates, each table as [motions]: one simulated earthquake alone is too uniform.
     """
 
@@ -138,7 +138,7 @@ class SelectTable(Table):
     def chosen(
         self, candidates: shaking.Candidates, stripe: OwnTarget, levels: Levels, level: float, folder: Path
     ) -> tuple[shaking.Selection, list[Doubt]]:
-        """Return the selection for a stripe at a level (SI), and what is to be said of it; ValueError as `select`."""
+        """Return the selection for a stripe at a level (SI), and notes on it; ValueError as `select`."""
         target, said = self._target(stripe, levels, level, folder)
         low, high = self.factor or (0.25, 4.0)
         with warnings.catch_warnings():
@@ -209,7 +209,7 @@ class Levels(NamedTuple):
 
 
 class Stripe(NamedTuple):
-    """A stripe with its selection: the level (SI), the chosen ground motions, and how well they agree."""
+    """A stripe with its selection: the level (SI), the chosen ground motions, and their agreement."""
 
     level: float
     ground: list[xr.DataArray]

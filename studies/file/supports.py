@@ -16,7 +16,7 @@ from .derived import Derived, choice, derived
 class SupportTable(Derived):
     """Support of the blocks: a bench, or an isolated platform.
 
-    kind: A bench (or table, rack), or how a platform is isolated.
+    kind: A bench (or table, rack), or the type of isolation of a platform.
     """
 
     kind: str

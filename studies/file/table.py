@@ -100,7 +100,7 @@ def nearest_key(name: str, keys: Iterable[str]) -> str | None:
 
 
 def meant(name: str, keys: Sequence[str]) -> str:
-    """Return the question for another key that may be meant, with what its unit does to the numbers; '' without one.
+    """Return the question for another key that may be meant, with its unit's effect on the numbers; '' without one.
 
     >>> meant("width_mm", ["width_m"]), meant("Width (m)", ["width_m"]), meant("colour", ["width_m"])
     ("did you mean 'width_m'? Then divide by 1000", "did you mean 'width_m'?", '')
@@ -206,7 +206,7 @@ class Table(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
     alternative: ClassVar[tuple[Any, str] | None] = None
-    """Of a table that is one of several: what chooses it, and by which tag."""
+    """Choice of a table that is one of several: its key, and its tag."""
 
     def given(self, key: str) -> Any:
         """Return the value of a key; None where it is not given, or belongs to another of several tables."""
@@ -217,7 +217,7 @@ _KEY = re.compile(r"^(\w+): (.+(?:\n    .+)*)", re.MULTILINE)
 
 
 def sentences_of(table: type[Table]) -> dict[str, str]:
-    """Return what the docstrings of a table and its bases say of its keys, a line ``key: sentence`` each."""
+    """Return the docstrings' sentences on the keys of a table and its bases, a line ``key: sentence`` each."""
     docs = [inspect.cleandoc(kind.__doc__ or "") for kind in reversed(table.__mro__) if issubclass(kind, Table)]
     return {key: " ".join(text.split()) for doc in docs for key, text in _KEY.findall(doc)}
 

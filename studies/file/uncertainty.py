@@ -1,4 +1,4 @@
-"""Tables of a study file for what is not known: uncertain inputs and their indices, and values of delta or e to try."""
+"""Tables of a study file for uncertainty: uncertain inputs and their indices, and values of delta or e to try."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class InputTable(Table):
         return type(self).makes(**self._scaled(factor))
 
     def _scaled(self, factor: float) -> dict[str, Any]:
-        """Return what is given of the distribution, in SI."""
+        """Return the given values of the distribution, in SI."""
         given = self.model_dump(exclude={"distribution"}, exclude_none=True)
         in_unit = [key for key, field in type(self).model_fields.items() if OF_INPUT in field.metadata]
         return {key: _times(value, factor) if key in in_unit else value for key, value in given.items()}
@@ -133,7 +133,7 @@ class LeastTable(InputTable):
 class ChoiceTable(InputTable):
     """A choice among laws.
 
-    values: What is chosen from: laws.
+    values: Laws to choose from.
     weights: Weights of the laws.
     """
 
@@ -242,9 +242,9 @@ class Sweep(NamedTuple):
 class SensitivityTable(Table):
     """Dependence of results on delta or e.
 
-    parameter: What is varied; the laws must not give it, nor `restitution_factor` over e.
+    parameter: Varied parameter; the laws must not give it, nor `restitution_factor` over e.
     values: Its values, increasing.
-    reference: What values are held against: rigid (Housner's impact), own (the block's e_R), or a value.
+    reference: Reference of the values: rigid (Housner's impact), own (the block's e_R), or a value.
     inputs: Inputs of the tornado and of Sobol' indices, the parameter among them.
     """
 

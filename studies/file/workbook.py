@@ -106,7 +106,7 @@ class Numeric(str):
 def sheet_rows(
     content: bytes, sheet: str, most_bytes: int, most_rows: int
 ) -> tuple[list[tuple[int, list[str]]], list[str]]:
-    """Return the rows of a sheet that are neither empty nor comments, and sentences on what a person sees otherwise.
+    """Return the rows of a sheet that are neither empty nor comments, and sentences on differences from its display.
 
     The sheet has the name `sheet`, in any case; without such a sheet, the first sheet that is not hidden is read. A
     table has at most `most_bytes`; a workbook may be UNPACKED times as large once it is unpacked. Reading ends after

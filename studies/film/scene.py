@@ -308,7 +308,7 @@ class Scene:
         return next((wall for wall in self._walls if wall.side * theta > 0.5 * wall.rotation), None)
 
     def _hold_text(self, i: int) -> str:
-        """Return what the restraint does in frame `i`; '' where there is none."""
+        """Return the state of the restraint in frame `i`; '' without a restraint."""
         if not self._straps:
             return ""
         restraint = self._straps[0].restraint
@@ -360,7 +360,7 @@ def _heading(response: xr.Dataset, block: Block) -> str:
 
 
 def _around(block: Block) -> list[str]:
-    """Return what makes a block other than symmetric and freestanding, in short words."""
+    """Return the features that make a block asymmetric or not freestanding, in short words."""
     found = []
     if block.cm_offset:
         found.append(f"mass {1000.0 * block.cm_offset:+.3g} mm")

@@ -87,5 +87,5 @@ class Kit:
         return replace(row, block=self.held(free, row.anchor_height), kit=self.name)
 
     def fits(self, row: Contents) -> bool:
-        """Return whether the pieces of a line can get the kit: not fixed for good, nor by it already, and it fits."""
+        """Return True if the pieces of a line can get the kit: not fixed for good, nor by it already, and it fits."""
         return not row.anchored and row.kit != self.name and not self.misfit(row.block, row.anchor_height)

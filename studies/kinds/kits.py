@@ -121,7 +121,7 @@ def scenes_of(inventory: Inventory, kits: Sequence[Kit]) -> list[Block]:
 
 
 def kit_notes(inventory: Inventory, kits: Sequence[Kit]) -> list[Fact]:
-    """Return which kits do not fit which lines, and which have no cost."""
+    """Return facts on kits that do not fit some lines, and on kits without a cost."""
     priced = any(kit.cost is not None for kit in kits)
     found = [Fact("kit.no_cost", names=(kit.name,)) for kit in kits if kit.cost is None and priced]
     for kit in kits:

@@ -51,7 +51,7 @@ def arrays_of(motions: Motions) -> Sequence[xr.DataArray]:
 
 
 def reading_of(motions: Motions, generator: Generator | None, building: Building | None) -> Reading:
-    """Return what was read of motions, with what is doubted of them and of the building's motion under them."""
+    """Return the reading of motions, with the input warnings on them and on the building's motion under them."""
     arrays = arrays_of(motions)
     found = Reading.of(arrays, generator)
     if building is None:

@@ -753,7 +753,7 @@ def _of_levels(
 
 
 def _polarity_of(inventory: Inventory, kits: Sequence[Kit]) -> str:
-    """Return how motions are run where the file does not say it: as `assess` does, of pieces with kits, too."""
+    """Return the default polarity of motions: as `assess` does, including pieces with kits."""
     held = any(kit.on(row).block.sided for kit in kits for row in inventory.rows if kit.fits(row))
     return BOTH if held else polarity_of(inventory)
 

@@ -161,7 +161,7 @@ class PooledStudy(BlockStudy):
         )
 
     def _events(self, client: Runner, progress: Progress | None) -> xr.Dataset:
-        """Return how much of the region falls in one event, on axes of its own."""
+        """Return the share of the region that falls in one event, on its own axes."""
         falls = self.design.falls(self.region, self.models, client, progress)
         kept = falls.drop_vars([name for name in falls.coords if name not in {*falls.dims} - {"model"}])
         renamed = kept.rename({name: f"event_{name}" for name in ("level", "motion", "quantile")})

@@ -169,7 +169,7 @@ def _falls(
 
 
 def _ruptures(with_it: xr.Dataset, level: float | None, hazard: HazardCurve | None) -> dict[str, Array]:
-    """Return how often a kit breaks (value and ends, model, line): in a year and in the design shaking, or at a level.
+    """Return the frequency of a kit's ruptures (value and ends, model, line): per year and at a level.
 
     All values are in the results with the kit.
     """
@@ -187,7 +187,7 @@ def _ruptures(with_it: xr.Dataset, level: float | None, hazard: HazardCurve | No
 
 
 def _share(saved: Array, before: Array, precision: Precision) -> Array:
-    """Return what is saved over what there was (value and ends, …), of values (…, motion) resampled together."""
+    """Return the saved share of an amount (value and ends, …), of values (…, motion) resampled together."""
     confidence = precision.confidence
     draws = precision.replicates, precision.seed, in_memory, precision.strata
     with np.errstate(divide="ignore", invalid="ignore"):

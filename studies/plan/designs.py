@@ -157,7 +157,7 @@ class Design(ABC):
         return found.assign_coords(self._below())
 
     def _below(self) -> dict[str, xr.Variable]:
-        """Return how buildings and supports answered each motion, as coordinates of the runs; none where they scale."""
+        """Return the response of buildings and supports to each motion, as coordinates of the runs; none if scaling."""
         return {}
 
     @abstractmethod
@@ -393,7 +393,7 @@ class Pooled(Waves):
     def falls(
         self, blocks: BlockArray, models: Sequence[Law], client: Client | Runner | None, progress: Progress | None
     ) -> xr.Dataset:
-        """Return how much of the region falls in one event (`toppling.fragility.joint_falls`), under other motions."""
+        """Return the share of the region that falls in one event (`fragility.joint_falls`), under other motions."""
         assert self.events is not None
         motions: Any = list(self.motions)
         if self.generator is not None:
@@ -469,7 +469,7 @@ BELOW: dict[str, tuple[str, float]] = {
 
 
 def answers_below(arrays: Sequence[xr.DataArray]) -> dict[str, xr.Variable]:
-    """Return how buildings and supports answered, on all motions of the arrays, floor by floor."""
+    """Return the response of buildings and supports to all motions of the arrays, floor by floor."""
     found = {}
     for name, (called, none) in BELOW.items():
         attributes = next((array[name].attrs for array in arrays if name in array.coords), None)

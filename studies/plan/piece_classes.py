@@ -88,5 +88,5 @@ def with_class(given: Any) -> Any:
 
 
 def class_notes(name: str | None) -> list[Fact]:
-    """Return what is known of a class; nothing where no class is named."""
+    """Return the facts on a class; nothing without a class."""
     return [] if name is None else [Fact("validity.tests", names=(name,), more=piece_classes()[name]._asdict())]

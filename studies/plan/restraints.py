@@ -35,7 +35,7 @@ TARGET, NEEDED, TRIED, CHANCE = "target_chance", "needed_strength", "tried_stren
 
 
 def any_held(blocks: Sequence[Block]) -> bool:
-    """Return whether a restraint holds any of some blocks."""
+    """Return True if a restraint holds any of some blocks."""
     return any(block.restraint is not None for block in blocks)
 
 

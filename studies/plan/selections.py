@@ -76,7 +76,7 @@ def _shared(motions: Sequence[Sequence[xr.DataArray]]) -> list[float]:
 
 
 def selection_notes(found: xr.Dataset) -> list[Fact]:
-    """Return what is to be said of a study's selections: how well they agree, and what was not asked of them."""
+    """Return notes on a study's selections: their agreement, and properties that were not required."""
     given = str(found[STRIPE].attrs["long_name"])
     n = found.sizes[STRIPE]
     said = [Fact("selection.agreement", int(found[PREFIX + "consistent"].sum()), names=(given,), more={"stripes": n})]

@@ -307,14 +307,14 @@ def near_uplift(friction: Friction, blocks: Sequence[Block], plane: bool) -> Arr
 
 
 def of_near(plane: bool) -> str:
-    """Return what `near_uplift` is, for a long name."""
+    """Return the description of `near_uplift`, for a long name."""
     return "chance of a friction between b/h and 1.3 b/h" + (", along the width or the depth" if plane else "")
 
 
 def slide_notes(
     found: xr.Dataset, blocks: Sequence[Block], motions: Sequence[str] = (), plane: bool = False
 ) -> list[Fact]:
-    """Return what limits the results on sliding."""
+    """Return the limits of the results on sliding."""
     on = np.isin(np.arange(len(motions)), found.attrs.get(SLIDES_ON, []))
     said = doubted(doubt.sentence for doubt in end_doubts(on, motions))
     if TRIP in found:

@@ -337,7 +337,7 @@ def _rail(ax: Axes, laws: list[selection.DrawnLaw], rows: list[Array], at: int, 
 
 
 def _reading_notes(results: xr.Dataset, floors: int, cases: int, every: int, at: int) -> list[str]:
-    """Return what the caption must say: what a reader must know to read the panels."""
+    """Return the caption's notes for reading the panels."""
     motions = number_of_motions(results) // floors
     confidence = percent(float(results.attrs.get("confidence", 0.95)))
     notes = [selection.motions(results, floors)]

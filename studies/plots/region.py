@@ -109,7 +109,7 @@ def _map(results: xr.Dataset, name: str, title: str, words: str, scale: float) -
 
 
 def _is_line(slender: Array, size: Array) -> bool:
-    """Return whether blocks lie on a line, which has no area to colour."""
+    """Return True if blocks lie on a line, which has no area to colour."""
     if slender.size < 3:
         return True
     for both in (np.stack([np.log(slender), np.log(size)]), np.stack([slender, size])):

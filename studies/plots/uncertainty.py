@@ -211,7 +211,7 @@ def indices(
 
 
 def _reach(here: xr.Dataset, name: str) -> tuple[Array, Array] | None:
-    """Return how far the interval of an index extends below and above it; None where there is no interval."""
+    """Return the extent of the interval of an index below and above it; None without an interval."""
     value = here[name].values
     if f"{name}_lower" not in here:
         return None

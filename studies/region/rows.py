@@ -22,7 +22,7 @@ TELLING = (0.1, 0.5, 0.9)
 
 
 def is_pooled(results: xr.Dataset) -> bool:
-    """Return whether results are of a pooled surface."""
+    """Return True if results are of a pooled surface."""
     return str(results.attrs.get("design")) == POOLED
 
 
@@ -51,7 +51,7 @@ def examples(results: xr.Dataset) -> xr.Dataset:
 
 
 def event_levels(results: xr.Dataset) -> list[tuple[float, float, float, float, int]]:
-    """Return how much of a region falls in one event: level, mean share, its ends and the number of pieces.
+    """Return the share of a region that falls in one event: level, mean share, its ends and the number of pieces.
 
     If there are many levels: three, with shares of about 10, 50 and 90 % under the reference law.
     """

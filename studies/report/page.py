@@ -152,7 +152,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
 
 
 def facts_json(path: Path, verify: bool = False) -> dict[str, Any]:
-    """Return what the report of a result file says, as an object of JSON: facts by section, and tables."""
+    """Return the content of the report of a result file, as an object of JSON: facts by section, and tables."""
     with read_results(path) as results:
         state = check_content(path, results, verify)
         made = *tables(results, (*LEAD, *TABLES, *INPUTS)), provenance(results, path, state)

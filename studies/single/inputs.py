@@ -180,7 +180,7 @@ def factor_of(motion: xr.DataArray, scale: float | None, pga: str | None) -> flo
 
 
 def built(what: str, make: Callable[[], Built], content: Any = None, table: Any = Motions) -> Built:
-    """Return what `make` returns; its error becomes one sentence about `what`, or about keys of `content`."""
+    """Return the result of `make`; its error becomes one sentence about `what`, or about keys of `content`."""
     try:
         return make()
     except ValidationError as error:

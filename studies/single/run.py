@@ -95,7 +95,7 @@ class Around(NamedTuple):
         return force if math.isfinite(force) else None
 
     def rows(self) -> list[tuple[str, str]]:
-        """Return what happened at the walls and to the restraint, as rows of a heading and a text."""
+        """Return the events at the walls and of the restraint, as rows of a heading and a text."""
         run, rows = self.response, []
         niche = self.met.front_wall is not None
         contacts = [

@@ -57,7 +57,7 @@ def sealed(results: xr.Dataset) -> xr.Dataset:
 
 
 def check_content(path: Path, results: xr.Dataset, verify: bool = False) -> str:
-    """Return whether results are as they were written, and warn where they are not; with `verify` refuse them."""
+    """Return the state of results, and warn if they were changed; with `verify` that is an error."""
     state = content_state(results)
     if verify and state != AS_WRITTEN:
         raise StudyError(f"{path}: was {state}: run its study again with --fresh")
@@ -67,7 +67,7 @@ def check_content(path: Path, results: xr.Dataset, verify: bool = False) -> str:
 
 
 def content_state(results: xr.Dataset) -> str:
-    """Return whether results are as they were written, by the checksum among their attributes."""
+    """Return the state of results: as written or edited, by the checksum among their attributes."""
     if ATTRIBUTE not in results.attrs:
         return UNSEALED
     return AS_WRITTEN if str(results.attrs[ATTRIBUTE]) == content_digest(results) else EDITED

@@ -208,7 +208,7 @@ SAME = "≈: not distinguished from the best."
 
 
 def precision(results: xr.Dataset) -> Table:
-    """Return what was requested of each curve and what was reached."""
+    """Return the requested and the reached precision of each curve."""
     here = shown(results)
     target, allowed = asked_of(here)
     chance = target == PROBABILITY

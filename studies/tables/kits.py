@@ -212,7 +212,7 @@ def _sets(here: xr.Dataset, sets: list[str], money: str) -> list[str]:
 
 
 def _chosen(item: xr.Dataset, kit: str) -> Row:
-    """Return whether a kit ('' for none) is the kit of a piece in the sets for the budget and for the target."""
+    """Return the membership of a kit ('' for none) of a piece in the sets for the budget and for the target."""
     sets = {name: f"{name}_kit" in item and str(item[f"{name}_kit"].item()) == kit for name in SETS}
     sets["target"] &= "target_met" not in item or bool(item["target_met"])
     return {f"for_{name}": "yes" if yes else "no" for name, yes in sets.items()}

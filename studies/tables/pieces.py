@@ -141,7 +141,7 @@ def short_pieces(results: xr.Dataset, most: int = MOST_SHORT) -> Table:
 
 
 def danger(results: xr.Dataset, model: int = 0) -> Table:
-    """Return how likely each piece falls, and what to do."""
+    """Return the probability of falling of each piece, and the recommendation."""
     return pieces(results, model).but(WORTH).first(MOST_ROWS)
 
 
@@ -158,7 +158,7 @@ WORTH = "level", "value", "anchoring_cost", "saves", "lost", *DRAWN
 
 
 def codes(results: xr.Dataset) -> Table:
-    """Return what the building code says of each piece, with the design forces."""
+    """Return the building code's result for each piece, with the design forces."""
     rows, unstated, moments = list[Cells](), 0, False
     for piece in pieces_of(results):
         code = piece.code
@@ -217,7 +217,7 @@ def exported_pieces(results: xr.Dataset, model: int = 0, readable: bool = False)
 
 
 def _sliding(here: xr.Dataset) -> dict[str, Row]:
-    """Return what is known of the sliding of each item, and its chance if all capacities are off, by column."""
+    """Return the results on sliding of each item, and its probability if all capacities are off, by column."""
     chance, end = ("chance", IN_50) if "item_rate" in here else ("probability", AT_LEVEL)
     found = {}
     for i, item in enumerate(here["item"].values.tolist()):

@@ -105,7 +105,7 @@ def breaks(results: xr.Dataset) -> Table:
 
 
 def breaks_of(results: xr.Dataset, at: int) -> list[tuple[str, float, float, float, float, bool]]:
-    """Return how often restraints break under a law: name, share of motions with its ends, level, at the design level.
+    """Return the ruptures of restraints under a law: name, share of motions with its ends, level, at the design level.
 
     The level is the design shaking where it is known, else the lowest at which at least half of the motions break a
     restraint, or the highest.

@@ -208,12 +208,12 @@ def item_slides(results: xr.Dataset, model: int = 0) -> Table:
 
 
 def slips(results: xr.Dataset, model: int = 0) -> Table:
-    """Return how far pieces slide."""
+    """Return the slips of pieces."""
     return item_slides(results, model).but(OF_FALLS).first(MOST_LINES)
 
 
 def falls(results: xr.Dataset, model: int = 0) -> Table:
-    """Return how pieces that can slide fall: over an edge, over an obstacle or by overturning."""
+    """Return the falls of pieces that can slide: over an edge, over an obstacle or by overturning."""
     table = item_slides(results, model)
     return table.apart(table.title.replace("Sliding", "Falls"), ("item", "floor"), OF_FALLS).first(MOST_LINES)
 

@@ -123,7 +123,7 @@ def spacing_notes(curves: xr.Dataset) -> list[Fact]:
 
 
 def modelling_note(dispersion: float, where: str) -> Fact:
-    """Return what rates contain of modelling uncertainty."""
+    """Return the note on modelling uncertainty in rates."""
     if dispersion == 0.0:
         return Fact("uncertainty.modelling_none")
     return Fact("rate.modelling_included", dispersion, more={"yearly": True, "spread": where != "mean"})
@@ -134,12 +134,12 @@ SLIPS_WITHOUT_BRANCHES = Fact("sliding.without_branches")
 
 
 def level_modelling_note(dispersion: float) -> Fact:
-    """Return what chances at given levels contain of modelling uncertainty."""
+    """Return the note on modelling uncertainty in probabilities at given levels."""
     return Fact("chance.modelling_included", dispersion, upper=math.exp(3.0 * dispersion))
 
 
 def branches_beyond(results: xr.Dataset) -> str:
-    """Return how many branches rest on shaking beyond hazard curves or runs, for a title; empty without any."""
+    """Return the number of branches that depend on levels beyond hazard curves or runs, for a title."""
     if "branch_share_beyond" not in results:
         return ""
     share = results["branch_share_beyond"]

@@ -49,7 +49,7 @@ def drawable(results: xr.Dataset) -> xr.Dataset:
 
 
 def _all_plain(labels: list[str]) -> bool:
-    """Return whether any figure can draw names as they are, and they are all different."""
+    """Return True if any figure can draw names as they are, and they are all different."""
     together = "".join(labels)
     plain = together.isascii() and together.isprintable() and "$" not in together and "  " not in together
     return (

@@ -55,19 +55,19 @@ class Reached(NamedTuple):
 
 
 def asked_of(results: xr.Dataset) -> tuple[str, float]:
-    """Return what precision is asked of, and the half width that is allowed."""
+    """Return the quantity of the requested precision, and the allowed half width."""
     asked = json.loads(str(results.attrs["until"]))
     target = next(name for name in asked if name in TARGETS)
     return target, float(asked[target]["within"] if target == PROBABILITY else asked[target])
 
 
 def is_missed(stopped: str, half_width: float, allowed: float) -> bool:
-    """Return whether an interval is wider than asked: one that is not may have stopped before it was confirmed."""
+    """Return True if an interval is wider than requested; another may have stopped before it was confirmed."""
     return stopped != REACHED and not half_width <= allowed
 
 
 def slip_words(distance: float) -> str:
-    """Return what follows the name of a block in the name of the curve of its slip over a distance, m."""
+    """Return the words after the name of a block in the name of the curve of its slip over a distance, m."""
     return f", slip over {100.0 * distance:g} cm where it slides"
 
 

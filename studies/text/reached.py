@@ -17,7 +17,7 @@ EVERY = 0.0, math.inf
 
 
 def other_levels(study: Mapping[str, Any], higher: bool, run: tuple[float, float] = EVERY) -> str:
-    """Return what to change in a study file (plain values) so that the shaking reaches higher, or begins lower.
+    """Return the change of a study file (plain values) for higher levels, or for lower levels.
 
     `run` is the lowest and the highest level of the runs (SI): selected stripes beyond them were left out.
     """

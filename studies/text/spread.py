@@ -25,12 +25,12 @@ MODEL_RANGE = "model range"
 
 
 def has_model_range(here: xr.Dataset, name: str) -> bool:
-    """Return whether any value has a range."""
+    """Return True if any value has a range."""
     return f"{name}{LOWER}" in here and bool(np.isfinite(here[f"{name}{LOWER}"]).any())
 
 
 def of_what(results: xr.Dataset) -> str:
-    """Return what a model range is, for a caption; '' for results without."""
+    """Return the description of a model range, for a caption; '' for results without one."""
     if RANGE not in results.attrs:
         return ""
     low, high = capacity_factors(float(results.attrs[RANGE]))

@@ -220,7 +220,7 @@ def roof_of(results: xr.Dataset) -> str:
 
 
 def is_one_piece(results: xr.Dataset) -> bool:
-    """Return whether all blocks have the same size: one piece in several places, or held in several ways."""
+    """Return True if all blocks have the same size: one piece in several places, or held in several ways."""
     return all(name in results.coords and bool(np.ptp(results[name].values) == 0.0) for name in ("alpha", "R"))
 
 
@@ -241,15 +241,15 @@ def reference_law(results: xr.Dataset) -> tuple[int, bool]:
 
 
 def reference_position(laws: Sequence[str]) -> tuple[int, bool]:
-    """Return what `reference_law` returns, of short names of laws."""
+    """Return the result of `reference_law` for short names of laws."""
     return (laws.index(REFERENCE_LAW), True) if REFERENCE_LAW in laws else (0, False)
 
 
 def scales(building: Mapping[str, Any]) -> bool:
-    """Return whether floors of a building scale with the ground motions, by its table as plain values."""
+    """Return True if floors of a building scale with the ground motions, by its table as plain values."""
     return not storeys_yield(building) and building.get("isolation") is None
 
 
 def storeys_yield(building: Mapping[str, Any]) -> bool:
-    """Return whether the storeys of a building yield, by its table in a study file as plain values."""
+    """Return True if the storeys of a building yield, by its table in a study file as plain values."""
     return any(building.get(key) is not None for key in STRENGTHS)

@@ -1,4 +1,4 @@
-"""pelicun's table of consequences: what a fall costs, and for how long it puts a piece out of use."""
+"""pelicun's table of consequences: the cost of a fall, and the time for which a piece is out of use."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .writing import csv_text
 TABLE = "consequence_repair.csv"
 """Name of the table; a JSON of the same name describes it."""
 UNITS = "units.json"
-"""Name of the file of pelicun's option ``UnitsFile``, for a currency that it does not know."""
+"""Name of the file of pelicun's option ``UnitsFile``, for a currency that pelicun does not have."""
 _OTHER_UNITS = {
     "time": {"sec": 1.0, "minute": 60.0, "hour": 3600.0, "day": 86400.0},
     "area": {"m2": 1.0, "in2": 0.0254**2, "ft2": 0.3048**2, "SF": 0.3048**2},
@@ -44,7 +44,7 @@ class Amount(NamedTuple):
 
 
 class Line(NamedTuple):
-    """Pieces of one kind on a floor: floor (0 is the ground), number, and what their fall costs, with comments.
+    """Pieces of one kind on a floor: floor (0 is the ground), number, and the cost of their fall, with comments.
 
     `together`: True if all of them fall, or none. `cost`: of one piece, drawn once for pieces that fall together, and
     once for each otherwise. `downtime`: likewise, days, of all pieces that fall together, None if not given. `note`: on
@@ -75,7 +75,7 @@ def write_consequences(
 ) -> list[Path]:
     """Write the table of consequences, by ids of components, and its metadata; nothing where there is no consequence.
 
-    ``units.json`` is written where pelicun does not know the currency.
+    ``units.json`` is written if pelicun does not have the currency.
     """
     valued = any(one.cost.median > 0.0 for one in found.values())
     lasting = any(one.downtime is not None for one in found.values())

@@ -81,7 +81,7 @@ def write_table(
 ) -> Written:
     """Write curves as a table, and its metadata; errors as of `write_pelicun`.
 
-    located: the curves' offsets say where the demand is taken.
+    `located`: the curves' offsets give the place of the demand.
     """
     demand = demand_of(found, located)
     metadata_file = file.with_suffix(".json")
