@@ -60,7 +60,7 @@ def count(name: str, value: Any, *, at_least: int = 0) -> int:
 
 
 def not_empty(name: str, sizes: Mapping[Any, int], *dims: str) -> None:
-    """Raise ValueError if labelled data have no entry along one of some dimensions (of runs, where none is named)."""
+    """Raise ValueError if labelled data have no entry along one of some dimensions (of runs, if none is named)."""
     for dim in dims or ("block", "model", "level", "motion"):
         if sizes.get(dim, 1) == 0:
             raise ValueError(f"{name} must hold at least one {dim}, got none")

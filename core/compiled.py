@@ -55,7 +55,7 @@ class Kernel:
     def compile_aside(self, statement: str) -> None:
         """Let another process compile it by a Python statement; the first call here waits for that.
 
-        Nothing is done where it is stored, or can't be.  The statement ends when its input does, with this process.
+        Nothing is done if it is stored, or can't be. The statement ends when its input does, with this process.
         """
         if not getattr(getattr(self.dispatcher, "_cache", None), "keeps", False) or self.on_disk:
             return
@@ -106,8 +106,8 @@ def folder_of(function: Callable[..., Any]) -> str:
 def make_folder(folder: str) -> None:
     """Make the dispatchers of a folder, and put them where its modules name the kernels: numba finds only these.
 
-    A kernel gets its dispatcher last, because another thread may call it as soon as it has one; where this is
-    interrupted, nothing is changed.
+    A kernel gets its dispatcher last, because another thread may call it as soon as it has one; if this is interrupted,
+    nothing is changed.
     """
     made = {one: one.make() for one in _waiting.get(folder, [])}
     for name, module in list(sys.modules.items()):

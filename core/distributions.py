@@ -44,7 +44,7 @@ class Continuous(Distribution):
 
     @abstractmethod
     def below(self, value: ArrayLike) -> Array:
-        """Return the probability of less than `value`, in the same shape; NaN where `value` is NaN."""
+        """Return the probability of less than `value`, in the same shape; NaN if `value` is NaN."""
 
 
 def _ends(lower: float, upper: float) -> tuple[float, float]:
@@ -85,7 +85,7 @@ def _share_below(score: Array, lower: float, upper: float) -> Array:
 
 @dataclass(frozen=True)
 class Normal(Continuous):
-    """Normal law, truncated where `lower` or `upper` is given.
+    """Normal law, truncated if `lower` or `upper` is given.
 
     Parameters
     ----------
@@ -122,14 +122,14 @@ class Normal(Continuous):
 
 @dataclass(frozen=True)
 class Lognormal(Continuous):
-    """Lognormal law, ln x ~ N(ln median, dispersion²), truncated where `lower` or `upper` is given.
+    """Lognormal law, ln x ~ N(ln median, dispersion²), truncated if `lower` or `upper` is given.
 
     Parameters
     ----------
     median, dispersion : float
         Median (> 0) and standard deviation of the logarithm (> 0) before truncation.
     lower, upper : float
-        Ends of its support, 0 and infinity where not given.
+        Ends of its support, 0 and infinity if not given.
 
     >>> import numpy as np
     >>> Lognormal(2.0, 0.4).quantile(np.array([0.5])).tolist()

@@ -49,7 +49,7 @@ def _of(at: int, *given: Any) -> Any:
 
 
 def _alone(function: Any, *x: float) -> float:
-    """Return a function of numbers, numpy's where Python refuses: there it is infinite or NaN."""
+    """Return a function of numbers, numpy's if Python raises an error: the result is then infinite or NaN."""
     try:
         return float(function(*x))
     except (ValueError, OverflowError):
@@ -85,7 +85,7 @@ def squares(rows: Array, covariance: Array) -> Array:
 
 
 def cholesky(matrix: Array) -> Array:
-    """Return the lower triangle L with L L' = the matrix; LinAlgError where it is not positive definite."""
+    """Return the lower triangle L with L L' = the matrix; LinAlgError if it is not positive definite."""
     lower = np.tril(matrix)
     for j in range(len(lower)):
         lower[j:, j] -= times(lower[j:, :j], lower[j, :j])
@@ -96,7 +96,7 @@ def cholesky(matrix: Array) -> Array:
 
 
 def solve(matrix: Array, right: Array) -> Array:
-    """Return x with matrix x = right, (n,) or (n, k); LinAlgError where the matrix is singular."""
+    """Return x with matrix x = right, (n,) or (n, k); LinAlgError if the matrix is singular."""
     n = len(matrix)
     both = np.column_stack([matrix, right])
     for j in range(n):
@@ -112,7 +112,7 @@ def solve(matrix: Array, right: Array) -> Array:
 
 
 def inverse(matrix: Array) -> Array:
-    """Return the inverse; LinAlgError where there is none."""
+    """Return the inverse; LinAlgError if there is none."""
     return solve(matrix, np.eye(len(matrix)))
 
 

@@ -43,7 +43,7 @@ STRING_BYTES = 64
 CELLS = 1_000_000
 """Of all sheets of a workbook."""
 ELEMENTS = {"sheet": 256, "mergeCell": 1_000, "xf": 65_000, **dict.fromkeys(("c", "v", "f", "t", "si", "is"), CELLS)}
-"""Of one kind in a workbook, where another number than OTHERS is allowed (cell formats: the program's own limit)."""
+"""Of one kind in a workbook, if another number than OTHERS is allowed (cell formats: the program's own limit)."""
 OTHERS = 20_000
 """Of any other kind (hyperlinks, rules, names); rows, and runs of rich text, are limited by the bytes alone."""
 COVERED = 100_000
@@ -72,7 +72,7 @@ def whole_content(file: Path, most_bytes: int, what: str, error: type[Exception]
 
 
 def memory_limit() -> int:
-    """Return the limit on this process's memory (kB) that its shell set; 0 where there is none."""
+    """Return the limit on this process's memory (kB) that its shell set; 0 if there is none."""
     with suppress(ImportError):  # (Windows has none)
         import resource  # noqa: PLC0415
 
@@ -114,7 +114,7 @@ def _column(letters: bytes) -> int:
 
 
 def small_netcdf(path: Path) -> bytes | None:
-    """Return the content of a small file of HDF5, None for a larger or a classic one; OSError where it cannot be read.
+    """Return the content of a small file of HDF5, None for a larger or a classic one; OSError if it cannot be read.
 
     The HDF5 library ends its process if a disk fails to close a file, so that it opens small files in memory (larger
     files: `opened_netcdf`).
@@ -125,7 +125,7 @@ def small_netcdf(path: Path) -> bytes | None:
 
 
 def open_netcdf(path: Path, refused: Callable[[str], Exception]) -> xr.Dataset:
-    """Open a netCDF file whose arrays are read when they are used; OSError or RuntimeError where this fails.
+    """Open a netCDF file whose arrays are read when they are used; OSError or RuntimeError if this fails.
 
     A file that declares more than a file of its size holds would fill the memory: `refused` makes its error of the
     reason.

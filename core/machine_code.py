@@ -176,7 +176,7 @@ class Files(caching.CompileResultCacheImpl):
 
 
 class FolderCache(caching.FunctionCache):
-    """numba's disk cache of a function, stamped by its folder; numba chooses where the files lie.
+    """numba's disk cache of a function, stamped by its folder; numba chooses the place of the files.
 
     A missing file may be in the wheel, which is never written to.
     """

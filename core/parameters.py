@@ -134,7 +134,7 @@ def declared(make: Any) -> dict[str, Declared]:
 
 
 def _parts(hint: Any) -> tuple[Any, Parameter | None]:
-    """Return the type of an annotation, without None, and its declaration; None where it has none."""
+    """Return the type of an annotation, without None, and its declaration; None if it has none."""
     if typing.get_origin(hint) is typing.Annotated:
         kind, *marks = typing.get_args(hint)
         return kind, next((mark for mark in marks if isinstance(mark, Parameter)), None)

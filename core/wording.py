@@ -63,7 +63,7 @@ def _rounded(value: float, digits: int) -> str:
 
 
 def estimate_text(value: float, low: float, high: float) -> str:
-    """A number with its interval in brackets to two digits, or three where two would give it the same text as an end.
+    """A number with its interval in brackets to two digits, or three if two would give it the same text as an end.
 
     >>> estimate_text(0.345, 0.328, 0.362), estimate_text(1.08, 1.04, 1.12), estimate_text(2.0, 1.6, 2.0)
     ('0.34 (0.33–0.36)', '1.08 (1.04–1.12)', '2.0 (1.6–2.0)')
@@ -261,7 +261,7 @@ def time_text(seconds: float) -> str:
 
 
 def currency_of(results: xr.Dataset) -> str:
-    """The currency of an assessment's losses and costs, '' where the inventory states none."""
+    """The currency of an assessment's losses and costs, '' if the inventory states none."""
     return str(results.attrs.get("currency", ""))
 
 
@@ -275,7 +275,7 @@ def system_errors(error: type[Exception], what: str) -> Iterator[None]:
 
 
 def system_reason(error: BaseException) -> str:
-    """Return the operating system's words for an error, or the error's own message where it has none."""
+    """Return the operating system's words for an error, or the error's own message if it has none."""
     if isinstance(error, FileExistsError) and error.filename is not None and islink(error.filename):
         return "it is a link that leads nowhere"
     if isinstance(error, FileNotFoundError):

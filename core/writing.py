@@ -59,7 +59,7 @@ def remove_leftovers(folder: Path) -> None:
 
 
 def _runs(process: int, thread: int) -> bool:
-    """Return True if a process of this machine runs, and where it is this one, the thread."""
+    """Return True if a process of this machine runs, and if it is this one, the thread."""
     if process == os.getpid():  # (after a start of the machine, or of a container, numbers are given again)
         return any(alive.ident == thread for alive in threading.enumerate())
     try:

@@ -93,7 +93,7 @@ class Zone(NamedTuple):
 
 
 class Surroundings(NamedTuple):
-    """Walls and restraint of each side, where there are any."""
+    """Walls and restraint of each side, if any."""
 
     front_wall: Contact | None = None
     back_wall: Contact | None = None

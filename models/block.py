@@ -61,8 +61,8 @@ class Block:
     bed : Bed, optional
         A soft bed under its whole width; only for symmetric blocks without a restraint.
     depth : float, optional
-        Full outer size in the other horizontal direction, m, at least the width; needed only where both horizontal
-        components shake (`across`).
+        Full outer size in the other horizontal direction, m, at least the width; needed only if both horizontal
+        components act (`across`).
     round : bool
         True for a round base (a vase, a bottle): the depth is then the width, and its planar result possibly
         unconservative.
@@ -369,7 +369,7 @@ class Block:
 
     @property
     def label(self) -> str:
-        """The name, or the sizes if the block has no name (and the height of its mass where it is not the middle)."""
+        """The name, or the sizes if the block has no name (and the height of its mass if it is not the middle)."""
         if self.name is not None:
             return self.name
         assert self.cm_height is not None  # (set above)
@@ -413,7 +413,7 @@ def describe_block(block: Block) -> dict[str, Any]:
 def describe_scene(block: Block) -> dict[str, Any]:
     """Return the features that make a block asymmetric or not freestanding, as plain values (SI); empty without any.
 
-    The mass is among them where a restraint needs it.
+    The mass is among them if a restraint needs it.
     """
     found: dict[str, Any] = {}
     if not block.symmetric:

@@ -37,7 +37,7 @@ class BlockArray:
 
     Notes
     -----
-    alpha, R, p as of `Block`, whose sizes and properties these are; `own` holds e and delta where they are given.
+    alpha, R, p as of `Block`, whose sizes and properties these are; `own` holds e and delta if they are given.
 
     Examples
     --------
@@ -156,7 +156,7 @@ class BlockArray:
 
 
 def _column(name: str, values: Any, size: int | None = None, missing: bool = False) -> Array:
-    """Return a column of finite numbers, or NaN where one may be missing."""
+    """Return a column of finite numbers, or NaN if one may be missing."""
     try:
         found = np.atleast_1d(np.asarray(values, dtype=np.float64))
     except (TypeError, ValueError):

@@ -119,7 +119,7 @@ class Friction(ABC):
 
     @abstractmethod
     def below(self, need: ArrayLike) -> Array:
-        """Return the probability that the coefficient is below `need` (>= 0); NaN where `need` is NaN."""
+        """Return the probability that the coefficient is below `need` (>= 0); NaN if `need` is NaN."""
 
     @abstractmethod
     def quantile(self, probability: Array) -> Array:
@@ -209,7 +209,7 @@ def contact_named(name: str) -> Contact:
 
 
 def friction_from(static: float, dispersion: float | None) -> Friction:
-    """Return a known coefficient, or a lognormal one with the median `static` where there is a dispersion."""
+    """Return a known coefficient, or a lognormal one with the median `static` if there is a dispersion."""
     return FixedFriction(static) if dispersion is None else LognormalFriction(static, dispersion)
 
 

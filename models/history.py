@@ -185,7 +185,7 @@ def _free_peaks(
 ) -> tuple[Array, Array, int]:
     """Return times and |rotations| of the turning points of free rocking, from peak 0, and the number of impacts.
 
-    The run has its own time grid, on the block's time scale, because the block is taken to be at rest where impacts
+    The run has its own time grid, on the block's time scale, because the block is taken to be at rest if impacts
     accumulate within one step.
     """
     step = 0.01 / block.p
@@ -350,7 +350,7 @@ def _slide_history(
 ) -> xr.Dataset:
     """Return the history of one block that slides under one motion (n,), m/s²; `vertical` is the vertical acceleration.
 
-    ValueError where the vertical acceleration takes the whole weight.
+    ValueError if the vertical acceleration takes the whole weight.
     """
     if vertical is not None and airborne(vertical, np.ones(1))[0]:
         at = int(np.argmin(vertical))

@@ -83,7 +83,7 @@ class Law(Model):
     e : float, optional
         Coefficient of restitution; the block's own e_R = 1 - (2/λ) sin²α times `restitution_factor` if not given.
     restitution_factor : float
-        Factor on e_R where e is not given.
+        Factor on e_R if e is not given.
     delta : float
         Half width of the elastic zone over alpha; 0.05 is the paper's recommendation.
     zeta : float

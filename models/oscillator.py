@@ -66,7 +66,7 @@ class Region(NamedTuple):
 
 
 class Rest(NamedTuple):
-    """State of rest at `theta`: left to region `up_target` where the forcing exceeds `up`, or down where it is below.
+    """State of rest at `theta`: left to region `up_target` if the forcing exceeds `up`, or down if it is below.
 
     The thresholds are values of the forcing of gain 1, rad/s²; `down` is for the forcing with the opposite sign. A
     block that is held against a wall has a negative one, and one that cannot go to a side an infinite one. `breaks`:
@@ -193,7 +193,7 @@ def _facing(oscillator: Oscillator, edge: Edge) -> Edge:
 
 
 def _loss(oscillator: Oscillator, edge: Edge) -> float:
-    """Return 1 - e of the bounces that follow an edge (see the engine's `comes_to_rest`); 0 where there are none."""
+    """Return 1 - e of the bounces that follow an edge (see the engine's `comes_to_rest`); 0 if there are none."""
     if edge.action == engine.BOUNCE:
         return 1.0 - edge.factor
     if edge.action != engine.IMPACT:

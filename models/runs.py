@@ -172,7 +172,7 @@ def batch_of(
 
 
 def leaves_floor(factors: Any, downward: Any) -> Any:
-    """Return True where the floor falls faster than g: `factors` times the downward acceleration, m/s² (any arrays)."""
+    """Return True if the floor falls faster than g: `factors` times the downward acceleration, m/s² (any arrays)."""
     return 1.0 - factors * (downward / STANDARD_GRAVITY) <= tables.LEAST_WEIGHT
 
 
@@ -308,8 +308,8 @@ def _lifts(motion: Motion) -> bool:
 def _parts(specimen: Index, motion: Index, motions: Sequence[Motion], mixes: bool) -> list[Index]:
     """Places of runs that share a batch: of motions of one step, with or without a vertical component, by length.
 
-    Runs are sorted by motion and specimen there.  Motions that have enough runs for a batch of their own get one, as do
-    all where specimens do not mix motions.
+    Runs are sorted by motion and specimen there. Motions that have enough runs for a batch of their own get one, as do
+    all if specimens do not mix motions.
     """
     runs = np.bincount(motion, minlength=len(motions))
     named = ((i, motions[i]) for i in np.flatnonzero(runs).tolist())
@@ -370,7 +370,7 @@ def _results(
 
 
 def run_batch(batch: tables.Batch, start: Array, skip: bool, flags_only: bool) -> int:
-    """Run a batch from `start` (theta, omega, region), or all from rest where it is empty.
+    """Run a batch from `start` (theta, omega, region), or all from rest if it is empty.
 
     `skip`: leave out the known part before the first uplift; with `flags_only` also the part that cannot overturn the
     block any more, and then only OUT_OVERTURNED is right. Returns the number of turning points of the last run; raises

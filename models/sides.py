@@ -126,7 +126,7 @@ def _bed_zone(side: Side, uplift: float) -> Zone:
 
 
 def with_bed_damping(zone: Zone, damping: float) -> Zone:
-    """Return the zone of a bed with damping in its material: `damping` in full contact, less where it is narrower.
+    """Return the zone of a bed with damping in its material: `damping` in full contact, less if it is narrower.
 
     Dashpots parallel to the springs of the bed, under a contact of the length 2 b sqrt(theta_u/theta), take
     (theta_u/theta)^(3/2) of their damping under the whole width (derived). A chord has its mean, and the last one the

@@ -24,7 +24,7 @@ def required_force(block: Block, acceleration: float, height: float) -> float:
     Returns
     -------
     float
-        N; 0 where the block does not uplift.
+        N; 0 if the block does not uplift.
 
     Notes
     -----

@@ -120,7 +120,7 @@ def from_array(
         True if the amplitude is a property of the motions, as of records and scenarios. False if it is a parameter that
         scaling replaces (noise, pulses, target spectra).
     recorded : bool
-        True for records, whose offsets, drifts and slips of units are looked for where they are used.
+        True for records, whose offsets, drifts and slips of units are checked at their use.
 
     Returns
     -------
@@ -385,8 +385,8 @@ def motion_coordinates(plain: list[Record]) -> dict[str, xr.Variable]:
 def other_coordinates(arrays: Sequence[xr.DataArray]) -> dict[str, xr.Variable]:
     """Return further coordinates of each motion, such as its magnitude and its station, on ``motion``.
 
-    The motions are in the order of `records`.  Of arrays without a coordinate it is NaN, or '' where it is a text.
-    ValueError where its unit differs between arrays.
+    The motions are in the order of `records`. Of arrays without a coordinate it is NaN, or '' if it is a text.
+    ValueError if its unit differs between arrays.
     """
     own = (*_RECORD_COORDINATES, "floor", LIFTS, "shakes")
     described = [

@@ -30,7 +30,7 @@ PERPENDICULAR = math.radians(2.0)
 
 
 class _Channel(NamedTuple):
-    """One component that was read: its motion, name, recording, and direction (`azimuth`: NaN where not known)."""
+    """One component that was read: its motion, name, recording, and direction (`azimuth`: NaN if not known)."""
 
     motion: xr.DataArray
     name: str
@@ -130,7 +130,7 @@ def rotate(pair: xr.DataArray, azimuth: float) -> xr.DataArray:
     pair : xarray.DataArray
         As `join` returns it.
     azimuth : float
-        Direction of the new h1, rad, clockwise from north (from h1 towards h2 where azimuths are not known).
+        Direction of the new h1, rad, clockwise from north (from h1 towards h2 if azimuths are not known).
 
     Notes
     -----
@@ -178,15 +178,15 @@ def both_axes(
 ) -> list[xr.DataArray]:
     """Return joined components that shake blocks along their width and their depth at the same time.
 
-    An analysis runs each block about both axes under the same factor; it overturns where it does so about one of them.
+    An analysis runs each block about both axes under the same factor; it overturns if it does so about one of them.
 
     Parameters
     ----------
     pairs : xarray.DataArray or an iterable of them
         As `join` or `Generator.sample_pairs` return them.
     azimuth : float or "random"
-        Direction of the blocks' width, rad, clockwise from north (from h1 towards h2 where azimuths are not known), or
-        for each motion another one, uniform over all directions.
+        Direction of the blocks' width, rad, clockwise from north (from h1 towards h2 if azimuths are not known), or for
+        each motion another one, uniform over all directions.
     seed, first : int
         Seed of random azimuths, and number of the first motion. The azimuth of motion number `index` is drawn from
         ``SeedSequence(seed, spawn_key=(index, 1))``; numbers continue from one array to the next.
@@ -267,7 +267,7 @@ def as_recorded(pair: xr.DataArray, component: str = "h1", vertical: bool = Fals
     Returns
     -------
     xarray.DataArray
-        The pair with the coordinate ``shakes`` (and ``lifts``, where the vertical component shakes, too), for every
+        The pair with the coordinate ``shakes`` (and ``lifts``, if the vertical component shakes, too), for every
         analysis and for `toppling.motions.measures`.
     """
     _check_pair(pair)
@@ -342,7 +342,7 @@ def _channels(path: Path, read: Sequence[xr.DataArray]) -> list[_Channel]:
 
 
 def _joined(channels: Sequence[_Channel]) -> xr.DataArray:
-    """Return the joined components of one recording; RecordError where they are not two, or two and a vertical."""
+    """Return the joined components of one recording; RecordError if they are not two, or two and a vertical."""
     level = [channel for channel in channels if not channel.vertical]
     upright = [channel for channel in channels if channel.vertical]
     for some, most, what in ((level, 2, "horizontal"), (upright, 1, "vertical")):

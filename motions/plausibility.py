@@ -86,7 +86,7 @@ s and a strength or a friction of 0.01 to 0.2 of the weight (Constantinou et al.
 
 
 def _components(record: Record) -> list[Record]:
-    """Return a record, its companion where it has one, and its vertical component where it shakes."""
+    """Return a record, its companion if it has one, and its vertical component if it acts."""
     others = {"other component": record.companion, "vertical component": record.vertical}
     return [
         record,

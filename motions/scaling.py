@@ -41,7 +41,7 @@ def parabolic_baseline(acceleration: Array, dt: float) -> Array:
 def scale_to(motions: xr.DataArray, target: float, im: str | Measure = "pga") -> xr.DataArray:
     """Scale every motion by its own factor, so that its intensity measure is `target` (SI, > 0).
 
-    `im` is a measure or its name (`measure_named`); ValueError where it is 0 or does not grow with the motion.
+    `im` is a measure or its name (`measure_named`); ValueError if it is 0 or does not grow with the motion.
 
     Examples
     --------

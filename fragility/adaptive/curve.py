@@ -43,7 +43,7 @@ STEEPEST = 0.4
 WINDOW = 2.0
 """Half width of the window of local fits over the distance of the outer levels from the middle."""
 DISPERSIONS = (0.02, 2.0)
-"""Range to which a rough dispersion is confined where it places levels."""
+"""Range of a rough dispersion that places levels."""
 SURELY = 2.0
 """Standard errors by which two estimates must differ to count as different."""
 
@@ -61,7 +61,7 @@ class WavePlan(NamedTuple):
 
 
 class Look(NamedTuple):
-    """Results after a wave; medians are ln, NaN where there is no estimate.
+    """Results after a wave; medians are ln, NaN if there is no estimate.
 
     `ratio`: half width of the interval over its allowed value. `lower`, `upper`: ends of the interval of the target (of
     its logarithm for median and dispersion). `local`, `curve`: estimates of ln(median) near the median alone and by the
@@ -194,7 +194,7 @@ class SequentialCurve:
             self.stopped = MISFIT
 
     def _explore(self, status: str) -> None:
-        """Move the search to where it may find the curve, after a wave that did not."""
+        """Move the search towards the possible place of the curve, after a wave that did not find it."""
         low, high = self._range
         self._explored += 1
         if status == NONE:
@@ -236,7 +236,7 @@ class SequentialCurve:
         return weighted_rate(self._weights, self._seen.fell, self._seen.motion)
 
     def rate_misfit(self) -> float:
-        """Return the fitted rate over the weighted one, less 1, where they differ by more than twice the error."""
+        """Return the fitted rate over the weighted one, less 1, if they differ by more than twice the error."""
         fitted, weighted = self.fitted_rate(), self.weighted_rate()
         if fitted is None or not weighted.value > 0.0:
             return 0.0
@@ -272,7 +272,7 @@ class SequentialCurve:
         return Look(k, ratio, rate.value, max(0.0, rate.value - rate.reach), rate.value + up, *told)
 
     def _probability(self, k: int, told: Known) -> Look:
-        """Look at the probability of a level: by a local fit, or where all runs nearby end alike, by their number."""
+        """Look at the probability of a level: by a local fit, or if all runs nearby end alike, by their number."""
         reach = WINDOW * self._distance()
         x = math.log(self.until.level)
         near = self._seen.within(x, reach)

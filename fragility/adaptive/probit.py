@@ -158,7 +158,7 @@ def enclosing(estimate: Estimate, runs: Observations) -> Estimate:
 
 
 def fit_probit(runs: Observations) -> tuple[Probit | None, str]:
-    """Return the probit curve of runs (penalised where separated) or None, and the status as of `fit_fragility`.
+    """Return the probit curve of runs (penalised if separated) or None, and the status as of `fit_fragility`.
 
     Errors are the sandwich estimate with clusters: Liang, K.-Y. and Zeger, S. L. (1986). Biometrika 73, 13-22. Penalty:
     Firth, D. (1993). Biometrika 80, 27-38.
@@ -182,7 +182,7 @@ def fit_probit(runs: Observations) -> tuple[Probit | None, str]:
 
 
 def fit_line(runs: Observations, link: Link) -> FittedLines:
-    """Fit a curve of two parameters to runs, one at least, penalised (Firth) where they are separated."""
+    """Fit a curve of two parameters to runs, one at least, penalised (Firth) if they are separated."""
     distinct, where = np.unique(runs.x, return_inverse=True)
     centre, width = float(distinct.mean()), max(float(np.ptp(distinct)), 1e-12)
     counts = np.bincount(where).astype(np.float64)[None]
@@ -192,7 +192,7 @@ def fit_line(runs: Observations, link: Link) -> FittedLines:
 
 
 def _scores(eta: Array, fell: Flags) -> Array:
-    """Return the slope of the log-likelihood of each run in eta: phi/Phi where it fell, -phi/(1 - Phi) where not."""
+    """Return the slope of the log-likelihood of each run in eta: phi/Phi if it fell, -phi/(1 - Phi) if not."""
     log_density = -0.5 * eta * eta - 0.5 * math.log(2.0 * math.pi)
     sign = np.where(fell, 1.0, -1.0)
     return np.asarray(sign * exp(log_density - scipy.special.log_ndtr(sign * eta)))

@@ -46,7 +46,7 @@ _USUAL = {MEDIAN: 1.35, DISPERSION: 7.5, RATE: 42.0, PROBABILITY: 1.25}
 """Motions times the square of the half width that is allowed, counted on lognormal curves of dispersion 0.4 (a rate:
 under a hazard of slope 2.5) by `benchmarks.sequential`."""
 _OF_FEWER = {1: 1.4, 2: 1.1}
-"""Times as many motions where each has fewer runs than three, counted by `benchmarks.sequential.databases`."""
+"""Times as many motions if each has fewer runs than three, counted by `benchmarks.sequential.databases`."""
 _SPREAD = 2.5
 """Factor on the number of motions of other curves, up and down: dispersions of 0.25 and 0.63 cause it for a median."""
 
@@ -89,7 +89,7 @@ class StoppingRule:
         return self._confirmed_at or 0
 
     def step(self, motions: int, ratio: float, last: bool) -> str:
-        """Return the reason to stop after a wave, empty where the analysis continues.
+        """Return the reason to stop after a wave, empty if the analysis continues.
 
         `ratio` is the half width of the interval over its allowed value; `last` is True if there are no further
         motions.
@@ -112,7 +112,9 @@ class StoppingRule:
 
 
 def motions_needed(motions: int, ratio: float, firm: float = math.inf) -> int:
-    """Return the approximate total number of motions for the precision, from the half width `ratio` after `motions`.
+    """Return the approximate total number of motions for the precision, from `motions` and their `ratio`.
+
+    The `ratio` is the half width with `motions` over its allowed value.
 
     Errors fall with the root of the number of motions; the margin (after `motions`) and the confirming wave are
     included.

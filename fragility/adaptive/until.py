@@ -70,7 +70,7 @@ class Until:
 
 
 def until_of(asked: Mapping[str, Any] | Until | None) -> Until:
-    """Return the precision that a mapping asks for; ±10 % of the median where it names no quantity.
+    """Return the precision that a mapping asks for; ±10 % of the median if it names no quantity.
 
     The mapping has one of ``median``, ``dispersion`` and ``rate`` (share of the value), or ``probability``, a mapping
     of ``level``, SI, and ``within``, the half width. It may have ``motions``, a mapping of `least` and ``most``;

@@ -312,7 +312,7 @@ def _check_hazard(until: Until, scaled: Scaled) -> None:
 
 
 def _check_wave(axes: str, wave: MotionWave, plan: Plan) -> None:
-    """Raise ValueError where motions do not suit the state or the hazard."""
+    """Raise ValueError if motions do not suit the state or the hazard."""
     if axes == BOTH_AXES:
         check_axes_of(plan.state)
     hazard = plan.until.hazard
@@ -379,7 +379,7 @@ def _outputs(
     plan: Plan,
     measured: Array,
 ) -> dict[str, NDArray[Any]]:
-    """Return the outputs (run,) of a wave, and the coefficients of friction where these are drawn."""
+    """Return the outputs (run,) of a wave, and the coefficients of friction if these are drawn."""
     factors = plan.scaled.factors(rows.level, measured[rows.block % len(measured), rows.motion])
     check_row_factors(rows, factors, wave.records)
     if not is_random(request.models):

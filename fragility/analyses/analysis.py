@@ -174,9 +174,9 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
 
 
 def _about(axes: str, request: Request) -> Request:
-    """Return a request, with the axis of each fall among the usual outputs where blocks are run about both axes.
+    """Return a request, with the axis of each fall among the usual outputs if blocks are run about both axes.
 
-    ValueError where its blocks or outputs do not go with the axes.
+    ValueError if its blocks or outputs do not go with the axes.
     """
     check_axes(axes, request.blocks, request.models)
     check_outputs(axes, request.outputs, request.models)

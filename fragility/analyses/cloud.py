@@ -60,7 +60,7 @@ def cloud(
     -------
     xarray.Dataset
         The outputs on (block, model, motion), with the measure as coordinate `intensity`: on motion, or on (block,
-        motion) where it depends on the block.
+        motion) if it depends on the block.
 
     References
     ----------

@@ -25,7 +25,7 @@ PROPORTIONAL = frozenset(
 
 
 def is_random(models: Iterable[Model]) -> bool:
-    """Return True where a law draws its friction."""
+    """Return True if a law draws its friction."""
     return any(isinstance(model, RandomSliding) for model in models)
 
 

@@ -110,10 +110,10 @@ def ida(
     -------
     xarray.Dataset
         The outputs on (block, model, level, motion), with the properties of blocks, laws and motions as coordinates,
-        and the variables of the validity screen.  Where motions are run both ways, each is followed by its reverse
-        along motion, with the coordinates `record` (its label as given) and `polarity` (1, -1).  Coordinates of the
-        motions on motion, such as `magnitude` and `station`, are kept.
-        Bit-identical for any chunking, any scheduler and any number of workers.
+        and the variables of the validity screen. If motions are run both ways, each is followed by its reverse along
+        motion, with the coordinates `record` (its label as given) and `polarity` (1, -1). Coordinates of the motions on
+        motion, such as `magnitude` and `station`, are kept. Bit-identical for any chunking, any scheduler and any
+        number of workers.
 
     Notes
     -----

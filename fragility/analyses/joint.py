@@ -62,7 +62,7 @@ def joint_falls(
     levels, im, client, ground, progress
         As of `toppling.ida`.
     sample : int
-        Blocks that are run, drawn without replacement from all; all where there are no more.
+        Blocks that are run, drawn without replacement from all; all if there are no more.
     seed : int
         Of the sample.
 

@@ -35,7 +35,7 @@ class _Motions(list[Record]):
 
 
 class MeasuringThread:
-    """Thread that measures motions, and stops after the motion in hand where the runs, its context, end early.
+    """Thread that measures motions, and stops after the motion in hand if the runs, its context, end early.
 
     (Interrupted, or their cluster lost.  No daemon, which Python ends within C++ code, and the process with it.)
 

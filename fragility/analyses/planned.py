@@ -59,7 +59,7 @@ def run_table(
         Labelled motions (m s-2).
     table : mapping of columns, or pandas.DataFrame
         Columns of equal length: ``block``, ``model`` and ``motion`` (labels, or numbers from 0; block and model may be
-        left out where there is one) and ``level`` (SI, > 0).
+        left out if there is one) and ``level`` (SI, > 0).
     im : str or Measure
         The measure of the levels, as for `toppling.ida`.
     outputs, client, screen, ground, progress

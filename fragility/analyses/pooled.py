@@ -85,7 +85,7 @@ def pooled(
     hazard : HazardCurve, optional
         Of the measure; then annual rates are found, too.
     blocks_per_motion : int
-        Runs of each motion, each of another block of the region, 1 to 256: more where motions take long to make.
+        Runs of each motion, each of another block of the region, 1 to 256: more if motions take long to make.
     seed : int
         Of the generator's motions (or their order), of the blocks and the levels.
     progress : callable, optional

@@ -249,7 +249,7 @@ class PooledRuns:
     def _checked(self, k: int, law: PooledCurves) -> Check:
         """Check a law at other blocks; raise its degree, or cut the region, and continue, if that helps.
 
-        A cut is tried once, where the check fails or the runs show a jump although it does not.
+        A cut is tried once, if the check fails or the runs show a jump although it does not.
         """
         points = self._check_points(k, law)
         runs = self._check_runs(k, law, points)
@@ -339,7 +339,7 @@ class PooledRuns:
 
 
 def _raised(law: PooledCurves, points: Array, runs: tuple[Index, Array, Flags]) -> Check:
-    """Check a law, with a degree more and again where it fails, and return the last check."""
+    """Check a law, with a degree more and again if it fails, and return the last check."""
     while True:
         assert law.near is not None
         found = check_surface(law.near, points, *runs)

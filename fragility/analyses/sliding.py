@@ -69,7 +69,7 @@ def slide_runs(
     polarity: str = AS_RECORDED,
     trip: float | Mapping[str, float] | None = None,
 ) -> xr.Dataset:
-    """Let the blocks of runs slide where their friction is too small for rocking.
+    """Let the blocks of runs slide if their friction is too small for rocking.
 
     Parameters
     ----------
@@ -84,8 +84,8 @@ def slide_runs(
     kinetic_ratio : float
         Kinetic over static friction, above 0, at most 1.
     draws : int
-        Number of equally probable coefficients with which each motion is run, the quantiles of (k + 1/2)/draws; one
-        where friction is a number.
+        Number of equally probable coefficients with which each motion is run, the quantiles of (k + 1/2)/draws; one if
+        friction is a number.
     client, progress
         As for `toppling.ida`.
     polarity : {"as recorded", "both"}
@@ -295,7 +295,7 @@ def slips_of(
 ) -> dict[str, Array]:
     """Return outputs (`SLIPS`, m) of sliders (slider, level, motion) under motions times factors (level, motion).
 
-    Motions are those along the width, and hold those along the depth as companions where blocks slide in the plane.
+    Motions are along the width, and have the motions along the depth as companions if blocks slide in the plane.
 
     They are NaN in runs in which the vertical acceleration takes the weight.
     """

@@ -153,7 +153,7 @@ def with_estimates(
 
 
 def with_sparse_screen(found: xr.Dataset, request: Request, shaken: Shaken, asked: ScreenRequest) -> xr.Dataset:
-    """Add to runs the variables of their screen, where the request wants one."""
+    """Add to runs the variables of their screen, if requested."""
     if not request.screen:
         return found
     about = 2 if configuration_of(found).get(AXES) == BOTH_AXES else 1
@@ -176,8 +176,8 @@ def curve_variables(
 ) -> dict[str, xr.Variable]:
     """Return the estimates of every curve, on (block, model), and the half width at every look.
 
-    offers (curve,): clauses on better measures, empty where there is none.  state: the name of a damage state other
-    than overturning.
+    offers (curve,): clauses on better measures, empty if there is none. state: the name of a damage state other than
+    overturning.
     """
     dims = ("block", "model")
     unit, measure = level["units"], level["long_name"]
@@ -247,7 +247,7 @@ def look_variables(curves: Sequence[SequentialCurve], shape: tuple[int, int]) ->
 
 
 def _ends(estimate: Any) -> tuple[float, float, float]:
-    """Return an estimate of a logarithm and its interval, without the logarithm; NaN where there is none."""
+    """Return an estimate of a logarithm and its interval, without the logarithm; NaN if there is none."""
     if estimate is None or not math.isfinite(estimate.reach):
         return (math.nan,) * 3
     value, reach = estimate.value, estimate.reach

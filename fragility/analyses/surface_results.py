@@ -235,7 +235,7 @@ def _cut_variables(cuts: Sequence[Cut | None], axes: int) -> dict[str, xr.Variab
 
 
 def _rate_variables(known: Sequence[LawSurfaces], terms: int) -> dict[str, xr.Variable]:
-    """Return the planes that take rates of curves to those without a form, NaN where there is none."""
+    """Return the planes that correct rates of curves to rates without a form, NaN without a plane."""
     none = RatePlane(np.full(terms, np.nan), np.full((terms, terms), np.nan), math.nan)
     planes = [none if surfaces.rates is None else surfaces.rates for surfaces in known]
     labels = {

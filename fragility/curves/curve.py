@@ -261,7 +261,7 @@ def curve_probability(curves: xr.Dataset, x: Any, outside: str = REFUSE) -> xr.D
     Returns
     -------
     xarray.DataArray
-        On the dimensions of the curves and ``level``; NaN where there is no estimate.
+        On the dimensions of the curves and ``level``; NaN if there is no estimate.
 
     Notes
     -----
@@ -298,6 +298,6 @@ def curve_probability(curves: xr.Dataset, x: Any, outside: str = REFUSE) -> xr.D
 
 
 def im_of(curves: xr.Dataset) -> str:
-    """Return the name of the curves' intensity measure, empty where it is not stated."""
+    """Return the name of the curves' intensity measure, empty if it is not stated."""
     stated = curves.attrs.get("im") or (curves["level"].attrs.get("im") if "level" in curves.coords else None)
     return str(stated or "")

@@ -129,8 +129,8 @@ def mean_interval(
 def sampling_error(values: Array | Flags, ways: int = 1) -> Array:
     """Return the standard error (…) that draws of realisations leave in means of values (…, motion, realisation).
 
-    The realisations of a motion are independent; where it has several `ways`, one after the other, those have the same
-    draws. NaN where there is one realisation.
+    The realisations of a motion are independent; if it has several `ways`, one after the other, those have the same
+    draws. NaN if there is one realisation.
     """
     motions, draws = values.shape[-2], values.shape[-1] // ways
     if draws == 1:

@@ -47,7 +47,7 @@ class RunMotions(NamedTuple):
 
 
 def motions_of_runs(runs: xr.Dataset, motions: Motions | None) -> RunMotions:
-    """Return the motions of the runs, found by label; ValueError where a motion is missing.
+    """Return the motions of the runs, found by label; ValueError if a motion is missing.
 
     In stripes, a motion may be in several of the sets, and its label as given is the coordinate `record`.
     """
@@ -142,7 +142,7 @@ def covariates_of(runs: xr.Dataset, run_motions: RunMotions) -> list[xr.DataArra
 
 
 def _matched(arrays: Sequence[xr.DataArray], labels: Sequence[str]) -> Array:
-    """Return values of the motions by label, or by the label of the ground motion below; NaN where not known."""
+    """Return values of the motions by label, or by the label of the ground motion below; NaN if not known."""
     known: dict[str, float] = {}
     for array in arrays:
         known |= dict(zip(map(str, array["motion"].values), array.values.astype(float).tolist(), strict=True))

@@ -41,7 +41,7 @@ class OrderedRuns(NamedTuple):
 
     @property
     def factors_by_block(self) -> Array:
-        """Ln of the scale factor of every run, (block, motion, level); one block where all blocks have the same."""
+        """Ln of the scale factor of every run, (block, motion, level); one block if all blocks have the same."""
         factors = (self.log_levels - self.log_measured) / self.power
         if self.unscaled:
             factors = xr.zeros_like(factors)

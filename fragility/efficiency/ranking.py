@@ -175,7 +175,7 @@ def rank_measures(
 def _by_floor(
     runs: xr.Dataset, index: xr.Variable | None, groups: list[NDArray[np.intp]], options: RankingOptions
 ) -> xr.Dataset:
-    """Compare all measures, floor by floor where the motions are of several floors."""
+    """Compare all measures, floor by floor if the motions are of several floors."""
     if index is None:
         return _compare(runs, options)
     apart = without_floors(runs)

@@ -1,6 +1,6 @@
 """Sufficiency of the measure of stripes: dependence of outcomes at a given level on other features of motions.
 
-Where they do, a probability at the level holds for motions with these features alone, and the set of a stripe must have
+If they do, a probability at the level is valid only for motions with these features. The set of a stripe must then have
 them as the hazard does.
 """
 

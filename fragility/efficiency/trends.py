@@ -22,7 +22,7 @@ from .candidates import Candidate
 from .capacity import OrderedRuns, without_coordinates
 
 LogCapacityEnds = tuple[Array, Array]
-"""Lower and upper ends of ln capacity, (…, motion); infinite where only the other end is known."""
+"""Lower and upper ends of ln capacity, (…, motion); infinite if only the other end is known."""
 
 STATUSES = (OK, NONE, ALL, SEPARATED, DECREASING, FAILED)
 """Statuses of a fit in the order of the codes in `kernels.censored`."""
@@ -36,7 +36,7 @@ ROUNDING = 1e-13
 def fit_dispersions(ends: Sequence[LogCapacityEnds], weights: Array) -> tuple[Array, NDArray[np.int8]]:
     """Fit the standard deviation of ln capacity in each measure, under weights (sample, motion), the first row alike.
 
-    Return dispersions (…, measure, sample) and the status of the first sample; NaN where there is none.
+    Return dispersions (…, measure, sample) and the status of the first sample; NaN if there is none.
 
     Rows are shared between threads; the result of a row depends on that row alone.
     """
@@ -71,8 +71,8 @@ def capacity_trends(
     """Fit the slope of ln capacity on each covariate (motion,), given ends (…, motion) in each measure.
 
     Return slopes, their standard errors and p-values (…, measure, covariate), and the motions of each covariate
-    (covariate,).  Slope and dispersion are fitted together to the intervals, over the motions
-    whose covariate is known; the slope is NaN where the covariate does not vary.
+    (covariate,). Slope and dispersion are fitted together to the intervals, over the motions whose covariate is known;
+    the slope is NaN if the covariate does not vary.
     """
     shape = (*ends[0][0].shape[:-1], len(ends), len(covariates))
     slope, error, p = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.nan)

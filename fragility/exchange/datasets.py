@@ -195,7 +195,7 @@ def _variables(found: CurveSet, rows: Sequence[CurveRow | None], shape: tuple[in
 
 
 def _of_the_block(variable: xr.Variable) -> xr.Variable:
-    """Return a variable on block alone where its values depend on the block alone."""
+    """Return a variable on block alone if its values depend on the block alone."""
     if "block" not in variable.dims or len(variable.dims) == 1:
         return variable
     moved = np.moveaxis(variable.values, variable.dims.index("block"), 0)

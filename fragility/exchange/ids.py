@@ -56,7 +56,7 @@ def is_id(text: str, marks: str = "_") -> bool:
 
 
 def check_ids(ids: Sequence[str], components: int, marks: str) -> list[str]:
-    """Return ids that a caller chose; TypeError, ValueError where they are not one a component, legal and unique."""
+    """Return ids that a caller chose; TypeError, ValueError if they are not one a component, legal and unique."""
     if isinstance(ids, str) or not all(isinstance(number, str) for number in ids):
         raise TypeError("ids must be a sequence of texts, one a component")
     chosen = [str(number) for number in ids]
@@ -77,8 +77,8 @@ def check_ids(ids: Sequence[str], components: int, marks: str) -> list[str]:
 def make_ids(labels: Sequence[tuple[str, ...]], dims: Sequence[str] = ()) -> dict[tuple[str, ...], str]:
     """Return an id for each combination of labels: independent of their order, and unique even without capitals.
 
-    An id holds letters, digits and underscores. Where two would be alike, where one would be too long or a reserved
-    word, it ends in ten digits of a hash of its labels.
+    An id holds letters, digits and underscores. If two would be alike, if one would be too long or a reserved word, it
+    ends in ten digits of a hash of its labels.
 
     >>> list(make_ids([("bookcase-5-shelf", "discrete e=0.92 δ=0.05")]).values())
     ['bookcase_5_shelf__discrete_e_0_92_delta_0_05']

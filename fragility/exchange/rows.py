@@ -80,10 +80,10 @@ CURVE_WORDS = {"weights": "shares of the damage states that the limit state stan
 
 
 class CurveParameters(NamedTuple):
-    """Parameters of a curve (SI), NaN where it has none: P(x) = F(ln(x/median)/dispersion), F by its `link`.
+    """Parameters of a curve (SI), NaN if it has none: P(x) = F(ln(x/median)/dispersion), F by its `link`.
 
-    Where both parameters of uplift are given, P has the further factor Phi(ln(x/uplift_median)/uplift_dispersion), a
-    step at uplift_median if uplift_dispersion is 0.
+    If both parameters of uplift are given, P has the further factor Phi(ln(x/uplift_median)/uplift_dispersion), a step
+    at uplift_median if uplift_dispersion is 0.
     """
 
     median: float = math.nan
@@ -94,7 +94,7 @@ class CurveParameters(NamedTuple):
 
     @property
     def uplifting(self) -> bool:
-        """True where the probability of uplift is a factor, which is 1 at every level if all runs uplift."""
+        """True if the probability of uplift is a factor, which is 1 at every level if all runs uplift."""
         certain = self.uplift_median == LOWEST and self.uplift_dispersion == 0.0
         return not certain and not (math.isnan(self.uplift_median) and math.isnan(self.uplift_dispersion))
 
@@ -134,7 +134,7 @@ class CurveRow(NamedTuple):
 
     @property
     def estimated(self) -> bool:
-        """True where there is a curve."""
+        """True if there is a curve."""
         return self.probability is not None or not math.isnan(self.parameters.median)
 
     @property
@@ -197,7 +197,7 @@ class CurveSet(NamedTuple):
 
     @property
     def limit_states(self) -> tuple[str, ...]:
-        """Limit states in their order; the only one where the set has no such dimension."""
+        """Limit states in their order; the only one if the set has no such dimension."""
         if LIMIT_STATE not in self.dims:
             return (self.state,)
         at = self.dims.index(LIMIT_STATE)
@@ -248,7 +248,7 @@ def select_measure(
 ) -> tuple[tuple[str, bool], Entries]:
     """Return the measure (label, of the ground) that `im` selects, or the only one of a file, with its entries.
 
-    `im` is a label, or where a file has the measure of both, with its place: ``pga of the ground``.
+    `im` is a label, or if a file has the measure of both, with its place: ``pga of the ground``.
     """
     named, _, place = ("", "", "") if im is None else im.partition(" of the ")
     if place not in PLACES:

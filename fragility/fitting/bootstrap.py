@@ -47,7 +47,7 @@ def draw_clusters(clusters: Index, replicates: int, seed: int) -> Array:
 
 
 def draw_counts(cells: Array, replicates: int, seed: int, curve: int) -> Array:
-    """Resample counts (cell,) level by level, where motions are not known; (replicate, cell).
+    """Resample counts (cell,) level by level, if motions are not known; (replicate, cell).
 
     Replicate r of curve c draws from SeedSequence(seed, spawn_key=(r, c)): replicates of different curves are
     independent.
@@ -73,7 +73,7 @@ class Percentiles(NamedTuple):
 def percentile_interval(
     samples: Array, confidence: float, weights: Array | None = None, *, against: bool = False
 ) -> Percentiles:
-    """Percentile intervals of samples (…, replicate), with weights (replicate,) where replicates do not count alike.
+    """Percentile intervals of samples (…, replicate), with weights (replicate,) if replicates do not count alike.
 
     A replicate without a value (NaN) is left out or, with `against`, counts against both ends. Infinity is a value. The
     lower end is the replicate at which the share from below first reaches half of the omitted share. The upper end is
@@ -96,7 +96,7 @@ def percentile_interval(
 
 
 def _reached(rows: Array, weights: Array, share: float) -> Array:
-    """Return the value up to which the weights first sum to a share of their total; NaN where all weights are 0."""
+    """Return the value up to which the weights first sum to a share of their total; NaN if all weights are 0."""
     order = np.argsort(rows, axis=-1, kind="stable")
     summed = np.cumsum(np.take_along_axis(weights, order, axis=-1), axis=-1)
     # a share that is met on paper may fall short by rounding

@@ -20,7 +20,7 @@ FEWEST = 4
 
 
 class Brackets(NamedTuple):
-    """Intervals of the capacities: lower and upper ends (…, motion); infinite where only the other end is known."""
+    """Intervals of the capacities: lower and upper ends (…, motion); infinite if only the other end is known."""
 
     lower: Array
     upper: Array
@@ -85,7 +85,7 @@ def level_shift(overturned: Flags, levels: Array) -> float:
 
 
 def _capacity(rows: Flags, x: Array) -> Array:
-    """Return the middle of the interval of each first overturning, NaN where an end is not known."""
+    """Return the middle of the interval of each first overturning, NaN if an end is not known."""
     found = brackets(rows, x)
     known = np.isfinite(found.lower) & np.isfinite(found.upper)
     return np.where(known, 0.5 * (np.where(known, found.lower, 0.0) + np.where(known, found.upper, 0.0)), np.nan)

@@ -100,7 +100,7 @@ def fit_fragility(
     fractiles : sequence of float
         Probabilities, between 0 and 1, for which the level is wanted, with its interval.
     penalty : {"auto", "firth", "none"}
-        Penalise the likelihood by Jeffreys' prior where the data are separated, always, or never.
+        Penalise the likelihood by Jeffreys' prior if the data are separated, always, or never.
     replicates, seed : int
         Of the bootstrap.
     keep_replicates : bool
@@ -252,7 +252,7 @@ def fit_curves(
 def fitted_curves(
     trials: Trials, form: Form, options: Options, progress: Callable[[int, int], None] | None = None
 ) -> xr.Dataset:
-    """Return the curves of all data, labelled, with their replicates where the options keep these."""
+    """Return the curves of all data, labelled, with their replicates if the options keep these."""
     samples = trials.samples or (EXAMPLE,)
 
     def columns_of(i: int) -> Columns:
@@ -301,7 +301,7 @@ def form_named(form: Any) -> Form:
 
 
 def check_method(form: Form, method: str) -> None:
-    """Raise ValueError where a form cannot be fitted by a method."""
+    """Raise ValueError if a form cannot be fitted by a method."""
     if method not in form.methods:
         raise ValueError(f"form {form.name!r} has no method {method!r}, only {', '.join(map(repr, form.methods))}")
 

@@ -35,7 +35,7 @@ class Form(ABC):
 
     @abstractmethod
     def fit(self, sample: Sample, options: Options, drawn: ResampledData | None) -> Columns:
-        """Fit one curve and return all of its results; `drawn` holds the resampled data where replicates are needed."""
+        """Fit one curve and return all of its results; `drawn` holds the resampled data if replicates are needed."""
 
     @abstractmethod
     def probabilities(self, sample: Sample, cells: Array, penalty: str) -> Array:
@@ -98,8 +98,8 @@ Fit = Callable[[Array, Index, Index], FittedCurve]
 class CustomForm(Form):
     """Curves that a caller's own fit gives.
 
-    Where the fit raises ValueError, ArithmeticError or LinAlgError for resampled counts, the replicate has no curve;
-    an error for the counts themselves reaches the caller.
+    If the fit raises ValueError, ArithmeticError or LinAlgError for resampled counts, the replicate has no curve; an
+    error for the counts themselves reaches the caller.
     """
 
     intervals = (BOOTSTRAP,)

@@ -27,12 +27,12 @@ WALD, PROFILE, BOOTSTRAP = "wald", "profile", "bootstrap"
 INTERVALS = (WALD, PROFILE, BOOTSTRAP)
 TOLERANCE = 1e-12
 DISPERSION = None
-"""Selects ln(dispersion) where a probability p selects ln x of the fractile p."""
+"""Selector of ln(dispersion), instead of a probability p that selects ln x of the fractile p."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """Options of a fit; weights (replicate, cluster) of the ground motions where these are resampled."""
+    """Options of a fit; weights (replicate, cluster) of the ground motions if these are resampled."""
 
     confidence: float
     intervals: str
@@ -45,12 +45,12 @@ class Options:
 
     @property
     def resamples(self) -> bool:
-        """True where replicates are needed."""
+        """True if replicates are needed."""
         return self.keep or self.intervals == BOOTSTRAP
 
 
 class ResampledData(NamedTuple):
-    """Resampled data of one curve: cells (replicate, cell); weights of its patterns where motions are known."""
+    """Resampled data of one curve: cells (replicate, cell); weights of its patterns if motions are known."""
 
     cells: Array
     patterns: Array | None
@@ -114,12 +114,12 @@ class Estimate:
 
     @property
     def found(self) -> bool:
-        """True where there is an estimate."""
+        """True if there is an estimate."""
         return self.status in {OK, SEPARATED} and bool(np.isfinite(self.lines.a[0]))
 
     @property
     def penalised(self) -> bool:
-        """True where the estimate maximises the penalised likelihood."""
+        """True if the estimate maximises the penalised likelihood."""
         return self.found and bool(self.lines.penalised[0])
 
     def interval_kind(self, asked: str) -> str:
@@ -273,7 +273,7 @@ def _fits(
 
 
 def median_bound(sample: Sample, confidence: float) -> Ends:
-    """Return the one-sided interval of the median where no run overturned, or all did; NaN in other cases.
+    """Return the one-sided interval of the median if no run overturned, or all did; NaN in other cases.
 
     Let the median be at or below a level. Each of the N independent runs at or above it does not overturn with a
     probability of at most one half. All of them do not overturn with at most 2^-N. The highest level at which this is
@@ -302,5 +302,5 @@ def median_bound(sample: Sample, confidence: float) -> Ends:
 
 
 def unlogged(value: float) -> float:
-    """Return exp(value), infinite where it is too large for a float."""
+    """Return exp(value), infinite if it is too large for a float."""
     return float(exp(value))

@@ -78,7 +78,7 @@ class IsotonicForm(Form):
 
 
 def _band(curve: Array, again: Array, motions: Array, confidence: float) -> tuple[Array, Array]:
-    """Pointwise percentiles of the replicates, widened by binomial intervals where no run overturned, or all did."""
+    """Pointwise percentiles of the replicates, widened by binomial intervals if no run overturned, or all did."""
     if np.isnan(curve).any():
         return curve, curve
     lower, upper, _ = percentile_interval(again.T, confidence)

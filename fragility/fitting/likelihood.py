@@ -55,7 +55,7 @@ class FactorData(NamedTuple):
 
 
 def data_of(levels: Array, cells: Array, outcomes: Index | None, like: FactorData | None = None) -> FactorData:
-    """Return the data in cells (replicate, cell); `outcomes` is None where cells are intervals of first overturning.
+    """Return the data in cells (replicate, cell); `outcomes` is None if cells are intervals of first overturning.
 
     `like`: other data of the same levels, whose scale is used.
     """
@@ -78,7 +78,7 @@ def data_of(levels: Array, cells: Array, outcomes: Index | None, like: FactorDat
 class FittedLines:
     """Curves F(a + b z) with z = (ln x - centre)/width, many at once: all arrays (replicate,).
 
-    NaN where there is no fit; status holds the kernel's codes.
+    NaN if there is no fit; status holds the kernel's codes.
     """
 
     link: Link
@@ -108,7 +108,7 @@ class FittedLines:
 
     @property
     def penalised(self) -> Flags:
-        """True where the likelihood was penalised."""
+        """True if the likelihood was penalised."""
         return self.table[:, engine.PENALISED] > 0.0
 
     def log_fractile(self, p: float) -> Array:
@@ -179,7 +179,7 @@ def covariance_of(
 
 
 def status_of(lines: FittedLines, data: FactorData, covariance: Array) -> str:
-    """Return the status of the first fit: the kernel's, or "flat" where the data determine no slope."""
+    """Return the status of the first fit: the kernel's, or "flat" if the data determine no slope."""
     word = STATUSES[lines.status[0]]
     if not np.isfinite(lines.a[0]):
         return word

@@ -104,7 +104,7 @@ def observed_columns(sample: Sample, fitted: Columns, link: Link | None, options
 
 
 def _common(runs: Index, ways: int) -> bool:
-    """Return True where levels are common to motions."""
+    """Return True if levels are common to motions."""
     return bool(runs.any() and np.median(runs[runs > 0]) >= COMMON * ways)
 
 

@@ -92,7 +92,7 @@ def state_name(state: State) -> str:
 
 
 def state_named(name: str) -> State | None:
-    """Return the damage state that `state_name` calls so; None where there is none.
+    """Return the damage state that `state_name` calls so; None if there is none.
 
     >>> [state_named(state_name(state)) for state in ("uplifted", 0.5, Slip(0.1, "front"))]
     ['uplifted', 0.5, Slip(distance=0.1, side='front')]

@@ -203,7 +203,7 @@ def collect(data: Any, first: bool = False, state: State = OVERTURNED, together:
 
 
 def rocking_thresholds(data: xr.Dataset) -> xr.DataArray:
-    """Return the level at which rigidly resting blocks uplift, on (block, model); NaN where it is not known exactly.
+    """Return the level at which rigidly resting blocks uplift, on (block, model); NaN if it is not known exactly.
 
     In peak acceleration it is g tan(alpha) (the mass centre's height as lever), g sin(alpha) (``lever="R"``), or g
     alpha (Housner's block of ``geometry="linear"``). In ``pga_normalised`` it is the same over g tan(alpha). NaN for
@@ -424,7 +424,7 @@ def _intensities(x: xr.DataArray, flags: xr.DataArray) -> Array:
 
 
 def _strata(stripe: NDArray[Any], clusters: Index) -> tuple[Index, ...] | None:
-    """Return the ground motions of each stripe, to be drawn stripe by stripe; None where stripes share one."""
+    """Return the ground motions of each stripe, to be drawn stripe by stripe; None if stripes share one."""
     members = tuple(np.unique(clusters[stripe == one]) for one in np.unique(stripe))
     return members if sum(member.size for member in members) == clusters.max() + 1 else None
 
@@ -437,7 +437,7 @@ def _positive(name: str, values: Any) -> Array:
 
 
 def _per_curve(values: xr.DataArray, like: xr.DataArray) -> list[float]:
-    """Return a value for each curve in the order of `like`; NaN where the values have other dimensions."""
+    """Return a value for each curve in the order of `like`; NaN if the values have other dimensions."""
     if not set(values.dims) <= set(like.dims):
         return [np.nan] * like.size
     return [float(one) for one in values.broadcast_like(like).transpose(*like.dims).values.ravel()]

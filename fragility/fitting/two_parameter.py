@@ -85,7 +85,7 @@ def fractile_columns(found: Estimate, options: Options) -> Columns:
 
 
 def median_bound_columns(sample: Sample, options: Options) -> Columns:
-    """Columns with the one-sided bound of the median where no run overturned, or all did; empty elsewhere."""
+    """Columns with the one-sided bound of the median if no run overturned, or all did; empty elsewhere."""
     lower, upper = median_bound(sample, options.confidence)
     return {} if math.isnan(lower) else {"median_lower": lower, "median_upper": upper}
 

@@ -104,7 +104,7 @@ class UpliftForm(Form):
 
     @staticmethod
     def _refit(sample: Sample, cells: Array, penalty: str) -> tuple[UpliftStep | FittedLines, FittedLines]:
-        """Fit both factors to every replicate; a step stays where it is."""
+        """Fit both factors to every replicate; a step does not move."""
         first = _step(sample) or fit_lines(LOGNORMAL_LINK, data_of(sample.levels, cells, _uplifts(sample)), penalty)
         return first, fit_lines(LOGNORMAL_LINK, data_of(sample.levels, cells, _outcomes(sample, first)), penalty)
 
@@ -166,7 +166,7 @@ def _uplifts(sample: Sample) -> Index:
 
 
 def _outcomes(sample: Sample, first: UpliftStep | Estimate | FittedLines) -> Index:
-    """Return the outcome of each cell in the fit of the second factor: no run where the block did not uplift."""
+    """Return the outcome of each cell in the fit of the second factor: no run if the block did not uplift."""
     outcomes = outcomes_of((NO_RUN if sample.uplift_known else SURVIVAL, SURVIVAL, FAILURE), sample.levels.size)
     if isinstance(first, UpliftStep):
         outcomes = np.where(np.repeat(sample.levels <= first.at * (1.0 + NEAR), STATES), NO_RUN, outcomes)

@@ -29,14 +29,14 @@ def read_hazard(
     path : path
         One of the files below.
     im : str or Measure, optional
-        The measure: selects one where the file holds several, names it where the file does not, and else must agree
-        with the file.
+        The measure: selects one if the file holds several, names it if the file does not, and else must agree with the
+        file.
     site : int, str or (longitude, latitude), optional
         Site in a file that holds several: its number from 0, its name, or its place in degrees (within 0.01).
     units : str, optional
-        Unit of the levels (``g``, ``cm/s`` …), only where a file does not state it.
+        Unit of the levels (``g``, ``cm/s`` …), only if a file does not state it.
     years : float, optional
-        Time in years of which the values are probabilities, only where a file does not state it.
+        Time in years of which the values are probabilities, only if a file does not state it.
     component : str
         Component of a USGS JSON response.
 

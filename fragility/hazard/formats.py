@@ -38,7 +38,7 @@ from .reading import (
 )
 
 Site = int | str | tuple[float, float] | None
-"""A site of a file: its number, its name, or its longitude and latitude; None where the file has only one."""
+"""A site of a file: its number, its name, or its longitude and latitude; None if the file has only one."""
 
 # Tolerance, in degrees, of a site given by longitude and latitude.
 NEAR = 0.01
@@ -227,7 +227,7 @@ def _read_comments(
 
 
 def _refuse_other_time(lines: Lines, comment: str, quantity: Quantity, where: str) -> None:
-    """Raise HazardError where comments speak of probabilities in another time than the heading, or of rates."""
+    """Raise HazardError if comments speak of probabilities in another time than the heading, or of rates."""
     time = stated(lines, comment, "investigation_time")
     words = comment.lower()
     for text in words.split("#"):
@@ -270,7 +270,7 @@ def _fractile_of(lines: Lines, comment: str) -> float | None:
 
 
 def _refuse_other_comments(lines: Lines, comment: str, label: str, unit: str | None, where: str) -> None:
-    """Raise HazardError where comments name other measures alone, or another unit of the levels, than the heading."""
+    """Raise HazardError if comments name other measures alone, or another unit of the levels, than the heading."""
     named = {
         f"Sa({float(match['period'])!r})" if match["period"] else f"pg{(match['peak'] or match['word']).lower()[-1]}"
         for match in _NAMED.finditer(comment)
@@ -292,7 +292,7 @@ def _refuse_other_comments(lines: Lines, comment: str, label: str, unit: str | N
 
 
 def _si(unit: str | None, label: str) -> float | None:
-    """Return the SI value of a unit of a measure, None where it is none."""
+    """Return the SI value of a unit of a measure, None if it is none."""
     try:
         return unit_to_si(None if unit is None else unit.strip(" ()[].,;"), label)
     except ValueError:
@@ -322,7 +322,7 @@ def _measure_and_unit(lines: Lines, text: str) -> tuple[str, str | None]:
 
 
 def _column_quantity(lines: Lines, name: str, years: float | None) -> tuple[Quantity, float | None]:
-    """Return the quantity of a column, and its weight where the column is a realisation; every word is understood."""
+    """Return the quantity of a column, and its weight if the column is a realisation; every word is understood."""
     where = f"{lines.file}: line {lines.number}"
     text = re.sub(r"(?<![a-z])(?:any one|any|one|a) (?=year)", "1 ", " ".join(name.lower().split()))
     weight = None
@@ -488,7 +488,7 @@ def one_measure(lines: Lines, names: list[str], im: str | None) -> tuple[str, li
 
 
 def _chosen(file: Path, held: Iterable[str], im: str | None) -> str:
-    """Return the measure `im`, or the only one that a file holds; HazardError where it is not there."""
+    """Return the measure `im`, or the only one that a file holds; HazardError if it is not there."""
     labels = list(held)
     if im is None and len(labels) > 1:
         raise HazardError(f"{file}: holds curves of {', '.join(labels)}: give im")

@@ -192,7 +192,7 @@ def _log_rate(u: float, at: Array, logs: Array) -> float:
 
 
 def _ramp(z: float) -> float:
-    """Return (1 - e^-z)/z - e^-z, by its series where the terms would cancel."""
+    """Return (1 - e^-z)/z - e^-z, by its series if the terms would cancel."""
     if z > 0.5:
         return -math.expm1(-z) / z - math.exp(-z)
     total, power = 0.0, 1.0  # sum over n >= 1 of -(-z)^n n/(n + 1)!

@@ -1,9 +1,9 @@
 """Compiled likelihoods of overturning with P(x) = F(a + b z), z a scaled ln x: fits and profiles, many at once.
 
 Two kinds of counts: overturnings k of n runs at each level (binomial), and motions by the interval between two levels
-in which they first overturn (interval).  Three links F: probit, logit, complementary log-log.  A penalty, half the
-logarithm of the determinant of the binomial's expected information (Jeffreys' prior), keeps estimates finite where
-overturnings and survivals do not overlap.  `fitting.likelihood` and `fitting.intervals` call these kernels.
+in which they first overturn (interval). Three links F: probit, logit, complementary log-log. A penalty, half the
+logarithm of the determinant of the binomial's expected information (Jeffreys' prior), keeps estimates finite if
+overturnings and survivals do not overlap. `fitting.likelihood` and `fitting.intervals` call these kernels.
 """
 
 import math

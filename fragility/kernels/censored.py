@@ -95,7 +95,7 @@ def _likelihood(theta, lower, upper, design, weights, gradient, information):
 
 @kernel(error_model="python")
 def _solve(matrix, right, solution, work):
-    """Solve a small positive definite system by Cholesky's factors in `work`; return False where it is singular."""
+    """Solve a small positive definite system by Cholesky's factors in `work`; return False if it is singular."""
     n = right.size
     for i in range(n):
         for j in range(i + 1):

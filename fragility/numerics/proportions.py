@@ -22,7 +22,7 @@ def binomial_interval(successes: Any, trials: Any, confidence: float = 0.95, met
     Parameters
     ----------
     successes, trials : array_like, broadcast against each other
-        Successes, between 0 and the trials; not whole where trials succeed in part.
+        Successes, between 0 and the trials; not whole if trials succeed in part.
     confidence : float
         Between 0 and 1.
     method : {"wilson", "clopper-pearson", "jeffreys"}
@@ -32,7 +32,7 @@ def binomial_interval(successes: Any, trials: Any, confidence: float = 0.95, met
     Returns
     -------
     lower, upper : numpy.ndarray
-        NaN where there was no trial.
+        NaN if there was no trial.
 
     Notes
     -----

@@ -27,7 +27,7 @@ Where = dict[str, slice]
 
 
 def slabs(sizes: Mapping[str, int], dims: Sequence[str]) -> Iterator[Where]:
-    """Yield the bounds of slabs along the dimensions, the first cut first; one slab where all runs fit in it."""
+    """Yield the bounds of slabs along the dimensions, the first cut first; one slab if all runs fit in it."""
     here = [dim for dim in dims if dim in sizes]
     runs = math.prod(size for dim, size in sizes.items() if dim in OF_RUNS)
     if not here or (runs <= RUNS and sizes.get("block", 0) <= BLOCKS):

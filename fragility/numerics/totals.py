@@ -32,8 +32,8 @@ def chances_of_any(chance: Array, counts: Index, independent: bool) -> Array:
 def chances_of_none(any_piece: Array, members: Flags, found: Array | None = None) -> Array:
     """Return the probability, given the motion, that nothing of a set overturns: (model, set, level, motion).
 
-    members (set, item): True where an item belongs to a set; given the motion, items are independent.  `found`: the
-    result for preceding items, multiplied in place.
+    members (set, item): True if an item belongs to a set; given the motion, items are independent. `found`: the result
+    for preceding items, multiplied in place.
     """
     if found is None:
         found = np.ones(_of_sets(any_piece.shape, members))

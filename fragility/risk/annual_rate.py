@@ -94,8 +94,8 @@ def annual_rate(
         Above its highest level: the last piece is extended; or the events there do not count; or they count as if they
         just reached it (a lower bound).
     outside : {"refuse", "least", "most"}
-        Rule for tabulated curves beyond their levels, as in `curve_probability`; "refuse" is an error where it changes
-        a rate.
+        Rule for tabulated curves beyond their levels, as in `curve_probability`; "refuse" is an error if it changes a
+        rate.
     bins : int or array_like (edge,)
         Bins of intensity: their number, of equal width in ln x between the lowest and the highest level of the hazard
         curve, or their edges (SI).
@@ -274,12 +274,12 @@ def rate_share_above(
     curves, hazard, below, above, outside
         As for `annual_rate`.
     levels : xarray.DataArray or float
-        Level in the measure and unit of the hazard curve, > 0; on block where blocks have different levels.
+        Level in the measure and unit of the hazard curve, > 0; on block if blocks have different levels.
 
     Returns
     -------
     xarray.DataArray
-        On the dimensions of the curves, 0 to 1; NaN where there is no rate.
+        On the dimensions of the curves, 0 to 1; NaN if there is no rate.
 
     Examples
     --------
@@ -301,7 +301,7 @@ def rate_share_above(
 class RateSamples(NamedTuple):
     """Samples of rates, (curve, replicate, realisation), the dimensions of their labelled array, and their weights.
 
-    mirrored: samples whose steps of ln(rate) are taken the other way, where they are not studentised.
+    mirrored: samples whose steps of ln(rate) are taken the other way, if they are not studentised.
     """
 
     values: Array
@@ -363,7 +363,7 @@ def _studentised(curves: xr.Dataset, rates: Array, samples: Array) -> Array:
 def _of_runs(curves: xr.Dataset, arrays: CurveArrays, hazards: list[Pieces]) -> Array | None:
     """Return the rates of the runs over the rates of their curves, (curve, hazard), without modelling uncertainty.
 
-    None where the shares of the runs at common levels are not known.  arrays: the curves in the hazard's measure.
+    None if the shares of the runs at common levels are not known. arrays: the curves in the hazard's measure.
     """
     if OBSERVED not in curves or not isinstance(arrays, LognormalCurves) or curves.sizes["level"] < 2:
         return None
@@ -431,7 +431,7 @@ def _bin_edges(bins: int | Any, hazard: HazardCurve) -> Array:
 
 
 def _share_above(curves: CurveArrays, rate: Array, hazard: Pieces, levels: Array, outside: str) -> Array:
-    """Return the shares of rates (curve,) from above each curve's level (curve,); NaN where a rate is 0 or infinite."""
+    """Return the shares of rates (curve,) from above each curve's level (curve,); NaN if a rate is 0 or infinite."""
     curves = curves.flat()
     share = np.full(rate.shape, np.nan)
     sound = np.isfinite(rate) & (rate > 0.0)
@@ -447,8 +447,8 @@ def _deaggregate(
 ) -> tuple[Array, Array, Array]:
     """Return the shares of the rates (curve, bin) between `edges` (edge,), and mean and mode of ln x (curve,) each.
 
-    The mean is exact, over all intensities; the mode is the middle of the bin that holds most per unit of ln x.  Both
-    are NaN where the rate is 0 or infinite.
+    The mean is exact, over all intensities; the mode is the middle of the bin that holds most per unit of ln x. Both
+    are NaN if the rate is 0 or infinite.
     """
     curves = curves.flat()
     log_edges = log(edges)

@@ -3,7 +3,8 @@
 With u = ln x, lambda = integral of P(u) (-dH/du) du = integral of H(u) dP(u). The second integral is a sum of positive
 terms, one for each piece of the hazard curve. Terms therefore do not cancel, however far apart curve and hazard lie.
 
-On a piece where ln H is a parabola of local slope k(u) = -d ln H/du and curvature k2, and P = Phi(z), z = (u - m)/beta:
+On a piece on which ln H is a parabola of local slope k(u) = -d ln H/du and curvature k2, and P = Phi(z), z = (u -
+m)/beta:
 
     H(u) phi(z) = C phi(t),   t = (z + k(u) beta)/r,   r = sqrt(1 + 2 k2 beta²),   dz = dt/r,
 
@@ -217,7 +218,7 @@ def _normal(pieces: Pieces, start: Array, stop: Array, median: Array, dispersion
 
 
 def _times(probability: Array, rate: Array) -> Array:
-    """Return probability times rate; 0 where the probability is 0, even for an infinite rate."""
+    """Return probability times rate; 0 if the probability is 0, even for an infinite rate."""
     return np.where(probability == 0.0, 0.0, probability * rate)
 
 
@@ -293,7 +294,7 @@ def _tabulated_parts(curves: TabulatedCurves, pieces: Pieces, outside: str) -> A
 
 
 def _mean_rate(pieces: Pieces) -> Array:
-    """Return the mean of H over the width of each piece, (piece,); NaN where the width is infinite."""
+    """Return the mean of H over the width of each piece, (piece,); NaN if the width is infinite."""
     width = pieces.stop - pieces.start
     first = exp(pieces.log_at(slice(None), pieces.start))
     slopes = [pieces.slope_at(slice(None), end) for end in (pieces.start, pieces.stop)]

@@ -31,7 +31,7 @@ from .weighing import SOURCES, SampledRates, fractiles_of, shares_of_spread
 
 FRACTILES = (0.05, 0.16, 0.5, 0.84, 0.95)
 SAMPLES = 1000
-"""Samples of the modelling uncertainty where curves hold no replicates."""
+"""Samples of the modelling uncertainty if curves hold no replicates."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +192,7 @@ def _checked(branches: Sequence[Branch]) -> list[Branch]:
 
 
 def _refuse_others(first: xr.Dataset, curves: xr.Dataset) -> None:
-    """Raise ValueError where curves are not of the same blocks and floors, in their order."""
+    """Raise ValueError if curves are not of the same blocks and floors, in their order."""
     for name in ("block", "floor"):
         own, other = (np.atleast_1d(one[name].values) if name in one.coords else None for one in (first, curves))
         same = (own is None) == (other is None) and (own is None or np.array_equal(own, np.asarray(other)))

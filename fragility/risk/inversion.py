@@ -163,7 +163,7 @@ def _crossings(sizes: Array, rates: Array, goal: float) -> tuple[Index, Array]:
 
 
 def _weights(rates: xr.Dataset, rows: list[str]) -> Array | None:
-    """Return the weights of the samples, with the dimensions `rows` flattened; None where all weights are equal."""
+    """Return the weights of the samples, with the dimensions `rows` flattened; None if all weights are equal."""
     if "realisation" not in rows or "weight" not in rates.coords:
         return None
     sizes = [rates.sizes[dim] for dim in rows]

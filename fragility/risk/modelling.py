@@ -34,7 +34,7 @@ def capacity_factors(dispersion: float) -> tuple[float, float]:
     """Return the factors exp(-1.28 beta_m) and exp(1.28 beta_m) between which true over computed capacities lie.
 
     They are the 10 and 90 % fractiles of a lognormal error of all capacities with beta_m = `dispersion`, or the usual
-    one where that is 0.
+    one if that is 0.
     """
     error = TENTH * (dispersion or USUAL_DISPERSION)
     return float(exp(-error)), float(exp(error))
@@ -54,7 +54,7 @@ LOWER, UPPER = "_modelling_lower", "_modelling_upper"
 def with_ends(
     name: str, dims: tuple[str, ...], ends: Sequence[Array], units: str, dispersion: float, measure: str = ""
 ) -> dict[str, xr.Variable]:
-    """Return the ends of the range of a value, from the values at the two `capacity_factors`; NaN where one is NaN.
+    """Return the ends of the range of a value, from the values at the two `capacity_factors`; NaN if one is NaN.
 
     `measure`: measure of a value with a unit of the levels.
     """

@@ -27,7 +27,7 @@ def axes_of(motions: Sequence[Record]) -> str:
 
 
 def check_axes(axes: str, blocks: Sequence[Block], models: Sequence[Model]) -> None:
-    """Raise a ValueError where blocks cannot be run about these axes.
+    """Raise a ValueError if blocks cannot be run about these axes.
 
     About both axes: a block without a depth, one on a soft bed, one too squat along its depth for a law without an
     explicit restitution. About the weak axis alone: a block without a depth, or with a depth below 1.6 times its width,

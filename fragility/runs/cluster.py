@@ -57,7 +57,7 @@ class Remake:
     known: frozenset[str]
 
     def gives(self, digests: Sequence[str]) -> bool:
-        """Return True if the function makes all motions of these digests; it is called only where that is not known."""
+        """Return True if the function makes all motions of these digests; it is called only if that is not known."""
         return self.known.issuperset(digests) or self._all.issuperset(digests)
 
     @cached_property
@@ -78,7 +78,7 @@ class Cluster(Runner):
     stop: Callable[[], bool] = never
 
     def run(self, work: Work, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, ChunkResult]]:
-        """Yield every chunk with its results; ClusterError where the cluster cannot compute it."""
+        """Yield every chunk with its results; ClusterError if the cluster cannot compute it."""
         if not chunks:
             return
         from distributed.comm.core import CommClosedError  # noqa: PLC0415 - loaded where there is a cluster
@@ -130,7 +130,7 @@ def worker_identity() -> dict[str, str]:
 
 
 def check_workers(client: Client) -> None:
-    """Wait for a worker; ClusterError where no worker connects, or where one has another engine than this process."""
+    """Wait for a worker; ClusterError if no worker connects, or if one has another engine than this process."""
     try:
         client.wait_for_workers(1, timeout=WORKERS_WITHIN)
     except TimeoutError:
@@ -252,7 +252,7 @@ def _check_engine(who: str, theirs: dict[str, str], ours: dict[str, str]) -> Non
 
 
 class _ThreadCount:
-    """Number of threads of the workers, updated from time to time; ClusterError where no worker is left."""
+    """Number of threads of the workers, updated from time to time; ClusterError if no worker is left."""
 
     def __init__(self, client: Client) -> None:
         self.client = client
@@ -275,7 +275,7 @@ class _ThreadCount:
 
 
 def _finished(news: SimpleQueue[Future[Any]], threads: _ThreadCount, running: int) -> list[Future[Any]]:
-    """Wait for at least one finished chunk and others that finish soon; ClusterError where no worker is left."""
+    """Wait for at least one finished chunk and others that finish soon; ClusterError if no worker is left."""
     found: list[Future[Any]] = []
     while not found:
         try:

@@ -1,4 +1,4 @@
-"""Scale factors of runs, computed part by part where they differ from block to block."""
+"""Scale factors of runs, computed part by part if they differ from block to block."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class BlockFactors(NamedTuple):
 
 
 Factors = Array | BlockFactors
-"""Factors (block, level, motion): an array of one block where the factors are the same for all blocks."""
+"""Factors (block, level, motion): an array of one block if the factors are the same for all blocks."""
 
 
 def dense(factors: Factors) -> Array:
@@ -80,7 +80,7 @@ class ScaleFactors(NamedTuple):
 
     @property
     def values(self) -> xr.Variable:
-        """The factors on motion, and on block and level where they depend on them, in the order of runs."""
+        """The factors on motion, and on block and level if they depend on them, in the order of runs."""
         ratios: xr.Variable = self.levels / self.measured
         factors = ratios if self.measure is None else ratios.copy(data=self.measure.factors(ratios.values))
         return factors.transpose(*[dim for dim in ("block", "level", "motion") if dim in factors.dims])

@@ -22,7 +22,7 @@ class ChunkTask:
         self._work, self._chunk, self._stop = work, chunk, stop
 
     def __call__(self) -> ChunkResult | None:
-        """Compute it; None where the work has been stopped before, or in the middle of a long one."""
+        """Compute it; None if the work has been stopped before, or in the middle of a long one."""
         if self._stop():
             return None
         try:
@@ -42,7 +42,7 @@ class ChunkTask:
 
 
 def run_sent(engine: Mapping[str, str], data: tuple[Any, ...]) -> ChunkResult:
-    """Compute a chunk from its data in another process; ValueError where that has another engine than the sender."""
+    """Compute a chunk from its data in another process; ValueError if that has another engine than the sender."""
     if difference := engine_difference(engine_identity(), engine):
         raise ValueError(f"a worker {difference}")
     return run_part(*data)

@@ -136,7 +136,7 @@ def block_coordinates(blocks: Sequence[Block]) -> dict[str, xr.Variable]:
 
 
 def depth_coordinate(blocks: Sequence[Block]) -> dict[str, xr.Variable]:
-    """Return the depth of blocks on ``block``, NaN where it is not known."""
+    """Return the depth of blocks on ``block``, NaN if it is not known."""
     attributes = described("full size in the other horizontal direction", METRE)
     depths = [math.nan if block.depth is None else block.depth for block in blocks]
     return {"depth": xr.Variable("block", depths, attributes)}

@@ -139,7 +139,7 @@ def seconds_of_a_chunk(total: float, least: float | None = None) -> float:
 def number_of_chunks(total: float) -> float:
     """Return the approximate number of chunks of work of `total` seconds on one core.
 
-    Where chunks decrease in size, about three small chunks replace one of full size.
+    If chunks decrease in size, about three small chunks replace one of full size.
     """
     equal = total / seconds_of_a_chunk(total)
     return equal + 2.0 * min(FALLING_SHARE * equal, MOST_FALLING)

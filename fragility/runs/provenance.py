@@ -35,16 +35,16 @@ SCENE = "scene"
 BED = "bed_settlement"
 """Coordinate of blocks on soft beds: the settlement, m."""
 EDGE = "edge"
-"""Coordinate of blocks near edges: where these are, as JSON."""
+"""Coordinate of blocks near edges: the places of the edges, as JSON."""
 
 AXES = "axes"
-"""Entry of a configuration: `BOTH_AXES` or `WEAK_AXIS`, where blocks are run about these."""
+"""Entry of a configuration: `BOTH_AXES` or `WEAK_AXIS`, if blocks are run about these."""
 DESCRIBED = 1000
 """Maximum number of blocks that a configuration describes one by one: it is read and written for each slab of runs."""
 
 
 def configuration_of(data: xr.Dataset | xr.DataArray) -> dict[str, Any]:
-    """Return the configuration in the attributes of a dataset, empty where there is none that can be read.
+    """Return the configuration in the attributes of a dataset, empty if there is none that can be read.
 
     Datasets may be from files of other programs, whose attribute of that name may have any content.
     """
@@ -98,7 +98,7 @@ def design_of(runs: xr.Dataset | xr.DataArray) -> str:
 
 
 def intensity_of(runs: xr.Dataset) -> xr.DataArray:
-    """Return the levels of runs, or the intensity of each motion where each motion is run at one intensity.
+    """Return the levels of runs, or the intensity of each motion if each motion is run at one intensity.
 
     Adaptive levels, of which each run has its own, are a ValueError.
     """
@@ -116,7 +116,7 @@ def scaled_to_levels(runs: xr.Dataset) -> bool:
 class LevelMeasure(NamedTuple):
     """The measure of the levels of runs: its name in the dataset, and the measure itself, None for plain factors.
 
-    values: of the unscaled motions, on motion (and on block, where the measure depends on it); 1 for plain factors.
+    values: of the unscaled motions, on motion (and on block, if the measure depends on it); 1 for plain factors.
     """
 
     name: str
@@ -144,7 +144,7 @@ def level_measure(runs: xr.Dataset) -> LevelMeasure:
 
 
 def scale_factor(runs: xr.Dataset) -> xr.DataArray:
-    """Return scale factors on motion, and on level and block where they depend on them; errors as `scale_factors`."""
+    """Return scale factors on motion, and on level and block if they depend on them; errors as `scale_factors`."""
     return xr.DataArray(scale_factors(runs).values)
 
 
@@ -166,7 +166,7 @@ def factors_of(runs: xr.Dataset) -> Array:
 
 
 def factors_under(runs: xr.Dataset, motions: Flags) -> Factors:
-    """Return `factors_of` for some motions, to be computed part by part where they differ between blocks at levels."""
+    """Return `factors_of` for some motions, to be computed part by part if they differ between blocks at levels."""
     one = level_measure(runs) if scaled_to_levels(runs) and design_of(runs) == IDA else None
     if one is None or one.measure is None or "block" not in one.values.dims:
         return factors_of(runs)[:, :, motions]
@@ -180,12 +180,12 @@ FLOORS = ("floor", "motion_floor")
 
 
 def floor_of_each_motion(runs: xr.Dataset | xr.DataArray) -> list[str]:
-    """Return the floor of each motion as text, empty where none is given."""
+    """Return the floor of each motion as text, empty if none is given."""
     return floor_labels(runs.coords, runs.sizes["motion"])
 
 
 def floor_labels(coordinates: Mapping[Any, xr.Variable | xr.DataArray], motions: int) -> list[str]:
-    """Return the floor of each motion as text from the coordinates of runs, empty where none is given."""
+    """Return the floor of each motion as text from the coordinates of runs, empty if none is given."""
     name = next(iter(_floor_names(coordinates)), None)
     return [""] * motions if name is None else [str(value) for value in coordinates[name].values]
 
@@ -200,7 +200,7 @@ def _floor_names(coordinates: Mapping[Any, xr.Variable | xr.DataArray]) -> list[
 
 
 def motions_by_floor(runs: xr.Dataset | xr.DataArray) -> tuple[xr.Variable | None, list[NDArray[np.intp]]]:
-    """Return the floors and the indices of the motions of each; None and one group where there is one floor or none."""
+    """Return the floors and the indices of the motions of each; None and one group if there is one floor or none."""
     of_motion = floor_of_each_motion(runs)
     labels = list(dict.fromkeys(of_motion))
     if len(labels) < 2:
@@ -281,7 +281,7 @@ def blocks_of(runs: xr.Dataset) -> list[Block]:
 
 
 def laws_of(runs: xr.Dataset) -> list[Law]:
-    """Return the laws of labelled runs, from their configuration; ValueError where it does not hold them."""
+    """Return the laws of labelled runs, from their configuration; ValueError if it does not hold them."""
     try:
         described = [dict(one) for one in configuration_of(runs)["models"]]
         unknown = [one["law"] for one in described if one["law"] not in LAWS]
@@ -295,7 +295,7 @@ def laws_of(runs: xr.Dataset) -> list[Law]:
 
 
 def records_of(runs: xr.Dataset, motions: Motions) -> list[Record]:
-    """Return the motions of labelled runs as records, in order; ValueError where one is missing or differs.
+    """Return the motions of labelled runs as records, in order; ValueError if one is missing or differs.
 
     Of runs both ways the motions may be given both ways or as they were.
     """
@@ -360,7 +360,7 @@ def runs_near_curves(runs: xr.Dataset) -> Flags:
 
 
 def same_motions(runs: xr.Dataset, records: Sequence[Record | None]) -> list[Record]:
-    """Return the records of the motions of runs; ValueError where there is none, or one with another PGA."""
+    """Return the records of the motions of runs; ValueError if there is none, or one with another PGA."""
     stored = runs["pga"].values.tolist() if "pga" in runs.coords else [None] * len(records)
     found = []
     for name, record, pga in zip(runs["motion"].values, records, stored, strict=True):

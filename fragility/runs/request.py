@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 Labelled = TypeVar("Labelled", Block, Law, Model)
 
 USUAL = ("overturned", "peak_rotation"), ("slide_peak",)
-"""Outputs where none are named: of rocking and of sliding blocks."""
+"""Outputs if none are named: of rocking and of sliding blocks."""
 ENDS = ("slide_peak", "slide_after")
 """Outputs that show if blocks still slide at the end of a motion."""
 
@@ -94,7 +94,7 @@ def check_request(
     progress: Progress | None,
     screen: bool = False,
 ) -> Request:
-    """Check the arguments that all analyses share; TypeError or ValueError where one is wrong."""
+    """Check the arguments that all analyses share; TypeError or ValueError if one is wrong."""
     laws = labelled_sequence("models", models, Model)  # type: ignore[type-abstract]
     wanted = _outputs(outputs, laws)
     for name, value in (("skip", skip), ("screen", screen)):
@@ -110,7 +110,7 @@ def check_request(
 
 
 def rocking_laws(models: Sequence[Model]) -> list[Law]:
-    """Return models that are all laws of rocking; TypeError where one is not."""
+    """Return models that are all laws of rocking; TypeError if one is not."""
     return labelled_sequence("models", models, Law)  # type: ignore[type-abstract]
 
 
@@ -122,7 +122,7 @@ def specimen_of(block: Block, model: Model, plane: bool = False) -> Specimen:
 
 
 def _outputs(outputs: Sequence[str] | None, models: Sequence[Model]) -> list[str]:
-    """Return the names of outputs, each once; ValueError where a law has none of them."""
+    """Return the names of outputs, each once; ValueError if a law has none of them."""
     sliding = [isinstance(model, SlidingLaw) for model in models]
     if any(sliding) and not all(sliding):
         raise ValueError("models must be laws of rocking, or Sliding alone: their outputs differ")
@@ -169,7 +169,7 @@ def collect_about(
     progress: Progress | None,
     least: float | None = None,
 ) -> Runs:
-    """Do the work, also about the other axis where there are specimens of it, and put the outputs of the two together.
+    """Do the work, also about the other axis if there are specimens of it, and put the outputs of the two together.
 
     across: the specimens of blocks that rock in the direction of their depth (`axes.of_both`).
     """

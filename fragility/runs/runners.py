@@ -38,8 +38,8 @@ Result = TypeVar("Result")
 def thread_count() -> int:
     """Return the number of threads: dask's `num_workers`, or the processors that this process may use.
 
-    1 where dask is configured to compute in one thread (``scheduler="synchronous"``); ValueError where its
-    configuration makes no sense.
+    1 if dask is configured to compute in one thread (``scheduler="synchronous"``); ValueError if its configuration
+    makes no sense.
     """
     if scheduler() is get_sync:
         return 1
@@ -79,7 +79,7 @@ def _in_worker() -> bool:
 
 
 def default_client() -> Client | None:
-    """Return the client that dask is configured to compute with, or its default client; None where there is none."""
+    """Return the client that dask is configured to compute with, or its default client; None if there is none."""
     client = getattr(scheduler(), "__self__", None)
     return client if hasattr(client, "submit") and hasattr(client, "scheduler") else None
 
@@ -159,7 +159,7 @@ class _Window:
         self._thread = threading.Thread(target=self._work, name="toppling-graph", daemon=True)
 
     def results(self) -> Iterator[tuple[Chunk, ChunkResult]]:
-        """Yield every chunk with its results; KeyboardInterrupt where not all were begun."""
+        """Yield every chunk with its results; KeyboardInterrupt if not all were begun."""
         self._thread.start()
         stopped = False
         one: tuple[int, ChunkResult | None] | BaseException | None = (0, None)

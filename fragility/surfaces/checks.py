@@ -26,7 +26,7 @@ class Check(NamedTuple):
     """Comparison at blocks (block,): ln medians from their own runs less the surface's, and errors of the differences.
 
     p_value: probability of differences as large as all of these together, by chance; worst: the largest difference
-    beyond chance, 0 where there is none.
+    beyond chance, 0 if there is none.
     """
 
     points: Array

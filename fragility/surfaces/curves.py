@@ -34,8 +34,9 @@ FEW = 0.05
 """Share of runs with or without a fall below which levels move on: the curves lie beyond."""
 EXPLORATIONS = 6
 BEGIN, BEGIN_WIDE, MOST_DEGREES = (4, 2), (3, 2), (6, 4)
-"""Degrees of ln median and ln dispersion at the first fit, where blocks differ in up to three numbers and in more, and
-at most."""
+"""Degrees of ln median and ln dispersion at the first fit, if blocks differ in up to three numbers and in more, and at
+most.
+"""
 FEW_VARIABLES = 3
 LIKELY = 0.1
 """Probability below which further terms are not there by chance."""
@@ -196,7 +197,7 @@ class PooledCurves:
         self.stopped = self._rule.step(self.motions, self.ratios[-1][1], last)
 
     def _fit(self) -> None:
-        """Fit the surfaces, with more terms where the runs ask for them."""
+        """Fit the surfaces, with more terms if the runs require them."""
         runs = self.runs
         if not self._enough(self.degrees, runs):
             return
@@ -215,7 +216,7 @@ class PooledCurves:
                 self.raise_degree()
 
     def _fit_near(self, degree: int, curve: Surface | None = None) -> Surface | None:
-        """Fit the surface to runs near the medians alone; None where they do not determine it.
+        """Fit the surface to runs near the medians alone; None if they do not determine it.
 
         `curve`: surface whose dispersions are used, by default the current one.
         """
@@ -330,7 +331,7 @@ class PooledCurves:
         return Band(float(errors.max()), factor)
 
     def _explore(self, wave: Pool, last: bool) -> None:
-        """Move the search to where it may find the curves, after a wave that did not; stop after the last one."""
+        """Move the search towards the possible place of the curves after a wave that did not find it, or stop."""
         share = float(wave.fell.mean())
         alike = share in (0.0, 1.0)
         if share < FEW or share > 1.0 - FEW:

@@ -56,7 +56,7 @@ def find_cut(runs: Pool, normals: Array, degrees: tuple[int, int], start: Surfac
 
 
 def settled(surface: Surface | None, runs: Pool) -> Surface | None:
-    """Return a surface with its cut at the likeliest place; None where one side has too few runs, or of None."""
+    """Return a surface with its cut at the likeliest place; None if one side has too few runs, or of None."""
     found = surface
     for _ in range(ROUNDS):
         if found is None or found.cut is None:

@@ -1,4 +1,4 @@
-"""Domain of a pooled analysis: the variables of the blocks, the region that they fill, and where blocks are designed.
+"""Domain of a pooled analysis: the variables of the blocks, the region that they fill, and the design of blocks.
 
 The response of a free-standing block depends only on its frequency p, its slenderness and its inertia factor, under
 laws without sizes of their own (docs/theory). The region is the convex hull of the blocks in ln p, ln tan(alpha) and

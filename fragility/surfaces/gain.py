@@ -81,7 +81,7 @@ def measure_gain(runs: Observations, ratios: Array) -> Gain:
 
 
 def gain_words(labels: Sequence[str], gains: Sequence[Gain]) -> str:
-    """Return a clause that offers the measures that surely save most; empty where none saves a third of the motions.
+    """Return a clause that offers the measures that surely save most; empty if none saves a third of the motions.
 
     >>> gain_words(["pgv", "cav"], [Gain(4.0, 3.0, 5.3), Gain(1.1, 0.9, 1.4)])
     'levels in pgv would take 25 % of the motions or fewer (factor 4.0, 99 % interval 3.0–5.3)'

@@ -29,7 +29,7 @@ LIKELY = 0.01
 class RatePlane(NamedTuple):
     """Plane of ln ratios of rates without a form to rates of curves: coefficients, their covariance (term, term).
 
-    apart: ln ratio by which single blocks differ from the plane beyond chance, 0 where none does.
+    apart: ln ratio by which single blocks differ from the plane beyond chance, 0 if none does.
     """
 
     coefficients: Array
@@ -57,7 +57,7 @@ def rate_levels(hazard: HazardCurve, log_medians: Array, dispersions: Array, uni
 def check_rates(points: Array, curve_rates: Array, weights: Array, fell: Flags, motions: Index) -> RatePlane | None:
     """Compare rates of curves (block,) with weighted runs (block, stratum, motion), motions (motion,) as clusters.
 
-    None where fewer blocks fell than a plane has terms.
+    None if fewer blocks fell than a plane has terms.
     """
     _, cluster = np.unique(motions, return_inverse=True)
     k = int(cluster.max()) + 1

@@ -57,7 +57,7 @@ def basis(points: Array, degree: int) -> Array:
 
 
 class Cut(NamedTuple):
-    """Plane at which a surface may jump: the far side is where point @ normal >= place, normal (variable,).
+    """Plane at which a surface may jump: the far side has point @ normal >= place, normal (variable,).
 
     low, high: the places that the runs allow lie between these.
     """
@@ -162,10 +162,10 @@ def fit_surface(
 ) -> Surface | None:
     """Return the likeliest surface with polynomials of ln median and ln dispersion of two degrees, or None.
 
-    The search begins at `start`, a surface of other degrees or without the `cut` where the surface may jump. The
-    likelihood has no maximum where the runs are separated, or too few for the degrees. Fisher's scoring, with steps
-    halved until the likelihood rises. Errors are from the sums of each motion's scores, the sandwich of Liang, K.-Y.
-    and Zeger, S. L. (1986). Biometrika 73, 13-22.
+    The search begins at `start`, a surface of other degrees or without the `cut` at which the surface may jump. The
+    likelihood has no maximum if the runs are separated, or too few for the degrees. Fisher's scoring is used, with
+    steps halved until the likelihood rises. Errors are from the sums of each motion's scores, the sandwich of Liang,
+    K.-Y. and Zeger, S. L. (1986). Biometrika 73, 13-22.
     """
     rows = terms_at(runs.points, degrees[0], cut), terms_at(runs.points, degrees[1], cut)
     found = _likeliest(_begin(runs, degrees, start, cut), runs, rows)
@@ -264,7 +264,7 @@ def _sums(c: Array, runs: Pool, rows: tuple[Array, Array]) -> tuple[float, Array
 
 
 def _solved(information: Array, score: Array) -> Array | None:
-    """Return the step of Fisher's scoring; None where the runs do not determine it."""
+    """Return the step of Fisher's scoring; None if the runs do not determine it."""
     scale = np.sqrt(np.diag(information))
     if not (scale > 0.0).all() or not np.isfinite(scale).all():
         return None
@@ -281,7 +281,7 @@ def _solved(information: Array, score: Array) -> Array | None:
 def cut_score(runs: Pool, smooth: Surface, cut: Cut) -> float:
     """Return Rao's score statistic of a cut: twice the ln likelihood, about, that a surface gains by jumping there.
 
-    0 where the runs do not determine the jump.
+    0 if the runs do not determine the jump.
     """
     rows = smooth._replace(cut=cut).terms(runs.points)
     _, scores, information = _sums(_begin(runs, smooth.degrees, smooth, cut), runs, rows)

@@ -26,7 +26,7 @@ class Categorical(Distribution):
     choices : sequence of str or law
         The choices, each once.
     probabilities : sequence of float, optional
-        Probability of each choice, > 0, with sum 1; equal where not given.
+        Probability of each choice, > 0, with sum 1; equal if not given.
 
     Examples
     --------

@@ -53,7 +53,7 @@ def sobol_indices(
     -------
     xarray.Dataset
         On input and the function's other dimensions: `first` (alone) and `total` (with all others), each with its
-        interval, `_lower` and `_upper`.  `mean` and `variance` of the function.  NaN where it does not vary.
+        interval, `_lower` and `_upper`. `mean` and `variance` of the function. NaN if it does not vary.
 
     Notes
     -----

@@ -58,7 +58,7 @@ class RandomInputs:
         `Categorical` of laws or their short names. Other names are for functions of the user (`sobol_indices`); no
         block or law has them.
     rank_correlation : mapping of pairs of names to float, optional
-        Spearman's correlations, between -1 and 1; 0 where not given.
+        Spearman's correlations, between -1 and 1; 0 if not given.
 
     Raises
     ------
@@ -112,7 +112,7 @@ class RandomInputs:
 
     @property
     def _factor(self) -> Array:
-        """Cholesky factor of the correlation matrix of scores; ValueError where there is no such joint distribution."""
+        """Cholesky factor of the correlation matrix of scores; ValueError if there is no such joint distribution."""
         names = self.names
         matrix = np.eye(len(names))
         given: dict[frozenset[str], float] = {}
@@ -206,10 +206,10 @@ class RandomInputs:
         Parameters
         ----------
         block : Block
-            The nominal block.  Its ratio of cm_height to height is kept where only one of them or neither is an input,
-            and its inertia factor where that is no input.
+            The nominal block. Its ratio of cm_height to height is kept if only one of them or neither is an input, and
+            its inertia factor if that is no input.
         model : law
-            The nominal law; where `law` is an input, it is not used.
+            The nominal law; if `law` is an input, it is not used.
         samples : xarray.Dataset
             As `sample` returns them.
 

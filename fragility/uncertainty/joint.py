@@ -121,7 +121,7 @@ class Variability:
 def oscillators_of_pieces(
     block: Block, model: Law, e: float | None = None, variability: Variability | None = None, across: bool = False
 ) -> list[Oscillator]:
-    """Return the oscillator of a block under a law with its own restitution `e`, or its variants where pieces differ.
+    """Return the oscillator of a block under a law with its own restitution `e`, or its variants if pieces differ.
 
     `across`: in the direction of the depth of each (`Block.across`); a variant keeps the block's ratio of depth to
     width.
@@ -165,7 +165,7 @@ def pieces_of(
 
 
 def with_restitution(model: Law, e: float | None) -> Law:
-    """Return the law with the restitution `e`, unchanged where `e` is None; ValueError where it has no restitution."""
+    """Return the law with the restitution `e`, unchanged if `e` is None; ValueError if it has no restitution."""
     if e is None:
         return model
     names = {field.name for field in fields(model)}  # type: ignore[arg-type]

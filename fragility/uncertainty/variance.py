@@ -34,7 +34,7 @@ def variance_shares(
     dims : sequence of str
         Dimensions between which the variance is shared, such as ``("motion", "model", "sample")``; the others are kept.
     weights : mapping of str to sequence of float, optional
-        Weights of the entries along a dimension, >= 0, such as degrees of belief in laws; equal where not given.
+        Weights of the entries along a dimension, >= 0, such as degrees of belief in laws; equal if not given.
 
     Returns
     -------

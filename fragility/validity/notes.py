@@ -127,7 +127,7 @@ def _squat(labels: list[str], ratios: Array, here: Flags | None = None) -> list[
 
 
 def _friction(screened: xr.Dataset, settings: dict[str, Any]) -> list[Fact]:
-    """Return shares of runs that slide; where no coefficient is given, the friction that blocks need."""
+    """Return shares of runs that slide; if no coefficient is given, the friction that blocks need."""
     given = settings["friction"] is not None
     found = []
     for reason, when, name in (

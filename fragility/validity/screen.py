@@ -60,7 +60,7 @@ def screen(
         assessed.
     friction : float, Friction or mapping, optional
         Coefficient of friction between block and floor: a number, a distribution (`toppling.models.friction`), or
-        either for each block by its label.  Where not given, only a need above 1 counts as sliding.
+        either for each block by its label. If not given, only a need above 1 counts as sliding.
     factors : (float, float)
         Minimum and maximum scale factor that pass, for motions that have an amplitude of their own (records,
         scenarios).

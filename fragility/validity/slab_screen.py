@@ -128,7 +128,7 @@ class ScreenInput(NamedTuple):
 NEEDED = ("width", "cm_height", "alpha", "p", "inertia_factor", "e", "delta", "rest", "pga")
 """Coordinates without which runs cannot be screened."""
 OPTIONAL = (BED, POLARITY, RECORD, "own_amplitude", "stripe", DOWNWARD, *FLOORS)
-"""Coordinates that the screen takes into account where runs have them."""
+"""Coordinates that the screen takes into account if runs have them."""
 
 
 def screen_input(runs: xr.Dataset) -> ScreenInput:
@@ -138,7 +138,7 @@ def screen_input(runs: xr.Dataset) -> ScreenInput:
 
 
 def known_coordinates(runs: xr.Dataset) -> dict[str, xr.Variable]:
-    """Return the coordinates of runs that the screen needs, and those that it takes into account where there are."""
+    """Return the coordinates of runs that the screen needs, and those that it takes into account if there are."""
     names = ["block", *NEEDED, *(name for name in OPTIONAL if name in runs.coords)]
     # (they are small: those that were read in chunks are loaded)
     return {name: runs[name].variable.compute() for name in names}
@@ -234,7 +234,7 @@ def screened_slabs(
 
 
 def described_friction(friction: Any, available: Sequence[Friction], labels: Sequence[str]) -> Any:
-    """Return the friction of the blocks as plain values; None where it is not known."""
+    """Return the friction of the blocks as plain values; None if it is not known."""
     if friction is None:
         return None
     if len(available) <= DESCRIBED:
@@ -269,7 +269,7 @@ def few_motions(fewest: int, bounds: Bounds) -> dict[str, xr.Variable]:
 def _screen_slab(
     given: ScreenInput, shaking: Characteristics | None, available: list[Friction], bounds: Bounds
 ) -> tuple[dict[str, xr.Variable], dict[Reason, xr.Variable], dict[Reason, xr.Variable]]:
-    """Return the variables of some blocks and motions, their probabilities of sliding, and where each reason holds."""
+    """Return the variables of some blocks and motions, their probabilities of sliding, and flags of each reason."""
     known, on_runs = given.coordinates, given.on_runs
     slenderness = known["cm_height"] / (0.5 * known["width"])
     slim = on_runs(slenderness)
@@ -319,7 +319,7 @@ def _outputs(runs: xr.Dataset) -> Iterator[str]:
 
 
 def _dims(runs: xr.Dataset) -> tuple[str, ...]:
-    """Dimensions of the runs in their usual order; TypeError where the dataset does not hold runs."""
+    """Dimensions of the runs in their usual order; TypeError if the dataset does not hold runs."""
     found = next(_outputs(runs), None) if isinstance(runs, xr.Dataset) else None
     if found is None or not {*NEEDED} <= {*runs.coords}:
         raise TypeError("runs must be a dataset of runs with its coordinates, as toppling.ida returns it")

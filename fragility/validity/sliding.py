@@ -15,7 +15,7 @@ from ..runs.provenance import RUN
 from .reasons import SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, Reason, labelled, spread
 
 ANY_FLOOR = FixedFriction(1.0)
-"""Friction assumed where none is given: hardly any floor has more."""
+"""Friction assumed if none is given: hardly any floor has more."""
 NEEDS: dict[Reason, tuple[str, str]] = {
     SLIDES_AT_UPLIFT: (
         "friction_uplift_demand",
@@ -84,9 +84,9 @@ def friction_by_block(friction: Any, labels: list[str]) -> list[Friction]:
 
 
 def chance_below(need: xr.Variable, available: list[Friction], block: Index | None = None) -> xr.Variable:
-    """Return the probability that blocks have less friction than they need; 0 where that is not known.
+    """Return the probability that blocks have less friction than they need; 0 if that is not known.
 
-    block (run,): the places of the blocks of runs, where the need is on run.
+    block (run,): the places of the blocks of runs, if the need is on run.
     """
     of_runs = block is not None and "block" not in need.dims
     values = need if of_runs else need.transpose("block", ...)
@@ -111,5 +111,5 @@ def slides_of(chances: Mapping[Reason, xr.Variable], known: bool) -> xr.Variable
 
 
 def compact(values: xr.Variable) -> xr.Variable:
-    """Return values in single precision where they depend on the motion: sufficient accuracy at half the file size."""
+    """Return values in single precision if they depend on the motion: sufficient accuracy at half the file size."""
     return values.astype(np.float32) if {"motion", RUN} & {*values.dims} else values

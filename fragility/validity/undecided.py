@@ -115,8 +115,8 @@ def count_flips(
 ) -> FlipCounts:
     """Repeat the runs of a share of the motions under perturbations and count flips of the flags.
 
-    Runs are repeated with scale factors times 1 ± 1e-6 and, where the law has a restitution, with e times 1 ± 1e-6
-    (1 - 1e-6 alone where e is 1).
+    Runs are repeated with scale factors times 1 ± 1e-6 and, if the law has a restitution, with e times 1 ± 1e-6 (1 -
+    1e-6 alone if e is 1).
     """
     shaped = _flags(runs)
     chosen = choose_motions(runs.sizes["motion"], share)
@@ -228,7 +228,7 @@ def _flags(runs: xr.Dataset) -> xr.DataArray:
 
 
 def _either_side(block: Block, model: Law) -> list[Oscillator]:
-    """The oscillator with e a millionth higher and lower; with e unchanged where the higher value would exceed 1."""
+    """The oscillator with e a millionth higher and lower; with e unchanged if the higher value would exceed 1."""
     e = model.restitution(block)
     assert e is not None
     sides = [e * (1.0 + PERTURBATION) if e * (1.0 + PERTURBATION) <= 1.0 else e, e * (1.0 - PERTURBATION)]

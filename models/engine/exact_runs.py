@@ -475,7 +475,7 @@ def _leave_samples(w, between, batch, at_rest, room):
 def _end_pieces(w, active, batch, at_rest, room):
     """Take the lanes whose pieces have no event on to their next samples; return the number of the others.
 
-    Those between two samples where there is more to do, those that cross edges, and those whose piece is unusual.
+    Those between two samples if there is more to do, those that cross edges, and those whose piece is unusual.
     """
     s = w.rows
     store = batch.history.shape[1] > 0
@@ -636,8 +636,8 @@ def _move_lane(w, lane, to):
 def run_exact(batch, runs, at_rest):
     """Run the runs (r,) of a batch in exact geometry, GLIDERS at a time, each with a clock of its own.
 
-    at_rest: `weight.AT_REST`, or None where the batch has no vertical shaking (see `weight`).  Returns the number of
-    turning points of the last run to end.
+    at_rest: `weight.AT_REST`, or None if the batch has no vertical shaking (see `weight`). Returns the number of
+        turning points of the last run to end.
 
     Each round brings the lanes that are between two samples to their next piece. It takes the pieces of all lanes in
     vectors, up to the end of a sample each. It solves unusual pieces in the general way, and all crossings together.

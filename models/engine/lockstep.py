@@ -432,8 +432,8 @@ def follow(w, lane, model, shaking, i, end, now, waiting, recording):
 def advance(w, forces, first, n, shaking, i, end, now, waiting, parked):
     """Step a block of n lanes from sample i to `end` in lockstep; return the numbers of turns waiting and lanes parked.
 
-    forces: room for the samples of their records; None where all lanes go over one record, which is then compiled for
-    itself.  Turns are noted down and lanes with other events taken out, for `resolve`.
+    forces: room for the samples of their records; None if all lanes go over one record, which is then compiled for
+    itself. Turns are noted down and lanes with other events taken out, for `resolve`.
     """
     s = w.rows
     record = shaking.record

@@ -100,7 +100,7 @@ def _record_turn(x, k, model, o, region, time, turns):
 
 @kernel(inline="always")
 def at_edge(x, k, model, o, region, upper, force, slope, left, time, weight):
-    """Act where the rotation reaches an edge of its region.
+    """Act when the rotation reaches an edge of its region.
 
     It crosses into another region (by breaking a restraint, too), enters a zone, or overturns. Or it has an impact into
     the region beyond or back into its own (a wall).

@@ -64,7 +64,7 @@ def lesser_peak(x):
 
 @kernel(inline="always")
 def captures(model, o, region):
-    """Return True if another region takes over where the velocity vanishes inside this one."""
+    """Return True if another region takes over when the velocity vanishes inside this one."""
     return model.links[o, region, LINK_TURN_LEFT] != NO_REGION or model.links[o, region, LINK_TURN_RIGHT] != NO_REGION
 
 
@@ -101,8 +101,8 @@ def near_zero(model, o, region):
 def _crossing_time(zeta, gap, u0, u1, r0, r1):
     """Time that a crossing takes with damping ratio zeta, and its derivative by zeta (see `energy_consistent_zeta`).
 
-    gap = 1 - zeta²; u = v + zeta z and r = u² + gap z² at the start (0) and at the end (1).  Needs u0 > sqrt(-gap)
-    where overdamped.
+    gap = 1 - zeta²; u = v + zeta z and r = u² + gap z² at the start (0) and at the end (1). Needs u0 > sqrt(-gap) if
+    overdamped.
     """
     least = min(u0, u1)
     if abs(gap) < 1e-3 * least * least and u0 > 0.0:

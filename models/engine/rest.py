@@ -95,7 +95,7 @@ def comes_to_rest(model, o, rest, loss, omega, next_omega, stiffness, force, slo
 
 @kernel(inline="always")
 def rest_at(model, o, region, theta):
-    """Return the state of rest into which bounces at this rotation die, -1 where there are none."""
+    """Return the state of rest into which bounces at this rotation die, -1 if there are none."""
     if theta == model.tables[o, region, REGION_LOWER]:
         return model.links[o, region, LINK_LOWER_REST]
     if theta == model.tables[o, region, REGION_UPPER]:

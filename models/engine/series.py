@@ -181,7 +181,7 @@ def terms_end(w0, a0, a1, a9, a10, h):
 
 @kernel(**FUSED)
 def _few_terms(poly, trig, weight, w0, a0, p2, heavier, force, slope, h):
-    """Write the terms of `exact_series` to degree 12; return the degree, or 0 where more terms are needed."""
+    """Write the terms of `exact_series` to degree 12; return the degree, or 0 if more terms are needed."""
     unit, of_f, of_g, of_w, of_a = first_terms(weight, trig[0, 0], trig[1, 0], w0, a0, p2, heavier, force, slope)
     f1, f2, f3, f4, f5, f6, f7, f8, f9, f10 = of_f
     g1, g2, g3, g4, g5, g6, g7, g8, g9, g10 = of_g

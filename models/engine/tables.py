@@ -256,7 +256,7 @@ class Work(NamedTuple):
 
 
 class Batch(NamedTuple):
-    """Runs of oscillators which[j] under factors[j] times a record each, and where their results go.
+    """Runs of oscillators which[j] under factors[j] times a record each, and the places of their results.
 
     `shaking`: the records. `steps` (o, r, 8): the propagator of each oscillator and region. `which`, `factors` (m,),
     best sorted by record, then oscillator. `first` (m,) and `begin` (m, 4): the first sample of each run, and theta,

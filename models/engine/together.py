@@ -94,7 +94,7 @@ def _unit_jerk(y, t):
 def solve_crossings(v, n):
     """Solve for the time at which each of n pieces (columns of v) covers its gap, directly or after one turn.
 
-    The parabola's root, a cubic correction, and two of Chebyshev's third-order steps; SURE where they converged.
+    The parabola's root, a cubic correction, and two of Chebyshev's third-order steps; SURE if they converged.
     """
     for j in range(n):
         omega = v[PIECE_OMEGA * LANES + j]
@@ -130,7 +130,7 @@ def solve_crossings(v, n):
 
 @kernel(**FUSED)
 def _solve_turns(v, n):
-    """Solve for the displacement at the turn of each of n pieces that turn once; 0 where the velocity only dips."""
+    """Solve for the displacement at the turn of each of n pieces that turn once; 0 if the velocity only dips."""
     for j in range(n):
         y = _unit_series(
             v[PIECE_OMEGA * TURN_COLUMNS + j],
@@ -167,7 +167,7 @@ def _solve_turns(v, n):
 
 @kernel(**BARE)
 def finish_pieces(v, n):
-    """Solve for displacement and velocity of each of n pieces at its end; SURE where it provably holds no event."""
+    """Solve for displacement and velocity of each of n pieces at its end; SURE if it provably holds no event."""
     for j in range(n):
         omega = v[PIECE_OMEGA * LANES + j]
         a = v[PIECE_A * LANES + j]

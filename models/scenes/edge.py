@@ -58,7 +58,7 @@ class Edge:
             raise ValueError("an edge needs its distance to the front or to the back")
 
     def slips(self, half_width: float) -> tuple[float, float]:
-        """Return the slips to the front and back (m) beyond which a block falls off, infinite where there is no edge.
+        """Return the slips to the front and back (m) beyond which a block falls off, infinite if there is no edge.
 
         `half_width` of the block, m.
         """

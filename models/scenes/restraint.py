@@ -48,12 +48,12 @@ class Restraint:
     count : int
         Number of them that act in parallel, with equal slack.
     height : float, optional
-        Where a strap, bracket or cable is fixed to the block, m, at most the block's height.
+        Height of a strap, bracket or cable on the block, m, at most the block's height.
 
     Notes
     -----
-    The force is T = preload + stiffness max(0, arm theta - slack), and the restraint breaks for good where T reaches
-    the strength, on both sides at once.  Blocks that have one need their `mass`.
+    The force is T = preload + stiffness max(0, arm theta - slack), and the restraint breaks for good if T reaches the
+    strength, on both sides at once. Blocks that have one need their `mass`.
     """
 
     kind: Annotated[str, Parameter(words=KINDS)]
@@ -126,7 +126,7 @@ class Restraint:
         angle : float
             Slope of the cable, upwards from horizontal, rad.
         width : float
-            The block's width, m; of use where the cable slopes.
+            The block's width, m; of use if the cable slopes.
         """
         SLOPE.check("angle", angle)
         slope = float(angle)
@@ -172,7 +172,7 @@ class Restraint:
         front : float
             Distance from the front lower edge, m.
         back : float, optional
-            Distance from the rear lower edge, m; `front` where it is not given.
+            Distance from the rear lower edge, m; `front` if it is not given.
         """
         return cls("adhesive", strength, math.inf, front, front if back is None else back)
 

@@ -19,7 +19,7 @@ from ..laws import Model
 MOST_FRICTION = 10.0
 """Largest coefficient of friction: beyond any contact's; blocks of it do not slide."""
 LEAST_FRICTION = 1e-9
-"""Smallest coefficient of friction: the block stays where it is while the floor moves."""
+"""Smallest coefficient of friction: the block keeps its place while the floor moves."""
 
 
 def check_free(block: Block) -> None:

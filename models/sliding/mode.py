@@ -29,8 +29,8 @@ MODE = described("what the block does first: 0 rests, 1 slides, 2 rocks, -1 lose
 def demand(acceleration: Array, vertical: Array | None, factors: Array) -> Array:
     """Return the maximum of abs(u'')/(g + w'') under each factor: the friction that keeps a block in place.
 
-    The largest value lies at a sample, since the ratio of two straight lines is monotonic.  Infinite where g + w'' is
-    not above zero.
+    The largest value lies at a sample, since the ratio of two straight lines is monotonic. Infinite if g + w'' is not
+    above zero.
     """
     if vertical is None:
         return np.asarray(factors * np.abs(acceleration).max() / STANDARD_GRAVITY)
@@ -57,7 +57,7 @@ def mode_of(block: Block, static: ArrayLike, demanded: ArrayLike) -> NDArray[np.
 def demand_in_plane(
     along: Array, across: Array, vertical: Array | None, factors: Array, level: float = np.inf
 ) -> Array:
-    """Return the friction that keeps a block in place where both horizontal components shake it, under each factor.
+    """Return the friction that keeps a block in place if both horizontal components act on it, under each factor.
 
     Components (n,) along the width and along the depth, and the vertical one or None, are in m/s². `level` is b/h along
     the width: a block that uplifts there transmits no more than b/h of its weight in that direction. With G = g + w'',
@@ -75,7 +75,7 @@ def demand_in_plane(
 
 
 def mode_in_plane(block: Block, static: ArrayLike, along: ArrayLike, across: ArrayLike, plane: ArrayLike) -> Any:
-    """Return the `Mode` of a free block with a depth where both horizontal components shake it; arrays broadcast.
+    """Return the `Mode` of a free block with a depth if both horizontal components act on it; arrays broadcast.
 
     `along` and `across` are its `demand` along the width and the depth, `plane` its `demand_in_plane` with the `level`
     b/h along the width. With static friction below b/h along the depth the block slides if `plane` exceeds it. From b/h

@@ -62,7 +62,7 @@ NO_VERTICAL = np.empty(0)
 def friction_table(sliders: Sequence[Slider]) -> Array:
     """Return the coefficients of sliders (slider, 4) as the engine reads them.
 
-    Where any is near an obstacle, a fifth column is the distance.
+    If any is near an obstacle, a fifth column is the distance.
     """
     found = np.array(sliders, dtype=np.float64).reshape(-1, tables.COEFFICIENTS + 1)
     near = bool(np.isfinite(found[:, tables.COEFFICIENTS]).any())

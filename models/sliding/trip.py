@@ -37,7 +37,7 @@ def tripping_velocity(block: Block) -> float:
 
 
 def trips(block: Block, velocity: Any) -> Any:
-    """Return True where a block meets an obstacle with at least its `tripping_velocity` (velocities in m/s, any array).
+    """Return True if a block meets an obstacle with at least its `tripping_velocity` (velocities in m/s, any array).
 
     False for NaN, the velocity of a block that does not get there.
     """

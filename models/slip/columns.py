@@ -32,7 +32,7 @@ TOLERANCE = 1e-12
 STRAIGHT = 1e-14
 """Push across the direction of the slip, as a part of friction, up to which a block slides straight on."""
 SLOW = 1e-7
-"""Speed below which a block stops where its stop is nearer than `SOON`, m/s: it moves on by less than 1e-13 m."""
+"""Speed below which a block stops if its stop is nearer than `SOON`, m/s: it moves on by less than 1e-13 m."""
 SOON = 1e-6
 """Time in s."""
 STANDING = 1e-9

@@ -63,7 +63,7 @@ HALVINGS = 60
 
 @kernel(**BARE)
 def reach(x):
-    """Keep the extremes of the slip where it is now."""
+    """Keep the extremes of the slip at its present place."""
     x[MOST_FRONT] = max(x[MOST_FRONT], x[X])
     x[MOST_BACK] = max(x[MOST_BACK], -x[X])
     x[FARTHEST] = max(x[FARTHEST], math.sqrt(x[X] * x[X] + x[Y] * x[Y]))
@@ -88,7 +88,7 @@ def falling(x, c, order, which, h):
 
 @kernel(**BARE)
 def extreme(x, c, order, which, sign, h):
-    """Return the time within a piece of length h at which `falling` times sign changes to below 0; h where it does not.
+    """Return the time within a piece of length h at which `falling` times sign changes to below 0; h if it does not.
 
     It is looked for between the thirds of the piece.
     """
@@ -177,7 +177,7 @@ def stand(x, nx, ny):
 def start_after(px, py, qx, qy, weight, lift, static, left):
     """Return the time within `left` at which the push p + q t exceeds static friction, from below; or infinity.
 
-    The size of the push is convex and friction is straight, so that it exceeds it at the end where it does at all.
+    The size of the push is convex and friction is straight, so that it exceeds it at the end if it does at all.
     """
     ex, ey, hold = px + qx * left, py + qy * left, static * (weight + lift * left)
     if not ex * ex + ey * ey > hold * hold:
@@ -199,7 +199,7 @@ def start_after(px, py, qx, qy, weight, lift, static, left):
 def follow_in_plane(x, c, start, ax, ay, bx, by, g0, g1, dt, static, kinetic):
     """Follow a run through a sample with the floor's accelerations a to b and the weights per mass g0 to g1.
 
-    Returns False where that takes too many pieces.
+    Returns False if that takes too many pieces.
     """
     qx, qy, lift = (ax - bx) / dt, (ay - by) / dt, (g1 - g0) / dt
     time = 0.0

@@ -38,7 +38,7 @@ MOST_STEPS = 200
 
 @kernel(**BARE)
 def time_to_stop(speed, c1, c2, left):
-    """Smallest root > 0 of speed + c1 t + c2 t²/2 that is at most `left`; infinity where there is none; speed >= 0.
+    """Smallest root > 0 of speed + c1 t + c2 t²/2 that is at most `left`; infinity if there is none; speed >= 0.
 
     The roots are 2 speed/q and q/c2 with q = -(c1 + sign(c1) sqrt(c1² - 2 c2 speed)), free of cancellation.  A block
     that is slowed down stops at the first of them; one that is sped up has a root > 0, the second, if that changes.
@@ -122,7 +122,7 @@ def meet(x, j, obstacle, before, speed, c1, c2, duration):
 def move(x, j, c1, c2, duration, obstacle):
     """Move a sliding block, and keep its maximum speed, which lies at an end or where the acceleration vanishes.
 
-    `obstacle`: the slip at which there is one; where it is None the code for it is not even compiled.
+    `obstacle`: the slip at which there is one; if it is None the code for it is not even compiled.
     """
     speed, before = x[SPEED + j], x[WAY + j]
     later = speed + duration * (c1 + 0.5 * duration * c2)
@@ -138,7 +138,7 @@ def move(x, j, c1, c2, duration, obstacle):
 
 @kernel(**BARE)
 def first_start(now, after, left):
-    """Time at which a line, `now` at 0 and `after` at `left`, exceeds zero: 0 where it does already, or infinity.
+    """Time at which a line, `now` at 0 and `after` at `left`, exceeds zero: 0 if it does already, or infinity.
 
     Exceeds, not reaches: a peak that only touches the threshold starts nothing.  A start leaves some time to slide in.
     """

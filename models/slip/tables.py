@@ -48,7 +48,7 @@ GRAVITY = 9.80665
 
 
 class Shaking(NamedTuple):
-    """One record: horizontal and vertical acceleration (n,), m/s²; `vertical` is empty where there is none."""
+    """One record: horizontal and vertical acceleration (n,), m/s²; `vertical` is empty if there is none."""
 
     horizontal: Any
     vertical: Any

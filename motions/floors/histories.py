@@ -138,7 +138,7 @@ class FloorHistories:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Labels of the motions: their names, or numbers where each level has motions of its own."""
+        """Labels of the motions: their names, or numbers if each level has motions of its own."""
         if not self.own_motions:
             return self.names[0]
         ends = ("", REVERSED)[: self.polarities]
@@ -146,7 +146,7 @@ class FloorHistories:
 
     @property
     def floors(self) -> tuple[str, ...]:
-        """The floors, from the lowest up where they are numbers."""
+        """The floors, from the lowest up if they are numbers."""
         return tuple(dict.fromkeys(floor for floor, _ in self.supports))
 
     def directions(self, floor: str) -> tuple[str, ...]:
@@ -176,7 +176,7 @@ class FloorHistories:
     def on(self, floor: str, direction: str) -> list[Record]:
         """Return the motions of a floor, starting with the first level.
 
-        Where both directions shake, each has the other one as its companion.
+        If both directions act, each has the other one as its companion.
         """
         found = []
         others = [one for one in self.directions(floor) if one != direction] if self.axes else []

@@ -68,8 +68,8 @@ class YieldingBuilding:
     Attributes
     ----------
     masses, stiffnesses, strengths : ndarray, shape (storey,)
-        Mass of every floor, kg; initial stiffness, N/m, and yield strength, N, of the storey below it, infinite where
-        it is elastic.
+        Mass of every floor, kg; initial stiffness, N/m, and yield strength, N, of the storey below it, infinite if it
+        is elastic.
     hardening, p_delta : ndarray, shape (storey,)
         Stiffness after yielding over the initial one; stability coefficient theta = P/(k h).
     damping : tuple of float

@@ -48,7 +48,7 @@ class Measure(ABC):
         """Return the value for one record (n,), m/s², of step dt, s."""
 
     def of_record(self, record: Record) -> float:
-        """Return the value for a record, of both its components where the measure is of both."""
+        """Return the value for a record, of both its components if the measure is of both."""
         return self.of(record.acceleration, record.dt)
 
     def factors(self, ratios: Array) -> Array:

@@ -29,7 +29,7 @@ def long_name_at(long_name: str, place: str) -> str:
 
 
 def place_of(floors: Iterable[str]) -> str:
-    """Return the place of motions by their labels of floors: a floor where one of them is of a floor."""
+    """Return the place of motions by their labels of floors: a floor if one of them is of a floor."""
     return GROUND if all(floor in GROUND_FLOORS for floor in floors) else FLOOR
 
 
@@ -55,7 +55,7 @@ def our_name(text: str) -> str:
 
 
 def program_unit(measure: Measure) -> str:
-    """Return the unit in which OpenQuake and USGS give a measure, '' where they do not give it."""
+    """Return the unit in which OpenQuake and USGS give a measure, '' if they do not give it."""
     return "g" if measure.units == ACCELERATION else _PROGRAM_UNITS.get(measure.label, "")
 
 

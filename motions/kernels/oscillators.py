@@ -139,7 +139,7 @@ def _at(terms, n, q, slope, order, x):
 
 @kernel(**_LANES)
 def _zero(terms, n, q, slope, order, left, right, at_left, at_right):
-    """Return the zero of a derivative between left and right, where its signs differ, by bracketed secants."""
+    """Return the zero of a derivative between left and right, if its signs differ, by bracketed secants."""
     x = left
     side = 0
     for _ in range(MOST_ITERATIONS):

@@ -45,7 +45,7 @@ def _term(first, n, share, damp, tangent, viscous, inverse, force, x, y):
 def _series(drifts, rates, plastic, flow, storeys, damp, ground, slope, h, force, x, y):
     """Fill the Taylor terms h^k d_k and h^k r_k of drifts and their rates, one after the other; return their number.
 
-    0 where `TERMS` are not enough.
+    0 if `TERMS` are not enough.
     """
     n = drifts.size
     stiffness, yields, hardening, theta, viscous, inverse, tangent = storeys

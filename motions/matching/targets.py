@@ -295,7 +295,7 @@ def doubt_spectrum(file: Path, lines: Iterable[tuple[int, str]], damping: float 
 
 
 def other_damping(text: str, damping: float) -> str:
-    """Return the words of a text that name another damping ratio, '' where none do."""
+    """Return the words of a text that name another damping ratio, '' if none do."""
     for match in _DAMPING.finditer(text):
         value = float(match["before"] or match["after"])
         value /= 100.0 if match["per_cent"] or match["after"] or value >= 1.0 else 1.0

@@ -48,7 +48,7 @@ _PEAK = re.compile(r"[-+]?(?:\d{1,9}(?:\.(?P<decimals>\d{0,9}))?|\.(?P<fraction>
 
 
 def refuse_other_peak(file: Path, acceleration: Array, stated: str | None, factor: float, channel: str = "") -> None:
-    """Raise RecordError where samples (m/s²) do not reach the peak that their header states.
+    """Raise RecordError if samples (m/s²) do not reach the peak that their header states.
 
     `stated` is that peak as it is written, of any sign, and `factor` its unit in m/s²; a text without a number is no
     peak.
@@ -79,7 +79,7 @@ UNIT_APART, SCALED = 5.0, 1.5
 
 
 def refuse_stated_peak(file: Path, header: Iterable[tuple[int, str]], accelerations: Sequence[Array]) -> None:
-    """Raise RecordError where a numbered line of words states a peak of another unit; warn of another scale."""
+    """Raise RecordError if a numbered line of words states a peak of another unit; warn of another scale."""
     peaks = [float(np.abs(samples).max()) for samples in accelerations]
     for line, text in header:
         for match in _STATED.finditer(text):
@@ -107,7 +107,7 @@ LASTS = 0.05, 1.0
 
 
 def doubt_duration(file: Path, header: Iterable[tuple[int, str]], duration: float) -> None:
-    """Warn where a numbered line of words states another duration, s, than the samples and their time step have."""
+    """Warn if a numbered line of words states another duration, s, than the samples and their time step have."""
     for line, text in header:
         match = None if _OF_A_PART.search(text) else _DURATION.search(text)
         stated = float(match["number"]) if match else duration

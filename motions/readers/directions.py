@@ -92,7 +92,7 @@ def direction_of(text: str) -> tuple[bool, float] | None:
 
 
 def said_of(motion: xr.DataArray) -> str:
-    """Return the direction of one motion as its file gives it, '' where it gives none."""
+    """Return the direction of one motion as its file gives it, '' if it gives none."""
     said = motion.coords.get("component")
     return str(said.values[0]) if said is not None and said.dims == ("motion",) else ""
 

@@ -301,7 +301,7 @@ class Lines:
 
 
 def known(text: str) -> float:
-    """Return a number that a header may give, NaN where it holds words (ND, unknown) or nothing."""
+    """Return a number that a header may give, NaN if it holds words (ND, unknown) or nothing."""
     try:
         found = float(text) if _is_plain(text) else math.nan
     except ValueError:

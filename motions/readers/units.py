@@ -151,7 +151,7 @@ def unit_of(word: str, line: int = 0) -> Unit:
 
 
 def unit_factor(word: str) -> float | None:
-    """Return m/s² per unit of acceleration, or None where a word is none."""
+    """Return m/s² per unit of acceleration, or None if a word is none."""
     factor = unit_of(word).factor
     return None if math.isnan(factor) else factor
 
@@ -273,7 +273,7 @@ def doubt_factors(file: Path, header: Iterable[tuple[int, str]]) -> None:
 
 
 def refuse_others(file: Path, header: Iterable[tuple[int, str]]) -> None:
-    """Raise RecordError where a numbered line of a header names accelerations that shake nothing."""
+    """Raise RecordError if a numbered line of a header names accelerations that shake nothing."""
     for line, text in header:
         for what, pattern in _OTHERS_NAMED.items():
             if pattern.search(text):

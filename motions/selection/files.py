@@ -59,7 +59,7 @@ def read_target(
     Returns
     -------
     Target, Mixture or Stated
-        A `Mixture` where the table names several ruptures; a `Stated` target, known at its own levels alone, of
+        A `Mixture` if the table names several ruptures; a `Stated` target, known at its own levels alone, of
         conditional spectra.
 
     Raises
@@ -106,7 +106,7 @@ def read_target(
 
 @contextmanager
 def opened(file: Path) -> Iterator[Lines]:
-    """Open a text file line by line; TargetError where it cannot be read."""
+    """Open a text file line by line; TargetError if it cannot be read."""
     try:
         with Lines(file) as lines:
             yield lines

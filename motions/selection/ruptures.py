@@ -64,9 +64,9 @@ def read_disaggregation(
     path : path
         One of the files below.
     im : measure or its name, optional
-        Which measure, where the file holds several.
+        Measure, if the file has several.
     level : float, optional
-        Which level, SI, where the file holds several; the nearest one, which must lie within 2 %.
+        Level, SI, if the file has several; the nearest one, which must lie within 2 %.
     column : str
         Which column of an OpenQuake file: ``mean`` (default) or a realisation as ``rlz0``.
 

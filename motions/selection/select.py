@@ -99,7 +99,7 @@ def select(
     factor : tuple of float
         Minimum and maximum factor of a motion.
     weights : mapping, optional
-        Weight of a measure by its label, >= 0; 1 where not named.  They are divided by their mean.
+        Weight of a measure by its label, >= 0; 1 if not named. They are divided by their mean.
     per_event : int
         Maximum number of motions of one event, >= 1.
     seed : int

@@ -173,8 +173,8 @@ class Mixture:
     -----
     mu' = sum w mu'_r and S' = sum w [S'_r + (mu'_r - mu')(mu'_r - mu')ᵀ] (Lin, T., Harmsen, S. C., Baker, J. W. and
     Luco, N. (2013). Conditional spectrum computation incorporating multiple causal earthquakes and ground-motion
-    prediction models. Bulletin of the Seismological Society of America 103(2A), 1103-1116).  The weights of a level
-    come from a disaggregation of its *rate of equalling* that level, where stripes are at levels.
+    prediction models. Bulletin of the Seismological Society of America 103(2A), 1103-1116). The weights of a level come
+    from a disaggregation of its *rate of equalling* that level, if stripes are at levels.
     """
 
     targets: Sequence[Target]

@@ -45,7 +45,7 @@ class Generator(ABC):
 
     @property
     def scenario(self) -> Scenario | None:
-        """The earthquake and the site that the motions claim to be of; None where they claim none."""
+        """The stated earthquake and site of the motions; None without a statement."""
         return None
 
     @property

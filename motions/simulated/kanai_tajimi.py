@@ -99,9 +99,9 @@ class KanaiTajimi(FilteredNoise):
     Parameters
     ----------
     omega_g : float
-        Circular frequency of the ground filter, rad/s; the median where motions differ.
+        Circular frequency of the ground filter, rad/s; the median if motions differ.
     xi_g : float
-        Damping ratio of the ground filter; the median where motions differ.
+        Damping ratio of the ground filter; the median if motions differ.
     s0 : float
         Two-sided power spectral density of the white noise, m²/s³ per rad/s.
     duration : float

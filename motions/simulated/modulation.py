@@ -21,7 +21,7 @@ TABLE_POINTS = 400
 
 
 class Modulation(NamedTuple):
-    """Shape and rate (1/s) of gamma densities, as arrays of one shape; NaN where no modulating function fits."""
+    """Shape and rate (1/s) of gamma densities, as arrays of one shape; NaN if no modulating function fits."""
 
     shape: Array
     rate: Array
@@ -50,7 +50,7 @@ def modulation(d5_95: Array, t_middle: Array, middle: float = 0.45) -> Modulatio
     """Return the modulation that takes `d5_95` (s) from 5 to 95 % of its energy, and reaches `middle` at `t_middle`
     (s).
 
-    `middle` is 0.45 (Rezaeian and Der Kiureghian) or 0.30 (Dabaghi and Der Kiureghian); NaN where D5-95/t_middle is
+    `middle` is 0.45 (Rezaeian and Der Kiureghian) or 0.30 (Dabaghi and Der Kiureghian); NaN if D5-95/t_middle is
     outside `ratio_limits`.
     """
     logs, ratios = _table(middle)

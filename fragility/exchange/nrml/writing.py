@@ -72,7 +72,7 @@ def write_nrml(
     Raises
     ------
     ExchangeError
-        Measures that OpenQuake does not know, floors other than the ground where the measure is the floor's own, no
+        Measures that OpenQuake does not know, floors other than the ground if the measure is the floor's own, no
         estimate at all, a file that cannot be written.
 
     Notes

@@ -73,7 +73,7 @@ def currency_unit(currency: str) -> str:
 def write_consequences(
     folder: Path, found: Mapping[str, Line], labels: Mapping[str, str], currency: str, title: str, description: str
 ) -> list[Path]:
-    """Write the table of consequences, by ids of components, and its metadata; nothing where there is no consequence.
+    """Write the table of consequences, by ids of components, and its metadata; nothing if there is no consequence.
 
     ``units.json`` is written if pelicun does not have the currency.
     """

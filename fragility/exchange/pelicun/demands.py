@@ -43,7 +43,7 @@ _SI = {"g": "m s-2", "mps": "m s-1", "m": "m"}
 
 
 def demand_of(found: CurveSet, located: bool = False) -> Demand:
-    """Return the demand of curves; ExchangeError where pelicun has none.
+    """Return the demand of curves; ExchangeError if pelicun has none.
 
     `located`: offsets give the place of the demand, so that a spectral demand can be of the ground.
     """

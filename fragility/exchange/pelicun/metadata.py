@@ -119,7 +119,7 @@ def read_metadata(file: Path) -> tuple[str, dict[str, Component]]:
 
 
 def _record(entry: Mapping[str, Any]) -> Any:
-    """Return our record of a component; None where its comments hold none."""
+    """Return our record of a component; None if its comments hold none."""
     comments = entry.get("Comments")
     if not isinstance(comments, str):
         return None

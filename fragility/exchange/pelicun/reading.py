@@ -37,10 +37,10 @@ def read_pelicun(path: str | os.PathLike[str], ids: Collection[str] | None = Non
     path : path
         The CSV. A JSON with the same name, as written by `write_pelicun`, gives the labels of its curves.
     ids : collection of str, optional
-        The components to read; every one where not given.
+        The components to read; every one if not given.
     im : str, optional
-        The measure to read (``pga``, ``pgv``, ``Sa(1.0)``, …) where the table has several; ``pga of the ground`` or
-        ``pga of the floor`` where it has both.
+        The measure to read (``pga``, ``pgv``, ``Sa(1.0)``, …) if the table has several; ``pga of the ground`` or ``pga
+        of the floor`` if it has both.
 
     Returns
     -------
@@ -133,7 +133,7 @@ def _limit_states(file: Path, heading: Sequence[str]) -> list[int]:
 
 
 def _at_common_levels(file: Path, read: Sequence[Read]) -> tuple[Array | None, list[tuple[str, int, CurveRow]]]:
-    """Return the levels of all curves without parameters, None where there are none, and all curves at these levels."""
+    """Return the levels of all curves without parameters, None if there are none, and all curves at these levels."""
     tables = [own for _, _, _, own in read if own is not None]
     if not tables:
         return None, [(name, at, curve) for name, at, curve, _ in read]

@@ -111,7 +111,7 @@ def csv_text(rows: Iterable[Sequence[str]]) -> str:
 
 
 def _thetas(found: CurveSet, row: CurveRow, demand: Demand) -> tuple[str, str, str]:
-    """Return family and parameters of a curve, these empty where there is none."""
+    """Return family and parameters of a curve, these empty if there is none."""
     if not row.estimated:
         return "lognormal", "", ""
     if row.lognormal:
