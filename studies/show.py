@@ -41,12 +41,12 @@ def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 
 
 def draw(results: xr.Dataset, folder: Path) -> list[Path]:
-    """Write the figures of a study's results; StudyError where that cannot be."""
+    """Write the figures of a study's results; StudyError if that cannot be."""
     return save_figures(figures(results), folder)
 
 
 def save_figures(named: Iterable[tuple[str, Figure]], folder: Path) -> list[Path]:
-    """Write figures as PNGs with their names; StudyError where that cannot be."""
+    """Write figures as PNGs with their names; StudyError if that cannot be."""
     from .plots.axes import settle  # noqa: PLC0415
 
     written = []

@@ -48,7 +48,7 @@ def anchoring(
     replicates, seed : int
         Number of resamples and seed of the intervals, as for `assess`.
     array : callable
-        Allocates an array of a shape and a type for data of every item and motion; in memory where not given.
+        Allocates an array of a shape and a type for data of every item and motion; in memory if not given.
 
     Returns
     -------

@@ -107,9 +107,9 @@ class Assessment:
     hazard : Hazard, optional
         Hazard curve of `im` (``levels``, ``rates``, ``im``, ``units``), for annual values.
     ground : xarray.DataArray or a sequence of them, optional
-        The ground motions of floor motions, with their labels; floor 0 of the floor motions where not given.
+        The ground motions of floor motions, with their labels; floor 0 of the floor motions if not given.
     variability : Variability, optional
-        The differences between pieces of a line; where not given, pieces are alike and overturn together.
+        The differences between pieces of a line; if not given, pieces are alike and overturn together.
     modelling_dispersion : float
         Uncertainty beta_m of the model's capacities, as `toppling.fragility.with_modelling` explains. It is common to
         all pieces of a class (`Contents.piece_class`, else pieces of the same sizes), which therefore fall together
@@ -156,7 +156,7 @@ class Assessment:
 
     @property
     def laws(self) -> list[Law]:
-        """The damping laws; TypeError or ValueError where one is none, or labels are equal."""
+        """The damping laws; TypeError or ValueError if one is none, or labels are equal."""
         return labelled_sequence("models", self.models, Law)  # type: ignore[type-abstract]
 
 
@@ -200,8 +200,8 @@ def assess(
         probability of at least ``number_threshold`` falls. The documentation's page of every variable lists all with
         units.
 
-        ``…_lower`` and ``…_upper`` are ends of intervals.  Where motions are run both ways, each is followed by its
-        reverse along motion, with the coordinates `record` (its label as given) and `polarity` (1, -1).
+        ``…_lower`` and ``…_upper`` are ends of intervals. If motions are run both ways, each is followed by its reverse
+        along motion, with the coordinates `record` (its label as given) and `polarity` (1, -1).
 
     Raises
     ------
@@ -415,7 +415,7 @@ def _share_of_falls(variables: Variables, yearly: bool) -> xr.Variable:
 
 
 def refuse_modelling(beta: float, inventory: Inventory, shaking: Shaking, yearly: bool) -> None:
-    """Raise a ValueError where floor histories, which are not scaled, do not tell what beta_m (`beta`) changes."""
+    """Raise a ValueError if floor histories, which are not scaled, do not tell what beta_m (`beta`) changes."""
     if beta == 0.0:
         return
     if not yearly and not shaking.scalable:
@@ -436,7 +436,7 @@ def _run(
     sides: bool,
     slips: SlidingRuns | None,
 ) -> dict[str, Flags]:
-    """Return flags (model, item, variant, level, motion) of falls and, where there can be any, of `PIECE_EVENTS`."""
+    """Return flags (model, item, variant, level, motion) of falls and, if there can be any, of `PIECE_EVENTS`."""
     laws, variability = asked.laws, asked.variability
     variants = 1 if variability is None else variability.variants
     shape = (scaled.levels.size, shaking.runs)
@@ -533,7 +533,7 @@ def _runs_on(
 
 
 def shaking_of(asked: Assessment, inventory: Inventory) -> Shaking:
-    """Return the motions of a building, both ways where the inventory needs it and nothing else is given."""
+    """Return the motions of a building, both ways if the inventory needs it and nothing else is given."""
     ways = polarity_of(inventory) if asked.polarity is None else asked.polarity
     return Shaking.of(asked.building, asked.motions, asked.ground, asked.im == SCALE, ways)
 
@@ -573,7 +573,7 @@ def _named(row: Contents, law: Law, variability: Variability | None, across: boo
 
 
 def _weights(scaled: Scaling, hazard: Hazard, beta: float) -> LevelWeights:
-    """Return the hazard curve as weights of the levels; ValueError where it is of another measure."""
+    """Return the hazard curve as weights of the levels; ValueError if it is of another measure."""
     hazard_points(hazard)
     of, units = getattr(hazard, "im", None), getattr(hazard, "units", None)
     if of is not None and of != scaled.name:
@@ -604,7 +604,7 @@ def straight_weights(levels: Array, curve: HazardCurve, rates: Array) -> LevelWe
 
 
 def check_drawn(inventory: Inventory, realisations: int) -> None:
-    """Raise ValueError where a line has more pieces than can be drawn."""
+    """Raise ValueError if a line has more pieces than can be drawn."""
     scores = PieceScores(realisations)
     for row in inventory.rows:
         if row.drawn:
@@ -612,7 +612,7 @@ def check_drawn(inventory: Inventory, realisations: int) -> None:
 
 
 def _losses(losses: Any, inventory: Inventory) -> Array:
-    """Return the thresholds of loss, empty where nothing has a value."""
+    """Return the thresholds of loss, empty if nothing has a value."""
     if inventory.value == 0.0:
         if losses is not None:
             raise ValueError("losses must not be given for an inventory in which nothing has a value")
@@ -740,7 +740,7 @@ def _item_coordinates(inventory: Inventory, laws: list[Law], both_axes: bool) ->
 
 
 def _measured(scaled: Scaling, shaking: Shaking) -> dict[str, xr.Variable]:
-    """Return the measure of the unscaled ground motions as a coordinate, where these motions are known."""
+    """Return the measure of the unscaled ground motions as a coordinate, if these motions are known."""
     if scaled.measured is None or not shaking.ground:
         return {}
     return {f"ground_{scaled.name}": variable(("motion",), scaled.measured, scaled.units, scaled.long_name)}

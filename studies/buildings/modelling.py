@@ -55,7 +55,7 @@ class Mixture(ABC):
         """Return the states (point, …) where the score has cumulative probabilities `shares` (…), from 0 to 1."""
 
     def of(self, values: Array, nothing: float = 0.0) -> Array:
-        """Return the means (…, point, motion) of values (…, level, motion) that are `nothing` where nothing falls."""
+        """Return the means (…, point, motion) of values (…, level, motion) that are `nothing` if nothing falls."""
         shares = self.shares
         found = np.empty((*values.shape[:-2], shares.shape[0], values.shape[-1]))
         found[...] = nothing * shares[:, 0][:, None]
@@ -66,7 +66,7 @@ class Mixture(ABC):
 
 @dataclass(frozen=True)
 class ShiftedLevels(Mixture):
-    """States for annual values: a class reaches level j where ln(shaking) exceeds positions[j] + beta_m Z.
+    """States for annual values: a class reaches level j if ln(shaking) exceeds positions[j] + beta_m Z.
 
     `positions` (level,): ln of the capacity whose annual rate equals the rate of levels j and above. `points` (point,):
     ln of the intensity. `rates` (point,): annual rates of the intensity about each point, 1/year.
@@ -160,7 +160,7 @@ def several_classes(inventory: Inventory) -> bool:
 
 
 def refuse_own_motions(inventory: Inventory, own_motions: bool) -> None:
-    """Raise a ValueError where classes would be joined at levels that have no motion in common."""
+    """Raise a ValueError if classes would be joined at levels that have no motion in common."""
     if own_motions and several_classes(inventory):
         raise ValueError(
             "modelling_dispersion of several classes of pieces needs the same motions at all levels, but each level "

@@ -146,7 +146,7 @@ def polarity_notes(blocks: Sequence[Block], polarity: str) -> list[Fact]:
 
 
 UNDIRECTED = Fact("motion.directions_unused")
-"""Fact of an inventory with directions, where each floor has one motion."""
+"""Fact of an inventory with directions, if each floor has one motion."""
 PROPORTIONAL = Fact("motion.floors_scaled_elastic")
 """Fact of floor histories that are scaled in proportion to their ground motions."""
 
@@ -219,8 +219,8 @@ def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[Fact]:
 def changes_beyond_levels(assessment: xr.Dataset) -> dict[str, dict[str, float]]:
     """Return by how much of itself each annual amount may change for weaker and stronger shaking than was run.
 
-    Below the first level all of its share is a guess; above the last one everything else may fall, which is infinite
-    where nothing fell.
+    Below the first level all of its share is a guess; above the last one everything else may fall, which is infinite if
+    nothing fell.
     """
     amounts = _amounts(assessment)
     above = {
@@ -233,7 +233,7 @@ def changes_beyond_levels(assessment: xr.Dataset) -> dict[str, dict[str, float]]
 class _Amount(NamedTuple):
     """An annual amount of the whole building.
 
-    `more`: what has not fallen at the last level over what has, 0 where that is nearly everything.
+    `more`: what has not fallen at the last level over what has, 0 if that is nearly everything.
     """
 
     name: str
@@ -244,7 +244,7 @@ class _Amount(NamedTuple):
 
 
 def _amounts(assessment: xr.Dataset) -> list[_Amount]:
-    """Return number, loss, downtime and injuries, where their annual values are known."""
+    """Return number, loss, downtime and injuries, if their annual values are known."""
     free = (~assessment["anchored"].astype(bool)) * assessment["count"]
     fallen = assessment["probability"].isel(level=-1)
     found = []

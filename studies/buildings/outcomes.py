@@ -137,12 +137,12 @@ class JointFlags:
 
     @cached_property
     def numbers(self) -> Array:
-        """Numbers of pieces at which exceedance is given: every number, or some 60 where there are more."""
+        """Numbers of pieces at which exceedance is given: every number, or some 60 if there are more."""
         return whole_thresholds(self.inventory.pieces)
 
     @cached_property
     def quantities(self) -> list[Quantity]:
-        """The number of pieces and, where lines give them, the loss, the downtime and the injured persons."""
+        """The number of pieces and, if lines give them, the loss, the downtime and the injured persons."""
         rows = self.inventory.rows
         found = [Quantity("number", np.ones(len(rows)), DIMENSIONLESS, f"pieces {self.fell}", self.numbers, False)]
         if self.losses.size:
@@ -166,7 +166,7 @@ class JointFlags:
 
     @property
     def events(self) -> list[Event]:
-        """The event that anything overturns and, where there are consequences, the event of each."""
+        """The event that anything overturns and, if there are consequences, the event of each."""
         found = [Event(ANY, self.members, ("place",), f"at least one piece {self.falls}")]
         words = self.inventory.consequences
         if words:
@@ -177,7 +177,7 @@ class JointFlags:
         return found
 
     def possible(self, event: Event) -> Flags:
-        """Return True where any standing piece can cause an event, shape (…) of its sets."""
+        """Return True if any standing piece can cause an event, shape (…) of its sets."""
         return np.asarray(np.any(event.sets & self.standing, axis=-1))
 
     def chances(self) -> Iterator[tuple[slice, slice, Array, Array]]:
@@ -224,7 +224,7 @@ class JointFlags:
         return self.scores.realisations if quantity.drawn else 1
 
     def _add(self, i: int, of: slice, outcomes: dict[str, Array]) -> None:
-        """Add the amounts of line i under some laws: where n pieces fall, they are the first n that are drawn."""
+        """Add the amounts of line i under some laws: if n pieces fall, they are the first n that are drawn."""
         row, places = self.inventory.rows[i], np.flatnonzero(self.members[:, i])
         flags = self.flags[of, i]
         lost = flags if self.lost is None else self.lost[of, i]
@@ -251,7 +251,7 @@ class JointFlags:
                     (np.maximum if one.greatest else np.add)(here, amounts, out=here)
 
     def part(self, rows: Index) -> JointFlags | None:
-        """Return the flags of some lines, None where there are none."""
+        """Return the flags of some lines, None if there are none."""
         if not rows.size:
             return None
         inventory = replace(self.inventory, rows=tuple(self.inventory.rows[i] for i in rows))
@@ -266,7 +266,7 @@ class JointFlags:
 
 
 def lost_flags(flags: Flags, carried: Mapping[int, int], array: Allocator = in_memory) -> Flags | None:
-    """Return the flags of pieces that fell or whose support did, None where nothing is carried."""
+    """Return the flags of pieces that fell or whose support did, None if nothing is carried."""
     if not carried:
         return None
     found = array(flags.shape, np.bool_)

@@ -96,7 +96,7 @@ def checks_of_items(results: xr.Dataset) -> list[CodeCheck] | None:
 
 
 SAFETY = ("injury", "blocks-exit", "release")
-"""Consequences that rank before money, where a study names no others."""
+"""Consequences that rank before money, if a study names no others."""
 SHARES = (0.1, 0.5)
 """Probabilities of falling at whose levels of shaking a piece is described."""
 
@@ -234,7 +234,7 @@ def _range(values: xr.Dataset, name: str, at: int | tuple[()] = ()) -> Range:
 
 
 def _a_year(here: xr.Dataset, quantity: str, i: int) -> Range:
-    """Return the annual amount of a line, unknown where the line does not state it or there is no hazard."""
+    """Return the annual amount of a line, unknown if the line does not state it or there is no hazard."""
     name, stated = f"item_annual_{quantity}", {"downtime": "downtime_median", "injuries": "persons_exposed"}[quantity]
     if name not in here or (stated in here.coords and math.isnan(here[stated].values[i])):
         return UNKNOWN

@@ -60,7 +60,7 @@ HELPS, TOO_LITTLE, NOTHING, WORSE, NOT_KNOWN = (
 
 
 class Range(NamedTuple):
-    """A value with the ends of its interval, NaN where there is none."""
+    """A value with the ends of its interval, NaN if there is none."""
 
     value: float
     lower: float
@@ -177,7 +177,7 @@ class Piece(NamedTuple):
 
 
 def settled(anchored: bool, held: bool, code: CodeCheck | None) -> str:
-    """Return the recommendation that is settled before any risk is looked at, '' where there is none."""
+    """Return the recommendation that is settled before any risk is looked at, '' if there is none."""
     if (anchored or held) and code is not None and code.ratio > 1.0:
         return WEAK
     if anchored or held:
@@ -266,7 +266,7 @@ def _options(one: Piece) -> list[tuple[float, Range]]:
 
 
 def _paid(one: Piece) -> Piece:
-    """Return a piece with its payback: of its own anchors, or where these have no cost of the kit that is meant."""
+    """Return a piece with its payback: of its own anchors, or if these have no cost of the kit that is meant."""
     if not one.judged:
         return one._replace(saving=UNKNOWN, payback=math.nan)
     if one.recommendation == ANCHORED or not one.chance.value > 0.0:

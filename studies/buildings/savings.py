@@ -164,7 +164,7 @@ class EventItems:
         return self.year.total(1.0 - np.prod(1.0 - chance, axis=0))
 
     def _saved(self, chance: Array) -> Array:
-        """The annual value of the event caused by each item alone, where no other item causes it (item, motion)."""
+        """The annual value of the event caused by each item alone, if no other item causes it (item, motion)."""
         stays = 1.0 - chance
         others = np.ones_like(stays)
         np.cumprod(stays[:-1], axis=0, out=others[1:])

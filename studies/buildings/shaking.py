@@ -53,7 +53,7 @@ def support_of(row: Contents) -> Support:
 
 
 class Shaken(NamedTuple):
-    """The motions of a floor as run, with factors (1, level, motion): 1 where each level has its own motions."""
+    """The motions of a floor as run, with factors (1, level, motion): 1 if each level has its own motions."""
 
     motions: list[Record]
     factors: Array
@@ -177,7 +177,7 @@ class Shaking:
 
     @property
     def polarities(self) -> int:
-        """Runs of each motion, which follow one another: 2 where motions are run both ways, else 1."""
+        """Runs of each motion, which follow one another: 2 if motions are run both ways, else 1."""
         return 2 if self.polarity == BOTH else 1
 
     @property
@@ -194,7 +194,7 @@ class Shaking:
 
     @property
     def given(self) -> list[Record]:
-        """The ground motions; where they are not known the floor histories, with all that may be odd in them."""
+        """The ground motions; if they are not known the floor histories, with all that may be odd in them."""
         if self.histories is None:
             return [one for one in self.ground if not one.reverse_of]
         return records(self.arrays)

@@ -197,7 +197,7 @@ class SlidingRuns:
         return _Slips(forward, backward, peak, met if near else None)
 
     def _add(self, i: int, variant: int, block: Block, needed: _Needed, mu: float, slips: _Slips) -> None:
-        """Count a variant of line i with its coefficient and its slips (level, motion) where it moves at all."""
+        """Count a variant of line i with its coefficient and its slips (level, motion) if it moves at all."""
         if mu >= slides_below(block, self.plane):
             return
         moves = needed.of(block.b / block.h) > mu

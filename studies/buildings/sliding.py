@@ -49,7 +49,7 @@ def slide_variables(
     year: Year | None,
     modelled: Modelled | None = None,
 ) -> Variables:
-    """Compute what sliding changes, line by line, with annual rates if there is a year; NaN where it is not known."""
+    """Compute what sliding changes, line by line, with annual rates if there is a year; NaN if it is not known."""
     rows = joint.inventory.rows
     rocks = np.array([runs.rocks(rows[i]) for i in runs.rows]).reshape(len(runs.rows), runs.variants)
 

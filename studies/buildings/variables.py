@@ -68,7 +68,7 @@ class Precision:
 
     @classmethod
     def checked(cls, which: Any, confidence: Any, replicates: Any, seed: Any) -> Precision:
-        """Check the arguments; TypeError or ValueError where one is out of range."""
+        """Check the arguments; TypeError or ValueError if one is out of range."""
         found = checks.finite_array("quantiles", np.atleast_1d(np.asarray(which)))
         if found[0] <= 0.0 or found[-1] >= 1.0 or np.any(np.diff(found) <= 0.0):
             raise ValueError(f"quantiles must lie between 0 and 1 and increase, got {found.tolist()!r:.60}")
@@ -99,7 +99,7 @@ class Precision:
         return values.mean(axis=-1), found.lower, found.upper
 
     def of_probabilities(self, values: Array, possible: Flags) -> tuple[Array, Array, Array]:
-        """Return the mean over motions of P(event | motion), and Wilson's interval; 0 where it is not `possible`."""
+        """Return the mean over motions of P(event | motion), and Wilson's interval; 0 if it is not `possible`."""
         n = values.shape[-1]
         mean = values.mean(axis=-1)
         # a motion counts as a success by its probability; where all probabilities are 1, the successes are exactly n
@@ -186,13 +186,13 @@ class LineEvent(NamedTuple):
 
     @property
     def item(self) -> int:
-        """Where the lines are among the dimensions."""
+        """Position of the lines among the dimensions."""
         return self.dims.index("item")
 
     def of_lines(
         self, of: Callable[[LineEvent, slice], tuple[Array, Array, Array]], lines: int, runs: int
     ) -> list[Array]:
-        """Return a value and its ends on all lines, NaN where it is not known; lines are computed slab by slab."""
+        """Return a value and its ends on all lines, NaN if it is not known; lines are computed slab by slab."""
         step = max(1, RUNS // (1 + runs // lines))
         parts = [of(self, slice(first, first + step)) for first in range(0, len(self.rows), step)]
         found = []
@@ -365,7 +365,7 @@ class Year:
 
     @property
     def strata_levels(self) -> Index:
-        """The levels of the strata; none where there is a single stratum for all levels."""
+        """The levels of the strata; none if there is a single stratum for all levels."""
         return self.levels if self.own_motions else np.zeros(0, np.int64)
 
     @property
@@ -439,7 +439,7 @@ def alike_strata(motions: int, number: int) -> tuple[Index, ...]:
 
 
 def level_index(assessment: xr.Dataset, level: float) -> int:
-    """Return the index of a level; ValueError where it is not among the levels."""
+    """Return the index of a level; ValueError if it is not among the levels."""
     levels = assessment["level"].values
     wanted = checks.number("level", level)
     found = np.flatnonzero(np.isclose(levels, wanted, rtol=1e-6, atol=0.0))

@@ -12,7 +12,7 @@ from ...core.units import STANDARD_GRAVITY
 
 REQUIRED, EXEMPT, UNCHECKED = "required", "exempt", "not checked"
 UNSTATED_DANGER = "the inventory does not say whether it endangers people"
-"""Missing where a fall may or may not endanger people."""
+"""Missing statement: the danger of a fall to people is not stated."""
 CLASSES = ("storage", "laboratory", "equipment", "furniture", "movable")
 """Classes of pieces: permanent floor-supported cabinets and shelves, laboratory equipment, mechanical and electrical
 equipment, other furniture, and what is temporary or moved about."""
@@ -43,12 +43,12 @@ class Component:
 
     @property
     def weight(self) -> float:
-        """Weight, N; NaN where the mass is not known."""
+        """Weight, N; NaN if the mass is not known."""
         return math.nan if self.mass is None else self.mass * STANDARD_GRAVITY
 
 
 class CodeCheck(NamedTuple):
-    """A code's demands on a piece; NaN where something is not known.
+    """A code's demands on a piece; NaN if something is not known.
 
     `coefficient`: design force over weight. `force`: design force at the centre of mass, N. `demand`: force on the
     anchor, N. `ratio`: demand over the strength of the anchor. `factors`: derivation of the coefficient, in words.
@@ -107,7 +107,7 @@ class Code(ABC):
         """Return the design force over the weight, and its factors in words; NaN with what is missing."""
 
     def check(self, one: Component) -> CodeCheck:
-        """Check a piece; forces are computed where it must be anchored."""
+        """Check a piece; forces are computed if it must be anchored."""
         status, clause = self.duty(one)
         if status != REQUIRED:
             return CodeCheck(status, clause, "", math.nan, math.nan, math.nan, math.nan)

@@ -30,8 +30,8 @@ class Eurocode8(Code):
 
     Notes
     -----
-    Where no q_a is given it is 2 for storage (table 4.4: anchorage of permanent cabinets and book stacks supported by
-    the floor) and 1 for others.
+    If no q_a is given it is 2 for storage (table 4.4: anchorage of permanent cabinets and book stacks supported by the
+    floor) and 1 for others.
 
     F_a = S_a W_a gamma_a / q_a (4.24), S_a = alpha S [3 (1 + z/H)/(1 + (1 - T_a/T_1)²) - 0.5], at least alpha S (4.25).
     Elements that might cause risks to persons in case of failure shall be verified (4.3.5.1(1)P). Here these are

@@ -141,7 +141,7 @@ def _line(one: xr.Dataset, i: int, smoothed: float) -> Line:
 
 
 def _consequence(one: xr.Dataset, i: int, kind: str) -> Consequence | None:
-    """Return the cost or the downtime of a piece of a line as a distribution, None where the line gives none."""
+    """Return the cost or the downtime of a piece of a line as a distribution, None if the line gives none."""
     if f"{kind}_median" not in one.coords or np.isnan(one[f"{kind}_median"].values[i]):
         return None
     median, dispersion, distribution = (
@@ -176,7 +176,7 @@ def _said(kind: str, one: Consequence | None, pieces: int) -> list[str]:
 
 
 def _correlation(results: xr.Dataset) -> float | None:
-    """Return the correlation of cost and downtime of a piece, None where no line spreads both, or where it is 0."""
+    """Return the correlation of cost and downtime of a piece, None if no line spreads both, or if it is 0."""
     spread = [results.get(f"{kind}_dispersion", xr.DataArray(0.0)) > 0.0 for kind in ("cost", "downtime")]
     if not bool((spread[0] & spread[1]).any()):
         return None

@@ -92,7 +92,7 @@ def _fill(kind: Starter, folder: Path) -> None:
 
 
 def _move(staged: Path, folder: Path, there: bool) -> None:
-    """Put a filled folder in its place; what was moved is removed again where not all of it can be."""
+    """Put a filled folder in its place; what was moved is removed again if not all of it can be."""
     if not there:
         staged.rename(folder)
         return
@@ -157,7 +157,7 @@ def workbook_of(table: str) -> bytes:
 
 
 def _number(text: str) -> str | float | None:
-    """Return a cell of a CSV as a number where it is one, None where it is empty."""
+    """Return a cell of a CSV as a number if it is one, None if it is empty."""
     try:
         value = float(text)
     except ValueError:

@@ -24,7 +24,7 @@ OF_MONEY = ("anchoring.", "budget.", "kit.", "code.beyond_budget", "code.unprice
 
 
 def verdict(results: xr.Dataset, answered: bool) -> tuple[list[str], list[str], list[str]]:
-    """Return the answer, the validity, which begins the answer where results are not valid, and remedies of curves.
+    """Return the answer, the validity, which begins the answer if results are not valid, and remedies of curves.
 
     `answered`: whether a short table follows the answer.
     """

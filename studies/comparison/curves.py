@@ -42,7 +42,7 @@ DISPERSION, RATE = "dispersion", "rate"
 MOST_RESAMPLED = 2000
 """Most curves of a side that are fitted again to replicates of the motions; ratios of more have no interval."""
 Place = tuple[int, int, int]
-"""Positions of a block, a law and a floor (0 where there are no floors)."""
+"""Positions of a block, a law and a floor (0 if there are no floors)."""
 
 
 class Curves(NamedTuple):
@@ -59,7 +59,7 @@ class Curves(NamedTuple):
         return Range(*(float(_spread(held[end]).values[at]) if end in held else math.nan for end in ends))
 
     def samples(self, name: str, at: Place) -> Array | None:
-        """Return the replicates of a parameter of a curve or of its rate, None where there are none."""
+        """Return the replicates of a parameter of a curve or of its rate, None if there are none."""
         if name == RATE:
             return None if self.rates is None else self.rates[at]
         if self.fit is None or f"{name}_sample" not in self.fit:
@@ -192,7 +192,7 @@ def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Lin
 
 
 def _reached(curves: Curves, quantity: str, at: Place) -> tuple[Range, str]:
-    """Return a number of a curve with open ends, or words in its place, where it lies beyond what was run."""
+    """Return a number of a curve with open ends, or words in its place, if it lies beyond what was run."""
     value, results = curves.value(quantity, at), curves.side.results
     if quantity == MEDIAN and value.value > EDGE * highest_level(results):
         return UNKNOWN, NOT_REACHED
@@ -229,6 +229,6 @@ def _of_uplift(a: Side, b: Side) -> bool:
 
 
 def _spread(values: xr.DataArray, *last: str) -> xr.DataArray:
-    """Return values on (block, model, floor, *last), with one floor where they have none."""
+    """Return values on (block, model, floor, *last), with one floor if they have none."""
     whole = values if "floor" in values.dims else values.expand_dims("floor")
     return whole.transpose("block", "model", "floor", *last)

@@ -134,7 +134,7 @@ def two_sides(first: Path, second: Path, same: bool = False, verify: bool = Fals
 
 
 def refuse_different(a: Side, b: Side) -> None:
-    """Raise StudyError where the results of two studies have no number in common."""
+    """Raise StudyError if the results of two studies have no number in common."""
     if a.kind != b.kind:
         raise StudyError(f"A is a {a.kind} study and B a {b.kind} study: only studies of one kind can be compared")
     if a.kind not in (*CURVES, PIECES):
@@ -156,7 +156,7 @@ def refuse_different(a: Side, b: Side) -> None:
 
 
 def _refuse_pieces(a: Side, b: Side) -> None:
-    """Raise StudyError where the chances of pieces are not of the same thing."""
+    """Raise StudyError if the chances of pieces are not of the same thing."""
     yearly = ["item_rate" in one.results for one in (a, b)]
     if yearly[0] != yearly[1]:
         has, lacks = ("A", "B") if yearly[0] else ("B", "A")
@@ -212,7 +212,7 @@ def same_motions(a: Side, b: Side) -> bool:
 
 
 def matched(of_a: Sequence[str], of_b: Sequence[str]) -> Matched:
-    """Match labels of two sides; where none is common and each side has one, these two are compared."""
+    """Match labels of two sides; if none is common and each side has one, these two are compared."""
     where = {label: j for j, label in enumerate(of_b)}
     pairs = [(i, where[label]) for i, label in enumerate(of_a) if label in where]
     if not pairs and len(of_a) == len(of_b) == 1:
@@ -222,14 +222,14 @@ def matched(of_a: Sequence[str], of_b: Sequence[str]) -> Matched:
 
 
 def matched_laws(a: Side, b: Side, laws: tuple[str, str] | None) -> Matched:
-    """Match the damping laws of two sides, or the two that are named; StudyError where there is none."""
+    """Match the damping laws of two sides, or the two that are named; StudyError if there is none."""
     if laws is not None:
         return Matched([(law_at(a, laws[0]), law_at(b, laws[1]))], [], [])
     return matched_names(a, b, "model", "damping law", ": name one of each with --laws")
 
 
 def matched_names(a: Side, b: Side, dim: str, noun: str, cure: str = "") -> Matched:
-    """Match laws, blocks or pieces of two sides by their labels; StudyError where there is none in common."""
+    """Match laws, blocks or pieces of two sides by their labels; StudyError if there is none in common."""
     labels = [_labels(side, dim) for side in (a, b)]
     found = matched(*labels)
     if not found.pairs:
@@ -238,14 +238,14 @@ def matched_names(a: Side, b: Side, dim: str, noun: str, cure: str = "") -> Matc
 
 
 def floors_of(side: Side) -> list[str]:
-    """Return the floors of a study's curves; one without a name where curves are not separated by floor."""
+    """Return the floors of a study's curves; one without a name if curves are not separated by floor."""
     if "floor" not in side.results["median"].dims:
         return [""]
     return [str(floor) for floor in side.results["floor"].values]
 
 
 def law_at(side: Side, name: str) -> int:
-    """Return the position of the law with a label or a short name; StudyError where that is not one law."""
+    """Return the position of the law with a label or a short name; StudyError if that is not one law."""
     labels = _labels(side, "model")
     law = side.results.coords.get("law")
     # (laws of samples have no short name of their own; their labels begin with it)

@@ -48,7 +48,7 @@ class Bars(NamedTuple):
 
 
 def bars_of(results: xr.Dataset) -> Bars | None:
-    """Return the bars of a study's results; None where no value is known."""
+    """Return the bars of a study's results; None if no value is known."""
     if "item" in results.dims:
         return _of_pieces(results)
     if "half_level" not in results or "sensitivity" in str(results.attrs["kind"]):

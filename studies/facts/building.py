@@ -68,7 +68,7 @@ def recommended_lines(results: xr.Dataset) -> list[Piece]:
 
 
 def rate_without(results: xr.Dataset, lines: Sequence[str]) -> float:
-    """Return the annual rate of any fall under the reference law if some lines are anchored; NaN where not known.
+    """Return the annual rate of any fall under the reference law if some lines are anchored; NaN if not known.
 
     From the stored outcomes of the runs, motion by motion, as `assess` computes it.
     """
@@ -191,7 +191,7 @@ def _afterwards(results: xr.Dataset, now: float) -> Iterator[Fact]:
 
 
 def _law_range(results: xr.Dataset, at: int) -> Iterator[Fact]:
-    """Yield the rate of any fall, or the number of falls, under the other laws where they disagree."""
+    """Yield the rate of any fall, or the number of falls, under the other laws if they disagree."""
     if "branch" in results.dims or results.sizes["model"] == 1:
         return
     yearly = "any_rate" in results

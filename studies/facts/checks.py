@@ -185,7 +185,7 @@ def _pedestals(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def _uplift(results: xr.Dataset) -> xr.DataArray | None:
-    """Return the coefficient of friction that uplift needs, b/h, of every block or item; None where it is not known."""
+    """Return the coefficient of friction that uplift needs, b/h, of every block or item; None if it is not known."""
     if "friction_uplift" in results:
         return results["friction_uplift"]
     known = "alpha" in results.coords and results["alpha"].dims in (("block",), ("item",))
@@ -384,7 +384,7 @@ def _hazard(results: xr.Dataset) -> Fact:
 
 
 def _run_levels(results: xr.Dataset) -> Fact:
-    """Check the share of annual rates from curves where nothing was run; above a half a rate is the form's."""
+    """Check the share of annual rates from parts of curves beyond the runs; above a half a rate depends on the form."""
     shares = extrapolated_shares(results)
     if not shares:
         return _missing("rate.extrapolated")
@@ -418,7 +418,7 @@ def _levels_of_amounts(results: xr.Dataset) -> Fact:
 
 
 def _little_extrapolated(results: xr.Dataset) -> Fact:
-    """Return the check of rates that hardly depend on what curves do where nothing was run."""
+    """Return the check of rates that hardly depend on curves beyond the runs."""
     known = np.isfinite(results["rate"])
     sides = (("below", UNDER), ("above", BEYOND))
     shares = {side: _worst(results[name].where(known))[0] for side, name in sides if name in results}

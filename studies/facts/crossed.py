@@ -127,6 +127,6 @@ def case_at(small: xr.Dataset, cases: xr.DataArray, place: int) -> xr.Dataset:
 
 
 def case_name(case: xr.Dataset) -> str:
-    """Return the name of a block, with its floor where there are several."""
+    """Return the name of a block, with its floor if there are several."""
     floor = f" on {floor_name(case['floor'].item())}" if "floor" in case.coords else ""
     return f"“{block_title(str(case['block'].item()))}”{floor}"

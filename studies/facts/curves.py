@@ -174,7 +174,7 @@ def _level(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
 
 
 def _chance(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
-    """Yield the chance of a block in the study's years, over branches where there are any."""
+    """Yield the chance of a block in the study's years, over branches if there are any."""
     years, names = float(results.attrs["years"]), (case_name(case),)
     more = {"years": years, **_what(results)}
     if "epistemic_rate" in case:
@@ -239,7 +239,7 @@ def _crossing(what: str, crossing: Crossing, results: xr.Dataset, others: int = 
 
 
 def _other_side(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield which pieces may fall the other way as well, where falls to one side alone are counted."""
+    """Yield the pieces that may fall the other way as well, if falls to one side alone are counted."""
     either = falling_both_ways(results)
     names = tuple(f"“{block_title(str(block))}”" for block in results["block"].values if str(block) in either)
     if names and len(names) < results.sizes["block"]:
@@ -278,7 +278,7 @@ def _restraints(results: xr.Dataset, at: int) -> Iterator[Fact]:
 
 
 def _laws(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
-    """Yield what the other laws give where laws disagree: the chance, or the level without a hazard."""
+    """Yield what the other laws give if laws disagree: the chance, or the level without a hazard."""
     if "branch" in results.dims or case.sizes["model"] == 1:
         return  # (branches hold the choice of law)
     at, _ = reference_law(results)

@@ -28,7 +28,7 @@ FALLBACKS = {
     "method": ("method", "screen"),
     "comparison": ("comparison", "page"),
 }
-"""Registers in which the sentences of a register are looked up, where it shares them with others."""
+"""Registers in which the sentences of a register are looked up, if it shares them with others."""
 
 SHARED = {
     **dict.fromkeys(("anchoring.outside", "anchoring.indicative"), "anchoring_no_advice"),

@@ -143,7 +143,7 @@ class LevelsTable(Table):
         return self
 
     def build(self, im: str) -> Array:
-        """Return the levels in SI; ValueError where the unit is not one of the measure's."""
+        """Return the levels in SI; ValueError if the unit is not one of the measure's."""
         factor, si = LEVEL_UNITS[self.unit]
         measure = intensity_measure(im)
         needed = DIMENSIONLESS if measure is None else measure.units
@@ -206,7 +206,7 @@ class IdaTable(Table):
     """Incremental dynamic analysis: every motion at every level of a measure, or at levels of its own.
 
     im: Intensity measure: by name, or with its period in s, as Sa(1.0).
-    im_at: Where the motions of a building are measured.
+    im_at: Place at which the motions of a building are measured.
     levels: Levels of the measure; or a word: adaptive (levels follow from the runs before), pooled (so they do,
         and one surface holds the curves of all blocks).
     """
@@ -329,7 +329,7 @@ class StripesTable(Table):
     """Multiple stripes: motions that differ from level to level.
 
     im: Intensity measure: by name, or with its period in s, as Sa(1.0).
-    im_at: Where the motions of a building are measured.
+    im_at: Place at which the motions of a building are measured.
     unit: Unit of the levels.
     scale: True to scale motions to their level; false to take them as they are, because they were chosen for it.
     select: Selection of the motions of each stripe.
@@ -356,7 +356,7 @@ class StripesTable(Table):
         return self
 
     def levels(self) -> Array:
-        """Return the levels in SI; ValueError where the unit is not one of the measure's."""
+        """Return the levels in SI; ValueError if the unit is not one of the measure's."""
         return LevelsTable(values=[stripe.level for stripe in self.at], unit=self.unit).build(self.im)
 
 
@@ -364,7 +364,7 @@ class CloudTable(Table):
     """Cloud: every motion once, as it is.
 
     im: Intensity measure: by name, or with its period in s, as Sa(1.0).
-    im_at: Where the motions of a building are measured.
+    im_at: Place at which the motions of a building are measured.
     """
 
     im: Named = "pga"
@@ -427,7 +427,7 @@ class FrictionTable(Table):
         return contact_named(self.contact or "").friction.median if self.static is None else self.static
 
     def build(self, polarity: str = BOTH) -> Slides:
-        """Return the friction, and the slips whose chances are wanted, of motions in a polarity where sides differ."""
+        """Return the friction, and the slips whose chances are wanted, of motions in a polarity if sides differ."""
         friction: Friction
         ratio = 1.0
         if self.contact is not None:
@@ -491,10 +491,10 @@ class PerformanceTable(Table):
     safety: Consequences in the inventory that rank before money.
     sort: Order of the pieces in their table.
     discount_rate: Discount rate of savings of anchoring in later years; 0: no discounting.
-    consequence_correlation: Correlation of the normal scores of cost, downtime and injuries of one piece, where
-        the inventory gives distributions.
+    consequence_correlation: Correlation of the normal scores of cost, downtime and injuries of one piece, if the
+        inventory gives distributions.
     code: A building code.
-    budget: Money for anchoring: the best set for it is chosen, of kits where given.
+    budget: Money for anchoring: the best set for it is chosen, of kits if given.
     kits: Restraints that are tried on every piece that they fit and that is not anchored for good.
     target: Target of the cheapest set of kits, per year or at the level of the table.
     """
@@ -529,7 +529,7 @@ class PerformanceTable(Table):
     @model_validator(mode="before")
     @classmethod
     def _classed(cls, given: Any) -> Any:
-        """Take the modelling uncertainty of the class that is named where none is given."""
+        """Take the modelling uncertainty of the class that is named if none is given."""
         return with_class(given)
 
 
@@ -576,7 +576,7 @@ class FitTable(Table):
     @model_validator(mode="before")
     @classmethod
     def _shaped(cls, given: Any) -> Any:
-        """Take the form that suits the state, and the modelling uncertainty of the class, where none is given."""
+        """Take the form that suits the state, and the modelling uncertainty of the class, if none is given."""
         given = with_class(given)
         if not isinstance(given, dict) or "form" in given or not isinstance(given.get("state"), str):
             return given
@@ -599,7 +599,7 @@ class FitTable(Table):
         return self
 
     def build(self) -> Fit:
-        """Make the options of the fit; ValueError where there is no such state of rocking blocks."""
+        """Make the options of the fit; ValueError if there is no such state of rocking blocks."""
         if self.state in (FALLEN_OFF, TRIPS):
             raise ValueError(
                 f"fit.state must be a state of rocking blocks, got {self.state!r}: with [friction] the chances of "

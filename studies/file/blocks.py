@@ -130,7 +130,7 @@ class _Piece(Table):
         return self
 
     def piece(self, name: str | None, restraint: Restraint | None = None) -> Block:
-        """Make the block; ValueError where its values do not go together."""
+        """Make the block; ValueError if its values do not go together."""
         scene, wall, bed, edge = (in_si(self, FACTORS[part]) for part in PARTS)
         sizes = self._sizes(
             {key: scene.pop(key) for key in ("width", "height", "cm_height", "inertia_factor") if key in scene}
@@ -150,7 +150,7 @@ class _Piece(Table):
 
     @property
     def _usual_wall(self) -> float | None:
-        """The gap (m) behind an item of the catalogue as it is usually placed; None where there is no wall."""
+        """The gap (m) behind an item of the catalogue as it is usually placed; None if there is no wall."""
         return catalogue.item(self.catalogue).wall_gap if self.placed and self.catalogue else None
 
     def _sizes(self, given: dict[str, Any]) -> Block:
@@ -216,7 +216,7 @@ class BlockTable(PieceTable):
         return self
 
     def build(self, restraints: Mapping[str, Restraint] | None = None) -> Block:
-        """Make the block; ValueError where its values are out of range, or a name is in no table."""
+        """Make the block; ValueError if its values are out of range, or a name is in no table."""
         name = self.name or (None if self.placed or self.catalogue is None else catalogue[self.catalogue].name)
         return self.piece(name, self._restraint(restraints or {}))
 
@@ -227,7 +227,7 @@ class BlockTable(PieceTable):
 
     @property
     def own_friction(self) -> tuple[Friction, float | None] | None:
-        """Its own coefficient of friction, and kinetic over static friction where a contact tells it; or None."""
+        """Its own coefficient of friction, and kinetic over static friction if a contact tells it; or None."""
         if self.contact is not None:
             contact = contact_named(self.contact)
             return contact.friction, contact.kinetic_ratio

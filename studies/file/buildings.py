@@ -52,14 +52,14 @@ class BuildingTable(Derived):
     """A building between the motions and the blocks: elastic, with storeys that yield, or on isolators.
 
     kind: A uniform cantilever, masses on springs, or none.
-    name: Its name, where there are several: its floors are called after it.
+    name: Its name, if there are several: its floors are called after it.
     """
 
     kind: str
     name: Annotated[str | None, Field(min_length=1, max_length=200)] = None
 
     def build(self) -> shaking.Building | shaking.YieldingBuilding:
-        """Make the building; ValueError where values do not go together."""
+        """Make the building; ValueError if values do not go together."""
         made: shaking.Building = type(self).makes(**self.options())
         return made
 

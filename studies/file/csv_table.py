@@ -81,7 +81,7 @@ class CsvTable:
         self._odd += self._lines_left_out(raw)
 
     def at(self, number: int) -> str:
-        """Return the words that say where a line of the file is."""
+        """Return the words for the place of a line in the file."""
         return f"{self.file}, {self.word} {number}"
 
     @property
@@ -211,7 +211,7 @@ class CsvLine:
     cells: dict[str, str]
 
     def refuse(self, column: str, what: str) -> NoReturn:
-        """Raise an error about a cell, or about the line where no column is named."""
+        """Raise an error about a cell, or about the line if no column is named."""
         of = f", column {column!r}" if column else ""
         raise self.table.kind.error(f"{self.table.at(self.number)}{of}: {what}")
 
@@ -255,7 +255,7 @@ class CsvLine:
         return found
 
     def text(self, column: str) -> str:
-        """Return the text of a cell, '' where it is empty."""
+        """Return the text of a cell, '' if it is empty."""
         cell = self.cells.get(column, "")
         if len(cell) > MAX_TEXT or not cell.isprintable():
             self.refuse(column, f"must be at most {MAX_TEXT} printable characters, got {shown(cell)}")
@@ -271,7 +271,7 @@ class CsvLine:
     def number_in(
         self, column: str, *, above: float | None = None, at_least: float | None = None, at_most: float | None = None
     ) -> float | None:
-        """Return a cell as a number, None where it is empty."""
+        """Return a cell as a number, None if it is empty."""
         cell = self.text(column)
         if not cell:
             return None
@@ -305,7 +305,7 @@ class CsvLine:
         self.refuse(column, f"is ambiguous, write {whole}{fraction} or {whole}{mark}{fraction}0, got {shown(cell)}")
 
     def count_in(self, column: str) -> int | None:
-        """Return a cell as a whole number, None where it is empty."""
+        """Return a cell as a whole number, None if it is empty."""
         cell = self.text(column)
         if not cell:
             return None
@@ -314,7 +314,7 @@ class CsvLine:
         return int(cell)
 
     def yes_in(self, column: str) -> bool:
-        """Return True where a cell says yes, False where it says no or is empty."""
+        """Return True if a cell says yes, False if it says no or is empty."""
         cell = self.text(column).lower()
         if cell not in {"", *YES, *NO}:
             self.refuse(column, f"must be yes or no, got {shown(cell)}")

@@ -88,7 +88,7 @@ def keys_of(
 ) -> tuple[dict[str, Any], dict[str, tuple[str, float]]]:
     """Return the keys of a class or function as fields of a table, and each key's parameter and SI value of one unit.
 
-    types and defaults: as of `derived`; names: of parameters in the table, where they are others.
+    types and defaults: as of `derived`; names: of parameters in the table, if they are others.
     """
     fields: dict[str, Any] = {}
     factors: dict[str, tuple[str, float]] = {}
@@ -134,7 +134,7 @@ def _word_field(table: type[Table], key: str, word: str) -> dict[str, Any]:
 
 
 def default_of(field: FieldInfo) -> Any:
-    """Return the value of a key, in its unit, where it is not given."""
+    """Return the value of a key, in its unit, if it is not given."""
     return next(info.default for info in field.metadata if isinstance(info, KeyInfo))
 
 

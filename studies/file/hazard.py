@@ -50,7 +50,7 @@ class HazardTable(Table):
         return self
 
     def build(self, im: str, folder: Path) -> HazardCurve:
-        """Make the curve of a measure (of the base of a block-normalised one); ValueError where there is none."""
+        """Make the curve of a measure (of the base of a block-normalised one); ValueError if there is none."""
         name = BLOCK_MEASURES[im].measure.label if im in BLOCK_MEASURES else im
         if name == SCALE:
             raise ValueError("hazard needs levels of a measure, got im 'scale'")
@@ -58,7 +58,7 @@ class HazardTable(Table):
 
     @abstractmethod
     def _curve(self, measure: str, folder: Path) -> HazardCurve:
-        """Return the curve of a measure; ValueError where there is none."""
+        """Return the curve of a measure; ValueError if there is none."""
 
     def risk(self, im: str, folder: Path) -> Risk:
         """Return the curve with the questions asked of it."""
@@ -71,7 +71,7 @@ class HazardFileTable(HazardTable):
     file: CSV or JSON of a hazard curve, relative to the study file.
     site: Site of the file: number, name, [lon, lat].
     component: Curve of a USGS response.
-    unit: Unit of the levels, where the file states none.
+    unit: Unit of the levels, if the file states none.
     """
 
     file: Annotated[str, RelativePath()]
@@ -207,7 +207,7 @@ else:
 
 
 def hazard_table(content: Any) -> HazardTable:
-    """Return the table of a hazard of some content; pydantic's ValidationError where it is not valid."""
+    """Return the table of a hazard of some content; pydantic's ValidationError if it is not valid."""
     found: HazardTable = TypeAdapter(Hazards).validate_python(content)
     return found
 

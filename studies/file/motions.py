@@ -82,7 +82,7 @@ class MotionsTable(Derived):
         return bool(self.given("component") == PAIR)
 
     def samples(self, folder: Path) -> float:
-        """The number of samples of all motions that are generated, 0 where they are read; ValueError as `build`."""
+        """The number of samples of all motions that are generated, 0 if they are read; ValueError as `build`."""
         return 0.0
 
     @abstractmethod
@@ -211,9 +211,8 @@ class RecordMotions(MotionsTable):
     """Records of earthquakes in files.
 
     records: Record files: paths or patterns (* and **), relative to the study file.
-    component: Component that shakes, where records are joined to recordings by the names of their files;
-        measures such as RotD50(pga) are of both. `v`: vertical components alone, as if horizontal. `pair`: both
-        components shake.
+    component: Component that shakes, if records are joined to recordings by the names of their files; measures such as
+        RotD50(pga) are of both. `v`: vertical components alone, as if horizontal. `pair`: both components shake.
     vertical: With `component`: the vertical component shakes, too.
     seed: Seed of random azimuths.
     baseline_order: Order of the polynomial that is subtracted from records: 0 their mean, 1 a straight line.
@@ -407,7 +406,7 @@ else:
 
 
 def motions_table(content: Any) -> MotionsTable:
-    """Return the table of motions of some content; pydantic's ValidationError where it is not valid."""
+    """Return the table of motions of some content; pydantic's ValidationError if it is not valid."""
     found: MotionsTable = _reader().validate_python(content)
     return found
 

@@ -30,7 +30,7 @@ HINTS = {
     "models": "; a study has one [[models]] table for each damping law",
     "motions": "; the table [motions] says what shakes the blocks",
 }
-"""The advice for keys that must be given, where it is not obvious."""
+"""The advice for keys that must be given, if it is not obvious."""
 
 
 def refusal(
@@ -212,7 +212,7 @@ def _limits(annotation: Any) -> Iterator[Any]:
 
 
 def _field(table: Any, location: tuple[int | str, ...], content: Any) -> tuple[FieldInfo | None, str]:
-    """Return the field of the key at `location` (None where the table has none), and the name of the key."""
+    """Return the field of the key at `location` (None if the table has none), and the name of the key."""
     names = [i for i, part in enumerate(location) if isinstance(part, str)]
     if not names:
         return None, ""
@@ -236,7 +236,7 @@ def _at(table: Any, location: tuple[int | str, ...], content: Any) -> tuple[Any,
 
 
 def _as_written(value: Any) -> str:
-    """Return a value as text in the notation of TOML, where Python's differs."""
+    """Return a value as text in the notation of TOML, if Python's differs."""
     if isinstance(value, bool):
         return str(value).lower()
     return str(value) if hasattr(value, "isoformat") else shown(value)

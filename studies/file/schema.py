@@ -387,7 +387,7 @@ class StudyFile(Table):
         return "building" if self.buildings is None else f"buildings[{number}]"
 
     def both_ways(self, blocks: Iterable[Block]) -> bool:
-        """Return True if motions are run both ways: where the file says so, or by default where a block is sided."""
+        """Return True if motions are run both ways: if the file says so, or by default if a block is sided."""
         asked = self.analysis.polarity
         return any(block.sided for block in blocks) if asked is None else asked == BOTH
 
@@ -455,7 +455,7 @@ class StudyFile(Table):
         return Events(levels, (self.events.motions or EVENTS) if made else number, self.events.sample)
 
     def _levels(self) -> Array:
-        """Return the levels in SI, none for a cloud; ValueError where their unit is not the measure's."""
+        """Return the levels in SI, none for a cloud; ValueError if their unit is not the measure's."""
         if self.stripes is not None:
             return self.stripes.levels()
         if self.ida is None or isinstance(self.ida.levels, str):
@@ -464,7 +464,7 @@ class StudyFile(Table):
 
 
 def read_study_file(path: Path, target: float | None = None) -> StudyFile:
-    """Read and check a study file; StudyError where it is not valid. target: of all restraints, beyond the file."""
+    """Read and check a study file; StudyError if it is not valid. target: of all restraints, beyond the file."""
     merged = read_content(path, StudyFile)
     if target is not None:
         named, blocks = merged.content.get("restraints"), merged.content.get("blocks")

@@ -99,7 +99,7 @@ class SelectTable(Table):
         return self
 
     def refuse_without_target(self, stripes: Sequence[OwnTarget]) -> None:
-        """Raise a ValueError where a stripe has no target, or keys of stripes do not go with a selection."""
+        """Raise a ValueError if a stripe has no target, or keys of stripes do not go with a selection."""
         for i, stripe in enumerate(stripes, start=1):
             if stripe.target is not None and stripe.disaggregation is not None:
                 raise ValueError(f"stripes.at[{i}] has a target or a disaggregation, not both")

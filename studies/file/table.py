@@ -49,7 +49,7 @@ def quantity(option: str, text: str, units: str, *, bare: float = 0.0, at_least:
     """Convert a number with its unit to its SI value, > 0 or at least a given value.
 
     `option` is the option as the user wrote it; `units` is the SI unit, ``m s-2``, ``m``, ``s``, ``rad``, ``kg``, ``N``
-    or ``N m-1``. A number without a unit is taken in that unit up to `bare`; 0 where the unit must always be given.
+    or ``N m-1``. A number without a unit is taken in that unit up to `bare`; 0 if the unit must always be given.
 
     >>> quantity("--width", "40cm", "m"), quantity("--width", "0.4", "m", bare=10.0)
     (0.4, 0.4)
@@ -81,7 +81,7 @@ def quantity(option: str, text: str, units: str, *, bare: float = 0.0, at_least:
 
 
 def nearest(value: str, words: Iterable[str]) -> str | None:
-    """Return the word that is most similar to `value`, ignoring capitals; None where none is similar."""
+    """Return the word that is most similar to `value`, ignoring capitals; None if none is similar."""
     known = {word.casefold(): word for word in words}
     near = difflib.get_close_matches(value[:100].casefold(), known, n=1, cutoff=SIMILAR)
     return known[near[0]] if near else None
@@ -209,7 +209,7 @@ class Table(BaseModel):
     """Choice of a table that is one of several: its key, and its tag."""
 
     def given(self, key: str) -> Any:
-        """Return the value of a key; None where it is not given, or belongs to another of several tables."""
+        """Return the value of a key; None if it is not given, or belongs to another of several tables."""
         return getattr(self, key, None)
 
 
@@ -256,7 +256,7 @@ _KINDS = {suffix: {"_mm": "_m", "_rad": "_deg"}.get(suffix, suffix) for suffix i
 
 
 def suffix_of(key: str) -> str:
-    """Return the ending of a key that is a unit, '' where there is none."""
+    """Return the ending of a key that is a unit, '' if there is none."""
     return next((suffix for suffix in UNIT_SUFFIXES if key.endswith(suffix)), "")
 
 

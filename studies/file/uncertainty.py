@@ -19,7 +19,7 @@ from .table import Confidence, KeyInfo, Replicates, Seed, Table, bare, checked
 
 SUFFIXES = {METRE: "_m", RADIAN: "_rad", NEWTON: "_n", STIFFNESS: "_n_per_mm"}
 FACTORS = {STIFFNESS: 1000.0}
-"""SI value of the unit in which the names of inputs are, where it is not 1."""
+"""SI value of the unit in which the names of inputs are, if it is not 1."""
 INPUTS = {name + SUFFIXES.get(known.units, ""): name for name, known in KNOWN.items()}
 """Names of the inputs that can be uncertain, each with its unit, and without it."""
 

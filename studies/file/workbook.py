@@ -201,7 +201,7 @@ def _is_filled(sheet: Any) -> bool:
 
 
 def _text(cell: Any, formulas: Worksheet, merged: dict[tuple[int, int], str]) -> str:
-    """Return the text of a cell, '' where it is empty."""
+    """Return the text of a cell, '' if it is empty."""
     value = cell.value
     if value is None:
         # (a formula whose value is the empty text has a type, and no value either)

@@ -38,7 +38,7 @@ def animate(
     speed : float
         1 plays in real time, 0.25 four times slower; 0.01 to 100.
     fps : int, optional
-        Frames a second, 5, 10, 20, 25 or 50; by default 25, or fewer where there would be more than 1,500 frames.
+        Frames a second, 5, 10, 20, 25 or 50; by default 25, or fewer if there would be more than 1,500 frames.
     size : int
         Width and height, pixels, 240 to 2,000, even.
     progress : callable, optional
@@ -47,7 +47,7 @@ def animate(
     Returns
     -------
     Path
-        The file, which is complete when this function returns; where it raises, no file is written.
+        The file, which is complete when this function returns; if it raises, no file is written.
 
     Raises
     ------

@@ -15,7 +15,7 @@ from ...models.sides import sides, surroundings
 from .frames import rotated
 
 STANDS_OFF = 0.06
-"""Distance of what a restraint is fixed to where there is no wall, over the block's height."""
+"""Distance of what a restraint is fixed to if there is no wall, over the block's height."""
 STUB = 0.11
 """Length of the loose ends of a broken restraint, over the block's height."""
 CEILING = 1.12
@@ -93,7 +93,7 @@ def straps(block: Block, walls: list[Face]) -> list[Strap]:
 
 
 def line(block: Block, strap: Strap, rotation: float) -> Array:
-    """Return the points (n, 2) of an intact restraint: straight where it is taut, a sagging curve where it is slack."""
+    """Return the points (n, 2) of an intact restraint: straight if it is taut, a sagging curve if it is slack."""
     end = rotated(block, rotation, 0.0, strap.on_block[None])[0]
     start = strap.fixed
     span = float(np.hypot(*(end - start)))

@@ -77,7 +77,7 @@ def frames_of(response: xr.Dataset, *, speed: float = 1.0, fps: int | None = Non
 
 
 def rigid_fall(theta: float, omega: float, block: Block) -> Array | None:
-    """Return the rotation (rad) of a rigid block that falls on a quiet floor, every ms; None where it turns back."""
+    """Return the rotation (rad) of a rigid block that falls on a quiet floor, every ms; None if it turns back."""
     side = math.copysign(1.0, theta)
     own = sides(block, "exact")[0 if side > 0.0 else 1]
     alpha, p2 = own.alpha, own.q2

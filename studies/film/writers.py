@@ -27,7 +27,7 @@ MOST_COLOURS = 255
 
 
 def ffmpeg() -> str | None:
-    """Return the path of the ffmpeg program; None where it is not installed."""
+    """Return the path of the ffmpeg program; None if it is not installed."""
     return shutil.which("ffmpeg")
 
 
@@ -35,8 +35,8 @@ def ffmpeg() -> str | None:
 def film(path: Path, fps: int, size: tuple[int, int], colours: Sequence[str]) -> Iterator[_Gif | _Mp4]:
     """Open a film of `size` (width, height, both even) at `path`, .gif or .mp4; if the block fails, there is no file.
 
-    `add` appends a frame, RGB of shape (height, width, 3); OSError where it cannot be written.  `colours` are the
-    palette of a GIF (at most 255, ``#rrggbb``), of which every pixel gets the nearest.
+    `add` appends a frame, RGB of shape (height, width, 3); OSError if it cannot be written. `colours` are the palette
+    of a GIF (at most 255, ``#rrggbb``), of which every pixel gets the nearest.
     """
     with whole_file(path) as temporary:
         made = _Gif(temporary, fps, size, colours) if path.suffix == ".gif" else _Mp4(temporary, fps, size)

@@ -20,7 +20,7 @@ MOST_DISPERSION = {LOGNORMAL: 3.0, NORMAL: 0.5}
 """Largest dispersion of each distribution; of a normal one too much would lie below zero."""
 MOST = 1e15
 REALISATIONS = 20
-"""Realisations of the consequences under each motion, where no variability says how many."""
+"""Realisations of the consequences under each motion, if no variability says how many."""
 MOST_DRAWN = 1_000_000
 """Most pieces of a line times realisations, which bounds the memory of a motion's draws."""
 DRAWN_BYTES = 300.0
@@ -120,7 +120,7 @@ class Injury:
     Parameters
     ----------
     persons : float
-        Mean number of persons where the piece falls, over all hours, 0 to 10,000.
+        Mean number of persons in the area of the piece's fall, over all hours, 0 to 10,000.
     probability : float
         Probability that one of them is injured, 0 to 1.
 

@@ -76,7 +76,7 @@ LEAST_TRIP, MAX_TRIP = 0.001, 10.0
 """Nearest and farthest obstacle, m."""
 MOST_PERSONS = 50.0
 MOST_INJURED = 1.0
-"""Mean number of persons whom one piece injures where it falls."""
+"""Mean number of persons injured by a fall of one piece."""
 LONGEST_DOWNTIME = 5.0 * 365.25
 """Days: buildings themselves are replaced in 1 to 3 years (FEMA P-58-1, recalled)."""
 DEAREST, MOST_SCATTER = 100.0, 1.5
@@ -125,7 +125,7 @@ class Contents:
         The consequences when at least one piece overturns, such as ``blocks-exit``. The single word ``none`` excludes
         consequences, which an empty tuple does not.
     anchored : bool
-        True where the pieces are fixed already, so that they do not overturn.
+        True if the pieces are fixed already, so that they do not overturn.
     kit : str
         The name of the restraint that holds them already and can break, which is the block's; '' for none.
     anchoring_cost : float, optional
@@ -138,7 +138,7 @@ class Contents:
     along_depth : bool
         Whether it is run about its depth, too, under the other component (`studies.buildings.axes` decides).
     code_class : str
-        What a building code takes it for (`toppling.studies.codes.check.CLASSES`), '' where it is not known.
+        Class of the pieces in a building code (`toppling.studies.codes.check.CLASSES`), '' if it is not known.
     code_importance : float, optional
         Its importance factor; by default the study's code has one.
     anchor_strength : float, optional
@@ -166,7 +166,7 @@ class Contents:
     stand : Stand, optional
         The bench or the isolated platform between the floor and it.
     injury : Injury, optional
-        The persons whom a piece injures; where their mean is above 0, ``injury`` is added to its consequences.
+        The persons whom a piece injures; if their mean is above 0, ``injury`` is added to its consequences.
 
     Raises
     ------
@@ -268,7 +268,7 @@ class Contents:
 
     @property
     def obstacle(self) -> float | None:
-        """Clear distance to an obstacle that it may slide into, m; None where there is none, or it is anchored."""
+        """Clear distance to an obstacle that it may slide into, m; None if there is none, or it is anchored."""
         return None if self.anchored else self.trip
 
     @property
@@ -296,7 +296,7 @@ class Contents:
 
 @dataclass(frozen=True)
 class Inventory:
-    """All contents of a building, and the currency of their values ('' where it is not stated).
+    """All contents of a building, and the currency of their values ('' if it is not stated).
 
     Raises
     ------

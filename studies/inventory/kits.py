@@ -43,11 +43,11 @@ class Kit:
 
     @classmethod
     def of(cls, name: str, table: RestraintTable) -> Self:
-        """Return the kit of a study file's table; ValueError where its values are out of range."""
+        """Return the kit of a study file's table; ValueError if its values are out of range."""
         return cls(name, table.build(), table.cost, table.given("height_m"), table.given("width_m"))
 
     def misfit(self, block: Block, height: float | None = None) -> str:
-        """Return why a block cannot have the kit, '' where it can; height: of anchors on the block, m, if not own."""
+        """Return why a block cannot have the kit, '' if it can; height: of anchors on the block, m, if not own."""
         if block.bed is not None:
             return "cannot hold a piece on a soft bed, for which no restraint is modelled"
         if block.edge is not None:
@@ -70,7 +70,7 @@ class Kit:
         return ""
 
     def held(self, block: Block, height: float | None = None) -> Block:
-        """Return the block with the kit, at the height of its own anchors (m) where that is given."""
+        """Return the block with the kit, at the height of its own anchors (m) if that is given."""
         why = self.misfit(block, height)
         if why:
             raise ValueError(f"kit {self.name!r} {why}")

@@ -48,7 +48,7 @@ class LineTable(ContentsTable):
     floor: The floor of the pieces: 0 is the ground.
     restitution: As e.
     currency: Currency of all amounts.
-    consequence: What happens where one falls: words, or none.
+    consequence: Consequences of a fall: words, or none.
     anchored: Fixed: yes, no, or the name of a restraint.
     cost_median: Median cost of a fall.
     cost_dispersion: Dispersion of the cost.
@@ -56,7 +56,7 @@ class LineTable(ContentsTable):
     downtime_median_days: Median downtime, days.
     downtime_dispersion: Dispersion of the downtime.
     downtime_distribution: Of the downtime.
-    persons_exposed: Persons where it falls.
+    persons_exposed: Persons in the area of its fall.
     injury_probability: Chance that one is hurt.
     class: Class whose pieces share an uncertainty.
     contact: Contact of the pieces with their floor.
@@ -158,7 +158,7 @@ class LineTable(ContentsTable):
                 raise ValueError(f"{column} needs a friction: give contact or friction, or the study's [friction]")
 
     def _consequence(self, kind: str) -> Consequence | None:
-        """Return the cost or downtime of a piece, None where no median is given."""
+        """Return the cost or downtime of a piece, None if no median is given."""
         median = self.given(MEDIANS[kind])
         if median is None:
             return None
@@ -216,7 +216,7 @@ def read_inventory(
         A table in UTF-8 separated by commas, semicolons or tabs, one line for each kind of piece on a floor. Or a
         workbook (``.xlsx``, ``.xlsm``) with such a table in the sheet ``inventory``, or in its first visible sheet.
     floors : sequence of str, optional
-        The existing floors; any floor is allowed where not given.
+        The existing floors; any floor is allowed if not given.
     kits : mapping of str to Kit, optional
         The kits that the column ``anchored`` can name.
     sliding : Slides, optional

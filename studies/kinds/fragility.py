@@ -83,7 +83,7 @@ SIZE = ("size_along", "size_probability")
 
 
 def _branches(content: StudyFile, folder: Path, study: FragilityStudy) -> Branches | None:
-    """Return the weighted branches of a study, None where it has none; ValueError for laws that it lacks."""
+    """Return the weighted branches of a study, None if it has none; ValueError for laws that it lacks."""
     modelling = 0.0 if study.fit.modelling == MEAN else study.fit.modelling_dispersion
     if study.risk is None or (content.branches is None and modelling == 0.0):
         return None
@@ -142,7 +142,7 @@ def fit_of(content: StudyFile) -> Fit:
 
 
 def _targets(content: StudyFile, study: FragilityStudy) -> tuple[float, ...]:
-    """Return the chance that the restraint of each block is to keep, empty where none has a target."""
+    """Return the chance that the restraint of each block is to keep, empty if none has a target."""
     tables = {key: table for key, table in content.restraint_tables.items() if table.target is not None}
     if not tables:
         return ()
@@ -177,7 +177,7 @@ class FragilityStudy(BlockStudy):
     branches: Branches | None = None
     slides: Slides | None = None
     targets: tuple[float, ...] = ()
-    """Chance that the restraint of each block is to keep, NaN without one; empty where none has a target."""
+    """Chance that the restraint of each block is to keep, NaN without one; empty if none has a target."""
 
     @property
     def may_slide(self) -> bool:
@@ -221,7 +221,7 @@ class FragilityStudy(BlockStudy):
         return study
 
     def check_state(self) -> None:
-        """Raise a ValueError for a state of one axis where both components shake, and for what needs common levels."""
+        """Raise a ValueError for a state of one axis if both components shake, and for what needs common levels."""
         if self.design.about == 2 and not of_both_axes(self.fit.state):
             raise ValueError(
                 f"fit.state must be overturned or uplifted where both components shake, got {self.fit.state!r}"
@@ -236,7 +236,7 @@ class FragilityStudy(BlockStudy):
             )
 
     def check_sizes(self) -> None:
-        """Raise a ValueError where the size that a rate asks for cannot be found among the blocks."""
+        """Raise a ValueError if the size that a rate asks for cannot be found among the blocks."""
         if self.risk is None or self.risk.along is None:
             return
         if len(self.blocks) < 2:
@@ -415,7 +415,7 @@ class FragilityStudy(BlockStudy):
     def _rated(
         self, risk: Risk, curves: xr.Dataset, results: xr.Dataset, client: Runner, progress: Progress | None
     ) -> Rated:
-        """Return the rates of fitted curves, over branches where there are any."""
+        """Return the rates of fitted curves, over branches if there are any."""
         highest = self.design.highest(results)
         modelled = self.fit.modelled(curves)
         lowest = self.design.lowest(results)

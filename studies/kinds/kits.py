@@ -34,7 +34,7 @@ AMOUNT_WORDS = {
 
 
 def kits_of(content: StudyFile) -> dict[str, Kit]:
-    """Return all restraints of a study as kits; ValueError where one is wrong, or has a name that means yes or no."""
+    """Return all restraints of a study as kits; ValueError if one is wrong, or has a name that means yes or no."""
     restraints_of(content)
     found = {name: Kit.of(name, table) for name, table in (content.restraints or {}).items()}
     for name in found:
@@ -44,7 +44,7 @@ def kits_of(content: StudyFile) -> dict[str, Kit]:
 
 
 def candidates(asked: PerformanceTable, known: dict[str, Kit], inventory: Inventory) -> tuple[Kit, ...]:
-    """Return the kits that are tried; ValueError where they cannot be, or where restraints are not used."""
+    """Return the kits to try; ValueError if they cannot be tried, or if restraints are not used."""
     names = asked.kits or []
     for name in names:
         if name not in known:

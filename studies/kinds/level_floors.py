@@ -71,7 +71,7 @@ def motion_notes(motions: Motions, inventory: Inventory, elastic: bool, yields: 
 
 
 def refuse_scaling(table: MotionsTable, levels: str, about: bool = False) -> None:
-    """Raise a ValueError where floor histories would be scaled without saying that the building is elastic."""
+    """Raise a ValueError if floor histories would be scaled without saying that the building is elastic."""
     scales = f"{levels} scale" if levels else "performance.modelling_dispersion at a given level scales"
     if (levels or about) and table.given("floors_file") is not None and not table.given("elastic"):
         raise ValueError(
@@ -83,7 +83,7 @@ def refuse_scaling(table: MotionsTable, levels: str, about: bool = False) -> Non
 
 
 def read_histories(table: MotionsTable, asked: PerformanceTable, folder: Path) -> FloorHistories | None:
-    """Read the floor histories with levels of their own, in the unit of their index; None where there is no index."""
+    """Read the floor histories with levels of their own, in the unit of their index; None if there is no index."""
     if not isinstance(table, IndexedFloorMotions):
         return None
     path = folder / table.floors_index
@@ -109,7 +109,7 @@ def read_histories(table: MotionsTable, asked: PerformanceTable, folder: Path) -
 
 
 def named_levels(histories: FloorHistories) -> str:
-    """Return the first levels of histories as they were given, '' where they have none."""
+    """Return the first levels of histories as they were given, '' if they have none."""
     return ", ".join(histories.texts[:MOST_NAMED]) if histories.unit else ""
 
 
@@ -119,7 +119,7 @@ def levels_of(histories: FloorHistories) -> LevelsTable:
 
 
 def in_si(histories: FloorHistories, im: str, near: Array) -> FloorHistories:
-    """Return histories with their levels in SI: the levels `near` where they differ from these by rounding alone."""
+    """Return histories with their levels in SI: the levels `near` if they differ from these by rounding alone."""
     if not histories.unit:
         warn(history_doubts(histories, ""))
         return histories
@@ -181,7 +181,7 @@ def what_yields(building: BuildingTable | None, inventory: Inventory) -> str:
 
 
 def check_levels(what: str, asked: PerformanceTable, yearly: bool) -> None:
-    """Raise a ValueError where motions do not go through what yields at each level, or levels about it are needed."""
+    """Raise a ValueError if motions do not go through what yields at each level, or levels about it are needed."""
     if asked.levels is not None and asked.im in (SCALE, *BLOCK_MEASURES):
         raise ValueError(f"{what} needs a measure of the ground motion, got performance.im {asked.im!r}")
     if asked.modelling_dispersion > 0.0 and not yearly:

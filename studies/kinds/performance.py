@@ -413,7 +413,7 @@ class PerformanceStudy(Study):
 
     @property
     def polarities(self) -> int:
-        """Outcomes of each motion: 2 where motions are run both ways, else 1."""
+        """Outcomes of each motion: 2 if motions are run both ways, else 1."""
         return 2 if self.both_ways else 1
 
     @property
@@ -449,7 +449,7 @@ class PerformanceStudy(Study):
 
     @property
     def _edges(self) -> int:
-        """1 where anything can fall off an edge, else 0."""
+        """1 if anything can fall off an edge, else 0."""
         return int(any(map(falls_off, self.inventory.rows)))
 
     @property
@@ -541,12 +541,12 @@ class PerformanceStudy(Study):
 
     @property
     def _elastic(self) -> Building | None:
-        """The building that ground motions go through as they are run; None where they went through it before."""
+        """The building that ground motions go through as they are run; None if they went through it before."""
         return self.building if self.of_levels is None else None
 
     @property
     def _in_mean(self) -> float:
-        """beta_m where means hold it, else 0."""
+        """beta_m if means hold it, else 0."""
         return self.asked.modelling_dispersion if self.asked.modelling == IN_MEAN else 0.0
 
     @property
@@ -694,7 +694,7 @@ class InventoryBranches(NamedTuple):
 def _branches(
     content: StudyFile, folder: Path, study: PerformanceStudy, inventory: Inventory
 ) -> InventoryBranches | None:
-    """Return the weighted branches of a study, None where it has none; `inventory` has the directions as read."""
+    """Return the weighted branches of a study, None if it has none; `inventory` has the directions as read."""
     spread = study.asked.modelling != IN_MEAN and study.asked.modelling_dispersion > 0.0
     if study.hazard is None or (content.branches is None and not spread):
         return None
@@ -706,7 +706,7 @@ def _branches(
 
 
 def _shaken_by(content: StudyFile, folder: Path, study: PerformanceStudy, inventory: Inventory) -> ShakenBy:
-    """Make the motions of a branch; ValueError where they do not reach the study's levels as they are."""
+    """Make the motions of a branch; ValueError if they do not reach the study's levels as they are."""
     table, asked = content.motions, content.performance
     assert asked is not None  # (the table makes it this kind of study)
     table.refuse_moving(folder, study.im)
@@ -739,7 +739,7 @@ def _shaken_by(content: StudyFile, folder: Path, study: PerformanceStudy, invent
 def _of_levels(
     content: StudyFile, folder: Path, inventory: Inventory, motions: Motions, im: str, levels: Array
 ) -> LevelFloors | None:
-    """Return the floors of each level where the building or a platform yields, else None."""
+    """Return the floors of each level if the building or a platform yields, else None."""
     asked, what = content.performance, what_yields(content.building, inventory)
     assert asked is not None  # (the table makes it this kind of study)
     if what:
@@ -781,7 +781,7 @@ def _check_laws(pieces: Sequence[tuple[Contents, Law]]) -> None:
 
 
 def _smaller_zone(law: Law, rows: Sequence[Contents]) -> str:
-    """Return in words a half width of the elastic zone with which a law applies to all rows; '' where none does."""
+    """Return in words a half width of the elastic zone with which a law applies to all rows; '' if none does."""
     if not hasattr(law, "delta"):
         return ""
     for delta in SMALLER:
@@ -792,7 +792,7 @@ def _smaller_zone(law: Law, rows: Sequence[Contents]) -> str:
 
 
 def _law_error(law: Law, row: Contents) -> str:
-    """Return why a law does not apply to a line, '' where it does."""
+    """Return why a law does not apply to a line, '' if it does."""
     try:
         law.oscillator(row.block)
     except ValueError as error:
@@ -814,7 +814,7 @@ def _with_set(results: xr.Dataset, budget: float) -> xr.Dataset:
 
 
 def _level_of(levels: Array, asked: float, table: LevelsTable | None, im: str) -> float:
-    """Return the level of the ranking; ValueError where it is not among the levels."""
+    """Return the level of the ranking; ValueError if it is not among the levels."""
     if table is None:
         raise ValueError("performance.at_level needs performance.levels")
     at = float(LevelsTable(values=[asked], unit=table.unit).build(im)[0])

@@ -51,7 +51,7 @@ OUTPUTS = ("overturned", "peak_rotation", "uplifted")
 
 @dataclass(frozen=True)
 class SensitivityStudy(BlockStudy):
-    """Blocks x laws x values x motions x levels; tornado of `inputs`, and Sobol' indices where `sobol` is a number."""
+    """Blocks x laws x values x motions x levels; tornado of `inputs`, and Sobol' indices if `sobol` is a number."""
 
     design: Incremental
     friction: Friction | None = None
@@ -151,7 +151,7 @@ class SensitivityStudy(BlockStudy):
         return len(self.blocks) * len(self.grid.laws) * self.design.runs
 
     def inputs_of(self, model: Law) -> RandomInputs | None:
-        """Return the inputs that apply to a law and its block; None where there are none."""
+        """Return the inputs that apply to a law and its block; None if there are none."""
         if self.inputs is None:
             return None
         of_laws = {"e", "restitution_factor", "delta", "zeta", "coefficient"}
@@ -199,7 +199,7 @@ class SensitivityStudy(BlockStudy):
         return found.assign_coords(model=runs["model"].variable)
 
     def _indices(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
-        """Tornado and Sobol' indices of P(overturn) at the level where its mean over values is nearest to 1/2."""
+        """Tornado and Sobol' indices of P(overturn) at the level at which its mean over values is nearest to 1/2."""
         assert self.inputs is not None
         done = self._shaken
         blocks = []
@@ -258,12 +258,12 @@ def _has(model: Law, name: str) -> bool:
 
 
 def _at(model: Law, parameter: str, value: float | None) -> Law:
-    """Return the law at a value of the parameter; unchanged where it has no such parameter."""
+    """Return the law at a value of the parameter; unchanged if it has no such parameter."""
     return replace(model, **{parameter: value}) if _has(model, parameter) else model  # type: ignore[type-var]
 
 
 def _rigid(law: Law, sweep: Sweep, k: int) -> HousnerImpact:
-    """Return the rigid block that a law represents: with its e (or the study's, where e is varied) and lever arm."""
+    """Return the rigid block that a law represents: with its e (or the study's, if e is varied) and lever arm."""
     options = law.options
     e = float(sweep.values[k]) if sweep.parameter == "e" else options.get("e")
     factor = 1.0 if e is not None else float(options.get("restitution_factor", 1.0))

@@ -104,7 +104,7 @@ class Study(ABC):
     of_tables: tuple[Doubt, ...] = field(default=(), kw_only=True)
     kind: ClassVar[str]
     results_are_of: ClassVar[str] = ""
-    """The kind that results are of, where it differs: they hold what that kind's do."""
+    """The kind that results are of, if it differs: they hold what that kind's do."""
 
     @staticmethod
     def from_toml(path: str | os.PathLike[str], target: float | None = None) -> Study:
@@ -187,7 +187,7 @@ class Study(ABC):
 
     @property
     def expected(self) -> Expected | None:
-        """About how many runs there will be, where `work` is the most that there can be; None where it is known."""
+        """Expected number of runs, if `work` is only an upper bound; None if it is known."""
         return None
 
     @property
@@ -221,7 +221,7 @@ class Study(ABC):
 
     @property
     def curves(self) -> int:
-        """Number of curves that are fitted after the runs, where they are many."""
+        """Number of curves that are fitted after the runs, if they are many."""
         return 0
 
     def seconds_of_fits(self, threads: int) -> float:
@@ -349,7 +349,7 @@ class Study(ABC):
 
     @property
     def site_hazard(self) -> HazardCurve | None:
-        """The hazard curve of the site, None where the study has none."""
+        """The hazard curve of the site, None if the study has none."""
         return None
 
     @abstractmethod
@@ -374,9 +374,9 @@ class Study(ABC):
         Parameters
         ----------
         out : path, optional
-            Folder that gets ``results.nc`` and ``run.log`` (made where missing); nothing is written where not given.
+            Folder that gets ``results.nc`` and ``run.log`` (made if missing); nothing is written if not given.
         client : distributed.Client, optional
-            Where to run; threads of this process where not given.
+            Cluster that computes the runs; by default threads of this process.
         resume : bool
             Keep the parts of this study in `out` instead of computing them again, and refuse a folder of another study.
             With False, compute everything and replace the content of the folder.
@@ -448,7 +448,7 @@ class Study(ABC):
         return results
 
     def refuse_occupied(self, folder: Path) -> None:
-        """Raise a StudyError where a folder holds the results or parts of another study."""
+        """Raise a StudyError if a folder holds the results or parts of another study."""
         if not belongs(folder, self.identity):
             finished(folder / RESULT_NAME, self.identity, self.configuration)
         refuse_other(folder, self._pinned)
@@ -492,7 +492,7 @@ class Study(ABC):
         return results
 
     def _runner(self, client: Client | None, stop: Callable[[], bool]) -> Runner:
-        """Return the runner of the chunks; workers generate the motions themselves where no file is needed."""
+        """Return the runner of the chunks; workers generate the motions themselves if no file is needed."""
         client = default_client() if client is None else client
         if client is None:
             return ConfiguredScheduler(stop)
@@ -573,7 +573,7 @@ class BlockStudy(Study):
     undecided: float = UNDECIDED
 
     def _check(self, content: StudyFile, laws: Sequence[Law] | None = None) -> None:
-        """Raise a ValueError where blocks, laws, motions, levels and hazard do not go together."""
+        """Raise a ValueError if blocks, laws, motions, levels and hazard do not go together."""
         check_laws(content, self.blocks, self.models if laws is None else laws)
         self.design.check(self.blocks)
         if self.risk is not None:
@@ -707,13 +707,13 @@ def parts_of(content: StudyFile, folder: Path, blocks: tuple[Block, ...], key: s
 
 
 def check_one_floor(design: Design, key: str) -> None:
-    """Raise a ValueError where a study with the table `key` has the motions of several floors."""
+    """Raise a ValueError if a study with the table `key` has the motions of several floors."""
     if any(array.sizes.get("floor", 1) > 1 for array in design.arrays) or len(design.floors) > 1:
         raise ValueError(f"{key} needs the motions of one floor, got several")
 
 
 def check_laws(content: StudyFile, blocks: Iterable[Block], laws: Sequence[Law]) -> None:
-    """Raise a ValueError that names the block and the law where a law does not apply to a block."""
+    """Raise a ValueError that names the block and the law if a law does not apply to a block."""
     where = "blocks" if content.blocks_file is None else "blocks_file"
     said = []
     for block in blocks:

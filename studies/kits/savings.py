@@ -58,7 +58,7 @@ FLAGS = {"falls": "", "front_falls": "front"}
 
 
 def with_kit(inventory: Inventory, kit: Kit) -> Inventory | None:
-    """Return the lines of an inventory that a kit fits, with it and without consequences; None where it fits none."""
+    """Return the lines of an inventory that a kit fits, with it and without consequences; None if it fits none."""
     rows = [kit.on(row) for row in inventory.rows if kit.fits(row)]
     bare: dict[str, Any] = {"value": 0.0, "cost": None, "downtime": None, "injury": None, "consequences": ()}
     bare["stands_on"] = ""

@@ -8,7 +8,7 @@ from ...core import checks
 from ...core.parameters import Parameter
 
 DISCOUNT = 0.04
-"""Discount rate, 1/year, where a study names no other."""
+"""Discount rate, 1/year, if a study names no other."""
 DISCOUNT_RATE = Parameter("1/year", at_least=0.0, at_most=0.5)
 """Discount rates that make sense."""
 
@@ -16,9 +16,9 @@ DISCOUNT_RATE = Parameter("1/year", at_least=0.0, at_most=0.5)
 def present_value(rate: float, years: float) -> float:
     """Return the present value of a saving of 1 at the end of each of some years, in years.
 
-    (1 - (1 + r)^-n) / r, the uniform series present worth factor; n where r = 0. The discount rate r, 1/year, 0 to 0.5,
-    is compounded once a year; the years n are >= 0. Fuller, S. K., Petersen, S. R. (1996). Life-cycle costing manual
-    for the federal energy management program. NIST Handbook 135 (recalled).
+    (1 - (1 + r)^-n) / r, the uniform series present worth factor; n if r = 0. The discount rate r, 1/year, 0 to 0.5, is
+    compounded once a year; the years n are >= 0. Fuller, S. K., Petersen, S. R. (1996). Life-cycle costing manual for
+    the federal energy management program. NIST Handbook 135 (recalled).
     """
     DISCOUNT_RATE.number("rate", rate)
     checks.number("years", years, at_least=0.0)

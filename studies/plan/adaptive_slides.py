@@ -43,7 +43,7 @@ MOST_SAID = 3
 
 
 class _Curve(NamedTuple):
-    """Numbers of the curve of one slip of one block, NaN where they are not known: estimates with their intervals."""
+    """Numbers of the curve of one slip of one block, NaN if they are not known: estimates with their intervals."""
 
     half: Array
     dispersion: Array

@@ -27,7 +27,7 @@ RENAMED = {
     "fractile": "epistemic_fractile",
     "source": "epistemic_source",
 }
-"""Names in the results, where other variables have the plain names."""
+"""Names in the results, if other variables have the plain names."""
 BRANCH_COORDINATES = (
     "branch_model",
     "branch_motions",

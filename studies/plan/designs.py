@@ -55,13 +55,13 @@ KEPT_BYTES = 2.0**28
 
 @dataclass(frozen=True)
 class Design(ABC):
-    """Motions and their analysis; `im` is the measure, taken of the `ground` motions where these are given."""
+    """Motions and their analysis; `im` is the measure, taken of the `ground` motions if these are given."""
 
     motions: tuple[Any, ...]
     ground: tuple[Any, ...]
     im: str
     levels: Array = field(default_factory=lambda: np.empty(0), kw_only=True)
-    """Levels of the measure; empty where every motion has an intensity of its own."""
+    """Levels of the measure; empty if every motion has an intensity of its own."""
     reading: Reading = field(default=UNREAD, kw_only=True)
     name: ClassVar[str] = "ida"
     """Its key in study files."""
@@ -79,15 +79,15 @@ class Design(ABC):
 
     @property
     def below(self) -> Motions:
-        """All ground motions whose measure defines the levels; none where the motions' own measure does."""
+        """All ground motions whose measure defines the levels; none if the motions' own measure does."""
         return self.ground
 
     def highest(self, runs: xr.Dataset) -> xr.DataArray | float:
-        """The highest shaking of the runs, in the measure; on block where the measure depends on the block."""
+        """The highest shaking of the runs, in the measure; on block if the measure depends on the block."""
         return float(self.levels[-1]) if self.levels.size else runs["intensity"].max("motion")
 
     def lowest(self, runs: xr.Dataset) -> xr.DataArray | float:
-        """The lowest shaking of the runs, in the measure; on block where the measure depends on the block."""
+        """The lowest shaking of the runs, in the measure; on block if the measure depends on the block."""
         return float(self.levels[0]) if self.levels.size else runs["intensity"].min("motion")
 
     @property
@@ -113,7 +113,7 @@ class Design(ABC):
 
     @property
     def floors(self) -> list[str]:
-        """The floors that the motions are of, each once; empty where the motions are of the ground."""
+        """The floors that the motions are of, each once; empty if the motions are of the ground."""
         every = [array["floor"].values for array in self.arrays if "floor" in array.dims]
         return list(dict.fromkeys(str(floor) for one in every for floor in one))
 
@@ -138,7 +138,7 @@ class Design(ABC):
 
     @abstractmethod
     def check(self, blocks: Sequence[Block]) -> None:
-        """Raise a ValueError where motions, levels and measure do not go together, before anything runs."""
+        """Raise a ValueError if motions, levels and measure do not go together, before anything runs."""
 
     def run(
         self,
@@ -406,7 +406,7 @@ class Pooled(Waves):
 
 @dataclass(frozen=True)
 class Stripes(Design):
-    """A set of motions at each level, scaled to it where `scale` is set; `selections` says how well they agree."""
+    """A set of motions at each level, scaled to it if `scale` is set; `selections` says how well they agree."""
 
     scale: bool
     selections: tuple[xr.Dataset, ...] = ()

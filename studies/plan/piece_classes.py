@@ -80,7 +80,7 @@ def _class_of(name: str, row: dict[str, str]) -> PieceClass:
 
 
 def with_class(given: Any) -> Any:
-    """Return a table of a study file with the modelling uncertainty of its class where it has none of its own."""
+    """Return a table of a study file with the modelling uncertainty of its class if it has none of its own."""
     if not isinstance(given, dict) or "modelling_dispersion" in given:
         return given
     own = piece_classes().get(str(given.get("modelling_class")))

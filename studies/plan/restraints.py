@@ -117,7 +117,7 @@ def _ends(known: dict[float, float], target: float) -> tuple[float, float]:
 
 
 def _next(restraint: Restraint, step: int, low: float, high: float) -> float:
-    """Return the strength to be tried next; 0 or inf where none is left between the ends."""
+    """Return the strength to be tried next; 0 or inf if none is left between the ends."""
     doublings = STEPS - BISECTIONS
     strength = restraint.strength * 2.0 ** (step - WEAKER) if step < doublings else math.sqrt(low * high)
     if not 0.0 < strength < math.inf:

@@ -226,7 +226,7 @@ class Risk:
 
 
 def _levels_of(curves: xr.Dataset, level: xr.DataArray | float) -> xr.DataArray | float:
-    """Return a level of the curves' measure as one of the hazard's, on block where it is another for every block."""
+    """Return a level of the curves' measure as one of the hazard's, on block if it is another for every block."""
     im = str(curves.attrs["im"])
     return level / per_block(curves, im) if im in BLOCK_MEASURES else level
 
@@ -237,7 +237,7 @@ def without_replicates(curves: xr.Dataset) -> xr.Dataset:
 
 
 def _at_level(curves: xr.Dataset, level: xr.DataArray | float) -> xr.DataArray:
-    """Return the probability of curves at one level, block by block where each block has its own level."""
+    """Return the probability of curves at one level, block by block if each block has its own level."""
     if not isinstance(level, xr.DataArray) or not level.dims:
         return curve_probability(curves, [float(level)], LEAST)[..., 0]
     parts = [_at_level(curves.isel(block=[i]), float(value)) for i, value in enumerate(level.values)]
@@ -245,7 +245,7 @@ def _at_level(curves: xr.Dataset, level: xr.DataArray | float) -> xr.DataArray:
 
 
 def worded(rates: xr.Dataset, state: str) -> xr.Dataset:
-    """Return rates whose long names name the state that is counted, where it is not overturning."""
+    """Return rates whose long names name the state that is counted, if it is not overturning."""
     name, verb = state_name(OVERTURNED), verb_of(state_name(OVERTURNED))
     if state == name:
         return rates

@@ -95,7 +95,7 @@ def _alike(pairs: Sequence[Sequence[tuple[Block, Law]]]) -> list[Index]:
 
 
 def _factors_of(factors: Factors, samples: Index, motions: Flags) -> Factors:
-    """Return the factors of some samples, where each has its own, under some motions."""
+    """Return the factors of some samples, if each has its own, under some motions."""
     if isinstance(factors, BlockFactors):
         return factors._replace(measured=factors.measured[samples][:, motions])
     return (factors if factors.shape[0] == 1 else factors[samples])[:, :, motions]
@@ -155,7 +155,7 @@ def fitted(runs: xr.Dataset, fit: Fit) -> xr.Dataset:
 
 
 def pooled_curves(runs: xr.Dataset, fit: Fit, keep: bool) -> xr.Dataset:
-    """Fit the curve of all samples, each a run of its motion, on model; with its replicates where `keep` is set."""
+    """Fit the curve of all samples, each a run of its motion, on model; with its replicates if `keep` is set."""
     of_one = runs[["overturned"]].drop_vars(
         [name for name, coordinate in runs.coords.items() if "sample" in coordinate.dims]
     )

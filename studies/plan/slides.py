@@ -83,7 +83,7 @@ class Slides:
         return [blocks[i].label for i in free_of(blocks) if isinstance(self.friction_of(blocks[i]), FixedFriction)]
 
     def trip_of(self, block: Block) -> float | None:
-        """Return the distance from the foot of a block to an obstacle, m; None where there is none."""
+        """Return the distance from the foot of a block to an obstacle, m; None if there is none."""
         return self.own_trips.get(block.label, self.trip)
 
     def of(
@@ -149,7 +149,7 @@ class Slides:
         )
 
     def _run(self, rocking: xr.Dataset, motions: Any, block: Block, client: Runner) -> xr.Dataset:
-        """Return the runs of one block with random friction; both ways where front and back differ."""
+        """Return the runs of one block with random friction; both ways if front and back differ."""
         edge = block.edge
         sided = edge is not None and edge.front != edge.back
         polarity = self.polarity if sided else AS_RECORDED

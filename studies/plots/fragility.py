@@ -63,7 +63,7 @@ class Frame(NamedTuple):
         return cls(axis, scale, low, high, log, np.minimum(x, highest_level(results) / scale))
 
     def curves(self, here: xr.Dataset) -> Array:
-        """Return the fitted curves of one block (law, level), NaN where a law has none; no rows without curves."""
+        """Return the fitted curves of one block (law, level), NaN if a law has none; no rows without curves."""
         if not _has_curves(here):
             return np.empty((0, self.x.size))
         return np.atleast_2d(curves_at(here, self.x * self.scale).transpose(..., "level").values)
@@ -95,7 +95,7 @@ def fragility(
     observed : bool
         True to draw the observed fractions (for a cloud: every motion, and fractions in bins) with the curves.
     legend : bool
-        True for a legend where there are several laws, or a label.
+        True for a legend if there are several laws, or a label.
     """
     if not _has_curves(selection.checked(results)) and not _observed(results) and "intensity" not in results.coords:
         raise ValueError("fragility needs curves (median and dispersion) or probability, lower and upper on level")

@@ -20,7 +20,7 @@ from . import axes, selection
 MOST_POINTS = 3000
 """Blocks of which a map is drawn, evenly among all; what lies between is interpolated."""
 STEPS = 9
-"""Steps of colour where no round numbers serve."""
+"""Steps of colour if no round numbers serve."""
 LEAST_STEPS = 4
 """Round numbers between the ends of the values from which they are the steps of colour."""
 SLENDERNESS, SIZE = "height of the mass centre over half the width", "size R (m)"
@@ -31,7 +31,7 @@ FLAT = 1e-3
 
 
 def maps(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
-    """Yield maps of the medians, and of the rates where there are any, each with its name."""
+    """Yield maps of the medians, and of the rates if there are any, each with its name."""
     scale, unit = display_unit(results["half_level"])
     level = f"{level_name(results)}{f' ({unit})' if unit else ''}"
     yield "map_half_level", _map(results, "half_level", "Medians by slenderness and size", f"median {level}", scale)

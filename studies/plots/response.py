@@ -100,7 +100,7 @@ def phase(response: xr.Dataset, ax: Axes | None = None, *, label: str | None = N
 
 
 def _one_each(name: str, values: Sequence[str] | None, many: Sequence[Any]) -> list[str] | None:
-    """Return the values as a list; ValueError where there is not one value for each response."""
+    """Return the values as a list; ValueError if there is not one value for each response."""
     if values is None:
         return None
     if isinstance(values, str) or len(values) != len(many):

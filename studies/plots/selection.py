@@ -89,7 +89,7 @@ def motions(results: xr.Dataset, floors: int = 1) -> str:
 
 
 def floors(results: xr.Dataset) -> list[int | str | None]:
-    """Return the floors of results; None alone where the results do not distinguish floors."""
+    """Return the floors of results; None alone if the results do not distinguish floors."""
     return list(results["floor"].values.tolist()) if "floor" in results.dims else [None]
 
 

@@ -18,7 +18,7 @@ from ..text.words import reference_law
 MOST_SAID = 3
 """Most levels of events that a sentence names."""
 TELLING = (0.1, 0.5, 0.9)
-"""Mean shares of a region that fall, next to which levels are named where there are more."""
+"""Mean shares of a region that fall, next to which levels are named if there are more."""
 
 
 def is_pooled(results: xr.Dataset) -> bool:

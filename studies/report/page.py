@@ -231,7 +231,7 @@ def environment(*, escaping: bool) -> Environment:
 
 
 def write(path: Path, text: bytes) -> Path:
-    """Write a file completely or not at all, and return its path; StudyError where it cannot be written."""
+    """Write a file completely or not at all, and return its path; StudyError if it cannot be written."""
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_bytes(path, text)

@@ -25,7 +25,7 @@ NOTHING_FELL, ALL_FELL = "no overturning", "all overturned"
 
 
 class Curves(NamedTuple):
-    """Curves of runs (block, law) and ln medians of replicates: inf where nothing fell, -inf where everything."""
+    """Curves of runs (block, law) and ln medians of replicates: inf if nothing fell, -inf if everything."""
 
     fit: xr.Dataset
     log_median: Array

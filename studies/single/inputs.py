@@ -105,7 +105,7 @@ def _keys(block: Block, around: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def law_of(law: str, options: Mapping[str, Any]) -> Law:
-    """Return a damping law by its short name; StudyError where an option is not the law's own or out of range."""
+    """Return a damping law by its short name; StudyError if an option is not the law's own or out of range."""
     given = {name: value for name, value in options.items() if value is not None}
     content = {"law": law, **given}
     return built(f"--law {law}", lambda: model_table(content).build(), content, Models)

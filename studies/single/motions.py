@@ -124,7 +124,7 @@ def _labelled_once(sets: Sequence[Sequence[xr.DataArray]]) -> list[xr.DataArray]
 
 
 def _over_models(ground: Sequence[xr.DataArray], at: shaking.Scenario) -> tuple[dict[str, xr.Dataset], tuple[str, ...]]:
-    """Return the ratios to ground-motion models; a line in their place where a scenario is beyond the models."""
+    """Return the ratios to ground-motion models; a line in their place if a scenario is beyond the models."""
     try:
         return over_models(list(ground), at), ()
     except ValueError as error:
@@ -168,7 +168,7 @@ def scenario_table(ratios: Mapping[str, xr.Dataset]) -> Table:
 
 
 def measures_json(values: xr.Dataset, figures: Sequence[Path], shown: Shown) -> str:
-    """Return every measure of every motion as JSON, SI; null where a measure is undefined (durations of zeros)."""
+    """Return every measure of every motion as JSON, SI; null if a measure is undefined (durations of zeros)."""
     found = {
         str(name): {
             "units": array.attrs["units"],
@@ -201,7 +201,7 @@ def _over(ratios: xr.Dataset) -> dict[str, Any]:
 def draw_motions(
     motions: Sequence[xr.DataArray], folder: Path, damping: float = 0.05, target: TargetSpectrum | None = None
 ) -> list[Path]:
-    """Write histories.png, spectra.png and husid.png; StudyError where the folder cannot be written."""
+    """Write histories.png, spectra.png and husid.png; StudyError if the folder cannot be written."""
     plain = records(list(motions))
     figures = {
         "histories.png": histories_figure(plain),

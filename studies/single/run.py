@@ -90,7 +90,7 @@ class Around(NamedTuple):
 
     @property
     def force(self) -> float | None:
-        """The largest force in one of the restraints, N; None where there is none or it is not known."""
+        """The largest force in one of the restraints, N; None if there is none or it is not known."""
         force = float(self.response["restraint_force"]) if "restraint_force" in self.response else math.nan
         return force if math.isfinite(force) else None
 
@@ -153,7 +153,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 AFTER = 1.0
-"""Time that a history continues after overturning or coming to rest, s, where either happens after the record."""
+"""Time that a history continues after overturning or coming to rest, s, if either happens after the record."""
 QUIET, LONGEST_QUIET = 100.0, 60.0
 """Maximum time that a history continues after the record until the block is at rest: over 1/p, and in s."""
 UPRIGHT = 0.01
@@ -178,7 +178,7 @@ class Simulation:
 
     @cached_property
     def response(self) -> xr.Dataset:
-        """The response that `toppling.simulate` returns; StudyError where the block needs an explicit e."""
+        """The response that `toppling.simulate` returns; StudyError if the block needs an explicit e."""
         return built(self.block.label, lambda: simulate(self.block, self.model, self.shaken))
 
     @cached_property
@@ -223,7 +223,7 @@ class Simulation:
 
     @cached_property
     def screened(self) -> xr.Dataset | None:
-        """The reasons against the validity of the run; None where the motion is zero."""
+        """The reasons against the validity of the run; None if the motion is zero."""
         if not bool(self.motion.any()):
             return None
         outputs = ("overturned", "peak_rotation", "uplifted")
@@ -358,7 +358,7 @@ class Simulation:
         return [f"{name + ':':<17}{text}" for name, text in rows]
 
     def content(self, files: Sequence[Path] = ()) -> dict[str, Any]:
-        """Return all results of the run for programs: SI, None where there is no number."""
+        """Return all results of the run for programs: SI, None if there is no number."""
         run, block, motion = self.response, self.block, records(self.motion)[0]
         at = float(run["overturning_time"])
         overturned = bool(run["overturned"])

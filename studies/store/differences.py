@@ -55,7 +55,7 @@ def corrects(study: Any) -> bool:
 
 
 def _motions_of(study: Any) -> list[dict[str, Any]]:
-    """Return the tables of motions of a study; none where it is not one."""
+    """Return the tables of motions of a study; none if it is not one."""
     if not isinstance(study, dict):
         return []
     tables = [study.get("motions")]
@@ -66,9 +66,9 @@ def _motions_of(study: Any) -> list[dict[str, Any]]:
 
 
 def differences(before: Any, now: Any, same: bool = False) -> str:
-    """Return the keys of a study file whose values differ; where none differs, what else has changed.
+    """Return the keys of a study file whose values differ; if none differs, what else has changed.
 
-    Both contents are plain values; what is no part of the identity is not compared. `same` is True where the inputs are
+    Both contents are plain values; what is no part of the identity is not compared. `same` is True if the inputs are
     the same, and the motions alone differ (`same_inputs`).
 
     >>> differences({"motions": {"seed": 1}}, {"motions": {"seed": 2}})

@@ -129,7 +129,7 @@ def opened(path: Path) -> xr.Dataset:
 
 
 def load_small(stored: xr.Dataset) -> None:
-    """Read the small variables into memory; OSError or RuntimeError where the file is damaged."""
+    """Read the small variables into memory; OSError or RuntimeError if the file is damaged."""
     for variable in stored.variables.values():
         if variable.nbytes <= WHOLE_BYTES:
             variable.load()

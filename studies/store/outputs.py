@@ -72,7 +72,7 @@ def file_digest(path: Path) -> str:
 
 
 def _read(folder: Path) -> Record:
-    """Return the record of a folder; empty where there is none, or another content."""
+    """Return the record of a folder; empty if there is none, or another content."""
     path = folder / RECORD
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
@@ -88,7 +88,7 @@ def _read(folder: Path) -> Record:
 
 
 def _settle(folder: Path, others: Record, command: str, there: Collection[str], made: bool) -> None:
-    """Write the record of the files that are there; remove it, and a folder made here, where there are none."""
+    """Write the record of the files that are there; remove it, and a folder made here, if there are none."""
     own = {name: file_digest(folder / name) for name in sorted(there)}
     found = {**others, command: own} if own else others
     if found:

@@ -50,7 +50,7 @@ class Resources(NamedTuple):
 
 
 def refuse_shortage(folder: Path, needs: Resources, resume: bool) -> None:
-    """Raise a StudyError where a study would fill the disk of its folder, less its kept shards, or the memory."""
+    """Raise a StudyError if a study would fill the disk of its folder, less its kept shards, or the memory."""
     kept = [path.stat().st_size for path in (folder / FOLDER).glob("*.nc")] if resume else []
     needed = needs.disk - min(sum(kept), needs.shards)
     free = free_bytes(folder)
@@ -69,7 +69,7 @@ def refuse_shortage(folder: Path, needs: Resources, resume: bool) -> None:
 
 
 def memory_bytes() -> float:
-    """Return the memory of this machine in bytes; infinite where the system does not tell."""
+    """Return the memory of this machine in bytes; infinite if the system does not tell."""
     try:
         return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (AttributeError, ValueError, OSError):

@@ -291,7 +291,7 @@ def shares(results: xr.Dataset) -> Table:
 
 
 def indices(results: xr.Dataset) -> Table:
-    """Return Sobol' indices of the probability of overturning at the level where it is nearest to one half."""
+    """Return Sobol' indices of the probability of overturning at the level at which it is nearest to one half."""
     here = shown(results)
     rows: list[Cells | str] = []
     for block in here["block"].values:

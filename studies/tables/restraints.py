@@ -32,7 +32,7 @@ class Gain(NamedTuple):
 
 
 def gains_of(results: xr.Dataset, laws: list[int]) -> Iterator[Gain]:
-    """Yield the comparisons of blocks under some laws, block by block; none where there are none."""
+    """Yield the comparisons of blocks under some laws, block by block; none if there are none."""
     if GAIN not in results:
         return
     labels = [str(block) for block in results["block"].values]
@@ -107,7 +107,7 @@ def breaks(results: xr.Dataset) -> Table:
 def breaks_of(results: xr.Dataset, at: int) -> list[tuple[str, float, float, float, float, bool]]:
     """Return the ruptures of restraints under a law: name, share of motions with its ends, level, at the design level.
 
-    The level is the design shaking where it is known, else the lowest at which at least half of the motions break a
+    The level is the design shaking if it is known, else the lowest at which at least half of the motions break a
     restraint, or the highest.
     """
     found = []

@@ -50,7 +50,7 @@ TRIPS = "Trips over obstacles: a criterion, not a simulation."
 
 
 def slides(results: xr.Dataset) -> Table:
-    """Return the table of sliding: in the years of a study with a hazard, else at the level where half fall."""
+    """Return the table of sliding: in the years of a study with a hazard, else at the level at which half fall."""
     here = results.isel(model=reference_law(results)[0])
     adaptive, rated = SLIP_HALF in results, SLIP_RATE in results
     halves = adaptive and not rated and SLIP not in here

@@ -107,7 +107,7 @@ def misfit_notes(curves: xr.Dataset, state: str) -> list[Fact]:
 
 
 def _misses(what: str, off: xr.DataArray, **more: Any) -> list[Fact]:
-    """Return of which curves something is off, relative to the runs; 0 where nothing is."""
+    """Return of which curves something is off, relative to the runs; 0 if nothing is."""
     here = off.values != 0.0
     return [_of_curves(what, off, here, values=_first(here, off.values)[0].tolist(), **more)] if here.any() else []
 
@@ -257,7 +257,7 @@ def infinitive_of(verb: str) -> str:
 
 
 def _of_curves(what: str, like: xr.DataArray, here: Flags, **more: Any) -> Fact:
-    """Return a fact of the curves where `here` is True: their number, and the names of the first."""
+    """Return a fact of the curves if `here` is True: their number, and the names of the first."""
     names = (_name(like, tuple(int(i) for i in at)) for at in np.argwhere(here)[:MOST_NAMED])
     return Fact(what, int(here.sum()), names=tuple(names), more={"of": here.size, **more})
 

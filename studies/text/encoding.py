@@ -101,6 +101,6 @@ def printable(text: str) -> str:
 
 
 def json_text(content: Any, **options: Any) -> str:
-    """Return JSON for standard output: with escapes where its encoding has not every character."""
+    """Return JSON for standard output: with escapes if its encoding has not every character."""
     encoding = str(getattr(sys.stdout, "encoding", None) or "ascii").lower().replace("-", "")
     return json.dumps(content, ensure_ascii=encoding not in ("utf8", "utf16"), **options)

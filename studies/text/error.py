@@ -27,7 +27,7 @@ class StudyError(ValueError):
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Raise StudyError where a file or a folder cannot be written in the block."""
+    """Raise StudyError if a file or a folder cannot be written in the block."""
     try:
         yield
     except OSError as error:

@@ -49,7 +49,7 @@ def branch_names(results: xr.Dataset) -> list[str]:
 
 
 def sample_range(here: xr.Dataset, quantity: str = "sample_median") -> tuple[float, float]:
-    """Return the 5 and 95 % quantiles of a quantity over samples, infinite above all levels; NaN where none has it."""
+    """Return the 5 and 95 % quantiles of a quantity over samples, infinite above all levels; NaN if none has it."""
     own = here[quantity].values.astype(float)
     known = own[~np.isnan(own)]
     if not known.size:

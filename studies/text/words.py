@@ -32,7 +32,7 @@ STRENGTHS = ("yield_coefficient", "system")
 """Keys of a building's table in a study file by which its storeys yield."""
 _PERIOD = re.compile(r"\b(S[avd]|FIV3)\((\d[\d.e+-]*)(?:, (\d[\d.e+-]*))?\)")
 _PERIODS = re.compile(r"\bAvgSa\((\d[\d.e+-]*):(\d[\d.e+-]*):(\d+)(?:, (\d[\d.e+-]*))?\)")
-"""Labels of spectral values at a period, and of averages over periods, with their damping where it is not 5 %."""
+"""Labels of spectral values at a period, and of averages over periods, with their damping if it is not 5 %."""
 REFERENCE_LAW = "housner"
 LAW_NAMES = {
     "discrete": "discrete damping",
@@ -105,7 +105,7 @@ def axis_name(axis: xr.DataArray, default: str = "level") -> str:
 
 
 def quantity_name(axis: xr.DataArray, default: str = "level") -> str:
-    """The name of the quantity of an axis in a sentence, where a number follows it."""
+    """The name of the quantity of an axis in a sentence, if a number follows it."""
     name, _, rest = str(axis.attrs.get("long_name", default)).partition(", ")
     return f"{name} ({rest})" if rest else name
 
@@ -203,7 +203,7 @@ def floor_name(floor: int | str) -> str:
 
 
 def by_place(results: xr.Dataset, dims: Iterable[Hashable]) -> Iterator[tuple[str, dict[str, int]]]:
-    """Yield the name and the position of each block, and each of its floors where the `dims` of some variable do."""
+    """Yield the name and the position of each block, and each of its floors if the `dims` of some variable do."""
     for i, block in enumerate(results["block"].values):
         if "floor" not in dims:
             yield block_title(str(block)), {"block": i}
@@ -213,7 +213,7 @@ def by_place(results: xr.Dataset, dims: Iterable[Hashable]) -> Iterator[tuple[st
 
 
 def roof_of(results: xr.Dataset) -> str:
-    """Return the floor that is the roof of the study's building, '' where that is not known."""
+    """Return the floor that is the roof of the study's building, '' if that is not known."""
     building = json.loads(str(results.attrs.get("study", "{}"))).get("building")
     storeys = building.get("storeys") if isinstance(building, dict) else None
     return "" if storeys is None else str(int(storeys))
@@ -225,7 +225,7 @@ def is_one_piece(results: xr.Dataset) -> bool:
 
 
 def floor_cell(floor: int | str, roof: str = "") -> str:
-    """The floor in a column of floors, with a word where it is the roof."""
+    """The floor in a column of floors, with a word if it is the roof."""
     text = floor_name(floor).removeprefix("floor ")
     return f"{text} (roof)" if roof and str(floor) == roof else text
 
