@@ -61,8 +61,8 @@ def anchoring(
         On (model, step): ``anchored_item``, the next to anchor when each is chosen for its saving after the previous
         choices. Further the objective ``left`` then, and the ``total_cost``; step 0 is the present state.
 
-        ``…_lower`` and ``…_upper`` are ends of intervals over motions.  They are paired: the same resampled motions
-        shake the building with and without the item.
+        ``…_lower`` and ``…_upper`` are ends of intervals over motions. They are paired: the building has the same
+        resampled motions with and without the item.
 
     Raises
     ------

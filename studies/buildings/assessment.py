@@ -123,10 +123,10 @@ class Assessment:
         Losses at which exceedance is given, currency, >= 0, increasing. By default 0 and 60 values from a thousandth of
         the total to the total. (The total of costs with a spread is what one in a thousand pieces exceeds.)
     slipping : Slipping, optional
-        Slips whose chances are wanted, and whether the pieces of a line have their coefficient of friction in common.
+        Slips whose probabilities are wanted; True if the pieces of a line have their coefficient of friction in common.
     consequence_correlation : float
-        Correlation of the normal scores of cost, downtime and injuries of one piece, 0 to 1.  Pieces are independent.
-        It changes no mean and no exceedance of one of them, only how they come together.
+        Correlation of the normal scores of cost, downtime and injuries of one piece, 0 to 1. Pieces are independent. It
+        changes no mean and no exceedance of one of them, only their joint distribution.
     confidence, replicates, seed
         Of the intervals: their confidence, the number of resamples of the motions and the seed that decides them, and
         the draws of costs, downtimes and injuries.
@@ -175,7 +175,7 @@ def assess(
     inventory : Inventory
         The contents of each floor; anchored pieces do not overturn.
     asked : Assessment
-        How they are shaken, and what is asked.
+        Motions and options of the assessment.
     sides : bool, optional
         True to distinguish forward falls; by default if any piece that is not anchored has a wall, a restraint, a mass
         off the middle or a lean.
@@ -415,7 +415,7 @@ def _share_of_falls(variables: Variables, yearly: bool) -> xr.Variable:
 
 
 def refuse_modelling(beta: float, inventory: Inventory, shaking: Shaking, yearly: bool) -> None:
-    """Raise a ValueError if floor histories, which are not scaled, do not tell what beta_m (`beta`) changes."""
+    """Raise a ValueError if floor histories, which are not scaled, do not determine the effect of beta_m (`beta`)."""
     if beta == 0.0:
         return
     if not yearly and not shaking.scalable:
@@ -669,7 +669,7 @@ def _labels(dim: str, values: Sequence[str], long_name: str) -> xr.Variable:
 
 
 def _item_coordinates(inventory: Inventory, laws: list[Law], both_axes: bool) -> dict[str, xr.Variable]:
-    """Return the coordinates of the items: what the lines give, blocks and restitution; with `both_axes` depths."""
+    """Return the coordinates of the items: the values of the lines, blocks and restitution; with `both_axes` depths."""
     rows, blocks = inventory.rows, [row.block for row in inventory.rows]
     money = inventory.currency or DIMENSIONLESS
     mean = "mean " if any(row.cost is not None for row in rows) else ""

@@ -240,7 +240,7 @@ class _Found:
         )
 
     def keep(self, name: str, dims: tuple[str, ...], weighed: Sequence[Array], units: str) -> None:
-        """Keep what was found of one value."""
+        """Keep the results of one value."""
         mean, fractiles, shares, own = weighed
         text = TEXTS[name]
         self.variables |= {
@@ -322,7 +322,7 @@ class _Branch:
         return _Sampled(mean, SampledRates(own, plain, modelled, self.shares))
 
     def of_joined(self, rows: JoinedClasses) -> _Sampled:
-        """Return the annual values of what pieces bring about together."""
+        """Return the annual values of joint results of pieces."""
         beta, spread, together = self.sampling.beta, self.sampling.spread, rows.together
         if len(rows.classes) == 1:
             return self._of_rows(together, np.repeat(list(rows.classes), len(together)))

@@ -152,7 +152,7 @@ PROPORTIONAL = Fact("motion.floors_scaled_elastic")
 
 
 def history_notes(histories: FloorHistories, inventory: Inventory) -> list[Fact]:
-    """Return notes on floor histories of a user's own building model, and on what is not taken from them."""
+    """Return notes on floor histories of a user's own building model, and on their unused parts."""
     how = "one" if not histories.unit else "elastic" if histories.elastic else "levels"
     found = [Fact("motion.floor_histories", names=tuple(histories.texts) if histories.unit else (), more={"how": how})]
     if histories.own_motions:
@@ -217,7 +217,7 @@ def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[Fact]:
 
 
 def changes_beyond_levels(assessment: xr.Dataset) -> dict[str, dict[str, float]]:
-    """Return by how much of itself each annual amount may change for weaker and stronger shaking than was run.
+    """Return the possible relative change of each annual amount from motions weaker and stronger than the runs.
 
     Below the first level all of its share is a guess; above the last one everything else may fall, which is infinite if
     nothing fell.
@@ -233,7 +233,7 @@ def changes_beyond_levels(assessment: xr.Dataset) -> dict[str, dict[str, float]]
 class _Amount(NamedTuple):
     """An annual amount of the whole building.
 
-    `more`: what has not fallen at the last level over what has, 0 if that is nearly everything.
+    `more`: pieces without a fall at the last level over pieces with one, 0 if nearly all fell.
     """
 
     name: str

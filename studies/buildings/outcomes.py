@@ -1,4 +1,4 @@
-"""Joint outcomes in a building by motion (what overturns in each place, consequences, events), as sums over lines."""
+"""Joint outcomes in a building by motion (overturning in each place, consequences, events), as sums over lines."""
 
 from __future__ import annotations
 
@@ -123,12 +123,12 @@ class JointFlags:
 
     @property
     def falls(self) -> str:
-        """The verb of what the flags are of, in the present."""
+        """The verb of the flags, in the present."""
         return "overturns or falls off" if self.edges else "overturns"
 
     @property
     def fell(self) -> str:
-        """The verb of what the flags are of, in the past."""
+        """The verb of the flags, in the past."""
         return "overturned or fallen off" if self.edges else "overturned"
 
     @property

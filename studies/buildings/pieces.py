@@ -1,4 +1,4 @@
-"""The pieces of a building one by one: how likely each falls, what anchoring it costs and saves, and what to do."""
+"""The pieces of a building one by one: probability of falling, cost and saving of anchoring, and recommendation."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ SORTS = ("recommendation", "chance", "loss", "payback", "value", "cost", "floor"
 
 
 def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
-    """Return the pieces of a performance study's results under one of its laws, sorted as the study says.
+    """Return the pieces of a performance study's results under one of its laws, in the order of the study.
 
     *Required by code* and *anchor below code force* come before all others, whatever the risk. A matter of safety
     (``safety``) is not weighed against cost. *Reduces risk most* are the pieces that cause four fifths of the expected

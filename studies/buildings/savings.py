@@ -89,7 +89,7 @@ class AdditiveItems:
 
 
 class EventItems:
-    """Items of which any one causes the event; what is known of them as of `AdditiveItems`."""
+    """Items of which any one causes the event; its data are as of `AdditiveItems`."""
 
     def __init__(self, chances: ItemChances, year: Year, array: Allocator) -> None:
         self.array = array

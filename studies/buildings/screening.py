@@ -51,7 +51,7 @@ def screen_inventory(
     runner: Runner,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Screen every line as `summary_screen`; NaN for what depends on the motion if it is anchored.
+    """Screen every line as `summary_screen`; for an anchored line, values that depend on the motion are NaN.
 
     undecided: the share of the motions whose flags are tested.
     """
@@ -170,7 +170,7 @@ def _flags_of(flags: Flags, places: Index, chosen: Flags, part: slice) -> Flags:
 
 
 def _joined_friction(parts: Sequence[Any]) -> Any:
-    """Join the friction of the floors, which is described line by line if they are few, else as what there is."""
+    """Join the friction of the floors, which is described line by line for few lines, else by its range."""
     if parts[0] is None:
         return None
     if all(isinstance(part, dict) for part in parts) and sum(map(len, parts)) <= DESCRIBED:

@@ -64,8 +64,8 @@ class Shaken(NamedTuple):
 class Shaking:
     """Ground motions and the floor motions under them; `known` are the existing floors.
 
-    `histories`: floor motions of a user's own building model, of which no ground motions are known (`ground` is empty).
-    `polarity`: how motions are run; with both, each of `ground` and of `histories` is followed by its reverse, while
+    `histories`: floor motions of a user's own building model, whose ground motions are not known (`ground` is empty).
+    `polarity`: polarity of the runs; with both, each of `ground` and of `histories` is followed by its reverse, while
     `arrays` are as given.
     """
 

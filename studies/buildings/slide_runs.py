@@ -47,7 +47,7 @@ ORDER_OF_FRICTION = 2
 
 @dataclass(frozen=True)
 class Slipping:
-    """Slips whose chances are wanted (m), and whether alike pieces of a line share a coefficient of friction."""
+    """Slips whose probabilities are wanted (m); True if alike pieces of a line share a coefficient of friction."""
 
     distances: tuple[float, ...] = DISTANCES
     shared: bool = True
@@ -259,7 +259,7 @@ def _blocks_of(row: Contents, law: Law, variability: Variability | None) -> list
 
 
 def _alike(inventory: Inventory, lines: Iterable[int]) -> dict[tuple[Friction, float, float], list[int]]:
-    """Return lines by their friction, its kinetic ratio and the distance to an obstacle: what slides alike."""
+    """Return lines by their friction, its kinetic ratio and the distance to an obstacle: groups that slide alike."""
     found: dict[tuple[Friction, float, float], list[int]] = {}
     for i in lines:
         row = inventory.rows[i]

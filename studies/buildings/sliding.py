@@ -1,4 +1,4 @@
-"""Sliding in an inventory as results: what slides instead of rocking, how far, what falls off an edge, and rates."""
+"""Sliding in an inventory as results: sliding instead of rocking, slips, falls off edges, and rates."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def slide_variables(
     year: Year | None,
     modelled: Modelled | None = None,
 ) -> Variables:
-    """Compute what sliding changes, line by line, with annual rates if there is a year; NaN if it is not known."""
+    """Compute the effects of sliding, line by line, with annual rates if there is a year; NaN if it is not known."""
     rows = joint.inventory.rows
     rocks = np.array([runs.rocks(rows[i]) for i in runs.rows]).reshape(len(runs.rows), runs.variants)
 

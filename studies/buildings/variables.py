@@ -39,7 +39,7 @@ JOINT = " | "
 DRAWING, OF_DRAWS = "_sampling_error", "standard error from the draws"
 """Ending and text of the error that the draws of pieces and of their consequences leave in a value."""
 DOUBTFUL = "doubtful"
-"""Coordinate of a ranking: whether no advice can rest on an item's chance of falling."""
+"""Coordinate of a ranking: True if an item's probability of falling is no basis for advice."""
 ITEM_SAVING = "item_annual_saving"
 FALLEN = "fallen"
 """Flags of pieces that overturned or fell off, if any line has an edge; else the flags ``overturned`` are all."""
@@ -211,7 +211,7 @@ PIECE_EVENTS: dict[str, tuple[str, Callable[[Contents], bool]]] = {
     RUPTURE: ("the restraint of a piece breaks", lambda row: row.block.restraint is not None and not row.anchored),
     SIDEWAYS: ("a piece overturns along its depth", lambda row: row.both_axes),
 }
-"""Their words, and whether a line can have them."""
+"""Their words, and flags of the lines that can have them."""
 
 
 def line_variables(

@@ -15,12 +15,13 @@ UNSTATED_DANGER = "the inventory does not say whether it endangers people"
 """Missing statement: the danger of a fall to people is not stated."""
 CLASSES = ("storage", "laboratory", "equipment", "furniture", "movable")
 """Classes of pieces: permanent floor-supported cabinets and shelves, laboratory equipment, mechanical and electrical
-equipment, other furniture, and what is temporary or moved about."""
+equipment, other furniture, and temporary or movable pieces.
+"""
 
 
 @dataclass(frozen=True)
 class Component:
-    """A piece as a code sees it: sizes (m), mass (kg), and what is known of its place and its anchor.
+    """A piece in terms of a code: sizes (m), mass (kg), and data on its place and its anchor.
 
     `kind` is one of `CLASSES`, '' if it is not known. `z` is the height of its floor above the base, and `h` the height
     of the roof, m; None if they are not known. `strength` is the design strength (N) of the anchors of one piece
@@ -104,7 +105,7 @@ class Code(ABC):
 
     @abstractmethod
     def coefficient(self, one: Component) -> tuple[float, str]:
-        """Return the design force over the weight, and its factors in words; NaN with what is missing."""
+        """Return the design force over the weight, and its factors in words; NaN with the missing data."""
 
     def check(self, one: Component) -> CodeCheck:
         """Check a piece; forces are computed if it must be anchored."""

@@ -88,7 +88,7 @@ def write_building_files(
 
 
 def _curves(one: xr.Dataset) -> tuple[xr.Dataset, list[float]]:
-    """Return the curves of the pieces, and by how much each differs from the probabilities observed."""
+    """Return the curves of the pieces, and the difference of each from the observed probabilities."""
     level = one["level"]
     observed = one["probability"].transpose("item", "level").values
     runs = np.ones(level.size)

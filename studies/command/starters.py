@@ -92,7 +92,7 @@ def _fill(kind: Starter, folder: Path) -> None:
 
 
 def _move(staged: Path, folder: Path, there: bool) -> None:
-    """Put a filled folder in its place; what was moved is removed again if not all of it can be."""
+    """Put a filled folder in its place; moved files are removed again if not all can be moved."""
     if not there:
         staged.rename(folder)
         return

@@ -192,7 +192,7 @@ def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Lin
 
 
 def _reached(curves: Curves, quantity: str, at: Place) -> tuple[Range, str]:
-    """Return a number of a curve with open ends, or words in its place, if it lies beyond what was run."""
+    """Return a number of a curve with open ends, or words instead of it beyond the levels of the runs."""
     value, results = curves.value(quantity, at), curves.side.results
     if quantity == MEDIAN and value.value > EDGE * highest_level(results):
         return UNKNOWN, NOT_REACHED
@@ -205,7 +205,7 @@ def _reached(curves: Curves, quantity: str, at: Place) -> tuple[Range, str]:
 
 
 def _notes(a: Side, b: Side, of_a: Curves, of_b: Curves) -> Iterator[Fact]:
-    """Yield what is not compared, or has no interval."""
+    """Yield the quantities without a comparison, or without an interval."""
     with_rates = [side.name for side in (a, b) if "rate" in side.results]
     if len(with_rates) == 1:
         yield Fact("comparison.no_rates", names=tuple(with_rates))

@@ -104,7 +104,7 @@ def _curve(curves: Curves, at: Place, ax: Axes, x: Array, scale: float) -> None:
 
 
 def _span(sides: tuple[Side, Side], chosen: list[Line]) -> tuple[float, float, bool]:
-    """Return the ends of the axis of levels that holds the levels of both sides, and whether it is logarithmic."""
+    """Return the ends of the axis of levels that includes the levels of both sides, and True for a logarithmic axis."""
     found = [axis_of(side.results) for side in sides]
     scale, _ = display_unit(found[0])
     if all("level" in side.results.coords for side in sides):

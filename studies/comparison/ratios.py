@@ -160,7 +160,7 @@ class Quantity(NamedTuple):
 
 
 class Found(NamedTuple):
-    """All that was compared: labels that were matched by dimension, lines, and what they are of."""
+    """All results of a comparison: labels matched by dimension, lines, and their quantities."""
 
     matched: dict[str, Matched]
     lines: list[Line]

@@ -31,7 +31,7 @@ STUDY_FILE = ".toml"
 
 
 class Side(NamedTuple):
-    """One of the two results: `name` A or B, its file, what it holds, and its study as plain values."""
+    """One of the two results: `name` A or B, its file, its content, and its study as plain values."""
 
     name: str
     path: Path

@@ -1,4 +1,4 @@
-"""The figure of a page's first screen: a bar for each piece, with its interval, in groups by what to do."""
+"""The figure of a page's first screen: a bar for each piece, with its interval, in groups by recommendation."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Bar(NamedTuple):
 
 
 class Bars(NamedTuple):
-    """Bars in groups by name, on a common scale from 0 to `top`; `of`: what they show.
+    """Bars in groups by name, on a common scale from 0 to `top`; `of`: their quantity.
 
     years: of chances, 0 for levels of shaking, whose measure and unit are given; left_out: the number of other pieces.
     """

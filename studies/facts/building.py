@@ -1,4 +1,4 @@
-"""Facts of performance studies: what falls in a building, what it costs, and what to anchor."""
+"""Facts of performance studies: falls in a building, their costs, and the pieces to anchor."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ from ..text.words import block_title, floor_name, quantity_name, reference_law
 from .law_choice import damped_throughout
 
 DISAGREE = 1.1
-"""Ratio of the results of two laws from which the answer says how far they lie apart."""
+"""Ratio of the results of two laws from which the answer gives their difference."""
 TO_ANCHOR = (DUTY, FIRST, REDUCES, SAFER, SAVES, PREVENTS, WORTH)
 """Recommendations to anchor a line."""
 AMOUNTS = ("loss", "downtime", "injuries")
@@ -146,7 +146,7 @@ def _at_level(results: xr.Dataset, whole: xr.Dataset, more: Mapping[str, object]
 
 
 def _afterwards(results: xr.Dataset, now: float) -> Iterator[Fact]:
-    """Yield what the recommended work changes: the lines, their cost, and the rate of any fall afterwards."""
+    """Yield the effect of the recommended work: the lines, their cost, and the rate of any fall afterwards."""
     pieces = pieces_of(results, reference_law(results)[0])
     lines = recommended_lines(results)
     free = [piece for piece in pieces if not piece.held]
@@ -208,7 +208,7 @@ def _law_range(results: xr.Dataset, at: int) -> Iterator[Fact]:
 
 
 def actions(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield what to do, the most important first."""
+    """Yield the recommended actions, the most important first."""
     at, _ = reference_law(results)
     pieces = pieces_of(results, at)
     lines = recommended_lines(results)
@@ -256,7 +256,7 @@ def _names(pieces: Sequence[Piece]) -> tuple[str, ...]:
 
 
 def _code(pieces: Sequence[Piece], results: xr.Dataset, money: Mapping[str, object]) -> Iterator[Fact]:
-    """Yield what the building code requires beyond the recommended lines."""
+    """Yield the requirements of the building code beyond the recommended lines."""
     if "code" not in results.attrs:
         return
     weak = [piece for piece in pieces if piece.recommendation == WEAK]
@@ -282,7 +282,7 @@ def _missing(piece: Piece) -> str:
 
 
 def _budget(pieces: Sequence[Piece], results: xr.Dataset, at: int, money: Mapping[str, object]) -> Iterator[Fact]:
-    """Yield what the budget leaves out, and what is left over."""
+    """Yield the pieces outside the budget, and the remaining money."""
     if "budget_chosen" not in results:
         return
     chosen = [piece for piece in pieces if piece.chosen]
@@ -362,7 +362,7 @@ def _supports(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def _carried(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield how often pieces fall that carry others, and these."""
+    """Yield the frequency of falls of pieces that carry others, and of the latter."""
     if "stands_on" not in results.coords or "item_rate" not in results:
         return
     on = results["stands_on"].values
@@ -373,7 +373,7 @@ def _carried(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def _castors(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield what to do about pieces on castors."""
+    """Yield the recommendations for pieces on castors."""
     contacts, free = np.array(contacts_of(results)), ~results["anchored"].values.astype(bool)
     for contact, what in ((ROLLING, "support.lock_castors"), (LOCKED, "support.check_brakes")):
         names = tuple(f"“{item}”" for item in results["item"].values[free & (contacts == contact)])
@@ -382,7 +382,7 @@ def _castors(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def _undecided(pieces: Sequence[Piece], results: xr.Dataset) -> Iterator[Fact]:
-    """Yield for which pieces it is not known whether anchoring is worth its cost."""
+    """Yield the pieces for which it is not known if anchoring is worth its cost."""
     open_ = [piece for piece in pieces if piece.recommendation == UNRESOLVED]
     seen = [piece for piece in open_ if piece.chance.value > 0.0 and not piece.safety]
     never = [piece for piece in open_ if piece.chance.value == 0.0]

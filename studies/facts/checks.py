@@ -403,7 +403,7 @@ def _run_levels(results: xr.Dataset) -> Fact:
 
 
 def _levels_of_amounts(results: xr.Dataset) -> Fact:
-    """Check by how much annual amounts of an inventory may change for shaking that was not run."""
+    """Check the possible change of annual amounts of an inventory from motions beyond the runs."""
     if "annual_number_above" not in results:
         return _missing("rate.amounts_beyond_levels")
     changes = changes_beyond_levels(results)

@@ -1,4 +1,4 @@
-"""Measured coverage of 95 % intervals: what is known of those that contain the true value less often than they should.
+"""Measured coverage of 95 % intervals that contain the true value less often than they should.
 
 The values are the minimum and the maximum of docs/coverage.md over its truths, in per cent, by the number of motions.
 """
@@ -69,7 +69,7 @@ def coverage(kinds: Iterable[str], motions: int) -> Iterator[Fact]:
 
 
 def coverage_in(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield what the intervals of results contain, if it is too little."""
+    """Yield the coverage of the intervals of results, if it is too low."""
     if "confidence" in results.attrs and "motion" in results.dims:
         # (each floor and each stripe has motions of its own)
         dims = ("floor", "level") if results.attrs.get("design") == "stripes" else ("floor",)

@@ -29,7 +29,7 @@ Spans = list[tuple[float, float]]
 MIN_CURVES, MOST_COMPARED = 2, 12
 """Fewest curves that can cross, and the number of pieces, of those that fall first, whose curves are compared."""
 FEWEST_APART = 6
-"""Fewest motions that must tell two pieces apart, all the same way, to be no chance.
+"""Minimum number of motions that must distinguish two pieces, all the same way, to be no chance.
 
 Under one of two equal pieces each of them falls as often as the other. Of six such motions all are of one piece in 2 ·
 2⁻⁶ = 3 % of cases. Of five it is 6 %, which is more than 5 % (sign test).
@@ -37,7 +37,7 @@ Under one of two equal pieces each of them falls as often as the other. Of six s
 
 
 class Crossing(NamedTuple):
-    """The levels between which a curve is higher than another and those between which it is lower, each by how much."""
+    """The levels between which a curve is higher than another and lower than another, each with its difference."""
 
     higher: Spans
     lower: Spans

@@ -36,7 +36,7 @@ def study_of(results: xr.Dataset) -> dict[str, object]:
 
 
 def lifted(study: Mapping[str, object]) -> bool:
-    """Return True if the motions of a study shake vertically, too."""
+    """Return True if the motions of a study have a vertical component, too."""
     motions, stripes = study.get("motions"), study.get("stripes")
     own = stripes.get("at", []) if isinstance(stripes, dict) else []
     tables = [table for table in (motions, *(at.get("motions") for at in own)) if isinstance(table, dict)]
@@ -234,7 +234,7 @@ def _surroundings(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[Fac
 
 
 def _sliding(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield what is modelled of sliding, edges and round bases."""
+    """Yield the modelled parts of sliding, edges and round bases."""
     if FALLEN in results:
         yield Fact("sliding.upper_estimate")
     elif INSTEAD in results:

@@ -1,4 +1,4 @@
-"""Templates that say facts: one file of whole sentences for each register."""
+"""Templates of facts: one file of whole sentences for each register."""
 
 from __future__ import annotations
 

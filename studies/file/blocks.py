@@ -227,7 +227,7 @@ class BlockTable(PieceTable):
 
     @property
     def own_friction(self) -> tuple[Friction, float | None] | None:
-        """Its own coefficient of friction, and kinetic over static friction if a contact tells it; or None."""
+        """Its own coefficient of friction, and kinetic over static friction if a contact gives it; or None."""
         if self.contact is not None:
             contact = contact_named(self.contact)
             return contact.friction, contact.kinetic_ratio

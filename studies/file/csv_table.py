@@ -314,7 +314,7 @@ class CsvLine:
         return int(cell)
 
     def yes_in(self, column: str) -> bool:
-        """Return True if a cell says yes, False if it says no or is empty."""
+        """Return True if a cell is yes, False if it is no or empty."""
         cell = self.text(column).lower()
         if cell not in {"", *YES, *NO}:
             self.refuse(column, f"must be yes or no, got {shown(cell)}")

@@ -56,7 +56,7 @@ class MergedContent:
 
 
 def read_content(path: Path, table: type[Table]) -> MergedContent:
-    """Read a study file merged with its included files; the fields of `table` tell which keys are paths."""
+    """Read a study file merged with its included files; the fields of `table` mark the keys that are paths."""
     own = _parsed(path)
     found: dict[str, Any] = {}
     origin: dict[tuple[str, ...], Path] = {}

@@ -32,7 +32,7 @@ AXES = {"both": shaking.both_axes, "weak": shaking.weak_axis}
 SHAKES = {"both": BOTH_AXES, "weak": WEAK_AXIS}
 """Axes of both directions of floor histories, by the same words."""
 PAIR_KEYS = ("axes", "azimuth", "correlation")
-"""Keys of components that shake together."""
+"""Keys of components that act together."""
 SOURCES = ("generator", "pulse", "records", "floors_file", "floors_index")
 """Keys of which one gives the source of the motions."""
 
@@ -103,7 +103,7 @@ class MotionsTable(Derived):
             )
 
     def _both(self, pairs: list[xr.DataArray], first: int = 0) -> list[xr.DataArray]:
-        """Return pairs that shake blocks along their axes, whose width has the azimuth of the table."""
+        """Return pairs that act on blocks along their axes, whose width has the azimuth of the table."""
         at = self.given("azimuth") or 0.0
         azimuth = at if isinstance(at, str) else math.radians(at)
         upward = self.source == "records" and bool(self.given("vertical"))
@@ -127,7 +127,7 @@ class SimulatedMotions(MotionsTable):
     generator: Name of a stochastic generator.
     number: Number of motions.
     seed: Seed of the motions.
-    component: `pair`: both components shake.
+    component: `pair`: both components act.
     correlation: Of a pair: expected correlation of the two components.
     """
 
@@ -175,7 +175,7 @@ class SimulatedMotions(MotionsTable):
 
 
 class ScenarioMotions(SimulatedMotions):
-    """Motions of a generator that knows the earthquake and the site.
+    """Motions of a generator with a stated earthquake and site.
 
     match_gmm: True to scale each motion to a PGV drawn from the ground-motion model of Boore et al. (2014): its median,
         event and record terms.
@@ -211,9 +211,9 @@ class RecordMotions(MotionsTable):
     """Records of earthquakes in files.
 
     records: Record files: paths or patterns (* and **), relative to the study file.
-    component: Component that shakes, if records are joined to recordings by the names of their files; measures such as
-        RotD50(pga) are of both. `v`: vertical components alone, as if horizontal. `pair`: both components shake.
-    vertical: With `component`: the vertical component shakes, too.
+    component: Component that acts, if records are joined to recordings by the names of their files; measures such as
+        RotD50(pga) are of both. `v`: vertical components alone, as if horizontal. `pair`: both components act.
+    vertical: With `component`: the vertical component acts, too.
     seed: Seed of random azimuths.
     baseline_order: Order of the polynomial that is subtracted from records: 0 their mean, 1 a straight line.
     window: Shares of the Arias intensity between which records are kept, as [0.05, 0.95].

@@ -69,7 +69,7 @@ from .uncertainty import SensitivityTable, UncertaintyTable
 
 
 class MotionSet(NamedTuple):
-    """Motions that shake the blocks, the ground motions of their levels, input warnings and the selection's fit."""
+    """Motions of the blocks, the ground motions of their levels, input warnings and the selection's fit."""
 
     motions: tuple[xr.DataArray, ...]
     ground: tuple[xr.DataArray, ...]
@@ -387,7 +387,7 @@ class StudyFile(Table):
         return "building" if self.buildings is None else f"buildings[{number}]"
 
     def both_ways(self, blocks: Iterable[Block]) -> bool:
-        """Return True if motions are run both ways: if the file says so, or by default if a block is sided."""
+        """Return True if motions are run both ways: by the file, or by default if a block is sided."""
         asked = self.analysis.polarity
         return any(block.sided for block in blocks) if asked is None else asked == BOTH
 

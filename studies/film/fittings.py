@@ -15,7 +15,7 @@ from ...models.sides import sides, surroundings
 from .frames import rotated
 
 STANDS_OFF = 0.06
-"""Distance of what a restraint is fixed to if there is no wall, over the block's height."""
+"""Distance of the fixing of a restraint if there is no wall, over the block's height."""
 STUB = 0.11
 """Length of the loose ends of a broken restraint, over the block's height."""
 CEILING = 1.12
@@ -39,7 +39,7 @@ class Face(NamedTuple):
 
 
 class Strap(NamedTuple):
-    """Restraint as it is drawn, by its moment arm: its points on the block and what holds it, and whether it sags."""
+    """Restraint as it is drawn, by its moment arm: its points on the block and its fixing, and True if it sags."""
 
     restraint: Restraint
     on_block: Array

@@ -30,7 +30,7 @@ ATTRIBUTES = ("alpha", "p", "block", "model", "configuration")
 
 
 class Frames(NamedTuple):
-    """The state at each frame of a film: time (s), rotation (rad), floor (m), and whether the fall is only drawn."""
+    """The state at each frame of a film: time (s), rotation (rad), floor (m), and True if the fall is only drawn."""
 
     time: Array
     rotation: Array

@@ -277,7 +277,7 @@ class Scene:
         self._point.set_data([time], [min(max(float(self._x[i]), -self._limit), self._limit)])
 
     def _move_straps(self, i: int, floor: float) -> None:
-        """Move the lines of the restraint to frame `i`, and say what it does."""
+        """Move the lines of the restraint to frame `i`, and write its state."""
         theta, broken = float(self._frames.rotation[i]), self._broken(i)
         for drawn, strap in zip(self._lines, self._straps, strict=True):
             shape = fittings.ends if broken else fittings.line

@@ -20,7 +20,7 @@ MOST_DISPERSION = {LOGNORMAL: 3.0, NORMAL: 0.5}
 """Largest dispersion of each distribution; of a normal one too much would lie below zero."""
 MOST = 1e15
 REALISATIONS = 20
-"""Realisations of the consequences under each motion, if no variability says how many."""
+"""Default number of realisations of the consequences under each motion, without variability."""
 MOST_DRAWN = 1_000_000
 """Most pieces of a line times realisations, which bounds the memory of a motion's draws."""
 DRAWN_BYTES = 300.0
@@ -183,7 +183,7 @@ class PieceScores:
         return math.sqrt(self.correlation), math.sqrt(1.0 - self.correlation)
 
     def of_pieces(self, label: str, count: int, motion: int) -> Array:
-        """Return the scores (piece, realisation, 3) of a line's pieces under a motion, columns as `COLUMNS` says."""
+        """Return the scores (piece, realisation, 3) of a line's pieces under a motion, columns as in `COLUMNS`."""
         drawn = stream(self.seed, *key_of(label), motion).standard_normal((count, self.realisations, 4))
         common, own = self._shares
         return np.asarray(common * drawn[..., :1] + own * drawn[..., 1:])

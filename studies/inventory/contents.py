@@ -95,7 +95,7 @@ RESERVED = ("number", "loss", "any")
 
 
 def floor_text(known: Sequence[str], floor: object) -> str:
-    """Return why a floor cannot be used that is not among those known, and what to do."""
+    """Return the reason why an unknown floor cannot be used, and the remedy."""
     listed = ", ".join(known if len(known) <= MOST_FLOORS else [*known[:5], "…", known[-1]])
     hint = "; give a building, or floor motions" if list(known) == ["0"] else ""
     if str(floor) == "0":
@@ -136,7 +136,7 @@ class Contents:
         The direction of the building, x or y, in which its width lies; of use with floor histories in two directions
         and with pairs of components.
     along_depth : bool
-        Whether it is run about its depth, too, under the other component (`studies.buildings.axes` decides).
+        True if it is run about its depth, too, under the other component (`studies.buildings.axes` decides).
     code_class : str
         Class of the pieces in a building code (`toppling.studies.codes.check.CLASSES`), '' if it is not known.
     code_importance : float, optional

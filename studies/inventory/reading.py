@@ -42,7 +42,7 @@ else:
 
 
 class LineTable(ContentsTable):
-    """A line of an inventory: pieces of one kind on one floor, and what their fall means.
+    """A line of an inventory: pieces of one kind on one floor, and the consequences of their fall.
 
     item: Its name.
     floor: The floor of the pieces: 0 is the ground.
@@ -150,7 +150,7 @@ class LineTable(ContentsTable):
         )
 
     def _refuse_unknown_slides(self, rolls: bool) -> None:
-        """Raise a ValueError for an edge or an obstacle near a piece of which it is not known how far it slides."""
+        """Raise a ValueError for an edge or an obstacle near a piece whose slips are not known."""
         for column in ("edge_distance_mm", "edge_distance_back_mm", "trip_mm"):
             if self.given(column) is not None and rolls:
                 raise ValueError(f"{column} must be empty on castors: rolling is not modelled")
@@ -195,7 +195,7 @@ COLUMNS = tuple(field.alias or key for key, field in LineTable.model_fields.item
 
 
 class InventoryError(StudyError):
-    """Error for an inventory that cannot be used: one sentence with file, line, column, value and what is allowed."""
+    """Error for an inventory that cannot be used: one sentence with file, line, column, value and allowed values."""
 
 
 KIND = TableKind("inventory", COLUMNS, MAX_ROWS, 16 * 2**20, InventoryError, "inventory")
@@ -228,7 +228,7 @@ def read_inventory(
     Raises
     ------
     InventoryError
-        One sentence that names file, line (row of a workbook), column, value and what is allowed.
+        One sentence that names file, line (row of a workbook), column, value and the allowed values.
 
     Notes
     -----

@@ -221,7 +221,7 @@ class FragilityStudy(BlockStudy):
         return study
 
     def check_state(self) -> None:
-        """Raise a ValueError for a state of one axis if both components shake, and for what needs common levels."""
+        """Raise a ValueError for a state of one axis if both components act, and if options need common levels."""
         if self.design.about == 2 and not of_both_axes(self.fit.state):
             raise ValueError(
                 f"fit.state must be overturned or uplifted where both components shake, got {self.fit.state!r}"

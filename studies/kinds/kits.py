@@ -1,4 +1,4 @@
-"""Kits of performance studies: which are tried on what, notes on them, and the sets that results hold."""
+"""Kits of performance studies: kits to try for each line, notes on them, and the sets in results."""
 
 from __future__ import annotations
 

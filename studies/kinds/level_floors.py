@@ -1,4 +1,4 @@
-"""Floor motions of an inventory at each level of shaking, of what yields between the ground and a piece."""
+"""Floor motions of an inventory at each level of the ground motion, through yielding parts below a piece."""
 
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ STILL = (
 
 
 class LevelFloors(NamedTuple):
-    """Floor motions at each level, what is to be said of them, and the building's own response (level, motion).
+    """Floor motions at each level, notes on them, and the building's own response (level, motion).
 
     `ductility`: maximum drift of a storey over its yield drift. `collapsed`: the storey that collapsed, 0 for none.
     Both are None if the building scales. `strength`: factor on its strengths (motion,), None if it is certain.
@@ -174,14 +174,14 @@ class LevelFloors(NamedTuple):
 
 
 def what_yields(building: BuildingTable | None, inventory: Inventory) -> str:
-    """Return in words what does not scale between the ground and the pieces of an inventory, '' for nothing."""
+    """Return in words the parts that do not scale between the ground and the pieces of an inventory, '' for none."""
     if building is not None and not building.scales:
         return building.what
     return "an isolator that yields" if any(row.stand and not row.stand.scales for row in inventory.rows) else ""
 
 
 def check_levels(what: str, asked: PerformanceTable, yearly: bool) -> None:
-    """Raise a ValueError if motions do not go through what yields at each level, or levels about it are needed."""
+    """Raise a ValueError if motions do not pass the yielding parts at each level, or levels about it are needed."""
     if asked.levels is not None and asked.im in (SCALE, *BLOCK_MEASURES):
         raise ValueError(f"{what} needs a measure of the ground motion, got performance.im {asked.im!r}")
     if asked.modelling_dispersion > 0.0 and not yearly:

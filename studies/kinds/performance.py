@@ -635,7 +635,7 @@ class PerformanceStudy(Study):
         return with_kit_sets(found.assign(kit_cost=variable(("kit",), costs, money, text)), asked.budget, self.target)
 
     def _with_kits(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
-        """Run the inventory with each kit, and return what that saves."""
+        """Run the inventory with each kit, and return the savings."""
         if not self.kits:
             return xr.Dataset()
         done = part_of(progress, self.runs - self.kit_runs, self.work)
@@ -676,7 +676,7 @@ class PerformanceStudy(Study):
 
 
 class ShakenBy(NamedTuple):
-    """The motions of a branch, their reading, the inventory on them, and whether histories are scaled as if elastic."""
+    """The motions of a branch, their reading, the inventory on them, and True if histories are scaled as if elastic."""
 
     motions: Motions
     reading: Reading
@@ -759,7 +759,7 @@ def _polarity_of(inventory: Inventory, kits: Sequence[Kit]) -> str:
 
 
 def _refuse_modelling(beta: float, inventory: Inventory, shaking: Shaking, yearly: bool) -> None:
-    """Refuse what `refuse_modelling` refuses, with the name of the key."""
+    """Raise the errors of `refuse_modelling`, with the name of the key."""
     try:
         refuse_modelling(beta, inventory, shaking, yearly)
     except ValueError as error:  # (its message begins with the name of an argument)

@@ -83,7 +83,7 @@ __version__ = metadata.version("toppling")
 
 
 class Expected(NamedTuple):
-    """About how many runs adaptive levels take (few, usual, many), of motions in words, and usual runs of slides."""
+    """Approximate numbers of runs of adaptive levels (few, usual, many), motions in words, and usual runs of slides."""
 
     runs: tuple[int, int, int]
     words: str
@@ -104,7 +104,7 @@ class Study(ABC):
     of_tables: tuple[Doubt, ...] = field(default=(), kw_only=True)
     kind: ClassVar[str]
     results_are_of: ClassVar[str] = ""
-    """The kind that results are of, if it differs: they hold what that kind's do."""
+    """The kind of the results, if it differs: they contain the variables of that kind."""
 
     @staticmethod
     def from_toml(path: str | os.PathLike[str], target: float | None = None) -> Study:
@@ -115,7 +115,7 @@ class Study(ABC):
         Raises
         ------
         StudyError
-            One sentence that names the file, the key, the value and what is allowed.
+            One sentence that names the file, the key, the value and the allowed values.
         """
         file = checks.path(path)
         try:
@@ -329,7 +329,7 @@ class Study(ABC):
 
     @property
     def notes(self) -> list[str]:
-        """Notes that a user should know before anything runs, as sentences."""
+        """Notes for a user before any run, as sentences."""
         return notes_said(self.facts)
 
     @property
@@ -559,7 +559,7 @@ LOGNORMAL = Fit()
 
 @dataclass(frozen=True)
 class BlockStudy(Study):
-    """A study that shakes known or uncertain blocks by a design.
+    """A study of known or uncertain blocks under the motions of a design.
 
     `friction` and `undecided` (share of the motions) are for the validity screen.
     """
@@ -727,7 +727,7 @@ def check_laws(content: StudyFile, blocks: Iterable[Block], laws: Sequence[Law])
 
 
 def each(name: str, tables: Iterable[Any], *beside: Any) -> tuple[Any, ...]:
-    """Build each table, from what else it needs; an error names the table."""
+    """Build each table, from the other objects that it needs; an error names the table."""
     built, wrong = [], []
     for i, table in enumerate(tables, start=1):
         try:

@@ -74,7 +74,7 @@ def kit_savings(
     client: Client | Runner | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Run an inventory with each of several kits, and return what falls then and what that saves.
+    """Run an inventory with each of several kits, and return the falls and the savings.
 
     Lines that are not permanently anchored get each kit that fits them. `assessment` is of the inventory as it is, with
     ``sides=True`` and the arguments in `asked`. `level` is one of its levels, for probabilities given this level
@@ -151,7 +151,7 @@ def _named(yearly: bool) -> dict[str, tuple[str, str]]:
 def _falls(
     assessment: xr.Dataset, with_it: xr.Dataset, rows: Index, year: Year, precision: Precision
 ) -> dict[str, Array]:
-    """Return the falls of lines with a kit, and what it saves of them as they are (value and ends, model, line)."""
+    """Return the falls of lines with a kit, and its saving compared with the present (value and ends, model, line)."""
     shape = (3, with_it.sizes["model"], rows.size)
     found = {"kit_share_saved": np.empty(shape)}
     for name, flags in FLAGS.items():
@@ -204,7 +204,7 @@ def _share(saved: Array, before: Array, precision: Precision) -> Array:
 def _static(
     inventory: Inventory, kits: Sequence[Kit], assessment: xr.Dataset, asked: Assessment, level: float | None
 ) -> dict[str, xr.Variable]:
-    """Return the static checks of the kits: forces needed, static capacities, half weights, and what shaking."""
+    """Return the static checks of the kits: forces needed, static capacities, half weights, and the motion."""
     shaking = Shaking.of(asked.building, asked.motions, None, asked.im == SCALE)
     placed, scaled = shaking.placed(inventory), shaking.scaled(asked.levels, asked.im)
     peaks = np.empty(len(inventory))

@@ -22,7 +22,7 @@ TARGETS = (FALLS, FRONT_FALLS, INJURIES, LOSS)
 
 
 class KitSet(NamedTuple):
-    """The kit of every item ('' for none), their cost, gap, expected amounts of `TARGETS`, and whether they are met."""
+    """The kit of every item ('' for none), their cost, gap, expected amounts of `TARGETS`, and flags if met."""
 
     kits: NDArray[np.object_]
     cost: float

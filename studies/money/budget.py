@@ -1,4 +1,4 @@
-"""The best lines of an inventory to anchor for a given sum of money, and the cheapest that reach what is needed."""
+"""The best lines of an inventory to anchor for a given sum of money, and the cheapest that reach a target."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ SCALE = 1e6
 INFEASIBLE = 2
 """Status of a search in which no set meets all limits."""
 SAME = 1e-9
-"""Part of what a goal has reached that a later one may cost by rounding."""
+"""Part of a goal's value that a later goal may cost by rounding."""
 
 
 class Choice(NamedTuple):
-    """The chosen lines, and by how much the best of all sets can be better, relative to it, at each goal."""
+    """The chosen lines, and the possible relative improvement by the best of all sets, at each goal."""
 
     chosen: NDArray[np.bool_]
     gaps: tuple[float, ...]
@@ -90,7 +90,7 @@ def best_set(costs: Array, budget: float, goals: Sequence[Array], groups: Index 
 
 
 class Cheapest(NamedTuple):
-    """The chosen lines, and by how much a cheaper set can be cheaper, relative to its cost; None: no set is enough."""
+    """The chosen lines, and the possible relative saving by a cheaper set; None: no set is enough."""
 
     chosen: NDArray[np.bool_] | None
     gap: float

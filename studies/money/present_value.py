@@ -1,4 +1,4 @@
-"""Money now and money later: what a saving of some years is worth today, and when it has paid a cost."""
+"""Money now and money later: present value of savings over some years, and payback of a cost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Weighted branches of a study's laws, motions and hazards: what has to be run for them, and the rates over them."""
+"""Weighted branches of a study's laws, motions and hazards: their runs, and the rates over them."""
 
 from __future__ import annotations
 

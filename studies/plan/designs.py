@@ -74,7 +74,7 @@ class Design(ABC):
 
     @property
     def arrays(self) -> Motions:
-        """All motions that shake the blocks."""
+        """All motions of the blocks."""
         return self.motions
 
     @property
@@ -123,7 +123,7 @@ class Design(ABC):
         return self.shakes
 
     def tested(self, share: float) -> int:
-        """Return for how many runs of one block under one law it is tested whether their outcomes are undecided."""
+        """Return the number of runs of one block under one law whose outcomes are tested as undecided."""
         return 0 if share == 0.0 else self.runs // self.shakes * int(choose_motions(self.shakes, share).sum())
 
     @property
@@ -296,7 +296,7 @@ class Sequential(Waves):
 
     @property
     def expected(self) -> tuple[int, int, int]:
-        """About how many motions the precision takes: few, usual, many (`usual_motions`)."""
+        """Approximate number of motions for the precision: few, usual, many (`usual_motions`)."""
         return usual_motions(self.until, self.runs_per_motion)
 
     @property
@@ -362,7 +362,7 @@ class Pooled(Waves):
 
     @property
     def expected(self) -> tuple[int, int, int]:
-        """About how many motions the precision takes: few, usual, many."""
+        """Approximate number of motions for the precision: few, usual, many."""
         usual = POOLED_RUNS / self.runs_per_motion / self.until.room**2
         return tuple(  # type: ignore[return-value]
             math.ceil(min(max(self.until.least, usual * factor), self.until.most)) for factor in (0.5, 1.0, 3.0)
@@ -406,7 +406,7 @@ class Pooled(Waves):
 
 @dataclass(frozen=True)
 class Stripes(Design):
-    """A set of motions at each level, scaled to it if `scale` is set; `selections` says how well they agree."""
+    """A set of motions at each level, scaled to it if `scale` is set; `selections` gives their agreement."""
 
     scale: bool
     selections: tuple[xr.Dataset, ...] = ()
@@ -465,7 +465,7 @@ BELOW: dict[str, tuple[str, float]] = {
     "strikes": ("support_strikes", 0.0),
     "strike_acceleration": ("support_strike_acceleration", math.nan),
 }
-"""Coordinates of motions that tell how a building or a support answered: their names in results, and without one."""
+"""Coordinates of motions with the response of a building or a support: their names in results, and without one."""
 
 
 def answers_below(arrays: Sequence[xr.DataArray]) -> dict[str, xr.Variable]:

@@ -18,7 +18,7 @@ from ...models import Block, Law, Restraint
 from .design_shaking import at_level, design_level
 
 FLAG = "ruptured"
-"""Output of a run that says whether its restraint broke."""
+"""Output of a run that is True if its restraint broke."""
 BROKEN = "broken_probability"
 """Variable with the share of the motions in which a restraint breaks, and beginning of the names of its interval."""
 AT_DESIGN = "broken_at_design"

@@ -245,7 +245,7 @@ def free_of(blocks: Sequence[Block]) -> list[int]:
 
 
 def gated(slides: xr.DataArray, falls: Mapping[str, xr.DataArray]) -> dict[str, xr.Variable]:
-    """Return ``gated_probability`` and ``gated_rate`` (`Slides.of`) of what is known of falls."""
+    """Return ``gated_probability`` and ``gated_rate`` (`Slides.of`) of the results on falls."""
     rocks = 1.0 - slides.variable
     found = {}
     for name, ungated, text, units in (
@@ -340,7 +340,7 @@ def slide_notes(
 
 
 def edge_notes(results: xr.Dataset, blocks: Sequence[Block], known: bool, state: State) -> list[Fact]:
-    """Return why falls over the edges of blocks are not evaluated, or nothing; `known`: whether there is friction."""
+    """Return the reason why falls over the edges of blocks are not evaluated, or nothing; `known`: with friction."""
     near = tuple(block.label for block in blocks if block.edge is not None)
     cloud, one_way = not has_levels(results), state != OVERTURNED
     why = "friction" if not known else "cloud" if cloud else "state" if one_way else ""
@@ -357,7 +357,7 @@ def is_free(block: Block) -> bool:
 
 
 def _named(values: xr.DataArray, text: str, end: str) -> xr.DataArray:
-    """Return values without other coordinates, as the estimate or an end of the interval of what `text` says."""
+    """Return values without other coordinates, as the estimate or an end of the interval of `text`."""
     name = f"{end[1:]} end of the interval of the {text}" if end else text
     return bare(values).assign_attrs(units=values.attrs["units"], long_name=name)
 

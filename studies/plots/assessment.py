@@ -49,7 +49,7 @@ def inventory(
     Parameters
     ----------
     results : xarray.Dataset
-        A performance study's results, or what `toppling.studies.assess` or `toppling.studies.anchoring` returns.
+        A performance study's results, or a result of `toppling.studies.assess` or `toppling.studies.anchoring`.
     view : {"levels", "exceedance", "anchoring", "left"}
         Mean and quantiles by level; annual rates of exceedance; savings from anchoring each item; the remainder as the
         items are anchored one by one.

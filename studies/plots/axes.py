@@ -24,7 +24,7 @@ LINES = ("solid", "dotted", "dashdot")
 REFERENCE = ("#222222", "X", (0, (4, 2)))
 """Colour, marker and line of the reference: black and dashed."""
 GREY = "0.75"
-"""Grey of what a figure shows for comparison."""
+"""Grey of curves shown for comparison."""
 PAGE, COLUMN = 7.2, 3.5
 """Widths of figures for a page and for a column or a phone, inches."""
 PANEL_COLUMNS = 3
@@ -82,7 +82,7 @@ def style() -> Iterator[None]:
 
 
 def drawing(function: Drawing) -> Drawing:
-    """Draw a public function in the style of all figures, and add to its docstring what these functions share."""
+    """Draw a public function in the style of all figures, and add the common sections to its docstring."""
     optional = [name for name, given in signature(function).parameters.items() if given.default is not given.empty]
     text = (function.__doc__ or "").rstrip()
     for names, meaning in SHARED.items():

@@ -91,7 +91,7 @@ def fragility(
     Parameters
     ----------
     results : xarray.Dataset
-        A study's results, or what `toppling.fit_fragility` or `toppling.overturning_probability` returns.
+        A study's results, or a result of `toppling.fit_fragility` or `toppling.overturning_probability`.
     observed : bool
         True to draw the observed fractions (for a cloud: every motion, and fractions in bins) with the curves.
     legend : bool
@@ -126,7 +126,7 @@ def _law(
     observed: bool = True,
     label: str | None = None,
 ) -> None:
-    """Draw one law, the curve `i` of its axes: what was observed, its curve, and its entry in a legend."""
+    """Draw one law, the curve `i` of its axes: observed values, its curve, and its entry in a legend."""
     cloud = _is_cloud(law.results)
     state = _state_of(law.results)
     if observed and cloud and state is not None:
@@ -263,7 +263,7 @@ def fragility_figure(results: xr.Dataset) -> Figure:
 
 
 def _drawn(results: xr.Dataset) -> xr.Dataset:
-    """Return only what the panels show, a tenth of a study's variables: selecting from all of them is slow."""
+    """Return only the variables of the panels, a tenth of a study's: selecting from all of them is slow."""
     cloud = "level" not in results.coords
     wanted = {f"{part}{name}" for part in ("", "uplift_") for name in ("median", "dispersion")}
     wanted |= {"probability", "lower", "upper", "curve_probability", "half_level"}

@@ -18,7 +18,7 @@ from ..text.words import display_unit, level_name
 from . import axes, selection
 
 MOST_POINTS = 3000
-"""Blocks of which a map is drawn, evenly among all; what lies between is interpolated."""
+"""Number of blocks of which a map is drawn, evenly among all; values between them are interpolated."""
 STEPS = 9
 """Steps of colour if no round numbers serve."""
 LEAST_STEPS = 4
@@ -140,7 +140,7 @@ def _area(ax: Axes, figure: Figure, slender: Array, size: Array, values: Array, 
 
 
 def _points(ax: Axes, figure: Figure, slender: Array, size: Array, values: Array, words: str) -> None:
-    """Draw each block, as neighbours differ in what they have of their own."""
+    """Draw each block, as neighbours differ in their own properties."""
     known = np.isfinite(values) & (values > 0.0)
     axes.label(ax, SLENDERNESS, SIZE)
     if not known.any():

@@ -83,7 +83,7 @@ def place(block: str, floor: int | str | None) -> str:
 
 
 def motions(results: xr.Dataset, floors: int = 1) -> str:
-    """Return the number of motions on each of some floors in words, and whether they were run both ways."""
+    """Return the number of motions on each of some floors in words, and True if they were run both ways."""
     ways = " both ways" if POLARITY in results.coords else ""
     return f"{counted(number_of_motions(results) // floors, 'motion')}{ways}{' per floor' if floors > 1 else ''}"
 

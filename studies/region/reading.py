@@ -19,7 +19,7 @@ _NOT_A_NUMBER = re.compile(r"(?:^|[,;\t])\s*[-+]?nan\s*(?:[,;\t]|$)", re.IGNOREC
 
 NUMBERS = ("width_m", "height_m", "cm_height_m", "inertia_factor", "alpha_rad", "R_m")
 OWN = ("e", "delta")
-"""Columns of what blocks have of their own, instead of the damping laws."""
+"""Columns of properties that blocks have of their own, instead of the damping laws."""
 SIZES, SLENDERNESS = ("width_m", "height_m"), ("alpha_rad", "R_m")
 
 

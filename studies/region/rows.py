@@ -27,7 +27,7 @@ def is_pooled(results: xr.Dataset) -> bool:
 
 
 def pooled_notes(results: xr.Dataset) -> list[Fact]:
-    """Return the notes on a region: what was not reached, surfaces cut or unlike their checks, and joint falls."""
+    """Return the notes on a region: missed precisions, surfaces cut or unlike their checks, and joint falls."""
     said = []
     for j in range(results.sizes["model"]):
         one = results.isel(model=j)

@@ -186,7 +186,7 @@ def texts(part: object) -> Iterator[str]:
 
 
 def _page_tables(results: xr.Dataset, names: Sequence[str]) -> list[Table]:
-    """Return the tables of some names, without the sentences that the page says elsewhere for all of them."""
+    """Return the tables of some names, without the sentences that the page has elsewhere for all of them."""
     said = intervals(results), model_note(results), code_note(results)
     return [table.without(*said).common().grouped("recommendation") for table in tables(results, names)]
 

@@ -200,7 +200,7 @@ def findings(
 
 
 def placed_screen(screened: xr.Dataset, grid: Grid) -> xr.Dataset:
-    """Return the screen of the runs of `grid.laws` on (block, model, value), without what is among the coordinates."""
+    """Return the screen of the runs of `grid.laws` on (block, model, value), without its coordinates."""
     own = screened.drop_vars(["friction_impact", "elastic_frequency", "model"])
     return own.map(lambda one: xr.DataArray(_placed(one, grid.at)) if "model" in one.dims else one, keep_attrs=True)
 

@@ -29,7 +29,7 @@ from ..file.table import bare, checked, nearest, quantity, suffix_of
 from ..text.error import StudyError
 
 RECORD_KEYS = {"dt_s", "unit", *PROCESSING}
-"""Keys of ``[motions]`` for record files: what a file may not state, and corrections."""
+"""Keys of ``[motions]`` for record files: data that a file may lack, and corrections."""
 NAMES = (*shaking.GENERATORS, *shaking.PULSES)
 LARGEST = 10.0
 """Size, m, above which a number must have a unit: no furniture is so large, so cm or mm is meant."""

@@ -295,7 +295,7 @@ def draw_spectra(
 
 
 def husid_figure(plain: Sequence[Record]) -> Figure:
-    """Return the Husid plot: the share of the Arias intensity over time, which shows how long shaking is strong."""
+    """Return the Husid plot: the share of the Arias intensity over time, which shows the duration of strong motion."""
     figure = Figure(figsize=(6.4, 4.0), layout="constrained")
     ax = figure.subplots()
     many = len(plain) > MOST_HISTORIES

@@ -258,7 +258,7 @@ class Simulation:
 
     @property
     def facts(self) -> list[Fact]:
-        """The reservations that a user should know before trusting the run."""
+        """The reservations on the validity of the run."""
         doubts = [
             *stated_restitution_doubts([self.model]),
             *record_doubts(records(self.motion)),
@@ -283,7 +283,7 @@ class Simulation:
 
     @property
     def notes(self) -> list[str]:
-        """The reservations that a user should know before trusting the run, as sentences."""
+        """The reservations on the validity of the run, as sentences."""
         return notes_said(self.facts)
 
     @property
@@ -408,7 +408,7 @@ class Simulation:
         return history_figure(self.shown, title, text, lifts=self.thresholds, ends=ends, walls=walls)
 
     def write(self, folder: Path) -> list[Path]:
-        """Write history.csv and history.png into a folder, and remove what an earlier run left, its films among it."""
+        """Write history.csv and history.png into a folder, and remove the files and films of an earlier run."""
         drawn = self.figure()
         with writing(folder):
             folder.mkdir(parents=True, exist_ok=True)

@@ -81,7 +81,7 @@ def _type_of(one: xr.Variable) -> str:
 
 
 def _plain(attributes: Mapping[Any, Any]) -> dict[str, Any]:
-    """Return attributes as plain values: what netCDF gives back of a number, a text or a list of them."""
+    """Return attributes as plain values, as netCDF returns a number, a text or a list of them."""
     arrays = {str(name): np.asarray(value) for name, value in attributes.items()}
     # (a list of one comes back as that one)
     return {name: array.item() if array.size == 1 else array.tolist() for name, array in arrays.items()}

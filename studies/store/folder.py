@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 RESULT_NAME = "results.nc"
 LOCK_NAME = ".lock"
 UNREADABLE = (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError)
-"""Errors of the libraries if a file is not what it should be, or its attributes make no sense."""
+"""Errors of the libraries for a damaged file, or for attributes that make no sense."""
 LOCK_SECONDS = 0.5
 """Time to wait for a lock, since a process that only checks the lock holds it for a moment too."""
 LOCK_ATTEMPTS = 20
@@ -186,7 +186,7 @@ def damaged(path: Path) -> StudyError:
 
 
 def _other(about: Mapping[str, Any], study: Mapping[str, Any], identity: str) -> str:
-    """Return the differences of the study of the results, by their attributes; empty if these do not tell."""
+    """Return the differences of the study of the results, by their attributes; empty if these do not show any."""
     from importlib import metadata  # noqa: PLC0415
 
     from .differences import differences, same_inputs  # noqa: PLC0415
@@ -229,5 +229,5 @@ def write_whole(path: Path, content: bytes | memoryview) -> None:
 
 
 def removed(path: Path) -> StudyError:
-    """Return the error of what was removed while its study ran."""
+    """Return the error for a folder that was removed while its study ran."""
     return StudyError(f"{path}: was removed while the study ran, with what was kept in it; use --fresh to start over")

@@ -19,11 +19,11 @@ LAYOUT = 3
 MOST_RUNS = "most"
 """Key that is true if the number of runs is an upper bound; the actual number is known at the end."""
 REACHED = "reached"
-"""Key of the sentence on what an analysis at adaptive levels has reached so far; only such a study has it."""
+"""Key of the sentence on the reached precision of an analysis at adaptive levels; only such a study has it."""
 REACHED_AFTER = "reached_after"
 """Key of the number of calls after which it was true."""
 REFUSED = "refused"
-"""Key of the sentence that says why no result can be made of the runs that are kept, until they are gone on with."""
+"""Key of the sentence with the reason why no result can be made of the kept runs, until they are continued."""
 MOST = 10**18
 """Most runs that a manifest can count."""
 NAME = re.compile(r"([0-9]{3,})-([0-9]{6,})-([0-9a-f]{16})\.nc")

@@ -49,7 +49,7 @@ def own_files(folder: Path, command: str, names: Collection[str]) -> Iterator[No
 
 
 def _stamps(folder: Path, names: Collection[str]) -> dict[str, tuple[int, int]]:
-    """Return the files of these names that are there, each with what changes when it is written again."""
+    """Return the existing files of these names, each with its data that change when it is rewritten."""
     found = {}
     for name in names:
         with suppress(FileNotFoundError, NotADirectoryError):

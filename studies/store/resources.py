@@ -16,7 +16,7 @@ from .manifest import FOLDER
 from .shards import IN_MEMORY
 
 BASE_BYTES = 400e6
-"""Memory of the loaded packages, and of figures: what small studies take."""
+"""Memory of the loaded packages, and of figures: the need of small studies."""
 SHARD_BYTES = 4e3
 """Size of a shard without its results."""
 RESULT_BYTES = 2e6
@@ -26,7 +26,7 @@ HELD = 4
 
 
 class Resources(NamedTuple):
-    """Approximate bytes of memory, of disk during a study, of shards, of what is left; chunks and their time, s."""
+    """Approximate bytes of memory, of disk during a study, of shards, of remaining files; chunks and their time, s."""
 
     memory: float
     disk: float
@@ -69,7 +69,7 @@ def refuse_shortage(folder: Path, needs: Resources, resume: bool) -> None:
 
 
 def memory_bytes() -> float:
-    """Return the memory of this machine in bytes; infinite if the system does not tell."""
+    """Return the memory of this machine in bytes; infinite if it is not known."""
     try:
         return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (AttributeError, ValueError, OSError):

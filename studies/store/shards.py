@@ -108,7 +108,7 @@ class Shards(Runner):
         self._watch.tell(what, done, total)
 
     def reached(self, what: str) -> None:
-        """Keep what an analysis has reached in the manifest for its status, unless a repeated call has reached less."""
+        """Keep the reached precision of an analysis in the manifest for its status, unless a repeated call has less."""
         manifest = _present(self._folder)
         before = manifest.get(REACHED_AFTER)
         if not isinstance(before, int) or self._calls > before:

@@ -26,7 +26,7 @@ LOG_SECONDS = 10.0
 
 
 class Interrupted(KeyboardInterrupt):
-    """An interrupt that knows the number of its signal."""
+    """An interrupt with the number of its signal."""
 
     def __init__(self, number: int, sentence: str = "") -> None:
         super().__init__(sentence)
@@ -122,7 +122,7 @@ class Watch:
         return (self.runs - self.kept) / max(time.monotonic() - self.started, 1e-9)
 
     def count_of(self, runs: int) -> str:
-        """Return a number of runs, of how many if that is known."""
+        """Return a number of runs, and their total if it is known."""
         return f"{runs:,} runs" if self.most else f"{runs:,} of {self.total:,} runs"
 
     @property

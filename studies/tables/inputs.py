@@ -1,4 +1,4 @@
-"""Tables of a page on the inputs of a study: what to anchor, the sizes of blocks, and the provenance."""
+"""Tables of a page on the inputs of a study: pieces to anchor, the sizes of blocks, and the provenance."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .table import Cells, Column, Row, Table, chosen
 
 
 def anchoring(results: xr.Dataset) -> Table:
-    """Return the table of what to anchor."""
+    """Return the table of pieces to anchor."""
     money, roof = currency_of(results), roof_of(results)
     lines = recommended_lines(results)
     rows: list[Row] = [

@@ -1,4 +1,4 @@
-"""Tables of kits: what falls with each kit and what that saves, and the static checks of their forces by hand."""
+"""Tables of kits: falls and savings with each kit, and the static checks of their forces by hand."""
 
 from __future__ import annotations
 
@@ -219,7 +219,7 @@ def _chosen(item: xr.Dataset, kit: str) -> Row:
 
 
 def _chance(rate: Value, yearly: bool, bound: float) -> Range | None:
-    """Return a chance with its interval; of what no motion showed 0 with the upper end of its interval."""
+    """Return a probability with its interval; for an event in no motion 0 with the upper end of its interval."""
     if not isinstance(rate, Range) or math.isnan(rate.value):
         return None
     return bounded(chance_in(rate, YEARS) if yearly else rate, bound)

@@ -1,4 +1,4 @@
-"""Walls and restraints: chances compared with blocks without them, and how often restraints break."""
+"""Walls and restraints: probabilities compared with blocks without them, and frequency of ruptures."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def gains_of(results: xr.Dataset, laws: list[int]) -> Iterator[Gain]:
 
 
 def gains(results: xr.Dataset) -> Table:
-    """Return the table of what walls and restraints change, under every law."""
+    """Return the table of the effects of walls and restraints, under every law."""
     every = [*gains_of(results, list(range(results.sizes["model"])))]
     rows: list[Cells] = [
         {

@@ -107,7 +107,7 @@ def _values(results: xr.Dataset, format_: str) -> list[Column]:
 
 
 def own_restitution(results: xr.Dataset) -> Array | None:
-    """Return each block's own e_R (block,), NaN of a block too squat for one; None if e is not what is varied."""
+    """Return each block's own e_R (block,), NaN for a block too squat for one; None if e is not varied."""
     if str(results.attrs["parameter"]) != "e":
         return None
     return np.array([_restitution(block) for block in blocks_of(results)])

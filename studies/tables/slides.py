@@ -1,4 +1,4 @@
-"""Sliding of blocks and of the pieces of an inventory: how far, and falls over edges and obstacles."""
+"""Sliding of blocks and of the pieces of an inventory: slips, and falls over edges and obstacles."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def _when(results: xr.Dataset) -> str:
 
 
 def _chance(block: xr.Dataset, rate: str, chance: str, adaptive: bool = False) -> Range:
-    """Return a chance `_when`; of what no run showed 0 with the upper end of its interval."""
+    """Return a probability `_when`; for an event in no run 0 with the upper end of its interval."""
     if SLIP_RATE in block:
         found = chance_in(range_of(block, rate), float(block.attrs["years"]), 0.0)
     else:
@@ -116,7 +116,7 @@ def _chance(block: xr.Dataset, rate: str, chance: str, adaptive: bool = False) -
 
 
 def _seen(chance: Range, probability: xr.DataArray) -> Range:
-    """Return a chance; of what no run showed, whose rate lies above the highest level alone, as a bound."""
+    """Return a probability; for an event in no run, whose rate lies above the highest level alone, as a bound."""
     unseen = not bool((probability > 0.0).any()) and chance.value > 0.0
     return Range(0.0, math.nan, chance.value) if unseen else chance
 
@@ -238,6 +238,6 @@ def _item_edges(results: xr.Dataset) -> list[Edge | None]:
 
 
 def _item_chance(piece: xr.Dataset, name: str, rate: str) -> Range:
-    """Return a chance in 50 years, or at the level; of what no motion showed 0 with the upper end of its interval."""
+    """Return a probability in 50 years, or at the level; for an event in no motion 0 with the upper end."""
     chance = chance_of(piece, name, rate)
     return Range(0.0, math.nan, bound_of(piece)) if chance.value == 0.0 else chance

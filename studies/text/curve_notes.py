@@ -204,8 +204,8 @@ def rate_notes(
 ) -> list[Fact]:
     """Return notes on rates from beyond the hazard curve or the runs.
 
-    settled: probabilities at the strongest shaking run; cures: what reaches weaker and stronger shaking; run: what the
-    runs end with: a level, a stripe or a motion.
+    `settled`: probabilities at the highest level of the runs. `cures`: remedies that reach lower and higher levels.
+    `run`: ends of the runs: a level, a stripe or a motion.
     """
     found = []
     for side, end in zip(("below", "above"), hazard_ends, strict=True):

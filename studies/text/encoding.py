@@ -54,7 +54,7 @@ codecs.register_error(ERRORS, _replaced)
 
 
 class _Kept(io.RawIOBase):
-    """A stream that takes what is written after one of some errors, and writes it nowhere."""
+    """A stream that takes text after some errors, and discards it."""
 
     def __init__(self, raw: io.RawIOBase, ignored: type[OSError]) -> None:
         self._raw, self._ignored = raw, ignored

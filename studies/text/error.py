@@ -1,4 +1,4 @@
-"""The one error of studies, apart from what reads them: it needs no library."""
+"""The one error of studies, apart from their readers: it needs no library."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MOST_CHARACTERS = 399
 
 
 class StudyError(ValueError):
-    """Error for a study that cannot be run: one sentence that names the file, the key, the value and what is allowed.
+    """Error for a study that cannot be run: one sentence with the file, the key, the value and the allowed values.
 
     Whatever a hostile file puts into the message, it is one printable line of fewer than 400 characters.
     """

@@ -24,7 +24,7 @@ SEQUENTIAL = "sequential_"
 SLIP_TARGET, SLIP_HALF_WIDTH = "slip_target", "slip_half_width"
 SLIP_MOTIONS, SLIP_RUNS = "slip_motions_run", "slip_runs"
 SLIP_STOPPED, SLIP_ACCOUNT = "slip_stopped_because", "slip_account"
-"""Variables, on (block, slip): what the analysis of a slip says, and why it stopped; none for blocks without runs."""
+"""Variables, on (block, slip): results of the analysis of a slip, and its reason to stop; none without runs."""
 
 
 def curves_of(results: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:

@@ -85,7 +85,7 @@ def within_levels(results: xr.Dataset) -> xr.Dataset:
 
 
 def _ratios(results: xr.Dataset, far: xr.DataArray, most: float) -> dict[str, xr.DataArray]:
-    """Return the ratios of medians of a sensitivity study, of what is not reached infinite, to what is not NaN."""
+    """Return the ratios of medians of a sensitivity study: infinite if not reached, NaN if not known."""
     ratio = results["median_ratio"]
     with np.errstate(divide="ignore", invalid="ignore"):
         unknown = results["median"] / ratio > EDGE * most
