@@ -99,7 +99,7 @@ class Kernel:
 
 
 def folder_of(function: Callable[..., Any]) -> str:
-    """Return the package that holds a kernel's module."""
+    """Return the package of a kernel's module."""
     return function.__module__.rpartition(".")[0]
 
 

@@ -127,8 +127,7 @@ def small_netcdf(path: Path) -> bytes | None:
 def open_netcdf(path: Path, refused: Callable[[str], Exception]) -> xr.Dataset:
     """Open a netCDF file whose arrays are read when they are used; OSError or RuntimeError if this fails.
 
-    A file that declares more than a file of its size holds would fill the memory: `refused` makes its error of the
-    reason.
+    A file that declares more than its size allows would fill the memory: `refused` makes its error of the reason.
     """
     import xarray as xr  # noqa: PLC0415 - most commands read no such file
     from xarray.backends import NetCDF4DataStore  # noqa: PLC0415

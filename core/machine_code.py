@@ -237,7 +237,7 @@ class LinkedLibrary(JITCodeLibrary):
 
 
 def passes_of(state: Any) -> Any:
-    """Return numba's passes but those for closures and expressions of arrays, which kernels do not hold."""
+    """Return numba's passes except those for closures and expressions of arrays, which kernels do not have."""
     passes = DefaultPassBuilder.define_nopython_pipeline(state)  # type: ignore[no-untyped-call]
     passes.passes = [step for step in passes.passes if step[0] not in (InlineClosureLikes, NopythonRewrites)]
     return passes

@@ -45,7 +45,7 @@ class Parameter:
         return f"{bounds} (in {self.unit})" if self.unit else bounds
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> dict[str, Any]:
-        """Let a table hold a value to its bounds (a protocol of pydantic)."""
+        """Let a table check a value against its bounds (a protocol of pydantic)."""
         names = {"above": "gt", "at_least": "ge", "below": "lt", "at_most": "le"}
         return {**handler(source), **{names[name]: bound for name, bound in self.bounds.items()}}
 

@@ -75,7 +75,7 @@ def estimate_text(value: float, low: float, high: float) -> str:
 
 
 def ratio_text(value: float, low: float, high: float, digits: int = 2) -> str:
-    """A ratio with its interval in brackets, to as many digits as show that an interval does not hold 1.
+    """A ratio with its interval in brackets, to as many digits as show that an interval does not contain 1.
 
     An interval that lies above or below 1 is written with more than `digits` digits, up to six, if fewer would round an
     end of it to 1. Without an interval (NaN) the ratio is alone.

@@ -1,4 +1,4 @@
-"""Many free-standing blocks as columns: a region of a million holds arrays of its sizes, and no object for each."""
+"""Many free-standing blocks as columns: a region of a million has arrays of its sizes, and no object for each."""
 
 from __future__ import annotations
 
@@ -37,7 +37,8 @@ class BlockArray:
 
     Notes
     -----
-    alpha, R, p as of `Block`, whose sizes and properties these are; `own` holds e and delta if they are given.
+    Symbols alpha, R, p are as of `Block`, whose sizes and properties these are; `own` contains e and delta if they are
+    given.
 
     Examples
     --------

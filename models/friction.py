@@ -1,8 +1,8 @@
 """Friction: the coefficient that a block needs to rock without sliding, and the coefficient that a floor has.
 
-The needed coefficient follows from the block, its shaking and its restitution alone; the laws of rocking do not include
-friction.  The coefficient of the floor is a number or a distribution: `below(need)` is the probability that it does not
-suffice.
+The needed coefficient follows from the block, its floor motion and its restitution alone; the laws of rocking do not
+include friction. The coefficient of the floor is a number or a distribution: `below(need)` is the probability that it
+does not suffice.
 """
 
 from __future__ import annotations

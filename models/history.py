@@ -91,8 +91,8 @@ def simulate(
     ------
     TypeError, ValueError
         An argument that is no Block, law or labelled motion; more than one motion; values that are not finite or out of
-        range.  Vertical shaking under a law that is not in exact geometry, or of more than g downward, under which the
-        block leaves the floor.
+        range. A vertical component under a law that is not in exact geometry, or of more than g downward, under which
+        the block leaves the floor.
 
     Notes
     -----
@@ -206,7 +206,7 @@ def _free_peaks(
 
 
 def _check_vertical(vertical: Array, dt: float, start: float, label: str, model: Law, oscillator: Oscillator) -> None:
-    """Raise ValueError for vertical shaking that the law does not take, or under which the block leaves the floor."""
+    """Raise ValueError for a vertical component that the law does not take, or that lifts the block off the floor."""
     if not oscillator.exact:
         raise ValueError(
             f"vertical shaking needs exact geometry, and {model.label!r} is linear in the rotation; take "

@@ -91,7 +91,7 @@ class Law(Model):
     coefficient : float
         Coefficient of the law of Vassiliou et al.
     lever : {"h", "R"}
-        Lever arm of the shaking: the mass centre's height, or R.
+        Lever arm of the acceleration: the mass centre's height, or R.
     rest : {"elastic", "rigid", "soft"}
         Kind of rest; `soft` is elastic on a support of measured softness.
     geometry : {"exact", "linear", "bilinear"}
@@ -231,7 +231,7 @@ class DiscreteDamping(_HeldZoneLaw):
     delta : float
         Half width of the elastic zone over alpha; 0.05 is the paper's recommendation.
     lever : {"h", "R"}
-        Lever arm of the shaking: the mass centre's height (threshold g tan alpha) or R (the paper's lumped mass,
+        Lever arm of the acceleration: the mass centre's height (threshold g tan alpha) or R (the paper's lumped mass,
         threshold g sin alpha).
     rest : {"elastic", "rigid", "soft"}
         "elastic": the block at rest is in the elastic zone, as in the paper. "rigid": it stays at rest until the static
@@ -404,7 +404,7 @@ class HousnerImpact(_ImpactLaw):
         alpha. ``linear``: theta'' = p² (theta - alpha sgn theta - u''/g), threshold g alpha. ``bilinear``: the delta ->
         0 limit of the single-degree-of-freedom laws, with p² sin(alpha)/alpha and their lever arm.
     lever : {"h", "R"}
-        Lever arm of the shaking, for ``bilinear`` only.
+        Lever arm of the acceleration, for ``bilinear`` only.
 
     References
     ----------

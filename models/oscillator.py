@@ -205,7 +205,7 @@ def _loss(oscillator: Oscillator, edge: Edge) -> float:
 
 
 def _falls(oscillator: Oscillator, index: int) -> bool:
-    """Return True if the law of a falling region holds from it to the ground on that side."""
+    """Return True if the law of a falling region is valid from it to the ground on that side."""
     region = oscillator.regions[index]
     if region.stiffness >= 0.0:
         return False

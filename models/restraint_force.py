@@ -1,4 +1,4 @@
-"""The largest force of a restraint in a run, from the peaks of the rotation or from the shaking of a block at rest."""
+"""The largest force of a restraint in a run, from the peaks of the rotation or from the motion of a block at rest."""
 
 from __future__ import annotations
 

@@ -138,7 +138,7 @@ def batch_of(
 ) -> tables.Batch:
     """Return runs of oscillators which[j] under factors[j] times record motion[j], with room for their results.
 
-    Vertical shaking of an oscillator in linear geometry is a ValueError.
+    A vertical component of an oscillator in linear geometry is a ValueError.
     """
     oscillators, regions, _ = stacked.tables.shape
     if records.lifting.size > 0 and not stacked.parameters[:, tables.PAR_EXACT].all():

@@ -1,4 +1,4 @@
-"""The labelled array in which motions are kept, and the plain records that it holds.
+"""The labelled array of motions, and its plain records.
 
 An array has the name ``acceleration`` and the dims (motion, time), with ``floor`` in floor histories; its values are in
 m/s² and linear between samples.  Several arrays with their own steps and lengths form one set of motions: nothing is
@@ -109,7 +109,7 @@ def from_array(
     Parameters
     ----------
     acceleration : array_like, shape (time,) or (motion, time)
-        Floor acceleration, m/s², taken as linear between samples; at least two samples, all finite.
+        Floor acceleration, m/s², assumed to be linear between samples; at least two samples, all finite.
     dt : float
         Time step, s, > 0.
     labels : sequence of str, optional
@@ -308,7 +308,7 @@ def _records_of(array: xr.DataArray) -> list[Record]:
 
 
 def _records_of_pairs(array: xr.DataArray) -> list[Record]:
-    """Return the records of joined components: the one that shakes, with the other horizontal one as companion.
+    """Return the records of joined components: the acting one, with the other horizontal one as companion.
 
     With the vertical component, too, if the coordinate `LIFTS` is True.
     """

@@ -176,7 +176,7 @@ def both_axes(
     first: int = 0,
     vertical: bool = False,
 ) -> list[xr.DataArray]:
-    """Return joined components that shake blocks along their width and their depth at the same time.
+    """Return joined components that act on blocks along their width and their depth at the same time.
 
     An analysis runs each block about both axes under the same factor; it overturns if it does so about one of them.
 
@@ -219,7 +219,7 @@ def weak_axis(
     first: int = 0,
     vertical: bool = False,
 ) -> list[xr.DataArray]:
-    """Return joined components of which the one along the width of the blocks shakes them; arguments as `both_axes`.
+    """Return joined components of which the one along the width of the blocks acts; arguments as `both_axes`.
 
     The analysis checks that this axis alone is enough: that the depth of every block is at least 1.6 times its width
     (`toppling.fragility.runs.axes`).
@@ -253,14 +253,14 @@ def _along_blocks(
 
 
 def as_recorded(pair: xr.DataArray, component: str = "h1", vertical: bool = False) -> xr.DataArray:
-    """Return joined components of which one shakes the blocks; measures such as ``RotD50(pga)`` are of both.
+    """Return joined components of which one acts on the blocks; measures such as ``RotD50(pga)`` are of both.
 
     Parameters
     ----------
     pair : xarray.DataArray
         As `join` returns it.
     component : str
-        The component that shakes, h1 or h2.
+        The acting component, h1 or h2.
     vertical : bool
         True if the vertical component acts, too, scaled as the horizontal one.
 

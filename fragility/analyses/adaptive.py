@@ -280,7 +280,7 @@ def _expected(curves: Mapping[tuple[int, int], SequentialCurve], done: int, most
 def _sought_state(state: State | None, models: Sequence[Any]) -> State:
     """Return the damage state whose curve is sought; TypeError or ValueError for one that adaptive levels do not serve.
 
-    Falls to one side or over an edge stay rare at any shaking, and have no lognormal curve.
+    Falls to one side or over an edge stay rare at any level, and have no lognormal curve.
     """
     slides = any(isinstance(model, SlidingLaw) for model in models)
     if state is None and not slides:

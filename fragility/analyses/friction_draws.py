@@ -57,7 +57,7 @@ def draws(law: SlidingLaw, block: Block, seed: int, motions: Index, runs: int) -
 
 
 def check_draws(models: Iterable[Model], blocks: Iterable[Block], motions: Iterable[Record]) -> None:
-    """Raise a ValueError for blocks that do not slide under a random friction, and for vertical shaking.
+    """Raise a ValueError for blocks that do not slide under a random friction, and for a vertical component.
 
     A vertical component changes the friction force, so that slips are not proportional to the coefficient.
     """

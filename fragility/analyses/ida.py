@@ -48,8 +48,8 @@ def ida(
     blocks, models : one or a sequence
         Blocks and damping laws, with unique labels.
     motions : xarray.DataArray or a sequence of them
-        Labelled motions (m s-2), each with its own time step and length; nothing is resampled or padded.  Pairs of
-        `toppling.motions.both_axes` shake blocks along their width and their depth: a planar run about each axis under
+        Labelled motions (m s-2), each with its own time step and length; nothing is resampled or padded. Pairs of
+        `toppling.motions.both_axes` act on blocks along their width and their depth: a planar run about each axis under
         one factor, of which the earlier fall decides (docs/theory/axes.md).
     levels : array_like, shape (level,)
         Levels of the intensity measure, SI, > 0, strictly increasing.

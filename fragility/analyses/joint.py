@@ -58,7 +58,7 @@ def joint_falls(
     models : one or a sequence
         Damping laws, with unique labels.
     motions : xarray.DataArray or a sequence of them
-        Events, at least 8: each shakes all blocks, scaled to the level.
+        Events, at least 8: each acts on all blocks, scaled to the level.
     levels, im, client, ground, progress
         As of `toppling.ida`.
     sample : int

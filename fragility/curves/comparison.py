@@ -30,9 +30,10 @@ def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARG
     -------
     xarray.Dataset
         On the dimensions of the curves: ratio, lower, upper, and `verdict` on the fitted median. It is ``agrees`` if
-        the whole interval lies within the margin. It is ``higher`` if the interval lies above 1 (more shaking than
-        published), and ``lower`` below 1. It is ``open`` if the interval contains 1 and exceeds the margin, or without
-        an estimate. A difference shows that models, motions or data differ, not that one of the two is conservative.
+        the whole interval lies within the margin. It is ``higher`` if the interval lies above 1 (a higher intensity
+        than published), and ``lower`` below 1. It is ``open`` if the interval contains 1 and exceeds the margin, or
+        without an estimate. A difference shows that models, motions or data differ, not that one of the two is
+        conservative.
 
     Examples
     --------

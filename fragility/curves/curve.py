@@ -210,7 +210,7 @@ def curve_arrays(curves: xr.Dataset, replicates: bool = False) -> tuple[CurveArr
 
 
 def has_replicates(curves: xr.Dataset) -> bool:
-    """Return True if a dataset of curves holds bootstrap replicates."""
+    """Return True if a dataset of curves contains bootstrap replicates."""
     name = "probability_sample" if form_name(curves) in TABULATED else "median_sample"
     return name in curves and "replicate" in curves[name].dims
 

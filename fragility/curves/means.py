@@ -26,7 +26,7 @@ _VALUES = 2**20
 KEPT = 0.05
 """Share of the variance of all motions in the variance of a resample, in which the few motions that matter may lack.
 
-Without it, upper ends were up to 10^13 times too far away; of 0.05 to 0.3, 0.05 holds best.
+Without it, upper ends were up to 10^13 times too far away; of 0.05 to 0.3, 0.05 keeps the level best.
 """
 ERRORS = 1.9
 """Errors of a share at whose ends quantiles are looked up: values have gaps, which 1.96 errors then cross."""

@@ -23,7 +23,7 @@ from ..runs.provenance import STRIPES, clusters_of, design_of, provenance_from
 FACTOR = "factor"
 USUAL = ("pgv", "d5_95", FACTOR)
 STEPS, SETTLED, STEEPEST = 60, 1e-9, 30.0
-"""Most Newton steps, the step at which they end, and the slope beyond which data are taken as separated."""
+"""Maximum number of Newton steps, the step at which they end, and the slope beyond which data count as separated."""
 FEWEST = 10
 """Minimum number of runs of the rarer outcome per coefficient for a known slope (Peduzzi and others 1996)."""
 

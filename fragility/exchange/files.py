@@ -13,7 +13,7 @@ from ...core.writing import write_bytes
 
 
 class ExchangeError(ValueError):
-    """A file of curves that cannot be read, or curves that a format cannot hold; the message gives the reason."""
+    """A file of curves that cannot be read, or curves that a format cannot represent; the message gives the reason."""
 
 
 def read_text(path: str | os.PathLike[str]) -> tuple[Path, str]:

@@ -77,8 +77,8 @@ def check_ids(ids: Sequence[str], components: int, marks: str) -> list[str]:
 def make_ids(labels: Sequence[tuple[str, ...]], dims: Sequence[str] = ()) -> dict[tuple[str, ...], str]:
     """Return an id for each combination of labels: independent of their order, and unique even without capitals.
 
-    An id holds letters, digits and underscores. If two would be alike, if one would be too long or a reserved word, it
-    ends in ten digits of a hash of its labels.
+    An id consists of letters, digits and underscores. If two would be alike, or one would be too long or a reserved
+    word, it ends in ten digits of a hash of its labels.
 
     >>> list(make_ids([("bookcase-5-shelf", "discrete e=0.92 δ=0.05")]).values())
     ['bookcase_5_shelf__discrete_e_0_92_delta_0_05']
@@ -132,7 +132,7 @@ class Component(NamedTuple):
 
 
 def component_record(found: CurveSet, rows: Sequence[CurveRow]) -> dict[str, Any]:
-    """Return our record of a component in the types that JSON holds."""
+    """Return our record of a component in the types of JSON."""
     labels = dict(zip(found.dims, rows[0].labels, strict=True))
     labels.pop(LIMIT_STATE, None)
     reason = next((row.status for row in rows if not row.estimated), None)

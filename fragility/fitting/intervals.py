@@ -238,7 +238,7 @@ class Estimate:
 def estimate(
     link: Link, sample: Sample, outcomes: Index | None, options: Options, drawn: ResampledData | None
 ) -> Estimate:
-    """Fit one factor of a curve; `outcomes` holds the outcome of each cell (None: intervals of first overturning)."""
+    """Fit one factor of a curve; `outcomes` is the outcome of each cell (None: intervals of first overturning)."""
     data = data_of(sample.levels, sample.cells[None], outcomes)
     own = sample.resampled(np.ones((1, sample.patterns.of_cluster.size)))[0] if sample.patterns is not None else None
     fits = _fits(link, sample, outcomes, data, own, options.penalty, None)

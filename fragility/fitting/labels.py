@@ -1,4 +1,4 @@
-"""Units and long names of the results of fits, and the dataset that holds them."""
+"""Units and long names of the results of fits, and their dataset."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ def data_of(levels: Array, cells: Array, outcomes: Index | None, like: FactorDat
 class FittedLines:
     """Curves F(a + b z) with z = (ln x - centre)/width, many at once: all arrays (replicate,).
 
-    NaN if there is no fit; status holds the kernel's codes.
+    NaN if there is no fit; `status` has the kernel's codes.
     """
 
     link: Link

@@ -54,7 +54,7 @@ class CellCounts:
 
     @property
     def entries(self) -> tuple[Index, Index]:
-        """Keys and counts of the cells that hold runs."""
+        """Keys and counts of the cells with runs."""
         keys = np.flatnonzero(self._dense) if self._dense.size else self._keys
         return keys, self._dense[keys] if self._dense.size else self._counts
 

@@ -69,7 +69,7 @@ def parameter_columns(found: Estimate, prefix: str, options: Options) -> Columns
 
 
 def _without_curve(fits: LineFits) -> Flags:
-    """True for replicates without a curve: no maximum, or one so flat that no float holds its median or dispersion."""
+    """True for replicates without a curve: no maximum, or one without a finite median or dispersion."""
     median, dispersion = exp(fits.log_values(0.5)), exp(fits.log_values(None))
     return ~(np.isfinite(median) & (median > 0.0) & np.isfinite(dispersion))
 

@@ -112,7 +112,7 @@ class UpliftForm(Form):
     def _fractile(
         first: UpliftStep | Estimate, second: Estimate, p: float, gap: Ends | None, options: Options
     ) -> tuple[float, float, float]:
-        """Return a fractile of the product and its interval, which holds the gap of separated data."""
+        """Return a fractile of the product and its interval, which contains the gap of separated data."""
         if isinstance(first, UpliftStep):
             ends = second.log_interval(p, options.intervals, options.confidence)
             value, lower, upper = (max(unlogged(one), first.at) for one in (second.log_value(p), *ends))
@@ -211,7 +211,7 @@ def log_fractile(first: FittedLines, second: FittedLines, p: float) -> Array:
 def log_fractile_variance(first: LineFits, second: LineFits, p: float, plain: bool = False) -> Array:
     """Return the variance of `log_fractile`, (replicate,), to first order.
 
-    The errors of the two lines are taken as independent of each other.  `plain`: as if runs were independent.
+    The errors of the two lines are assumed to be independent of each other. `plain`: as if runs were independent.
     """
     at = log_fractile(first.lines, second.lines, p)
     variance = np.zeros_like(at)

@@ -1,6 +1,6 @@
-"""Hazard curves: annual rates at which the shaking at a site exceeds levels of an intensity measure.
+"""Hazard curves: annual rates at which ground motions at a site exceed levels of an intensity measure.
 
-A curve holds plain values in SI and its measure.  `hazard.files` reads curves from files; `risk` convolves them with
+A curve has plain values in SI and its measure. `hazard.files` reads curves from files; `risk` convolves them with
 fragility curves.
 """
 

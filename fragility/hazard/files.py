@@ -29,10 +29,10 @@ def read_hazard(
     path : path
         One of the files below.
     im : str or Measure, optional
-        The measure: selects one if the file holds several, names it if the file does not, and else must agree with the
+        The measure: selects one if the file has several, names it if the file does not, and else must agree with the
         file.
     site : int, str or (longitude, latitude), optional
-        Site in a file that holds several: its number from 0, its name, or its place in degrees (within 0.01).
+        Site in a file with several: its number from 0, its name, or its place in degrees (within 0.01).
     units : str, optional
         Unit of the levels (``g``, ``cm/s`` …), only if a file does not state it.
     years : float, optional

@@ -365,7 +365,7 @@ def _column_quantity(lines: Lines, name: str, years: float | None) -> tuple[Quan
 
 
 def _belongs(time: re.Match[str], kind: str) -> bool:
-    """Return True if a time is what a quantity needs: rates are per time, return periods are times."""
+    """Return True if a time suits a quantity: rates are per time, return periods are times."""
     per = bool(time["power"]) or (time["per"] or "").strip() not in ("", "in")
     if kind == "return period":
         return not per and time["number"] is None
@@ -488,7 +488,7 @@ def one_measure(lines: Lines, names: list[str], im: str | None) -> tuple[str, li
 
 
 def _chosen(file: Path, held: Iterable[str], im: str | None) -> str:
-    """Return the measure `im`, or the only one that a file holds; HazardError if it is not there."""
+    """Return the measure `im`, or the only one in a file; HazardError if it is not there."""
     labels = list(held)
     if im is None and len(labels) > 1:
         raise HazardError(f"{file}: holds curves of {', '.join(labels)}: give im")

@@ -138,7 +138,7 @@ def hazard_points(hazard: Hazard) -> tuple[Array, Array]:
 
 
 def _interval_rates(a: float, b: float, at: Array, logs: Array) -> tuple[float, float]:
-    """Return the rate of shaking between two levels, and its integral with a value from 0 to 1, linear in ln x."""
+    """Return the rate of levels between two, and its integral with a value from 0 to 1, linear in ln x."""
     edges = np.concatenate([[a], at[(at > a) & (at < b)], [b]])
     rate = rising = 0.0
     for left, right in pairwise(edges):

@@ -53,7 +53,7 @@ class Pieces(NamedTuple):
             return self.slope[piece] + np.where(bend == 0.0, 0.0, 2.0 * bend * (u - self.reference[piece]))
 
     def find(self, u: Array) -> NDArray[np.intp]:
-        """Return the piece that holds each u: the left of two that share an end, the last piece beyond the top."""
+        """Return the piece that contains each u: the left of two that share an end, the last piece beyond the top."""
         return np.minimum(np.searchsorted(self.stop, u, side="left"), self.stop.size - 1)
 
     def rate(self, u: Array) -> Array:

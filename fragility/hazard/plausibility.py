@@ -17,7 +17,7 @@ from .rates import IMPOSSIBLY_OFTEN
 from .reading import LARGER, LOW_PERCENT, NOT_USED, UNNAMED
 
 MOST_OFTEN = 0.2
-"""Annual rate of the weakest damaging shaking above which no site is."""
+"""Maximum annual rate of the weakest damaging motion at any site."""
 MOST_OFTEN_OF_LAW = 1.0
 """The same of formulas, which are fitted to rarer levels."""
 AMPLIFIED = 2.5
@@ -26,7 +26,7 @@ AMPLIFIED = 2.5
 STEEPNESS = 0.8
 """Power of the level, at least, with which rates fall between damaging and the highest levels (assumed)."""
 LEAST_CERTAIN, FLAT = 0.9, 0.8
-"""Probability of weak shaking in 50 years, and the share of it at twice the level; rates fall more there."""
+"""Probability of weak motions in 50 years, and the share of it at twice the level; rates fall more there."""
 RETURN_PERIOD = 475.0
 OF_DISAGGREGATION, OF_BRANCHES = 1.5, 100.0
 """Factors between two rates of one level above which they are not of one site."""

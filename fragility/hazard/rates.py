@@ -12,7 +12,7 @@ from ...core.elementary import Array, expm1, log1p
 from ...core.parameters import YEARS
 
 IMPOSSIBLY_OFTEN = 10.0
-"""Annual rate of damaging shaking above which nothing real can be meant."""
+"""Annual rate of damaging motions above which the input cannot be meant."""
 Values = TypeVar("Values", float, Array, xr.DataArray)
 
 

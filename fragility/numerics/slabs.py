@@ -1,4 +1,4 @@
-"""Slabs: parts of results that are processed one after the other, because memory should not hold copies of all runs.
+"""Slabs: parts of results that are processed one after the other, to avoid copies of all runs in memory.
 
 Processing a slab may temporarily take a hundred bytes per run. Its results are small, or are written into an array that
 a runner has allocated.

@@ -447,7 +447,7 @@ def _deaggregate(
 ) -> tuple[Array, Array, Array]:
     """Return the shares of the rates (curve, bin) between `edges` (edge,), and mean and mode of ln x (curve,) each.
 
-    The mean is exact, over all intensities; the mode is the middle of the bin that holds most per unit of ln x. Both
+    The mean is exact, over all intensities; the mode is the middle of the bin with the maximum per unit of ln x. Both
     are NaN if the rate is 0 or infinite.
     """
     curves = curves.flat()

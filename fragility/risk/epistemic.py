@@ -31,7 +31,7 @@ from .weighing import SOURCES, SampledRates, fractiles_of, shares_of_spread
 
 FRACTILES = (0.05, 0.16, 0.5, 0.84, 0.95)
 SAMPLES = 1000
-"""Samples of the modelling uncertainty if curves hold no replicates."""
+"""Samples of the modelling uncertainty if curves have no replicates."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from ..hazard.pieces import EXTEND
 from .convolution import rates_of
 
 MODELLING = "modelling_dispersion"
-"""Attribute of curves whose dispersion holds modelling uncertainty, with its value."""
+"""Attribute of curves whose dispersion includes modelling uncertainty, with its value."""
 POINTS = 1000
 """Points of a blurred hazard curve."""
 USUAL_DISPERSION = 0.3
@@ -84,9 +84,9 @@ def with_modelling(curves: xr.Dataset, dispersion: float) -> xr.Dataset:
     curves : xarray.Dataset
         Lognormal curves, as `fit_fragility` returns them, whose dispersion is of the motions alone.
     dispersion : float
-        beta_m, the standard deviation of ln(true median / median of the model), >= 0.  It must hold nothing that is
-        counted otherwise, such as laws or motions that are branches.  FEMA P-58 combines two parts of 0.10 (superior),
-        0.25 (average) or 0.40 (limited), the construction's and the model's, as the root of their squares.
+        beta_m, the standard deviation of ln(true median / median of the model), >= 0. It must not include other
+        uncertainty, such as laws or motions that are branches. FEMA P-58 combines two parts of 0.10 (superior), 0.25
+        (average) or 0.40 (limited), the construction's and the model's, as the root of their squares.
 
     Returns
     -------

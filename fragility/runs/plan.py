@@ -229,7 +229,7 @@ def _costs(work: Work) -> Array:
 def _rows(work: Work, per_row: Array, longest: float, target: float) -> Bounds:
     """Bounds of groups of oscillators that share a motion's samples: at most about a chunk under the longest motion.
 
-    Groups hold the same oscillators of each entry of `Work.each`: several whole entries, or a part of one.
+    Groups contain the same oscillators of each entry of `Work.each`: several whole entries, or a part of one.
     """
     each = work.each
     entries = per_row.reshape(-1, each)

@@ -58,7 +58,8 @@ def configuration_of(data: xr.Dataset | xr.DataArray) -> dict[str, Any]:
 def load_coordinates(data: xr.Dataset) -> None:
     """Load the coordinates of a dataset in place, as reading their values does.
 
-    On merging, xarray compares what two datasets share: lazily, with a warning, if it is not the same array.
+    On merging, xarray compares the common variables of two datasets: lazily, with a warning, if they are not the same
+    array.
     """
     for name in data.coords:
         data[name].variable.load()
@@ -281,7 +282,7 @@ def blocks_of(runs: xr.Dataset) -> list[Block]:
 
 
 def laws_of(runs: xr.Dataset) -> list[Law]:
-    """Return the laws of labelled runs, from their configuration; ValueError if it does not hold them."""
+    """Return the laws of labelled runs, from their configuration; ValueError if it does not contain them."""
     try:
         described = [dict(one) for one in configuration_of(runs)["models"]]
         unknown = [one["law"] for one in described if one["law"] not in LAWS]
@@ -337,7 +338,7 @@ class CurveRuns(NamedTuple):
 
 
 def curves_of(runs: xr.Dataset) -> Iterator[CurveRuns]:
-    """Yield the runs at adaptive levels of every block under every law, under the motions that a dataset holds."""
+    """Yield the runs at adaptive levels of every block under every law, under the motions of a dataset."""
     block, model = (np.atleast_1d(runs[f"{dim}_number"].values) for dim in ("block", "model"))
     motion = places_in(runs)["motion"]
     for i, j in np.ndindex(block.size, model.size):

@@ -134,7 +134,7 @@ def _outputs(outputs: Sequence[str] | None, models: Sequence[Model]) -> list[str
 
 
 def check_vertical(models: Iterable[Model], motions: Iterable[Record]) -> None:
-    """Raise ValueError for motions that shake vertically, too, and a law that is not in exact geometry."""
+    """Raise ValueError for motions with a vertical component, and a law that is not in exact geometry."""
     lifted = next((motion.label for motion in motions if motion.vertical is not None), None)
     rocking = [law for law in models if not isinstance(law, SlidingLaw)]
     other = next((law.label for law in rocking if getattr(law, "geometry", "") != "exact"), None)

@@ -97,7 +97,7 @@ def shared(of: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Resu
 AHEAD = 2
 """Chunks begun or waiting for each thread: enough that no thread is idle, few enough that memory stays bounded."""
 WINDOW = 10_000
-"""Chunks of a graph: some 2 kB each are held of it, and dask orders it in some 2 s."""
+"""Chunks of a graph: it takes about 2 kB for each, and dask orders it in about 2 s."""
 POLL_SECONDS = 0.01
 WINDOW_ELSEWHERE = 8
 """Chunks of a graph for each worker outside this process, which cannot be stopped from beginning further chunks."""

@@ -195,7 +195,7 @@ def name_at(long_name: str, motions: Sequence[Record], ground: Sequence[Record] 
 
 
 def check_factors(factors: Factors, motions: Sequence[Record]) -> None:
-    """Raise ValueError if a motion would be scaled beyond any possible shaking, or to nothing, or must not be."""
+    """Raise ValueError if a motion would be scaled beyond any possible motion, or to nothing, or must not be."""
     fixed = np.array([motion.own_level for motion in motions])
     peaks = np.array([np.abs(motion.acceleration).max() for motion in motions])
     for part in factors.parts() if isinstance(factors, BlockFactors) else [factors]:

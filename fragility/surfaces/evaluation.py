@@ -38,7 +38,7 @@ class LawSurfaces(NamedTuple):
 class Curves(NamedTuple):
     """Of blocks (block,): ln of median, of its interval, and of the median by all runs; dispersions; rates, 1/year.
 
-    share_below, share_above: shares of the rates from shaking beyond the levels of the hazard curve.
+    `share_below`, `share_above`: shares of the rates from beyond the levels of the hazard curve.
     """
 
     log_median: Array

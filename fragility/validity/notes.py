@@ -1,4 +1,4 @@
-"""Notes of a validity screen: a fact for each reason that holds, and its sentences."""
+"""Notes of a validity screen: a fact for each reason, and its sentences."""
 
 from __future__ import annotations
 
@@ -66,12 +66,12 @@ def squat_facts(blocks: Iterable[Block] | BlockArray) -> list[Fact]:
 
 
 def notes(screened: xr.Dataset, slides: bool = False) -> list[str]:
-    """Return notes that a user should read before trusting a result: one or two sentences for each reason that holds.
+    """Return notes on the validity of a result: one or two sentences for each reason.
 
     Parameters
     ----------
     screened : xarray.Dataset
-        As `screen` or `summary_screen` returns it, or a study's results, which hold the same variables.
+        As `screen` or `summary_screen` returns it, or a study's results, which have the same variables.
     slides : bool
         True if sliding was evaluated in addition to rocking, so that the last sentence does not state the opposite.
 

@@ -29,7 +29,7 @@ LEAST_SLACK, MOST_SLACK = 1e-4, 0.2  # m
 LEAST_STRETCH, MOST_STRETCH = 5e-5, 0.3
 """Elongation, m, at which a restraint breaks: its strength over its stiffness."""
 LEAST_ARM = 0.2
-"""Height, m, below which nothing is strapped to a wall: anti-tip kits hold the upper half of furniture."""
+"""Height, m, below which nothing is strapped to a wall: anti-tip kits support the upper half of furniture."""
 LEAST_DENSE, MOST_DENSE = 5.0, 4000.0  # kg/m³: of nothing to solid stone; metals are denser
 UNKNOWN_DEPTH = 10.0
 """Depth over width, at most, of a block whose depth is not given."""

@@ -13,7 +13,7 @@ DRIFT = 0.005
 """Storey drift over height that is used if none is known: a frame in a strong earthquake (assumed)."""
 SHARE_OF_GAP = 1.0 / 3.0
 STIFF = 12.0
-"""Natural frequency (Hz) of a taut restraint beyond which ordinary records hold little to resolve it."""
+"""Natural frequency (Hz) of a taut restraint beyond which ordinary records have little to resolve it."""
 
 
 def scene_facts(blocks: Iterable[Block]) -> list[Fact]:

@@ -84,7 +84,7 @@ class ScreenInput(NamedTuple):
 
     @property
     def lifted(self) -> bool:
-        """True if the motions shake vertically, too."""
+        """True if the motions have a vertical component, too."""
         return DOWNWARD in self.coordinates
 
     def slabs(self) -> Iterator[Where]:
@@ -319,7 +319,7 @@ def _outputs(runs: xr.Dataset) -> Iterator[str]:
 
 
 def _dims(runs: xr.Dataset) -> tuple[str, ...]:
-    """Dimensions of the runs in their usual order; TypeError if the dataset does not hold runs."""
+    """Dimensions of the runs in their usual order; TypeError if the dataset has no runs."""
     found = next(_outputs(runs), None) if isinstance(runs, xr.Dataset) else None
     if found is None or not {*NEEDED} <= {*runs.coords}:
         raise TypeError("runs must be a dataset of runs with its coordinates, as toppling.ida returns it")

@@ -108,7 +108,7 @@ def shaken_by(runs: xr.Dataset, motions: Motions | Generator, share: float) -> S
 
 
 def selected(runs: xr.Dataset) -> xr.Dataset:
-    """Return the runs of the blocks, laws and motions that a dataset holds, with the motions in order of their numbers.
+    """Return the runs of the blocks, laws and motions of a dataset, with the motions in order of their numbers.
 
     Selecting blocks, laws or motions of a dataset leaves its dimension run as it is.
     """

@@ -320,8 +320,8 @@ def _load_flight(f, column, j, model, shaking):
 def bounce(f, n, model, shaking, end, meeting, work):
     """Follow n bouncing blocks together to sample `end`, or until each rests or rises; return the events solved.
 
-    Blocks whose records end by then are followed to their ends; the others only if all of them are `meeting`. What is
-    out of the ordinary is left to `solve_sample`, one by one. NEED says who takes a lane again: it WAITS.
+    Blocks whose records end by then are followed to their ends; the others only if all of them are `meeting`. Unusual
+    samples are left to `solve_sample`, one by one. NEED shows which lane continues: it WAITS.
     """
     v = f.columns
     b = f.runs

@@ -636,7 +636,7 @@ def _move_lane(w, lane, to):
 def run_exact(batch, runs, at_rest):
     """Run the runs (r,) of a batch in exact geometry, GLIDERS at a time, each with a clock of its own.
 
-    at_rest: `weight.AT_REST`, or None if the batch has no vertical shaking (see `weight`). Returns the number of
+    `at_rest`: `weight.AT_REST`, or None if the batch has no vertical component (see `weight`). Returns the number of
         turning points of the last run to end.
 
     Each round brings the lanes that are between two samples to their next piece. It takes the pieces of all lanes in

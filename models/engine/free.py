@@ -115,7 +115,7 @@ def _time_to_fall(x, k, model, o):
 
 @kernel(**FUSED)
 def find_barrier(model, o, barriers):
-    """Write sqrt(2 (U_saddle - U_lowest)) of the lower saddle, U_lowest, and the shaking's largest lever into a row.
+    """Write sqrt(2 (U_saddle - U_lowest)) of the lower saddle, U_lowest, and the motion's largest lever into a row.
 
     On a side with a restraint, the block may lie flat before a saddle: its potential there counts as a saddle's.
     U_lowest is between the saddles; in exact geometry the lever of the motion is largest, 1/cos(alpha), at the saddle.

@@ -160,7 +160,7 @@ def solve_hops(x, k, model, o, force, slope, t, dt):
 
 @kernel(**FUSED)
 def solve_low_hops(x, k, model, o, force, slope, t, dt, weight):
-    """Solve bounces so low that each is a cubic to rounding; a sample may hold 100,000 of them if e is next to 1.
+    """Solve bounces so low that each is a cubic to rounding; a sample may have 100,000 of them if e is close to 1.
 
     From an impact on, theta = v s + a s²/2 + j s³/6 - K a s⁴/24, where -K is the slope of the moment at zero. This is
     also valid in exact geometry: the rest is of the order of theta². The flight takes s = -2 v z/a with z = 1 - r z² -

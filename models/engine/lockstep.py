@@ -132,7 +132,7 @@ def _dip(rise, dt):
 
 @kernel(inline="always")
 def _step(theta, omega, push, up, stiffness, g, dip, edges):
-    """Step one lane over one sample; return the new state, and True if the sample may hold an event that matters.
+    """Step one lane over one sample; return the new state, and True if the sample may have an event that matters.
 
     Such events are beyond an edge. Outside the calm interval (see `follow`), they are also a velocity that turns, or
     may dip through zero and recover. For the latter `dip` (see `_dip`) must exceed the product of the velocities at
@@ -265,7 +265,7 @@ def _need(step, upper, lower, grade, front, back):
 
     CROSSES: it goes straight to an edge.  RETURNS: it turns, and meets the edge behind it.  TURNS_BACK: it turns.
 
-    The bounds hold for sqrt|K| dt, c dt <= 1/2; towards its zero |a| falls, which bounds how far the velocity dips.
+    The bounds are valid for sqrt|K| dt, c dt <= 1/2; towards its zero |a| falls, which bounds the dip of the velocity.
     Turns between -back and front do not matter (front -1: all do, and need a region of their own or a place in a list).
     """
     theta, omega, theta_end, omega_end, push, up, stiffness, c, dt = step

@@ -1,4 +1,4 @@
-"""Rest: the decision that a bouncing block comes to rest, and the time at which shaking lifts it again."""
+"""Rest: the decision that a bouncing block comes to rest, and the time at which the motion lifts it again."""
 
 import math
 

@@ -167,7 +167,7 @@ def _solve_turns(v, n):
 
 @kernel(**BARE)
 def finish_pieces(v, n):
-    """Solve for displacement and velocity of each of n pieces at its end; SURE if it provably holds no event."""
+    """Solve for displacement and velocity of each of n pieces at its end; SURE if it provably has no event."""
     for j in range(n):
         omega = v[PIECE_OMEGA * LANES + j]
         a = v[PIECE_A * LANES + j]

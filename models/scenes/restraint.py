@@ -11,7 +11,7 @@ from ...core.wording import with_article
 
 KINDS = ("strap", "bracket", "cable", "pole", "tendon", "adhesive")
 TEST_STRENGTH = 267.0
-"""Force that an anti-tip kit must hold in the test of ASTM F3096-23, N (60 lbf): a lower bound, and no median."""
+"""Force that an anti-tip kit must carry in the test of ASTM F3096-23, N (60 lbf): a lower bound, and no median."""
 
 
 Strength = Annotated[float, Parameter("N", above=0.0)]
@@ -165,7 +165,7 @@ class Restraint:
 
     @classmethod
     def adhesive(cls, strength: Strength, front: Arm, back: Arm | None = None) -> Restraint:
-        """Return an adhesive (putty, pads) that holds rigidly until it peels, on both sides.
+        """Return an adhesive (putty, pads) that is rigid until it peels, on both sides.
 
         Parameters
         ----------

@@ -11,7 +11,7 @@ from ...core.parameters import Parameter, check
 
 @dataclass(frozen=True, slots=True)
 class Wall:
-    """Rigid wall behind a block, fixed to the floor that shakes the block.
+    """Rigid wall behind a block, fixed to the floor of the block.
 
     Parameters
     ----------

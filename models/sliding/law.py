@@ -75,7 +75,7 @@ class SlidingLaw(Model):
         """Return the numbers of a block under this law; ValueError for one that is held, or differs front and back."""
 
     def in_plane(self, block: Block) -> PlaneSlider:
-        """Return the numbers of a block that both horizontal components shake; ValueError as of `slider`."""
+        """Return the numbers of a block under both horizontal components; ValueError as of `slider`."""
         found = self.slider(block)
         return PlaneSlider(found.static_front, found.kinetic_front)
 

@@ -25,10 +25,10 @@ def tripping_velocity(block: Block) -> float:
 
         v >= (R/h) sqrt(2 lambda g (R - h)),
 
-    the critical sliding velocity of vehicles that are tripped by a curb. The shaking after the impact, which may help
-    or hinder, and an obstacle that gives way are left out. Jones, I. S. (1975). The mechanics of rollover as the result
-    of curb impact. SAE Technical Paper 750461 (as quoted by others; not re-read). Housner, G. W. (1963). Bulletin of
-    the Seismological Society of America 53(2), 403-417.
+    the critical sliding velocity of vehicles that are tripped by a curb. The motion after the impact, which may help or
+    hinder, and an obstacle that deforms are left out. Jones, I. S. (1975). The mechanics of rollover as the result of
+    curb impact. SAE Technical Paper 750461 (as quoted by others; not re-read). Housner, G. W. (1963). Bulletin of the
+    Seismological Society of America 53(2), 403-417.
     """
     assert block.inertia_factor is not None  # set by the block itself
     # (R - h = b²/(R + h) without cancellation)

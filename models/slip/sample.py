@@ -1,4 +1,4 @@
-"""One run through one sample that holds an event: the block begins to slide, stops, or turns round."""
+"""One run through one sample with an event: the block begins to slide, stops, or turns round."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Floor histories of a building model of another program: one set of motions for each level of shaking.
+"""Floor histories of a building model of another program: one set of motions for each level of the ground motion.
 
 They are used as they are. A level has a set of motions, and each motion the same floors and directions as all others,
 which are simultaneous. This module does not read files.

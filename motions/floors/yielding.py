@@ -147,7 +147,7 @@ class YieldingBuilding:
         Raises
         ------
         TypeError, ValueError
-            As `Building.floor_motions`; pairs of components, vertical shaking, a factor <= 0.
+            As `Building.floor_motions`; pairs of components, a vertical component, a factor <= 0.
 
         Examples
         --------

@@ -99,4 +99,4 @@ MEASURES: dict[str, Measure] = {
 """The measures without parameters, by name."""
 
 RESULT_MEASURES = tuple(measure for name, measure in MEASURES.items() if name not in {"t_mean", "housner_intensity"})
-"""The measures that every result holds for its motions: all measures that cost less than a few runs."""
+"""The measures of the motions in every result: all measures that cost less than a few runs."""

@@ -26,7 +26,7 @@ NO_RIPPLE = 1e-6  # of the largest: a window longer than a pulse gives a plateau
 
 
 def number(text: str) -> float:
-    """Return the number that a text holds; ValueError if it holds none."""
+    """Return the number in a text; ValueError if there is none."""
     try:
         return float(text)
     except ValueError:

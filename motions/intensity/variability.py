@@ -23,8 +23,9 @@ From the total dispersions of Boore et al. (2014), a and b, and the correlations
 0.38. The formula is sqrt(a² + b² - 2 r a b).
 """
 LEAST_VELOCITY, LEAST_SHAPE = 0.3, 0.45
-"""Dispersions below which motions have nearly one spectrum: generators with one spectrum have some 0.2 and 0.2 to 0.3,
-scenarios 0.32 to 0.53 and 0.54 to 0.8."""
+"""Dispersions below which motions have nearly one spectrum: generators with one spectrum have about 0.2 and 0.2 to 0.3,
+scenarios 0.32 to 0.53 and 0.54 to 0.8.
+"""
 CONFIDENCE = 0.95
 CURE = (
     "take records, or a generator that draws its spectra (site-based-scenario, near-fault, kanai-tajimi and "

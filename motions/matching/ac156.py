@@ -59,8 +59,8 @@ class AC156(Generator):
     dt : float
         Time step, s.
     envelope : Envelope, optional
-        If not given, a rise over a sixth of the duration, strong shaking to two thirds, then decay: 5, 15 and 10 s of
-        30 s.
+        If not given, a rise over a sixth of the duration, strong motion to two thirds, then decay: 5, 15 and 10 s of 30
+        s.
     lowest_frequency : float
         Lowest matched frequency, Hz, 0.1 to 1.3; 1.3 leaves out all frequencies that the rules do not cover, and with
         them most of the velocity.

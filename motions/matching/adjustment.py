@@ -98,7 +98,7 @@ class Lines(NamedTuple):
 
     @classmethod
     def of(cls, target: TargetSpectrum, dt: float, duration: float, periods: Any = None) -> Lines:
-        """Return the oscillators; ValueError if a motion of this step and length cannot hold the target's periods."""
+        """Return the oscillators; ValueError if step and length of a motion do not allow the target's periods."""
         ends = target.periods if periods is None else periods
         shortest, longest = ends[0], ends[-1]
         if shortest < 2.0 * dt * (1.0 - 1e-9):

@@ -221,7 +221,7 @@ def of_the_ground(
 ) -> dict[Path, Sequence[xr.DataArray]]:
     """Return motions read from files without components of boreholes and structures, which a note names.
 
-    A file that is named by itself and holds nothing else is kept, and everything if there is nothing else.
+    A file that is named by itself and contains nothing else is kept, and everything if there is nothing else.
     """
     named = {folder / pattern for pattern in patterns}
     found: dict[Path, Sequence[xr.DataArray]] = {}

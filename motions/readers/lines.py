@@ -1,7 +1,7 @@
 """Common parts of all record readers: lines of bounded length, numbers in lines, and the error of readers.
 
-The module does not depend on any format.  A file is read line by line, so that memory holds its samples, never its
-text.
+The module does not depend on any format. A file is read line by line, so that its samples, but never its text, are in
+memory.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def lines_of(file: Path) -> Iterator[str]:
 
 
 class Lines:
-    """Lines of a text record, read one at a time and counted; `head` holds the first lines without consuming them.
+    """Lines of a text record, read one at a time and counted; `head` has the first lines without consuming them.
 
     A `RecordError` that names the file is raised for a file that is unreadable, contains NUL bytes or is a web page. It
     is also raised for an endless line, and for a file that is cut within its last number.
@@ -301,7 +301,7 @@ class Lines:
 
 
 def known(text: str) -> float:
-    """Return a number that a header may give, NaN if it holds words (ND, unknown) or nothing."""
+    """Return a number that a header may give, NaN if it has words (ND, unknown) or nothing."""
     try:
         found = float(text) if _is_plain(text) else math.nan
     except ValueError:

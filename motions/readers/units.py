@@ -273,7 +273,7 @@ def doubt_factors(file: Path, header: Iterable[tuple[int, str]]) -> None:
 
 
 def refuse_others(file: Path, header: Iterable[tuple[int, str]]) -> None:
-    """Raise RecordError if a numbered line of a header names accelerations that shake nothing."""
+    """Raise RecordError if a numbered line of a header names accelerations that are no motions of the floor."""
     for line, text in header:
         for what, pattern in _OTHERS_NAMED.items():
             if pattern.search(text):

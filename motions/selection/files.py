@@ -37,7 +37,7 @@ MOST_PGA = 10.0
 
 
 class TargetError(ValueError):
-    """A file that holds no target; the message names the file, the line and the value."""
+    """A file without a target; the message names the file, the line and the value."""
 
 
 def read_target(

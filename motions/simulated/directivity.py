@@ -1,7 +1,7 @@
 """Predictive equations of Dabaghi and Der Kiureghian for the parameters of near-fault motions.
 
-They hold for one horizontal component, in the direction of the largest pulse; in motions with a pulse the background is
-the motion without the pulse.
+They are valid for one horizontal component, in the direction of the largest pulse; in motions with a pulse the
+background is the motion without the pulse.
 """
 
 from __future__ import annotations

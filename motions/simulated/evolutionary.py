@@ -28,7 +28,7 @@ PSD_INSTANTS = 101  # of the drift, over which a density is averaged
 
 @dataclass(frozen=True)
 class EvolutionaryKanaiTajimi(FilteredNoise):
-    """Gaussian white noise times an envelope, through a soil layer whose frequency drifts during the shaking.
+    """Gaussian white noise times an envelope, through a soil layer whose frequency drifts during the motion.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ from .generator import Generator
 
 @dataclass(frozen=True)
 class Pulse(Generator):
-    """Deterministic pulse, followed by `tail` seconds without shaking.
+    """Deterministic pulse, followed by `tail` seconds without motion.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class Pulse(Generator):
     dt : float
         Largest time step, s; the step used divides the pulse's length.
     tail : float
-        Time without shaking after the pulse, s.
+        Time without motion after the pulse, s.
 
     Notes
     -----

@@ -143,7 +143,7 @@ class Seismological(Generator):
 
     @property
     def shaking(self) -> float:
-        """Duration T of the shaking from source and path, s."""
+        """Duration T of the motion from source and path, s."""
         km = self.distance / 1e3
         path = float(np.interp(km, PATH_DISTANCES, PATH_DURATIONS))
         return 1.0 / self.corner + path + PATH_SLOPE * max(0.0, km - float(PATH_DISTANCES[-1]))

@@ -143,7 +143,7 @@ class SiteBased(Generator):
         Raises
         ------
         ValueError
-            More than one motion, no shaking, or a record whose energy arrives too early for a gamma function.
+            More than one motion, a motion of zeros, or a record whose energy arrives too early for a gamma function.
 
         Notes
         -----

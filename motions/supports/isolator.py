@@ -249,7 +249,7 @@ class Isolator:
         Raises
         ------
         TypeError, ValueError
-            As `toppling.motions.records`; pairs of components, vertical shaking, a factor <= 0.
+            As `toppling.motions.records`; pairs of components, a vertical component, a factor <= 0.
 
         Examples
         --------

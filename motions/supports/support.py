@@ -78,7 +78,7 @@ class Support:
         Raises
         ------
         TypeError, ValueError
-            As `toppling.motions.records`; pairs of components, vertical shaking.
+            As `toppling.motions.records`; pairs of components, a vertical component.
         """
         return chained(motions, self.on_top, repr(self), 1, 1.0, level=False)
 

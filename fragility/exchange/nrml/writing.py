@@ -67,7 +67,7 @@ def write_nrml(
     Returns
     -------
     Written
-        Files, ids, and the components without an estimate: NRML cannot hold them, its description names them.
+        Files, ids, and the components without an estimate: NRML cannot represent them, its description names them.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A building's contents for a whole assessment of pelicun: fragility, quantities by floor, and what a fall costs.
+"""A building's contents for a whole assessment of pelicun: fragility, quantities by floor, and costs of falls.
 
 Demands are ground motions, like the curves of a performance study: every component takes its demand at location 0,
 whatever its own location.

@@ -19,7 +19,7 @@ from .multilinear import FINE, ROUGH
 
 GENERAL = "_GeneralInformation"
 RECORD = "Labels for toppling: "
-"""Beginning of the line of comments that holds our record of a component."""
+"""Beginning of the line of comments with our record of a component."""
 REPAIR = "To be given by the user."
 
 ADVICE = (
@@ -119,7 +119,7 @@ def read_metadata(file: Path) -> tuple[str, dict[str, Component]]:
 
 
 def _record(entry: Mapping[str, Any]) -> Any:
-    """Return our record of a component; None if its comments hold none."""
+    """Return our record of a component; None if its comments have none."""
     comments = entry.get("Comments")
     if not isinstance(comments, str):
         return None

@@ -1,6 +1,6 @@
 """Writing of pelicun's fragility tables: a CSV of parameters and a JSON of descriptions.
 
-A row is a component: capacities of its limit states, in a demand with a unit.  The table holds ids and numbers alone;
+A row is a component: capacities of its limit states, in a demand with a unit. The table contains ids and numbers alone;
 the JSON describes each id to people and to `read_pelicun`.
 """
 
