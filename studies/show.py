@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 FRAGILITY, SENSITIVITY = "fragility", "sensitivity"
 MOST_RANKINGS = 8
-"""Figures of rankings at the most, one for each block (and floor); the results hold all rankings."""
+"""Maximum number of figures of rankings, one for each block (and floor); the results contain all rankings."""
 
 # (matplotlib loads slowly and is not needed for an error message: each function imports the plots that it needs)
 

@@ -1,4 +1,4 @@
-"""Performance assessment (FEMA P-58): a building shaken jointly at a level, by an earthquake, or in a year."""
+"""Performance assessment (FEMA P-58): joint outcomes in a building at a level, in an earthquake, or per year."""
 
 from __future__ import annotations
 

@@ -284,7 +284,7 @@ class _Branch:
         return Year(level_weights(self.levels, covering(hazard, self.levels, beta)).weights)
 
     def _year_at(self, rates: Array) -> Year:
-        """Return the sums, motion by motion, over points of shaking with annual rates (point,)."""
+        """Return the sums, motion by motion, over points of the intensity with annual rates (point,)."""
         return Year(rates, polarities=self.every.polarities)
 
     def _states(self, hazard: HazardCurve) -> ShiftedLevels:

@@ -21,7 +21,7 @@ from .outcomes import ANY, JointFlags, JointOutcomes
 DRAWS = 32
 """Draws of the scores of the classes for each motion."""
 MOST_POINTS = 400
-"""Most points of shaking at which joint outcomes are evaluated for a year."""
+"""Maximum number of points of the intensity at which joint outcomes are evaluated for annual values."""
 POINTS_A_BETA = 10.0
 """Points in one beta_m of ln(level)."""
 REACH = 5.0
@@ -43,7 +43,7 @@ def covering(hazard: HazardCurve, levels: Array, modelling: float = 0.0) -> Haza
 
 
 class Mixture(ABC):
-    """Random states of a class of pieces at points of shaking: j is its outcome at level j - 1, 0 is no fall."""
+    """Random states of a class of pieces at points of the intensity: j is its outcome at level j - 1, 0 is no fall."""
 
     @property
     @abstractmethod
@@ -66,7 +66,7 @@ class Mixture(ABC):
 
 @dataclass(frozen=True)
 class ShiftedLevels(Mixture):
-    """States for annual values: a class reaches level j if ln(shaking) exceeds positions[j] + beta_m Z.
+    """States for annual values: a class reaches level j if ln(intensity) exceeds positions[j] + beta_m Z.
 
     `positions` (level,): ln of the capacity whose annual rate equals the rate of levels j and above. `points` (point,):
     ln of the intensity. `rates` (point,): annual rates of the intensity about each point, 1/year.
@@ -169,7 +169,7 @@ def refuse_own_motions(inventory: Inventory, own_motions: bool) -> None:
 
 
 def joined(joint: JointFlags, mixture: Mixture) -> JointOutcomes:
-    """Join the outcomes of all classes in random states at points of shaking, as `JointFlags.results` does."""
+    """Join the outcomes of all classes in random states at points of the intensity, as `JointFlags.results` does."""
     flags = joint.flags
     models, motions, points = flags.shape[0], flags.shape[-1], mixture.shares.shape[0]
     of_places = (models, joint.members.shape[0], points, motions)

@@ -165,7 +165,7 @@ def history_notes(histories: FloorHistories, inventory: Inventory) -> list[Fact]
 
 
 def hazard_shares(assessment: xr.Dataset, hazard: HazardCurve) -> dict[str, xr.Variable]:
-    """Return shares of annual values from shaking below and above the hazard curve's levels (`line_weights`)."""
+    """Return shares of annual values from below and above the hazard curve's levels (`line_weights`)."""
     levels = assessment["level"].values
     plain = covering(hazard, levels)
     rates = np.asarray(plain.rates)

@@ -137,7 +137,7 @@ class JointFlags:
 
     @cached_property
     def numbers(self) -> Array:
-        """Numbers of pieces at which exceedance is given: every number, or some 60 if there are more."""
+        """Numbers of pieces at which exceedance is given: every number, or about 60 if there are more."""
         return whole_thresholds(self.inventory.pieces)
 
     @cached_property

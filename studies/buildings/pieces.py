@@ -98,7 +98,7 @@ def checks_of_items(results: xr.Dataset) -> list[CodeCheck] | None:
 SAFETY = ("injury", "blocks-exit", "release")
 """Consequences that rank before money, if a study names no others."""
 SHARES = (0.1, 0.5)
-"""Probabilities of falling at whose levels of shaking a piece is described."""
+"""Probabilities of falling whose levels describe a piece."""
 
 NOTABLE_MOVES = 0.05
 """Share of a piece's falls in runs in which its support moves, above which its probability is only indicative."""

@@ -1,4 +1,4 @@
-"""The shaking of a building's contents: ground motions, and the motions of each floor under them."""
+"""The motions of a building's contents: ground motions, and the motions of each floor under them."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class Shaking:
     def of(
         cls, building: Any, motions: Any, ground: Any, scaled_plainly: bool = False, polarity: str = AS_RECORDED
     ) -> Shaking:
-        """Make the shaking from arguments of `assess`; plain scale factors (`scaled_plainly`) need no ground motion."""
+        """Make the motions from arguments of `assess`; plain scale factors (`scaled_plainly`) need no ground motion."""
         checks.choice("polarity", polarity, POLARITIES)
         if building is not None and not isinstance(building, Building):
             raise TypeError(f"building must be a Building or None, got {checks.kind(building)}")

@@ -141,7 +141,7 @@ class SlidingRuns:
         return _blocks_of(row, self.law, self.variability)
 
     def rocks(self, row: Contents) -> Array:
-        """Return the chance that the friction of each variant (variant,) is at least its b/h."""
+        """Return the probability that the friction of each variant (variant,) is at least its b/h."""
         assert row.friction is not None
         return 1.0 - row.friction.below(np.array([block.b / block.h for block in self.blocks_of(row)]))
 

@@ -245,7 +245,7 @@ def line_variables(
 
 
 class Modelled(NamedTuple):
-    """Outcomes over the modelling uncertainty at points of shaking, their states, and the points' rates, if any."""
+    """Outcomes over the modelling uncertainty at points of the intensity, their states, and the points' rates."""
 
     results: JointOutcomes
     mixture: Mixture

@@ -130,7 +130,7 @@ def _floors(stored: xr.Dataset) -> list[str]:
 
 
 def kind_of(path: Path) -> str:
-    """Return the kind of study that a result file is of; empty if it holds none."""
+    """Return the kind of study of a result file; empty if it has none."""
     with reading(path), opened(path) as whole:
         return str(whole.attrs.get("kind", ""))
 

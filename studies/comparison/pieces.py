@@ -30,8 +30,9 @@ from .sides import Side, matched_laws, matched_names, same_motions
 
 NUMBER, LOSS, ANY = "number", "loss", "any"
 DOWNTIME, INJURIES = "downtime", "injuries"
-"""Quantities: the chance of one piece; expected pieces and value that overturn, the longest downtime of them and the
-persons whom they injure; the chance that anything overturns."""
+"""Quantities: the probability of one piece; expected pieces and value that overturn, their longest downtime and the
+persons whom they injure; the probability that anything overturns.
+"""
 AMOUNTS = (NUMBER, LOSS, DOWNTIME, INJURIES)
 YEARLY = {**{amount: f"annual_{amount}" for amount in AMOUNTS}, ANY: "any_rate"}
 AT_LEVEL = {**{amount: f"{amount}_mean" for amount in AMOUNTS}, ANY: "any_probability"}
@@ -163,7 +164,7 @@ def _lossy(a: Side, b: Side) -> bool:
 
 
 def _stored(side: Side, quantity: str, law: int, yearly: bool) -> Range:
-    """Return a total of the building with its interval, as the results hold it."""
+    """Return a total of the building with its interval from the results."""
     here = side.results.isel(model=law).sel(place=BUILDING)
     name = YEARLY[quantity] if yearly else AT_LEVEL[quantity]
     if not yearly:

@@ -195,7 +195,7 @@ def _measure_key(side: Side) -> tuple[str, str, str]:
 
 
 def same_motions(a: Side, b: Side) -> bool:
-    """True if both sides were shaken by the same motions in one design, so that replicates can be paired."""
+    """True if both sides had the same motions in one design, so that replicates can be paired."""
     if number_of_motions(a.results) != number_of_motions(b.results) or not a.identity(1):
         return False
     if a.identity(1) != b.identity(1) or a.results.attrs.get("design") != b.results.attrs.get("design"):

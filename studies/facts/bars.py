@@ -18,7 +18,7 @@ from ..text.words import axis_of, block_title, by_place, display_unit, floor_nam
 from .building import recommended_lines
 
 MOST = 14
-"""Most bars; the tables hold all pieces."""
+"""Maximum number of bars; the tables contain all pieces."""
 
 
 class Bar(NamedTuple):
@@ -34,7 +34,7 @@ class Bar(NamedTuple):
 class Bars(NamedTuple):
     """Bars in groups by name, on a common scale from 0 to `top`; `of`: their quantity.
 
-    years: of chances, 0 for levels of shaking, whose measure and unit are given; left_out: the number of other pieces.
+    `years`: of probabilities, 0 for levels, whose measure and unit are given. `left_out`: the number of other pieces.
     """
 
     of: str

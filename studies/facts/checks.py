@@ -430,7 +430,7 @@ def _little_extrapolated(results: xr.Dataset) -> Fact:
 
 
 def _beyond_hazard(shares: dict[str, xr.DataArray]) -> Fact:
-    """Check the shares of annual rates or values that come from shaking below and above a hazard curve's levels."""
+    """Check the shares of annual rates or values from below and above a hazard curve's levels."""
     side = max(shares, key=lambda end: _worst(shares[end])[0])
     return _of_shares("rate.beyond_hazard", shares[side], "remedy_hazard", side=side)
 

@@ -24,7 +24,7 @@ POINTS = 12
 """Levels at which the curves of a cloud, which has no levels of its own, are compared."""
 
 Spans = list[tuple[float, float]]
-"""Levels between which something holds (SI), ends included."""
+"""Levels between which a condition is true (SI), ends included."""
 
 MIN_CURVES, MOST_COMPARED = 2, 12
 """Fewest curves that can cross, and the number of pieces, of those that fall first, whose curves are compared."""
@@ -65,7 +65,7 @@ def crossing(one: Array, other: Array, levels: Array) -> Crossing | None:
 
 
 def _spans(here: Flags, levels: Array) -> Spans:
-    """Return the first and the last level of each run of levels at which something holds."""
+    """Return the first and the last level of each run of levels at which a condition is true."""
     at = np.flatnonzero(here)
     parts = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
     return [(float(levels[part[0]]), float(levels[part[-1]])) for part in parts]

@@ -43,7 +43,7 @@ SPREAD = (0.1, 0.5, 0.9)
 CHANCES = (0.5, 0.1, 0.01)
 """Chances for which the answer counts the pieces that reach them."""
 MOST_SAID = 3
-"""Most comparisons, restraints and edges in the answer; tables hold all of them."""
+"""Maximum number of comparisons, restraints and edges in the answer; tables contain all of them."""
 HELD = 0.5
 """Share of falls that a restraint must prevent."""
 SAFER_LARGER = ("width", "alpha", "R")
@@ -153,7 +153,7 @@ def _at_an_end(case: xr.Dataset, results: xr.Dataset, at: int = -1) -> Iterator[
 
 
 def _level(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
-    """Yield the level at which half of the motions bring down a block, and a lower one at which some 10 % do."""
+    """Yield the level at which half of the motions overturn a block, and a lower one at which about 10 % do."""
     scale, unit = display_unit(axis_of(results))
     half, low, high = range_of(case, HALF, scale)
     if not 0.0 < half < math.inf:

@@ -27,7 +27,7 @@ MOST_LINES = 6
 
 
 def study_of(results: xr.Dataset) -> dict[str, object]:
-    """Return the study file as plain values; empty if the results do not hold it."""
+    """Return the study file as plain values; empty if the results do not contain it."""
     try:
         found = json.loads(str(results.attrs.get("study", "{}")))
     except ValueError:

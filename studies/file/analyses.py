@@ -479,7 +479,7 @@ class TargetTable(Table):
 
 
 class PerformanceTable(Table):
-    """Performance assessment: an inventory, shaken jointly.
+    """Performance assessment: an inventory, with joint outcomes under each motion.
 
     inventory: CSV or XLSX of the pieces and their places, relative to the study file.
     im: Intensity measure of the ground motion: by name, or with its period in s, as Sa(1.0).

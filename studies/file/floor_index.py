@@ -1,4 +1,4 @@
-"""The index of floor histories of a user's own building model: a line for each history, with the file that holds it."""
+"""The index of floor histories of a user's own building model: a line for each history, with its file."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .csv_table import CsvLine, CsvTable, TableKind
 from .table import shown
 
 LEVELS = {f"level ({unit})": unit for unit in LEVEL_UNITS if unit != "1"}
-"""Columns that hold the level, with their units."""
+"""Columns of the level, with their units."""
 LEVEL = "level"
 COLUMNS = (*LEVELS, "motion", "floor", "direction", "file", "column")
 """Columns of an index, in any order."""

@@ -118,7 +118,7 @@ class StudyFile(Table):
     measures: Ranking of intensity measures.
     uncertainty: Uncertain properties of blocks and laws.
     sensitivity: Dependence of results on delta or e.
-    performance: An inventory, shaken jointly.
+    performance: An inventory, with joint outcomes under each motion.
     hazard: Annual rates of ground motions, for annual results.
     branches: Weights of uncertain choices, one table for each kind.
     motion_sets: Other motions, for branches of motions.

@@ -32,7 +32,7 @@ def animate(
     Parameters
     ----------
     response : xarray.Dataset
-        Dataset that `toppling.simulate` returned; it also holds the block and the floor's acceleration.
+        Dataset that `toppling.simulate` returned; it also contains the block and the floor's acceleration.
     path : path
         File to write, .gif or .mp4 (which needs ffmpeg on the PATH); an existing file is replaced.
     speed : float

@@ -20,7 +20,7 @@ from ...core.writing import whole_file
 
 Pixels = NDArray[np.uint8]
 FRAME_RATES = (5, 10, 20, 25, 50)
-"""Frames a second that a GIF can hold, whose clock counts hundredths of a second."""
+"""Frame rates of a GIF, 1/s, whose clock counts hundredths of a second."""
 SUFFIXES = (".gif", ".mp4")
 MOST_COLOURS = 255
 """Maximum palette of a GIF, without the transparent colour that leaves the previous frame visible."""

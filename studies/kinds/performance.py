@@ -1,4 +1,4 @@
-"""Performance studies: an inventory in a building, shaken jointly."""
+"""Performance studies: an inventory in a building, with joint outcomes under each motion."""
 
 from __future__ import annotations
 
@@ -546,7 +546,7 @@ class PerformanceStudy(Study):
 
     @property
     def _in_mean(self) -> float:
-        """beta_m if means hold it, else 0."""
+        """beta_m if means include it, else 0."""
         return self.asked.modelling_dispersion if self.asked.modelling == IN_MEAN else 0.0
 
     @property

@@ -169,7 +169,7 @@ class PooledStudy(BlockStudy):
 
     @staticmethod
     def _chances(found: xr.Dataset, years: float) -> dict[str, Any]:
-        """Return the chances that the years hold an earthquake that overturns each block."""
+        """Return the probabilities of an earthquake within the years that overturns each block."""
         text = f"probability that {years_text(years)} hold an earthquake that overturns the block, 1 - exp(-rate years)"
         return {
             f"risk_probability{end}": (

@@ -140,7 +140,7 @@ class Study(ABC):
         return study
 
     def _check_vertical(self) -> None:
-        """Raise ValueError for vertical shaking under a law that is not in exact geometry."""
+        """Raise ValueError for a vertical component under a law that is not in exact geometry."""
         if any(LIFTS in array.coords for array in self.arrays) and not all(one.exact for one in self.of_each_law):
             raise ValueError(
                 'motions.vertical needs the exact geometry of the impact law: take law = "housner" with geometry = '
@@ -401,8 +401,8 @@ class Study(ABC):
         TypeError
             `progress` or `watching` is no function.
         KeyboardInterrupt
-            Interrupted (SIGINT, SIGTERM, SIGHUP): chunks in flight were finished and kept, if they take
-            no more than some 2 s; a second signal leaves them.
+            Interrupted (SIGINT, SIGTERM, SIGHUP): chunks in flight were finished and kept, if they take no more than
+            about 2 s; a second signal leaves them.
         """
         checks.callback("progress", progress)
         checks.callback("watching", watching)
@@ -448,7 +448,7 @@ class Study(ABC):
         return results
 
     def refuse_occupied(self, folder: Path) -> None:
-        """Raise a StudyError if a folder holds the results or parts of another study."""
+        """Raise a StudyError if a folder contains the results or parts of another study."""
         if not belongs(folder, self.identity):
             finished(folder / RESULT_NAME, self.identity, self.configuration)
         refuse_other(folder, self._pinned)

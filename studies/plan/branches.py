@@ -42,7 +42,7 @@ BEYOND = "branch_share_beyond"
 
 
 class FittedCurves(NamedTuple):
-    """Curves of a design, the highest shaking of its runs in their measure, SI; and the curves without beta_m."""
+    """Curves of a design, the highest level of its runs in their measure, SI; and the curves without beta_m."""
 
     curves: xr.Dataset
     highest: xr.DataArray | float

@@ -83,11 +83,11 @@ class Design(ABC):
         return self.ground
 
     def highest(self, runs: xr.Dataset) -> xr.DataArray | float:
-        """The highest shaking of the runs, in the measure; on block if the measure depends on the block."""
+        """The highest level of the runs, in the measure; on block if the measure depends on the block."""
         return float(self.levels[-1]) if self.levels.size else runs["intensity"].max("motion")
 
     def lowest(self, runs: xr.Dataset) -> xr.DataArray | float:
-        """The lowest shaking of the runs, in the measure; on block if the measure depends on the block."""
+        """The lowest level of the runs, in the measure; on block if the measure depends on the block."""
         return float(self.levels[0]) if self.levels.size else runs["intensity"].min("motion")
 
     @property

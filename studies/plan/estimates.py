@@ -28,7 +28,7 @@ RANK = "measure_"
 MEAN = "mean"
 """Use of the modelling uncertainty: in the mean rate, else in its fractiles."""
 UNDECIDED = 0.08
-"""Share of the motions whose flags are tested under perturbations: some 30 % more work."""
+"""Share of the motions whose flags are tested under perturbations: about 30 % more work."""
 LOW_SHARE = 0.1
 """Probability whose level is given in addition to the median with a hazard."""
 
@@ -44,7 +44,7 @@ class Fit(CurveOptions):
 
     @property
     def in_mean(self) -> float:
-        """beta_m if the mean rate holds it, else 0."""
+        """beta_m if the mean rate includes it, else 0."""
         return self.modelling_dispersion if self.modelling == MEAN else 0.0
 
     @property
@@ -82,7 +82,7 @@ class Fit(CurveOptions):
         return gathered(fitted, runs)
 
     def modelled(self, curves: xr.Dataset) -> xr.Dataset:
-        """Return curves whose dispersions hold the modelling uncertainty if the mean rate is to hold it."""
+        """Return curves whose dispersions include the modelling uncertainty if the mean rate is to include it."""
         return with_modelling(curves, self.in_mean) if self.in_mean else curves
 
     def chances_of_range(self, curves: xr.Dataset, level: xr.DataArray) -> dict[str, xr.Variable]:

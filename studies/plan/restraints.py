@@ -23,7 +23,7 @@ BROKEN = "broken_probability"
 """Variable with the share of the motions in which a restraint breaks, and beginning of the names of its interval."""
 AT_DESIGN = "broken_at_design"
 DESIGN = "design_level"
-"""Coordinate with the level of the design shaking."""
+"""Coordinate with the design level."""
 ENDS = {"": "probability", "_lower": "lower", "_upper": "upper"}
 WEAKER, STRONGER = 3, 5
 """Halvings and doublings of the given strength that are tried."""
@@ -73,7 +73,7 @@ def needed_strengths(
 ) -> xr.Dataset:
     """Return the weakest tested strengths above the strongest that misses the target: inf if that is the strongest.
 
-    A stronger restraint may raise the chance, so all tested strengths above must meet the target.
+    A stronger restraint may raise the probability, so all tested strengths above must meet the target.
     """
     asked = np.flatnonzero(np.isfinite(targets)).tolist()
     needed = np.full((len(blocks), len(laws)), np.nan)

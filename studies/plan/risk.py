@@ -134,7 +134,7 @@ class Risk:
     def notes(
         self, rates: xr.Dataset, curves: xr.Dataset, highest: xr.DataArray | float, study: Mapping[str, Any]
     ) -> list[Fact]:
-        """Return notes on rates that come from shaking beyond the hazard curve or beyond the runs of a study."""
+        """Return notes on rates from beyond the hazard curve or beyond the runs of a study."""
         run = levels_run(curves)[0], float(np.max(highest))
         ends = next((end for key, end in (("ida", "level"), ("stripes", "stripe")) if key in study), "motion")
         cures = other_levels(study, False, run), other_levels(study, True, run)
@@ -232,7 +232,7 @@ def _levels_of(curves: xr.Dataset, level: xr.DataArray | float) -> xr.DataArray 
 
 
 def without_replicates(curves: xr.Dataset) -> xr.Dataset:
-    """Curves as results hold them: without their replicates, and without the shares of their runs."""
+    """Curves as results contain them: without their replicates, and without the shares of their runs."""
     return curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims or name == OBSERVED])
 
 

@@ -114,7 +114,7 @@ def joined_screens(parts: Sequence[xr.Dataset], models: xr.DataArray) -> xr.Data
 QUANTILES = (0.05, 0.5, 0.95)
 FACTORS = ("motion", "model", "sample")
 NO_CAPACITY = "no_capacity_shares"
-"""Attribute that holds the reason why capacities are not known."""
+"""Attribute with the reason why capacities are not known."""
 
 
 def summary(runs: xr.Dataset, fit: Fit) -> xr.Dataset:

@@ -7,7 +7,7 @@ MOST_NUMBERS = 500_000_000
 
 
 def refuse_samples(samples: float, what: str) -> None:
-    """Raise a ValueError if motions would hold more samples than fit into the memory of a computer."""
+    """Raise a ValueError if motions would have more samples than fit into the memory of a computer."""
     if not samples <= MOST_NUMBERS:
         raise ValueError(
             f"{what} would hold {samples:,.3g} samples, allowed are {MOST_NUMBERS:,} (4 GB): "

@@ -79,7 +79,7 @@ class Slides:
         return self.kinetic_ratio if ratio is None else ratio
 
     def exact(self, blocks: Sequence[Block]) -> list[str]:
-        """Return the labels of the blocks that may slide and whose coefficient is taken as known exactly."""
+        """Return the labels of the blocks that may slide and whose coefficient is assumed to be known exactly."""
         return [blocks[i].label for i in free_of(blocks) if isinstance(self.friction_of(blocks[i]), FixedFriction)]
 
     def trip_of(self, block: Block) -> float | None:
@@ -292,7 +292,7 @@ def _difference(high: xr.Dataset, low: xr.Dataset, confidence: float) -> dict[st
 
 
 def in_plane(runs: xr.Dataset) -> bool:
-    """Return True for runs whose motions hold both horizontal components, under which blocks slide in the plane."""
+    """Return True for runs whose motions have both horizontal components, under which blocks slide in the plane."""
     return bool(configuration_of(runs).get(AXES))
 
 

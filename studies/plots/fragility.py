@@ -27,7 +27,7 @@ from . import axes, selection
 MOST_TOGETHER = 4
 """Largest number of blocks and floors whose curves share a panel."""
 MOST_PANELS = 12
-"""Largest number of panels of a figure; the results hold all curves."""
+"""Maximum number of panels of a figure; the results contain all curves."""
 FAR = 3.0
 """Number of dispersions above the median beyond which a curve is flat."""
 FULL_BIN, MOST_BINS = 30, 8

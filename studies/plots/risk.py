@@ -1,4 +1,4 @@
-"""Figures of risk: annual rates of overturning, the contributing levels of shaking, and rates over branches."""
+"""Figures of risk: annual rates of overturning, the contributing levels, and rates over branches."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ def _window(every: xr.Dataset, edges: Array) -> tuple[float, float, dict[str, in
 
 
 def _outside_levels(here: xr.Dataset, scale: float) -> tuple[float, float] | None:
-    """Return the lowest and the highest level at which blocks were shaken; None if the hazard has another measure."""
+    """Return the lowest and the highest level of the blocks' runs; None if the hazard has another measure."""
     if "level" not in here.coords or here["level"].ndim != 1:
         return None
     level, bins = here["level"], here["bin"]

@@ -1,4 +1,4 @@
-"""Map of the chance that a block slides instead of rocking, over its proportions and its friction."""
+"""Map of the probability that a block slides instead of rocking, over its proportions and its friction."""
 
 from __future__ import annotations
 

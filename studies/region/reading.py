@@ -67,7 +67,7 @@ def _by_column(table: CsvTable) -> BlockArray | None:
 
 
 def _columns(table: CsvTable) -> dict[str, Array] | None:
-    """Return the columns of a table that holds plain numbers and names in each line; None for others."""
+    """Return the columns of a table with plain numbers and names in each line; None for others."""
     import pandas as pd  # noqa: PLC0415 - only the files of regions are read by it
 
     text = table.text_below

@@ -1,4 +1,4 @@
-"""Differences between two study files in words, for a folder that holds the results of the other study."""
+"""Differences between two study files in words, for a folder with the results of the other study."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ LOCK_NAME = ".lock"
 UNREADABLE = (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError)
 """Errors of the libraries for a damaged file, or for attributes that make no sense."""
 LOCK_SECONDS = 0.5
-"""Time to wait for a lock, since a process that only checks the lock holds it for a moment too."""
+"""Time to wait for a lock, since a process that only checks the lock has it for a moment too."""
 LOCK_ATTEMPTS = 20
 """Attempts to lock a folder that another process removes as it leaves."""
 
@@ -103,7 +103,7 @@ def is_locked(folder: Path) -> bool:
 
 
 def _is_held(path: Path) -> bool:
-    """Return True if a process holds a lock that only another user may write; StudyError if it cannot be read."""
+    """Return True if a process has a lock that only another user may write; StudyError if it cannot be read."""
     import fcntl  # noqa: PLC0415 - Windows has none
 
     try:
@@ -117,7 +117,7 @@ def _is_held(path: Path) -> bool:
 
 
 def result_file(path: Path) -> Path:
-    """Return a file, or the results in a folder; StudyError if its study is not finished or it holds none."""
+    """Return a file, or the results in a folder; StudyError if its study is not finished or there is none."""
     if not path.is_dir():
         return path
     refuse_unfinished(path, path)

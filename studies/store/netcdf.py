@@ -116,7 +116,7 @@ def _write_slabs(file: netCDF4.Dataset, one: xr.DataArray) -> None:
 
 
 def opened(path: Path) -> xr.Dataset:
-    """Open results whose arrays are read when they are used; StudyError for a file that declares more than it holds."""
+    """Open results whose arrays are read when they are used; StudyError for a file that declares more than it has."""
     stored = open_netcdf(
         path, lambda problem: StudyError(f"{path}: {problem}: it is damaged, or no result file; run its study again")
     )

@@ -139,7 +139,7 @@ class Shards(Runner):
 
 
 def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool) -> tuple[Path, bool]:
-    """Return the folder for the shards of a study, and True if it holds shards of this study already."""
+    """Return the folder for the shards of a study, and True if it contains shards of this study already."""
     shards = folder / FOLDER
     refuse_link(shards)
     if shards.exists() and not fresh:
@@ -155,7 +155,7 @@ def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool) -> tuple[P
 
 
 def refuse_other(folder: Path, pinned: Mapping[str, Any]) -> bool:
-    """Return True if a folder holds parts of the study `pinned`; StudyError if they are of another study."""
+    """Return True if a folder contains parts of the study `pinned`; StudyError if they are of another study."""
     before = read_manifest(folder)
     if before is None:
         return False
@@ -172,7 +172,7 @@ def _manifest(pinned: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def belongs(folder: Path, identity: str) -> bool:
-    """Return True if the folder holds parts of the study of this identity, made by this engine."""
+    """Return True if the folder contains parts of the study of this identity, made by this engine."""
     try:
         found = read_manifest(folder)
     except StudyError:

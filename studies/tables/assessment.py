@@ -21,7 +21,7 @@ from .table import Cells, Column, Row, Table, intervals, range_of
 DRAWN = {"downtime": "out of use, days", "injuries": "injured"}
 """Headings of amounts that only some inventories give; of amounts in a year with the `span` of time."""
 MARK, MARKED = "‡", "‡ outside the model, or on a support that moves: no ground for advice"
-"""After the name of a piece whose chance of falling is no ground for advice, and why."""
+"""Text after the name of a piece whose probability of falling is no basis for advice, with the reason."""
 TENTH = 0.1
 """Share of a value above which the error of its draws is written."""
 SELDOM = 0.1
@@ -102,7 +102,7 @@ def consequences(assessment: xr.Dataset, model: int = 0) -> Table:
 
 
 def doubtful_items(ranking: xr.Dataset) -> Flags:
-    """Return True for the items of a ranking on whose chance of falling no advice can rest."""
+    """Return True for the items of a ranking whose probability of falling is no basis for advice."""
     known = DOUBTFUL in ranking.coords
     return np.asarray(ranking[DOUBTFUL].values if known else np.zeros(ranking.sizes["item"], np.bool_))
 

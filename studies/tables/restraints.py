@@ -71,7 +71,7 @@ PAIRED = "Both blocks have the same motions."
 
 
 MOST_COLUMNS = 6
-"""Most restraints in a table of breaks by level; the results hold all of them."""
+"""Maximum number of restraints in a table of breaks by level; the results contain all of them."""
 HALF = 0.5
 
 
@@ -107,7 +107,7 @@ def breaks(results: xr.Dataset) -> Table:
 def breaks_of(results: xr.Dataset, at: int) -> list[tuple[str, float, float, float, float, bool]]:
     """Return the ruptures of restraints under a law: name, share of motions with its ends, level, at the design level.
 
-    The level is the design shaking if it is known, else the lowest at which at least half of the motions break a
+    The level is the design level if it is known, else the lowest at which at least half of the motions break a
     restraint, or the highest.
     """
     found = []

@@ -154,9 +154,9 @@ def branches_beyond(results: xr.Dataset) -> str:
 
 
 def branches_beyond_note(beyond: Sequence[float], names: Sequence[str]) -> list[Fact]:
-    """Return the note on branches whose rates come from shaking beyond hazard curves or levels.
+    """Return the note on branches whose rates are from beyond hazard curves or levels.
 
-    `beyond` is the share of each branch's rate (its largest over blocks) from such shaking.
+    `beyond` is that share of each branch's rate (its largest over blocks).
     """
     many = sum(share > NOTABLE for share in beyond)
     if not many:
@@ -177,7 +177,7 @@ def extrapolated_shares(results: xr.Dataset) -> dict[str, xr.DataArray]:
 def rate_bounds(results: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray] | None:
     """Return the minimum and the maximum possible rate over the given one.
 
-    Above the highest level run it is P H to H: P its probability there, H the annual rate of such shaking.
+    Above the highest level run it is P H to H: P its probability there, H the annual rate of such motions.
     """
     if not {BEYOND, AT_HIGHEST, EXCEEDED} <= {*results}:
         return None

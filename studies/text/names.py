@@ -11,7 +11,7 @@ REPLACEMENT = "\ufffd"
 # Marks that change the direction of the text that follows, beyond the name that holds them.
 _TURNING = {*range(0x202A, 0x202F), *range(0x2066, 0x206A)}
 LONGEST_LABEL = 60
-"""Most letters of a name in a figure: longer names are cut (tables hold them whole)."""
+"""Maximum length of a name in a figure: longer names are cut (tables contain them whole)."""
 NAMED = ("block", "model", "item", "place", "consequence", "floor", "motion_floor", "law")
 
 

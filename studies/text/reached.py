@@ -50,7 +50,7 @@ EDGE = 1.0 + 1e-9
 
 
 def levels_run(results: xr.Dataset) -> tuple[float, float]:
-    """Return the weakest and the strongest shaking run (SI); 0 and infinite if there are no levels (published)."""
+    """Return the lowest and the highest level of the runs (SI); 0 and infinite if there are no levels (published)."""
     if "level" not in results.coords and "intensity" not in results.coords:
         return 0.0, np.inf
     return float(axis_of(results).min()), float(axis_of(results).max())
