@@ -1,1 +1,1 @@
-"""What every package uses: units, checks of inputs, random streams, wording, compiled functions."""
+"""Shared tools of all packages: units, checks of inputs, random streams, wording, compiled functions."""

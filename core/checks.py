@@ -22,7 +22,7 @@ BOUNDS: dict[str, tuple[Callable[[Any, Any], Any], str]] = {
     "below": (operator.lt, "<"),
     "at_most": (operator.le, "<="),
 }
-"""Bounds of numbers: whether a number or an array holds one, and its sign."""
+"""Bounds of numbers: their test on a number or an array, and their sign."""
 
 
 def number(
@@ -60,7 +60,7 @@ def count(name: str, value: Any, *, at_least: int = 0) -> int:
 
 
 def not_empty(name: str, sizes: Mapping[Any, int], *dims: str) -> None:
-    """Raise ValueError if labelled data have no entry along one of some dimensions (of runs, where none is named)."""
+    """Raise ValueError if labelled data have no entry along one of some dimensions (of runs, if none is named)."""
     for dim in dims or ("block", "model", "level", "motion"):
         if sizes.get(dim, 1) == 0:
             raise ValueError(f"{name} must hold at least one {dim}, got none")
@@ -69,7 +69,7 @@ def not_empty(name: str, sizes: Mapping[Any, int], *dims: str) -> None:
 def choice(name: str, value: Any, allowed: Sequence[str]) -> str:
     """Return `value` if it is one of the allowed words; ValueError otherwise."""
     if not isinstance(value, str) or value not in allowed:
-        # Many words are told without quotes, so that the sentence stays one to read.
+        # Many words are listed without quotes, so that the sentence stays readable.
         words = ", ".join(allowed if len(allowed) > 12 else map(repr, allowed))
         raise ValueError(f"{name} must be one of {words}, got {_shown(value)}")
     return value
@@ -168,7 +168,7 @@ def path(value: Any) -> Path:
 
 
 def callback(name: str, value: Any) -> None:
-    """Raise TypeError for what is neither None nor can be called: else it would fail after the first runs."""
+    """Raise TypeError for a value that is neither None nor callable: it would otherwise fail after the first runs."""
     if value is not None and not callable(value):
         raise TypeError(f"{name} must be a function, got {kind(value)}")
 

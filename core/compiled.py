@@ -1,8 +1,8 @@
 """Compiled functions: the decorator of kernels; numba is loaded when the first kernel of a folder is called.
 
-A folder of kernels holds functions that call each other across its files, take and return plain numbers and arrays, and
-import nothing of the package but this module and themselves.  Nothing of numba is loaded before the first call, so that
-commands without an analysis neither wait for it nor need a place where it may keep its files.
+A folder of kernels contains functions that call each other across its files, and take and return plain numbers and
+arrays. They import nothing of the package except this module and themselves. Nothing of numba is loaded before the
+first call. Commands without an analysis therefore need not wait for it, and need no place for its files.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _beside: list[subprocess.Popen[bytes]] = []  # processes that compile more
 
 
 class Kernel:
-    """A function that is compiled when it is called; `dispatcher` is what numba makes of it."""
+    """A function that is compiled when it is called; `dispatcher` is numba's compiled function."""
 
     def __init__(self, function: Callable[..., Any], keep: bool, options: dict[str, Any]) -> None:
         functools.update_wrapper(self, function)
@@ -55,7 +55,7 @@ class Kernel:
     def compile_aside(self, statement: str) -> None:
         """Let another process compile it by a Python statement; the first call here waits for that.
 
-        Nothing is done where it is stored, or can't be.  The statement ends when its input does, with this process.
+        Nothing is done if it is stored, or can't be. The statement ends when its input does, with this process.
         """
         if not getattr(getattr(self.dispatcher, "_cache", None), "keeps", False) or self.on_disk:
             return
@@ -99,15 +99,15 @@ class Kernel:
 
 
 def folder_of(function: Callable[..., Any]) -> str:
-    """Return the package that holds a kernel's module."""
+    """Return the package of a kernel's module."""
     return function.__module__.rpartition(".")[0]
 
 
 def make_folder(folder: str) -> None:
-    """Make the dispatchers of a folder, and put them where its modules name the kernels: numba knows no others.
+    """Make the dispatchers of a folder, and put them where its modules name the kernels: numba finds only these.
 
-    A kernel gets its dispatcher last, because another thread may call it as soon as it has one; where this is
-    interrupted, nothing is changed.
+    A kernel gets its dispatcher last, because another thread may call it as soon as it has one; if this is interrupted,
+    nothing is changed.
     """
     made = {one: one.make() for one in _waiting.get(folder, [])}
     for name, module in list(sys.modules.items()):
@@ -128,8 +128,8 @@ def _named(module: str, name: str) -> Any:
 def kernel(*, keep: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
     """`numba.njit` without the global interpreter lock and with numpy's rules of division, when it is first called.
 
-    `keep` is for the kernels that Python calls, and stores them on disk.  What only other kernels call is compiled into
-    those.  The other options are numba's.
+    `keep` is for kernels that Python calls, and stores them on disk. Kernels that only other kernels call are compiled
+    into those. The other options are numba's.
     """
 
     def compiled(function: Callable[..., Any]) -> Any:

@@ -28,7 +28,7 @@ class Distribution(ABC):
     @property
     @abstractmethod
     def support(self) -> tuple[float, float]:
-        """Least and largest value of the distribution."""
+        """Smallest and largest value of the distribution."""
 
     @abstractmethod
     def quantile(self, probability: Array) -> NDArray[Any]:
@@ -44,7 +44,7 @@ class Continuous(Distribution):
 
     @abstractmethod
     def below(self, value: ArrayLike) -> Array:
-        """Return the probability of less than `value`, in the same shape; NaN where `value` is NaN."""
+        """Return the probability of less than `value`, in the same shape; NaN if `value` is NaN."""
 
 
 def _ends(lower: float, upper: float) -> tuple[float, float]:
@@ -85,7 +85,7 @@ def _share_below(score: Array, lower: float, upper: float) -> Array:
 
 @dataclass(frozen=True)
 class Normal(Continuous):
-    """Normal law, truncated where `lower` or `upper` is given.
+    """Normal law, truncated if `lower` or `upper` is given.
 
     Parameters
     ----------
@@ -122,14 +122,14 @@ class Normal(Continuous):
 
 @dataclass(frozen=True)
 class Lognormal(Continuous):
-    """Lognormal law, ln x ~ N(ln median, dispersion²), truncated where `lower` or `upper` is given.
+    """Lognormal law, ln x ~ N(ln median, dispersion²), truncated if `lower` or `upper` is given.
 
     Parameters
     ----------
     median, dispersion : float
         Median (> 0) and standard deviation of the logarithm (> 0) before truncation.
     lower, upper : float
-        Ends of its support, 0 and infinity where not given.
+        Ends of its support, 0 and infinity if not given.
 
     >>> import numpy as np
     >>> Lognormal(2.0, 0.4).quantile(np.array([0.5])).tolist()
@@ -222,7 +222,7 @@ class Beta(Continuous):
 
 @dataclass(frozen=True)
 class Least(Continuous):
-    """The least of several independent quantities, such as the strengths of a device and of its fixings.
+    """The minimum of several independent quantities, such as the strengths of a device and of its fixings.
 
     Parameters
     ----------
@@ -231,8 +231,8 @@ class Least(Continuous):
 
     Notes
     -----
-    P(least > x) is the product of P(part > x).  A quantile lies between the least quantiles of the parts at
-    1 - (1 - p)^(1/n) and at p, and is found there by bisection to the last digits.
+    P(minimum > x) is the product of P(part > x). A quantile lies between the minimum over the parts of their quantiles
+    at 1 - (1 - p)^(1/n) and at p. Bisection finds it there to the last digits.
 
     >>> import numpy as np
     >>> kit = Least([Lognormal(900.0, 0.3), Lognormal(400.0, 0.3), Lognormal(600.0, 0.3)])

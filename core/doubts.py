@@ -1,4 +1,4 @@
-"""Doubts: inputs outside of what exists, each in a sentence that names the likely slip; studies accept them by name."""
+"""Input warnings: values outside of the known range, each in a sentence that names the likely slip."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ KINDS = (
     *("displacement", "PGA", "PGV/PGA", "duration", "hazard", "selection", "ringing", "collapse", "strike"),
     *("rocks first", "slides on", "scaling", "misfit", "table"),
 )
-"""Kinds of doubts, by the names under which a study accepts them."""
+"""Kinds of input warnings, by the names under which a study accepts them."""
 NAMED = 3  # no sentence names more
 _noted: ContextVar[list[Doubt] | None] = ContextVar("noted", default=None)
 
 
 class Doubt(NamedTuple):
-    """One doubt: its kind, one of `KINDS`, its sentence, whether nothing real can be meant, whether it is dealt with.
+    """Input warning: its kind, one of `KINDS`, its sentence, and flags for an impossible value and for a settled one.
 
-    What is dealt with is a note alone: it needs no care.
+    A settled warning is a note alone: it needs no action.
     """
 
     kind: str
@@ -34,7 +34,7 @@ class Doubt(NamedTuple):
 
 
 class ImplausibleInput(UserWarning):
-    """Warning of an input outside of what exists, or too poor for valid results; it is used as it is."""
+    """Warning of an input outside of the known range, or too poor for valid results; it is used as it is."""
 
 
 def first_names(names: Sequence[str]) -> str:
@@ -49,7 +49,7 @@ def first_of(texts: Sequence[str]) -> str:
 
 
 def warn(found: Iterable[Doubt], category: type[UserWarning] = ImplausibleInput) -> None:
-    """Warn of doubts where the package was called; nothing is said where the caller notes them itself (`noted`)."""
+    """Issue input warnings at the package's caller; none are issued if the caller notes them itself (`noted`)."""
     keeper = _noted.get()
     if keeper is not None:
         keeper.extend(found)
@@ -60,14 +60,14 @@ def warn(found: Iterable[Doubt], category: type[UserWarning] = ImplausibleInput)
 
 
 def warn_of_results(found: Iterable[str]) -> None:
-    """Warn of results that are not valid where the package was called; studies say so among their checks."""
+    """Warn of invalid results at the package's caller; studies report them among their checks."""
     level = len(_callers()) + 1
     for sentence in () if by_study() else found:
         warnings.warn(f"results are not valid: {sentence}", ImplausibleInput, stacklevel=level)
 
 
 def by_study() -> bool:
-    """Return whether a study called, which has doubts among its notes."""
+    """Return True if a study called, which has input warnings among its notes."""
     return any(name.split(".")[1:2] == ["studies"] for name in _callers())
 
 
@@ -83,7 +83,7 @@ def _callers() -> list[str]:
 
 @contextmanager
 def noted() -> Iterator[list[Doubt]]:
-    """Keep doubts silent within, and yield the list of them: for callers that note them."""
+    """Keep input warnings silent within, and yield the list of them: for callers that note them."""
     keeper: list[Doubt] = []
     token = _noted.set(keeper)
     try:

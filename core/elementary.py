@@ -1,12 +1,12 @@
-"""exp, log, power, products and the like of arrays, with the same bits on every processor that fuses multiply and add.
+"""Array functions (exp, log, power, products) that are bit-identical on all processors that fuse multiply and add.
 
-numpy's loops are as wide as the processor's vectors, and their last digits differ by that width.  These functions have
-numpy's names and values, at 0, infinity and NaN too, where they do not warn; they call the C library, whose variants
-for such processors agree: in Python for a few values, else in a compiled loop.
+The loops of numpy are as wide as the processor's vectors, and their last digits differ by that width. These functions
+have numpy's names and values, at 0, infinity and NaN too, where they do not warn. They call the C library, whose
+variants for such processors agree: in Python for a few values, else in a compiled loop.
 
 Libraries of linear algebra divide products by the vectors and processors that they find; here every sum has one order.
-Matrices are small.  Golub, G. H. and Van Loan, C. F. (2013). Matrix Computations, 4th edition, Johns Hopkins University
-Press: sections 3.4 (pivoting), 4.2 (Cholesky), 5.2 (Gram and Schmidt, twice), 8.5 (Jacobi, the pairs of a round at
+Matrices are small. Golub, G. H. and Van Loan, C. F. (2013). Matrix Computations, 4th edition, Johns Hopkins University
+Press. Sections 3.4 (pivoting), 4.2 (Cholesky), 5.2 (Gram and Schmidt, twice), 8.5 (Jacobi, the pairs of a round at
 once) and 9.3 (exponentials).
 """
 
@@ -26,9 +26,9 @@ from .kernels import elementary as engine
 FEW, UNLOADED = 32, 10_000
 """Values up to which Python is as fast as a compiled loop, and as fast as loading numba for one."""
 PYTHON = (math.exp, math.log, math.expm1, math.log1p, math.tan, math.asin, math.acos, math.atan, math.pow, math.atan2)
-"""Functions in the order of the compiled loops, those of two numbers last."""
+"""Functions in the order of the compiled loops; functions of two numbers are last."""
 SWEEPS, ROUNDING, LEAST, TERMS = 60, 1e-18, 1e-300, 15
-"""Of eigh: most sweeps, of which some ten are needed, what they leave, and a divisor for 0; terms of expm."""
+"""Of eigh: maximum number of sweeps (about ten are needed), their remainder, and a divisor for 0; terms of expm."""
 
 
 def _of(at: int, *given: Any) -> Any:
@@ -49,7 +49,7 @@ def _of(at: int, *given: Any) -> Any:
 
 
 def _alone(function: Any, *x: float) -> float:
-    """Return a function of numbers, numpy's where Python refuses: there it is infinite or NaN."""
+    """Return a function of numbers, numpy's if Python raises an error: the result is then infinite or NaN."""
     try:
         return float(function(*x))
     except (ValueError, OverflowError):
@@ -85,7 +85,7 @@ def squares(rows: Array, covariance: Array) -> Array:
 
 
 def cholesky(matrix: Array) -> Array:
-    """Return the lower triangle L with L L' = the matrix; LinAlgError where it is not positive definite."""
+    """Return the lower triangle L with L L' = the matrix; LinAlgError if it is not positive definite."""
     lower = np.tril(matrix)
     for j in range(len(lower)):
         lower[j:, j] -= times(lower[j:, :j], lower[j, :j])
@@ -96,7 +96,7 @@ def cholesky(matrix: Array) -> Array:
 
 
 def solve(matrix: Array, right: Array) -> Array:
-    """Return x with matrix x = right, (n,) or (n, k); LinAlgError where the matrix is singular."""
+    """Return x with matrix x = right, (n,) or (n, k); LinAlgError if the matrix is singular."""
     n = len(matrix)
     both = np.column_stack([matrix, right])
     for j in range(n):
@@ -112,7 +112,7 @@ def solve(matrix: Array, right: Array) -> Array:
 
 
 def inverse(matrix: Array) -> Array:
-    """Return the inverse; LinAlgError where there is none."""
+    """Return the inverse; LinAlgError if there is none."""
     return solve(matrix, np.eye(len(matrix)))
 
 

@@ -14,7 +14,7 @@ from typing import Any
 def face(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """Return `__getattr__`, `__dir__` and `__all__` of a package, whose names its own `if TYPE_CHECKING:` imports.
 
-    Nobody waits for libraries that are not needed: a command that prints a list loads no labelled arrays, and a single
+    Libraries are loaded only when needed: a command that prints a list loads no labelled arrays, and a single
     simulation no statistics.
     """
     source = Path(str(sys.modules[package].__file__)).read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""A fact: what results say, without words."""
+"""Facts: content of results, without words."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ GOOD, CARE, INVALID, UNKNOWN = "good", "use with care", "not valid", "not checke
 
 @dataclass(frozen=True)
 class Fact:
-    """What results say: `what` names its sentence in a template, the rest are the values in it.
+    """Fact in results: `what` names its sentence in a template, the rest are the values in it.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Fact:
     word
         Severity, for facts of checks.
     remedy
-        Name of the sentence that says what to do about it.
+        Name of the sentence with the remedy.
     more
         Other values of the sentence.
     """
@@ -49,7 +49,7 @@ class Fact:
 
 
 def doubted(sentences: Iterable[str]) -> list[Fact]:
-    """Return doubts, which are sentences wherever they arise, as facts."""
+    """Return input warnings, which are always sentences, as facts."""
     return [Fact("input.doubt", names=(sentence,)) for sentence in sentences]
 
 

@@ -1,7 +1,8 @@
 """Labelled arrays without dask's arrays, which xarray would load for the first of them.
 
-For any array that it labels, xarray asks whether it is one of dask's, and loads those, with parts of scipy, to ask: up
-to 0.4 s of CPU time for a simulation of 1 ms.  As long as nobody has loaded dask's arrays, no array can be one of them.
+For any array that it labels, xarray checks if it is one of dask's, and loads dask's arrays and parts of scipy for it.
+This takes up to 0.4 s of CPU time for a simulation of 1 ms. Before dask's arrays are loaded, no array can be one of
+them.
 """
 
 from __future__ import annotations
@@ -20,11 +21,11 @@ class _OfDask(type):
 
 
 class DaskArray(metaclass=_OfDask):
-    """Stands for dask's arrays in a question whether something is one of them."""
+    """Placeholder for dask's arrays in type checks."""
 
 
 class _DaskModule:
-    """Stands in xarray for its knowledge of dask: only that of the type of arrays is given without loading them."""
+    """Replacement of xarray's access to dask: it gives only the type of arrays without loading them."""
 
     type = (DaskArray,)
 
@@ -35,9 +36,9 @@ class _DaskModule:
 
 
 def spare_dask() -> None:
-    """Let xarray ask whether an array is one of dask's without loading those; without effect where it cannot be done.
+    """Let xarray check for dask's arrays without loading them; without effect if this is impossible.
 
-    xarray keeps what it knows of dask in a table of its own.  In a version without this table dask's arrays are loaded.
+    The knowledge of xarray about dask is in its own table. In a version without this table dask's arrays are loaded.
     """
     try:
         from xarray.namedarray.pycompat import _cached_duck_array_modules as known  # noqa: PLC0415

@@ -1,7 +1,7 @@
 """Limits of files that a person may be sent: checked before a parser unfolds them, so that none takes long or much.
 
-Each is well above the largest right file that is known: a study of 2,000 blocks has 0.2 MB, a workbook of 10,000 pieces
-and 40 columns 400,000 cells, a record of an hour at 1,000 Hz 60 MB of text, a hazard of 200 realisations 20 MB.
+Each is well above the largest known right file. A study of 2,000 blocks has 0.2 MB, and a workbook of 10,000 pieces and
+40 columns 400,000 cells. A record of an hour at 1,000 Hz has 60 MB of text, and a hazard of 200 realisations 20 MB.
 """
 
 from __future__ import annotations
@@ -33,8 +33,9 @@ RECORD_BYTES, OBSPY_BYTES = 512 * 2**20, 128 * 2**20
 CURVE_BYTES = 32 * 2**20
 """Of curves and hazards for other programs (CSV, JSON, NRML)."""
 DECLARED_BYTES, DECLARED_RATIO = 2**28, 20
-"""Of the arrays that a netCDF file declares: so much in any file, and so many times the bytes of larger ones; results
-are stored as they are, and compressed accelerations take half to a tenth."""
+"""Limits of the arrays that a netCDF file declares: bytes in any file, and the ratio to the bytes of larger files.
+Results are not compressed, and compressed accelerations take half to a tenth.
+"""
 SMALL_NETCDF = 2**25
 """Of a netCDF file that is read into memory before it is opened."""
 STRING_BYTES = 64
@@ -42,7 +43,7 @@ STRING_BYTES = 64
 CELLS = 1_000_000
 """Of all sheets of a workbook."""
 ELEMENTS = {"sheet": 256, "mergeCell": 1_000, "xf": 65_000, **dict.fromkeys(("c", "v", "f", "t", "si", "is"), CELLS)}
-"""Of one kind in a workbook, where another number than OTHERS is allowed (cell formats: the program's own limit)."""
+"""Of one kind in a workbook, if another number than OTHERS is allowed (cell formats: the program's own limit)."""
 OTHERS = 20_000
 """Of any other kind (hyperlinks, rules, names); rows, and runs of rich text, are limited by the bytes alone."""
 COVERED = 100_000
@@ -55,7 +56,7 @@ _RANGE = re.compile(
 
 
 def whole_content(file: Path, most_bytes: int, what: str, error: type[Exception]) -> bytes:
-    """Return the bytes of a file; `error` where it is missing, no file, unreadable, or too large for any `what`."""
+    """Return the bytes of a file; `error` if it is missing, no file, unreadable, or too large for any `what`."""
     try:
         if not file.is_file():
             raise error(f"{file}: {'not a file' if file.exists() else 'no such file'}")
@@ -71,7 +72,7 @@ def whole_content(file: Path, most_bytes: int, what: str, error: type[Exception]
 
 
 def memory_limit() -> int:
-    """Return the limit on this process's memory (kB) that its shell set; 0 where there is none."""
+    """Return the limit on this process's memory (kB) that its shell set; 0 if there is none."""
     with suppress(ImportError):  # (Windows has none)
         import resource  # noqa: PLC0415
 
@@ -113,10 +114,10 @@ def _column(letters: bytes) -> int:
 
 
 def small_netcdf(path: Path) -> bytes | None:
-    """Return the content of a small file of HDF5, None for a larger or a classic one; OSError where it cannot be read.
+    """Return the content of a small file of HDF5, None for a larger or a classic one; OSError if it cannot be read.
 
-    The HDF5 library ends its process where a disk fails to close a file, so that it opens small files in memory (larger
-    ones: `opened_netcdf`).
+    The HDF5 library ends its process if a disk fails to close a file, so that it opens small files in memory (larger
+    files: `opened_netcdf`).
     """
     with path.open("rb") as file:
         content = file.read(SMALL_NETCDF + 1)
@@ -124,10 +125,9 @@ def small_netcdf(path: Path) -> bytes | None:
 
 
 def open_netcdf(path: Path, refused: Callable[[str], Exception]) -> xr.Dataset:
-    """Open a netCDF file whose arrays are read when they are used; OSError or RuntimeError where this fails.
+    """Open a netCDF file whose arrays are read when they are used; OSError or RuntimeError if this fails.
 
-    A file that declares more than a file of its size holds would fill the memory: `refused` makes its error of the
-    reason.
+    A file that declares more than its size allows would fill the memory: `refused` makes its error of the reason.
     """
     import xarray as xr  # noqa: PLC0415 - most commands read no such file
     from xarray.backends import NetCDF4DataStore  # noqa: PLC0415
@@ -162,7 +162,7 @@ _HELD: dict[tuple[int, int], list[set[int]]] = {}
 
 
 def opened_netcdf(path: Path, content: bytes | None) -> tuple[netCDF4.Dataset, Callable[[], None]]:
-    """Open a file of which `small_netcdf` is the content, and return what must be called before it is closed.
+    """Open a file whose content is from `small_netcdf`, and return a function to call before it is closed.
 
     The HDF5 library ends its process if the system refuses to close a file.  Before that, the null device takes the
     place of the file's descriptors, which are one for all datasets of a file.

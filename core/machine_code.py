@@ -1,15 +1,16 @@
 """Machine code of kernels: numba's compiler, with a disk cache that watches a whole folder, and closed libraries.
 
-numba stamps a cached function by the one file that holds it, so a change in a callee of another file would go unnoticed
-(numba issue 1833); here the stamp covers all sources of the folder, and this module.
+A cached function has a stamp of numba of its own file only, so a change in a callee of another file would go unnoticed
+(numba issue 1833). Here the stamp covers all sources of the folder, and this module.
 
-Where multiplications and additions are fused depends on what a function is inlined into, so the last bits of a result
-depend on which copy of a callee runs.  numba exports every callee under one name, and the linker takes the copy that
-was loaded first: the process that compiles would have other bits than those that load from disk.  So each function that
-Python calls carries its callees as its own, and what only other kernels call never becomes machine code by itself.
+The fusing of multiplications and additions depends on the function into which code is inlined. The last bits of a
+result therefore depend on the copy of a callee. All callees are exported under one name, and the linker takes the copy
+that was loaded first. The process that compiles would have other bits than processes that load from disk. Each function
+that Python calls therefore contains its callees. Functions that only other kernels call never become machine code by
+themselves.
 
-Machine code is made for a family of processors, not for the host, so that a wheel can carry it; what a process compiles
-besides kernels is as numba makes it.
+Machine code is made for a family of processors, not for the host, so that a wheel can contain it. Other functions that
+a process compiles are as numba makes them.
 """
 
 from __future__ import annotations
@@ -40,19 +41,19 @@ from numba.core.typing.context import Context
 from numba.core.untyped_passes import InlineClosureLikes
 
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": False, "_nrt": True}
-"""numba's options of a kernel that sets no others.  What is not set a callee takes from the caller for which it happens
-to be compiled first: then the bits of a process that compiles everything differ from those of one that loads a part.
+"""Default options of a kernel for numba. A callee takes an option that is not set from the caller for which it is
+compiled first. The bits of a process that compiles everything would then differ from a process that loads a part.
 """
 
 FAMILIES = {
     "x86-64-v4": ("avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"),
     "x86-64-v3": ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe"),
 }
-"""What a processor must have for a family of kernels, the widest first (x86-64 psABI 1.0, section 3.1.1)."""
+"""Required processor features of a family of kernels, the widest first (x86-64 psABI 1.0, section 3.1.1)."""
 STORED = "stored"
-"""Folder beside a kernel's, in which a wheel carries machine code."""
+"""Folder inside a kernel's folder, in which a wheel contains machine code."""
 FUSED = ("haswell", "skylake-avx512", "x86-64-v3", "x86-64-v4", "znver2")
-"""Targets whose own features fuse multiplications and additions, and whose kernels were seen to have the same bits."""
+"""Targets whose own features fuse multiplications and additions, and whose kernels were bit-identical in tests."""
 
 
 @cache
@@ -67,7 +68,7 @@ def folder_stamp(folder: Path) -> str:
 
 @cache
 def target() -> tuple[str, str]:
-    """Return the processor and features that kernels are compiled for: a family's, or what numba is told or finds."""
+    """Return the processor and features for which kernels are compiled: a family's, or numba's setting or host."""
     if config.CPU_NAME is None and llvm.get_process_triple().startswith("x86_64"):  # type: ignore[attr-defined]
         has = llvm.get_host_cpu_features()
         found = [family for family, needed in FAMILIES.items() if all(has.get(one) for one in needed)]
@@ -145,7 +146,7 @@ def typing() -> Typing:
 
 
 def for_kernels(context: Any) -> Any:
-    """Return numba's context of a compilation with the kernels' generator and types in place of its own."""
+    """Return numba's context of a compilation, with the kernels' generator and types instead of its own."""
     return context.subtarget(typing_context=typing(), _internal_codegen=generator())
 
 
@@ -175,9 +176,9 @@ class Files(caching.CompileResultCacheImpl):
 
 
 class FolderCache(caching.FunctionCache):
-    """numba's disk cache of a function, stamped by its folder; numba chooses where the files lie.
+    """numba's disk cache of a function, stamped by its folder; numba chooses the place of the files.
 
-    What is not there may have come with the wheel, which is never written to.
+    A missing file may be in the wheel, which is never written to.
     """
 
     _impl_class = Files
@@ -236,7 +237,7 @@ class LinkedLibrary(JITCodeLibrary):
 
 
 def passes_of(state: Any) -> Any:
-    """Return numba's passes but those for closures and expressions of arrays, which kernels do not hold."""
+    """Return numba's passes except those for closures and expressions of arrays, which kernels do not have."""
     passes = DefaultPassBuilder.define_nopython_pipeline(state)  # type: ignore[no-untyped-call]
     passes.passes = [step for step in passes.passes if step[0] not in (InlineClosureLikes, NopythonRewrites)]
     return passes
@@ -247,7 +248,7 @@ _telling = threading.Lock()
 
 @contextmanager
 def told(name: str) -> Iterator[None]:
-    """Print each second which kernel compiles, and for how long, on a terminal or in a notebook."""
+    """Print each second the name and duration of the compiling kernel, on a terminal or in a notebook."""
     watched = sys.stderr is not None and (sys.stderr.isatty() or "ipykernel" in sys.modules)
     if not (watched and _telling.acquire(blocking=False)):  # (a kernel within another is compiled with it)
         yield
@@ -278,7 +279,7 @@ class KeptCompiler(CompilerBase):
     """Compiler of the kernels that Python calls."""
 
     def compile_extra(self, func: Any) -> Any:
-        """Compile a function, and tell it."""
+        """Compile a function, and report it."""
         with told(func.__name__):
             return super().compile_extra(func)  # type: ignore[no-untyped-call]
 
@@ -318,7 +319,7 @@ class CalleeDeclaration(AnalysisPass):
         super().__init__()  # type: ignore[no-untyped-call]
 
     def run_pass(self, state: Any) -> bool:
-        """Register the function in place of its missing entry point by an object of its own."""
+        """Register the function by an object of its own, which replaces its missing entry point."""
         entry = object()
         state["cr"] = state["cr"]._replace(cfunc=entry)
         state.targetctx.insert_user_function(entry, state["cr"].fndesc, [state["library"]])
@@ -343,7 +344,7 @@ class Callee(CPUDispatcher):
 
 
 def dispatcher(function: Callable[..., Any], keep: bool, options: dict[str, Any]) -> Any:
-    """Return the compiled function of a kernel; the function itself where numba is told not to compile."""
+    """Return the compiled function of a kernel; the function itself if numba's compilation is disabled."""
     if config.DISABLE_JIT:  # type: ignore[attr-defined]
         return function
     used = {**OPTIONS, **options}
@@ -375,7 +376,7 @@ class UncachedCode(UserWarning):
 
 
 def processor() -> str:
-    """Return for what numba compiles: "x86-64 with FMA", where all processors have the same bits, else "generic"."""
+    """Return the processor of numba's code: "x86-64 with FMA", on which results are bit-identical, else "generic"."""
     system, name, features = generator().magic_tuple()  # type: ignore[no-untyped-call]
     fused = "+fma" in features.split(",") or (not features and name in FUSED)
     return "x86-64 with FMA" if fused and system.startswith("x86_64") else "generic"

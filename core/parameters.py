@@ -1,7 +1,7 @@
-"""Parameters: unit, bounds and words of a value, declared once with its type, and what is derived from that.
+"""Parameters: unit, bounds and words of a value, declared once with its type, and their derived values.
 
 A field of a dataclass or an argument of a function is declared by its annotation, ``Annotated[float, Parameter("m",
-above=0.0)]``; its default is the usual one, and its sentence stands in the section Parameters of the docstring.
+above=0.0)]``. Its default is the usual one, and its sentence is in the section Parameters of the docstring.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Parameter:
 
     @cached_property
     def bounds(self) -> dict[str, float]:
-        """The bounds that there are, by their names."""
+        """The given bounds, by their names."""
         return {name: getattr(self, name) for name in checks.BOUNDS if getattr(self, name) is not None}
 
     @property
@@ -45,12 +45,12 @@ class Parameter:
         return f"{bounds} (in {self.unit})" if self.unit else bounds
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> dict[str, Any]:
-        """Let a table hold a value to its bounds (a protocol of pydantic)."""
+        """Let a table check a value against its bounds (a protocol of pydantic)."""
         names = {"above": "gt", "at_least": "ge", "below": "lt", "at_most": "le"}
         return {**handler(source), **{names[name]: bound for name, bound in self.bounds.items()}}
 
     def holds(self, values: Array) -> Flags:
-        """Return, for each of many values, whether it is finite and within the bounds."""
+        """Return True for each of many values that is finite and within the bounds."""
         flags: Flags = np.isfinite(values)
         for name, bound in self.bounds.items():
             flags &= checks.BOUNDS[name][0](values, bound)
@@ -81,29 +81,29 @@ class Parameter:
 
 CHANCE = Parameter(above=0.0, below=1.0)
 CONFIDENCE = Parameter(at_least=0.5, below=1.0)
-"""Of intervals: what is lower is a level of significance."""
+"""Of intervals: a lower value is a level of significance."""
 BETA_M = Parameter(at_least=0.0, at_most=1.5)
 """Modelling uncertainty: FEMA P-58 has up to 0.57, and per cent are above the bound."""
 SHARE = Parameter(at_least=0.0, at_most=1.0)
 PART = Parameter(above=0.0, at_most=1.0)
 YEARS = Parameter("years", above=0.0)
 Seed = typing.Annotated[int, Parameter(at_least=0)]
-"""Seed of the resamples."""
+"""Seed of random draws."""
 
 
 class Declared(NamedTuple):
-    """A parameter of a class or function: its type without annotations, what is declared, its default and sentence."""
+    """A parameter of a class or function: its type without annotations, its declaration, its default and sentence."""
 
     type: Any
     parameter: Parameter | None
     default: Any
     sentence: str
     optional: bool = False
-    """Whether it may be None."""
+    """True if it may be None."""
 
     @property
     def needed(self) -> bool:
-        """Whether it must be given."""
+        """True if it must be given."""
         return self.default is MISSING
 
 
@@ -134,7 +134,7 @@ def declared(make: Any) -> dict[str, Declared]:
 
 
 def _parts(hint: Any) -> tuple[Any, Parameter | None]:
-    """Return the type of an annotation, without None, and its declaration; None where it has none."""
+    """Return the type of an annotation, without None, and its declaration; None if it has none."""
     if typing.get_origin(hint) is typing.Annotated:
         kind, *marks = typing.get_args(hint)
         return kind, next((mark for mark in marks if isinstance(mark, Parameter)), None)
@@ -161,7 +161,7 @@ def check(values: Any, but: Sequence[str] = ()) -> None:
 
 @cache
 def _checked(kind: Any) -> tuple[tuple[str, Any, Parameter, bool], ...]:
-    """Return the declared fields of a dataclass with their types, and whether they may be None."""
+    """Return the declared fields of a dataclass with their types, and True if they may be None."""
     found = ((name, about.type, about.parameter, about.optional) for name, about in declared(kind).items())
     return tuple((name, of, parameter, optional) for name, of, parameter, optional in found if parameter is not None)
 
@@ -177,7 +177,7 @@ def defaults_of(make: Any) -> dict[str, Any]:
 
 
 def sentences_of(make: Any) -> dict[str, str]:
-    """Return what docstrings say of the parameters of a class and its bases, or of a function or a class method."""
+    """Return the docstrings' sentences on the parameters of a class and its bases, or of a function or class method."""
     found: dict[str, str] = {}
     of = getattr(make, "__self__", None)
     kinds = make.__mro__ if isinstance(make, type) else (make, *of.__mro__) if isinstance(of, type) else (make,)

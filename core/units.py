@@ -59,7 +59,7 @@ SCHEMA: Final = 1
 def provenance(configuration: dict[str, Any]) -> dict[str, Any]:
     """Return the attributes of every dataset: conventions, layout number, versions and configuration (JSON).
 
-    They hold no date or time, so that equal computations give equal files.
+    They contain no date or time, so that equal computations give equal files.
     """
     versions = {name: _version(name) for name in ("numpy", "numba", "scipy")}
     return {

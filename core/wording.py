@@ -1,8 +1,7 @@
 """Wording of numbers in tables, sentences and figures: digits, intervals, percentages, periods, sizes and money.
 
-All formats of numbers have their home here, so that the same quantity looks alike wherever it is printed.  Formats that
-differ on purpose have a name each, and their docstrings say in what they differ.  The reason of a system error is
-worded here, too.
+All formats of numbers are defined here, so that the same quantity looks alike in every place. Formats that differ on
+purpose have a name each, and their docstrings state the difference. The reason of a system error is worded here, too.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
 
 UNKNOWN = "not known"
 MOST_DIGITS = 6
-"""Most digits of a ratio whose interval comes close to 1."""
+"""Maximum number of digits of a ratio whose interval is close to 1."""
 
 
 def three_digits(value: float) -> str:
@@ -36,7 +35,7 @@ def three_digits(value: float) -> str:
 
 
 def short_digits(value: float) -> str:
-    """A number to three digits without closing zeros, for numbers that stand alone.
+    """A number to three digits without closing zeros, for numbers without a partner.
 
     >>> short_digits(0.35), short_digits(1234.5), short_digits(2.0e-7)
     ('0.35', '1,230', '2.00e-07')
@@ -55,7 +54,7 @@ def two_digits(value: float) -> str:
 
 
 def _rounded(value: float, digits: int) -> str:
-    """A number to so many digits with its closing zeros."""
+    """A number to `digits` digits with its closing zeros."""
     if value == 0.0 or not math.isfinite(value):
         return short_digits(value)
     # (rounded first: 0.996 is 1.0)
@@ -64,7 +63,7 @@ def _rounded(value: float, digits: int) -> str:
 
 
 def estimate_text(value: float, low: float, high: float) -> str:
-    """A number with its interval in brackets to two digits, or three where two would give it the same text as an end.
+    """A number with its interval in brackets to two digits, or three if two would give it the same text as an end.
 
     >>> estimate_text(0.345, 0.328, 0.362), estimate_text(1.08, 1.04, 1.12), estimate_text(2.0, 1.6, 2.0)
     ('0.34 (0.33–0.36)', '1.08 (1.04–1.12)', '2.0 (1.6–2.0)')
@@ -76,10 +75,10 @@ def estimate_text(value: float, low: float, high: float) -> str:
 
 
 def ratio_text(value: float, low: float, high: float, digits: int = 2) -> str:
-    """A ratio with its interval in brackets, to as many digits as show that an interval does not hold 1.
+    """A ratio with its interval in brackets, to as many digits as show that an interval does not contain 1.
 
-    An interval that lies above or below 1 is written with more than `digits` digits, up to six, where fewer would round
-    an end of it to 1; without an interval (NaN) the ratio stands alone.
+    An interval that lies above or below 1 is written with more than `digits` digits, up to six, if fewer would round an
+    end of it to 1. Without an interval (NaN) the ratio is alone.
 
     >>> ratio_text(0.95, 0.88, 1.2), ratio_text(0.946, 0.881, 0.996), ratio_text(1.06, 1.02, 1.11)
     ('0.95 (0.88–1.2)', '0.946 (0.881–0.996)', '1.06 (1.02–1.11)')
@@ -210,7 +209,7 @@ def about_years(rate: float, write: Callable[[float], str] = two_digits) -> str:
 
 
 def listed_name(name: str) -> str:
-    """A name as it stands in a list: in quotation marks where it holds a comma or a semicolon itself.
+    """A name for a list: in quotation marks if it contains a comma or a semicolon.
 
     >>> listed_name("rack"), listed_name("20 mm from the wall, with a kit")
     ('rack', '“20 mm from the wall, with a kit”')
@@ -262,13 +261,13 @@ def time_text(seconds: float) -> str:
 
 
 def currency_of(results: xr.Dataset) -> str:
-    """The currency of an assessment's losses and costs, '' where the inventory states none."""
+    """The currency of an assessment's losses and costs, '' if the inventory states none."""
     return str(results.attrs.get("currency", ""))
 
 
 @contextmanager
 def system_errors(error: type[Exception], what: str) -> Iterator[None]:
-    """Raise `error` where the system refuses something in the block: `what` it is, and the system's words for it."""
+    """Raise `error` if the system rejects something in the block: `what` it is, and the system's words for it."""
     try:
         yield
     except OSError as refused:
@@ -276,7 +275,7 @@ def system_errors(error: type[Exception], what: str) -> Iterator[None]:
 
 
 def system_reason(error: BaseException) -> str:
-    """Return the operating system's words for an error, or the error's own message where it has none."""
+    """Return the operating system's words for an error, or the error's own message if it has none."""
     if isinstance(error, FileExistsError) and error.filename is not None and islink(error.filename):
         return "it is a link that leads nowhere"
     if isinstance(error, FileNotFoundError):

@@ -14,14 +14,14 @@ from pathlib import Path
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Give the name of an empty file beside `path` that takes its place when the block ends without an error.
+    """Yield the name of an empty file next to `path` that replaces it when the block ends without an error.
 
     The file is new, with a name of its own, and a link is never followed.  It is on the disk before it takes the place,
     so that after a crash `path` is the old file or the new one.  An OSError leaves nothing of it.
     """
     if not path.name:
         raise IsADirectoryError(errno.EISDIR, "is a folder, no file", str(path))
-    stream = path.is_symlink() and os.readlink(path).startswith(("/dev/", "/proc/"))  # (as that of /dev/stdout)
+    stream = path.is_symlink() and os.readlink(path).startswith(("/dev/", "/proc/"))  # like /dev/stdout
     if stream or (path.exists() and not path.is_file() and not path.is_dir()):
         raise OSError(errno.EINVAL, "is a device or a pipe, no file", str(path))
     # (a name of its own: two processes may write one file, and the last of them wins)
@@ -46,7 +46,7 @@ LEFTOVER = re.compile(r".+\.toppling-([0-9]+)-([0-9]+)\.part")
 def remove_leftovers(folder: Path) -> None:
     """Remove the new files of `whole_file` that killed processes, or a disk that failed, have left in a folder.
 
-    The files of processes that run stay, and on systems that do not tell which run (Windows) all of them.
+    The files of running processes stay, and on systems that do not list processes (Windows) all of them.
     """
     if os.name != "posix":
         return
@@ -59,7 +59,7 @@ def remove_leftovers(folder: Path) -> None:
 
 
 def _runs(process: int, thread: int) -> bool:
-    """Return True if a process of this machine runs, and where it is this one, the thread."""
+    """Return True if a process of this machine runs, and if it is this one, the thread."""
     if process == os.getpid():  # (after a start of the machine, or of a container, numbers are given again)
         return any(alive.ident == thread for alive in threading.enumerate())
     try:

@@ -1,8 +1,8 @@
 """Assembly of oscillators: falling branches, an elastic zone or impacts, walls, and a restraint with its rupture.
 
-A block is described by sheets: a restoring law over an interval of the rotation, with an event at each end.  Walls cut
-the outermost sheets short.  A restraint cuts sheets into pieces (slack, taut), adds its stiffness to them, and ends the
-last one by its rupture; all sheets then stand in the table a second time, without it.
+A block is described by sheets: a restoring law over an interval of the rotation, with an event at each end. Walls cut
+the outermost sheets short. A restraint divides sheets into pieces (slack, taut), adds its stiffness to them, and ends
+the last one by its rupture. The table then contains all sheets a second time, without the restraint.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .oscillator import Edge, Oscillator, Region, Rest
 FRONT, BACK = 1.0, -1.0
 INTACT, BROKEN = range(2)
 SMALLEST = 1e-12
-"""Least |stiffness| of a piece, of the falling branch's: the engine divides by it."""
+"""Minimum |stiffness| of a piece, over the falling branch's: the engine divides by it."""
 
 
 class Side(NamedTuple):
@@ -56,8 +56,8 @@ class Spring(NamedTuple):
 class Chord(NamedTuple):
     """Straight piece of the moment beyond an elastic zone, up to the next one.
 
-    Seen from its side, y'' = -stiffness y + offset - damping y' + gain F, y >= 0; the last piece goes on to the
-    ground.  `potential`: as that of a `Region`.
+    Seen from its side, y'' = -stiffness y + offset - damping y' + gain F, y >= 0; the last piece continues to the
+    ground. `potential`: as in a `Region`.
     """
 
     lower: float
@@ -70,10 +70,10 @@ class Chord(NamedTuple):
 class Zone(NamedTuple):
     """Elastic zone of a law, from -back to front: x'' = -stiffness (x - centre) - damping x' + gain F.
 
-    `step`: its potential at the centre; gain and inertia as those of a side; front_damping, back_damping: those of the
-    falling branches; rule, coefficient: how the engine sets the damping at each entry.  `rigid_rest`: the falling
-    branches go on to 0, where the block rests; else it rests in the zone.  `chords`: what follows it on either side
-    instead of a falling branch.
+    `step`: its potential at the centre. `gain`, `inertia`: as in a side. `front_damping`, `back_damping`: of the
+    falling branches. `rule`, `coefficient`: rule of the engine for the damping at each entry. `rigid_rest`: the falling
+    branches continue to 0, at which the block rests; else it rests in the zone. `chords`: pieces that follow it on
+    either side instead of a falling branch.
     """
 
     front: float
@@ -93,7 +93,7 @@ class Zone(NamedTuple):
 
 
 class Surroundings(NamedTuple):
-    """Walls and restraint of each side, where there are any."""
+    """Walls and restraint of each side, if any."""
 
     front_wall: Contact | None = None
     back_wall: Contact | None = None
@@ -151,8 +151,8 @@ def assemble(
 ) -> Oscillator:
     """Return the oscillator of a block with its walls and restraint.
 
-    e: the restitution; where the inertia of the sides differs, the factors from one to the other are e sqrt(i/i'), so
-    that the energy takes the factor e² either way.  Without `zone` the falling branches meet in impacts at 0; in exact
+    `e`: the restitution. If the inertia of the sides differs, the factors from one to the other are e sqrt(i/i'), so
+    that the energy takes the factor e² either way. Without `zone` the falling branches meet in impacts at 0; in exact
     geometry q2 is p², and there is no restraint.
     """
     around = Surroundings() if around is None else around
@@ -256,7 +256,7 @@ def _factor(before: float, after: float) -> float:
 
 
 def _pieces(sheets: dict[str, _Sheet], around: Surroundings) -> list[_Sheet]:
-    """Return the sheets as they stand with the restraint, in pieces, and then without it."""
+    """Return the sheets with the restraint, in pieces, and then without it."""
     whole = [sheet._replace(name=name) for name, sheet in sheets.items()]
     pieces: list[_Sheet] = []
     springs = (around.front_spring, around.back_spring)

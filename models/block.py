@@ -1,4 +1,4 @@
-"""The block: Housner's parameters from its sizes, and what stands around it or holds it."""
+"""The block: Housner's parameters from its sizes, and its surroundings and restraint."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ WIDTHS, HEIGHTS, RATIOS = (0.05, WIDEST), (0.1, 4.0), (1.0, 12.0)
 """Plausible widths, m, heights, m, and heights over widths; the catalogue's are 0.13-0.9, 0.23-2.4 and 1.04-8.5."""
 FACTORS = (10.0, 100.0, 1000.0)
 PARTS: dict[str, Any] = {"wall": Wall, "restraint": Restraint, "bed": Bed, "edge": Edge}
-"""What stands around a block or holds it, by the names of its fields."""
+"""Surroundings and restraint of a block, by the names of its fields."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,14 +45,14 @@ class Block:
     cm_height : float, optional
         Height of the centre of mass above the floor, m; mid-height if not given.
     inertia_factor : float, optional
-        lambda = I_O/(m R²); 4/3 (a uniform rectangle) if not given.  It must be given if the centre of mass is not at
-        mid-height, because it then depends on how the mass is spread.
+        lambda = I_O/(m R²); 4/3 (a uniform rectangle) if not given. It must be given if the centre of mass is not at
+        mid-height, because it then depends on the distribution of the mass.
     name : str, optional
         Label in results.
     mass : float, optional
         Mass, kg; only restraints use it, and need it.
     cm_offset : float
-        How far the centre of mass lies in front of the middle (behind it: negative), m, less than half the width.
+        Distance of the centre of mass in front of the middle (behind it: negative), m, less than half the width.
     lean : float
         Lean of the block or slope of the floor to the front (back: negative), rad, below the angle at which it falls.
     wall : Wall, optional
@@ -62,26 +62,27 @@ class Block:
     bed : Bed, optional
         A soft bed under its whole width; only for symmetric blocks without a restraint.
     depth : float, optional
-        Full outer size in the other horizontal direction, m, at least the width; needed only where both horizontal
-        components shake (`across`).
+        Full outer size in the other horizontal direction, m, at least the width; needed only if both horizontal
+        components act (`across`).
     round : bool
         True for a round base (a vase, a bottle): the depth is then the width, and the planar result may be
         unconservative.
     tilt_limit : float, optional
         Rotation that counts as overturning although the block may return, rad: an open vessel spills, a door opens.
     edge : Edge, optional
-        The edge of a shelf, bench or pedestal, over which it falls if it slides far enough; only for symmetric blocks
-        that stand free on a rigid surface.  Rocking does not depend on it.
+        The edge of a shelf, bench or pedestal, over which the block falls if it slides far enough; only for
+        free-standing symmetric blocks on a rigid surface. Rocking does not depend on it.
 
     Notes
     -----
-    The front is the side of positive rotation, away from a wall; alpha, R, p and e_R are those of the block with its
-    mass in the middle and without lean.  The inertia factor is that of this block, too: with a radius of gyration rho,
-    rho² = (lambda - 1) R², the moment of inertia about a corner at the distance b is m (rho² + h² + b²).
+    The front is the side of positive rotation, away from a wall. Symbols alpha, R, p and e_R are of the block with its
+    mass in the middle and without lean. The inertia factor is of this block, too. With a radius of gyration rho, rho² =
+    (lambda - 1) R², the moment of inertia about a corner at the distance b is m (rho² + h² + b²).
 
-    R = sqrt(b² + h²), alpha = atan(b/h) with h the height of the centre of mass, p = sqrt(g/(lambda R)) (sqrt(3g/4R)
-    for a uniform rectangle) and e_R = 1 - (2/lambda) sin² alpha, Housner's 1 - 1.5 sin² alpha for lambda = 4/3.
-    lambda <= 2 because no mass of a body inside the rectangle lies further from its centre than R.
+    With h the height of the centre of mass, R = sqrt(b² + h²) and alpha = atan(b/h). The frequency is p =
+    sqrt(g/(lambda R)), sqrt(3g/4R) for a uniform rectangle. The restitution is e_R = 1 - (2/lambda) sin² alpha,
+    Housner's 1 - 1.5 sin² alpha for lambda = 4/3. No mass of a body inside the rectangle lies further from its centre
+    than R, so that lambda <= 2.
 
     References
     ----------
@@ -234,8 +235,8 @@ class Block:
         The centre of mass lies at width/(2 tan angle) above the floor; this height must be below `height` (m).
         `inertia_factor` must be given unless the centre of mass is at mid-height.
 
-        Never tilt a loaded piece of furniture or a rack: it and its contents can injure people.  Measure an unloaded
-        sample, or take the centre of mass of a loaded piece from a plan and a list of what it holds (`cm_height`).
+        Never tilt a loaded piece of furniture or a rack: it and its contents can injure people. Measure an unloaded
+        sample, or take the centre of mass of a loaded piece from a plan and a list of its contents (`cm_height`).
 
         Examples
         --------
@@ -297,7 +298,7 @@ class Block:
 
     @property
     def sided(self) -> bool:
-        """True if the block answers a motion and its reverse differently: what is around it differs front from back."""
+        """True if the block responds differently to a motion and its reverse: its front and back differ."""
         wall, restraint = self.wall, self.restraint
         niche = wall is None or wall.front_gap == wall.gap
         return not (self.symmetric and niche and (restraint is None or restraint.front == restraint.back))
@@ -322,7 +323,7 @@ class Block:
         """The block as it rocks in the direction of its depth; its front and back are then the ends of its depth.
 
         A wall, a restraint, an offset of the mass and a lean act in the direction of the width: along its depth the
-        block stands free.  What the friction of a wall or a restraint holds there is left out, on the safe side.
+        block is free. The friction of a wall or a restraint in that direction is left out, on the safe side.
 
         Raises
         ------
@@ -331,8 +332,8 @@ class Block:
 
         Notes
         -----
-        The inertia factor of a uniform block is 4/3 in every direction.  Otherwise the mass is taken as spread in plan
-        as in a uniform block and in height as the given factor says: rho'² = rho² + (depth² - width²)/12.
+        The inertia factor of a uniform block is 4/3 in every direction. Otherwise the mass is assumed to be distributed
+        in plan as in a uniform block and in height by the given factor: rho'² = rho² + (depth² - width²)/12.
         """
         if self.depth is None:
             raise ValueError(f"{self.label!r} needs its depth (m), its size in the other horizontal direction")
@@ -358,8 +359,8 @@ class Block:
     def restitution(self) -> float:
         """Housner's coefficient of restitution e_R = 1 - (2/lambda) sin² alpha; ValueError if it is not positive.
 
-        With the mass off the middle, front to back and back to front have different factors; e_R is the root of their
-        product, (rho² + h² - b b')/sqrt(i i'), which takes e_R² of the energy either way (derived).
+        With the mass off the middle, front to back and back to front have different factors. The root of their product
+        is e_R = (rho² + h² - b b')/sqrt(i i'), which takes e_R² of the energy either way (derived).
         """
         e = 1.0 - 2.0 / self.inertia * math.sin(self.alpha) ** 2
         if self.cm_offset != 0.0:
@@ -377,7 +378,7 @@ class Block:
 
     @property
     def label(self) -> str:
-        """The name, or the sizes if the block has no name (and the height of its mass where it is not the middle)."""
+        """The name, or the sizes if the block has no name (and the height of its mass if it is not the middle)."""
         if self.name is not None:
             return self.name
         assert self.cm_height is not None  # (set above)
@@ -392,7 +393,7 @@ class Block:
 
     @property
     def scene_words(self) -> list[str]:
-        """What is special about where and how it stands, in a few words each; empty where nothing is."""
+        """Special features of its position and surroundings, in a few words each; empty without any."""
         words = []
         if self.cm_offset != 0.0:
             side = "front" if self.cm_offset > 0.0 else "back"
@@ -423,7 +424,7 @@ def describe_block(block: Block) -> dict[str, Any]:
 def describe_scene(block: Block) -> dict[str, Any]:
     """Return what makes a block other than symmetric, freestanding and without a tilt limit, as plain values (SI).
 
-    The mass is among them where a restraint needs it.
+    The mass is among them if a restraint needs it.
     """
     found: dict[str, Any] = {}
     if not block.symmetric:

@@ -1,4 +1,4 @@
-"""Many free-standing blocks as columns: a region of a million holds arrays of its sizes, and no object for each."""
+"""Many free-standing blocks as columns: a region of a million has arrays of its sizes, and no object for each."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .block import FACTOR, MIN_ANGLE, SIZE, UNIFORM_INERTIA_FACTOR, Block, descr
 from .laws import DELTA, RESTITUTION
 
 OWN = {"e": RESTITUTION, "delta": DELTA}
-"""What blocks may have of their own, instead of the laws."""
+"""Properties that blocks may have instead of the laws."""
 
 
 class BlockArray:
@@ -32,12 +32,13 @@ class BlockArray:
     names : sequence of str, shape (block,), optional
         Unique labels; by default ``block 1``, ``block 2``, …
     e, delta : array_like, shape (block,), optional
-        Coefficients of restitution, 0 < e <= 1, and half widths of the elastic zones over alpha, 0 < delta < 1, that
-        pooled curves take instead of those of the damping laws.
+        Coefficients of restitution, 0 < e <= 1, and half widths of the elastic zones over alpha, 0 < delta < 1. Pooled
+        curves take them instead of the damping laws' values.
 
     Notes
     -----
-    alpha, R, p as of `Block`, whose sizes and properties these are; `own` holds e and delta where they are given.
+    Symbols alpha, R, p are as of `Block`, whose sizes and properties these are; `own` contains e and delta if they are
+    given.
 
     Examples
     --------
@@ -93,7 +94,7 @@ class BlockArray:
 
     @classmethod
     def of(cls, blocks: Block | Iterable[Block] | BlockArray) -> BlockArray:
-        """Return blocks as columns; TypeError for others, ValueError where one does not stand free."""
+        """Return blocks as columns; TypeError for others, ValueError if a block is not free-standing."""
         if isinstance(blocks, BlockArray):
             return blocks
         if not isinstance(blocks, Block | Iterable):
@@ -156,7 +157,7 @@ class BlockArray:
 
 
 def _column(name: str, values: Any, size: int | None = None, missing: bool = False) -> Array:
-    """Return a column of finite numbers, or NaN where one may be missing."""
+    """Return a column of finite numbers, or NaN if one may be missing."""
     try:
         found = np.atleast_1d(np.asarray(values, dtype=np.float64))
     except (TypeError, ValueError):

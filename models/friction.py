@@ -1,8 +1,8 @@
 """Friction: the coefficient that a block needs to rock without sliding, and the coefficient that a floor has.
 
-The needed coefficient follows from the block, its shaking and its restitution alone; the laws of rocking do not include
-friction.  The coefficient of the floor is a number or a distribution: `below(need)` is the probability that it does not
-suffice.
+The needed coefficient follows from the block, its floor motion and its restitution alone; the laws of rocking do not
+include friction. The coefficient of the floor is a number or a distribution: `below(need)` is the probability that it
+does not suffice.
 """
 
 from __future__ import annotations
@@ -32,21 +32,21 @@ def friction_at_uplift(
     slenderness : array_like
         h/b: height of the centre of mass over the half width, > 0.
     acceleration : array_like, optional
-        Floor acceleration while the block stands upright, m/s² (its sign does not matter); if not given, the
-        acceleration that just lifts the block, g b/h.
+        Floor acceleration of the upright block, m/s² (its sign does not matter); if not given, the acceleration that
+        just lifts the block, g b/h.
     inertia_factor : array_like
         lambda = I_O/(m R²), > 1.  All three broadcast.
 
     Returns
     -------
     numpy.ndarray
-        Dimensionless: |a|/g where |a|/g is below b/h (the block moves with the floor); b/h at uplift; above it, the
+        Dimensionless: |a|/g if |a|/g is below b/h (the block moves with the floor), b/h at uplift. Above it, it is the
         coefficient that the rocking block needs while its rotation is still small.
 
     Notes
     -----
-    With a = |u''|/g and gamma = h/b, rotation about the corner with theta'' = g (a h - b)/(lambda R²) needs a
-    horizontal force m (a g - h theta'') under a vertical one of m (g + b theta''), hence
+    Let a = |u''|/g and gamma = h/b. Rotation about the corner with theta'' = g (a h - b)/(lambda R²) needs a horizontal
+    force m (a g - h theta''). The vertical force is m (g + b theta''), hence
 
         mu >= [a (lambda (1 + gamma²) - gamma²) + gamma]/[lambda (1 + gamma²) - 1 + a gamma],
 
@@ -96,8 +96,8 @@ def friction_at_impact(slenderness: ArrayLike, e: ArrayLike) -> Array:
 
     Notes
     -----
-    The centre of mass has the velocity (h, -b) theta' before the impact and (h, b) e theta' after it: the impulse is
-    (1 - e) h across and (1 + e) b upward, wherever it acts and whatever the inertia (derived).  A slender block with a
+    The centre of mass has the velocity (h, -b) theta' before the impact and (h, b) e theta' after it. The impulse is (1
+    - e) h across and (1 + e) b upward, at any point of action and for any inertia (derived). A slender block with a
     small e needs friction that no floor has.
 
     Examples
@@ -119,7 +119,7 @@ class Friction(ABC):
 
     @abstractmethod
     def below(self, need: ArrayLike) -> Array:
-        """Return the probability that the coefficient is below `need` (>= 0); NaN where `need` is NaN."""
+        """Return the probability that the coefficient is below `need` (>= 0); NaN if `need` is NaN."""
 
     @abstractmethod
     def quantile(self, probability: Array) -> Array:
@@ -175,7 +175,7 @@ class LognormalFriction(Friction):
 
 
 class Contact(NamedTuple):
-    """What a piece stands on, and with what: its friction, and kinetic over static friction."""
+    """Contact of a piece with its floor: friction, and kinetic over static friction."""
 
     friction: LognormalFriction
     kinetic_ratio: float
@@ -192,9 +192,9 @@ CONTACTS: dict[str, Contact] = {
     "carpet": Contact(LognormalFriction(0.55, 0.30), 0.9, "carpet"),
     "concrete": Contact(LognormalFriction(0.50, 0.25), 0.9, "steel on concrete"),
 }
-"""Contacts by name.  The values are judgement: tests span 0.2 to 0.8, and no medians were found."""
+"""Contacts by name. The values are assumed: tests span 0.2 to 0.8, and no medians were found."""
 ROLLING, LOCKED = "castors", "castors locked"
-"""What has no friction that keeps it in place; and what has the friction of its brakes, which is not listed."""
+"""Contact without friction to keep a piece in place, and contact with the friction of brakes, which is not listed."""
 UNLOCKED = "castors unlocked"
 """The same as `ROLLING`."""
 
@@ -209,7 +209,7 @@ def contact_named(name: str) -> Contact:
 
 
 def friction_from(static: float, dispersion: float | None) -> Friction:
-    """Return a known coefficient, or a lognormal one with the median `static` where there is a dispersion."""
+    """Return a known coefficient, or a lognormal one with the median `static` if there is a dispersion."""
     return FixedFriction(static) if dispersion is None else LognormalFriction(static, dispersion)
 
 

@@ -60,8 +60,8 @@ def simulate(
     model : law
         Any damping law, e.g. ``DiscreteDamping()``, or `Sliding`.
     motion : xarray.DataArray
-        Exactly one motion, ``acceleration`` in m s-2 with a uniform ``time`` (s), as `toppling.motions` makes it; of
-        joined components (`motions.as_recorded`) the one that shakes, with the vertical one where that shakes, too.
+        Exactly one motion, ``acceleration`` in m s-2 with a uniform ``time`` (s), as `toppling.motions` makes it. Of
+        joined components (`motions.as_recorded`) it is the acting one, with the vertical component if that acts, too.
     theta0, omega0 : float
         Rotation (rad, |theta0| < pi/2) and angular velocity (rad/s) at the first sample.
 
@@ -69,14 +69,20 @@ def simulate(
     -------
     xarray.Dataset
         On ``time``: rotation (rad), angular_velocity (rad/s), angular_acceleration (rad/s²), damping_moment and
-        restoring_moment (per unit I_O, rad/s²).  Scalars: peak_rotation (rad, the true maximum of |theta|, also between
-        samples and after the record; pi/2 if the block overturns), overturned, uplifted, impacts (inward crossings of
-        the elastic zone's edge, or impacts at theta = 0, during the record and until the block rests, which it does
-        when all later bounces would end within one sample), overturning_time (s, NaN if the block stands).
-        After overturning the rotation stays at +-pi/2.  Of a block with a wall, a restraint, an offset or a lean also
-        peak_front, peak_back (rad), wall_impacts, wall_impact_velocity (rad/s), ruptured, rupture_time (s) and
-        final_state (0 stands; 1 and -1 held beyond its balance at the front and the back; 2 and -2 fell); of one with a
-        restraint restraint_force (N): the greatest force of each of its parts, its strength if it broke.
+        restoring_moment (per unit I_O, rad/s²).
+
+        Scalars:
+
+        - peak_rotation: rad, the true maximum of |theta|, also between samples and after the record; pi/2 if the block
+          overturns;
+        - overturned, uplifted;
+        - impacts: inward crossings of the elastic zone's edge, or impacts at theta = 0, during the record and until the
+          block rests. It rests when all later bounces would end within one sample;
+        - overturning_time: s, NaN without overturning; the rotation then stays at +-pi/2;
+        - with a wall, a restraint, an offset or a lean also peak_front, peak_back (rad), wall_impacts,
+          wall_impact_velocity (rad/s), ruptured, rupture_time (s);
+        - likewise final_state: 0 upright; 1 and -1 held beyond its balance at the front and the back; 2 and -2 fallen;
+        - with a restraint also restraint_force (N): the maximum force of each of its parts, its strength if it broke.
 
         Of `Sliding`: slip (m) and slip_velocity (m/s) on ``time``; slide_peak, slide_forward, slide_backward,
         slide_residual, slide_path, slide_after (m), slide_velocity (m/s), slips, first_slip_time (s) and mode.
@@ -85,14 +91,14 @@ def simulate(
     ------
     TypeError, ValueError
         An argument that is no Block, law or labelled motion; more than one motion; values that are not finite or out of
-        range.  Vertical shaking under a law that is not in exact geometry, or of more than g downward, under which the
-        block leaves the floor.
+        range. A vertical component under a law that is not in exact geometry, or of more than g downward, under which
+        the block leaves the floor.
 
     Notes
     -----
-    theta'' + damping_moment + restoring_moment = -gain u''(t), solved in closed form between events (see
-    `toppling.models`).  Under vertical shaking the restoring moment is that of the weight m (g + a_v).  At rest, the
-    restoring moment of a rigid block balances the shaking.
+    The equation theta'' + damping_moment + restoring_moment = -gain u''(t) is solved in closed form between events (see
+    `toppling.models`). Under a vertical component the restoring moment is from the weight m (g + a_v). At rest, the
+    restoring moment of a rigid block balances the motion's moment.
 
     Examples
     --------
@@ -179,7 +185,7 @@ def _free_peaks(
 ) -> tuple[Array, Array, int]:
     """Return times and |rotations| of the turning points of free rocking, from peak 0, and the number of impacts.
 
-    The run has its own time grid, on the block's time scale, because the block is taken to be at rest where impacts
+    The run has its own time grid, on the block's time scale, because the block is taken to be at rest if impacts
     accumulate within one step.
     """
     step = 0.01 / block.p
@@ -200,7 +206,7 @@ def _free_peaks(
 
 
 def _check_vertical(vertical: Array, dt: float, start: float, label: str, model: Law, oscillator: Oscillator) -> None:
-    """Raise ValueError for vertical shaking that the law does not take, or under which the block leaves the floor."""
+    """Raise ValueError for a vertical component that the law does not take, or that lifts the block off the floor."""
     if not oscillator.exact:
         raise ValueError(
             f"vertical shaking needs exact geometry, and {model.label!r} is linear in the rotation; take "
@@ -344,7 +350,7 @@ def _slide_history(
 ) -> xr.Dataset:
     """Return the history of one block that slides under one motion (n,), m/s²; `vertical` is the vertical acceleration.
 
-    ValueError where the vertical acceleration takes the whole weight.
+    ValueError if the vertical acceleration takes the whole weight.
     """
     if vertical is not None and airborne(vertical, np.ones(1))[0]:
         at = int(np.argmin(vertical))

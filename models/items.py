@@ -22,10 +22,10 @@ QUALITIES = {
 class Item:
     """Catalogue entry: the block, which tips in the direction of its smaller plan size, and the source of its sizes.
 
-    `breadth` is the other plan size, m, if known (the block's depth); `fema_p58` is the FEMA P-58 fragility id, if
-    there is one; `wall_gap` is the clear distance to a wall behind the item as it is usually placed, m, None where it
-    stands free in the direction in which it tips, and `placement` says why, with a source or as a judgement; `quality`
-    (of the sizes) is a letter of `QUALITIES`.
+    `breadth` is the other plan size, m, if known (the block's depth). `fema_p58` is the FEMA P-58 fragility id, if it
+    has one. `wall_gap` is the clear distance to a wall behind the item in its usual place, m, None if it is free in the
+    direction in which it tips. `placement` gives the reason, with a source or as an assumption. `quality` (of the
+    sizes) is a letter of `QUALITIES`.
     """
 
     block: Block
@@ -40,7 +40,7 @@ class Item:
 
     @property
     def placed(self) -> Block:
-        """The block as it is usually placed, unfixed: back to a wall, or the free block where it stands free.
+        """The block in its usual place, unfixed: back to a wall, or the free block if it is usually free.
 
         A block with a wall is named for it: ``bookcase-5-shelf, back to a wall``.
         """
@@ -52,9 +52,9 @@ class Item:
 class Catalogue(Mapping[str, Block]):
     """Blocks of real contents by name; `item(name)` gives title, category, source and quality as well.
 
-    The sizes are outer sizes, and the block is taken as uniform (mass centre at mid-height, inertia factor 4/3).  If
-    the real object is not uniform, make a `Block` from its sizes.  ``catalogue[name]`` stands free; `placed(name)` is
-    the same block as it is usually placed, with its back to a wall where such pieces have one.
+    The sizes are outer sizes, and the block is assumed to be uniform (mass centre at mid-height, inertia factor 4/3).
+    If the real object is not uniform, make a `Block` from its sizes. ``catalogue[name]`` is free-standing.
+    `placed(name)` is the same block in its usual place, with its back to a wall if such pieces have one.
 
     Examples
     --------

@@ -27,15 +27,17 @@ LEVERS = ("h", "R")
 RESTS = ("elastic", "rigid", "soft")
 GEOMETRIES = ("exact", "linear", "bilinear")
 MIN_DELTA = 1e-9
-"""Least half width of the elastic zone over alpha: the zone's frequency grows as delta^-½, and so does the work."""
+"""Minimum half width of the elastic zone over alpha: the zone's frequency grows as delta^-½, and so does the work."""
 MOST_PIECES = engine.MOST_PIECES // 2
-"""Most pieces of a run whose block rests in its elastic zone throughout: half of what the engine solves, some 0.8 s."""
+"""Maximum number of pieces of a run whose block always rests in its elastic zone: half of the engine's limit, about 0.8
+s.
+"""
 MAX_DAMPING = 100.0
 """Largest damping ratio (and coefficient of Vassiliou's law): beyond any physical value, where the zone gets stiff."""
 
 
 class Model(ABC):
-    """What a block does while its floor moves, as a frozen dataclass of options: a damping law of rocking, or sliding.
+    """Model of a block on a moving floor, as a frozen dataclass of options: a damping law of rocking, or sliding.
 
     `law` is the short name in labels and study files.
     """
@@ -81,7 +83,7 @@ class Law(Model):
     e : float, optional
         Coefficient of restitution; the block's own e_R = 1 - (2/λ) sin²α times `restitution_factor` if not given.
     restitution_factor : float
-        Factor on e_R where e is not given.
+        Factor on e_R if e is not given.
     delta : float
         Half width of the elastic zone over alpha; 0.05 is the paper's recommendation.
     zeta : float
@@ -89,7 +91,7 @@ class Law(Model):
     coefficient : float
         Coefficient of the law of Vassiliou et al.
     lever : {"h", "R"}
-        Lever arm of the shaking: the mass centre's height, or R.
+        Lever arm of the acceleration: the mass centre's height, or R.
     rest : {"elastic", "rigid", "soft"}
         Kind of rest; `soft` is elastic on a support of measured softness.
     geometry : {"exact", "linear", "bilinear"}
@@ -185,7 +187,7 @@ def _refuse_bed(block: Block, law: Law, why: str) -> None:
 
 
 def _bilinear(block: Block, law: Law, lever: str, zone: Zone, e: float = 1.0) -> Oscillator:
-    """Return the oscillator with falling branches, an elastic zone between them, and what stands around the block."""
+    """Return the oscillator with falling branches, an elastic zone between them, and the block's surroundings."""
     front, back = sides(block, "bilinear", lever)
     around = surroundings(block, front, back, exact=False)
     check_zone(block, zone, around, type(law).__name__)
@@ -218,8 +220,8 @@ class _HeldZoneLaw(_ImpactLaw):
 class DiscreteDamping(_HeldZoneLaw):
     """The paper's own law: damping force f_d = c_D theta' inside |theta| <= delta alpha, none outside.
 
-    c_D = c' |theta'_in| with c' = I_O (1 - e)/(2 delta alpha) (paper, Eqs. 15-17); theta'_in is the velocity at the
-    last inward crossing of |theta| = delta alpha.  c_D is held until the next inward crossing; before the first one the
+    c_D = c' |theta'_in| with c' = I_O (1 - e)/(2 delta alpha) (paper, Eqs. 15-17). Here theta'_in is the velocity at
+    the last inward crossing of |theta| = delta alpha. The next inward crossing changes c_D; before the first one the
     zone is undamped.
 
     Parameters
@@ -229,19 +231,19 @@ class DiscreteDamping(_HeldZoneLaw):
     delta : float
         Half width of the elastic zone over alpha; 0.05 is the paper's recommendation.
     lever : {"h", "R"}
-        Lever arm of the shaking: the mass centre's height (threshold g tan alpha) or R (the paper's lumped mass,
+        Lever arm of the acceleration: the mass centre's height (threshold g tan alpha) or R (the paper's lumped mass,
         threshold g sin alpha).
     rest : {"elastic", "rigid", "soft"}
-        "elastic": the block at rest is in the elastic zone, as in the paper.  "rigid": it stays at rest until the
-        static threshold is exceeded (derived).  "soft": as "elastic", on a soft support whose settlement or frequency
-        was measured and gives delta (`delta_from_settlement`, `delta_from_frequency`; at most 0.3): the elastic mode is
-        then that of the support and no artefact of delta, and notes say so.
+        "elastic": the block at rest is in the elastic zone, as in the paper. "rigid": it stays at rest until the static
+        threshold is exceeded (derived). "soft": as "elastic", on a soft support whose settlement or frequency was
+        measured and gives delta (`delta_from_settlement`, `delta_from_frequency`; at most 0.3). The elastic mode is
+        then the support's and no artefact of delta, and notes state this.
 
     Notes
     -----
-    A block on a bed (`Bed`) has the bed's zone, up to its uplift, whatever delta is; "rigid" is refused.  The rule is
-    the same: each inward crossing of the bed in full contact takes about the share 1 - e of the velocity, and the bed
-    is undamped before the first one.  e is nominal then.
+    A block on a bed (`Bed`) has the bed's zone, up to its uplift, whatever delta is; "rigid" is an error. The rule is
+    the same: each inward crossing of the bed in full contact takes about the share 1 - e of the velocity. The bed is
+    undamped before the first one. e is nominal then.
     """
 
     law: ClassVar[str] = "discrete"
@@ -257,14 +259,13 @@ class DiscreteDamping(_HeldZoneLaw):
 class EnergyConsistent(_HeldZoneLaw):
     """Discrete damping whose c_D makes the zone dissipate exactly the energy of an impact with e (derived).
 
-    c >= 0 is the root for which the unforced crossing leaves the zone with
-    v_o² = e² v_i² - (1 - e²) s (2 delta - delta²), where v = theta'/(p alpha) and s = sin(alpha)/alpha.  Free rocking
-    then has Housner's peaks for every delta.  Where v_o² <= 0, ``rest="rigid"`` keeps the block on the rigid branch,
-    and ``rest="elastic"`` takes the c that just stops the block at the far edge.  The options are those of
-    `DiscreteDamping`.
+    c >= 0 is the root for which the unforced crossing leaves the zone with v_o² = e² v_i² - (1 - e²) s (2 delta -
+    delta²). Here v = theta'/(p alpha) and s = sin(alpha)/alpha. Free rocking then has Housner's peaks for every delta.
+    If v_o² <= 0, ``rest="rigid"`` keeps the block on the rigid branch, and ``rest="elastic"`` takes the c that just
+    stops the block at the far edge. The options are as for `DiscreteDamping`.
 
-    On a bed (`Bed`) each crossing of full contact leaves e² of the energy above that of the block at rest (derived):
-    there is no rigid block whose impact could be matched, because the bed gives way at every rotation.
+    On a bed (`Bed`) each crossing of full contact leaves e² of the energy above the energy of the block at rest
+    (derived). There is no rigid block whose impact could be matched, because the bed deforms at every rotation.
     """
 
     law: ClassVar[str] = "energy-consistent"
@@ -299,8 +300,8 @@ class _RestitutionViscous(_ImpactLaw):
 class GianniniMasiani(_RestitutionViscous):
     """Continuous viscous damping with zeta = (2/pi)(1 - e)/(1 + e).
 
-    The form is derived: zero for e = 1 and 2/pi for e = 0, as the paper states.  The damping coefficient
-    c = 2 zeta sqrt(I_O k0) is the paper's.  The options `e`, `delta` and `lever` are those of `DiscreteDamping`.
+    The form is derived: zero for e = 1 and 2/pi for e = 0, as the paper states. The damping coefficient c = 2 zeta
+    sqrt(I_O k0) is the paper's. The options `e`, `delta` and `lever` are as for `DiscreteDamping`.
 
     References
     ----------
@@ -319,7 +320,7 @@ class MakrisKonstantinidis(_RestitutionViscous):
     """Continuous viscous damping with zeta = -0.68 ln e.
 
     The authors fitted the formula to an oscillator of amplitude-dependent period; with the initial stiffness, as in the
-    paper, it over-damps.  The options `e`, `delta` and `lever` are those of `DiscreteDamping`.
+    paper, it over-damps. The options `e`, `delta` and `lever` are as for `DiscreteDamping`.
 
     References
     ----------
@@ -372,8 +373,8 @@ class ViscousDamping(Law):
     """Continuous viscous damping c = 2 zeta sqrt(I_O k0), with any ratio `zeta` >= 0 of the initial stiffness.
 
     On a bed (`Bed`) zeta is the damping ratio of rocking before uplift, k0 the stiffness of full contact, and delta is
-    not used: the damping is that of the bed's material, c (theta_u/theta)^(3/2) beyond the rotation theta_u at uplift,
-    because the contact narrows (derived), and constant over each straight piece of its moment.
+    not used. The damping is from the bed's material. It is c (theta_u/theta)^(3/2) beyond the rotation theta_u at
+    uplift, because the contact narrows (derived), and constant over each straight piece of its moment.
     """
 
     law: ClassVar[str] = "viscous"
@@ -399,11 +400,11 @@ class HousnerImpact(_ImpactLaw):
     e : float, optional
         Coefficient of restitution; the block's own e_R times `restitution_factor` if not given.
     geometry : {"exact", "linear", "bilinear"}
-        ``exact``: theta'' = -p² (sin(alpha sgn theta - theta) + (u''/g) cos(alpha sgn theta - theta)), threshold
-        g tan alpha; ``linear``: theta'' = p² (theta - alpha sgn theta - u''/g), threshold g alpha; ``bilinear``: the
-        delta -> 0 limit of the single-degree-of-freedom laws, with p² sin(alpha)/alpha and their lever arm.
+        ``exact``: theta'' = -p² (sin(alpha sgn theta - theta) + (u''/g) cos(alpha sgn theta - theta)), threshold g tan
+        alpha. ``linear``: theta'' = p² (theta - alpha sgn theta - u''/g), threshold g alpha. ``bilinear``: the delta ->
+        0 limit of the single-degree-of-freedom laws, with p² sin(alpha)/alpha and their lever arm.
     lever : {"h", "R"}
-        Lever arm of the shaking, for ``bilinear`` only.
+        Lever arm of the acceleration, for ``bilinear`` only.
 
     References
     ----------
@@ -461,7 +462,7 @@ def oscillator_of(block: Any, model: Any) -> Oscillator:
 
 
 def refuse_endless(block: Block, law: Model, seconds: float) -> None:
-    """Raise ValueError for an elastic zone that is too stiff to be followed through a motion of so many seconds.
+    """Raise ValueError for an elastic zone that is too stiff to be followed through a motion of `seconds`.
 
     Its pieces are two for each time constant (`Oscillator.pieces`).  Its stiffness is about q²/delta, and the damping
     of a ratio zeta is 2 zeta times the root of that: they grow as delta^-½.  Measured, of 2 m × 19.5 m and delta from

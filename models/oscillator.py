@@ -1,8 +1,8 @@
 """Oscillators: a block under a damping law as a short table of regions, in plain numbers per unit inertia.
 
 For the engine an oscillator consists of regions of the rotation (stiffness, damping, offset), the event at each edge
-(crossing, entry into a zone whose damping is then held, impact, rebound, rupture, overturning) and the states of rest.
-`assembly` puts such tables together.
+and the states of rest. Events are crossing, entry into a zone whose damping is then held, impact, rebound, rupture and
+overturning. `assembly` puts such tables together.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ..core.aliases import Array, Index
 from .engine import tables as engine
 
 MOST = 1.0 + 1e-15
-"""Largest product of the factors of two impacts: that of e = 1 where the sides differ is rounded."""
+"""Maximum product of the factors of two impacts: e = 1 with different sides is rounded."""
 
 
 class Edge(NamedTuple):
@@ -36,12 +36,12 @@ class Edge(NamedTuple):
 class Region(NamedTuple):
     """Region of an oscillator: x'' = -stiffness x - damping x' + offset + gain forcing for lower <= x <= upper.
 
-    `gain` and `inertia` (the moment of inertia) are relative to those of the oscillator.  All values are in SI units,
-    per unit inertia.  `potential` is added to stiffness x²/2 - offset x so that the potential of the oscillator is
-    continuous.  If `held` is True, the damping is set at each entry and kept.  `turn_left` and `turn_right` name the
-    regions in which the motion goes on with the same energy when the velocity vanishes inside this region.  `broken`: a
-    region without the restraint that others have.  In exact geometry stiffness is -p² and offset is -+p² alpha, and the
-    engine solves the sin/cos form instead.
+    `gain` and `inertia` (the moment of inertia) are relative to the oscillator's. All values are in SI units, per unit
+    inertia. `potential` is added to stiffness x²/2 - offset x so that the potential of the oscillator is continuous. If
+    `held` is True, the damping is set at each entry and kept. `turn_left` and `turn_right` name the regions in which
+    the motion continues with the same energy when the velocity vanishes inside this region. `broken`: a region without
+    the restraint that others have. In exact geometry stiffness is -p² and offset is -+p² alpha, and the engine solves
+    the sin/cos form instead.
     """
 
     lower: float
@@ -61,16 +61,16 @@ class Region(NamedTuple):
 
     @property
     def captures(self) -> bool:
-        """True if the motion goes on in another region when the velocity vanishes inside this one."""
+        """True if the motion continues in another region when the velocity vanishes inside this one."""
         return self.turn_left != engine.NO_REGION or self.turn_right != engine.NO_REGION
 
 
 class Rest(NamedTuple):
-    """State of rest at `theta`: left to region `up_target` where the forcing exceeds `up`, or down where it is below.
+    """State of rest at `theta`: left to region `up_target` if the forcing exceeds `up`, or down if it is below.
 
-    The thresholds are values of the forcing of gain 1, rad/s²; that of `down` is for the forcing with the opposite
-    sign.  A block that is held against a wall has a negative one, and one that cannot go to a side an infinite one.
-    `breaks`: leaving it breaks the restraint.
+    The thresholds are values of the forcing of gain 1, rad/s²; `down` is for the forcing with the opposite sign. A
+    block that is held against a wall has a negative one, and one that cannot go to a side an infinite one. `breaks`:
+    leaving it breaks the restraint.
     """
 
     theta: float
@@ -106,9 +106,9 @@ class Oscillator(NamedTuple):
         return self.regions[self.start].offset / self.regions[self.start].stiffness if self.start >= 0 else 0.0
 
     def pieces(self, seconds: float) -> float:
-        """Return the number of pieces in which a run of so many seconds is solved: two for each time constant.
+        """Return the number of pieces in which a run of `seconds` is solved: two for each time constant.
 
-        Those of the elastic zone in which the block rests; 0 for a rigid block, whose pieces are samples.
+        These are pieces of the elastic zone in which the block rests; 0 for a rigid block, whose pieces are samples.
         """
         if self.start < 0:
             return 0.0
@@ -195,7 +195,7 @@ def _facing(oscillator: Oscillator, edge: Edge) -> Edge:
 
 
 def _loss(oscillator: Oscillator, edge: Edge) -> float:
-    """Return 1 - e of the bounces that follow an edge (see the engine's `comes_to_rest`); 0 where there are none."""
+    """Return 1 - e of the bounces that follow an edge (see the engine's `comes_to_rest`); 0 if there are none."""
     if edge.action == engine.BOUNCE:
         return 1.0 - edge.factor
     if edge.action != engine.IMPACT:
@@ -207,7 +207,7 @@ def _loss(oscillator: Oscillator, edge: Edge) -> float:
 
 
 def _falls(oscillator: Oscillator, index: int) -> bool:
-    """Return True if the law of a falling region holds from it to the ground on that side."""
+    """Return True if the law of a falling region is valid from it to the ground on that side."""
     region = oscillator.regions[index]
     if region.stiffness >= 0.0:
         return False

@@ -1,4 +1,4 @@
-"""The largest force of a restraint in a run, from the peaks of the rotation or from the shaking of a block at rest."""
+"""The largest force of a restraint in a run, from the peaks of the rotation or from the motion of a block at rest."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from .oscillator import Oscillator
 class HeldBy(NamedTuple):
     """A block's restraint in numbers: the force of one of its parts under rotations, or at rest; NaN without any.
 
-    They are floats, or arrays of those of many blocks.
+    They are floats, or arrays for many blocks.
 
-    front, back: moment arms (m), 0 on a side where it does not act; stiffness (N/m), slack (m) and preload (N), 0 of a
-    rigid one, which has front_pull and back_pull (N per m/s² of shaking that pushes to that side) and front_hold and
-    back_hold (N), what gravity holds of it; strength (N); broken: the greatest force where it broke, its strength, but
-    NaN of a rigid one that acts on one side only: a lift to the other side takes it off below its strength.
+    `front`, `back`: moment arms (m), 0 on a side where it does not act. `stiffness` (N/m), `slack` (m) and `preload`
+    (N): 0 for a rigid one. A rigid one has `front_pull` and `back_pull`, N per m/s² of acceleration that pushes to that
+    side. Its `front_hold` and `back_hold` (N) are the part that gravity carries. `strength` (N). `broken`: the maximum
+    force if it broke, which is its strength. It is NaN for a rigid one that acts on one side only: a lift to the other
+    side releases it below its strength.
     """
 
     front: Any = 0.0
@@ -39,7 +40,7 @@ NONE = HeldBy._make([math.nan] * 11)
 
 
 def held_by(block: Block, oscillator: Oscillator) -> HeldBy:
-    """Return the restraint of a block; the geometry of a law is that of its oscillator."""
+    """Return the restraint of a block; the geometry of a law is its oscillator's."""
     restraint = block.restraint
     if restraint is None:
         return NONE
@@ -67,12 +68,12 @@ def held_by(block: Block, oscillator: Oscillator) -> HeldBy:
 def largest_force(held: HeldBy, front: Any, back: Any, ruptured: Any, to_front: Any, to_back: Any) -> Any:
     """Return the largest force of each part of a restraint (N), NaN for a block without one.
 
-    `held` is of the block, or its numbers as arrays that broadcast with the runs; `front` and `back` are peak
-    rotations, rad; `ruptured` marks runs in which it broke; `to_front` and `to_back` are the greatest accelerations of
-    the floor to the back, which pushes the block to its front, and to the front, m/s².
-    While it holds, an elastic restraint has the force preload + stiffness max(0, arm theta - slack), largest at the
-    peak rotation of the side on which it acts more. A rigid one holds the block at rest: moments about the corner give
-    m (h F - g b)/arm under the shaking F, in linear geometry m R (F - g alpha)/arm.
+    `held` is of the block, or its numbers as arrays that broadcast with the runs. `front` and `back` are peak
+    rotations, rad; `ruptured` marks runs in which it broke. `to_front` and `to_back` are the maximum accelerations of
+    the floor to the back, which pushes the block to its front, and to the front, m/s². An intact elastic restraint has
+    the force preload + stiffness max(0, arm theta - slack). It is largest at the peak rotation of the side on which it
+    acts more. A rigid one keeps the block at rest: moments about the corner give m (h F - g b)/arm under the
+    acceleration F. In linear geometry they give m R (F - g alpha)/arm.
     """
     stretch = np.maximum(np.maximum(held.front * front, held.back * back) - held.slack, 0.0)
     at_rest = np.maximum(

@@ -61,7 +61,7 @@ OUTPUTS: dict[str, int] = {
 """Results of a run of a rocking block by name, and their column."""
 
 COLUMNS = {**OUTPUTS, **SLIDES, **OF_OBSTACLES}
-"""Results of a run by name, and their column among those of its kind."""
+"""Results of a run by name, and their column among the columns of its kind."""
 
 TALLY: tuple[str, ...] = tables.TALLY
 """The engine's counts: samples of all runs, samples left out by reason, and events solved."""
@@ -82,8 +82,8 @@ _NOTHING_LEFT = np.empty(0)
 class Records(NamedTuple):
     """Records of one step dt, s, one after the other.
 
-    record (n,): accelerations, m/s²; lifting (n or 0): the vertical ones over g; start, last (k,): of each record, the
-    place of its first sample and the number of its last one.
+    `record` (n,): accelerations, m/s². `lifting` (n or 0): vertical accelerations over g. `start`, `last` (k,): of each
+    record, the place of its first sample and the number of its last one.
     """
 
     dt: float
@@ -94,7 +94,7 @@ class Records(NamedTuple):
 
 
 def flushed(values: Array) -> Array:
-    """Return the values with 0 in place of those that are too small for the engine."""
+    """Return the values with 0 instead of values that are too small for the engine."""
     tiny = np.abs(values) < tables.NOTHING
     return np.where(tiny, 0.0, values) if tiny.any() else values
 
@@ -102,8 +102,9 @@ def flushed(values: Array) -> Array:
 def lay_out(accelerations: Sequence[Array], dt: float, verticals: Sequence[Array] = ()) -> Records:
     """Lay out records (n,), m/s², and the vertical components of all or none of them, m/s² upward, for the engine.
 
-    Each begins at a whole span, with room behind it for what the lanes read ahead.  The way from one to the next is an
-    odd number of spans: records of equal length would else share the same sets of the processor's cache.
+    Each begins at a whole span, with room behind it for the samples that the lanes read ahead. The distance from one to
+    the next is an odd number of spans: otherwise records of equal length would share the same sets of the processor's
+    cache.
     """
     sizes = np.array([acceleration.size for acceleration in accelerations], np.int64)
     spans = (sizes + tables.TILE) // tables.SPAN + 1
@@ -137,7 +138,7 @@ def batch_of(
 ) -> tables.Batch:
     """Return runs of oscillators which[j] under factors[j] times record motion[j], with room for their results.
 
-    Vertical shaking of an oscillator in linear geometry is a ValueError.
+    A vertical component of an oscillator in linear geometry is a ValueError.
     """
     oscillators, regions, _ = stacked.tables.shape
     if records.lifting.size > 0 and not stacked.parameters[:, tables.PAR_EXACT].all():
@@ -171,7 +172,7 @@ def batch_of(
 
 
 def leaves_floor(factors: Any, downward: Any) -> Any:
-    """Return True where the floor falls faster than g: `factors` times the downward acceleration, m/s² (any arrays)."""
+    """Return True if the floor falls faster than g: `factors` times the downward acceleration, m/s² (any arrays)."""
     return 1.0 - factors * (downward / STANDARD_GRAVITY) <= tables.LEAST_WEIGHT
 
 
@@ -187,11 +188,11 @@ def run_many(
 ) -> Array:
     """Results (o, m, 15) of every oscillator under factors (o, m) times one record (n,), m/s², all starting at rest.
 
-    `skip` leaves out what is known before the first uplift; flags do not change, peaks only by rounding.  With
+    `skip` leaves out the known part before the first uplift; flags do not change, peaks only by rounding. With
     `flags_only` it also ends a run once the rest of the record cannot overturn the block: then only the overturned flag
-    is right.  `tally` (see `TALLY`) is added to.  `vertical` (n,), m/s² upward, is scaled as the record: oscillators in
-    exact geometry only.  Where it takes the weight from a block at any time, the run is airborne: all else is NaN.
-    ValueError where a record times its factor is beyond `checks.MAX_ACCELERATION`, on which nothing is decided safely.
+    is right. `tally` (see `TALLY`) is added to. `vertical` (n,), m/s² upward, is scaled as the record: oscillators in
+    exact geometry only. If it takes the weight from a block at any time, the run is airborne: all other results are
+    NaN. ValueError if a record times its factor is beyond `checks.MAX_ACCELERATION`, above which no result is safe.
     """
     for shaking in (acceleration,) if vertical is None else (acceleration, vertical):
         checks.acceleration("acceleration times its largest factor", shaking * np.abs(factors).max())
@@ -210,7 +211,7 @@ def stacked(specimens: Sequence[Specimen]) -> Stack | PlaneTable | Array:
 
 
 class Motion(Protocol):
-    """What a run needs of a motion (as `motions.arrays.Record` has it): accelerations (n,), m/s², and their step, s."""
+    """Properties of a motion that a run needs (as in `Record`): accelerations (n,), m/s², and their step, s."""
 
     @property
     def acceleration(self) -> Array:
@@ -268,10 +269,10 @@ def run_mixed(
     """Return the results (m, `COLUMNS`) of a list of runs, each of a specimen, a motion and a factor of its own.
 
     `specimen` and `motion` (m,) are the places in `tables` (as `stacked` gives them, of one caller at a time) and in
-    `motions`; the factors scale the motions. The runs fill the engine's lanes side by side: a few runs of each of many
-    motions cost hardly more in this way than as many runs of one motion, and many times less than motion by motion
-    (`run_specimens`). The results of a run are those of `run_specimens`, to the last bit: they depend neither on the
-    other runs of the list nor on their order. Vertical shaking of an oscillator in linear geometry is a ValueError.
+    `motions`; the factors scale the motions. The runs fill the engine's lanes side by side. A few runs of each of many
+    motions therefore cost hardly more than as many runs of one motion. Motion by motion (`run_specimens`) they would
+    cost many times more. The results of a run are as from `run_specimens`, to the last bit: they depend neither on the
+    other runs of the list nor on their order. A vertical component of an oscillator in linear geometry is a ValueError.
     """
     counts = np.zeros(len(TALLY), np.int64) if tally is None else tally
     mixes = isinstance(tables, Stack)
@@ -307,8 +308,8 @@ def _lifts(motion: Motion) -> bool:
 def _parts(specimen: Index, motion: Index, motions: Sequence[Motion], mixes: bool) -> list[Index]:
     """Places of runs that share a batch: of motions of one step, with or without a vertical component, by length.
 
-    Runs are sorted by motion and specimen there.  Motions that have enough runs for a batch of their own get one, as do
-    all where specimens do not mix motions.
+    Runs are sorted by motion and specimen there. Motions that have enough runs for a batch of their own get one, as do
+    all if specimens do not mix motions.
     """
     runs = np.bincount(motion, minlength=len(motions))
     named = ((i, motions[i]) for i in np.flatnonzero(runs).tolist())
@@ -374,11 +375,11 @@ def _results(
 
 
 def run_batch(batch: tables.Batch, start: Array, skip: bool, flags_only: bool) -> int:
-    """Run a batch from `start` (theta, omega, region), or all from rest where it is empty.
+    """Run a batch from `start` (theta, omega, region), or all from rest if it is empty.
 
-    `skip`: leave out what is known before the first uplift; with `flags_only` also what cannot overturn the block any
-    more, and then only OUT_OVERTURNED is right.  Returns the number of turning points of the last run; raises
-    EndlessRunError where a run has more events than the engine solves.
+    `skip`: leave out the known part before the first uplift; with `flags_only` also the part that cannot overturn the
+    block any more, and then only OUT_OVERTURNED is right. Returns the number of turning points of the last run; raises
+    EndlessRunError if a run has more events than the engine solves.
     """
     if skip and flags_only:
         spans = batch.shaking.record.size // tables.SPAN

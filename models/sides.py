@@ -18,10 +18,10 @@ from .scenes.wall import rebound
 def sides(block: Block, geometry: str, lever: str = "h") -> tuple[Side, Side]:
     """Return the front and the back of a block in "exact", "linear" or "bilinear" geometry.
 
-    About a corner at the horizontal distance b from the centre of mass, with rho² = I_G/m: i = rho² + h² + b²,
-    R = sqrt(b² + h²), p² = g R/i; leaning towards a side by phi takes phi from its alpha = atan(b/h).  Exact and linear
-    geometry have p², and the gains R cos(alpha)/i and R/i; bilinear has p² sin(alpha)/alpha and the gain
-    R cos(alpha)/i (for the lever arm "R": R/i).
+    About a corner at the horizontal distance b from the centre of mass, with rho² = I_G/m: i = rho² + h² + b², R =
+    sqrt(b² + h²), p² = g R/i. Leaning towards a side by phi takes phi from its alpha = atan(b/h). Exact and linear
+    geometry have p², and the gains R cos(alpha)/i and R/i. Bilinear geometry has p² sin(alpha)/alpha and the gain R
+    cos(alpha)/i (for the lever arm "R": R/i).
     """
     if block.symmetric:
         p2 = block.p**2
@@ -56,10 +56,10 @@ def zone_of(block: Block, delta: float, lever: str, rigid_rest: bool) -> Zone:
     It has the stiffness (1/delta - 1) q² and a potential q² alpha² delta/2 higher than the falling branches at 0, so
     that the energy is the same everywhere.
 
-    Where the sides differ, moments per mass at the edges are M = a - k theta with a = i q² alpha and k = i q².  With
-    theta_z = delta (alpha_F + alpha_B)/2 the edges 1/theta = 1/theta_z ± (k_F - k_B)/(2 (a_F + a_B)) are those for
-    which the straight line between the branches does the same work as they do (derived); the block then leans to its
-    nearer edge.  The zone's moment of inertia is sqrt(i_F i_B), its lever arm the mean of both.
+    If the sides differ, moments per mass at the edges are M = a - k theta with a = i q² alpha and k = i q². Let theta_z
+    = delta (alpha_F + alpha_B)/2, and the edges 1/theta = 1/theta_z ± (k_F - k_B)/(2 (a_F + a_B)). The straight line
+    between the branches then does the same work as they do (derived); the block leans to its nearer edge. The zone's
+    moment of inertia is sqrt(i_F i_B), its lever arm the mean of both.
 
     A block on a bed has the zone of the bed instead, whatever delta is (see `_bed_zone`).
     """
@@ -126,11 +126,11 @@ def _bed_zone(side: Side, uplift: float) -> Zone:
 
 
 def with_bed_damping(zone: Zone, damping: float) -> Zone:
-    """Return the zone of a bed with damping in its material: `damping` in full contact, less where it is narrower.
+    """Return the zone of a bed with damping in its material: `damping` in full contact, less if it is narrower.
 
-    Dashpots beside the springs of the bed, under a contact of the length 2 b sqrt(theta_u/theta), take
-    (theta_u/theta)^(3/2) of the damping that they have under the whole width (derived).  A chord has its mean, the last
-    one that up to the rotation at which the block falls by itself.
+    Dashpots parallel to the springs of the bed, under a contact of the length 2 b sqrt(theta_u/theta), take
+    (theta_u/theta)^(3/2) of their damping under the whole width (derived). A chord has its mean, and the last one the
+    mean up to the rotation at which the block falls by itself.
     """
     last = zone.chords[-1]
     ends = [*(chord.lower for chord in zone.chords[1:]), last.offset / last.stiffness]

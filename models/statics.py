@@ -24,13 +24,13 @@ def required_force(block: Block, acceleration: float, height: float) -> float:
     Returns
     -------
     float
-        N; 0 where the block does not uplift.
+        N; 0 if the block does not uplift.
 
     Notes
     -----
-    Moments about the front lower edge, with the acceleration as a static load (derived): F = m (a h - g b)/z.  With the
-    mass off the middle b is its distance to the front edge, and with a lean b and h are those of the leaning block.  A
-    strength above F only says that the anchor holds this load; a slack anchor is struck by a moving block.
+    Moments about the front lower edge, with the acceleration as a static load (derived): F = m (a h - g b)/z. With the
+    mass off the middle b is its distance to the front edge, and with a lean b and h are of the leaning block. A
+    strength above F only means that the anchor carries this load; a moving block strikes a slack anchor.
 
     Examples
     --------
@@ -49,8 +49,8 @@ def static_capacity(block: Block) -> float:
     Notes
     -----
     a_u = g tan(alpha) (1 + F d/(m g b)) with the strength F of all restraints and their moment arm d about the front
-    lower edge (derived); g tan(alpha), where uplift begins, without a restraint or with one that acts to the back only.
-    It takes the restraint as rigid: one with slack is struck, and one that is elastic gives way, before it is reached.
+    lower edge (derived). Without a restraint, or with one that acts to the back only, it is g tan(alpha), where uplift
+    begins. It assumes a rigid restraint: one with slack is struck, and an elastic one deforms, before it is reached.
 
     Examples
     --------
@@ -87,7 +87,7 @@ def half_weight(block: Block) -> float:
 
 
 def _levers(block: Block) -> tuple[float, float]:
-    """Return the horizontal and vertical distances of the mass to the front lower edge as the block stands, m."""
+    """Return the horizontal and vertical distances of the mass from the front lower edge, including a lean, m."""
     (half, angle), _ = block.corners
     if block.symmetric:
         return block.b, block.h

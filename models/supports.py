@@ -13,7 +13,7 @@ MOST_DELTA = 0.3
 
 
 def delta_from_settlement(block: Block, settlement: float) -> float:
-    """Return delta of a block that stands on two feet, which its weight presses down by a settlement.
+    """Return delta of a block on two feet, which its weight presses down by a settlement.
 
     Parameters
     ----------
@@ -29,9 +29,9 @@ def delta_from_settlement(block: Block, settlement: float) -> float:
 
     Notes
     -----
-    A rigid block on two springs without tension uplifts at the rotation d0/b; from there on its moment falls as that
-    of a rigid block: the bilinear law with delta = d0/(b alpha) (derived).  Its frequency is within some 4e-4 of that
-    of the springs.  A soft support is a material with damping of its own: take ``rest="elastic"`` and a measured e.
+    A rigid block on two springs without tension uplifts at the rotation d0/b; from there on its moment falls like a
+    rigid block's. It is the bilinear law with delta = d0/(b alpha) (derived). Its frequency is within about 4e-4 of the
+    springs' frequency. A soft support is a material with damping of its own: take ``rest="elastic"`` and a measured e.
 
     Examples
     --------
@@ -62,9 +62,8 @@ def delta_from_frequency(block: Block, frequency: float, body_frequency: float |
 
     Notes
     -----
-    The zone has the stiffness (1/delta - 1) q² with q² = p² sin(alpha)/alpha, hence
-    delta = 1/(1 + (2 pi f/p)² alpha/sin(alpha)) (derived).  The flexibility of a body does not vanish once it uplifts,
-    as that of the zone does.
+    The zone has the stiffness (1/delta - 1) q² with q² = p² sin(alpha)/alpha, hence delta = 1/(1 + (2 pi f/p)²
+    alpha/sin(alpha)) (derived). The flexibility of a body does not vanish once it uplifts, as the zone's does.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Motions that shake the contents: simulated motions, pulses, records, floor motions, and their intensity measures."""
+"""Motions of the contents: simulated motions, pulses, records, floor motions, and their intensity measures."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""The labelled array in which motions are kept, and the plain records that it holds.
+"""The labelled array of motions, and its plain records.
 
 An array has the name ``acceleration`` and the dims (motion, time), with ``floor`` in floor histories; its values are in
 m/s² and linear between samples.  Several arrays with their own steps and lengths form one set of motions: nothing is
@@ -46,17 +46,18 @@ FEW = 10
 class Record(NamedTuple):
     """One motion as plain numbers: label, acceleration (n,) in m/s², step in s, source, and floor ('' for none).
 
-    `own_amplitude` is True if the amplitude is a property of the motion, as that of a record or a scenario, so that
-    scaling changes its meaning; it is False if the amplitude is a parameter, as in filtered noise, pulses and motions
-    of a target spectrum.  `recorded` is True for what was read from a file, which may hold offsets, drifts and slips of
-    units (`toppling.motions.plausibility`).  `companion` (n,) is the other horizontal component, where it is known, and
-    `vertical` (n,) the vertical one (upward), where it shakes, too: one factor scales both.
-    `corrected` is True where a baseline was subtracted or a high-pass filter applied.  `reverse_of` is the label of the
-    motion that this one reverses, '' for a motion as given.  `axes` is
-    `BOTH_AXES` where the companion shakes, too, along the depth of the blocks, `WEAK_AXIS` where blocks are asked to be
-    long enough that it need not, '' for one component; `azimuth` is then the direction of the blocks' width, rad.
-    `own_level` is True of what yielding floors or isolators made of a ground motion: it is of that strength, and no
-    factor makes it another.
+    `own_amplitude` is True if the amplitude is a property of the motion, as of a record or a scenario, so that scaling
+    changes its meaning. It is False if the amplitude is a parameter, as in filtered noise, pulses and motions of a
+    target spectrum. `recorded` is True for motions read from a file, which may have offsets, drifts and slips of units
+    (`toppling.motions.plausibility`). `companion` (n,) is the other horizontal component, if it is known. `vertical`
+    (n,) is the vertical component (upward), if the motion has one: one factor scales both. `corrected` is True if a
+    baseline was subtracted or a high-pass filter applied. `reverse_of` is the label of the motion that this one
+    reverses, '' for a motion as given.
+
+    `axes` is `BOTH_AXES` if the companion also acts, along the depth of the blocks. It is `WEAK_AXIS` if blocks must be
+    long enough that it need not act, and '' for one component. `azimuth` is the direction of the blocks' width, rad, in
+    the first two cases. `own_level` is True for motions from yielding floors or isolators: their ground motion has one
+    amplitude, and no factor scales them to another.
     """
 
     label: str
@@ -108,7 +109,7 @@ def from_array(
     Parameters
     ----------
     acceleration : array_like, shape (time,) or (motion, time)
-        Floor acceleration, m/s², taken as linear between samples; at least two samples, all finite.
+        Floor acceleration, m/s², assumed to be linear between samples; at least two samples, all finite.
     dt : float
         Time step, s, > 0.
     labels : sequence of str, optional
@@ -116,10 +117,10 @@ def from_array(
     source : str or sequence of str
         Source of the motions: one for all, or one for each.
     own_amplitude : bool
-        True if the amplitude is a property of the motions, as that of records and scenarios; False if it is a parameter
-        that scaling replaces (noise, pulses, target spectra).
+        True if the amplitude is a property of the motions, as of records and scenarios. False if it is a parameter that
+        scaling replaces (noise, pulses, target spectra).
     recorded : bool
-        True for records, whose offsets, drifts and slips of units are looked for where they are used.
+        True for records, whose offsets, drifts and slips of units are checked at their use.
 
     Returns
     -------
@@ -195,7 +196,7 @@ def from_array(
 
 
 def listed(motions: Any) -> list[Any]:
-    """Return one motion, or what cannot be iterated, as a list of one, and several as a list."""
+    """Return one motion, or an object that cannot be iterated, as a list of one, and several as a list."""
     several = isinstance(motions, Iterable) and not isinstance(motions, xr.DataArray)
     return list(motions) if several and getattr(motions, "ndim", 1) > 0 else [motions]
 
@@ -234,20 +235,22 @@ VERTICAL = "v"
 BOTH_AXES, WEAK_AXIS = "both axes", "weak axis"
 """Values of the coordinate `shakes` of pairs whose h1 is along the width of the blocks and h2 along their depth."""
 LIFTS = "lifts"
-"""Coordinate of joined components: whether the vertical one shakes, too."""
+"""Coordinate of joined components: True if the vertical one acts, too."""
 DOWNWARD = "downward_acceleration"
-"""Coordinate of runs with vertical shaking: the greatest downward acceleration of each motion."""
+"""Coordinate of runs with a vertical component: the maximum downward acceleration of each motion."""
 BASELINES = ("baseline(", "highpass(", "bandpass(")
 """Corrections, as the attribute `processing` lists them, that remove offsets and drifts."""
 HIGHEST_HIGHPASS, LOWEST_LOWPASS = 1.0, 5.0
 """Corners of filters, Hz: slower motions overturn blocks, and beyond records keep most of their PGA."""
 OWN_LEVEL = "own_level"
-"""Coordinate of motions that belong to the level at which they were made: those of yielding floors and isolators."""
+"""Coordinate of motions that belong to the level at which they were made, such as motions of yielding floors and
+isolators.
+"""
 _RECORD_COORDINATES = ("motion", "source", "dt", "own_amplitude", "recorded", "time", REVERSE_OF, OWN_LEVEL)
 
 
 def filter_doubts(arrays: Iterable[xr.DataArray]) -> list[Doubt]:
-    """Return the doubt in filters of motions, by their ``processing``, that leave little of an earthquake."""
+    """Return the input warning on filters of motions, by their ``processing``, that leave little of an earthquake."""
     notes = " ".join(str(array.attrs.get("processing", "")) for array in arrays)
     below = [low for low in map(float, re.findall(r"pass\(low=(\S+) Hz", notes)) if low > HIGHEST_HIGHPASS]
     above = [high for high in map(float, re.findall(r"pass\(.{0,40}?high=(\S+) Hz", notes)) if high < LOWEST_LOWPASS]
@@ -305,9 +308,9 @@ def _records_of(array: xr.DataArray) -> list[Record]:
 
 
 def _records_of_pairs(array: xr.DataArray) -> list[Record]:
-    """Return the records of joined components: the one that shakes, with the other horizontal one as companion.
+    """Return the records of joined components: the acting one, with the other horizontal one as companion.
 
-    With the vertical one, too, where the coordinate `LIFTS` says so.
+    With the vertical component, too, if the coordinate `LIFTS` is True.
     """
     shakes = shakes_of(array)
     if shakes not in (*HORIZONTAL, BOTH_AXES, WEAK_AXIS):
@@ -329,7 +332,7 @@ def _records_of_pairs(array: xr.DataArray) -> list[Record]:
 
 
 def shakes_of(array: xr.DataArray) -> str:
-    """Return which of joined components shakes, or how both do; '' where that is not said."""
+    """Return the axis or axes along which joined components act; '' if not stated."""
     return str(array.coords["shakes"].values) if "shakes" in array.coords else ""
 
 
@@ -350,8 +353,8 @@ def _values_by_motion(piece: xr.DataArray, name: str, n: int) -> Sequence[Any] |
 def motion_coordinates(plain: list[Record]) -> dict[str, xr.Variable]:
     """Return label, step, duration, source, own_amplitude (and floor, if there is one) of records, on ``motion``.
 
-    Where motions are run both ways also ``record``, the label of the motion as given, and ``polarity``, 1 or -1; where
-    vertical components shake also ``downward_acceleration``, the greatest of each (m/s², of the motion as given).
+    If motions are run both ways, also ``record``, the label of the motion as given, and ``polarity``, 1 or -1. With
+    vertical components, also ``downward_acceleration``, the maximum of each (m/s², of the motion as given).
     """
 
     def column(name: str, attributes: dict[str, str], kind: Any = None) -> xr.Variable:
@@ -380,10 +383,10 @@ def motion_coordinates(plain: list[Record]) -> dict[str, xr.Variable]:
 
 
 def other_coordinates(arrays: Sequence[xr.DataArray]) -> dict[str, xr.Variable]:
-    """Return what else the arrays say of each motion, such as its magnitude and its station, on ``motion``.
+    """Return further coordinates of each motion, such as its magnitude and its station, on ``motion``.
 
-    The motions are in the order of `records`.  Of arrays without a coordinate it is NaN, or '' where it is a text.
-    ValueError where its unit differs between arrays.
+    The motions are in the order of `records`. Of arrays without a coordinate it is NaN, or '' if it is a text.
+    ValueError if its unit differs between arrays.
     """
     own = (*_RECORD_COORDINATES, "floor", LIFTS, "shakes")
     described = [

@@ -1,8 +1,8 @@
 """Corrections of labelled motions: baseline, filters, windows and resampling.
 
-Every function takes motions of dims (motion, time) and returns new ones; the attribute `processing` lists the
-corrections in the order in which they were made.  A correction gives the same bits for a motion alone as for the same
-motion among a thousand.
+Every function takes motions of dims (motion, time) and returns new motions. The attribute `processing` lists the
+corrections in the order in which they were made. A correction of one motion is bit-identical alone and among a
+thousand.
 """
 
 from __future__ import annotations
@@ -86,8 +86,8 @@ def bandpass(motions: xr.DataArray, low: float, high: float, order: int = 4, zer
 
     Notes
     -----
-    For the filter in both directions the record is padded with zeros of 1.5 order / low seconds on either side, which
-    the filter needs for its transients [1]_; they are cut off afterwards.  To keep them, so that velocity and
+    For the filter in both directions the record is padded with zeros of 1.5 order / low seconds on either side. The
+    filter needs them for its transients [1]_; they are cut off afterwards. To keep them, so that velocity and
     displacement end at rest, `pad` the record first.
 
     References
@@ -136,11 +136,11 @@ def pad(motions: xr.DataArray, before: float, after: float) -> xr.DataArray:
 
 
 def trim_husid(motions: xr.DataArray, low: float = 0.05, high: float = 0.95) -> xr.DataArray:
-    """Keep the strong shaking: from the time at which ∫ü² reaches the fraction `low` of its total to that of `high`.
+    """Keep the strong motion: between the times at which ∫ü² reaches fractions `low` and `high` of its total.
 
-    Motions in one array are taken as the components of one record: all keep the same window, from the earliest start to
-    the latest stop, so that they stay simultaneous.  An offset counts as shaking: subtract it first (`baseline`).
-    0 <= low < high <= 1; ValueError for a motion of zeros.
+    Motions in one array are the components of one record: all keep the same window, from the earliest start to the
+    latest stop, so that they stay simultaneous. An offset counts as motion: subtract it first (`baseline`). 0 <= low <
+    high <= 1; ValueError for a motion of zeros.
 
     References
     ----------
@@ -168,18 +168,18 @@ def resample(motions: xr.DataArray, dt: float) -> xr.DataArray:
     Parameters
     ----------
     motions : xarray.DataArray
-        Dims (motion, time), m s-2; they should begin and end near zero (`baseline`, `taper`): beyond its ends a motion
-        is taken as zero, and the filter rings at a step there.
+        Dims (motion, time), m s-2; they should begin and end near zero (`baseline`, `taper`). Beyond its ends a motion
+        is assumed to be zero, and the filter rings at a step there.
     dt : float
         New step, s.  Its ratio to the old step must be a ratio of two whole numbers up to 10,000.
 
     Notes
     -----
-    A polyphase filter (`scipy.signal.resample_poly`) with a Kaiser-windowed sinc of 48 zero crossings on each side:
-    unlike an FFT it does not take the motion as periodic, and its cost does not depend on the factors of the length.  A
-    finer step that divides the old one keeps every old sample; for a coarser step the content above its Nyquist
-    frequency is removed first.  toppling's models take a motion as linear between its samples, so a finer step changes
-    their input: resampling follows the band-limited curve through the samples instead of the chords between them.
+    A polyphase filter (`scipy.signal.resample_poly`) with a Kaiser-windowed sinc of 48 zero crossings on each side.
+    Unlike an FFT it does not assume a periodic motion, and its cost does not depend on the factors of the length. A
+    finer step that divides the old one keeps every old sample. For a coarser step the content above its Nyquist
+    frequency is removed first. The models of toppling assume that a motion is linear between its samples, so a finer
+    step changes their input. Resampling follows the band-limited curve through the samples instead of the chords.
 
     References
     ----------
@@ -219,7 +219,7 @@ def resample(motions: xr.DataArray, dt: float) -> xr.DataArray:
 def _butterworth(order: int, corners: Sequence[float], kind: Kind, dt: float) -> Array:
     """Return the sections (section, 6) of `scipy.signal.butter`, whose tangents and products depend on the processor.
 
-    Slow poles go with zeros of slow motions, fast ones with those of fast motions.
+    Slow poles are combined with zeros of slow motions, fast poles with zeros of fast motions.
     """
     warped: Any = [math.tan(math.pi * corner * dt) for corner in corners]
     analog = scipy.signal.butter(order, warped if len(warped) > 1 else warped[0], kind, analog=True, output="zpk")

@@ -24,13 +24,13 @@ AZIMUTH = described("azimuth of the component, clockwise from north", RADIAN)
 RANDOM = "random"
 """Azimuth that is drawn for each motion."""
 ZERO = 1e-15
-"""Cosines below this are those of right angles."""
+"""Cosines below this belong to right angles."""
 PERPENDICULAR = math.radians(2.0)
-"""Greatest deviation from a right angle of two horizontal components."""
+"""Maximum deviation from a right angle of two horizontal components."""
 
 
 class _Channel(NamedTuple):
-    """One component that was read: its motion, name, recording, and direction (`azimuth`: NaN where not known)."""
+    """One component that was read: its motion, name, recording, and direction (`azimuth`: NaN if not known)."""
 
     motion: xr.DataArray
     name: str
@@ -53,9 +53,9 @@ def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = Non
     Returns
     -------
     xarray.DataArray
-        ``acceleration`` (motion, component, time), labelled as `h1`; ``component`` is h1, h2 (and v).  ``azimuth``
-        (rad, on motion and component) is that of the coordinates ``azimuth`` of `h1` and `h2`, otherwise 0 and pi/2,
-        so that directions count from h1 towards h2; NaN for v.
+        ``acceleration`` (motion, component, time), labelled as `h1`; ``component`` is h1, h2 (and v). ``azimuth`` (rad,
+        on motion and component) is from the coordinates ``azimuth`` of `h1` and `h2`. Without them it is 0 and pi/2, so
+        that directions count from h1 towards h2; NaN for v.
 
     Examples
     --------
@@ -110,7 +110,7 @@ def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = Non
 
 
 def _header_doubts(h1: xr.DataArray, h2: xr.DataArray) -> list[Doubt]:
-    """Return the doubt in components whose files name different stations or events."""
+    """Return the input warning on components whose files name different stations or events."""
     if "recorded" not in h1.coords or not h1["recorded"].any():
         return []
     odd = []
@@ -130,7 +130,7 @@ def rotate(pair: xr.DataArray, azimuth: float) -> xr.DataArray:
     pair : xarray.DataArray
         As `join` returns it.
     azimuth : float
-        Direction of the new h1, rad, clockwise from north (from h1 towards h2 where azimuths are not known).
+        Direction of the new h1, rad, clockwise from north (from h1 towards h2 if azimuths are not known).
 
     Notes
     -----
@@ -163,7 +163,7 @@ def _turned(pair: xr.DataArray, azimuths: Array) -> xr.DataArray:
 
 
 def _cosine(angles: Array) -> Array:
-    """Return cosines, those of right angles exactly 0: turned by one, components change places to the last bit."""
+    """Return cosines, at right angles exactly 0: turned by one, components change places to the last bit."""
     found = np.cos(angles)
     return np.asarray(np.where(np.abs(found) < ZERO, 0.0, found))
 
@@ -176,28 +176,28 @@ def both_axes(
     first: int = 0,
     vertical: bool = False,
 ) -> list[xr.DataArray]:
-    """Return joined components that shake blocks along their width and their depth at the same time.
+    """Return joined components that act on blocks along their width and their depth at the same time.
 
-    An analysis runs each block about both axes under the same factor; it overturns where it does so about one of them.
+    An analysis runs each block about both axes under the same factor; it overturns if it does so about one of them.
 
     Parameters
     ----------
     pairs : xarray.DataArray or an iterable of them
         As `join` or `Generator.sample_pairs` return them.
     azimuth : float or "random"
-        Direction of the blocks' width, rad, clockwise from north (from h1 towards h2 where azimuths are not known), or
-        for each motion another one, uniform over all directions.
+        Direction of the blocks' width, rad, clockwise from north (from h1 towards h2 if azimuths are not known), or for
+        each motion another one, uniform over all directions.
     seed, first : int
-        Seed of random azimuths, and number of the first motion: that of motion number `index` is drawn from
-        ``SeedSequence(seed, spawn_key=(index, 1))``, where numbers go on from one array to the next.
+        Seed of random azimuths, and number of the first motion. The azimuth of motion number `index` is drawn from
+        ``SeedSequence(seed, spawn_key=(index, 1))``; numbers continue from one array to the next.
     vertical : bool
-        Whether the vertical component shakes, too, as for `as_recorded`.
+        True if the vertical component acts, too, as for `as_recorded`.
 
     Returns
     -------
     list of xarray.DataArray
         The pairs turned as by `rotate`, h1 along the width and h2 along the depth, with the coordinate ``shakes``, for
-        `toppling.ida`, `toppling.stripes` and `toppling.cloud`; their levels are of measures of both components, such
+        `toppling.ida`, `toppling.stripes` and `toppling.cloud`. Their levels are of measures of both components, such
         as ``RotD50(pga)``.
 
     Examples
@@ -219,7 +219,7 @@ def weak_axis(
     first: int = 0,
     vertical: bool = False,
 ) -> list[xr.DataArray]:
-    """Return joined components of which the one along the width of the blocks shakes them; arguments as `both_axes`.
+    """Return joined components of which the one along the width of the blocks acts; arguments as `both_axes`.
 
     The analysis checks that this axis alone is enough: that the depth of every block is at least 1.6 times its width
     (`toppling.fragility.runs.axes`).
@@ -253,21 +253,21 @@ def _along_blocks(
 
 
 def as_recorded(pair: xr.DataArray, component: str = "h1", vertical: bool = False) -> xr.DataArray:
-    """Return joined components of which one shakes the blocks; measures such as ``RotD50(pga)`` are of both.
+    """Return joined components of which one acts on the blocks; measures such as ``RotD50(pga)`` are of both.
 
     Parameters
     ----------
     pair : xarray.DataArray
         As `join` returns it.
     component : str
-        The component that shakes, h1 or h2.
+        The acting component, h1 or h2.
     vertical : bool
-        Whether the vertical component shakes, too, scaled as the horizontal one.
+        True if the vertical component acts, too, scaled as the horizontal one.
 
     Returns
     -------
     xarray.DataArray
-        The pair with the coordinate ``shakes`` (and ``lifts``, where the vertical component shakes, too), for every
+        The pair with the coordinate ``shakes`` (and ``lifts``, if the vertical component shakes, too), for every
         analysis and for `toppling.motions.measures`.
     """
     _check_pair(pair)
@@ -302,14 +302,15 @@ def correct_together(pair: xr.DataArray, correction: Callable[[xr.DataArray], xr
 
 
 def pair_up(read: Mapping[Path, Sequence[xr.DataArray]]) -> list[xr.DataArray]:
-    """Return what was read from files, the components of each recording joined, in the order of their first files.
+    """Return motions read from files, the components of each recording joined, in the order of their first files.
 
-    Components of one recording are the channels of one file, or files whose names differ in the direction alone:
-    K-NET and KiK-net (``.NS``, ``.EW``, ``.UD``, and a digit for the sensor), or an ending of the name as in the NGA
-    databases (``…009`` and ``…279``, ``-N`` and ``-E``, ``-UP``); files of the NGA databases with one record sequence
-    number (``RSN953_…``); files whose headers name one station and event.  A direction in a header comes before that of
-    the name, except in the second line of AT2 files: a warning says if it differs.  RecordError for one component
-    alone, and for horizontal ones that are more than two or not perpendicular.
+    Components of one recording are, first, the channels of one file. Second, files whose names differ in the direction
+    alone. In K-NET and KiK-net it is ``.NS``, ``.EW``, ``.UD``, and a digit for the sensor. In the NGA databases it is
+    an ending of the name (``…009`` and ``…279``, ``-N`` and ``-E``, ``-UP``). Third, files of the NGA databases with
+    one record sequence number (``RSN953_…``), and files whose headers name one station and event. A direction in a
+    header has priority over the direction in the name, except in the second line of AT2 files: a warning shows a
+    difference. RecordError for one component alone, and for horizontal components that are more than two or not
+    perpendicular.
     """
     recordings: dict[str, list[_Channel]] = {}
     for path, arrays in read.items():
@@ -341,7 +342,7 @@ def _channels(path: Path, read: Sequence[xr.DataArray]) -> list[_Channel]:
 
 
 def _joined(channels: Sequence[_Channel]) -> xr.DataArray:
-    """Return the joined components of one recording; RecordError where they are not two, or two and a vertical."""
+    """Return the joined components of one recording; RecordError if they are not two, or two and a vertical."""
     level = [channel for channel in channels if not channel.vertical]
     upright = [channel for channel in channels if channel.vertical]
     for some, most, what in ((level, 2, "horizontal"), (upright, 1, "vertical")):

@@ -1,4 +1,4 @@
-"""Plausibility of records: offsets, drifts and slips of units in what was read from files."""
+"""Plausibility of records: offsets, drifts and slips of units in files."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from .readers.directions import LEFT_OUT, ON_PURPOSE, is_vertical
 OFFSET = 0.01
 """Mean over PGA above which a record keeps an offset."""
 STANDING = 0.9, 1.1
-"""Mean in g of a sensor that stands upright, which measures gravity."""
+"""Mean in g of an upright sensor, which measures gravity."""
 LONE, HELD = 3.0, 5
-"""Ratio of a peak to all other samples from which it is a spike; samples amid equal ones that make a clipped peak."""
+"""Ratio of a peak to all other samples that makes it a spike; number of equal neighbours that make a clipped peak."""
 DRIFT = 0.1
 """Velocity at the end over PGV above which a record drifts."""
 WANDERING = 0.25
@@ -41,7 +41,7 @@ SHORTEST_PGV_PGA, LONGEST_PGV_PGA = 0.01, 0.8
 LONGEST = 900.0
 """Duration, s."""
 UNLIKE = 5.0
-"""Ratio of the PGAs of two horizontal components: those of recordings differ by 3 at most (assumed)."""
+"""Ratio of the PGAs of two horizontal components: recordings differ by 3 at most (assumed)."""
 ALIKE, WHOLE = 3e-5, 1e-3
 """Relative differences within rounding: of ratios of norms, and of factors from 1 or -1."""
 SAME = 1.0 - 1e-6
@@ -76,17 +76,17 @@ USUAL: dict[str, tuple[float, float, str, str]] = {
     "q0": (10.0, 1e4, "", "its inverse, or per cent?"),
     "kappa": (0.001, 0.2, "s", "another unit than s?"),
 }
-"""Least and greatest value of numbers of buildings, supports and generators, their unit, and the slips behind others.
+"""Minimum and maximum value of numbers of buildings, supports and generators, their unit, and the slips behind others.
 
-All are assumed.  The greatest Arias intensities of records are about 20 to 30 m/s, corners of their filters 0.05 to 1
-Hz, ground filters have damping ratios of 0.2 to 0.9 and 3 to 50 rad/s, paths have q0 of 50 to 1000 (recalled).
-Tall buildings are damped by 0.003 and more (Satake et al. 2003, recalled), with dampers by up to 0.35; isolators have
-1 to 7 s and a strength or a friction of 0.01 to 0.2 of the weight (Constantinou et al. 2011, MCEER-11-0004, recalled).
+All are assumed. The largest Arias intensities of records are about 20 to 30 m/s, corners of their filters 0.05 to 1 Hz.
+Ground filters have damping ratios of 0.2 to 0.9 and 3 to 50 rad/s, paths have q0 of 50 to 1000 (recalled). Tall
+buildings are damped by 0.003 and more (Satake et al. 2003, recalled), with dampers by up to 0.35. Isolators have 1 to 7
+s and a strength or a friction of 0.01 to 0.2 of the weight (Constantinou et al. 2011, MCEER-11-0004, recalled).
 """
 
 
 def _components(record: Record) -> list[Record]:
-    """Return a record, its companion where it has one, and its vertical component where it shakes."""
+    """Return a record, its companion if it has one, and its vertical component if it acts."""
     others = {"other component": record.companion, "vertical component": record.vertical}
     return [
         record,
@@ -99,9 +99,9 @@ def _components(record: Record) -> list[Record]:
 
 
 def vertical_doubts(arrays: Sequence[xr.DataArray], cure: str = ON_PURPOSE) -> list[Doubt]:
-    """Return the doubts in vertical components that are used as horizontal motions, and the note of those left out.
+    """Return the input warnings on vertical components used as horizontal motions, and the note on omitted components.
 
-    `cure`: how the caller takes the latter on purpose.
+    `cure`: instruction for the caller to take the latter on purpose.
     """
     found = []
     labels = [
@@ -124,7 +124,7 @@ def vertical_doubts(arrays: Sequence[xr.DataArray], cure: str = ON_PURPOSE) -> l
 
 
 def multiple(samples: Array, other: Array) -> float:
-    """Return the factor by which samples are those of another motion, peak upon peak, NaN where they are not."""
+    """Return the factor between samples and another motion, peak upon peak, NaN if they are not the same motion."""
     first, second = (int(np.abs(values).argmax()) for values in (samples, other))
     before, after = min(first, second), min(samples.size - first, other.size - second)
     samples, other = samples[first - before : first + after], other[second - before : second + after]
@@ -133,7 +133,7 @@ def multiple(samples: Array, other: Array) -> float:
 
 
 def pair_doubts(h1: Sequence[Record], h2: Sequence[Record], vertical: Sequence[Record] = ()) -> list[Doubt]:
-    """Return the doubt in recorded components that cannot be of one recording: multiples, and another order of PGA."""
+    """Return the input warning on recorded components of different recordings: multiples, and another order of PGA."""
     odd = []
     for i, (one, two) in enumerate(zip(h1, h2, strict=True)):
         if not (one.recorded and two.recorded):
@@ -151,7 +151,7 @@ def pair_doubts(h1: Sequence[Record], h2: Sequence[Record], vertical: Sequence[R
 
 
 def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
-    """Return the doubts in floor histories with levels in SI of a measure, '' where they have none.
+    """Return the input warnings on floor histories with levels in SI of a measure, '' without one.
 
     The ground is held against the levels, each floor against the next one, and each direction against the other.
     Without the ground, the lowest floor is held against levels of the PGA.
@@ -220,11 +220,11 @@ def _copies(records: Iterable[Record]) -> list[str]:
 
 
 def record_doubts(records: Iterable[Record]) -> list[Doubt]:
-    """Return the doubts in records: offsets, drifts, and amplitudes and durations outside of what was ever recorded.
+    """Return the input warnings on records: offsets, drifts, and amplitudes and durations beyond any recording.
 
     Only PGA and duration of generated motions are checked, and nothing of floor motions. A zero motion, and one that is
     all offset, has no drift of its own. Baseline and filters are no cure for motions that all have them already.
-    Greatest accelerations: Anderson, J. G. (2010). Bulletin of the Seismological Society of America 100(1), 1-36.
+    Maximum accelerations: Anderson, J. G. (2010). Bulletin of the Seismological Society of America 100(1), 1-36.
     """
     records = list(records)
     looked_at = [record for record in records if record.recorded or not (record.floor or record.own_level)]
@@ -311,7 +311,7 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
 
 
 def collapse_doubts(labels: Sequence[str], collapsed: Index, factor: float = 1.0) -> list[Doubt]:
-    """Return the doubt in a building that collapses under motions times a factor: its storey (motion,), 0 for none."""
+    """Return the input warning on a building that collapses under scaled motions: its storey (motion,), 0 for none."""
     fallen = [label for label, storey in zip(labels, collapsed, strict=True) if storey]
     if not fallen:
         return []
@@ -324,7 +324,7 @@ def collapse_doubts(labels: Sequence[str], collapsed: Index, factor: float = 1.0
 def scaling_doubts(
     given: Iterable[xr.DataArray], scaled: Iterable[xr.DataArray], bounds: tuple[float, float]
 ) -> list[Doubt]:
-    """Return the doubt in motions whose amplitude is their own and that are scaled by less or more than the bounds."""
+    """Return the input warning on motions with their own amplitude that are scaled by less or more than the bounds."""
     before = [record for array in given for record in records(array)]
     after = [record for array in scaled for record in records(array)]
     factors = {
@@ -347,13 +347,13 @@ def scaling_doubts(
 
 
 def generator_doubts(generator: object) -> list[Doubt]:
-    """Return the doubts in the parameters of a generator of motions, by their names among those of `USUAL`."""
+    """Return the input warnings on the parameters of a generator of motions, by their names in `USUAL`."""
     given = {name: getattr(generator, name, None) for name in USUAL}
     return unusual({name: value for name, value in given.items() if value is not None}, "units")
 
 
 def unusual(values: Mapping[str, Any], kind: str = "building") -> list[Doubt]:
-    """Return the doubts in numbers outside of what is `USUAL`; 0 and infinity mean that there is none."""
+    """Return the input warnings on numbers outside of their `USUAL` range; 0 and infinity mean absence."""
     found = []
     for what, given in values.items():
         least, most, unit, slip = USUAL[what]
@@ -366,7 +366,7 @@ def unusual(values: Mapping[str, Any], kind: str = "building") -> list[Doubt]:
 
 
 def building_doubts(period: float, damping: Any, heights: Array) -> list[Doubt]:
-    """Return the doubts in a building: its period (s) for its storeys, its damping, the heights of its floors (m).
+    """Return the input warnings on a building: its period (s) for its storeys, its damping, its floor heights (m).
 
     A period up to 1 s may be of any low building.
     """
@@ -380,7 +380,7 @@ def building_doubts(period: float, damping: Any, heights: Array) -> list[Doubt]:
 
 
 def ringing_doubts(floor_motions: Iterable[xr.DataArray]) -> list[Doubt]:
-    """Return the doubt in the floor motions of a building (their coordinate ``ringing``): cut while it still sways."""
+    """Return the input warning on floor motions (their coordinate ``ringing``) that end while the building moves."""
     every, cut = 0, []
     for array in floor_motions:
         top = array["floor"].values[int(np.argmax(array["height"].values))]

@@ -35,7 +35,7 @@ def both_polarities(motions: Any) -> Any:
     """Return labelled motions with each followed by its reverse; arrays of both polarities are returned as they are.
 
     The labels are ``…`` and ``…, reversed``; ``reverse_of`` (motion,) is the label of the motion that each reverses,
-    empty for the motions as given. What is no labelled array is left to `records` to refuse.
+    empty for the motions as given. For other objects than labelled arrays, `records` raises the error.
     """
     if isinstance(motions, Iterable) and not isinstance(motions, xr.DataArray):
         return [both_polarities(motion) for motion in motions]

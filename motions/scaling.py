@@ -14,7 +14,7 @@ from .intensity.peaks import velocity
 
 
 def parabolic_baseline(acceleration: Array, dt: float) -> Array:
-    """Subtract the parabola c0 + c1 t + c2 t² for which the mean square velocity is least.
+    """Subtract the parabola c0 + c1 t + c2 t² that minimises the mean square velocity.
 
     Berg, G. V. and Housner, G. W. (1961). Integrated velocity and displacement of strong earthquake ground motion.
     Bulletin of the Seismological Society of America 51(2), 175-189.
@@ -25,8 +25,8 @@ def parabolic_baseline(acceleration: Array, dt: float) -> Array:
         raise ValueError(f"acceleration must have at least 5 samples for a parabola, got {values.shape[-1]}")
     x = np.linspace(0.0, 1.0, values.shape[-1])
     shapes: list[Array] = []
-    # The parabola's velocities are made orthonormal by Gram and Schmidt: plain sums along time give the same bits for
-    # one motion as for a thousand, whereas a least-squares call does not.
+    # The parabola's velocities are made orthonormal by Gram and Schmidt. Plain sums along time give bit-identical
+    # results for one motion and for a thousand, whereas a least-squares call does not.
     for k in range(3):
         shape = x**k
         for earlier in shapes:
@@ -41,7 +41,7 @@ def parabolic_baseline(acceleration: Array, dt: float) -> Array:
 def scale_to(motions: xr.DataArray, target: float, im: str | Measure = "pga") -> xr.DataArray:
     """Scale every motion by its own factor, so that its intensity measure is `target` (SI, > 0).
 
-    `im` is a measure or its name (`measure_named`); ValueError where it is 0 or does not grow with the motion.
+    `im` is a measure or its name (`measure_named`); ValueError if it is 0 or does not grow with the motion.
 
     Examples
     --------

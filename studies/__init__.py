@@ -1,4 +1,4 @@
-"""What a user runs: study files, results, plots, the command line."""
+"""User-facing parts: study files, results, plots, the command line."""
 
 from typing import TYPE_CHECKING
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 FRAGILITY, SENSITIVITY = "fragility", "sensitivity"
 MOST_RANKINGS = 8
-"""Figures of rankings at the most, one for each block (and floor); the results hold all rankings."""
+"""Maximum number of figures of rankings, one for each block (and floor); the results contain all rankings."""
 
 # (matplotlib loads slowly and is not needed for an error message: each function imports the plots that it needs)
 
@@ -41,12 +41,12 @@ def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
 
 
 def draw(results: xr.Dataset, folder: Path) -> list[Path]:
-    """Write the figures of a study's results; StudyError where that cannot be."""
+    """Write the figures of a study's results; StudyError if that cannot be."""
     return save_figures(figures(results), folder)
 
 
 def save_figures(named: Iterable[tuple[str, Figure]], folder: Path) -> list[Path]:
-    """Write figures as PNGs with their names; StudyError where that cannot be."""
+    """Write figures as PNGs with their names; StudyError if that cannot be."""
     from .plots.axes import settle  # noqa: PLC0415
 
     written = []

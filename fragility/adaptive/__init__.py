@@ -1,1 +1,1 @@
-"""Sequential analysis: which levels the next motions are run at, what they say of one curve, and when to stop."""
+"""Sequential analysis: levels of the next motions, their results for one curve, and the decision to stop."""

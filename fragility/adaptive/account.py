@@ -1,4 +1,4 @@
-"""Sentences that say why a sequential analysis stopped, and what further motions would bring."""
+"""Sentences on the reason why a sequential analysis stopped, and on the gain of further motions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LEAST_GAP = 0.05
 
 
 def width_text(curve: SequentialCurve, ratio: float) -> str:
-    """Return a half width as text, such as ``±4.8 %`` of the median; ratio: of the half width to what is allowed."""
+    """Return a half width as text, such as ``±4.8 %`` of the median; `ratio`: half width over its allowed value."""
     until = curve.until
     if not math.isfinite(ratio):
         return "no interval yet"
@@ -33,7 +33,7 @@ def half_width(curve: SequentialCurve, ratio: float) -> float:
 
 
 def reached_so_far(curves: Sequence[SequentialCurve], motions: int) -> str:
-    """Return how far an analysis is: the widest interval among the curves that go on, or that all have stopped."""
+    """Return the progress of an analysis: the widest interval among the curves that have not stopped."""
     going = [curve for curve in curves if not curve.stopped]
     if not going:
         every = f"all {len(curves):,} curves have" if len(curves) > 1 else "the curve has"
@@ -47,7 +47,7 @@ def reached_so_far(curves: Sequence[SequentialCurve], motions: int) -> str:
 
 
 def account(curve: SequentialCurve, state: str | None = None) -> str:
-    """Return why a curve is no longer followed, what was reached, and what more motions would bring.
+    """Return the reason why a curve has stopped, the reached precision, and the gain of more motions.
 
     state: the name of a damage state other than overturning.
     """

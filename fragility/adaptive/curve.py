@@ -1,7 +1,7 @@
-"""Sequential analysis of one curve: levels for the next motions, what their runs say, and whether to go on.
+"""Sequential analysis of one curve: levels for the next motions, results of their runs, and the decision to stop.
 
-It knows nothing of blocks and motions: whoever runs them asks for levels and returns outcomes.  What it plans depends
-on the outcomes that it was given, and for each motion on the motion's own random stream, and on nothing else.
+The module does not use blocks or motions: its caller runs them at the levels it returns, and passes the outcomes. The
+plan depends only on these outcomes and on each motion's own random stream.
 """
 
 from __future__ import annotations
@@ -28,21 +28,22 @@ MOST_RUNS = 20
 PLACES = 3
 """Levels that single runs of motions take in turns."""
 EXPLORATIONS = 6
-"""Greatest number of waves in which nothing overturns, or everything."""
+"""Maximum number of waves in which nothing overturns, or everything."""
 STEP = math.log(8.0)
 LOCAL, WIDE = 0.5, 1.2
 """Distance from the middle, in dispersions, of the outer levels: for a point of the curve, and for its slope."""
 JITTER = 0.15
 CURVED = 0.8
-"""Square of the outer levels' distance, in dispersions, over the tolerance in dispersions: curves that are not straight
-between the levels on normal paper shift the answer by the square of their distance, so that a finer answer needs nearer
-levels."""
+"""Square of the outer levels' distance, in dispersions, over the tolerance in dispersions. A curve that is not straight
+between the levels on normal paper shifts the result by the square of their distance. A smaller tolerance therefore
+needs closer levels.
+"""
 STEEPEST = 0.4
-"""Density of the normal law in its middle: what a probability changes by in a dispersion."""
+"""Density of the normal law in its middle: change of a probability per dispersion."""
 WINDOW = 2.0
 """Half width of the window of local fits over the distance of the outer levels from the middle."""
 DISPERSIONS = (0.02, 2.0)
-"""Range to which a rough dispersion is confined where it places levels."""
+"""Range of a rough dispersion that places levels."""
 SURELY = 2.0
 """Standard errors by which two estimates must differ to count as different."""
 
@@ -60,11 +61,11 @@ class WavePlan(NamedTuple):
 
 
 class Look(NamedTuple):
-    """What the runs say after a wave; ln of medians, NaN where there is no estimate.
+    """Results after a wave; medians are ln, NaN if there is no estimate.
 
-    ratio: half width of the interval over what is allowed; lower, upper: ends of the interval of the target (of its
-    logarithm for median and dispersion).  local, curve: estimates of ln(median) near the median alone and by the curve
-    through all runs.
+    `ratio`: half width of the interval over its allowed value. `lower`, `upper`: ends of the interval of the target (of
+    its logarithm for median and dispersion). `local`, `curve`: estimates of ln(median) near the median alone and by the
+    curve through all runs.
     """
 
     motions: int
@@ -78,7 +79,7 @@ class Look(NamedTuple):
 
     @property
     def misfit(self) -> float:
-        """Difference of the local ln(median) from that of the curve where it is beyond twice its error, else 0."""
+        """Difference of the local ln(median) from the curve's if it exceeds twice its error, else 0."""
         if self.local is None or self.curve is None:
             return 0.0
         gap, error = difference(self.local, self.curve)
@@ -117,7 +118,7 @@ class SequentialCurve:
 
     @property
     def dispersion(self) -> float:
-        """The dispersion as far as it is known, confined to what can place levels; NaN while nothing is known."""
+        """The dispersion as known so far, confined to values that can place levels; NaN before the first estimate."""
         if self._global is None:
             return math.nan
         return min(max(self._global.dispersion, DISPERSIONS[0]), DISPERSIONS[1])
@@ -137,7 +138,7 @@ class SequentialCurve:
         if self._hazard is not None:
             cells = hazard_cells(self._hazard, self._global.log_median, scale)
             x, weights = draw_levels(cells, self._global.log_median, scale, uniform)
-            # (a motion that is run both ways is one motion: its runs share the rate that they stand for)
+            # a motion that is run both ways is one motion: its runs share its rate
             _, own, ways = np.unique(motions, return_inverse=True, return_counts=True)
             return WavePlan(exp(x), weights / ways[own])
         if self.until.target == DISPERSION:
@@ -146,7 +147,7 @@ class SequentialCurve:
         return self._unweighted(self._centre + self._distance() * self._places(motions))
 
     def _places(self, motions: Index) -> Array:
-        """Return the places (run, motion) of levels between the outer ones, at -1 and 1."""
+        """Return the places (run, motion) of the levels between the outer levels, which are at -1 and 1."""
         if self._runs == 1:
             return np.linspace(-1.0, 1.0, PLACES)[motions % PLACES][None]
         return np.repeat(np.linspace(-1.0, 1.0, self._runs)[:, None], len(motions), axis=1)
@@ -154,7 +155,7 @@ class SequentialCurve:
     def _distance(self) -> float:
         """Return the distance in ln level of the outer levels from the middle of local fits.
 
-        It falls with the tolerance, but not below what is known of the median, so that the levels enclose it.
+        It falls with the tolerance, but not below the error of the median, so that the levels enclose it.
         """
         assert self._global is not None
         scale = self.dispersion
@@ -166,9 +167,10 @@ class SequentialCurve:
         return WavePlan(exp(x), np.full(x.shape, math.nan))
 
     def add(self, motions: Index, plan: WavePlan, fell: Flags, last: bool = False) -> None:
-        """Take the outcomes of a wave (run, motion), look at the result, and decide whether to go on.
+        """Add the outcomes of a wave (run, motion), estimate the result, and decide whether to continue.
 
-        motions (motion,): their numbers, the same for one that is run both ways; last: whether there are no more.
+        `motions` (motion,): their numbers, the same for both runs of a motion that is run both ways. `last`: True if no
+        more follow.
         """
         numbers = np.broadcast_to(motions, fell.shape).ravel()
         x = log(plan.levels).ravel()
@@ -192,7 +194,7 @@ class SequentialCurve:
             self.stopped = MISFIT
 
     def _explore(self, status: str) -> None:
-        """Move the search to where it may find the curve, after a wave that did not."""
+        """Move the search towards the possible place of the curve, after a wave that did not find it."""
         low, high = self._range
         self._explored += 1
         if status == NONE:
@@ -214,7 +216,7 @@ class SequentialCurve:
 
     @property
     def explored(self) -> tuple[float, float]:
-        """Lowest and highest level that was run."""
+        """Lowest and highest level of the runs."""
         return math.exp(self._seen.x.min()), math.exp(self._seen.x.max())
 
     @property
@@ -234,7 +236,7 @@ class SequentialCurve:
         return weighted_rate(self._weights, self._seen.fell, self._seen.motion)
 
     def rate_misfit(self) -> float:
-        """Return the fitted rate over the weighted one, less 1, where they differ by more than twice the error."""
+        """Return the fitted rate over the weighted one, less 1, if they differ by more than twice the error."""
         fitted, weighted = self.fitted_rate(), self.weighted_rate()
         if fitted is None or not weighted.value > 0.0:
             return 0.0
@@ -261,7 +263,7 @@ class SequentialCurve:
         return self._probability(k, told)
 
     def _rate(self, k: int, told: Known) -> Look:
-        """Look at the rate from weighted runs; its upper end includes what may lie below the levels of falls."""
+        """Look at the rate from weighted runs; its upper end includes a possible rate below the levels of falls."""
         rate, cells = self.weighted_rate(), self.cells
         if cells is None or not rate.value > 0.0:
             return Look(k, *UNKNOWN, *told)
@@ -270,7 +272,7 @@ class SequentialCurve:
         return Look(k, ratio, rate.value, max(0.0, rate.value - rate.reach), rate.value + up, *told)
 
     def _probability(self, k: int, told: Known) -> Look:
-        """Look at the probability of a level: by a local fit, or where all runs nearby end alike, by their number."""
+        """Look at the probability of a level: by a local fit, or if all runs nearby end alike, by their number."""
         reach = WINDOW * self._distance()
         x = math.log(self.until.level)
         near = self._seen.within(x, reach)

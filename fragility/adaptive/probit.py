@@ -1,7 +1,7 @@
 """Probit curves through runs of many levels, with errors from the sums of each motion's scores.
 
-Runs of one motion are dependent, even at levels a thousandth apart, so that the number of runs says nothing of the
-precision; the number of motions does.
+Runs of one motion are dependent, even at levels that differ by a thousandth. The precision therefore depends on the
+number of motions, not of runs.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from ..kernels import binomial as engine
 from .until import CONFIDENCE
 
 ROUNDS = 4
-"""Greatest number of times that the window of a local fit is moved to its median."""
+"""Maximum number of times that the window of a local fit is moved to its median."""
 SETTLED = 1e-3
 FEWEST = 8
 """Fewest motions in a fit that errors are computed of."""
 
 
 class Observations(NamedTuple):
-    """Runs of one curve: ln of the level (run,), whether the block overturned (run,), number of the motion (run,)."""
+    """Runs of one curve: ln of the level (run,), flag of overturning (run,), number of the motion (run,)."""
 
     x: Array
     fell: Flags
@@ -41,7 +41,7 @@ class Observations(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """Estimate with its error and its influences: what each motion contributes to it, (motion,) from number 0 on."""
+    """Estimate with its error and its influences: contribution of each motion, (motion,) from number 0 on."""
 
     value: float
     error: float
@@ -54,12 +54,12 @@ class Estimate(NamedTuple):
         return student(self.motions - 2) * self.error
 
     def proportion(self) -> tuple[float, float]:
-        """Return the interval of an estimate of a probability: Wilson's, of as many runs as its error says.
+        """Return the interval of an estimate of a probability: Wilson's, for the number of runs that its error implies.
 
-        A probability p with a standard error s is known as from p (1 - p)/s² independent runs. Near 0 and 1 the
-        interval by the error alone would be too short where few runs fell or stood. Wilson, E. B. (1927). Journal of
-        the American Statistical Association 22, 209-212. Effective number of runs: Korn, E. L. and Graubard, B.
-        I. (1998). Survey Methodology 24, 193-201.
+        A probability p with a standard error s is as precise as from p (1 - p)/s² independent runs. Near 0 and 1 the
+        interval by the error alone would be too short if few runs fell or few did not. Wilson, E. B. (1927). Journal of
+        the American Statistical Association 22, 209-212. Effective number of runs: Korn, E. L. and Graubard, B. I.
+        (1998). Survey Methodology 24, 193-201.
         """
         t = student(self.motions - 2)
         spread = self.value * (1.0 - self.value)
@@ -133,7 +133,7 @@ class Probit(NamedTuple):
         )
 
     def _estimate(self, value: float, gradient: Array) -> Estimate:
-        """Return an estimate from its gradient in (a, b); its error is never below that of independent runs."""
+        """Return an estimate from its gradient in (a, b); its error is not below the error of independent runs."""
         k = self.motions
         if k < FEWEST:
             return Estimate(value, math.inf, np.zeros(0), k)
@@ -144,9 +144,10 @@ class Probit(NamedTuple):
 
 
 def enclosing(estimate: Estimate, runs: Observations) -> Estimate:
-    """Return an estimate of ln(median) that holds the whole gap where all falls lie above all runs that stood.
+    """Return an estimate of ln(median) whose interval spans the gap if all falls lie above all runs without a fall.
 
-    Between the two the runs tell nothing: the estimate is the middle, and its interval reaches to both ends at least.
+    Between the two the runs give no information: the estimate is the middle, and its interval reaches at least to both
+    ends.
     """
     gap = gap_between(runs.x, ~runs.fell, runs.fell)
     if gap is None:
@@ -157,7 +158,7 @@ def enclosing(estimate: Estimate, runs: Observations) -> Estimate:
 
 
 def fit_probit(runs: Observations) -> tuple[Probit | None, str]:
-    """Return the probit curve of runs (penalised where separated) or None, and the status as of `fit_fragility`.
+    """Return the probit curve of runs (penalised if separated) or None, and the status as of `fit_fragility`.
 
     Errors are the sandwich estimate with clusters: Liang, K.-Y. and Zeger, S. L. (1986). Biometrika 73, 13-22. Penalty:
     Firth, D. (1993). Biometrika 80, 27-38.
@@ -181,7 +182,7 @@ def fit_probit(runs: Observations) -> tuple[Probit | None, str]:
 
 
 def fit_line(runs: Observations, link: Link) -> FittedLines:
-    """Fit a curve of two parameters to runs, one at least, penalised (Firth) where they are separated."""
+    """Fit a curve of two parameters to runs, one at least, penalised (Firth) if they are separated."""
     distinct, where = np.unique(runs.x, return_inverse=True)
     centre, width = float(distinct.mean()), max(float(np.ptp(distinct)), 1e-12)
     counts = np.bincount(where).astype(np.float64)[None]
@@ -191,7 +192,7 @@ def fit_line(runs: Observations, link: Link) -> FittedLines:
 
 
 def _scores(eta: Array, fell: Flags) -> Array:
-    """Return the slope of the log-likelihood of each run in eta: phi/Phi where it fell, -phi/(1 - Phi) where not."""
+    """Return the slope of the log-likelihood of each run in eta: phi/Phi if it fell, -phi/(1 - Phi) if not."""
     log_density = -0.5 * eta * eta - 0.5 * math.log(2.0 * math.pi)
     sign = np.where(fell, 1.0, -1.0)
     return np.asarray(sign * exp(log_density - scipy.special.log_ndtr(sign * eta)))

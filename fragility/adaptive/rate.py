@@ -1,8 +1,8 @@
 """Rates without a form of curve: levels drawn by the hazard, and the sum of the weights of the runs that overturned.
 
-The annual rate is the integral of the probability of overturning over the rates of the levels.  Levels drawn with a
-known density give it without bias, for any number of levels a motion (Horvitz and Thompson 1952); a grid of levels that
-all motions share does not: ten of them are wrong by a tenth.
+The annual rate is the integral of the probability of overturning over the rates of the levels. Levels drawn with a
+known density give it without bias, for any number of levels per motion (Horvitz and Thompson 1952). A grid of levels
+that all motions share is biased: ten levels are wrong by a tenth.
 """
 
 from __future__ import annotations
@@ -24,23 +24,24 @@ DEFENCE = 0.05
 GAUSS = (0.5 - math.sqrt(1.0 / 12.0), 0.5 + math.sqrt(1.0 / 12.0))
 """Gauss' two points of an interval of length 1."""
 TAIL, WIDER = 0.15, 2.0
-"""Share of the runs that is drawn by a curve so many times as wide: capacities may reach further down than a lognormal
-curve says, and there a single run weighs much."""
+"""Share of the runs drawn by a wider curve, and its width factor. Capacities may reach further down than a lognormal
+curve predicts, and a single run there has a large weight.
+"""
 LOWEST, NEAR = 40, 200
 """Numbers of lowest runs that overturned: above these, the tail of a curve is seen; and from these, it is continued."""
 LEAST_BELOW, LEAST_ABOVE = math.log(30.0), math.log(8.0)
 DEVIATIONS = 4.0
 LEAST = 1e-300
-"""Annual rate, far below any that matters, that stands for rates too small for a number."""
+"""Annual rate, far below any that matters, instead of rates too small to represent."""
 STEEPEST = 20.0
-"""Greatest power with which the rates may fall at the lowest levels of a hazard curve; those of sites: up to 3."""
+"""Maximum power with which the rates may fall at the lowest levels of a hazard curve; sites have up to 3."""
 
 
 def check_ends(hazard: HazardCurve) -> None:
     """Raise ValueError for hazard curves that cannot be continued beyond their levels, as weighted runs need it.
 
-    Beyond its levels a curve goes on as its first and last pieces do: a last piece without a slope never ends, and
-    below a very steep first one the rates have no numbers any more.
+    Beyond its levels a curve continues with the slopes of its first and last pieces. A last piece without a slope never
+    ends, and below a very steep first piece the rates overflow.
     """
     for rates in (hazard.rates, *(hazard.realisations or ())):
         widths = np.diff(log(hazard.levels))
@@ -101,8 +102,8 @@ class HazardCells(NamedTuple):
 def hazard_cells(hazard: HazardCurve, log_median: float, dispersion: float) -> HazardCells:
     """Return cells over all levels that matter to the rate of a curve that is known roughly.
 
-    With a hazard of slope k, the levels that bring about the rate lie about k dispersion² below the median; the cells
-    reach four dispersions further to both sides, and to a thirtieth and to eight times the median at least.
+    With a hazard of slope k, the levels that cause the rate lie about k dispersion² below the median. The cells reach
+    four dispersions further to both sides, and at least to a thirtieth and to eight times the median.
     """
     near = exp(log_median + np.array([-0.05, 0.05]))
     slope = max(0.0, float(-np.diff(log(np.maximum(hazard.rate_at(near), LEAST)))[0] / 0.1))
@@ -123,10 +124,10 @@ def hazard_cells(hazard: HazardCurve, log_median: float, dispersion: float) -> H
 def draw_levels(cells: HazardCells, log_median: float, dispersion: float, uniform: Array) -> tuple[Array, Array]:
     """Return ln levels of motions, and weights of runs that overturn there, 1/year, both (stratum, motion).
 
-    The levels are drawn from strata of equal share, where the hazard and the curve make them matter; `uniform` (2,
-    stratum, motion) in [0, 1) chooses the cell of a stratum and the place in the cell. Over a motion, weights times
-    outcomes sum to the rate, in the mean, for any median and dispersion of the curve; good ones make it precise. Rates
-    of the levels times the square root of the probability give the least variance that shares of outcomes allow.
+    The levels are drawn from strata of equal share, where the hazard and the curve give them weight. `uniform` (2,
+    stratum, motion) in [0, 1) chooses the cell of a stratum and the place in the cell. The mean over motions of weights
+    times outcomes is the rate, for any median and dispersion of the curve; good values make it precise. Shares
+    proportional to the rates of the levels times the square root of the probability have the minimum variance.
     """
     masses = cells.masses
     score = (cells.middles - log_median) / dispersion
@@ -167,8 +168,8 @@ def weighted_rate(weights: Array, fell: Flags, motion: Index) -> Estimate:
 def weighted_samples(weights: Array, fell: Flags, motion: Index, drawn: Array) -> Array:
     """Return the annual rates (replicate,) of weighted runs (run,) of which motions are drawn several times or not.
 
-    drawn (replicate, motion): how often each motion is drawn.  Runs without a weight are left out, as by
-    `weighted_rate`, which every motion drawn once gives; NaN where no motion with weighted runs is drawn.
+    `drawn` (replicate, motion): number of draws of each motion. Runs without a weight are left out, as by
+    `weighted_rate`, which is the result if every motion is drawn once. NaN if no motion with weighted runs is drawn.
     """
     known = np.isfinite(weights)
     sums = np.bincount(motion[known], np.where(fell[known], weights[known], 0.0), drawn.shape[1])
@@ -179,12 +180,12 @@ def weighted_samples(weights: Array, fell: Flags, motion: Index, drawn: Array) -
 
 
 def unseen_tail(cells: HazardCells, weights: Array, runs: Observations) -> float:
-    """Return the annual rate that low levels may contribute beyond what the weighted runs there say, 1/year.
+    """Return the annual rate that low levels may contribute in addition to the weighted runs there, 1/year.
 
-    Where hazards are steep, much of a rate may come from levels at which hardly any run overturns, each with a great
-    weight: until one does, estimate and error are both too low. The tail is therefore continued as a power of the
-    level, which falls off more slowly than the tail of a lognormal curve. It is fitted to the runs below the two
-    hundredth fall, and its rate below the fortieth is compared with that of the weighted runs: 0 where they say more,
+    With steep hazards, much of a rate may come from levels at which hardly any run overturns, each with a large weight.
+    Until one does, estimate and error are both too low. The tail is therefore continued as a power of the level, which
+    falls off more slowly than the tail of a lognormal curve. It is fitted to the runs below the two hundredth fall, and
+    its rate below the fortieth is compared with the rate of the weighted runs. The result is 0 if they give more, and
     infinite with fewer than two hundred falls. Weights (run,) are NaN for runs that were not drawn by the hazard.
     """
     falls = np.sort(runs.x[runs.fell])

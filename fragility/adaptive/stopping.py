@@ -1,8 +1,8 @@
 """When a sequential analysis stops: two looks in a row with room to spare, and a wave of fresh motions to confirm them.
 
-Looking at a result until it is precise enough favours looks at which the error happens to be estimated too small.  The
-three parts of the rule make up for it: looks ask for intervals a sixth narrower than what is promised, one good look is
-not enough, and the last motions are run after the decision.
+Looking at a result until it is precise enough favours looks at which the estimated error is too small by chance. The
+three parts of the rule compensate for it. Looks require intervals a sixth narrower than promised, one good look is not
+enough, and the last motions are run after the decision.
 """
 
 from __future__ import annotations
@@ -46,18 +46,18 @@ _USUAL = {MEDIAN: 1.35, DISPERSION: 7.5, RATE: 42.0, PROBABILITY: 1.25}
 """Motions times the square of the half width that is allowed, counted on lognormal curves of dispersion 0.4 (a rate:
 under a hazard of slope 2.5) by `benchmarks.sequential`."""
 _OF_FEWER = {1: 1.4, 2: 1.1}
-"""Times as many motions where each has fewer runs than three, counted by `benchmarks.sequential.databases`."""
+"""Times as many motions if each has fewer runs than three, counted by `benchmarks.sequential.databases`."""
 _SPREAD = 2.5
-"""Other curves take so many times as many motions, or as few: as dispersions of 0.25 and 0.63 do for a median."""
+"""Factor on the number of motions of other curves, up and down: dispersions of 0.25 and 0.63 cause it for a median."""
 
 
 def usual_motions(until: Until, runs: int = 3) -> tuple[int, int, int]:
-    """Return about how many motions a precision takes with so many runs of each: few, usual, many."""
+    """Return the approximate number of motions for a precision with `runs` of each: few, usual, many."""
     usual = _USUAL[until.target] / until.room**2 * _OF_FEWER.get(runs, 1.0)
 
     def bounded(number: float) -> int:
         waves = WAVE * math.ceil(number / WAVE)
-        # (two looks and a confirming wave at the least)
+        # the minimum is two looks and a confirming wave
         return min(until.most, max(until.least + (LOOKS - 1) * WAVE + CONFIRMING, waves))
 
     return bounded(usual / _SPREAD), bounded(usual), bounded(usual * _SPREAD)
@@ -73,7 +73,7 @@ def margin(motions: int, firm: float) -> float:
 
 
 class StoppingRule:
-    """State of the rule for one curve: how many looks in a row were good, and how long it is being confirmed.
+    """State of the rule for one curve: number of good looks in a row, and progress of the confirmation.
 
     firm: as of `margin`; without it all looks have the same room to spare.
     """
@@ -89,9 +89,10 @@ class StoppingRule:
         return self._confirmed_at or 0
 
     def step(self, motions: int, ratio: float, last: bool) -> str:
-        """Return the reason to stop after a wave, empty where the analysis continues.
+        """Return the reason to stop after a wave, empty if the analysis continues.
 
-        `ratio` is the half width of the interval over what is allowed; `last` is True if there are no further motions.
+        `ratio` is the half width of the interval over its allowed value; `last` is True if there are no further
+        motions.
         """
         most = motions >= self._until.most
         if self._confirmed_at is not None:
@@ -111,7 +112,9 @@ class StoppingRule:
 
 
 def motions_needed(motions: int, ratio: float, firm: float = math.inf) -> int:
-    """Return about how many motions the precision takes in all, where `motions` give a half width `ratio` times it.
+    """Return the approximate total number of motions for the precision, from `motions` and their `ratio`.
+
+    The `ratio` is the half width with `motions` over its allowed value.
 
     Errors fall with the root of the number of motions; the margin (after `motions`) and the confirming wave are
     included.

@@ -29,9 +29,9 @@ class Until:
     """Precision at which a sequential analysis stops, at 95 % confidence.
 
     `target` is "median", "dispersion", "rate" or "probability". `tolerance` is the half width of the interval: as a
-    share of the value, or of a probability as it is. `level` of the intensity measure (SI, > 0) is that of the
-    probability. `least` and `most` are numbers of motions before the first look and in all.  `state` is the damage
-    state of the curve, None for the usual one; `hazard` is the hazard curve of a rate.
+    share of the value, or absolute for a probability. `level` of the intensity measure (SI, > 0) belongs to a
+    probability. `least` and `most` are numbers of motions before the first look and in all. `state` is the damage state
+    of the curve, None for the usual one; `hazard` is the hazard curve of a rate.
     """
 
     target: str = MEDIAN
@@ -56,7 +56,7 @@ class Until:
         return math.log1p(self.tolerance) if self.target in (MEDIAN, DISPERSION) else self.tolerance
 
     def words(self, level: str = "") -> str:
-        """Return the precision in words, such as ``until the median is within ±10 %``; level: that of a probability."""
+        """Return the precision in words: ``until the median is within ±10 %``; `level` belongs to a probability."""
         if self.target == PROBABILITY:
             return f"until the probability at {level} is within ±{self.tolerance:g}"
         return f"until the {self.target} is within ±{100.0 * self.tolerance:g} %"
@@ -70,11 +70,11 @@ class Until:
 
 
 def until_of(asked: Mapping[str, Any] | Until | None) -> Until:
-    """Return the precision that a mapping asks for; ±10 % of the median where it names no quantity.
+    """Return the precision that a mapping asks for; ±10 % of the median if it names no quantity.
 
-    The mapping has one of ``median``, ``dispersion``, ``rate`` (share of the value) and ``probability`` (a mapping of
-    ``level``, SI, and ``within``, the half width); ``motions``, a mapping of ``least`` and ``most``; ``state`` and
-    ``hazard``.
+    The mapping has one of ``median``, ``dispersion`` and ``rate`` (share of the value), or ``probability``, a mapping
+    of ``level``, SI, and ``within``, the half width. It may have ``motions``, a mapping of `least` and ``most``;
+    ``state``; and ``hazard``.
     """
     if isinstance(asked, Until):
         return asked

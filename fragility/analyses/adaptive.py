@@ -68,7 +68,7 @@ SLIP_HIGHEST = 4.0
 
 
 class Plan(NamedTuple):
-    """What a sequential analysis does: runs of each motion, motions of a source, `most` of them at most.
+    """Plan of a sequential analysis: runs of each motion, motions of a source, and their maximum number `most`.
 
     until: the precision, with the damage state that is sought; scaled: the measure of the levels.
     """
@@ -109,14 +109,13 @@ def adaptive_ida(
     im : str or Measure
         The measure of the levels, as for `toppling.ida`.
     until : mapping, optional
-        The result that is wanted, and the half width of its interval at 95 % confidence.  One of ``median``,
-        ``dispersion`` and ``rate`` (shares of the value; without an entry, 0.1 of the median) and ``probability`` (a
-        mapping of ``level``, SI, and ``within``).  ``motions``: a mapping of ``least`` (64) and ``most`` (2000).
-        ``state``: the damage state (`fragility.reached`), overturned where not given; ``uplifted``, a rotation x > 0
-        times alpha, or, of `Sliding` blocks, which have no other, a `fragility.Slip`.  ``hazard``: for a rate, a
-        HazardCurve of the measure.
+        The requested result, and the half width of its interval at 95 % confidence. One of ``median``, ``dispersion``
+        and ``rate`` (shares of the value; without an entry, 0.1 of the median) and ``probability`` (a mapping of
+        ``level``, SI, and ``within``). ``motions``: a mapping of `least` (64) and ``most`` (2000). ``state``: the
+        damage state (`fragility.reached`), overturned if not given; ``uplifted``, a rotation x > 0 times alpha, or, of
+        `Sliding` blocks, which have no other, a `fragility.Slip`. ``hazard``: for a rate, a HazardCurve of the measure.
     outputs, client, ground, polarity, progress
-        As for `toppling.ida`; the outputs include the one that tells the state.
+        As for `toppling.ida`; the outputs include the output of the state.
     runs_per_motion : int
         Runs of a block under each motion, 1 to 20; the first motions, which look for the curve, have twice as many.
     seed : int
@@ -125,15 +124,15 @@ def adaptive_ida(
     Returns
     -------
     xarray.Dataset
-        The outputs on run, with `run_block`, `run_model`, `run_motion`, `level`, `wave` and, for a rate, `weight`; on
-        (block, model) the estimates with their intervals, `stopped_because` and `account` (docs/howto/precision.md);
-        the variables of the validity screen, but of sliding blocks.  Bit-identical for any chunking, any scheduler and
-        any number of workers.
+        The outputs on run, with `run_block`, `run_model`, `run_motion`, `level`, `wave` and, for a rate, `weight`. On
+        (block, model) the estimates with their intervals, `stopped_because` and `account` (docs/howto/precision.md).
+        The variables of the validity screen, except for sliding blocks. Bit-identical for any chunking, scheduler and
+        number of workers.
 
     Notes
     -----
-    Standard errors are from sums over each motion; the median is from runs near it alone; looks ask for intervals
-    a sixth narrower than `until`, two in a row, and a fifth more motions (32 at least) confirm them.
+    Standard errors are from sums over each motion, and the median is from runs near it alone. Two looks in a row need
+    intervals a sixth narrower than `until`. A fifth more motions (at least 32) then confirm them.
 
     Examples
     --------
@@ -163,7 +162,7 @@ def adaptive(
 ) -> xr.Dataset:
     """Run waves of motions until every block has the precision asked for under every law; see `adaptive_ida`.
 
-    screening: what is asked of the screen, where the request wants one.
+    `screening`: options of the screen, if requested.
     """
     state = OVERTURNED if until.state is None else until.state
     if needed_output(state) not in request.outputs:
@@ -212,9 +211,9 @@ def _waves(
     cut: dict[str, bool],
     shaken: Shaken,
 ) -> Iterator[WaveRuns]:
-    """Run wave after wave until all curves have stopped; curves, other measures and doubts are added to.
+    """Run wave after wave until all curves have stopped; curves, other measures and input warnings are added to.
 
-    cut: whether blocks still slide when a motion ends, by its label; added to, as is what the screen needs of motions.
+    `cut`: flags, by label, of motions that end while blocks slide; added to, like the screen's data on motions.
     """
     needed = needed_output(plan.state)
     done = records = runs = number = 0
@@ -261,7 +260,7 @@ def _waves(
 def _begun(
     request: Request, plan: Plan, peaks: tuple[Array, Array], measured: Array
 ) -> dict[tuple[int, int], SequentialCurve]:
-    """Return the curves of all blocks under all laws, whose search begins at what the first motions tell."""
+    """Return the curves of all blocks under all laws, whose search begins with the results of the first motions."""
     found = {}
     for block, one in enumerate(request.blocks):
         for model, law in enumerate(request.models):
@@ -273,7 +272,7 @@ def _begun(
 
 
 def _expected(curves: Mapping[tuple[int, int], SequentialCurve], done: int, most: int) -> int:
-    """Return about how many motions the slowest curve takes in all."""
+    """Return the approximate total number of motions of the slowest curve."""
     looks = [curve.looks[-1] for curve in curves.values() if not curve.stopped]
     return min(most, max((motions_needed(look.motions, look.ratio) or most for look in looks), default=done))
 
@@ -281,7 +280,7 @@ def _expected(curves: Mapping[tuple[int, int], SequentialCurve], done: int, most
 def _sought_state(state: State | None, models: Sequence[Any]) -> State:
     """Return the damage state whose curve is sought; TypeError or ValueError for one that adaptive levels do not serve.
 
-    Falls to one side or over an edge stay rare at any shaking, and have no lognormal curve.
+    Falls to one side or over an edge stay rare at any level, and have no lognormal curve.
     """
     slides = any(isinstance(model, SlidingLaw) for model in models)
     if state is None and not slides:
@@ -313,7 +312,7 @@ def _check_hazard(until: Until, scaled: Scaled) -> None:
 
 
 def _check_wave(axes: str, wave: MotionWave, plan: Plan) -> None:
-    """Raise ValueError where motions do not suit the state or the hazard."""
+    """Raise ValueError if motions do not suit the state or the hazard."""
     if axes == BOTH_AXES:
         check_axes_of(plan.state)
     hazard = plan.until.hazard
@@ -331,13 +330,13 @@ The acceleration at which a block first moves (m/s2), and the velocity that take
 
 
 def fall_start(block: Block) -> Start:
-    """Return where the search for the curve of a rocking block begins: a pulse of g tan(alpha) makes it uplift."""
+    """Return the start of the search for the curve of a rocking block: a pulse of g tan(alpha) makes it uplift."""
     static = STANDARD_GRAVITY * math.tan(block.alpha)
     return static, PGV_HIGHEST * static / block.p
 
 
 def slip_start(law: SlidingLaw, block: Block, state: State) -> Start:
-    """Return where the search for the curve of a slip begins: a velocity v takes a block v^2/(2 mu g) far."""
+    """Return the start of the search for the curve of a slip: a velocity v moves a block by v^2/(2 mu g)."""
     assert isinstance(state, Slip)  # (checked with the request)
     static = STANDARD_GRAVITY * float(law.coefficients(block, np.array(0.5)))
     return static, SLIP_HIGHEST * math.sqrt(2.0 * static * state.distance)
@@ -380,7 +379,7 @@ def _outputs(
     plan: Plan,
     measured: Array,
 ) -> dict[str, NDArray[Any]]:
-    """Return the outputs (run,) of a wave, and the coefficients of friction where these are drawn."""
+    """Return the outputs (run,) of a wave, and the coefficients of friction if these are drawn."""
     factors = plan.scaled.factors(rows.level, measured[rows.block % len(measured), rows.motion])
     check_row_factors(rows, factors, wave.records)
     if not is_random(request.models):
@@ -401,7 +400,7 @@ def _outputs(
 
 
 def _cut(found: Mapping[str, NDArray[Any]], motion: Index, records: Sequence[Record]) -> dict[str, bool]:
-    """Return whether blocks still slide when each motion ends, by its label."""
+    """Return flags, by label, of the motions that end while blocks slide."""
     on = np.zeros(len(records), np.bool_)
     on[motion[cut_slides(*(found[name] for name in ENDS))]] = True
     return dict(zip([record.label for record in records], on.tolist(), strict=True))

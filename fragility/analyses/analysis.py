@@ -34,19 +34,19 @@ from ..validity.slab_screen import ScreenInput, ScreenRequest, screened_runs
 from .measuring import MeasuringThread
 
 OF_WIDTH = ", of the component along the width"
-"""End of the long name of measures of motions along both axes.  (Their screen is that of the width, too.)"""
+"""End of the long name of measures of motions along both axes; their screen is of the width, too."""
 
 MEANT = ("intensity", "stripe", "level", RECORD, POLARITY, DRAW, DOWNWARD)
 """Coordinates that describe the runs.  Motions may have coordinates of the same names, which mean something else."""
 
 
 class Specimens(NamedTuple):
-    """The oscillators of an analysis and what labels them.
+    """The oscillators of an analysis and their labels.
 
-    oscillators: block by block, equally many for each of `blocks`; sizes: of the dimensions that the oscillators are
-    laid out on, in order; coordinates: on these dimensions; configuration: their description as plain values.
-    across: the oscillators in the direction of the blocks' depths, needed only where they are run about both axes.
-    pairs: the blocks with their laws, where these are not all of `blocks` under all laws of the request.
+    `oscillators`: block by block, equally many for each of `blocks`. `sizes`: of the dimensions of the oscillators, in
+    order; `coordinates`: on these dimensions. `configuration`: their description as plain values. `across`: the
+    oscillators in the direction of the blocks' depths, needed only for runs about both axes. `pairs`: the blocks with
+    their laws, unless these are all of `blocks` under all laws of the request.
     """
 
     oscillators: Sequence[Specimen]
@@ -61,10 +61,10 @@ class Specimens(NamedTuple):
 class Design(NamedTuple):
     """The motions of an analysis and the intensities at which they are run.
 
-    name: ida, stripes or cloud; factors (block, level, motion): those of the runs; scale: the same by dimension, for
-    the screen; sizes: of the dimensions beside those of the specimens, in order; coordinates: the intensities and the
-    measure behind them; configuration: the design as plain values; described: other coordinates of the motions,
-    of which a result keeps those whose names it does not use itself.
+    `name`: ida, stripes or cloud. `factors` (block, level, motion): of the runs. `scale`: the same by dimension, for
+    the screen. `sizes`: of the dimensions that the specimens do not have, in order. `coordinates`: the intensities and
+    the measure behind them. `configuration`: the design as plain values. `described`: other coordinates of the motions;
+    a result keeps them unless it uses their names itself.
     """
 
     name: str
@@ -99,7 +99,7 @@ def specimens_of(request: Request) -> Specimens:
 
 
 def doubts_of(request: Request, design: Design) -> list[Doubt]:
-    """Return the doubts in blocks, in records, and in the levels that they are scaled to."""
+    """Return the input warnings on blocks, on records, and on the levels to which they are scaled."""
     at = design.coordinates.get("intensity" if design.name == STRIPES else "level")
     levels = [] if at is None else level_doubts(at.values, str(at.attrs["units"]))
     blocks = [*block_doubts(request.blocks), *law_doubts(request.blocks, request.models, request.outputs)]
@@ -107,10 +107,10 @@ def doubts_of(request: Request, design: Design) -> list[Doubt]:
 
 
 def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Dataset:
-    """Run every specimen under the motions of a design, label the runs, and screen them where the request says so.
+    """Run every specimen under the motions of a design, label the runs, and screen them if requested.
 
-    Where specimens and design give the same coordinate or the same entry of the configuration, it stands where the
-    specimens have it, so that the order in a result can be chosen.
+    If specimens and design give the same coordinate or the same entry of the configuration, it has the place that the
+    specimens give it. The order in a result can thus be chosen.
     """
     check_vertical(request.models, design.motions)
     pairs = specimens.pairs or product(specimens.blocks, request.models)
@@ -126,7 +126,7 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     if axes == BOTH_AXES and request.sliding:
         work = work._replace(oscillators=request.specimens(plane=True))
     elif axes == BOTH_AXES:
-        assert specimens.across is not None  # (whoever takes such motions makes them)
+        assert specimens.across is not None  # the caller that takes such motions makes them
         across = specimens.across
     thread = MeasuringThread(design.motions, request.screen)
     with thread:
@@ -165,7 +165,7 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
         },
     )
     if characteristics is not None:
-        # (about both axes the screen is that of the width, the axis about which the block overturns more easily)
+        # about both axes the screen is of the width, the axis about which the block overturns more easily
         given = ScreenInput(sizes, coordinates, design.scale)
         screened = screened_runs(given, characteristics, ScreenRequest(), None, request.runner.array)
         labelled = with_screen(labelled, screened)
@@ -174,9 +174,9 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
 
 
 def _about(axes: str, request: Request) -> Request:
-    """Return a request, with the axis of each fall among the usual outputs where blocks are run about both axes.
+    """Return a request, with the axis of each fall among the usual outputs if blocks are run about both axes.
 
-    ValueError where its blocks or outputs do not go with the axes.
+    ValueError if its blocks or outputs do not go with the axes.
     """
     check_axes(axes, request.blocks, request.models)
     check_outputs(axes, request.outputs, request.models)

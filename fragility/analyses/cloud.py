@@ -53,13 +53,14 @@ def cloud(
     outputs, client, screen, polarity, progress
         As for `toppling.ida`.
     ground : xarray.DataArray or a sequence of them, optional
-        The ground motions of which `motions` are floor motions: the measure is then that of the ground motions.
+        Ground motions from which the floor motions `motions` were computed: the measure is then the ground motions'
+        own.
 
     Returns
     -------
     xarray.Dataset
         The outputs on (block, model, motion), with the measure as coordinate `intensity`: on motion, or on (block,
-        motion) where it depends on the block.
+        motion) if it depends on the block.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""Friction that is drawn anew for every run: coefficients, and slips with them from runs with friction 1."""
+"""Friction drawn for every run: coefficients, and their slips from runs with friction 1."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ PROPORTIONAL = frozenset(
 
 
 def is_random(models: Iterable[Model]) -> bool:
-    """Return True where a law draws its friction."""
+    """Return True if a law draws its friction."""
     return any(isinstance(model, RandomSliding) for model in models)
 
 
 def specimens_in(request: Request, plane: bool) -> Sequence[Specimen]:
     """Return the specimens of a request, curve by curve: of random friction, those with friction 1.
 
-    plane: whether both horizontal components shake blocks that slide.
+    `plane`: True if both horizontal components act on sliding blocks.
     """
     if not is_random(request.models):
         return request.specimens(plane=plane)
@@ -48,8 +48,8 @@ def specimens_in(request: Request, plane: bool) -> Sequence[Specimen]:
 def draws(law: SlidingLaw, block: Block, seed: int, motions: Index, runs: int) -> Array:
     """Return the coefficients (run, motion) of the runs of a block under motions of these numbers (motion,).
 
-    Random ones of one motion are equally spaced in probability, from a random beginning: each is a draw from the
-    distribution, whatever its level, and a motion's runs have small ones as well as large ones.
+    Random coefficients of one motion are equally spaced in probability, from a random start. Each is a draw from the
+    distribution at any level, and a motion's runs have small and large coefficients.
     """
     begin = np.array([stream(seed, *DRAWS, one).random() for one in motions.tolist()])
     share = (begin + np.arange(runs)[:, None] / runs) % 1.0
@@ -57,9 +57,9 @@ def draws(law: SlidingLaw, block: Block, seed: int, motions: Index, runs: int) -
 
 
 def check_draws(models: Iterable[Model], blocks: Iterable[Block], motions: Iterable[Record]) -> None:
-    """Raise a ValueError for blocks that do not slide under a random friction, and for vertical shaking.
+    """Raise a ValueError for blocks that do not slide under a random friction, and for a vertical component.
 
-    A vertical component changes what friction holds, so that slips are not proportional to the coefficient.
+    A vertical component changes the friction force, so that slips are not proportional to the coefficient.
     """
     laws = [model for model in models if isinstance(model, RandomSliding)]
     if not laws:

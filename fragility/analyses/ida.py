@@ -48,48 +48,61 @@ def ida(
     blocks, models : one or a sequence
         Blocks and damping laws, with unique labels.
     motions : xarray.DataArray or a sequence of them
-        Labelled motions (m s-2), each with its own time step and length; nothing is resampled or padded.  Pairs of
-        `toppling.motions.both_axes` shake blocks along their width and their depth: a planar run about each axis under
+        Labelled motions (m s-2), each with its own time step and length; nothing is resampled or padded. Pairs of
+        `toppling.motions.both_axes` act on blocks along their width and their depth: a planar run about each axis under
         one factor, of which the earlier fall decides (docs/theory/axes.md).
     levels : array_like, shape (level,)
         Levels of the intensity measure, SI, > 0, strictly increasing.
     im : str or Measure
-        The measure to which every motion is scaled: a measure that grows with the motion (`motions.MEASURES`), one with
-        parameters such as ``motions.Sa(1.0)`` or ``"Sa(1.0)"``, ``pga_normalised`` = PGA/(g tan alpha) or
-        ``pgv_normalised`` = p PGV/(g tan alpha), whose factors depend on the block too, or ``scale``: plain factors.
+        The measure to which every motion is scaled, which must grow with the motion: one of `motions.MEASURES`, or one
+        with parameters such as ``motions.Sa(1.0)`` or ``"Sa(1.0)"``. With ``pga_normalised`` = PGA/(g tan alpha) and
+        ``pgv_normalised`` = p PGV/(g tan alpha), factors depend on the block too. With ``scale``, levels are plain
+        factors.
     outputs : sequence of str, optional
-        By default overturned and peak_rotation, and axis (1 or 2 where the block fell along its width or depth, 0 where
-        it stands) of runs about both axes.  Any of overturned, peak_rotation, uplifted, impacts, overturning_time,
-        impact_velocity (the greatest angular speed at which the block comes down, before an impact or at the edge of
-        the elastic zone), direction (1 or -1: the sign of the rotation in which it fell; 0 if it stands),
-        top_displacement (the way of the upper corner it leans to, height x sin(peak_rotation): to be compared with the
-        gap to a wall), restraint_force (N, the greatest force of each part of a restraint: its strength where it broke;
-        NaN without one, and of a rigid one on one side only that broke), airborne (of motions that shake vertically,
-        too: the floor falls faster than g; such a run is not computed, counts as overturned, and has NaN for a
-        rotation).  Of `Sliding` blocks, which are not screened, by default slide_peak; any of slide_peak,
-        slide_forward, slide_backward, slide_residual, slide_path (m), slide_velocity (m/s), slips, first_slip_time (s),
-        slide_after (m, the way after the end of the motion), mode (0 rests, 1 slides, 2 rocks, -1 loses contact with
-        the floor) and fallen_off (whether the slips to the front and back take the block over its `Edge`; False of
-        blocks near none, True where the block loses contact with the floor).
+        By default overturned and peak_rotation. Runs about both axes add axis: 1 or 2 if the block fell along its width
+        or depth, else 0.
+
+        Any of:
+
+        - overturned, peak_rotation, uplifted, impacts and overturning_time;
+        - impact_velocity, the maximum angular speed just before an impact or at the edge of the elastic zone;
+        - direction, the sign of the rotation in which the block fell: 1 or -1, and 0 without a fall;
+        - top_displacement, the displacement height x sin(peak_rotation) of the upper corner, to be compared with the
+          gap to a wall;
+        - restraint_force (N), the maximum force of each part of a restraint: its strength if it broke. NaN without a
+          restraint, and for a rigid part on one side only that broke;
+        - airborne (of motions with a vertical component), True if the floor falls faster than g. Such a run is not
+          computed, counts as overturned, and has a NaN rotation.
+
+        `Sliding` blocks are not screened; by default their output is slide_peak. Any of:
+
+        - slide_peak, slide_forward, slide_backward, slide_residual and slide_path (m);
+        - slide_velocity (m/s), slips and first_slip_time (s);
+        - slide_after (m), the slip after the end of the motion;
+        - mode: 0 rests, 1 slides, 2 rocks, -1 loses contact with the floor;
+        - fallen_off, True if the slips to the front and back move the block over its `Edge`, or if it loses contact
+          with the floor. False for blocks without an edge.
     client : distributed.Client, optional
-        The cluster that computes the runs; where not given, what dask is configured to use (a scheduler, or a default
-        client), else threads of this process.
+        The cluster that computes the runs; by default dask's configuration (a scheduler, or a default client), else
+        threads of this process.
     skip : bool
-        Skip samples that cannot change the outcome: those before the first uplift, and, where ``outputs`` is overturned
-        alone, those after which the rest of the record cannot overturn a block.  Flags do not change, peaks only by
-        rounding.  The attribute ``skipped`` (JSON) states how many samples all runs have, which share was skipped and
-        why (also after overturning, which `skip` does not change), and how many events were solved per run.
+        Skip samples that cannot change the outcome, such as samples before the first uplift. If ``outputs`` is
+        overturned alone, also skip samples after which the rest of the record cannot overturn a block. Flags do not
+        change, peaks only by rounding. The attribute ``skipped`` (JSON) states the number of samples of all runs, the
+        skipped share with its reasons, and the number of events per run. It includes samples after overturning, which
+        `skip` does not change.
     screen : bool
-        Add the validity screen to the outputs: friction needed, squat blocks, an elastic mode in the motion's band,
-        far scaling, few motions, and a ``verdict`` for every run, as `toppling.fragility.screen` returns them without
-        a coefficient of friction and without repeating runs.  False leaves them out.
+        Add the validity screen to the outputs: required friction, squat blocks, an elastic mode in the motion's band,
+        far scaling, few motions, and a ``verdict`` for every run. `toppling.fragility.screen` returns the same without
+        a coefficient of friction and without repeated runs. False omits them.
     ground : xarray.DataArray or a sequence of them, optional
-        The ground motions of which `motions` are floor motions, with the same labels: the levels then refer to the
-        measure of the ground motions, and each floor motion is scaled like its ground motion (the building is elastic).
+        Ground motions from which the floor motions `motions` were computed, with the same labels. The levels then refer
+        to the measure of the ground motions. Each floor motion is scaled like its ground motion (the building is
+        elastic).
     polarity : {"as recorded", "both"}
-        ``both`` runs every motion both ways, as given and reversed (ü and -ü), for blocks that answer the two
-        differently: those with a wall, a restraint, an offset or a lean.  The two are trials of one motion: counts
-        hold both, and every interval takes the motion as one draw with all its runs.
+        ``both`` runs every motion as recorded and reversed (ü and -ü), for blocks that are not symmetric: with a wall,
+        a restraint, an offset or a lean. The two are trials of one motion: counts include both, and every interval
+        treats the motion as one draw with all its runs.
     progress : callable, optional
         Called with (runs done, runs in all) after every chunk.
 
@@ -97,15 +110,15 @@ def ida(
     -------
     xarray.Dataset
         The outputs on (block, model, level, motion), with the properties of blocks, laws and motions as coordinates,
-        and the variables of the validity screen.  Where motions are run both ways, each is followed by its reverse
-        along motion, with the coordinates `record` (its label as given) and `polarity` (1, -1).  Coordinates of the
-        motions on motion, such as `magnitude` and `station`, are kept.
-        Bit-identical for any chunking, any scheduler and any number of workers.
+        and the variables of the validity screen. If motions are run both ways, each is followed by its reverse along
+        motion, with the coordinates `record` (its label as given) and `polarity` (1, -1). Coordinates of the motions on
+        motion, such as `magnitude` and `station`, are kept. Bit-identical for any chunking, any scheduler and any
+        number of workers.
 
     Notes
     -----
-    The levels at which one motion overturns a block have no smallest interval, so that closer levels go on to find
-    earlier falls; probabilities and rates, which are means over motions, settle.
+    The levels at which one motion overturns a block have no smallest interval, so that closer levels always find
+    earlier falls. Probabilities and rates are means over motions, and converge.
 
     References
     ----------

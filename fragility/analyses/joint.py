@@ -54,28 +54,30 @@ def joint_falls(
     Parameters
     ----------
     blocks : Block, sequence of them, or BlockArray
-        The blocks of the region, at least two; those of a sequence may have walls or restraints.
+        Blocks of the region, at least two; blocks in a sequence may have walls or restraints.
     models : one or a sequence
         Damping laws, with unique labels.
     motions : xarray.DataArray or a sequence of them
-        Events, at least 8: each shakes all blocks, scaled to the level.
+        Events, at least 8: each acts on all blocks, scaled to the level.
     levels, im, client, ground, progress
         As of `toppling.ida`.
     sample : int
-        Blocks that are run, drawn without replacement from all; all where there are no more.
+        Blocks that are run, drawn without replacement from all; all if there are no more.
     seed : int
         Of the sample.
 
     Returns
     -------
     xarray.Dataset
-        `fallen_share` on (model, level, motion): share of the sample that falls in each event.  On (model, level):
-        `fallen_mean` with the 95 % interval `fallen_mean_lower`, `fallen_mean_upper`; `fallen_sd`, the standard
-        deviation between events of the share of *all* blocks, without what the sample adds; `fallen_sd_independent`,
-        what it would be if blocks fell independently of each other, with the same probabilities; `fallen_correlation`,
-        the mean correlation of the falls of two blocks.  On (model, level, quantile): `fallen_quantile`, of the shares
-        of the events, and `fallen_sampling_error`, the standard error of a share from the sample.  Bit-identical for
-        any chunking and any number of workers.
+        On (model, level, motion): `fallen_share`, the share of the sample that falls in each event.
+
+        On (model, level): `fallen_mean` with the 95 % interval `fallen_mean_lower`, `fallen_mean_upper`. `fallen_sd`,
+        the standard deviation between events of the share of *all* blocks, without the contribution of the sample.
+        `fallen_sd_independent`, its value if blocks fell independently of each other, with the same probabilities.
+        `fallen_correlation`, the mean correlation of the falls of two blocks.
+
+        On (model, level, quantile): `fallen_quantile`, of the shares of the events, and `fallen_sampling_error`, the
+        standard error of a share from the sample. Bit-identical for any chunking and any number of workers.
 
     Raises
     ------
@@ -85,10 +87,10 @@ def joint_falls(
 
     Notes
     -----
-    With c_ij the covariance of the falls of blocks i and j over the events, the share of N blocks has the variance
-    (sum of all c_ij)/N² = ((N - 1) c + v)/N, v the mean of c_ii = P_i (1 - P_i) and c that of the others.  Means over
-    a sample of n blocks are unbiased for those over all; with s² the variance of the shares of the sample,
-    c = (n s² - v)/(n - 1).  Independent falls have v/N, and the correlation is c/v (*derived*).
+    Let c_ij be the covariance of the falls of blocks i and j over the events. The share of N blocks has the variance
+    (sum of all c_ij)/N² = ((N - 1) c + v)/N. Here v is the mean of c_ii = P_i (1 - P_i), and c the mean of the other
+    c_ij. Means over a sample of n blocks are unbiased for the means over all. With s² the variance of the shares of the
+    sample, c = (n s² - v)/(n - 1). Independent falls have v/N, and the correlation is c/v (*derived*).
 
     Examples
     --------
@@ -164,7 +166,7 @@ def _sample(blocks: Block | Sequence[Block] | BlockArray, sample: int, seed: int
 
 
 def _falls(fell: Flags, number: int) -> dict[str, Any]:
-    """Return what falls (block of the sample, motion) say of the shares of `number` blocks, by name (`_LABELS`)."""
+    """Return statistics of the shares of `number` blocks from falls (block, motion), by name (`_LABELS`)."""
     n, motions = fell.shape
     share = fell.mean(axis=0)
     chances = fell.mean(axis=1)
@@ -177,7 +179,7 @@ def _falls(fell: Flags, number: int) -> dict[str, Any]:
     mean = float(share.mean())
     ends = mean - reach, mean + reach
     if mean in {0.0, 1.0}:
-        # (as if all blocks fell together, the least that so many events can say)
+        # as if all blocks fell together, the minimum information of these events
         lower, upper = binomial_interval(round(mean) * motions, motions, CONFIDENCE, "clopper-pearson")
         ends = float(lower), float(upper)
     quantile = np.quantile(share, QUANTILES)

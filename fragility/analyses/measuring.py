@@ -1,6 +1,6 @@
 """Measures and characteristics of motions, computed on a thread of their own while other threads run the engine.
 
-Where dask is told to use one thread alone, they are computed when they are asked for.
+If dask is limited to one thread, they are computed at their first use.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class _Motions(list[Record]):
 
 
 class MeasuringThread:
-    """Thread that measures motions, and stops after the motion in hand where the runs, its context, end early.
+    """Thread that measures motions, and stops after the motion in hand if the runs, its context, end early.
 
     (Interrupted, or their cluster lost.  No daemon, which Python ends within C++ code, and the process with it.)
 
@@ -67,10 +67,10 @@ class MeasuringThread:
         self._done.set()
 
     def result(self) -> MotionProperties:
-        """Wait for the thread and return what it computed, or raise its error."""
+        """Wait for the thread and return its result, or raise its error."""
         if self._started:
             with self:
-                self._done.wait()  # (Python takes a thread for ended whose join was interrupted, and exits beside it)
+                self._done.wait()  # Python treats a thread with an interrupted join as ended, and exits
         else:
             self._work()
         if self._error is not None:

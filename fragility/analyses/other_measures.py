@@ -1,4 +1,4 @@
-"""Other measures of the first motions of an analysis in waves, and what levels in them would save.
+"""Other measures of the first motions of an analysis in waves, and the savings of levels in them.
 
 Levels in a measure in which the capacities of a block scatter less take fewer motions.
 """

@@ -59,7 +59,7 @@ def run_table(
         Labelled motions (m s-2).
     table : mapping of columns, or pandas.DataFrame
         Columns of equal length: ``block``, ``model`` and ``motion`` (labels, or numbers from 0; block and model may be
-        left out where there is one) and ``level`` (SI, > 0).
+        left out if there is one) and ``level`` (SI, > 0).
     im : str or Measure
         The measure of the levels, as for `toppling.ida`.
     outputs, client, screen, ground, progress
@@ -69,12 +69,13 @@ def run_table(
     -------
     xarray.Dataset
         The outputs on run, in the order of the table, with `run_block`, `run_model`, `run_motion` and `level`, and the
-        variables of the validity screen: as `adaptive_ida` returns runs, for `fit_fragility` and what follows.
+        variables of the validity screen. `adaptive_ida` returns runs in the same form, for `fit_fragility` and later
+        steps.
 
     Raises
     ------
     TypeError, ValueError
-        As `toppling.ida`; columns that are missing, of several lengths, or name what there is not.
+        As `toppling.ida`; columns that are missing, of several lengths, or name unknown labels.
 
     Examples
     --------
@@ -124,7 +125,7 @@ def run_table(
 
 
 def _rows(table: Any, labels: Mapping[str, list[str]]) -> Rows:
-    """Return the rows of a table with the numbers of what its columns name."""
+    """Return the rows of a table with the numbers of the labels in its columns."""
     if not isinstance(table, Mapping) and not hasattr(table, "columns"):
         raise TypeError(f"table must be a mapping of columns or a DataFrame, got {checks.kind(table)}")
     for name in table:

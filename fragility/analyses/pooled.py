@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 BLOCKS_A_MOTION = 16
 MOST_BLOCKS_A_MOTION = 256
 MOST = 20_000
-"""Greatest number of motions where `until` names none."""
+"""Maximum number of motions unless `until` gives one."""
 BAND_POINTS = 400
 """Blocks at which the band of all medians is determined, evenly among those given; and the corners of the region."""
 
@@ -67,8 +67,8 @@ def pooled(
     Parameters
     ----------
     blocks : Block, sequence of them, or BlockArray
-        Blocks that stand free on a rigid floor; any number, a million as a `BlockArray`, which may have e and delta of
-        each block instead of those of the laws.
+        Free-standing blocks on a rigid floor. A `BlockArray` may have a million, and e and delta of each block instead
+        of the laws' e and delta.
     models : one or a sequence
         Damping laws, with unique labels.
     motions : Generator, or xarray.DataArray or a sequence of them
@@ -76,8 +76,8 @@ def pooled(
     im : str or Measure
         Measure to which motions are scaled, or ``scale``; not one that depends on the block.
     until : mapping, optional
-        ``median``: half width at which `half_level` of *all* blocks is known at once with 95 % confidence, as a share
-        (0.1); and ``motions``, a mapping of ``least`` (64) and ``most`` (20,000).
+        ``median``: half width, as a share (0.1), at which `half_level` of *all* blocks is known at once with 95 %
+        confidence. ``motions``: a mapping of `least` (64) and ``most`` (20,000).
     client : distributed.Client, optional
         As of `toppling.ida`.
     ground, polarity : optional
@@ -85,7 +85,7 @@ def pooled(
     hazard : HazardCurve, optional
         Of the measure; then annual rates are found, too.
     blocks_per_motion : int
-        Runs of each motion, each of another block of the region, 1 to 256: more where motions take long to make.
+        Runs of each motion, each of another block of the region, 1 to 256: more if motions take long to make.
     seed : int
         Of the generator's motions (or their order), of the blocks and the levels.
     progress : callable, optional
@@ -94,36 +94,37 @@ def pooled(
     Returns
     -------
     xarray.Dataset
-        On (block, model): `half_level`, `half_level_lower` and `half_level_upper`, which hold for all blocks at once;
-        `median` and `dispersion` of the lognormal curve through all runs; with a hazard `rate`.  On model:
-        `stopped_because`, `account`, `half_width`, `motions_run`, `lack_of_fit` and `check_p_value`.  On (model,
-        check): how medians of blocks of which no run was used differ from the surface.  The surfaces, from which
-        `surface_curves` returns the curves of further blocks in the same region.  On pooled_run: the runs.
-        A function of the arguments alone: neither of chunks nor of workers.
+        On (block, model): `half_level`, `half_level_lower` and `half_level_upper`, which are valid for all blocks at
+        once. Further `median` and `dispersion` of the lognormal curve through all runs; with a hazard `rate`. On model:
+        `stopped_because`, `account`, `half_width`, `motions_run`, `lack_of_fit` and `check_p_value`. On (model, check):
+        differences from the surface of medians of blocks without runs in the fit. The surfaces, from which
+        `surface_curves` returns the curves of further blocks in the same region. On pooled_run: the runs. A function of
+        the arguments alone: neither of chunks nor of workers.
 
     Raises
     ------
     TypeError, ValueError
-        Blocks with a wall, a restraint, a bed, an offset or a lean; e or delta of blocks' own under laws that have none
-        or give e; sliding; pairs of components; motions of several floors; another target than the median; nothing or
-        everything overturns at all levels tried; too few motions for a surface.
+        Blocks with a wall, a restraint, a bed, an offset or a lean. Blocks with their own e or delta under laws that
+        have none or give e. Sliding. Pairs of components. Motions of several floors. A target other than the median.
+        Nothing or everything overturns at all levels tried. Too few motions for a surface.
 
     Notes
     -----
     ln(median) over the measure's unit g tan(alpha) and ln(dispersion) are polynomials in ln p, ln tan(alpha) and the
-    inertia factor, and in e and ln delta where blocks have their own, as far as these vary, of total degree 4 and 2 at
-    first (3 and 2 of more than three variables) and 6 and 4 at most: a further degree is taken where Wald's test with
-    the motions as clusters asks for it, and where the check does.  Blocks are near D-optimal in the convex hull of
-    those given.  Medians are fitted to runs near them alone, with the dispersions of the curve through all runs times
-    one factor.  The check runs 24 blocks under fresh motions (of a set: under the same).  Where further degrees do not
-    remove a difference beyond chance, or where the runs are likelier with a jump than without, the region is cut across
-    one of the variables, at the place of the greatest likelihood, if Wald's test finds a jump of the medians there, and
-    the cut stays if 24 other blocks under further motions, half of them next to it, differ less from the surface with
-    it than from one without.  Intervals of blocks of which the runs do not tell
-    the side hold those of both sides.  What remains of the difference is added to every interval and is named in
-    `account`.  Blocks that are close to each other fall together more often than their curves say: the number that fall
-    in one event cannot be found from this result, but from runs of a sample of them under common motions
-    (`joint_falls`).
+    inertia factor, as far as these vary. If blocks have their own e and delta, also in e and ln delta. Their total
+    degrees are 4 and 2 at first (3 and 2 with more than three variables) and 6 and 4 at most. A degree is raised if
+    Wald's test with the motions as clusters requires it, and if the check does. Blocks are near D-optimal in the convex
+    hull of the given blocks. Medians are fitted to runs near them alone, with the dispersions of the curve through all
+    runs times one factor. The check runs 24 blocks under fresh motions (of a set: under the same).
+
+    The region is cut across one of the variables, at the place of maximum likelihood, if Wald's test finds a jump of
+    the medians there. A cut is tried if higher degrees do not remove a difference beyond chance, or if the runs are
+    likelier with a jump. It stays if 24 other blocks under further motions differ less from the surface with it than
+    from one without; half of them lie next to it. If the runs do not decide the side of a block, its interval includes
+    both sides. The remaining difference is added to every interval and is named in `account`.
+
+    Blocks that are close to each other fall together more often than their curves predict. The number that fall in one
+    event cannot be found from this result, but from runs of a sample of them under common motions (`joint_falls`).
 
     References
     ----------
@@ -213,7 +214,7 @@ def checked_plan(
     options = own_options(domain, domain.vertices, varied)
     for block, option in zip(blocks_at(domain, domain.vertices), options, strict=True):
         for law in laws:
-            # (what no law knows, such as an e_R below 0, is refused before the runs)
+            # blocks outside the range of every law, such as an e_R below 0, must be an error before the runs
             with_own(law, option).oscillator(block)
     scaled = scaled_to(im)
     if isinstance(scaled.one, BlockMeasure):

@@ -38,8 +38,9 @@ CHECKED_SHARE = 4
 RATE_KEY = (1, 5)
 """Key, under a seed and before the number of a motion, of the numbers that levels for its rate are drawn from."""
 ALIKE, PARTS = 32, 8
-"""Motions that share their blocks at least, and parts of a wave with blocks of their own at most: the many motions of a
-late wave would else weigh sixteen places of the region."""
+"""Minimum number of motions that share their blocks, and maximum number of parts of a wave with their own blocks.
+Without them the many motions of a late wave would sample only sixteen places of the region.
+"""
 SHRUNK = 0.5
 """Largest difference of a check, over that from one surface, below which a cut stays."""
 CHECKED_TOGETHER = 500
@@ -89,7 +90,7 @@ def own_options(domain: Domain, points: Array, own: Sequence[str]) -> list[dict[
 def checked_runs(made: bool, rated: bool) -> tuple[int, int]:
     """Return the runs of a checked block under each motion, for its median and for its rate.
 
-    made: motions are those of a generator; rated: there is a hazard.
+    `made`: True for motions of a generator. `rated`: True with a hazard.
     """
     runs, strata = (RUNS_OF_MANY, STRATA_OF_MANY) if made else (RUNS, STRATA)
     return runs, strata if rated else 0
@@ -101,7 +102,7 @@ def with_own(law: Law, own: Mapping[str, float]) -> Law:
 
 
 class PooledRuns:
-    """The runs of a pooled analysis: waves for the surfaces, then those of the checks."""
+    """Runs of a pooled analysis: waves for the surfaces, then waves for the checks."""
 
     def __init__(self, plan: PooledPlan, laws: Sequence[PooledCurves], given: Array, progress: Progress | None) -> None:
         self.plan, self.laws = plan, laws
@@ -162,7 +163,7 @@ class PooledRuns:
         self._tell()
 
     def _next(self) -> int:
-        """Return how many motions to take now: until the first law that goes on has its next look."""
+        """Return the number of motions until the next look of any law that has not stopped."""
         return min(law.next_wave for law in self.laws if not law.stopped)
 
     def _part(self, part: MotionWave, shares: Array, going: Sequence[int]) -> None:
@@ -181,7 +182,7 @@ class PooledRuns:
         self._runs += x.size
 
     def _design(self) -> Array:
-        """Return the shares of the candidates, for the law that is known least."""
+        """Return the shares of the candidates, for the law with the widest interval."""
         going = [law for law in self.laws if not law.stopped]
         worst = max(going, key=lambda one: one.ratios[-1][1] if one.ratios else math.inf)
         return design_weights(self._candidates, worst.degrees[0], worst.dispersions(self._candidates), worst.cut)
@@ -202,14 +203,14 @@ class PooledRuns:
             self._progress(self._runs, max(self._runs, self._expected))
 
     def _runs_of_checks(self, motions: int) -> int:
-        """Return the runs of one check of every law, and of its rates, after so many motions."""
+        """Return the runs of one check of every law, and of its rates, after this number of motions."""
         source = self.plan.source
         under = max(MOTIONS, motions // CHECKED_SHARE) if source.size is None else source.size
         each = checked_runs(source.size is None, self.plan.hazard is not None)
         return len(self.laws) * len(self.check_points) * sum(each) * under
 
     def _take(self, wave: MotionWave) -> None:
-        """Check motions, and keep what is odd about them."""
+        """Check motions, and keep warnings on them."""
         records = wave.records
         if axes_of(records):
             raise ValueError(
@@ -246,9 +247,9 @@ class PooledRuns:
         return run_wave(plan.request, specimens, None, wave.records, factors)["overturned"].reshape(x.shape)
 
     def _checked(self, k: int, law: PooledCurves) -> Check:
-        """Check a law at blocks of their own; raise its degree, or cut the region, and go on, where that helps.
+        """Check a law at other blocks; raise its degree, or cut the region, and continue, if that helps.
 
-        A cut is tried once, where the check fails or the runs show a jump although it does not.
+        A cut is tried once, if the check fails or the runs show a jump although it does not.
         """
         points = self._check_points(k, law)
         runs = self._check_runs(k, law, points)
@@ -269,7 +270,7 @@ class PooledRuns:
         return found
 
     def _goes_on(self, law: PooledCurves) -> bool:
-        """Go on with a law that had reached its precision, where there are motions left; return whether."""
+        """Continue with a law that has reached its precision if there are motions left; return True if it continues."""
         if law.stopped != REACHED or self._done >= self.plan.most:
             return False
         law.go_on()
@@ -302,7 +303,7 @@ class PooledRuns:
         return motions, x, fell
 
     def rates(self, curves: Sequence[Curves]) -> list[RatePlane | None]:
-        """Compare, for each law, the rates of the curves of the blocks of a check with those of runs without a form."""
+        """Compare the rates of each law's curves at the blocks of a check with the rates of runs without a form."""
         plan = self.plan
         assert plan.hazard is not None
         blocks = blocks_at(plan.domain, self.check_points)
@@ -338,7 +339,7 @@ class PooledRuns:
 
 
 def _raised(law: PooledCurves, points: Array, runs: tuple[Index, Array, Flags]) -> Check:
-    """Check a law, with a degree more and again where it fails, and return the last check."""
+    """Check a law, with a degree more and again if it fails, and return the last check."""
     while True:
         assert law.near is not None
         found = check_surface(law.near, points, *runs)
@@ -347,11 +348,11 @@ def _raised(law: PooledCurves, points: Array, runs: tuple[Index, Array, Flags]) 
 
 
 def _better(law: PooledCurves, found: Check, points: Array, runs: tuple[Index, Array, Flags], before: float) -> Check:
-    """Decide whether a cut stays, by the first check with it, and return the check of the surface that does.
+    """Decide if a cut stays, by the first check with it, and return the check of the remaining surface.
 
-    It stays where the blocks differ from it by half as much, at most, as from one surface through the same runs, whose
-    degree is raised where that helps, as that of the surface with the cut was.
-    before: largest difference at the check before the cut, 0 where that check had passed.
+    The cut stays if the blocks differ from it by at most half as much as from one surface through the same runs. The
+    degree of that surface is raised if that helps, as for the surface with the cut. `before`: largest difference at the
+    check before the cut, 0 if that check had passed.
     """
     cut = law.without_cut()
     other = _raised(law, points, runs)

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 DRAWS = 100
 """Coefficients of friction that each motion is run with."""
 MIRRORED = {"slide_peak": "slide_peak", "slide_forward": "slide_backward", "slide_backward": "slide_forward"}
-"""Slips, and what each is where the floor moves the other way."""
+"""Slips, and the slip that each becomes if the floor moves the other way."""
 SLIPS = tuple(MIRRORED)
 AFTER = ENDS[1]
 """Way of blocks that slide on when a motion ends."""
@@ -69,7 +69,7 @@ def slide_runs(
     polarity: str = AS_RECORDED,
     trip: float | Mapping[str, float] | None = None,
 ) -> xr.Dataset:
-    """Let the blocks of runs slide where their friction is too small for rocking.
+    """Let the blocks of runs slide if their friction is too small for rocking.
 
     Parameters
     ----------
@@ -84,31 +84,36 @@ def slide_runs(
     kinetic_ratio : float
         Kinetic over static friction, above 0, at most 1.
     draws : int
-        Number of equally probable coefficients with which each motion is run, the quantiles of (k + 1/2)/draws; one
-        where friction is a number.
+        Number of equally probable coefficients with which each motion is run, the quantiles of (k + 1/2)/draws; one if
+        friction is a number.
     client, progress
         As for `toppling.ida`.
     polarity : {"as recorded", "both"}
         ``both`` adds every run the other way, as `ida` does; of sliding blocks it needs no run, since front and back
         change places.  Runs that are both ways already stay as they are.
     trip : float or mapping, optional
-        Clear distance from the foot to an obstacle on either side (a joint, a cable, the edge of a carpet), m, > 0: for
-        all blocks, or for some by their labels.
+        Clear distance from the foot to an obstacle on either side (a joint, a cable, the edge of a carpet), m, > 0. One
+        value for all blocks, or values for some by their labels.
 
     Returns
     -------
     xarray.Dataset
-        Runs on (block, model, level, motion), or (block, model, motion), each motion as often as there are draws:
-        slide_peak, slide_forward, slide_backward (m, 0 where the block rests or rocks), ``friction`` and ``mode`` (0
-        rests, 1 slides, 2 rocks; -1 where the vertical acceleration takes the weight of the block, whose slips are
-        NaN).  Where a block is near an `Edge` also ``fallen_off``: whether it slid over the edge (False of blocks near
-        none, True where the weight is taken).  With `trip` also ``trip_velocity``, the velocity (m/s) with which a
-        block first meets the obstacle, NaN where it does not get there, and ``trips``: whether it is at least that
-        which turns the block over (`toppling.models.sliding.trip`, a criterion and no simulation; True where the weight
-        is taken).  What the obstacle does to the slips is left out.  The coordinate `record` is the label of the
-        motion, which makes its runs one trial of every interval.  Curves and probabilities of `Slip` states, of
-        ``fallen_off`` and of ``trips`` are the total over friction.  The attribute ``notes`` names the motions at whose
-        end blocks still slide.
+        Runs on (block, model, level, motion), or (block, model, motion), each motion repeated for each draw:
+
+        - slide_peak, slide_forward, slide_backward: m, 0 if the block rests or rocks;
+        - ``friction``;
+        - ``mode``: 0 rests, 1 slides, 2 rocks; -1 if the vertical acceleration lifts the block, whose slips are then
+          NaN;
+        - ``fallen_off``, if a block is near an `Edge`: True if it slid over the edge or was lifted, False without an
+          edge;
+        - ``trip_velocity``, with `trip`: the velocity (m/s) with which a block first meets the obstacle, NaN if it does
+          not reach it;
+        - ``trips``, with `trip`: True if this velocity is enough to overturn the block, or if it was lifted. It is a
+          criterion and no simulation (`toppling.models.sliding.trip`); the obstacle does not change the slips.
+
+        The coordinate `record` is the label of the motion, which makes its runs one trial of every interval. Curves and
+        probabilities of `Slip` states, of ``fallen_off`` and of ``trips`` are the total over friction. The attribute
+        ``notes`` names the motions at whose end blocks still slide.
 
     Warns
     -----
@@ -118,17 +123,17 @@ def slide_runs(
     Notes
     -----
     From rest a block with a coefficient below b/h slides and never uplifts, since the pressure under a sliding block
-    stays within its base; with a greater one it uplifts (`friction_at_uplift`) and is taken to rock without sliding.
-    Measured with an integration of both, this holds for h/b >= 3 and coefficients above 1.3 b/h; between b/h and 1.3
-    b/h verdicts change in up to 17 % of the runs (28 % with less kinetic friction, which ends the rocking), and for
-    h/b <= 2 sliding goes along with rocking at every friction.  Slips do not depend on the size of a block.  A smaller
+    stays within its base. With a larger one it uplifts (`friction_at_uplift`) and is assumed to rock without sliding.
+    Integrations of both show that this is valid for h/b >= 3 and coefficients above 1.3 b/h. Between b/h and 1.3 b/h
+    outcomes change in up to 17 % of the runs. With less kinetic friction, which ends the rocking, they change in 28 %.
+    For h/b <= 2 blocks slide and rock at every friction. Slips do not depend on the size of a block. A smaller
     coefficient may lead to a smaller slip: slips are run, never interpolated between coefficients.
 
     Under pairs of components the block slides in the plane of the floor, with friction against its velocity
-    (`toppling.models.sliding.runs`), and slide_peak is its greatest distance from where it stood.  With a friction
-    below b/h along the width it never rocks.  With one between b/h along the width and b/h along the depth it rocks
-    about its width as if it did not slide, and in a run in which both components together exceed what holds it
-    (`mode`) it slides as if it did not rock.  slide_forward, slide_backward and the edge are of the width.
+    (`toppling.models.sliding.runs`). Its slide_peak is its maximum distance from its initial position. With a friction
+    below b/h along the width it never rocks. With a friction between b/h along the width and b/h along the depth it
+    rocks about its width as if it did not slide. If both components together exceed its resistance (`mode`), it slides
+    as if it did not rock. The outputs slide_forward, slide_backward and the edge are of the width.
 
     Examples
     --------
@@ -209,7 +214,7 @@ def slide_runs(
 
 
 def _fallen_off(blocks: list[Block], slips: Mapping[str, Array]) -> Any:
-    """Return whether blocks slid over their edges (block, draw, level, motion)."""
+    """Return flags of blocks that slid over their edges (block, draw, level, motion)."""
     found = np.zeros(slips["slide_forward"].shape, np.bool_)
     for own, block, forward, backward in zip(
         found, blocks, slips["slide_forward"], slips["slide_backward"], strict=True
@@ -225,7 +230,7 @@ def slides_below(block: Block, plane: bool) -> float:
 
 
 def number_of_slides(block: Block, friction: Friction, plane: bool, draws: int = DRAWS) -> int:
-    """Return how often `slide_runs` lets one block slide under each motion at each level."""
+    """Return the number of slides of one block under each motion at each level in `slide_runs`."""
     coefficients = coefficients_of(friction, draws)
     if (coefficients == coefficients[0]).all():
         coefficients = coefficients[:1]
@@ -265,7 +270,7 @@ def demands_in_plane(motions: Sequence[Record], factors: Array, level: float) ->
 
 
 def _modes(block: Block, coefficients: Array, motions: Sequence[Record], factors: Array, plane: bool) -> Any:
-    """Return what a block does first (draw, level, motion); `plane`: under both components."""
+    """Return the first mode of a block (draw, level, motion); `plane`: under both components."""
     friction, along = coefficients[:, None, None], demands(motions, factors)[None]
     if not plane:
         return mode_of(block, friction, along)
@@ -290,7 +295,7 @@ def slips_of(
 ) -> dict[str, Array]:
     """Return outputs (`SLIPS`, m) of sliders (slider, level, motion) under motions times factors (level, motion).
 
-    Motions are those along the width, and hold those along the depth as companions where blocks slide in the plane.
+    Motions are along the width, and have the motions along the depth as companions if blocks slide in the plane.
 
     They are NaN in runs in which the vertical acceleration takes the weight.
     """

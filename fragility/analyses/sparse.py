@@ -1,4 +1,4 @@
-"""Runs at levels of their own as one dataset: a line for every run, and what adaptive runs say of every curve."""
+"""Runs at levels of their own as one dataset: a line for every run, and adaptive results for every curve."""
 
 from __future__ import annotations
 
@@ -39,7 +39,8 @@ from .waves import MotionWave, Rows, Scaled
 class WaveRuns(NamedTuple):
     """The runs of one wave.
 
-    runs: arrays (run,) by name; motions: their coordinates; long_name: of the levels' measure; axes: how motions shake.
+    `runs`: arrays (run,) by name. `motions`: their coordinates. `long_name`: of the levels' measure. `axes`: axes of
+    the motions.
     """
 
     runs: dict[str, NDArray[Any]]
@@ -133,7 +134,7 @@ def labelled(
 def with_estimates(
     runs: xr.Dataset, curves: Sequence[SequentialCurve], others: OtherMeasures, state: str | None
 ) -> xr.Dataset:
-    """Add to runs what they say of each curve, and the better measures; the attribute `state` if not overturning."""
+    """Add to runs the estimates of each curve, and the better measures; the attribute `state` if not overturning."""
     until, shape = curves[0].until, (runs.sizes["block"], runs.sizes["model"])
     gains = [others.gains(curve.seen) for curve in curves]
     # (of other answers the scatter of capacities does not say how many motions they take)
@@ -152,7 +153,7 @@ def with_estimates(
 
 
 def with_sparse_screen(found: xr.Dataset, request: Request, shaken: Shaken, asked: ScreenRequest) -> xr.Dataset:
-    """Add to runs the variables of their screen, where the request wants one."""
+    """Add to runs the variables of their screen, if requested."""
     if not request.screen:
         return found
     about = 2 if configuration_of(found).get(AXES) == BOTH_AXES else 1
@@ -173,10 +174,10 @@ def curve_variables(
     offers: Sequence[str],
     state: str | None = None,
 ) -> dict[str, xr.Variable]:
-    """Return what is known of every curve, on (block, model), and the half width at every look.
+    """Return the estimates of every curve, on (block, model), and the half width at every look.
 
-    offers (curve,): clauses on better measures, empty where there is none.  state: the name of a damage state other
-    than overturning.
+    offers (curve,): clauses on better measures, empty if there is none. state: the name of a damage state other than
+    overturning.
     """
     dims = ("block", "model")
     unit, measure = level["units"], level["long_name"]
@@ -246,7 +247,7 @@ def look_variables(curves: Sequence[SequentialCurve], shape: tuple[int, int]) ->
 
 
 def _ends(estimate: Any) -> tuple[float, float, float]:
-    """Return an estimate of a logarithm and its interval, without the logarithm; NaN where there is none."""
+    """Return an estimate of a logarithm and its interval, without the logarithm; NaN if there is none."""
     if estimate is None or not math.isfinite(estimate.reach):
         return (math.nan,) * 3
     value, reach = estimate.value, estimate.reach

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 Motions = xr.DataArray | Iterable[xr.DataArray] | Selection
 AT_LEVEL = 1e-9
-"""Relative difference of the level of a selection from that of its stripe which is rounding."""
+"""Relative difference between the level of a selection and the level of its stripe that counts as rounding."""
 
 
 def stripes(
@@ -58,8 +58,8 @@ def stripes(
     blocks, models : one or a sequence
         Blocks and damping laws, with unique labels.
     motions : sequence of motions or of sequences of them
-        The motions of each level (m s-2), or a `toppling.motions.Selection` for it, which must agree with the hazard
-        (its `motions` are taken whether they do or not); a motion may be in several stripes.
+        The motions of each level (m s-2), or a `toppling.motions.Selection` for it, which must agree with the hazard.
+        The `motions` of a selection are accepted even if they do not agree. A motion may be in several stripes.
     levels : array_like, shape (level,)
         Level of each stripe, SI, > 0, strictly increasing.
     im : str or Measure
@@ -67,9 +67,9 @@ def stripes(
     outputs, client, screen, polarity, progress
         As for `toppling.ida`.
     scale : bool
-        True (default) scales every motion of a stripe to its level; False runs the motions as they are, because they
-        were selected, or simulated, for that level and scatter about it.  Motions that have another measure are warned
-        of (`toppling.core.doubts.ImplausibleInput`); studies refuse them.
+        True (default) scales every motion of a stripe to its level. False runs the motions as they are, because they
+        were selected or simulated for that level and scatter about it. Motions with another measure cause a warning
+        (`toppling.core.doubts.ImplausibleInput`); in studies they are an error.
     ground : sequence of motions or of sequences of them, optional
         For each stripe the ground motions of which `motions` are floor motions: the levels then refer to the measure of
         the ground motions.
@@ -77,9 +77,9 @@ def stripes(
     Returns
     -------
     xarray.Dataset
-        The outputs on (block, model, motion); on motion the coordinates `intensity` (the level of the motion's stripe),
-        `stripe` (1, 2, …) and `record` (its label as given; if a motion is in several stripes, the stripe is added to
-        the labels of the dimension).  `overturning_probability` counts the runs by level.
+        The outputs on (block, model, motion). Coordinates on motion are `intensity` (the level of the motion's stripe),
+        `stripe` (1, 2, …) and `record` (its label as given). If a motion is in several stripes, the stripe is added to
+        the labels of the dimension. `overturning_probability` counts the runs by level.
 
     Notes
     -----

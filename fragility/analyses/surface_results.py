@@ -42,9 +42,9 @@ def surface_curves(
     surface : xarray.Dataset
         Result of `pooled`.
     blocks : Block, sequence of them, or BlockArray
-        Free-standing blocks in the region of those of the analysis.
+        Free-standing blocks in the region of the analysis.
     hazard : HazardCurve, optional
-        That of the analysis, for annual rates.
+        Hazard curve of the analysis, for annual rates.
 
     Returns
     -------
@@ -156,7 +156,7 @@ def surface_dataset(
 
 
 def _attributes(plan: PooledPlan, found: PooledRuns) -> dict[str, Any]:
-    """Return what the curves of further blocks need."""
+    """Return the attributes that curves of further blocks need."""
     rated = {} if plan.hazard is None else {"hazard": json.dumps(plan.hazard.describe())}
     asked = json.dumps(plan.until.describe())
     return {
@@ -170,7 +170,7 @@ def _attributes(plan: PooledPlan, found: PooledRuns) -> dict[str, Any]:
 
 
 def _account(plan: PooledPlan, law: PooledCurves, known: LawSurfaces, check: Check, reach: float, offer: str) -> str:
-    """Return why a law is no longer followed, what was reached, what the check says, and a better measure."""
+    """Return the reason why a law has stopped, the reached precision, the result of the check, and a better measure."""
     asked = f"±{100.0 * plan.until.tolerance:g} %"
     cut = known.near.cut
     blocks = "all blocks" if cut is None else "all blocks but those at a cut"
@@ -199,13 +199,13 @@ def _account(plan: PooledPlan, law: PooledCurves, known: LawSurfaces, check: Che
 
 
 def _cut_words(plan: PooledPlan, cut: Cut) -> str:
-    """Return where the region is cut, in the terms of its blocks."""
+    """Return the place of the cut of the region, in the terms of its blocks."""
     domain = plan.domain
     k = next(i for i in range(domain.back.shape[1]) if np.array_equal(domain.back[:, i], cut.normal))
     low, place, high = (float(domain.middle[k]) + one for one in (cut.low, cut.place, cut.high))
     own = plan.own[k - 3] if k >= 3 else ""
     if k == 0 and float(np.sqrt((domain.back[:, 2] ** 2).sum())) < NARROW:
-        # (of one inertia factor the frequency stands for the size)
+        # with one inertia factor the frequency gives the size
         inertia = float(domain.middle[2])
         high, place, low = (STANDARD_GRAVITY / (inertia * math.exp(2.0 * one)) for one in (low, place, high))
         name, unit = "a size R", " m"
@@ -221,7 +221,7 @@ def _cut_words(plan: PooledPlan, cut: Cut) -> str:
 
 
 def _cut_variables(cuts: Sequence[Cut | None], axes: int) -> dict[str, xr.Variable]:
-    """Return where surfaces jump, NaN of laws whose surface does not; nothing where none does."""
+    """Return the places of the surfaces' jumps, NaN for laws without a jump; nothing without any."""
     if all(cut is None for cut in cuts):
         return {}
     none = np.full(axes, np.nan)
@@ -235,7 +235,7 @@ def _cut_variables(cuts: Sequence[Cut | None], axes: int) -> dict[str, xr.Variab
 
 
 def _rate_variables(known: Sequence[LawSurfaces], terms: int) -> dict[str, xr.Variable]:
-    """Return the planes that take rates of curves to those without a form, NaN where there is none."""
+    """Return the planes that correct rates of curves to rates without a form, NaN without a plane."""
     none = RatePlane(np.full(terms, np.nan), np.full((terms, terms), np.nan), math.nan)
     planes = [none if surfaces.rates is None else surfaces.rates for surfaces in known]
     labels = {

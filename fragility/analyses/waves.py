@@ -1,6 +1,6 @@
 """Runs as a table, and waves of motions: the next motions, the measure that they are scaled to, and the runs of each.
 
-Waves come from a generator or from a set of motions.
+Waves are from a generator or from a set of motions.
 """
 
 from __future__ import annotations
@@ -34,8 +34,9 @@ from ..runs.scaling import SCALE, BlockMeasure, check_factors, ground_of, intens
 from .friction_draws import check_draws, specimens_in
 
 MOST_GRIDS, FEWEST_OF_A_GRID, MOST_REPEATED = 8, 10_000, 3
-"""When a table is run as several grids: at most so many, or each of so many runs; otherwise as one grid that has at
-most so many times the table's runs."""
+"""A table is run as several grids if they are at most `MOST_GRIDS`, or of `FEWEST_OF_A_GRID` runs each. Otherwise it is
+run as one grid of at most `MOST_REPEATED` times the table's runs.
+"""
 ORDER = (0, 3)
 """Key, under a seed, of the order in which the motions of a set are taken."""
 
@@ -48,7 +49,7 @@ class MotionWave(NamedTuple):
     ground: list[Record] | None
 
     def parts(self, motions: int) -> Iterator[MotionWave]:
-        """Yield the wave in parts of at most so many motions."""
+        """Yield the wave in parts of at most this number of motions."""
         given = np.unique(self.numbers)
         for first in range(0, given.size, motions):
             mine = np.flatnonzero(np.isin(self.numbers, given[first : first + motions])).tolist()
@@ -100,7 +101,7 @@ def scaled_to(im: str | Measure) -> Scaled:
 
 
 class MotionSource:
-    """Motions by number: those of a generator, without an end, or those of a set in random order.
+    """Motions by number: from a generator, without an end, or from a set in random order.
 
     A set may be sorted, by magnitude or by event, and its first motions must be as good a sample as any. `ground` has
     the ground motions below the floor motions of a set; `polarity` is "as recorded" or "both".
@@ -142,7 +143,7 @@ class MotionSource:
         return MotionWave(numbers, [one for two in own for one in two], below)
 
     def most(self, until: Until) -> int:
-        """Return the greatest number of motions to take; ValueError for a set of fewer than are to be taken."""
+        """Return the maximum number of motions; ValueError for a set smaller than the required minimum."""
         if self.size is None:
             return until.most
         if self.size < until.least:
@@ -156,7 +157,7 @@ class MotionSource:
 
 
 def checked_axes(request: Request, records: Sequence[Record]) -> str:
-    """Return how motions shake (`axes_of`); ValueError where they do not suit the blocks, the laws or the outputs."""
+    """Return the axes of motions (`axes_of`); ValueError if they do not suit the blocks, the laws or the outputs."""
     check_vertical(request.models, records)
     check_draws(request.models, request.blocks, records)
     axes = axes_of(records)
@@ -231,9 +232,8 @@ def run_rows(
 def _grids(curve: Index, motion: Index) -> Iterator[tuple[list[int], list[int], Index]]:
     """Yield curves that have equally many runs under each of some motions, these motions, and the places of the runs.
 
-    Places are (curve, level, motion), the runs of a curve under a motion in the order in which they are given.  Where
-    there would be many small grids, one with all curves and motions takes their place: it repeats some runs, and has
-    others that are in no place (-1).
+    Places are (curve, level, motion), the runs of a curve under a motion in the given order. Instead of many small
+    grids, there is one with all curves and motions. It repeats some runs, and has others that are in no place (-1).
     """
     order = np.lexsort((motion, curve))
     new = np.diff(curve[order], prepend=-1).astype(bool) | np.diff(motion[order], prepend=-1).astype(bool)

@@ -18,8 +18,8 @@ def weighted_rate_samples(runs: xr.Dataset, replicates: int, seed: int = 0, stat
     """Return the annual rates (block, model, replicate), 1/year, of replicates of runs whose levels a hazard drew.
 
     The rate of a replicate is the mean over its motions of the weights of their runs that reached the state
-    (`fragility.adaptive.rate`), without a form of curve. What may lie below the lowest falls is not in the replicates,
-    as it is in the interval of the rate itself. A replicate of the same seed draws the same motions as in
+    (`fragility.adaptive.rate`), without a form of curve. A possible rate below the lowest falls is not in the
+    replicates, but in the interval of the rate itself. A replicate of the same seed draws the same motions as in
     `fit_fragility`.
     """
     if "weight" not in runs or RUN not in runs["weight"].dims:

@@ -1,4 +1,4 @@
-"""Ratios of fitted medians to published ones."""
+"""Ratios of fitted medians to published medians."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MARGIN = 0.15
 
 
 def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARGIN) -> xr.Dataset:
-    """Ratios of fitted medians to published ones, block by block, and which of the two is higher.
+    """Compare fitted medians with published medians, block by block.
 
     Parameters
     ----------
@@ -29,10 +29,11 @@ def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARG
     Returns
     -------
     xarray.Dataset
-        On the dimensions of the curves: ratio, lower, upper, and verdict: the fitted median ``agrees`` (the whole
-        interval lies within the margin), is ``higher`` (the interval lies above 1: more shaking than was published) or
-        ``lower`` (below 1), or that is ``open`` (it holds 1 and more than the margin, or there is no estimate).  A
-        difference says that models, motions or data differ, and not which of the two is conservative.
+        On the dimensions of the curves: ratio, lower, upper, and `verdict` on the fitted median. It is ``agrees`` if
+        the whole interval lies within the margin. It is ``higher`` if the interval lies above 1 (a higher intensity
+        than published), and ``lower`` below 1. It is ``open`` if the interval contains 1 and exceeds the margin, or
+        without an estimate. A difference shows that models, motions or data differ, not that one of the two is
+        conservative.
 
     Examples
     --------

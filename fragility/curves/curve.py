@@ -1,7 +1,7 @@
 """Fitted fragility curves as functions: the probability of overturning at any level, for every form a fit may have.
 
 Curves of one form are a NamedTuple of plain arrays with a method `probability`; `curve_arrays` makes it from a labelled
-dataset.  How the curves were fitted, and which hazard curve they are convolved with, is not known here.
+dataset. The fit of the curves and their hazard curve are not used here.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ LINKED = tuple(name for name in LINKS if name != LOGNORMAL)
 FORMS = (LOGNORMAL, UPLIFT, *LINKED, *TABULATED)
 REFUSE, LEAST, MOST = "refuse", "least", "most"
 OUTSIDE = (REFUSE, LEAST, MOST)
-"""Rules for a tabulated curve beyond its levels: an error, or the least or the most that a rising curve allows."""
+"""Rules for a tabulated curve beyond its levels: an error, or the minimum or the maximum that a rising curve allows."""
 
 
 def step_or_normal(log_x: Array, log_median: Array, dispersion: Array) -> Array:
@@ -156,7 +156,7 @@ def form_name(curves: xr.Dataset) -> str:
     if not isinstance(curves, xr.Dataset):
         raise TypeError(f"curves must be a dataset as fit_fragility returns it, got {checks.kind(curves)}")
     load_coordinates(curves)
-    if "run_block" in curves and "form" not in curves.attrs:  # (a study holds fitted curves beside its runs)
+    if "run_block" in curves and "form" not in curves.attrs:  # a study has fitted curves in addition to its runs
         raise ValueError("curves must be a dataset as fit_fragility returns it, got runs at adaptive levels")
     stated = curves.attrs.get("form")
     if stated is None:
@@ -212,7 +212,7 @@ def curve_arrays(curves: xr.Dataset, replicates: bool = False) -> tuple[CurveArr
 
 
 def has_replicates(curves: xr.Dataset) -> bool:
-    """Return True if a dataset of curves holds bootstrap replicates."""
+    """Return True if a dataset of curves contains bootstrap replicates."""
     name = "probability_sample" if form_name(curves) in TABULATED else "median_sample"
     return name in curves and "replicate" in curves[name].dims
 
@@ -252,18 +252,18 @@ def curve_probability(curves: xr.Dataset, x: Any, outside: str = REFUSE) -> xr.D
     Parameters
     ----------
     curves : xarray.Dataset
-        Fitted curves: ``median`` and ``dispersion``; with ``uplift_median`` and ``uplift_dispersion`` those of uplift
-        too; or, with the attribute ``form`` = "isotonic", ``probability`` on ``level``.
+        Fitted curves: ``median`` and ``dispersion``; with ``uplift_median`` and ``uplift_dispersion`` also for uplift;
+        or, with the attribute ``form`` = "isotonic", ``probability`` on ``level``.
     x : array_like, shape (level,)
         Levels in the unit of the curves (SI), > 0; a warning where they are beyond any shaking (PGV in cm/s).
     outside : {"refuse", "least", "most"}
-        Rule beyond the levels of a tabulated curve: an error, 0 below and the last value above (the least that a rising
-        curve allows), or the first value below and 1 above (the most).
+        Rule beyond the levels of a tabulated curve. The default is an error. `"least"` is the minimum that a rising
+        curve allows: 0 below and the last value above. `"most"` is the maximum: the first value below and 1 above.
 
     Returns
     -------
     xarray.DataArray
-        On the dimensions of the curves and ``level``; NaN where there is no estimate.
+        On the dimensions of the curves and ``level``; NaN if there is no estimate.
 
     Notes
     -----
@@ -301,6 +301,6 @@ def curve_probability(curves: xr.Dataset, x: Any, outside: str = REFUSE) -> xr.D
 
 
 def im_of(curves: xr.Dataset) -> str:
-    """Return the name of the curves' intensity measure, empty where it is not stated."""
+    """Return the name of the curves' intensity measure, empty if it is not stated."""
     stated = curves.attrs.get("im") or (curves["level"].attrs.get("im") if "level" in curves.coords else None)
     return str(stated or "")

@@ -26,10 +26,10 @@ _VALUES = 2**20
 KEPT = 0.05
 """Share of the variance of all motions in the variance of a resample, in which the few motions that matter may lack.
 
-Without it, upper ends were up to 10^13 times too far away; of 0.05 to 0.3, 0.05 holds best.
+Without it, upper ends were up to 10^13 times too far away; of 0.05 to 0.3, 0.05 keeps the level best.
 """
 ERRORS = 1.9
-"""Errors of a share at whose ends those of a quantile are looked up: values have gaps, which 1.96 errors then cross."""
+"""Errors of a share at whose ends quantiles are looked up: values have gaps, which 1.96 errors then cross."""
 
 
 class Interval(NamedTuple):
@@ -83,21 +83,22 @@ def mean_interval(
 ) -> Interval:
     """Return studentised bootstrap intervals (…) of means over motions of values (…, motion).
 
-    `most` is the greatest possible value (the least is 0), broadcast over (…), which no end exceeds. Where all motions
-    agree, resampling gives no interval: the ends then assume that the share of motions that Wilson's interval allows to
-    differ does so by as much as possible. Without `most` the ends are NaN there. `drawn` (replicate, motion) is how
-    often each motion is drawn (`draw_motions`); `strata` are positions of motions that are resampled by themselves,
-    such as the motions of each level where levels have their own; `signed` means that values may be negative.
+    `most` is the maximum possible value (the minimum is 0), broadcast over (…); no end exceeds it. If all motions
+    agree, resampling gives no interval. The ends then assume the share of differing motions that Wilson's interval
+    allows, and the largest possible difference. Without `most` the ends are NaN there. `drawn` (replicate, motion)
+    counts the draws of each motion (`draw_motions`). `strata` are positions of motions that are resampled separately,
+    such as the motions of each level if levels have their own. With `signed`, values may be negative.
 
-    The step of each resampled mean from the mean is divided by its own error and multiplied by the error of the mean;
-    the quantiles of these steps are laid off from the mean. Annual values are skewed, because a few motions under which
-    items fall at low levels make most of the sum. So for values >= 0 the lower end is laid off from the logarithm of
-    the mean, and the upper end from its square root, which stays finite where few motions add most. DiCiccio, T. J. and
-    Efron, B. (1996). Bootstrap confidence intervals. Statistical Science 11, 189-228.
+    The step of each resampled mean from the mean is divided by its own error and multiplied by the error of the mean.
+    The quantiles of these steps are laid off from the mean. Annual values are skewed, because a few motions under which
+    items fall at low levels make most of the sum. For values >= 0 the lower end is therefore laid off from the
+    logarithm of the mean. The upper end is laid off from its square root, which stays finite if few motions add most.
+    DiCiccio, T. J. and Efron, B. (1996). Bootstrap confidence intervals. Statistical Science 11, 189-228.
 
     In 800 studies of 10 to 80 motions, 95 % intervals contained the mean of annual falls of lognormal thresholds in
-    93-96 % (BCa: 90 % at 20 motions), and that of lognormal contributions of dispersion 1.5 in 88 % at 20 motions and
-    90 % at 80 (BCa: 82 % at 20), because few motions hardly show what the rarest add (`benchmarks.coverage`).
+    93-96 % (BCa: 90 % at 20 motions). They contained the mean of lognormal contributions of dispersion 1.5 in 88 % at
+    20 motions and 90 % at 80 (BCa: 82 % at 20). Few motions hardly contain the rare motions that contribute most
+    (`benchmarks.coverage`).
     """
     level = CONFIDENCE.number("confidence", confidence)
     checks.count("replicates", replicates, at_least=50)
@@ -128,8 +129,8 @@ def mean_interval(
 def sampling_error(values: Array | Flags, ways: int = 1) -> Array:
     """Return the standard error (…) that draws of realisations leave in means of values (…, motion, realisation).
 
-    The realisations of a motion are independent; where it has several `ways`, one after the other, those have the same
-    draws. NaN where there is one realisation.
+    The realisations of a motion are independent; if it has several `ways`, one after the other, those have the same
+    draws. NaN if there is one realisation.
     """
     motions, draws = values.shape[-2], values.shape[-1] // ways
     if draws == 1:
@@ -139,11 +140,11 @@ def sampling_error(values: Array | Flags, ways: int = 1) -> Array:
 
 
 def share_error(flags: Array | Flags, ways: int = 1) -> Array:
-    """Return the `sampling_error` of shares, of flags of 0 and 1, with one of all draws beside it.
+    """Return the `sampling_error` of shares, of flags of 0 and 1, combined with an error of one in all draws.
 
-    Where no draw of a motion had, or all had, what one in a thousand has, its variance is 0. At 20 realisations ± 1.96
-    errors held 94-96 % of the shares under 60 motions, and 91-100 % under 20, of which few leave any doubt, each seen
-    1,000 times (`benchmarks.coverage.draws`); errors of quantiles were up to a fifth too large.
+    A rare flag may be set in no draw, or a common one in all; its variance is then 0, and 1/draws is added. At 20
+    realisations ± 1.96 errors contained 94-96 % of the shares under 60 motions, and 91-100 % under 20. Each share was
+    drawn 1,000 times (`benchmarks.coverage.draws`). Errors of quantiles were up to a fifth too large.
     """
     draws = flags.shape[-2] * flags.shape[-1] // ways
     return np.asarray(np.hypot(sampling_error(flags, ways), 1.0 / draws))
@@ -163,14 +164,14 @@ def quantiles(
 ) -> Quantiles:
     """Return quantiles of values (…, motion, realisation), with distribution-free intervals.
 
-    A quantile is the least value that is not exceeded with its probability, and its interval has the values of the
-    ranks between which it lies with at least the confidence: David, H. A. and Nagaraja, H. N. (2003). Order statistics,
-    3rd ed., Wiley, section 7.1 (recalled). Motions are independent draws; the realisations of one motion are not taken
-    as further draws (`ways` as for `sampling_error`). 0 and `most` are the possible values beyond the motions' own.
+    A quantile is the minimum value that is not exceeded with its probability. Its interval has the values of the ranks
+    between which it lies with at least the confidence: David, H. A. and Nagaraja, H. N. (2003). Order statistics, 3rd
+    ed., Wiley, section 7.1 (recalled). Motions are independent draws; the realisations of one motion are not further
+    draws (`ways` as for `sampling_error`). 0 and `most` are the possible values beyond the motions' own.
 
-    Errors are how far the quantiles are from it at the probability less `ERRORS` errors of the share of values below it
-    (`share_error`), and plus those of that up to it, over `ERRORS`; the greater of both. Woodruff, R. S. (1952).
-    Journal of the American Statistical Association 47, 635-646 (recalled).
+    Errors come from the quantiles at the probability less `ERRORS` errors of the share of values below the quantile
+    (`share_error`). The other side takes the probability plus the errors of the share up to it. The larger distance is
+    divided by `ERRORS`. Woodruff, R. S. (1952). Journal of the American Statistical Association 47, 635-646 (recalled).
     """
     n, realisations = values.shape[-2:]
     pooled = np.sort(values.reshape(*values.shape[:-2], -1), axis=-1)

@@ -41,11 +41,11 @@ def overturning_probability(
 
     Notes
     -----
-    At one level every motion counts once, so the runs are independent and the interval is binomial.  Of motions that
-    are run both ways (``polarity="both"``) the counts hold both runs, and the interval takes a motion as one trial by
-    the share of its runs that reach the state: no share between 0 and 1 varies more than a trial of the same mean, so
-    that the interval is wide enough however the two runs depend on each other.  Floors of one building shake together:
-    their probabilities are not independent of each other.
+    At one level every motion counts once, so the runs are independent and the interval is binomial. For motions that
+    are run both ways (``polarity="both"``) the counts contain both runs. The interval takes a motion as one trial by
+    the share of its runs that reach the state. No share between 0 and 1 varies more than a trial of the same mean. The
+    interval is thus wide enough for any dependence of the two runs. Floors of one building share its motion: their
+    probabilities are not independent of each other.
     """
     within = CONFIDENCE.number("confidence", confidence)
     flags = reached(runs, state)

@@ -1,8 +1,8 @@
-"""Published overturning criteria as curves, to plot, compare and export beside fitted curves.
+"""Published overturning criteria as curves, to plot, compare and export with fitted curves.
 
 FEMA P-58's nine rows of contents that overturn, the law between their medians, and the Japanese criteria in peak floor
-acceleration and velocity.  A criterion depends on a block's outer sizes alone, neither on its centre of mass nor
-on how it dissipates energy.
+acceleration and velocity. A criterion depends only on a block's outer sizes, not on its centre of mass or its
+dissipation.
 """
 
 from __future__ import annotations
@@ -41,15 +41,15 @@ def fema_p58() -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        median (m s-1, of peak floor velocity) and dispersion on ``block``, whose labels are those of
-        `toppling.catalogue`; coordinates id (FEMA P-58's), title, quality, directional (0: its demand has no
-        direction), and the blocks' sizes; attribute im is ``pgv``.
+        On ``block``, labelled as in `toppling.catalogue`: median (m s-1, of peak floor velocity) and dispersion.
+        Coordinates are id (FEMA P-58's), title, quality, directional (0: its demand has no direction), and the blocks'
+        sizes. The attribute im is ``pgv``.
 
     Notes
     -----
     The database states for each row that its limit "is calculated as a function of the aspect ratio … and the building
-    period" and rates none of them; the period is not given.  Its other contents (E.20.22) slide, fall off shelves or
-    are anchored: their rows are in peak floor acceleration, and those of the anchored (…b) hold no numbers.
+    period". It rates none of them and gives no period. Its other contents (E.20.22) slide, fall off shelves or are
+    anchored. Their rows are in peak floor acceleration, and the rows of anchored contents (…b) have no numbers.
 
     References
     ----------
@@ -90,13 +90,13 @@ def p58_estimate(blocks: Block | Sequence[Block]) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        As `fema_p58`, with extrapolated on ``block``: True where a size lies outside those of the nine rows.
+        As `fema_p58`, with extrapolated on ``block``: True if a size lies outside the range of the nine rows.
 
     Notes
     -----
-    B and H: outer width and height, m.  Least squares over the nine rows of `fema_p58` gives 1.0535, 1.4802 and
-    -1.0740, which reproduce them within -3.3 to 5.1 %; rounded as here, within -3.0 to 5.6 % (the worst is the
-    squattest, the two-drawer vertical file).
+    B and H: outer width and height, m. A fit over the nine rows of `fema_p58` by least squares gives 1.0535, 1.4802 and
+    -1.0740, which reproduce them within -3.3 to 5.1 %. Rounded as here they are within -3.0 to 5.6 %; the two-drawer
+    vertical file, the most squat, is worst.
 
     Examples
     --------
@@ -170,7 +170,7 @@ def japanese(blocks: Block | Sequence[Block], criterion: str = "acceleration") -
 
 
 def _widths(blocks: Sequence[Block]) -> tuple[Array, Array]:
-    """Return the widths and the heights of blocks, whose doubts are warned of."""
+    """Return the widths and the heights of blocks, and warn of implausible blocks."""
     warn(block_doubts(blocks))
     return np.array([block.width for block in blocks]), np.array([block.height for block in blocks])
 

@@ -1,4 +1,4 @@
-"""Resurrections: blocks that stand above the level at which the same motion first overturned them."""
+"""Resurrections: blocks that do not overturn above the level at which the same motion first overturned them."""
 
 from __future__ import annotations
 
@@ -11,27 +11,28 @@ from ..runs.provenance import IDA, carried_attributes, design_of, motions_by_flo
 
 
 def resurrections(ida: xr.Dataset, state: State = OVERTURNED) -> xr.Dataset:
-    """Count how often a block stands at a level above the one at which the same motion first overturned it.
+    """Count levels without overturning above the level at which the same motion first overturned the block.
 
     Parameters
     ----------
     ida : xarray.Dataset
         With `overturned` on (block, model, level, motion), as `toppling.ida` returns it.
     state : str or float
-        Another damage state that stands for overturning, see `reached`.
+        Another damage state instead of overturning, see `reached`.
 
     Returns
     -------
     xarray.Dataset
-        On (block, model, with several floors floor): pairs, the (motion, level) pairs above the motion's first
-        overturning; stood, how many of them stand; returned = stood/pairs (NaN where there is none); motions, how many
-        motions overturn and have a level above; motions_returned, the share of these that stand at least once.
+        On (block, model, with several floors floor): `pairs`, the (motion, level) pairs above the motion's first
+        overturning. `stood`, the number of pairs without overturning. `returned` = `stood`/`pairs` (NaN without pairs).
+        `motions`, the number of motions that overturn and have a level above. `motions_returned`, the share of these
+        with at least one level without overturning.
 
     Notes
     -----
-    The outcome of rocking is not monotone in the amplitude.  A fit to first overturnings
-    (``method="first-overturning"`` of `fit_fragility`) counts a block that returned as overturned, so its curve lies
-    above one fitted to all runs; the share returned here bounds the distance between the two curves.
+    The outcome of rocking is not monotone in the amplitude. A fit to first overturnings (``method="first-overturning"``
+    of `fit_fragility`) counts a block that returned as overturned. Its curve therefore lies above one fitted to all
+    runs. The share `returned` bounds the distance between the two curves.
 
     Examples
     --------
@@ -70,7 +71,7 @@ _LONG_NAMES = {
 
 
 def _counts(flags: xr.DataArray) -> xr.Dataset:
-    """Count pairs above the first overturning, pairs that stand, and the same of motions; flags (…, level, motion)."""
+    """Count pairs above the first overturning, pairs without overturning, and both by motion (…, level, motion)."""
     fell = flags.values
     above = np.zeros_like(fell)
     above[..., 1:, :] = np.logical_or.accumulate(fell, axis=-2)[..., :-1, :]

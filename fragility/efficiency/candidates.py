@@ -1,6 +1,6 @@
 """Candidate intensity measures of every motion, and the covariates for a test of sufficiency.
 
-Their values come from the coordinates of the runs and, where these are given, from the motions themselves.
+Their values are from the coordinates of the runs and, if given, from the motions themselves.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class RunMotions(NamedTuple):
 
 
 def motions_of_runs(runs: xr.Dataset, motions: Motions | None) -> RunMotions:
-    """Return the motions of the runs, found by label; ValueError where a motion is missing.
+    """Return the motions of the runs, found by label; ValueError if a motion is missing.
 
     In stripes, a motion may be in several of the sets, and its label as given is the coordinate `record`.
     """
@@ -67,7 +67,7 @@ def motions_of_runs(runs: xr.Dataset, motions: Motions | None) -> RunMotions:
 
 
 def _arrays(motions: Motions) -> Iterator[xr.DataArray]:
-    """Yield labelled arrays one by one, whether given alone, in a sequence or in sets of stripes."""
+    """Yield labelled arrays one by one, given alone, in a sequence or in sets of stripes."""
     if isinstance(motions, xr.DataArray) or not isinstance(motions, Iterable):
         records(motions)  # raises the error for anything that is no motion
         yield motions
@@ -142,7 +142,7 @@ def covariates_of(runs: xr.Dataset, run_motions: RunMotions) -> list[xr.DataArra
 
 
 def _matched(arrays: Sequence[xr.DataArray], labels: Sequence[str]) -> Array:
-    """Return values of the motions by label, or by the label of the ground motion below; NaN where not known."""
+    """Return values of the motions by label, or by the label of the ground motion below; NaN if not known."""
     known: dict[str, float] = {}
     for array in arrays:
         known |= dict(zip(map(str, array["motion"].values), array.values.astype(float).tolist(), strict=True))

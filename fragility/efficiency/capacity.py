@@ -23,13 +23,10 @@ from ..runs.provenance import carried_attributes, intensity_of, level_measure, s
 class OrderedRuns(NamedTuple):
     """Runs in the order of growing levels, with the scaling of every run.
 
-    overturned: flags on (…, motion, level), in the order of growing levels.
-    log_levels: ln of the level, on level; without levels on motion (or block, motion) and a level of size 1.
-    log_measured: ln of the measure of the unscaled motions, 0 for plain factors.
-    power: of the measure.
-    name, units, long_name: the measure's, ``ground_pga`` where it is of the ground motion below.
-    order: of the levels in the runs.
-    unscaled: True where the motions were run without scaling.
+    `overturned`: flags on (…, motion, level), in the order of growing levels. `log_levels`: ln of the level, on level;
+    without levels on motion (or block, motion) and a level of size 1. `log_measured`: ln of the measure of the unscaled
+    motions, 0 for plain factors. `power`: of the measure. `name`, `units`, `long_name`: of the measure, ``ground_pga``
+    for the ground motion below. `order`: of the levels in the runs. `unscaled`: True for runs without scaling.
     """
 
     overturned: xr.DataArray
@@ -44,7 +41,7 @@ class OrderedRuns(NamedTuple):
 
     @property
     def factors_by_block(self) -> Array:
-        """Ln of the scale factor of every run, (block, motion, level); one block where all blocks have the same."""
+        """Ln of the scale factor of every run, (block, motion, level); one block if all blocks have the same."""
         factors = (self.log_levels - self.log_measured) / self.power
         if self.unscaled:
             factors = xr.zeros_like(factors)
@@ -87,7 +84,7 @@ def ordered_runs(runs: xr.Dataset, state: State = OVERTURNED) -> OrderedRuns:
 
 
 def without_coordinates(array: xr.DataArray) -> xr.DataArray:
-    """Return an array without coordinates, so that arithmetic goes by dimension alone."""
+    """Return an array without coordinates, so that arithmetic is by dimension alone."""
     return array.drop_vars(list(array.coords))
 
 
@@ -104,17 +101,17 @@ def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Data
     Returns
     -------
     xarray.Dataset
-        On (…, motion): `lower` and `upper` ends, in the unit of the level (0 where the lowest level overturns, inf
-        where none does); `capacity`, their geometric mean, NaN where one end is not known; `stood_above`, True where
-        some higher level does not overturn.
+        On (…, motion): `lower` and `upper` ends, in the unit of the level (0 if the lowest level overturns, inf if none
+        does). `capacity` is their geometric mean, NaN if one end is not known. `stood_above` is True if some higher
+        level does not overturn.
 
     Notes
     -----
-    Overturning is not monotonic in the scale of a motion: the capacity is the first overturning at the levels that were
-    run.  Below it there are intervals of overturning narrower than the spacing of the levels, which closer levels
-    find.  The variable `level_shift` (on the dimensions beside motion: what ln(capacity) gains in the mean where every
-    other level is left out) and the attributes `level_spacing` (largest ratio of neighbouring levels, less 1) and
-    `note` say how much the levels decide.
+    Overturning is not monotonic in the scale of a motion: the capacity is the first overturning at the levels of the
+    runs. Below it there are narrower intervals of overturning, which closer levels find. The variable `level_shift` and
+    the attributes `level_spacing` and `note` show the effect of the levels. `level_shift`, on all dimensions except
+    motion, is the mean gain of ln(capacity) without every other level. `level_spacing` is the largest ratio of
+    neighbouring levels, less 1.
 
     Examples
     --------

@@ -38,7 +38,7 @@ ALL_LEVELS = slice(None)
 LEVEL_SAMPLES = 20
 """Samples of the levels, which bootstrap samples of the motions use in turns."""
 TYPICAL_MEASURES = 32
-"""Typical number of measures compared: slabs are sized for the bootstrap samples of so many."""
+"""Typical number of measures compared, which sizes the slabs of bootstrap samples."""
 SAME = 1e-9
 """Relative difference of dispersions below which two measures tie (a block's PGA and its normalised PGA)."""
 
@@ -64,11 +64,11 @@ def rank_measures(
         Runs on (block, model, level, motion) as `toppling.ida` returns them, in any measure; or of stripes or a cloud,
         on (block, model, motion) with a coordinate `intensity`.
     motions : xarray.DataArray or a sequence of them (or of sets, for stripes), optional
-        The motions of the runs, as they were before scaling: for measures that the runs do not carry, and for their
-        coordinates `magnitude`, `distance` and `epicentral_distance`, which scenario generators and record files give.
+        Motions of the runs before scaling, for measures that the runs do not contain. They also give the coordinates
+        `magnitude`, `distance` and `epicentral_distance`, which scenario generators and record files set.
     also : measures or their names
-        To be ranked beside the runs' own and all of `motions.MEASURES` that grow with the motion: ``"Sa(1.0)"``,
-        ``motions.AvgSa(…)``, ``"FIV3(1.0)"``, ``"pga_normalised"``, ``"pgv_normalised"``.
+        Measures to rank in addition to the runs' own and all of `motions.MEASURES` that grow with the motion:
+        ``"Sa(1.0)"``, ``motions.AvgSa(…)``, ``"FIV3(1.0)"``, ``"pga_normalised"``, ``"pgv_normalised"``.
     state : str or float
         Damage state of the capacities: ``overturned``, ``uplifted``, or a threshold of |theta|/alpha, see `reached`.
     least_demand : float
@@ -85,45 +85,46 @@ def rank_measures(
     xarray.Dataset
         On (block, model, measure):
 
-        - efficiency: `dispersion`, the standard deviation of ln capacity in the measure, and `status`;
-          `amplitude_dispersion`, that over the measure's power, which makes measures comparable (Arias intensity grows
-          with the square of the motion, and its root ranks as it does); `rank` by it, 1 for the least; `excess` of it
-          over the least, and `distinguishable`, whether the interval of that is above zero; `share_best`, the share of
-          bootstrap samples in which the measure is the best;
-        - `practicality`, the slope b of ln(|theta|/alpha) on ln im over the runs that rock and stand,
-          `demand_dispersion`, the scatter about that line, and `proficiency`, the second over the first; only where the
-          runs hold `peak_rotation`.
+        - efficiency: `dispersion`, the standard deviation of ln capacity in the measure, and `status`.
+          `amplitude_dispersion`, the dispersion over the measure's power, makes measures comparable: Arias intensity
+          grows with the square of the motion, and ranks like its root. `rank` by it is 1 for the minimum. `excess` is
+          its difference from the minimum. `distinguishable` is True if the interval of the excess is above zero.
+          `share_best` is the share of bootstrap samples in which the measure is the best;
+        - only if the runs contain `peak_rotation`: `practicality` is the slope b of ln(|theta|/alpha) on ln im over the
+          runs that rock without overturning. `demand_dispersion` is the scatter about that line, and `proficiency` the
+          second over the first.
 
         Estimates have `_lower` and `_upper` ends of their intervals; `power` is a coordinate.
 
         On (block, model, measure, covariate): `slope` of ln capacity, `slope_se`, `p_value` of no slope (sufficiency);
-        lengths (m) and times (s) enter as logarithms.  On (block, model): `best`; `share_below` and `share_above`, of
-        capacities below the lowest and above the highest level; `stood_above`, of motions with a level above the first
-        overturning at which the block stands.  Motions of several floors: a dimension `floor` after (block, model).
+        lengths (m) and times (s) enter as logarithms. On (block, model): `best`. `share_below` and `share_above`, of
+        capacities below the lowest and above the highest level. `stood_above`, of motions with a level above the first
+        overturning at which the block does not overturn. Motions of several floors: a dimension `floor` after (block,
+        model).
 
     Notes
     -----
-    A capacity is the measure at the first overturning.  It lies between two levels, below the lowest or above the
-    highest: the dispersion is that of a lognormal law fitted to these intervals by maximum likelihood.  For single
-    runs (stripes, clouds) this is a probit regression in ln im, of slope 1/dispersion.  Where many motions never
-    overturn (`share_above`) the dispersion depends on the lognormal form, the more so the further the measure is from
-    that of the levels.
+    A capacity is the measure at the first overturning. It lies between two levels, below the lowest or above the
+    highest. The dispersion belongs to a lognormal law fitted to these intervals by maximum likelihood. For single runs
+    (stripes, clouds) this is a probit regression in ln im, of slope 1/dispersion. If many motions never overturn
+    (`share_above`), the dispersion depends on the lognormal form, the more so the further the measure is from the
+    measure of the levels.
 
-    Intervals are percentiles over bootstrap samples of motions (both runs of one that is run both ways are drawn
-    together), and contain their estimate; intervals of `excess` are paired.  Intervals of dispersions held the true
-    value in 76 % of simulated studies of 10 motions, in 90 % of 20 and in 96 % of 80; the others lay below it.  There
-    is no correction for multiple comparisons: some of many equal measures are told apart by chance.
+    Intervals are percentiles over bootstrap samples of motions, and contain their estimate; intervals of `excess` are
+    paired. Both runs of a motion that is run both ways are drawn together. Intervals of dispersions contained the true
+    value in 76 % of simulated studies of 10 motions, in 90 % of 20 and in 96 % of 80. In the others it lay above the
+    interval. There is no correction for multiple comparisons: some of many equal measures are distinguished by chance.
 
-    First overturnings depend on the levels, and no refinement settles them: closer levels find earlier ones.  The
-    intervals of dispersions include that: from four levels on, bootstrap samples draw the levels, too, and keep the
-    lowest and the highest.  For 12 sets of 5 motions and 16 grids of 30 to 60 levels, intervals of one grid held the
-    dispersions of the others in 94 % (75 % with samples of the motions alone); for sets of 20 motions in 99.7 % (93 %).
-    Trends, practicality and `stood_above` are of all levels.
+    First overturnings depend on the levels: closer levels always find earlier overturnings. The intervals of
+    dispersions include that. From four levels on, bootstrap samples draw the levels, too, and keep the lowest and the
+    highest. For 12 sets of 5 motions and 16 grids of 30 to 60 levels, intervals of one grid contained the dispersions
+    of the others in 94 %. Samples of the motions alone contained 75 %. For sets of 20 motions it was 99.7 % (93 %).
+    Trends, practicality and `stood_above` use all levels.
 
-    Trends are fitted together with the dispersion to the same intervals, one covariate at a time; standard errors are
-    those of the observed information times sqrt(n/(n - 2)), p-values Student's with n - 2 degrees of freedom: for
-    capacities known exactly this is ordinary least squares.  Trends are of the motions as given: those of their
-    reverses are not independent of them.
+    Trends are fitted together with the dispersion to the same intervals, one covariate at a time. Standard errors are
+    from the observed information times sqrt(n/(n - 2)), and p-values are Student's with n - 2 degrees of freedom. For
+    capacities known exactly this is ordinary least squares. Trends use the motions as given: reversed motions are not
+    independent of them.
 
     Demands are conditional on rocking without overturning, and the runs of one motion at all levels count alike.
 
@@ -174,7 +175,7 @@ def rank_measures(
 def _by_floor(
     runs: xr.Dataset, index: xr.Variable | None, groups: list[NDArray[np.intp]], options: RankingOptions
 ) -> xr.Dataset:
-    """Compare all measures, floor by floor where the motions are of several floors."""
+    """Compare all measures, floor by floor if the motions are of several floors."""
     if index is None:
         return _compare(runs, options)
     apart = without_floors(runs)
@@ -217,7 +218,7 @@ class RankingOptions(NamedTuple):
 
     @property
     def described(self) -> dict[str, Any]:
-        """Options as plain values, without the motions, which are those of the runs."""
+        """Options as plain values, without the motions, which the runs determine."""
         return {
             "also": [one if isinstance(one, str) else one.label for one in self.also],
             "state": state_name(self.state),
@@ -241,7 +242,7 @@ def _compare(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
     ends = [_log_capacities(capacities, candidate) for candidate in candidates]
     dims = ("block", "model", "measure")
     powers = np.array([candidate.power for candidate in candidates])
-    # (a motion and its reverse are one earthquake, so that fits of both ways are as precise as those of one)
+    # a motion and its reverse are one earthquake, so that fits of both ways are only as precise as fits of one
     fits = _dispersions(ordered, candidates, ends, weights * as_given(runs).mean(), options)
     columns = _efficiency(*fits, powers, options.confidence)
     if "peak_rotation" in runs:
@@ -334,7 +335,7 @@ def _texts(values: Iterable[Any], long_name: str) -> Column:
 def _with_interval(name: str, values: Array, confidence: float, long_name: str) -> dict[str, Column]:
     """An estimate (first along the last axis) and its percentile interval over the samples that have a value.
 
-    Samples of few motions are biased, those of dispersions to low values: the interval also contains the estimate.
+    Samples of few motions are biased, samples of dispersions to low values: the interval also contains the estimate.
     """
     estimate, samples = values[..., 0], values[..., 1:]
     ends = percentile_interval(samples, confidence)

@@ -1,6 +1,6 @@
-"""Sufficiency of the measure of stripes: whether, at a given level, outcomes still depend on other features of motions.
+"""Sufficiency of the measure of stripes: dependence of outcomes at a given level on other features of motions.
 
-Where they do, a probability at the level holds for motions with these features alone, and the set of a stripe must have
+If they do, a probability at the level is valid only for motions with these features. The set of a stripe must then have
 them as the hazard does.
 """
 
@@ -23,13 +23,13 @@ from ..runs.provenance import STRIPES, clusters_of, design_of, provenance_from
 FACTOR = "factor"
 USUAL = ("pgv", "d5_95", FACTOR)
 STEPS, SETTLED, STEEPEST = 60, 1e-9, 30.0
-"""Most Newton steps, the step at which they end, and the slope beyond which data are taken as separated."""
+"""Maximum number of Newton steps, the step at which they end, and the slope beyond which data count as separated."""
 FEWEST = 10
-"""Fewest runs of the rarer outcome to a coefficient: with fewer a slope is not told (Peduzzi and others 1996)."""
+"""Minimum number of runs of the rarer outcome per coefficient for a known slope (Peduzzi and others 1996)."""
 
 
 class Slopes(NamedTuple):
-    """Slopes of log odds per standard deviation (covariate,), their standard errors, and the runs that tell of them."""
+    """Slopes of log odds per standard deviation (covariate,), their standard errors, and their number of runs."""
 
     slope: Array
     error: Array
@@ -37,7 +37,7 @@ class Slopes(NamedTuple):
 
 
 def stripe_sufficiency(runs: xr.Dataset, covariates: Sequence[str | Measure] = USUAL) -> xr.Dataset:
-    """Test whether overturning at the levels of stripes depends on other features of the motions.
+    """Test the dependence of overturning at the levels of stripes on other features of the motions.
 
     Parameters
     ----------
@@ -51,16 +51,16 @@ def stripe_sufficiency(runs: xr.Dataset, covariates: Sequence[str | Measure] = U
     -------
     xarray.Dataset
         On (block, model, covariate): `slope`, the change of the log odds of overturning per standard deviation of the
-        logarithm of the covariate within stripes; `slope_se`; `p_value` of no dependence (two-sided, normal).  On
-        (block, model) `runs`, those of stripes in which some fall and some stand.  On covariate `spread`, the standard
-        deviation within stripes.  NaN where fewer than ten runs of the rarer outcome to a covariate tell of it, or the
-        covariates separate what fell from what stood.
+        logarithm of the covariate within stripes. Also `slope_se`, and `p_value` of no dependence (two-sided, normal).
+        On (block, model) `runs`, the number in stripes with both outcomes. On covariate `spread`, the standard
+        deviation within stripes. NaN with fewer than ten runs of the rarer outcome per covariate, or if the covariates
+        separate the two outcomes.
 
     Notes
     -----
-    logit P = a_stripe + sum of slope_k z_k, z_k = (x_k - mean of the stripe)/spread_k, x the logarithms, by maximum
-    likelihood; errors are robust, with the runs of a ground motion as one cluster, because neighbouring stripes share
-    motions.
+    The model is logit P = a_stripe + sum of slope_k z_k, z_k = (x_k - mean of the stripe)/spread_k, x the logarithms,
+    by maximum likelihood. Errors are robust, with the runs of a ground motion as one cluster, because neighbouring
+    stripes share motions.
 
     References
     ----------
@@ -161,7 +161,7 @@ def _means(values: Array, stripe: Index) -> Array:
 
 
 def slopes(z: Array, stripe: Index, fell: Flags, clusters: Index) -> Slopes:
-    """Return the slopes of a logistic regression with an intercept for each stripe; NaN where they are not told.
+    """Return the slopes of a logistic regression with an intercept for each stripe; NaN if they are not determined.
 
     z (run, covariate); stripe, fell, clusters (run,).
     """

@@ -22,7 +22,7 @@ from .candidates import Candidate
 from .capacity import OrderedRuns, without_coordinates
 
 LogCapacityEnds = tuple[Array, Array]
-"""Lower and upper ends of ln capacity, (…, motion); infinite where only the other end is known."""
+"""Lower and upper ends of ln capacity, (…, motion); infinite if only the other end is known."""
 
 STATUSES = (OK, NONE, ALL, SEPARATED, DECREASING, FAILED)
 """Statuses of a fit in the order of the codes in `kernels.censored`."""
@@ -30,13 +30,13 @@ RESAMPLE_TOLERANCE = 0.03
 """Tolerance of a bootstrap fit before its last step, in standard errors; replicates scatter by about 1."""
 
 ROUNDING = 1e-13
-"""Share of a sum of squares up to which what a line leaves of it is rounding."""
+"""Share of a sum of squares up to which the remainder of a line is rounding."""
 
 
 def fit_dispersions(ends: Sequence[LogCapacityEnds], weights: Array) -> tuple[Array, NDArray[np.int8]]:
     """Fit the standard deviation of ln capacity in each measure, under weights (sample, motion), the first row alike.
 
-    Return dispersions (…, measure, sample) and the status of the first sample; NaN where there is none.
+    Return dispersions (…, measure, sample) and the status of the first sample; NaN if there is none.
 
     Rows are shared between threads; the result of a row depends on that row alone.
     """
@@ -71,8 +71,8 @@ def capacity_trends(
     """Fit the slope of ln capacity on each covariate (motion,), given ends (…, motion) in each measure.
 
     Return slopes, their standard errors and p-values (…, measure, covariate), and the motions of each covariate
-    (covariate,).  Slope and dispersion are fitted together to the intervals, over the motions
-    whose covariate is known; the slope is NaN where the covariate does not vary.
+    (covariate,). Slope and dispersion are fitted together to the intervals, over the motions whose covariate is known;
+    the slope is NaN if the covariate does not vary.
     """
     shape = (*ends[0][0].shape[:-1], len(ends), len(covariates))
     slope, error, p = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.nan)
@@ -92,8 +92,9 @@ def demand_trends(
 ) -> tuple[Array, Array]:
     """Regress ln(|theta|/alpha) on ln im by least squares, over runs that rock (above `least`) without overturning.
 
-    Returns the slope and the scatter about it, (block, model, measure, sample of motions).  weights (sample, motion):
-    how often each motion counts.  The sums for every measure follow from the same sums over the levels of each motion.
+    Returns the slope and the scatter about it, (block, model, measure, sample of motions). `weights` (sample, motion):
+    number of counts of each motion. The sums for every measure follow from the same sums over the levels of each
+    motion.
     """
     order = ("block", "model", "motion", "level")
     demand = ordered.in_order(runs["peak_rotation"]) / without_coordinates(runs["alpha"])

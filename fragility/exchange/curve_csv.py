@@ -36,9 +36,9 @@ def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str], ids: Seque
     path : path
         The CSV.
     ids : sequence of str, optional
-        Ids of the components, one for each combination of labels other than the limit state (the last dimension of
-        the curves changes fastest): a letter, then letters, digits, ``_`` and ``.``, at most 60 characters.  Where not
-        given, the curves' own (coordinate ``id``) or ids made of the labels.
+        Ids of the components, one for each combination of labels other than the limit state; the last dimension of the
+        curves changes fastest. An id has a letter, then letters, digits, ``_`` and ``.``, at most 60 characters. If not
+        given, ids are the curves' own (coordinate ``id``) or made of the labels.
 
     Returns
     -------
@@ -52,11 +52,11 @@ def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str], ids: Seque
 
     Notes
     -----
-    Columns: id, the labels, measure, measured_at (floor or ground), state where it is not overturning, form where it is
-    log-logistic or weibull, then median, dispersion and the other columns, SI, the unit in brackets; or level and
-    probability, a row for each level.  A spreadsheet takes a cell that begins with = + - @ for a formula: such labels
-    begin with an apostrophe here, and what could begin another cell or line is
-    written as a backslash, x and two hexadecimal digits.
+    Columns are id, the labels, measure, measured_at (floor or ground), state unless it is overturning, and form if it
+    is log-logistic or weibull. Then follow median, dispersion and the other columns, SI, the unit in brackets; or level
+    and probability, a row for each level. Spreadsheets read a cell that begins with = + - @ as a formula: such labels
+    begin with an apostrophe here. Characters that could begin another cell or line are written as a backslash, x and
+    two hexadecimal digits.
     """
     file = checks.path(path)
     found = curve_set(curves, TABLE_MARKS, ids)

@@ -43,7 +43,7 @@ OF_THE_BLOCK = ("width", "height", "directional")
 
 
 def curve_set(curves: xr.Dataset, marks: str, chosen: Sequence[str] | None = None) -> CurveSet:
-    """Return the curves of a dataset as rows, with ids of letters, digits and `marks`: the `chosen` ones, if any."""
+    """Return the curves of a dataset as rows, with ids of letters, digits and `marks`, or with the `chosen` ids."""
     if not isinstance(curves, xr.Dataset):
         raise TypeError(f"curves must be a dataset of fragility curves, got {type(curves).__name__}")
     form = _form(curves)
@@ -149,7 +149,7 @@ def curve_dataset(found: CurveSet, source: str) -> xr.Dataset:
 
 
 def _variables(found: CurveSet, rows: Sequence[CurveRow | None], shape: tuple[int, ...]) -> dict[str, xr.Variable]:
-    """Return every variable of the rows, including those of `OF_THE_BLOCK`."""
+    """Return every variable of the rows, including the variables in `OF_THE_BLOCK`."""
     variables: dict[str, xr.Variable] = {}
 
     def add(name: str, values: Any, unit: str, text: str, dtype: Any = float) -> None:
@@ -195,7 +195,7 @@ def _variables(found: CurveSet, rows: Sequence[CurveRow | None], shape: tuple[in
 
 
 def _of_the_block(variable: xr.Variable) -> xr.Variable:
-    """Return a variable on block alone where its values depend on the block alone."""
+    """Return a variable on block alone if its values depend on the block alone."""
     if "block" not in variable.dims or len(variable.dims) == 1:
         return variable
     moved = np.moveaxis(variable.values, variable.dims.index("block"), 0)
@@ -256,7 +256,7 @@ def _levels(curves: xr.Dataset) -> Array:
 
 
 def _si_unit(im: str, stated: str) -> str:
-    """Return the unit of the curves, which must be that of the measure; a user-defined measure may have any unit."""
+    """Return the unit of the curves, which must be the measure's unit; a user-defined measure may have any unit."""
     measure = known_measure(im)
     if measure is not None and UNITS.get(stated) != (1.0, measure.units):
         raise ValueError(f"curves of {im} must be in {measure.units}, got {stated!r:.40}")
@@ -304,7 +304,7 @@ def _ids(
 ) -> tuple[str, ...]:
     """Return the chosen ids, else the dataset's own if there is one a component, else ids made of the labels.
 
-    The dataset's own ids are kept where they are legal with `marks`; those of another program are made legal.
+    The dataset's own ids are kept if they are legal with `marks`; ids of another program are made legal.
     """
     at = [k for k, dim in enumerate(dims) if dim != LIMIT_STATE]
     keys = [tuple(label[k] for k in at) for label in labels]

@@ -15,8 +15,9 @@ from .rows import CurveParameters, CurveRow
 ERROR = 1e-4
 """Error of linear interpolation between the levels of a grid."""
 STEEPEST = {LOGNORMAL: (0.25, 0.4), "log-logistic": (0.32, 0.46), "weibull": (0.51, 0.48)}
-"""Bounds of the second and of the first derivative of a curve of dispersion 1 over ln x, by its link: with the scale s
-of the link, s²/(6 sqrt 3) and s/4 for the logistic, 0.309 s² and s/e for 1 - exp(-exp(z))."""
+"""Bounds of the second and of the first derivative of a curve of dispersion 1 over ln x, by its link. With the scale s
+of the link they are s²/(6 sqrt 3) and s/4 for the logistic, 0.309 s² and s/e for 1 - exp(-exp(z)).
+"""
 
 
 def probability_at(parameters: CurveParameters, levels: Array) -> Array:
@@ -41,11 +42,11 @@ def _ends(name: str, tail: float) -> tuple[float, float]:
 def grid(rows: Sequence[CurveRow], tail: float, step: float) -> Array:
     """Return levels (SI) between which linear interpolation errs by less than 1e-4, steps included.
 
-    tail: probability at which the tails are cut.  step: width of a step in probability, relative to its level; other
-    levels are at least ten times as far apart.
+    `tail`: probability at which the tails are cut. `step`: width of a step in probability, relative to its level; other
+    levels differ by at least ten times as much.
 
-    A factor of dispersion beta has a curvature of at most 0.25/beta² + 0.4/beta over ln x (`STEEPEST` for other links),
-    and a line over h errs by an eighth of that curvature times h²; each factor is allowed half of the error.
+    A factor of dispersion beta has a curvature of at most 0.25/beta² + 0.4/beta over ln x (`STEEPEST` for other links).
+    A line over h errs by an eighth of that curvature times h². Each factor is allowed half of the error.
     """
     grids, lows, highs, steps = [], [], [], []
     for one in (row.parameters for row in rows):
@@ -65,7 +66,7 @@ def grid(rows: Sequence[CurveRow], tail: float, step: float) -> Array:
         highs.append(max(median * math.exp(high * dispersion) for median, dispersion, _, high in factors))
     levels = np.unique(np.concatenate([*grids, [min(lows)]]))
     levels = levels[(levels >= min(lows)) & (levels <= max(highs))]
-    # drop levels too close to be told apart in a file, and levels that would blur a step
+    # drop levels too close to be distinguished in a file, and levels that would blur a step
     levels = levels[np.append(True, np.diff(levels) > 10.0 * step * levels[:-1])]
     for one_step in steps:
         levels = levels[np.abs(levels - one_step) > 10.0 * step * one_step]

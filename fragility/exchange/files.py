@@ -13,11 +13,11 @@ from ...core.writing import write_bytes
 
 
 class ExchangeError(ValueError):
-    """A file of curves that cannot be read, or curves that a format cannot hold; the message gives the reason."""
+    """A file of curves that cannot be read, or curves that a format cannot represent; the message gives the reason."""
 
 
 def read_text(path: str | os.PathLike[str]) -> tuple[Path, str]:
-    """Read a small text file; ExchangeError where it is missing, too large, empty, or not UTF-8."""
+    """Read a small text file; ExchangeError if it is missing, too large, empty, or not UTF-8."""
     file, content = read_bytes(path)
     try:
         text = content.decode("utf-8-sig")
@@ -29,7 +29,7 @@ def read_text(path: str | os.PathLike[str]) -> tuple[Path, str]:
 
 
 def read_bytes(path: str | os.PathLike[str]) -> tuple[Path, bytes]:
-    """Read a small file; ExchangeError where it is missing, too large or empty."""
+    """Read a small file; ExchangeError if it is missing, too large or empty."""
     file = checks.path(path)
     content = whole_content(file, CURVE_BYTES, "set of curves", ExchangeError)
     if not content.strip():
@@ -38,7 +38,7 @@ def read_bytes(path: str | os.PathLike[str]) -> tuple[Path, bytes]:
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Write a file completely or not at all; ExchangeError where it cannot be written."""
+    """Write a file completely or not at all; ExchangeError if it cannot be written."""
     try:
         write_bytes(path, text.encode("utf-8"))
     except OSError as error:
@@ -47,7 +47,7 @@ def write_text(path: Path, text: str) -> Path:
 
 
 def number(file: Path, where: str, text: str) -> float:
-    """Return the number in a text; ExchangeError where it is no number, or not finite."""
+    """Return the number in a text; ExchangeError if it is no number, or not finite."""
     stripped = text.strip()
     try:
         # float() reads 1_000 and the digits of every script; a table has neither

@@ -1,4 +1,4 @@
-"""Identity of curves in files: ids that the programs accept, and the labels that are written beside them.
+"""Identity of curves in files: ids that the programs accept, and the labels that are written with them.
 
 Each format stores the labels in its own way, so that curves are read back with them.
 """
@@ -32,7 +32,9 @@ GUESSED = "The data are separated: the dispersion is a guess (penalised likeliho
 MAX_ID = 60
 OPENQUAKE_MARKS = "_:-"
 TABLE_MARKS = "_."
-"""Characters of ids beside letters and digits: pelicun splits ids at hyphens, and FEMA P-58's own ids have points."""
+"""Characters of ids in addition to letters and digits: pelicun splits ids at hyphens, and FEMA P-58's own ids have
+points.
+"""
 DIGITS = 10  # of the hash that tells alike ids apart
 
 # Words that tables take for a missing or infinite number or a truth value, and names of rows that pelicun reserves.
@@ -43,18 +45,18 @@ _RESERVED |= {"units", "collapse", "irreparable", "excessiverid", "aggregate"}
 def is_id(text: str, marks: str = "_") -> bool:
     """Return True if a text is an id: a letter, then letters, digits and `marks`, at most `MAX_ID` characters.
 
-    With underscores as the only marks every program accepts it. A word that a table reads as a missing number is no id.
-    OpenQuake takes any text as the id of a function, which is the taxonomy of assets; its rule is that of its other ids
-    (assets, models), so that a name can serve in both places: openquake.hazardlib.valid.SimpleId, letters, digits,
-    ``_`` and ``-``, at most 60 characters, with the engine of 2017 (read); the colon is that of newer engines
-    (recalled).
+    Every program accepts ids with underscores as the only marks. A word that a table reads as a missing number is no
+    id. OpenQuake accepts any text as the id of a function, which is the taxonomy of assets. The rule here is
+    OpenQuake's for its other ids (assets, models), so that a name can serve in both places:
+    openquake.hazardlib.valid.SimpleId. It allows letters, digits, ``_`` and ``-``, at most 60 characters, with the
+    engine of 2017 (read); newer engines also allow the colon (recalled).
     """
     allowed = rf"[A-Za-z][A-Za-z0-9{re.escape(marks)}]{{0,{MAX_ID - 1}}}"
     return re.fullmatch(allowed, text) is not None and text.lower() not in _RESERVED
 
 
 def check_ids(ids: Sequence[str], components: int, marks: str) -> list[str]:
-    """Return ids that a caller chose; TypeError, ValueError where they are not one a component, legal and unique."""
+    """Return ids that a caller chose; TypeError, ValueError if they are not one a component, legal and unique."""
     if isinstance(ids, str) or not all(isinstance(number, str) for number in ids):
         raise TypeError("ids must be a sequence of texts, one a component")
     chosen = [str(number) for number in ids]
@@ -75,7 +77,7 @@ def check_ids(ids: Sequence[str], components: int, marks: str) -> list[str]:
 def make_ids(labels: Sequence[tuple[str, ...]], dims: Sequence[str] = ()) -> dict[tuple[str, ...], str]:
     """Return an id for each combination of labels: independent of their order, and unique even without capitals.
 
-    An id holds letters, digits and underscores. Where two would be alike, where one would be too long or a reserved
+    An id consists of letters, digits and underscores. If two would be alike, or one would be too long or a reserved
     word, it ends in ten digits of a hash of its labels.
 
     >>> list(make_ids([("bookcase-5-shelf", "discrete e=0.92 δ=0.05")]).values())
@@ -130,7 +132,7 @@ class Component(NamedTuple):
 
 
 def component_record(found: CurveSet, rows: Sequence[CurveRow]) -> dict[str, Any]:
-    """Return our record of a component in the types that JSON holds."""
+    """Return our record of a component in the types of JSON."""
     labels = dict(zip(found.dims, rows[0].labels, strict=True))
     labels.pop(LIMIT_STATE, None)
     reason = next((row.status for row in rows if not row.estimated), None)
@@ -169,8 +171,8 @@ def labelled_curves(
 ) -> tuple[tuple[str, ...], tuple[CurveRow, ...]]:
     """Return dimensions, and curves with all their labels, from rows of (id, index of the limit state, curve).
 
-    Labels come from our records where every component has them on the same dimensions, else from the ids, on ``block``;
-    limit states form a dimension where a component has more than the first.
+    Labels come from our records if every component has them on the same dimensions, else from the ids, on ``block``.
+    Limit states form a dimension if a component has more than the first.
     """
     # (what we wrote may have states of any order, and medians that are far extrapolated)
     foreign = [row for row in rows if row[0] not in components]
@@ -211,7 +213,7 @@ def labelled_curves(
 
 
 def common_limit_state(rows: Sequence[tuple[str, int, CurveRow]], components: Mapping[str, Component]) -> str:
-    """Return the limit state of curves that have only one: that of our records, LS1 where these differ or lack."""
+    """Return the limit state of curves that have only one: from our records, or LS1 if these differ or are missing."""
     written = [components.get(name) for name, _, _ in rows]
     named = {None if one is None else (*one.limit_states, OVERTURNING)[0] for one in written}
     found = named.pop() if len(named) == 1 else None

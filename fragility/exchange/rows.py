@@ -28,7 +28,7 @@ from .files import ExchangeError
 
 Entries = TypeVar("Entries")
 PLACES = (FLOOR, GROUND)
-"""Places of a measure, by whether it is of the ground."""
+"""Places of a measure; the index is True for the ground."""
 
 FORMS = (LOGNORMAL, UPLIFT, *LINKED, ISOTONIC)
 LIMIT_STATE = "limit_state"
@@ -80,10 +80,10 @@ CURVE_WORDS = {"weights": "shares of the damage states that the limit state stan
 
 
 class CurveParameters(NamedTuple):
-    """Parameters of a curve (SI), NaN where it has none: P(x) = F(ln(x/median)/dispersion), F by its `link`.
+    """Parameters of a curve (SI), NaN if it has none: P(x) = F(ln(x/median)/dispersion), F by its `link`.
 
-    Where both parameters of uplift are given, P has the further factor Phi(ln(x/uplift_median)/uplift_dispersion), a
-    step at uplift_median if uplift_dispersion is 0.
+    If both parameters of uplift are given, P has the further factor Phi(ln(x/uplift_median)/uplift_dispersion), a step
+    at uplift_median if uplift_dispersion is 0.
     """
 
     median: float = math.nan
@@ -94,7 +94,7 @@ class CurveParameters(NamedTuple):
 
     @property
     def uplifting(self) -> bool:
-        """True where the probability of uplift is a factor, which is 1 at every level if all runs uplift."""
+        """True if the probability of uplift is a factor, which is 1 at every level if all runs uplift."""
         certain = self.uplift_median == LOWEST and self.uplift_dispersion == 0.0
         return not certain and not (math.isnan(self.uplift_median) and math.isnan(self.uplift_dispersion))
 
@@ -115,14 +115,14 @@ class CurveParameters(NamedTuple):
 
 
 PARAMETERS = CurveParameters._fields[:-1]
-"""Numbers among the parameters of a curve; those of curves without uplift are the first two."""
+"""Numbers among the parameters of a curve; curves without uplift have the first two."""
 
 
 class CurveRow(NamedTuple):
     """One curve: labels along the set's dimensions, parameters or probabilities, status, and accompanying values.
 
-    A curve without parameters has its `probability` (level,) at the set's levels; `numbers` and `words` hold the
-    known ones of `CURVE_NUMBERS` and `CURVE_WORDS`.
+    A curve without parameters has its `probability` (level,) at the set's levels; `numbers` and `words` contain its
+    known values of `CURVE_NUMBERS` and `CURVE_WORDS`.
     """
 
     labels: tuple[str, ...]
@@ -134,7 +134,7 @@ class CurveRow(NamedTuple):
 
     @property
     def estimated(self) -> bool:
-        """True where there is a curve."""
+        """True if there is a curve."""
         return self.probability is not None or not math.isnan(self.parameters.median)
 
     @property
@@ -162,9 +162,9 @@ class CurveRow(NamedTuple):
 class CurveSet(NamedTuple):
     """Curves of one measure: the measure's label and SI unit, a flag for the ground's motion, dimensions, ids, form.
 
-    Curves that differ in nothing but the limit state are one component and have one id; `floors` are those on which the
-    blocks stand, as far as they are known, `state` is the limit state where there is but one, and `place` is the place
-    of the motions that levels measure.
+    Curves that differ only in the limit state are one component and have one id. `floors` are the floors below the
+    blocks, if known. `state` is the limit state if there is only one. `place` is the place of the motions that levels
+    measure.
     """
 
     im: str
@@ -197,7 +197,7 @@ class CurveSet(NamedTuple):
 
     @property
     def limit_states(self) -> tuple[str, ...]:
-        """Limit states in their order; the only one where the set has no such dimension."""
+        """Limit states in their order; the only one if the set has no such dimension."""
         if LIMIT_STATE not in self.dims:
             return (self.state,)
         at = self.dims.index(LIMIT_STATE)
@@ -248,7 +248,7 @@ def select_measure(
 ) -> tuple[tuple[str, bool], Entries]:
     """Return the measure (label, of the ground) that `im` selects, or the only one of a file, with its entries.
 
-    `im` is a label, or where a file has the measure of both, with its place: ``pga of the ground``.
+    `im` is a label, or if a file has the measure of both, with its place: ``pga of the ground``.
     """
     named, _, place = ("", "", "") if im is None else im.partition(" of the ")
     if place not in PLACES:
@@ -256,7 +256,7 @@ def select_measure(
     measure = intensity_measure(named) if named else None
     wanted = None if im is None else SCALE if measure is None else measure.label
     keys = [key for key in found if wanted in (None, key[0]) and place in ("", PLACES[key[1]])]
-    # (the place is said of the ground, and where a measure is there of both)
+    # name the place for the ground, and if a measure exists in both places
     held = ", ".join(
         f"{label} of the {PLACES[ground]}" if ground or (label, True) in found else label for label, ground in found
     )

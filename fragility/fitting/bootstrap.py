@@ -21,9 +21,9 @@ from .trials import STATES
 
 
 def draw_motions(strata: tuple[Index, ...], replicates: int, seed: int) -> Array:
-    """Return how often each ground motion is drawn, (replicate, cluster); each stratum keeps its size.
+    """Return the number of draws of each ground motion, (replicate, cluster); each stratum keeps its size.
 
-    ``strata = (np.arange(n),)`` stands for n motions in one stratum.
+    ``strata = (np.arange(n),)`` means n motions in one stratum.
 
     Replicate r draws from SeedSequence(seed, spawn_key=(r,)), stratum by stratum: it depends on neither the number of
     replicates nor anything else.
@@ -38,7 +38,7 @@ def draw_motions(strata: tuple[Index, ...], replicates: int, seed: int) -> Array
 
 
 def draw_clusters(clusters: Index, replicates: int, seed: int) -> Array:
-    """Return how often each motion is drawn, (replicate, motion), where all motions of a cluster are drawn together.
+    """Return the number of draws of each motion, (replicate, motion); all motions of a cluster are drawn together.
 
     clusters (motion,): the number of the cluster of each, such as the motion that is run both ways.
     """
@@ -47,7 +47,7 @@ def draw_clusters(clusters: Index, replicates: int, seed: int) -> Array:
 
 
 def draw_counts(cells: Array, replicates: int, seed: int, curve: int) -> Array:
-    """Resample counts (cell,) level by level, where motions are not known; (replicate, cell).
+    """Resample counts (cell,) level by level, if motions are not known; (replicate, cell).
 
     Replicate r of curve c draws from SeedSequence(seed, spawn_key=(r, c)): replicates of different curves are
     independent.
@@ -73,12 +73,12 @@ class Percentiles(NamedTuple):
 def percentile_interval(
     samples: Array, confidence: float, weights: Array | None = None, *, against: bool = False
 ) -> Percentiles:
-    """Percentile intervals of samples (…, replicate), with weights (replicate,) where replicates do not count alike.
+    """Percentile intervals of samples (…, replicate), with weights (replicate,) if replicates do not count alike.
 
     A replicate without a value (NaN) is left out or, with `against`, counts against both ends. Infinity is a value. The
-    lower end is the replicate at which the share from below first reaches half of what is left out, the upper end the
-    replicate at which the share from above does. Both are order statistics: an interpolation would have no meaning
-    between a number and infinity.
+    lower end is the replicate at which the share from below first reaches half of the omitted share. The upper end is
+    the same from above. Both are order statistics: an interpolation would have no meaning between a number and
+    infinity.
     """
     rows = np.asarray(samples, dtype=np.float64)
     shape = rows.shape[:-1]
@@ -96,7 +96,7 @@ def percentile_interval(
 
 
 def _reached(rows: Array, weights: Array, share: float) -> Array:
-    """Return the value up to which the weights first sum to a share of their total; NaN where all weights are 0."""
+    """Return the value up to which the weights first sum to a share of their total; NaN if all weights are 0."""
     order = np.argsort(rows, axis=-1, kind="stable")
     summed = np.cumsum(np.take_along_axis(weights, order, axis=-1), axis=-1)
     # a share that is met on paper may fall short by rounding

@@ -1,8 +1,8 @@
-"""First overturnings: the interval of levels in which each motion first overturns a block, and what levels miss of it.
+"""First overturnings: the interval of levels in which each motion first overturns a block, and the levels' effect.
 
-A motion overturns a block at scales that form ever more intervals the closer one looks (docs/adaptive.md), so that the
-first overturning comes earlier with closer levels, and settles nowhere.  How much the levels at hand decide is measured
-on the runs themselves, by leaving out half of the levels.
+A motion overturns a block in ever more intervals of its scale as levels get closer (docs/adaptive.md). The first
+overturning therefore comes earlier with closer levels, and does not converge. The effect of the given levels is
+measured on the runs themselves, without half of the levels.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ FEWEST = 4
 
 
 class Brackets(NamedTuple):
-    """Intervals of the capacities: lower and upper ends (…, motion); infinite where only the other end is known."""
+    """Intervals of the capacities: lower and upper ends (…, motion); infinite if only the other end is known."""
 
     lower: Array
     upper: Array
@@ -30,8 +30,8 @@ class Brackets(NamedTuple):
 def brackets(overturned: Flags, values: Array) -> Brackets:
     """Return the interval of the first overturning, from flags and values (…, motion, level) in order of the levels.
 
-    `values` may be of any shape that broadcasts.  The lower end is -inf where the lowest level overturns, the upper end
-    inf where no level does; `stood_above` is True where some level above the first overturning does not.
+    `values` may be of any shape that broadcasts. The lower end is -inf if the lowest level overturns, the upper end inf
+    if no level does. `stood_above` is True if some level above the first overturning does not overturn.
     """
     along = np.broadcast_to(values, overturned.shape)
     n = overturned.shape[-1]
@@ -48,7 +48,7 @@ def brackets(overturned: Flags, values: Array) -> Brackets:
 
 
 def spacing_attributes(levels: Array) -> dict[str, Any]:
-    """Return what first overturnings owe to their levels (level,), > 0, in any order, as attributes.
+    """Return the spacing of levels (level,), > 0, in any order, and a note on its effect on first overturnings.
 
     ``level_spacing``: largest ratio of neighbouring levels, less 1, NaN of a single level; ``note``: a sentence.
     """
@@ -66,12 +66,12 @@ SHIFT = described("mean of ln(capacity) with every other level, less that with a
 
 
 def level_shift(overturned: Flags, levels: Array) -> float:
-    """Return how much later first overturnings (…, motion, level) come with every other level than with all.
+    """Return the delay of first overturnings (…, motion, level) with every other level compared with all.
 
-    The shift is the mean of ln(capacity) with the odd and with the even levels less that with all, over the motions
-    whose capacity is known with both; NaN where there is none. A capacity is the geometric mean of its ends. The shift
-    is positive where closer levels find earlier overturnings; were there a single one a motion, it would be 0 in the
-    mean.
+    The shift is the mean of ln(capacity) with the odd and with the even levels less the mean with all. It covers the
+    motions whose capacity is known with both, and is NaN without any. A capacity is the geometric mean of its ends. The
+    shift is positive if closer levels find earlier overturnings; with a single overturning per motion it would be 0 in
+    the mean.
     """
     order = np.argsort(levels, kind="stable")
     x = log(levels[order])
@@ -85,7 +85,7 @@ def level_shift(overturned: Flags, levels: Array) -> float:
 
 
 def _capacity(rows: Flags, x: Array) -> Array:
-    """Return the middle of the interval of each first overturning, NaN where an end is not known."""
+    """Return the middle of the interval of each first overturning, NaN if an end is not known."""
     found = brackets(rows, x)
     known = np.isfinite(found.lower) & np.isfinite(found.upper)
     return np.where(known, 0.5 * (np.where(known, found.lower, 0.0) + np.where(known, found.upper, 0.0)), np.nan)

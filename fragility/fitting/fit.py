@@ -78,30 +78,29 @@ def fit_fragility(
     ----------
     data : xarray.Dataset
         Runs: an IDA (`overturned` on level and motion), stripes or a cloud (`overturned` on motion, each motion once at
-        its coordinate `intensity`), or runs at adaptive levels (`overturned` on run).  Or counts: `overturnings` and
-        `runs` on ``level`` and any other dimensions, as `overturning_probability` returns them.
+        its coordinate `intensity`). Or runs at adaptive levels (`overturned` on run). Or counts, as
+        `overturning_probability` returns them: `overturnings` and `runs` on ``level`` and any other dimensions.
     confidence : float
         Of the intervals, between 0 and 1.
     form : str or callable, optional
-        Where not given: ``isotonic`` for falls to one side or over an edge (`state` front, back or fallen_off), whose
-        probability need not rise to 1, else ``lognormal``.
-        ``lognormal``, ``log-logistic`` or ``weibull`` (two parameters: median, and the standard deviation of
-        ln(capacity) as dispersion); ``uplift-lognormal``, P(uplift) P(overturn | uplift) with certain safety below
-        rocking; ``isotonic``, non-decreasing and nothing else.  Or the caller's own fit: a callable of (levels,
-        overturnings, runs), arrays (level,), that returns an object with ``.probability(x)`` and optionally
-        ``.log_likelihood`` and a mapping ``.parameters``.
+        If not given: ``isotonic`` for falls to one side or over an edge (`state` front, back or fallen_off), whose
+        probability need not rise to 1, else ``lognormal``. Forms of two parameters are ``lognormal``, ``log-logistic``
+        and ``weibull``; they have a median, and the standard deviation of ln(capacity) as dispersion.
+        ``uplift-lognormal`` is P(uplift) P(overturn | uplift) with certain safety below rocking; ``isotonic`` is only
+        non-decreasing. Or the caller's own fit: a callable of (levels, overturnings, runs), arrays (level,). It returns
+        an object with ``.probability(x)`` and optionally ``.log_likelihood`` and a mapping ``.parameters``.
     method : {"binomial", "first-overturning"}
-        Data that two-parameter curves are fitted to: overturnings of runs at each level, or each motion's capacity,
-        known to lie between the highest level below its first overturning and that level (an IDA only).  Closer levels
-        find earlier ones: the attributes `level_spacing` and `note` and the variable `level_shift` say by how much
+        Data for two-parameter curves: overturnings of runs at each level, or each motion's capacity (an IDA only). A
+        capacity lies between the highest level below the motion's first overturning and that level. Closer levels find
+        earlier overturnings. The attributes `level_spacing` and `note` and the variable `level_shift` give the effect
         (`toppling.fragility.overturning_capacity`).
     intervals : {"wald", "profile", "bootstrap"}, optional
-        Kind of the intervals.  Where not given: ``bootstrap`` where motions come more than once (an IDA) and for
-        isotonic curves and own fits; else ``profile``.
+        Kind of the intervals. By default ``bootstrap`` if motions are repeated (an IDA) and for isotonic curves and own
+        fits; else ``profile``.
     fractiles : sequence of float
         Probabilities, between 0 and 1, for which the level is wanted, with its interval.
     penalty : {"auto", "firth", "none"}
-        Penalise the likelihood by Jeffreys' prior where the data are separated, always, or never.
+        Penalise the likelihood by Jeffreys' prior if the data are separated, always, or never.
     replicates, seed : int
         Of the bootstrap.
     keep_replicates : bool
@@ -123,51 +122,52 @@ def fit_fragility(
 
         Of the fitted curve: median, median_se, median_lower, median_upper (unit of the level), dispersion,
         dispersion_se, dispersion_lower, dispersion_upper (1), log_likelihood (without constant and penalty), aic,
-        converged, penalised, and status: ``ok``, ``separated`` (penalised estimates), or why there are none (``no
-        runs``, ``one level``, ``no overturning``, ``all overturned``, ``not increasing``, ``flat``: a median over a
-        hundred times outside the levels, ``not converged``).  With fractiles: fractile, fractile_lower, fractile_upper
-        on fraction.  With the bootstrap: penalised_replicates and failed_replicates, counts; and, kept, median_sample
-        and dispersion_sample on replicate.  ``uplift-lognormal`` has uplift_median and uplift_dispersion with the same
-        suffixes (dispersion 0: a step); its median and dispersion are of what uplifted.  Curves without parameters
-        have probability, probability_lower and probability_upper on level and no dispersion; own fits, a variable
-        parameter_<name> each.
+        converged, penalised, and status. The status is ``ok`` or ``separated`` (penalised estimates), or the reason for
+        no estimate. The reasons are ``no runs``, ``one level``, ``no overturning``, ``all overturned``, ``not
+        increasing``, ``flat`` (a median over a hundred times outside the levels) and ``not converged``. With fractiles:
+        fractile, fractile_lower, fractile_upper on fraction. With the bootstrap: penalised_replicates and
+        failed_replicates, counts; and, kept, median_sample and dispersion_sample on replicate. ``uplift-lognormal`` has
+        uplift_median and uplift_dispersion with the same suffixes (dispersion 0: a step); its median and dispersion
+        apply to uplifted runs. Curves without parameters have probability, probability_lower and probability_upper on
+        level and no dispersion; own fits, a variable parameter_<name> each.
 
-        Of both, for forms of two parameters: misfit, the median over half_level, less 1, and misfit_low, the fitted
-        10 % level over the 10 % level of the runs, less 1; 0 if the fitted level lies in the interval of the runs.
+        Of both, for forms of two parameters: `misfit`, the median over half_level, less 1. `misfit_low`, the fitted 10
+        % level over the 10 % level of the runs, less 1. Both are 0 if the fitted level lies in the interval of the
+        runs.
 
     Notes
     -----
-    *Choice of interval.*  Where runs are independent (stripes, clouds, first overturnings, and counts, of which nothing
-    else is known) the default is the profile likelihood: it needs no resampling, does not depend on how the curve is
-    parametrised, and shows where the data leave an end open (infinite, or 0), which Wald's interval cannot.
+    *Choice of interval.* The default for independent runs (stripes, clouds, first overturnings, and counts) is the
+    profile likelihood. It needs no resampling and does not depend on the parameters of the curve. It shows if the data
+    leave an end open (infinite, or 0), which Wald's interval cannot.
 
-    In an IDA every motion comes at every level: intervals that take the runs as independent, such as those of its
-    counts, are far too narrow (of 200 motions at 20 levels, a 95 % interval held the median in 62 % of 1,000 simulated
-    studies).  Standard errors are then from scores summed over each motion (the sandwich estimate), ``wald`` and
-    ``profile`` are widened by them, and the default draws motions with all their runs: ``bootstrap`` takes the signed
-    root of the profile likelihood ratio, studentised, at the quantiles that it has in the replicates.  Its coverage
-    of median and dispersion was 93-97 % in 1,000 studies of 200 motions, and of the dispersion of 20 motions 92 %,
-    where percentiles of the replicates covered it in 80 %: they repeat the bias of the estimate, which is too small,
-    instead of removing it.  ``profile`` and ``bootstrap`` are never narrower than if runs were independent.
+    In an IDA every motion is run at every level. Intervals that assume independent runs, such as intervals of its
+    counts, are far too narrow. Of 200 motions at 20 levels, a 95 % interval contained the median in 62 % of 1,000
+    simulated studies. Standard errors are then from scores summed over each motion (the sandwich estimate), and
+    ``wald`` and ``profile`` are widened by them. The default draws motions with all their runs. ``bootstrap`` takes the
+    signed root of the profile likelihood ratio, studentised, at its quantiles in the replicates. Its coverage of median
+    and dispersion was 93-97 % in 1,000 studies of 200 motions. For the dispersion of 20 motions it was 92 %, and 80 %
+    by percentiles of the replicates. Percentiles repeat the bias of the estimate, which is too small, instead of
+    removing it. ``profile`` and ``bootstrap`` are never narrower than if runs were independent.
 
     *Levels of shares* need no form of curve (`fitting.observed`).  The interval of half_level covered the true level in
     at least 93 % of simulated studies with 20 to 400 motions, for all curves and correlations within motions
     (`toppling.benchmarks.coverage`).  The interval of the fitted median covers it in fewer studies the more motions
     there are, unless the curve is lognormal.
 
-    *Separated data* have no finite maximum: the dispersion goes to 0.  Half the logarithm of the determinant of the
-    information is then added (Jeffreys' prior; finite for every link here, Kosmidis and Firth 2021), the flag
-    `penalised` is set, and intervals are of the profile penalised likelihood whichever kind is asked for, because
-    resampled data are as separated as the data.  Where all falls lie above all runs that stood, a step anywhere between
-    the two explains the data best: intervals of the median and of fractiles hold both levels.  With no overturning at
-    all the prior alone would decide: the median is NaN, median_lower a one-sided bound that holds for any rising curve,
-    median_upper infinite (and the other way round where all overturned).
+    *Separated data* have no finite maximum: the dispersion goes to 0. Half the logarithm of the determinant of the
+    information is then added, and the flag `penalised` is set. (Jeffreys' prior; finite for every link here, Kosmidis
+    and Firth 2021.) Intervals are then always of the profile penalised likelihood, because resampled data are as
+    separated as the data. If all falls lie above all other runs, a step anywhere between the two explains the data
+    best: intervals of the median and of fractiles contain both levels. With no overturning at all the prior alone would
+    decide. The median is then NaN, median_lower a one-sided bound that is valid for any rising curve, and median_upper
+    infinite. If all overturned, the ends are swapped.
 
-    *Bootstrap.*  Replicate r draws motions from SeedSequence(seed, spawn_key=(r,)); the same motions serve every
-    block, law and floor, and floors above one ground motion are drawn together, so replicates of two curves may be
-    subtracted.  Stripes that share no motion are drawn one by one.  Counts, whose motions are not known, are drawn for
-    each curve by itself.  Separated replicates are penalised, in intervals they count with the supremum of their
-    likelihood; one without a curve counts against both ends.
+    *Bootstrap.* Replicate r draws motions from SeedSequence(seed, spawn_key=(r,)). All blocks, laws and floors use the
+    same motions, and floors above one ground motion are drawn together, so replicates of two curves may be subtracted.
+    Stripes that share no motion are drawn one by one. Counts, whose motions are not known, are drawn for each curve by
+    itself. Separated replicates are penalised; in intervals they count with the supremum of their likelihood. A
+    replicate without a curve counts against both ends.
 
     `log_likelihood` and `aic` compare forms fitted by the same method to the same data; in an IDA they, too, take the
     runs as independent.
@@ -252,7 +252,7 @@ def fit_curves(
 def fitted_curves(
     trials: Trials, form: Form, options: Options, progress: Callable[[int, int], None] | None = None
 ) -> xr.Dataset:
-    """Return the curves of all data, labelled, with their replicates where the options keep these."""
+    """Return the curves of all data, labelled, with their replicates if the options keep these."""
     samples = trials.samples or (EXAMPLE,)
 
     def columns_of(i: int) -> Columns:
@@ -271,7 +271,7 @@ def fitted_curves(
 
 
 def _with_shift(curves: xr.Dataset, data: xr.Dataset, trials: Trials, state: State) -> xr.Dataset:
-    """Return curves of first overturnings with what these owe to the levels."""
+    """Return curves of first overturnings with the effect of their levels."""
     flags = reached(data, state)
     own = [dim for dim in trials.dims if dim in flags.dims]
     flags = flags.transpose(*own, ..., "motion", "level")
@@ -301,13 +301,13 @@ def form_named(form: Any) -> Form:
 
 
 def check_method(form: Form, method: str) -> None:
-    """Raise ValueError where a form cannot be fitted by a method."""
+    """Raise ValueError if a form cannot be fitted by a method."""
     if method not in form.methods:
         raise ValueError(f"form {form.name!r} has no method {method!r}, only {', '.join(map(repr, form.methods))}")
 
 
 def _intervals(asked: str | None, form: Form, trials: Trials) -> str:
-    """Return the kind of interval; where none is asked for, the kind that suits the data."""
+    """Return the kind of interval; by default, the kind that suits the data."""
     if asked is None:
         return BOOTSTRAP if trials.repeated or form.intervals == (BOOTSTRAP,) else PROFILE
     if checks.choice("intervals", asked, INTERVALS) not in form.intervals:
@@ -322,7 +322,7 @@ def _fractiles(values: Sequence[float]) -> tuple[float, ...]:
 
 
 def _method(form: Form, method: str, options: Options, trials: Trials) -> str:
-    """Text that describes how the curves and their intervals were estimated."""
+    """Text that describes the estimation of the curves and their intervals."""
     how = {
         "binomial": "binomial maximum likelihood",
         "first-overturning": "maximum likelihood of the interval in which each motion first overturns",

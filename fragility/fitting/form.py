@@ -35,7 +35,7 @@ class Form(ABC):
 
     @abstractmethod
     def fit(self, sample: Sample, options: Options, drawn: ResampledData | None) -> Columns:
-        """Fit one curve and return all of its results; `drawn` holds the resampled data where replicates are needed."""
+        """Fit one curve and return all of its results; `drawn` is the resampled data if replicates are needed."""
 
     @abstractmethod
     def probabilities(self, sample: Sample, cells: Array, penalty: str) -> Array:
@@ -60,7 +60,7 @@ def log_likelihood_of(probability: Array, overturnings: Index, runs: Index) -> f
 def percentile_columns(sample: Sample, values: Array, samples: Array, options: Options) -> Columns:
     """Columns of median and fractiles: values (1 + fraction,), percentile intervals of samples (1 + fraction, …).
 
-    Resampled separated data are as separated as the data: their intervals hold the levels between which these are.
+    Resampled separated data are as separated as the data: their intervals contain the levels between which these are.
     """
     ends = percentile_interval(samples, options.confidence, against=True)
     gap = sample.gap
@@ -98,8 +98,8 @@ Fit = Callable[[Array, Index, Index], FittedCurve]
 class CustomForm(Form):
     """Curves that a caller's own fit gives.
 
-    Where the fit raises ValueError, ArithmeticError or LinAlgError for resampled counts, the replicate has no curve;
-    an error for the counts themselves reaches the caller.
+    If the fit raises ValueError, ArithmeticError or LinAlgError for resampled counts, the replicate has no curve; an
+    error for the counts themselves reaches the caller.
     """
 
     intervals = (BOOTSTRAP,)

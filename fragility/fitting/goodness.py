@@ -33,7 +33,9 @@ Draw = Callable[[np.random.Generator], NDArray[Any]]
 SCORES = np.linspace(-6.0, 6.0, 401)
 """Normal scores of a motion at which moments are summed."""
 MOST_SHARED = 0.998
-"""Greatest share of a motion in the score of its runs, but for all of it, that these scores are close enough for."""
+"""Maximum share of a motion in the score of its runs, except a share of 1, for which the spacing of these scores is
+close enough.
+"""
 
 
 def goodness_of_fit(
@@ -58,29 +60,31 @@ def goodness_of_fit(
     Returns
     -------
     xarray.Dataset
-        On the dimensions of the curves: statistic (1) and p_value, the share of simulated studies that fit as badly or
-        worse, (1 + as bad)/(1 + replicates); NaN where there is no curve.
+        On the dimensions of the curves: statistic (1), and p_value, the share of simulated studies that fit as badly or
+        worse, (1 + as bad)/(1 + replicates). NaN without a curve.
 
     Raises
     ------
     TypeError, ValueError
-        As `fit_fragility`; runs both ways, which are less alike than those of one way; runs at adaptive levels.
+        As `fit_fragility`; motions run both ways, whose runs are less alike than runs of one way; runs at adaptive
+        levels.
 
     Notes
     -----
     The statistic is the deviance from the observed fractions (of first overturnings: from the observed shares of the
-    intervals).  The deviance of a cloud from its flags holds no information on the fit: the statistic is then the
-    largest absolute sum of residuals up to any intensity, over its standard deviation (Su and Wei 1991).  Studies are
+    intervals). The deviance of a cloud from its flags contains no information on the fit. The statistic is then the
+    largest absolute sum of residuals up to any intensity, over its standard deviation (Su and Wei 1991). Studies are
     simulated from the fitted curve and fitted again.
 
-    Where motions come more than once (an IDA) the runs of each simulated motion have equally correlated normal scores
-    (a Gaussian copula of one factor): one capacity for all levels with a correlation of 1, independent runs with 0.
-    The correlation is that under which the numbers of overturnings of the motions vary as they do in the runs; motions
-    that stand again above the level of their first overturning (`resurrections`) are therefore simulated, too.  Of
-    lognormal truths 3-7 % were rejected at 5 %, with correlations of 0, 0.3, 0.5, 0.8 and 1, 20 to 400 motions, and 6
-    and 20 levels, and as many where the correlation fell with the distance of levels (`benchmarks.coverage.goodness`).
-    With one capacity for each motion, whatever the runs, it was 13-26 % at 0.3; chi-square quantiles, which take the
-    runs as independent, are wrong above 0; and motions of the study drawn again, their fractions shifted to the curve,
+    If motions are repeated (an IDA), the runs of each simulated motion have equally correlated normal scores (a
+    Gaussian copula of one factor). A correlation of 1 is one capacity for all levels, and 0 is independent runs. The
+    correlation is chosen so that the numbers of overturnings of the motions vary as in the runs. Simulated motions may
+    therefore also fail to overturn above their first overturning (`resurrections`).
+
+    Of lognormal truths 3-7 % were rejected at 5 % (`benchmarks.coverage.goodness`), with correlations of 0, 0.3, 0.5,
+    0.8 and 1, 20 to 400 motions, and 6 and 20 levels. It was as many if the correlation fell with the distance of
+    levels. With one capacity for each motion, whatever the runs, it was 13-26 % at 0.3. Chi-square quantiles, which
+    assume independent runs, are wrong above 0. Motions of the study drawn again, their fractions shifted to the curve,
     rejected 9-20 %.
     """
     chosen = form_named(form)
@@ -141,7 +145,7 @@ def compare_forms(
     Returns
     -------
     xarray.Dataset
-        aic, log_likelihood and aic_difference (from the least), on form and the dimensions of the curves.
+        aic, log_likelihood and aic_difference (from the minimum), on form and the dimensions of the curves.
 
     Notes
     -----
@@ -228,9 +232,9 @@ def _motions(form: Form, sample: Sample, penalty: str) -> Draw:
 def _score_shares(motion: Index, level: Index, residual: Array, chance: Array) -> tuple[float, float]:
     """Return the roots of the shares of a run's normal score that its motion and the run alone have.
 
-    The share of the motion is that under which the numbers of overturnings of the motions vary as they do among the
-    runs, whose residuals from the `chance` at their levels these are.  Given the motion's part of the score, runs are
-    independent: moments are sums over `SCORES`, of equal steps.
+    With the share of the motion, the numbers of overturnings of the motions vary as among the runs. `residual` has the
+    runs' differences from the `chance` at their levels. Given the motion's part of the score, runs are independent:
+    moments are sums over `SCORES`, of equal steps.
     """
     runs: Any = scipy.sparse.csr_array((np.ones(motion.size), (motion, level)), (motion[-1] + 1, chance.size))
     observed = float((np.bincount(motion, residual) ** 2).sum())

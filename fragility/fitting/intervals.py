@@ -27,12 +27,12 @@ WALD, PROFILE, BOOTSTRAP = "wald", "profile", "bootstrap"
 INTERVALS = (WALD, PROFILE, BOOTSTRAP)
 TOLERANCE = 1e-12
 DISPERSION = None
-"""Selects ln(dispersion) where a probability p selects ln x of the fractile p."""
+"""Selector of ln(dispersion), instead of a probability p that selects ln x of the fractile p."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """Options of a fit; weights (replicate, cluster) of the ground motions where these are resampled."""
+    """Options of a fit; weights (replicate, cluster) of the ground motions if these are resampled."""
 
     confidence: float
     intervals: str
@@ -45,12 +45,12 @@ class Options:
 
     @property
     def resamples(self) -> bool:
-        """True where replicates are needed."""
+        """True if replicates are needed."""
         return self.keep or self.intervals == BOOTSTRAP
 
 
 class ResampledData(NamedTuple):
-    """Resampled data of one curve: cells (replicate, cell); weights of its patterns where motions are known."""
+    """Resampled data of one curve: cells (replicate, cell); weights of its patterns if motions are known."""
 
     cells: Array
     patterns: Array | None
@@ -67,8 +67,8 @@ class ResampledData(NamedTuple):
 class LineFits(NamedTuple):
     """Lines, the data they are fitted to, and their covariances (replicate, 3).
 
-    covariance: with scores summed over each motion where motions come more than once (clustered); plain: from the
-    information, as if runs were independent; ways: how many of the runs at a level are of one motion.
+    `covariance`: with scores summed over each motion if motions are repeated (clustered). `plain`: from the
+    information, as if runs were independent. `ways`: number of runs at a level of one motion.
     """
 
     lines: FittedLines
@@ -87,7 +87,7 @@ class LineFits(NamedTuple):
         return self._variances(p, self.covariance)
 
     def inflation(self, p: float | None) -> Array:
-        """Return the variances over those of independent runs; 1 where there is no line or it is penalised."""
+        """Return the variances over the variances of independent runs; 1 without a line or if it is penalised."""
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = self.log_variances(p) / self._variances(p, self.plain)
         return np.where((ratio > 0.0) & np.isfinite(ratio), ratio, 1.0)
@@ -114,16 +114,16 @@ class Estimate:
 
     @property
     def found(self) -> bool:
-        """True where there is an estimate."""
+        """True if there is an estimate."""
         return self.status in {OK, SEPARATED} and bool(np.isfinite(self.lines.a[0]))
 
     @property
     def penalised(self) -> bool:
-        """True where the estimate maximises the penalised likelihood."""
+        """True if the estimate maximises the penalised likelihood."""
         return self.found and bool(self.lines.penalised[0])
 
     def interval_kind(self, asked: str) -> str:
-        """Return the kind of interval that is given where `asked` is asked for.
+        """Return the kind of interval that the data allow if `asked` is the requested kind.
 
         Resampled separated data are separated: neither replicates nor the curvature at the edge of the dispersion
         bound it from above.  Such data always have intervals of the profile penalised likelihood.
@@ -139,22 +139,22 @@ class Estimate:
         return math.sqrt(max(self.fits.log_variances(p)[0], 0.0)) if self.found else math.nan
 
     def log_interval(self, p: float | None, asked: str, confidence: float) -> Ends:
-        """Return the interval of `log_value`, of the kind that is asked for where the data allow it.
+        """Return the interval of `log_value`, of the requested kind if the data allow it.
 
         With l the profile log-likelihood of the parameter, R = sign(estimate - parameter) sqrt(2 (l(estimate) - l)) is
-        nearly normal, of variance 1 where runs are independent and of the ratio of the two variances (`inflation`)
-        where motions come more than once (Chandler and Bate 2007). ``profile`` takes the normal quantiles of R over
-        that ratio's root; ``bootstrap`` those of the replicates' R at the estimate, over the roots of their own ratios
+        nearly normal. Its variance is 1 if runs are independent, and the ratio of the two variances (`inflation`) if
+        motions are repeated (Chandler and Bate 2007). ``profile`` takes the normal quantiles of R over that ratio's
+        root. ``bootstrap`` takes the quantiles of the replicates' R at the estimate, over the roots of their own ratios
         (DiCiccio, Martin and Stern 2001, with a bootstrap over motions).
 
-        Percentiles of the replicates would repeat the estimator's bias instead of removing it: a dispersion from n
-        motions is a little small, and one from n motions drawn of them is smaller still. Where motions come more than
-        once, no interval is narrower than that of independent runs: resampling motions of large capacity gives no
-        motion of small capacity, which the likelihood allows for (tests/fragility/fitting/test_coverage.py measures the
-        coverage of each kind). The two runs of a motion that is run both ways count as one there.
+        Percentiles of the replicates would repeat the estimator's bias instead of removing it. A dispersion from n
+        motions is a little small, and one from n motions drawn of them is smaller still. If motions are repeated, no
+        interval is narrower than the interval of independent runs. Resampling motions of large capacity gives no motion
+        of small capacity, which the likelihood allows for. The coverage of each kind is measured in
+        tests/fragility/fitting/test_coverage.py. The two runs of a motion that is run both ways count as one there.
 
-        Separated data are explained as well as can be by a step anywhere between the highest level at which a run stood
-        and the lowest at which one fell: intervals of levels hold both.
+        A step between the highest level without a fall and the lowest level with a fall explains separated data best.
+        Intervals of levels therefore contain both.
 
         Chandler, R. E. and Bate, S. (2007). Biometrika 94, 167-183. DiCiccio, T. J., Martin, M. A. and Stern, S.
         E. (2001). Canadian Journal of Statistics 29, 67-76.
@@ -175,7 +175,7 @@ class Estimate:
         if self.fits.clustered:
             least = math.sqrt(self.fits.ways) * z
             low, high = min(low, -least), max(high, least)
-        # a positive root stands for a parameter below the estimate
+        # a positive root means a parameter below the estimate
         first, last = self._end(p, high), self._end(p, low)
         if p is None:  # a larger slope is a smaller dispersion
             whole = math.log(self.lines.link.scale * self.lines.width)
@@ -238,7 +238,7 @@ class Estimate:
 def estimate(
     link: Link, sample: Sample, outcomes: Index | None, options: Options, drawn: ResampledData | None
 ) -> Estimate:
-    """Fit one factor of a curve; `outcomes` holds the outcome of each cell (None: intervals of first overturning)."""
+    """Fit one factor of a curve; `outcomes` is the outcome of each cell (None: intervals of first overturning)."""
     data = data_of(sample.levels, sample.cells[None], outcomes)
     own = sample.resampled(np.ones((1, sample.patterns.of_cluster.size)))[0] if sample.patterns is not None else None
     fits = _fits(link, sample, outcomes, data, own, options.penalty, None)
@@ -273,12 +273,12 @@ def _fits(
 
 
 def median_bound(sample: Sample, confidence: float) -> Ends:
-    """Return the one-sided interval of the median where no run overturned, or all did; NaN in other cases.
+    """Return the one-sided interval of the median if no run overturned, or all did; NaN in other cases.
 
-    Where the median were at or below a level, each of the N independent runs at or above it would stand with a
-    probability of one half at most, and all of them with 2^-N at most: the highest level at which that is no more than
-    1 - confidence is a lower bound, for any curve that does not fall (with one level it is Clopper and Pearson's:
-    their bound of the probability there is below one half).  Runs of one motion count once.
+    Let the median be at or below a level. Each of the N independent runs at or above it does not overturn with a
+    probability of at most one half. All of them do not overturn with at most 2^-N. The highest level at which this is
+    no more than 1 - confidence is a lower bound, for any curve that does not fall. With one level it is Clopper and
+    Pearson's: their bound of the probability there is below one half. Runs of one motion count once.
     """
     overturnings, runs = sample.level_counts
     nothing, everything = not overturnings.any(), bool((overturnings == runs).all())
@@ -302,5 +302,5 @@ def median_bound(sample: Sample, confidence: float) -> Ends:
 
 
 def unlogged(value: float) -> float:
-    """Return exp(value), infinite where it is too large for a float."""
+    """Return exp(value), infinite if it is too large for a float."""
     return float(exp(value))

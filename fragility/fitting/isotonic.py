@@ -19,10 +19,9 @@ from .trials import Sample
 
 
 def isotonic_probabilities(levels: Array, overturnings: Array, runs: Array) -> Array:
-    """Return the non-decreasing probabilities (level,) of greatest binomial likelihood.
+    """Return the non-decreasing probabilities (level,) of maximum binomial likelihood.
 
-    At levels without runs they are linear in ln x between the neighbours, and those of the nearest level outside; NaN
-    where there are no runs at all.
+    At levels without runs they are linear in ln x between the neighbours, and constant outside; NaN without any runs.
     """
     used = runs > 0
     if not used.any():
@@ -79,7 +78,7 @@ class IsotonicForm(Form):
 
 
 def _band(curve: Array, again: Array, motions: Array, confidence: float) -> tuple[Array, Array]:
-    """Pointwise percentiles of the replicates, widened by binomial intervals where no run overturned, or all did."""
+    """Pointwise percentiles of the replicates, widened by binomial intervals if no run overturned, or all did."""
     if np.isnan(curve).any():
         return curve, curve
     lower, upper, _ = percentile_interval(again.T, confidence)

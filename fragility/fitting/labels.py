@@ -1,4 +1,4 @@
-"""Units and long names of the results of fits, and the dataset that holds them."""
+"""Units and long names of the results of fits, and their dataset."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def label_curves(
     confidence: float,
     replicates: int | None,
 ) -> xr.Dataset:
-    """Return the results of all curves as one dataset on their dimensions; NaN where a curve lacks a variable."""
+    """Return the results of all curves as one dataset on their dimensions; NaN if a curve lacks a variable."""
     names = dict.fromkeys(name for column in columns for name in column)
     coords: dict[Any, Any] = dict(trials.coords)
     if fractiles:
@@ -107,7 +107,7 @@ def label_curves(
 
 
 def _column(values: Sequence[Any], shape: tuple[int, ...]) -> NDArray[np.generic]:
-    """Return one variable of every curve in the shape of the curves, if there are any; NaN where one has none."""
+    """Return one variable of every curve in the shape of the curves, if there are any; NaN if one has none."""
     known = next(value for value in values if value is not None)
     if isinstance(known, str):
         return np.array(values, dtype=object)[: math.prod(shape)].reshape(shape)

@@ -49,13 +49,13 @@ class FactorData(NamedTuple):
 
     @property
     def gap(self) -> tuple[float, float] | None:
-        """The ln levels between which separated data tell nothing (`gap_between`), of the first replicate."""
+        """The ln levels between which separated data give no information (`gap_between`), of the first replicate."""
         fell = np.cumsum(self.failures[0])[:-1] if self.kind == engine.INTERVAL else self.failures[0]
         return gap_between(self.x, fell < self.runs[0], fell > 0.0)
 
 
 def data_of(levels: Array, cells: Array, outcomes: Index | None, like: FactorData | None = None) -> FactorData:
-    """Return the data in cells (replicate, cell); `outcomes` is None where cells are intervals of first overturning.
+    """Return the data in cells (replicate, cell); `outcomes` is None if cells are intervals of first overturning.
 
     `like`: other data of the same levels, whose scale is used.
     """
@@ -78,7 +78,7 @@ def data_of(levels: Array, cells: Array, outcomes: Index | None, like: FactorDat
 class FittedLines:
     """Curves F(a + b z) with z = (ln x - centre)/width, many at once: all arrays (replicate,).
 
-    NaN where there is no fit; status holds the kernel's codes.
+    NaN if there is no fit; `status` has the kernel's codes.
     """
 
     link: Link
@@ -108,7 +108,7 @@ class FittedLines:
 
     @property
     def penalised(self) -> Flags:
-        """True where the likelihood was penalised."""
+        """True if the likelihood was penalised."""
         return self.table[:, engine.PENALISED] > 0.0
 
     def log_fractile(self, p: float) -> Array:
@@ -155,8 +155,8 @@ def covariance_of(
 ) -> Array:
     """Return the covariance (aa, ab, bb) of each fit's (a, b), (replicate, 3).
 
-    It is computed from the observed information or, with `weights` (replicate, pattern), by the sandwich estimate: this
-    sums scores over all runs of a motion and holds for any dependence between them.
+    It is computed from the observed information or, with `weights` (replicate, pattern), by the sandwich estimate. The
+    latter sums scores over all runs of a motion and is valid for any dependence between them.
     """
     covariance = np.empty((lines.a.size, 3))
     none = np.empty(0, dtype=np.int64)
@@ -179,7 +179,7 @@ def covariance_of(
 
 
 def status_of(lines: FittedLines, data: FactorData, covariance: Array) -> str:
-    """Return the status of the first fit: the kernel's, or "flat" where the data determine no slope."""
+    """Return the status of the first fit: the kernel's, or "flat" if the data determine no slope."""
     word = STATUSES[lines.status[0]]
     if not np.isfinite(lines.a[0]):
         return word

@@ -22,9 +22,9 @@ from .states import ALL, NO_RUNS, NONE
 from .trials import OVERTURNING_OUTCOMES, Sample, outcomes_of
 
 HALF, LOW = 0.5, 0.1
-"""Shares whose levels are compared with those of the fitted curve."""
+"""Shares whose levels are compared with the fitted curve's levels."""
 COMMON = 3
-"""Runs a level, in the middle, from which on the levels are common ones."""
+"""Median number of runs per level from which levels count as common."""
 WINDOW, MOTIONS = 1.2, 20
 """Half width, in dispersions, of the window in which runs of that many motions count as near; it falls with the cube
 root of their number."""
@@ -58,8 +58,8 @@ def levels_of_shares(sample: Sample, shares: tuple[float, ...], options: Options
     Levels are 0 below the lowest level and infinite above the highest one; NaN without runs, or without runs nearby.
 
     *Common levels.* Straight lines in normal scores over ln x join the observed shares, made non-decreasing (isotonic
-    regression). The interval of the level of a share q ends at q -/+ t sqrt(q (1 - q)/n), with n independent motions
-    per level and Student's t with n - 1 degrees of freedom: it contains the levels at which a test of q against the
+    regression). The interval of the level of a share q ends at q -/+ t sqrt(q (1 - q)/n). It has n independent motions
+    per level and Student's t with n - 1 degrees of freedom. It contains the levels at which a test of q against the
     observed share does not reject q (Wilson, E. B. (1927). Journal of the American Statistical Association 22,
     209-212). Each motion counts once per level, so no dependence between levels is assumed. The curve between levels is
     unknown: the interval is the widest one for three distributions.
@@ -104,12 +104,12 @@ def observed_columns(sample: Sample, fitted: Columns, link: Link | None, options
 
 
 def _common(runs: Index, ways: int) -> bool:
-    """Return True where levels are common to motions."""
+    """Return True if levels are common to motions."""
     return bool(runs.any() and np.median(runs[runs > 0]) >= COMMON * ways)
 
 
 def _missed(fitted: float, seen: Array) -> float:
-    """Return a fitted level over that of the runs, less 1; 0 where their interval holds it, or none is known."""
+    """Return a fitted level over the level of the runs, less 1; 0 if their interval contains it, or none is known."""
     value, lower, upper = seen.tolist()
     if not math.isfinite(fitted) or math.isnan(value) or lower <= fitted <= upper:
         return 0.0

@@ -22,8 +22,8 @@ DENSE = 4
 class Patterns(NamedTuple):
     """Patterns of outcomes; motions with the same outcomes share one.
 
-    of_cluster (cluster,) is the pattern of each motion, -1 where it has no run here.
-    cells[starts[p]:starts[p + 1]] are the cells in which the runs of pattern p lie, counts how many lie in each.
+    `of_cluster` (cluster,) is the pattern of each motion, -1 if it has no run here. `cells[starts[p]:starts[p + 1]]`
+    are the cells in which the runs of pattern p lie; `counts` is the number of runs in each.
     """
 
     of_cluster: Index
@@ -54,7 +54,7 @@ class CellCounts:
 
     @property
     def entries(self) -> tuple[Index, Index]:
-        """Keys and counts of the cells that hold runs."""
+        """Keys and counts of the cells with runs."""
         keys = np.flatnonzero(self._dense) if self._dense.size else self._keys
         return keys, self._dense[keys] if self._dense.size else self._counts
 

@@ -92,7 +92,7 @@ def state_name(state: State) -> str:
 
 
 def state_named(name: str) -> State | None:
-    """Return the damage state that `state_name` calls so; None where there is none.
+    """Return the damage state that `state_name` calls so; None if there is none.
 
     >>> [state_named(state_name(state)) for state in ("uplifted", 0.5, Slip(0.1, "front"))]
     ['uplifted', 0.5, Slip(distance=0.1, side='front')]
@@ -129,7 +129,7 @@ def check_axes_of(state: State) -> None:
 
 
 def flags_of(values: Any, state: State, alpha: Any) -> Any:
-    """Return whether runs reached a damage state, from the output that it needs (`needed_output`).
+    """Return flags of the runs that reached a damage state, from the output that it needs (`needed_output`).
 
     `values` and the slenderness of the blocks `alpha`, rad, are numpy or labelled arrays that go with each other.
     """
@@ -159,10 +159,10 @@ def reached(runs: xr.Dataset, state: State = OVERTURNED) -> xr.DataArray:
     runs : xarray.Dataset
         Runs as `toppling.ida`, `toppling.stripes` or `toppling.cloud` return them.
     state : str, float or Slip
-        ``overturned``, ``uplifted``, ``front`` or ``back`` (overturned to that side: to the front means away from a
-        wall, into the room), x > 0: the peak rotation exceeded x alpha (a block that overturned did); of sliding blocks
-        a `Slip`, ``fallen_off`` (it slid over an edge) or ``trips`` (it slid into an obstacle, fast enough to turn
-        over it).
+        ``overturned``, ``uplifted``, or ``front`` or ``back`` (overturned to that side: to the front means away from a
+        wall, into the room). A number x > 0: the peak rotation exceeded x alpha; an overturned block always did. For
+        sliding blocks a `Slip`, ``fallen_off`` (it slid over an edge) or ``trips`` (it slid into an obstacle, fast
+        enough to turn over it).
 
     Returns
     -------

@@ -52,11 +52,11 @@ UPLIFT_OUTCOMES = (SURVIVAL, FAILURE, FAILURE)
 class Sample(NamedTuple):
     """Data of one curve.
 
-    levels (level,) increase; cells (cell,): the number of runs in each cell.  A cell is a level and a state
-    (level * STATES + state) or, with `by_interval`, the interval of first overturning below each level and above the
-    last.  threshold: the level at which rocking starts where it is known, else NaN; uplift_known: True where uplifts
-    are told apart; repeated: True where motions come more than once; patterns: None for counts; ways: how
-    many runs of a level are of one motion, such as 2 where each is run both ways.
+    `levels` (level,) increase; `cells` (cell,): the number of runs in each cell. A cell is a level and a state (level *
+    STATES + state) or, with `by_interval`, the interval of first overturning below each level and above the last.
+    `threshold`: the level at which rocking starts if it is known, else NaN. `uplift_known`: True if uplifts are
+    distinguished. `repeated`: True if motions have several runs. `patterns`: None for counts. `ways`: number of runs of
+    a level that belong to one motion, such as 2 if each is run both ways.
     """
 
     levels: Array
@@ -80,7 +80,7 @@ class Sample(NamedTuple):
         return of_patterns, drawn
 
     def motions_beyond(self, below: bool = False) -> Index:
-        """Return how many motions have a run at each level or above it, or `below` it; motions must be known."""
+        """Return the number of motions with a run at each level or above it, or `below` it; motions must be known."""
         assert self.patterns is not None
         of_cluster, starts, cells, _ = self.patterns
         times = np.bincount(of_cluster[of_cluster >= 0], minlength=starts.size - 1)
@@ -113,7 +113,7 @@ class Sample(NamedTuple):
 
     @property
     def gap(self) -> tuple[float, float] | None:
-        """The levels between which separated data tell nothing of a curve, `gap_between`."""
+        """The levels between which separated data give no information on a curve, `gap_between`."""
         overturnings, runs = self.level_counts
         return gap_between(self.levels, overturnings < runs, overturnings > 0)
 
@@ -123,13 +123,13 @@ class Sample(NamedTuple):
 
 
 EXAMPLE = Sample(np.array([1.0, 2.0]), np.array([1.0, 0.0, 0.0, 0.0, 0.0, 1.0]), False, math.nan, False, False, None)
-"""The data of a curve whose fit tells the variables of results without curves."""
+"""The data of a curve whose fit gives the variables of results without curves."""
 
 
 def gap_between(x: Array, stood: Flags, fell: Flags) -> tuple[float, float] | None:
-    """Return the highest level at which a run stood and the lowest at which one fell; None if the first is no lower.
+    """Return the highest level without a fall and the lowest with a fall; None if the first is not lower.
 
-    None also where all stood or all fell. `x` (n,) are levels, or their logarithms, of runs or of stripes.
+    None also if all runs fell or none did. `x` (n,) are levels, or their logarithms, of runs or of stripes.
     """
     if not stood.any() or not fell.any():
         return None
@@ -169,12 +169,12 @@ class Trials:
 
     @property
     def ways(self) -> int:
-        """How many of the runs of a curve at a level are of one motion, such as 2 where motions are run both ways."""
+        """Number of runs of a curve at a level that belong to one motion, such as 2 if motions are run both ways."""
         return max((sample.ways for sample in self.samples), default=1)
 
     @property
     def repeated(self) -> bool:
-        """True where motions come more than once in a curve, so that its runs are not independent."""
+        """True if motions have several runs in a curve, so that its runs are not independent."""
         return any(sample.repeated for sample in self.samples)
 
 
@@ -203,13 +203,13 @@ def collect(data: Any, first: bool = False, state: State = OVERTURNED, together:
 
 
 def rocking_thresholds(data: xr.Dataset) -> xr.DataArray:
-    """Return the level at which rigidly resting blocks uplift, on (block, model); NaN where it is not known exactly.
+    """Return the level at which rigidly resting blocks uplift, on (block, model); NaN if it is not known exactly.
 
     In peak acceleration it is g tan(alpha) (the mass centre's height as lever), g sin(alpha) (``lever="R"``), or g
-    alpha (Housner's block of ``geometry="linear"``); in ``pga_normalised`` the same over g tan(alpha). NaN for blocks
-    with an elastic zone at rest, which oscillate before they uplift and may uplift well below this level; in any other
-    measure; and where levels refer to the ground motion below a floor, or where the motions of a stripe are not scaled
-    to its level.
+    alpha (Housner's block of ``geometry="linear"``). In ``pga_normalised`` it is the same over g tan(alpha). NaN for
+    blocks with an elastic zone at rest, which oscillate before they uplift and may uplift well below this level, and in
+    any other measure. NaN also if levels refer to the ground motion below a floor, or if the motions of a stripe are
+    not scaled to its level.
     """
     x = data.coords.get("level", data.coords.get("intensity"))
     im = "" if x is None else str(x.attrs.get("im", ""))
@@ -424,7 +424,7 @@ def _intensities(x: xr.DataArray, flags: xr.DataArray) -> Array:
 
 
 def _strata(stripe: NDArray[Any], clusters: Index) -> tuple[Index, ...] | None:
-    """Return the ground motions of each stripe, to be drawn stripe by stripe; None where stripes share one."""
+    """Return the ground motions of each stripe, to be drawn stripe by stripe; None if stripes share one."""
     members = tuple(np.unique(clusters[stripe == one]) for one in np.unique(stripe))
     return members if sum(member.size for member in members) == clusters.max() + 1 else None
 
@@ -437,7 +437,7 @@ def _positive(name: str, values: Any) -> Array:
 
 
 def _per_curve(values: xr.DataArray, like: xr.DataArray) -> list[float]:
-    """Return a value for each curve in the order of `like`; NaN where the values have other dimensions."""
+    """Return a value for each curve in the order of `like`; NaN if the values have other dimensions."""
     if not set(values.dims) <= set(like.dims):
         return [np.nan] * like.size
     return [float(one) for one in values.broadcast_like(like).transpose(*like.dims).values.ravel()]

@@ -69,7 +69,7 @@ def parameter_columns(found: Estimate, prefix: str, options: Options) -> Columns
 
 
 def _without_curve(fits: LineFits) -> Flags:
-    """True for replicates without a curve: no maximum, or one so flat that no float holds its median or dispersion."""
+    """True for replicates without a curve: no maximum, or one without a finite median or dispersion."""
     median, dispersion = exp(fits.log_values(0.5)), exp(fits.log_values(None))
     return ~(np.isfinite(median) & (median > 0.0) & np.isfinite(dispersion))
 
@@ -85,7 +85,7 @@ def fractile_columns(found: Estimate, options: Options) -> Columns:
 
 
 def median_bound_columns(sample: Sample, options: Options) -> Columns:
-    """Columns with the one-sided bound of the median where no run overturned, or all did; empty elsewhere."""
+    """Columns with the one-sided bound of the median if no run overturned, or all did; empty elsewhere."""
     lower, upper = median_bound(sample, options.confidence)
     return {} if math.isnan(lower) else {"median_lower": lower, "median_upper": upper}
 

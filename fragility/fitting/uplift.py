@@ -1,12 +1,12 @@
 """Fragility with certain safety below rocking: P(overturn) = P(uplift) P(overturn | uplift), two lognormal factors.
 
-A rigid block stands still until the peak acceleration passes its threshold (`trials.rocking_thresholds`): the first
-factor is then a step, of dispersion 0, known exactly, and the second is fitted to the levels above. Where the threshold
-is not known (an elastic zone at rest, another measure), the first factor is fitted to the uplifts, the second to the
-runs that uplifted: the likelihood of the curve is the product of those of its factors. Fractiles of the product then
+A rigid block does not move until the peak acceleration passes its threshold (`trials.rocking_thresholds`). The first
+factor is then a step, of dispersion 0, known exactly, and the second is fitted to the levels above. If the threshold is
+not known (an elastic zone at rest, another measure), the first factor is fitted to the uplifts, the second to the
+uplifted runs. The likelihood of the curve is the product of the factors' likelihoods. Fractiles of the product then
 have bootstrap intervals of the studentised estimate.
 
-Kavvadias, I. E. et al. (2017), Eq. 10: a certain outcome beside a lognormal one (cited; not re-read).
+Kavvadias, I. E. et al. (2017), Eq. 10: a certain outcome combined with a lognormal one (cited; not re-read).
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ class UpliftForm(Form):
 
     @staticmethod
     def _refit(sample: Sample, cells: Array, penalty: str) -> tuple[UpliftStep | FittedLines, FittedLines]:
-        """Fit both factors to every replicate; a step stays where it is."""
+        """Fit both factors to every replicate; a step does not move."""
         first = _step(sample) or fit_lines(LOGNORMAL_LINK, data_of(sample.levels, cells, _uplifts(sample)), penalty)
         return first, fit_lines(LOGNORMAL_LINK, data_of(sample.levels, cells, _outcomes(sample, first)), penalty)
 
@@ -112,7 +112,7 @@ class UpliftForm(Form):
     def _fractile(
         first: UpliftStep | Estimate, second: Estimate, p: float, gap: Ends | None, options: Options
     ) -> tuple[float, float, float]:
-        """Return a fractile of the product and its interval, which holds the gap of separated data."""
+        """Return a fractile of the product and its interval, which contains the gap of separated data."""
         if isinstance(first, UpliftStep):
             ends = second.log_interval(p, options.intervals, options.confidence)
             value, lower, upper = (max(unlogged(one), first.at) for one in (second.log_value(p), *ends))
@@ -152,7 +152,7 @@ def _step(sample: Sample) -> UpliftStep | None:
             "form 'uplift-lognormal' needs `uplifted` where the threshold of rocking is not known (it is for rigid "
             "rest and levels of pga or pga_normalised): add it to the outputs of the analysis"
         )
-    if not still.any():  # no level is so low that a block stands still: the step lies anywhere below the levels
+    if not still.any():  # a block moves at all levels: the step lies anywhere below them
         return UpliftStep(LOWEST, LOWEST, float(sample.levels[0]), 0, "all uplifted")
     last, first = np.flatnonzero(still)[-1], np.flatnonzero(lifted)
     if first.size and last < first[0]:
@@ -166,7 +166,7 @@ def _uplifts(sample: Sample) -> Index:
 
 
 def _outcomes(sample: Sample, first: UpliftStep | Estimate | FittedLines) -> Index:
-    """Return the outcome of each cell in the fit of the second factor: no run where the block did not uplift."""
+    """Return the outcome of each cell in the fit of the second factor: no run if the block did not uplift."""
     outcomes = outcomes_of((NO_RUN if sample.uplift_known else SURVIVAL, SURVIVAL, FAILURE), sample.levels.size)
     if isinstance(first, UpliftStep):
         outcomes = np.where(np.repeat(sample.levels <= first.at * (1.0 + NEAR), STATES), NO_RUN, outcomes)
@@ -211,7 +211,7 @@ def log_fractile(first: FittedLines, second: FittedLines, p: float) -> Array:
 def log_fractile_variance(first: LineFits, second: LineFits, p: float, plain: bool = False) -> Array:
     """Return the variance of `log_fractile`, (replicate,), to first order.
 
-    The errors of the two lines are taken as independent of each other.  `plain`: as if runs were independent.
+    The errors of the two lines are assumed to be independent of each other. `plain`: as if runs were independent.
     """
     at = log_fractile(first.lines, second.lines, p)
     variance = np.zeros_like(at)
@@ -230,8 +230,8 @@ def log_fractile_variance(first: LineFits, second: LineFits, p: float, plain: bo
 def profile_interval(first: Estimate, second: Estimate, p: float, confidence: float) -> Ends:
     """Profile-likelihood interval of ln x of a fractile: twice the drop of the profile is the chi-square quantile.
 
-    Where motions come more than once, the quantile is multiplied by the ratio of the variance to that of independent
-    runs (1 at least).
+    If motions are repeated, the quantile is multiplied by the ratio of the variance to the variance of independent runs
+    (at least 1).
     """
     best = float(log_fractile(first.lines, second.lines, p)[0])
     variances = (log_fractile_variance(first.fits, second.fits, p, plain)[0] for plain in (False, True))

@@ -1,6 +1,6 @@
-"""Hazard curves: annual rates at which the shaking at a site exceeds levels of an intensity measure.
+"""Hazard curves: annual rates at which ground motions at a site exceed levels of an intensity measure.
 
-A curve holds plain values in SI and its measure.  `hazard.files` reads curves from files; `risk` convolves them with
+A curve has plain values in SI and its measure. `hazard.files` reads curves from files; `risk` convolves them with
 fragility curves.
 """
 
@@ -27,7 +27,7 @@ HIGHEST_RATE, LOWEST_RATE = 1.0, 1e-8
 # Slopes above minus this value are negative by rounding alone.
 FLAT = 1e-9
 ROUNDING = 1e-3
-"""Greatest relative difference of given rates from the mean of their realisations: files print four digits or more."""
+"""Maximum relative difference of given rates from the mean of their realisations: files print four digits or more."""
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,9 @@ class HazardCurve:
     levels : sequence of float, shape (level,)
         Levels, in the SI unit of the measure, > 0, at least two, strictly increasing.
     rates : sequence of float, shape (level,)
-        Annual rates at which the measure exceeds each level, 1/year, > 0, never rising.  With `realisations` they are
-        their weighted mean: computed where not given (an empty sequence), else used as given and refused where they
-        differ from it by more than 0.1 %, the rounding of files.
+        Annual rates at which the measure exceeds each level, 1/year, > 0, never rising. With `realisations` they are
+        their weighted mean. They are computed if not given (an empty sequence), else used as given. A difference of
+        more than 0.1 %, the rounding of files, is an error.
     im : str or Measure
         The measure, as `toppling.ida` names it: ``pga``, ``pgv``, ``Sa(1.0)``, …
     source : str
@@ -49,15 +49,15 @@ class HazardCurve:
     realisations : sequence of sequences, shape (realisation, level), optional
         Rates of the branches of a logic tree, or of other equally complete views of the hazard.
     weights : sequence of float, shape (realisation,), optional
-        Weights of the realisations, > 0, of sum 1; equal where not given.
+        Weights of the realisations, > 0, of sum 1; equal if not given.
     curvature : float
         k2 >= 0: ln(rate) + k2 ln²(level) is linear between points instead of ln(rate).
     fractile : float, optional
-        Fractile over epistemic uncertainty that the curve is, above 0 to below 1; a mean curve where not given.  With
-        `realisations` its rates must be given, and lie between the lowest and the highest of them; they are not
+        Fractile of the curve over epistemic uncertainty, above 0 to below 1; a mean curve if not given. With
+        `realisations` its rates must be given, and lie between the lowest and the highest of them. They are not
         compared with the mean, and definitions of a fractile of few realisations differ.
     at : {"ground", "floor"}
-        Place of the measure: the ground motion at the site, or the motion of the floor that blocks stand on.
+        Place of the measure: the ground motion at the site, or the motion of the floor below the blocks.
 
     Notes
     -----
@@ -143,7 +143,7 @@ class HazardCurve:
         source: str = "",
         **other: Any,
     ) -> HazardCurve:
-        """A curve from points whose levels are in `units` (``g``, ``m/s2``, ``cm/s2``, ``cm/s`` …; SI where not given).
+        """A curve from points whose levels are in `units` (``g``, ``m/s2``, ``cm/s2``, ``cm/s`` …; SI if not given).
 
         Examples
         --------
@@ -159,9 +159,9 @@ class HazardCurve:
 
     @classmethod
     def power_law(cls, k0: float, k: float, im: str | Measure, units: str | None = None) -> HazardCurve:
-        """Return the curve H(x) = k0 x**-k, with x in `units` (SI where not given); k0 1/year, > 0; k from 0.1 to 100.
+        """Return the curve H(x) = k0 x**-k, with x in `units` (SI if not given); k0 1/year, > 0; k from 0.1 to 100.
 
-        The curve is stored as two points, at rates of 1 and 1e-8 a year, and continues beyond them where tails are
+        The curve is stored as two points, at rates of 1 and 1e-8 a year, and continues beyond them if tails are
         extended.
 
         References
@@ -289,14 +289,14 @@ def unit_to_si(units: str | None, im: str | Measure) -> float:
 
 
 def check_points(levels: Array, rows: Sequence[Array], units: str) -> None:
-    """Raise ValueError, in the unit of the levels as they are given, where points make no hazard curve."""
+    """Raise ValueError, in the unit of the levels as they are given, if points make no hazard curve."""
     _check_levels(levels, units)
     for row in rows:
         _check_rates("rates of a hazard curve" if len(rows) == 1 else "rates of a realisation", row, levels, units)
 
 
 def _check_levels(levels: Array, units: str) -> None:
-    """Raise ValueError where levels are not positive and increasing."""
+    """Raise ValueError if levels are not positive and increasing."""
     if levels[0] <= 0.0 or np.any(np.diff(levels) <= 0.0):
         at = 0 if levels[0] <= 0.0 else int(np.argmax(np.diff(levels) <= 0.0)) + 1
         after = f" after {levels[at - 1]:g} {units}" if at else ""
@@ -306,7 +306,7 @@ def _check_levels(levels: Array, units: str) -> None:
 
 
 def _check_rates(what: str, rates: Array, levels: Array, units: str) -> None:
-    """Raise ValueError where rates are not positive or rise anywhere."""
+    """Raise ValueError if rates are not positive or rise anywhere."""
     if rates.size != levels.size:
         raise ValueError(f"{what} must be one a level, got {rates.size} for {levels.size} levels")
     if not np.all(rates > 0.0):
@@ -322,7 +322,7 @@ def _check_rates(what: str, rates: Array, levels: Array, units: str) -> None:
 
 
 def _check_slopes(what: str, rates: Array, levels: Array, curvature: float) -> None:
-    """Raise ValueError where the curvature makes rates rise."""
+    """Raise ValueError if the curvature makes rates rise."""
     slopes = segment_slopes(log(levels), log(rates), curvature)
     if np.any(slopes < -FLAT):
         at = int(np.argmin(slopes))
@@ -330,7 +330,7 @@ def _check_slopes(what: str, rates: Array, levels: Array, curvature: float) -> N
 
 
 def _check_agreement(rates: Array, mean: Array, rows: Array, levels: Array, fractile: float | None) -> None:
-    """Raise ValueError where rates are not the mean of the realisations, or a fractile lies outside of them."""
+    """Raise ValueError if rates are not the mean of the realisations, or a fractile lies outside of them."""
     low, high = (mean, mean) if fractile is None else (rows.min(axis=0), rows.max(axis=0))
     off = np.maximum(low / rates, rates / high) > 1.0 + ROUNDING
     if not off.any():

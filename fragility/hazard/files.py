@@ -29,49 +29,49 @@ def read_hazard(
     path : path
         One of the files below.
     im : str or Measure, optional
-        The measure: selects one where the file holds several, names it where the file does not, and else must agree
-        with the file.
+        The measure: selects one if the file has several, names it if the file does not, and else must agree with the
+        file.
     site : int, str or (longitude, latitude), optional
-        Site in a file that holds several: its number from 0, its name, or its place in degrees (within 0.01).
+        Site in a file with several: its number from 0, its name, or its place in degrees (within 0.01).
     units : str, optional
-        Unit of the levels (``g``, ``cm/s`` …), only where a file does not state it.
+        Unit of the levels (``g``, ``cm/s`` …), only if a file does not state it.
     years : float, optional
-        Time in years of which the values are probabilities, only where a file does not state it.
+        Time in years of which the values are probabilities, only if a file does not state it.
     component : str
         Component of a USGS JSON response.
 
     Returns
     -------
     HazardCurve
-        In SI.  Levels at the top whose rate is 0, and at the bottom whose probability is 1 (an infinite rate), cannot
-        be drawn on a log-log plot: they are left out, and `source` states how many.
+        In SI. Levels at the top whose rate is 0, and at the bottom whose probability is 1 (an infinite rate), cannot be
+        drawn on a log-log plot. They are left out, and `source` states their number.
 
     Raises
     ------
     HazardError
-        A file that cannot be read, of no known format, with several sites or measures and no choice; rates that rise,
-        values that are no numbers, a unit, a measure or a time that is missing, not known or stated twice.
+        A file that cannot be read or is of no known format. Several sites or measures without a choice. Rates that
+        rise, or values that are no numbers. A unit, a measure or a time that is missing, not known or stated twice.
 
     Notes
     -----
     - **Plain table** (CSV; comma, semicolon or tab): the first line that is not blank and no comment (#) names the
-      columns: the measure with its unit, then ``rate (1/yr)``, ``probability in 50 yr`` or ``return period (yr)``.
-      Several columns of rates are realisations, each with its weight in its name: ``rate (1/yr) weight 0.3``.  Times
-      may be decades, centuries or kyr, rates per several years (``rate per 50 years``), probabilities in per cent
-      (``probability in 50 yr (%)``); a word or unit that is not known is refused.
+      columns. They are the measure with its unit, then ``rate (1/yr)``, ``probability in 50 yr`` or ``return period
+      (yr)``. Several columns of rates are realisations, each with its weight in its name: ``rate (1/yr) weight 0.3``.
+      Times may be decades, centuries or kyr, rates per several years (``rate per 50 years``), probabilities in per cent
+      (``probability in 50 yr (%)``). An unknown word or unit is an error.
     - **OpenQuake engine**, ``hazard_curve-….csv`` and ``quantile_curve-….csv`` of `oq export`: a comment with
-      ``investigation_time`` and ``imt`` (two layouts of it are in use), then ``lon,lat,depth,poe-0.005,…``, one site a
-      row; older engines write several measures into one table (``PGA-0.1``, ``SA(0.1)-0.1``).  Accelerations in g, PGV
-      in cm/s, PGD in cm, Arias intensity in m/s, CAV in g s.  Means, quantiles and realisations are read, no others.
+      ``investigation_time`` and ``imt`` (in two layouts), then ``lon,lat,depth,poe-0.005,…``, one site per row. Older
+      engines write several measures into one table (``PGA-0.1``, ``SA(0.1)-0.1``). Accelerations in g, PGV in cm/s, PGD
+      in cm, Arias intensity in m/s, CAV in g s. Only means, quantiles and realisations are read.
     - **nshmp-haz** (USGS), ``curves.csv`` and ``total.csv``: ``name,lon,lat,0.001,…`` (the name may be missing), annual
-      rates; the measure is that of the folder (``PGA``, ``SA1P0``), else `im`, and `source` says so.  With the other
-      value format of the program, Poisson probabilities, the file looks the same: give `years`.  Accelerations in g,
-      PGV in cm/s.
+      rates. The measure is the folder's (``PGA``, ``SA1P0``), else `im`, as `source` states. With the other value
+      format of the program, Poisson probabilities, the file looks the same: give `years`. Accelerations in g, PGV in
+      cm/s.
     - **USGS web services**, JSON: of the Unified Hazard Tool (``response`` is a list, with xvalues and yvalues) and of
       the later services (``response.hazardCurves``, with xs and ys).
 
-    Probabilities p in T years are rates -ln(1 - p)/T, as of a Poisson process.  OpenQuake's and nshmp-haz' layouts are
-    those of the expected outputs in their public repositories, the JSON that of the services' published code and of
+    Probabilities p in T years are rates -ln(1 - p)/T, as of a Poisson process. OpenQuake's and nshmp-haz' layouts are
+    from the expected outputs in their public repositories. The JSON is from the services' published code and from
     programs that read it.
 
     Examples
@@ -101,7 +101,7 @@ def read_hazard(
 
 
 def _table(lines: Lines, im: str | None, site: Site, units: str | None, years: float | None) -> HazardCurve:
-    """Read any of the three kinds of CSV, told apart by the line that names the columns."""
+    """Read any of the three kinds of CSV, distinguished by the line that names the columns."""
     for line in lines:
         if (text := line.strip()) and not text.startswith("#"):
             break
@@ -112,7 +112,7 @@ def _table(lines: Lines, im: str | None, site: Site, units: str | None, years: f
     if len(names) > MOST_LEVELS:
         raise HazardError(f"{lines.file}: line {lines.number} has {len(names)} columns, at most {MOST_LEVELS} are read")
     lowered = [{"longitude": "lon", "latitude": "lat"}.get(name.lower(), name.lower()) for name in names]
-    # (comments may stand anywhere)
+    # comments may be anywhere
     comment = " ".join(text for line in lines_of(lines.file) if (text := line.strip()).startswith("#"))
     if "lon" in lowered and (re.match(r"\w*(?:hazard|quantile)_(?:map|uhs)", lines.file.name) or "~" in text):
         raise HazardError(f"{lines.file}: {MAP}")

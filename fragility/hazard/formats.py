@@ -38,9 +38,9 @@ from .reading import (
 )
 
 Site = int | str | tuple[float, float] | None
-"""A site of a file: its number, its name, or its longitude and latitude; None where the file has only one."""
+"""A site of a file: its number, its name, or its longitude and latitude; None if the file has only one."""
 
-# A site given by longitude and latitude is found within so many degrees.
+# Tolerance, in degrees, of a site given by longitude and latitude.
 NEAR = 0.01
 
 _YEARS = {
@@ -116,7 +116,7 @@ _ENGLISH = {
 """Words of comments in German, French, Spanish, Italian, Portuguese and Turkish, for which the English one is read."""
 _OF_SOURCES = re.compile(r"slip|activity|recurrence|seismicity|from|convert", re.IGNORECASE)
 _RATES = re.compile(r"rate|frequenc|from|convert", re.IGNORECASE)
-"""What comments on probabilities say where the numbers are rates all the same."""
+"""Words with which a comment on probabilities is still consistent with rates."""
 _THOUSANDS = re.compile(r"[1-9]\d{0,2}\.\d{3}")
 _ANNUAL = re.compile(r"(?<![a-z])(?:annual|yearly|apoe|afe|mafe)(?![a-z])")
 _PERCENT = re.compile(r"%|(?<![a-z])per ?cent(?![a-z])")
@@ -124,9 +124,9 @@ _PLAIN_WORDS = frozenset(
     {"annual", "yearly", "mean", "total", "average", "seismic", "hazard", "being", "of", "the", "at", "least", "once"}
     | {"exceedance", "exceedence", "exceeding", "exceeded"}
 )
-"""Words that a heading may hold beside its quantity: none of them changes what its numbers are."""
+"""Words that a heading may contain in addition to its quantity: none of them changes the meaning of its numbers."""
 _BRANCH = re.compile(r"(?:rlz|branch|realisation|realization|model|b)?\d{0,4}|[a-z]")
-"""Names of realisations beside their weight."""
+"""Names of realisations, without their weight."""
 _NAMED = re.compile(
     r"(?i)(?<![a-z\d_])(?:(?P<peak>pg[avd])(?![a-z])|peak ground (?P<word>[avd])\w+"
     r"|(?:p?sa|spectral acceleration)\s?(?:at|\()?\s?(?:t\s?=\s?)?(?P<period>\d+(?:\.\d+)?)\s?(?:s(?:ec)?\b|\))\)?)"
@@ -227,7 +227,7 @@ def _read_comments(
 
 
 def _refuse_other_time(lines: Lines, comment: str, quantity: Quantity, where: str) -> None:
-    """Raise HazardError where comments speak of probabilities in another time than the heading, or of rates."""
+    """Raise HazardError if comments speak of probabilities in another time than the heading, or of rates."""
     time = stated(lines, comment, "investigation_time")
     words = comment.lower()
     for text in words.split("#"):
@@ -270,7 +270,7 @@ def _fractile_of(lines: Lines, comment: str) -> float | None:
 
 
 def _refuse_other_comments(lines: Lines, comment: str, label: str, unit: str | None, where: str) -> None:
-    """Raise HazardError where comments name other measures alone, or another unit of the levels, than the heading."""
+    """Raise HazardError if comments name other measures alone, or another unit of the levels, than the heading."""
     named = {
         f"Sa({float(match['period'])!r})" if match["period"] else f"pg{(match['peak'] or match['word']).lower()[-1]}"
         for match in _NAMED.finditer(comment)
@@ -292,7 +292,7 @@ def _refuse_other_comments(lines: Lines, comment: str, label: str, unit: str | N
 
 
 def _si(unit: str | None, label: str) -> float | None:
-    """Return the SI value of a unit of a measure, None where it is none."""
+    """Return the SI value of a unit of a measure, None if it is none."""
     try:
         return unit_to_si(None if unit is None else unit.strip(" ()[].,;"), label)
     except ValueError:
@@ -322,7 +322,7 @@ def _measure_and_unit(lines: Lines, text: str) -> tuple[str, str | None]:
 
 
 def _column_quantity(lines: Lines, name: str, years: float | None) -> tuple[Quantity, float | None]:
-    """Return the quantity of a column, and its weight where the column is a realisation; every word is understood."""
+    """Return the quantity of a column, and its weight if the column is a realisation; every word is understood."""
     where = f"{lines.file}: line {lines.number}"
     text = re.sub(r"(?<![a-z])(?:any one|any|one|a) (?=year)", "1 ", " ".join(name.lower().split()))
     weight = None
@@ -365,7 +365,7 @@ def _column_quantity(lines: Lines, name: str, years: float | None) -> tuple[Quan
 
 
 def _belongs(time: re.Match[str], kind: str) -> bool:
-    """Return True if a time says what a quantity needs: rates are per time, return periods are times."""
+    """Return True if a time suits a quantity: rates are per time, return periods are times."""
     per = bool(time["power"]) or (time["per"] or "").strip() not in ("", "in")
     if kind == "return period":
         return not per and time["number"] is None
@@ -474,7 +474,7 @@ def _measure_of_place(file: Path) -> str | None:
 def one_measure(lines: Lines, names: list[str], im: str | None) -> tuple[str, list[str]]:
     """Return the measure that is read of OpenQuake's older table of several, and the names of columns of one measure.
 
-    names: as ``pga-0.1`` and ``sa(0.1)-0.1``; those of the measure are returned as ``poe-0.1``.
+    `names`: as ``pga-0.1`` and ``sa(0.1)-0.1``; names of the measure are returned as ``poe-0.1``.
     """
     matches = [OF_MEASURES.fullmatch(name) for name in names]
     labels = [None if match is None else program_measure(lines, match[1]) for match in matches]
@@ -488,7 +488,7 @@ def one_measure(lines: Lines, names: list[str], im: str | None) -> tuple[str, li
 
 
 def _chosen(file: Path, held: Iterable[str], im: str | None) -> str:
-    """Return the measure `im`, or the only one that a file holds; HazardError where it is not there."""
+    """Return the measure `im`, or the only one in a file; HazardError if it is not there."""
     labels = list(held)
     if im is None and len(labels) > 1:
         raise HazardError(f"{file}: holds curves of {', '.join(labels)}: give im")

@@ -1,7 +1,7 @@
 """Annual rates and expectations from values known at levels: the hazard curve as weights of the levels.
 
-The integral over the hazard is linear in the conditional values, so one weight a level serves every number, loss and
-probability, every resample of the motions, and every item.
+The integral over the hazard is linear in the conditional values. One weight per level therefore serves every number,
+loss and probability, every resample of the motions, and every item.
 """
 
 from __future__ import annotations
@@ -39,7 +39,8 @@ class Hazard(Protocol):
 class LevelWeights(NamedTuple):
     """Rate, 1/year, that each level represents: the annual value is weights @ (values at the levels).
 
-    below, above: what is exceeded below the first and above the last level, in the first and in the last weight.
+    `below`, `above`: parts of the first and of the last weight for exceedances below the first and above the last
+    level.
     """
 
     weights: Array
@@ -50,27 +51,29 @@ class LevelWeights(NamedTuple):
 def level_weights(levels: Any, hazard: Hazard) -> LevelWeights:
     """Return weights w with sum_j w_j v(x_j) = integral of v(x) |d lambda(x)|.
 
-    The conditional value v is known at the increasing levels x_j (level,), SI, > 0, of which one at least is inside the
+    The conditional value v is known at the increasing levels x_j (level,), SI, > 0, of which at least one is inside the
     hazard curve. Between the levels v is a cubic in ln x (Hermite's, with the slopes of the parabolas through three
-    neighbouring levels; at the first level that of the first line, at the last one half that of the last line, because
-    v stays the same above), and between its points the hazard is lambda = A x^-k. Straight lines overestimate annual
-    rates, because v is convex where most events are: for pieces of a small clinic, with 14 levels from 0.1 g to 4 g, by
-    1 to 9 %. Cubics are too low rather than too high, by less: for a lognormal v of dispersion 0.4 and a hazard of
-    slope 2.5, by 0.3 % with 14 levels over that range, where lines are 4 % too high, and by 4 % (15 %) with 8; of slope
-    4, by 2 % (11 %) and 27 % (43 %).
+    neighbouring levels). At the first level its slope is the first line's, and at the last one half the last line's,
+    because v stays the same above. Between its points the hazard is lambda = A x^-k.
 
-    Where levels are so coarse, and the hazard so steep, that a weight would be less than half that of straight lines,
-    all weights move from the cubics' to the lines' until it is not: a value that steps from 0 to 1 between two levels
-    must not count as less than nothing below them.
+    Straight lines overestimate annual rates, because v is convex where most events are. For pieces of a small clinic,
+    with 14 levels from 0.1 g to 4 g, they are too high by 1 to 9 %. Cubics are too low rather than too high, by less.
+    For a lognormal v of dispersion 0.4 and a hazard of slope 2.5, they are 0.3 % too low with 14 levels over that
+    range. Lines are then 4 % too high. With 8 levels it is 4 % (lines 15 %). For a slope of 4, it is 2 % (11 %) with 14
+    levels and 27 % (43 %) with 8.
 
-    On a straight line from a to b, with z = k ln(b/a), a value that rises from 0 to 1 gives lambda_a ((1 - e^-z)/z -
-    e^-z), and a value that stays at 1 gives lambda_a (1 - e^-z).
+    If levels are coarse and the hazard is steep, a weight may be less than half the weight of straight lines. All
+    weights are then moved from the cubics' to the lines' until it is not. A value that steps from 0 to 1 between two
+    levels must not have a negative weight below them.
 
-    Outside the levels: above the last level v keeps its value, so all rarer shaking counts with that value (`above`);
-    the hazard curve is continued with its last slope where it ends before the levels do. Below the first level v falls
-    to zero, linearly in ln x, over one more step of the levels (`below`): this part is zero where v is zero at the
-    first level, and a large part shows that lower levels are missing. Shaking weaker than the hazard curve's first
-    point has no known rate and is not counted.
+    On a straight line from a to b, let z = k ln(b/a). A value that rises from 0 to 1 gives lambda_a ((1 - e^-z)/z -
+    e^-z). A value that stays at 1 gives lambda_a (1 - e^-z).
+
+    Above the last level v keeps its value, so all rarer motions count with that value (`above`). The hazard curve is
+    continued with its last slope if it ends before the levels do. Below the first level v falls to zero, linearly in ln
+    x, over one more step of the levels (`below`). This part is zero if v is zero at the first level, and a large part
+    shows that lower levels are missing. Motions weaker than the hazard curve's first point have no known rate and are
+    not counted.
 
     Exact integration on power-law segments of the hazard: as for fragility curves in Cornell, C. A., Jalayer, F.,
     Hamburger, R. O., Foutch, D. A. (2002). Probabilistic basis for 2000 SAC FEMA steel moment frame guidelines. Journal
@@ -92,7 +95,7 @@ def level_weights(levels: Any, hazard: Hazard) -> LevelWeights:
 def line_weights(levels: Any, hazard: Hazard) -> LevelWeights:
     """Return the weights of straight lines in ln x between the levels; arguments and errors as of `level_weights`.
 
-    Those of two hazard curves add up to those of their sum, so that shares of a rate are told by them.
+    Weights of two hazard curves add up to the weights of their sum, so that they divide a rate into shares.
     """
     checks.stated_unit("levels", levels, getattr(hazard, "units", ""))
     x = checks.finite_array("levels", np.atleast_1d(np.asarray(levels)))
@@ -135,7 +138,7 @@ def hazard_points(hazard: Hazard) -> tuple[Array, Array]:
 
 
 def _interval_rates(a: float, b: float, at: Array, logs: Array) -> tuple[float, float]:
-    """Return the rate of shaking between two levels, and its integral with a value from 0 to 1, linear in ln x."""
+    """Return the rate of levels between two, and its integral with a value from 0 to 1, linear in ln x."""
     edges = np.concatenate([[a], at[(at > a) & (at < b)], [b]])
     rate = rising = 0.0
     for left, right in pairwise(edges):
@@ -154,7 +157,7 @@ FALL = 8.0
 
 
 def _beyond_lines(u: Array, at: Array, logs: Array) -> Array:
-    """Return what the weights of cubics between the levels have more than those of straight lines."""
+    """Return the difference of the weights of cubics between the levels from the weights of straight lines."""
     steps = np.diff(u)
     lines = np.diff(np.eye(u.size), axis=0) / steps[:, None]
     # (the slope at a level, of the values at all levels: of the parabola through it and its neighbours)
@@ -189,7 +192,7 @@ def _log_rate(u: float, at: Array, logs: Array) -> float:
 
 
 def _ramp(z: float) -> float:
-    """Return (1 - e^-z)/z - e^-z, by its series where the terms would cancel."""
+    """Return (1 - e^-z)/z - e^-z, by its series if the terms would cancel."""
     if z > 0.5:
         return -math.expm1(-z) / z - math.exp(-z)
     total, power = 0.0, 1.0  # sum over n >= 1 of -(-z)^n n/(n + 1)!

@@ -20,10 +20,10 @@ ABOVE_RULES = (EXTEND, NONE, HOLD)
 class Pieces(NamedTuple):
     """Adjoining pieces of a hazard curve, from -inf on: arrays (piece,) in u = ln x.
 
-    ln H(u) = log_rate - slope (u - reference) - curvature (u - reference)² from `start` to `stop`.  The first piece
-    reaches down to u = -inf, the last one up to +inf where the curve is extended, else to the highest level, beyond
-    which H is 0.  `first` and `last` are the lowest and the highest level, `log_last` is ln H at the latter, `above` is
-    the rule for the tail above it.
+    The piece is ln H(u) = log_rate - slope (u - reference) - curvature (u - reference)² from `start` to `stop`. The
+    first piece reaches down to u = -inf. The last one reaches up to +inf if the curve is extended, else to the highest
+    level, beyond which H is 0. `first` and `last` are the lowest and the highest level, `log_last` is ln H at the
+    latter, `above` is the rule for the tail above it.
     """
 
     start: Array
@@ -53,7 +53,7 @@ class Pieces(NamedTuple):
             return self.slope[piece] + np.where(bend == 0.0, 0.0, 2.0 * bend * (u - self.reference[piece]))
 
     def find(self, u: Array) -> NDArray[np.intp]:
-        """Return the piece that holds each u: the left of two that share an end, the last piece beyond the top."""
+        """Return the piece that contains each u: the left of two that share an end, the last piece beyond the top."""
         return np.minimum(np.searchsorted(self.stop, u, side="left"), self.stop.size - 1)
 
     def rate(self, u: Array) -> Array:
@@ -96,9 +96,9 @@ def pieces_of(
     """Return the pieces of a curve through points (level,), with increasing ln levels and ln rates that never rise.
 
     `curvature` is k2 >= 0 of ln H + k2 u², which is linear between points. Below the lowest level the first piece is
-    extended (to its summit where it has a curvature), or no events count ("none"). Above the highest level the last
-    piece is extended; or the events there do not count ("none"); or they count as if they just reached the highest
-    level ("hold"). H itself is 0 above the highest level under both of the last two rules.
+    extended (to its summit if it has a curvature), or no events count ("none"). Above the highest level there are three
+    rules. The last piece is extended; or the events there do not count ("none"); or they count as if they just reached
+    the highest level ("hold"). H itself is 0 above the highest level under both of the last two rules.
     """
     checks.choice("below", below, BELOW_RULES)
     checks.choice("above", above, ABOVE_RULES)

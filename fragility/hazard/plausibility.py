@@ -17,15 +17,16 @@ from .rates import IMPOSSIBLY_OFTEN
 from .reading import LARGER, LOW_PERCENT, NOT_USED, UNNAMED
 
 MOST_OFTEN = 0.2
-"""Annual rate of the weakest damaging shaking above which no site is."""
+"""Maximum annual rate of the weakest damaging motion at any site."""
 MOST_OFTEN_OF_LAW = 1.0
 """The same of formulas, which are fitted to rarer levels."""
 AMPLIFIED = 2.5
-"""Spectral accelerations over PGA, at most: such levels are that much more frequent, and so are those of floors."""
+"""Maximum ratio of spectral accelerations to PGA: such levels are that much more frequent, and so are levels of floors.
+"""
 STEEPNESS = 0.8
 """Power of the level, at least, with which rates fall between damaging and the highest levels (assumed)."""
 LEAST_CERTAIN, FLAT = 0.9, 0.8
-"""Probability of weak shaking in 50 years, and the share of it at twice the level; rates fall more there."""
+"""Probability of weak motions in 50 years, and the share of it at twice the level; rates fall more there."""
 RETURN_PERIOD = 475.0
 OF_DISAGGREGATION, OF_BRANCHES = 1.5, 100.0
 """Factors between two rates of one level above which they are not of one site."""
@@ -38,12 +39,12 @@ SLIPS = (
 
 
 class _Bounds(NamedTuple):
-    """Levels in SI: the weakest that damages, the highest of any ground in 475 years (judgement), the highest meant."""
+    """Levels in SI: the weakest that damages, the highest of any ground in 475 years (assumed), and a limit."""
 
     damaging: float
     highest: float
     beyond: float
-    weakest: float  # (a curve that ends below it says nothing of damage)
+    weakest: float  # a curve that ends below it has no information on damage
 
 
 _BOUNDS = {
@@ -53,7 +54,7 @@ _BOUNDS = {
 
 
 def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
-    """Return the doubts in a hazard curve: damaging shaking every year, levels beyond any site, what is not stated."""
+    """Return the input warnings on a hazard curve: damaging motions every year, high levels, missing statements."""
     name = hazard.source.partition(",")[0] or "hazard"
     found = []
     if UNNAMED in hazard.source:
@@ -79,10 +80,10 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     often = float(hazard.rate_at(damaging, above=NONE))
     peak = base in ("pga", "pgv") and hazard.at == "ground" and not hazard.of_formula
     amplified = 1.0 if peak else AMPLIFIED
-    # (levels twice as high are at least twice as rare; what is above all damaging ones is doubted below)
+    # levels twice as high are at least twice as rare; levels above all damaging levels are checked below
     most = MOST_OFTEN * amplified * max(bounds.damaging / damaging, 0.2)
     most = MOST_OFTEN_OF_LAW if hazard.of_formula else most
-    if often > most * (1.0 + 1e-9):  # (a law may have the greatest but for its last digit)
+    if often > most * (1.0 + 1e-9):  # a formula may reach the maximum except for its last digit
         found.append(
             Doubt(
                 KIND,
@@ -120,13 +121,13 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
 
 
 def warn_of_hazards(hazards: Iterable[HazardCurve]) -> None:
-    """Warn of the doubts in hazard curves that a script uses; studies name them themselves."""
+    """Warn of implausible hazard curves that a script uses; studies name them themselves."""
     if not by_study():
         warn(dict.fromkeys(doubt for hazard in hazards for doubt in hazard_doubts(hazard)))
 
 
 def disaggregation_doubts(hazard: HazardCurve, level: float, rate: float, name: str) -> list[Doubt]:
-    """Return the doubt in a disaggregation at a level (SI) whose rate (1/year) is not that of the study's hazard."""
+    """Return a warning if the rate (1/year) of a disaggregation's level (SI) differs from the study's hazard."""
     own = _known(hazard, level)
     if hazard.at != "ground" or not max(own / rate, rate / own) > OF_DISAGGREGATION:
         return []
@@ -138,7 +139,7 @@ def disaggregation_doubts(hazard: HazardCurve, level: float, rate: float, name: 
 
 
 def branch_doubts(hazards: Mapping[str, HazardCurve], levels: Array) -> list[Doubt]:
-    """Return the doubt in alternative hazard curves by name whose rates at one of the levels (SI) are orders apart."""
+    """Return a warning if alternative hazard curves by name have rates orders apart at one of the levels (SI)."""
     for level in levels:
         known = {name: rate for name, hazard in hazards.items() if (rate := _known(hazard, level)) > 0.0}
         rare, often = min(known, key=known.__getitem__, default=""), max(known, key=known.__getitem__, default="")
@@ -152,6 +153,6 @@ def branch_doubts(hazards: Mapping[str, HazardCurve], levels: Array) -> list[Dou
 
 
 def _known(hazard: HazardCurve, level: float) -> float:
-    """Return the rate of a level, NaN beyond those of the curve."""
+    """Return the rate of a level, NaN beyond the curve's rates."""
     within = hazard.levels[0] <= level <= hazard.levels[-1]
     return float(hazard.rate_at(level)) if within or hazard.of_formula else math.nan

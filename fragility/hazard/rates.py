@@ -12,14 +12,14 @@ from ...core.elementary import Array, expm1, log1p
 from ...core.parameters import YEARS
 
 IMPOSSIBLY_OFTEN = 10.0
-"""Annual rate of damaging shaking above which nothing real can be meant."""
+"""Annual rate of damaging motions above which the input cannot be meant."""
 Values = TypeVar("Values", float, Array, xr.DataArray)
 
 
 def probability_in(rate: Values, years: float = 50.0) -> Values:
     """Probability of at least one event in `years` (> 0) of a Poisson process with `rate` (1/year, >= 0, any shape).
 
-    Rates that are all above 10 per year are questioned (`ImplausibleInput`): return periods, as a rule.
+    Rates that are all above 10 per year cause a warning (`ImplausibleInput`): they are usually return periods.
 
     Examples
     --------

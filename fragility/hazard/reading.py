@@ -18,7 +18,7 @@ from .curve import HazardCurve, check_points, hazard_measure, unit_to_si
 
 MOST_LEVELS = 10_000
 UNNAMED = "the file names no measure"
-"""Part of the source of a curve whose measure is only that of the levels."""
+"""Part of the source of a curve whose measure is assumed from the levels."""
 
 LARGER = "a comment names the larger of both components"
 NOT_USED = "not used of a comment:"
@@ -27,7 +27,7 @@ LOW_PERCENT = "all per cent are below 1"
 
 
 class HazardError(ValueError):
-    """A hazard file that cannot be read as what it claims to be; the message names the file, the line and the value."""
+    """A hazard file that cannot be read in its format; the message names the file, the line and the value."""
 
 
 class Quantity(NamedTuple):
@@ -76,7 +76,7 @@ def curve_of(
     text: str = "table",
     fractile: float | None = None,
 ) -> HazardCurve:
-    """Return a curve of the points that fit on a log-log plot; its source states what was left out."""
+    """Return a curve of the points that fit on a log-log plot; its source states the omitted points."""
     x, rows = np.asarray(levels, dtype=np.float64), np.asarray(rates, dtype=np.float64)
     notes = [file.name, text]
     if rows.size:

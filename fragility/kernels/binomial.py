@@ -1,9 +1,9 @@
 """Compiled likelihoods of overturning with P(x) = F(a + b z), z a scaled ln x: fits and profiles, many at once.
 
 Two kinds of counts: overturnings k of n runs at each level (binomial), and motions by the interval between two levels
-in which they first overturn (interval).  Three links F: probit, logit, complementary log-log.  A penalty, half the
-logarithm of the determinant of the binomial's expected information (Jeffreys' prior), keeps estimates finite where
-overturnings and survivals do not overlap.  `fitting.likelihood` and `fitting.intervals` call these kernels.
+in which they first overturn (interval). Three links F: probit, logit, complementary log-log. A penalty, half the
+logarithm of the determinant of the binomial's expected information (Jeffreys' prior), keeps estimates finite if
+overturnings and survivals do not overlap. `fitting.likelihood` and `fitting.intervals` call these kernels.
 """
 
 import math
@@ -407,8 +407,8 @@ def maximise(kind, link, z, k, n, penalised, a, b, tolerance, scratch):
 def fit_many(kind, link, z, k, n, penalty, start, out):
     """Fit many counts at the same levels, into out (replicate, COLUMNS).
 
-    z (level,); n (replicate, level); k (replicate, level), by interval (replicate, level + 1); start (2,) or (0,): a
-    first guess for all.  penalty: NEVER, WHERE_SEPARATED or ALWAYS.  NaN where there is no fit; STATUS says why.
+    `z` (level,). `n` (replicate, level). `k` (replicate, level), by interval (replicate, level + 1). `start` (2,) or
+    (0,): a first guess for all. `penalty`: NEVER, WHERE_SEPARATED or ALWAYS. NaN without a fit; STATUS is the reason.
     """
     scratch = np.zeros((SCRATCH, z.size))
     for i in range(k.shape[0]):
@@ -450,10 +450,10 @@ def fit_many(kind, link, z, k, n, penalty, start, out):
 def covariances(kind, link, z, k, n, fits, weights, starts, cells, counts, outcomes, out):
     """Write the covariance of (a, b) of many fits into out (replicate, 3): aa, ab, bb.
 
-    It comes from the information alone where weights has no columns.  Else it is robust against dependence between the
-    runs of a motion: weights (replicate, pattern) holds how often each pattern of outcomes was drawn,
-    cells[starts[p]:starts[p + 1]] the cells of pattern p, and counts the number of runs in each of them; cells are
-    intervals, or STATES a level, whose outcomes are 1 (overturned), 0 (stood) or -1 (no run).
+    It is from the information alone if `weights` has no columns. Else it is robust against dependence between the runs
+    of a motion. `weights` (replicate, pattern) counts the draws of each pattern of outcomes, and
+    `cells[starts[p]:starts[p + 1]]` are the cells of pattern p. `counts` is the number of runs in each of them. Cells
+    are intervals, or STATES per level, whose outcomes are 1 (overturned), 0 (not overturned) or -1 (no run).
     """
     scratch = np.zeros((SCRATCH, z.size))
     scores = np.zeros((2, outcomes.size if kind == BINOMIAL else z.size + 1))
@@ -570,7 +570,7 @@ def profile(kind, link, z, k, n, penalised, what, eta, at, s, tolerance, scratch
 def profile_end(kind, link, z, k, n, penalised, what, eta, a, b, drop, side, tolerance):
     """Return the parameter at which the profile is `drop` below its value at (a, b), on a side (+1, -1), or +-inf.
 
-    The end is infinite where the profile never drops so far.  what: FRACTILE, its place on z with F^-1(p) = eta; SLOPE,
+    The end is infinite if the profile never drops so far. `what`: FRACTILE, its place on z with F^-1(p) = eta; SLOPE,
     ln b.
     """
     if not drop < np.inf:
@@ -587,7 +587,7 @@ def profile_end(kind, link, z, k, n, penalised, what, eta, a, b, drop, side, tol
         return best
     det = haa * hbb - hab * hab
     variance = haa / det / (b * b) if what == SLOPE else (hbb - 2.0 * best * hab + best * best * haa) / det / (b * b)
-    # the fractile's place is (eta - a)/b: its variance is that of a + best b over b²
+    # the fractile's place is (eta - a)/b: its variance is the variance of a + best b over b²
     step = math.sqrt(2.0 * drop * variance) if variance > 0.0 else 1.0
     step = side * min(max(step, 1e-12), 1.0)
     inner = best
@@ -650,9 +650,9 @@ def constrained(what, eta, at, a, b, haa, hab, hbb):
 def signed_roots(kind, link, z, k, n, fits, always, what, eta, at, free, out):
     """Write the signed roots of twice the drop in log-likelihood of each fit with the parameter held at `at`.
 
-    Roots are positive where the parameter of the fit lies above `at`; what, eta, at: as in `profile`, `free` the other
-    parameter there.  Fits without a maximum count with their supremum: a perfect fit where separated, a constant curve
-    where overturnings do not increase.  `always`: all fits are penalised.  out (replicate,); NaN where a search failed.
+    Roots are positive if the parameter of the fit lies above `at`. `what`, `eta`, `at`: as in `profile`, `free` the
+    other parameter there. Fits without a maximum count with their supremum: a perfect fit if separated, a constant
+    curve if overturnings do not increase. `always`: all fits are penalised. `out` (replicate,); NaN if a search failed.
     """
     scratch = np.zeros((SCRATCH, z.size))
     for r in range(k.shape[0]):

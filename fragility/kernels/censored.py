@@ -1,9 +1,9 @@
 """Compiled maximum likelihood of normal distributions and trends of interval-censored values.
 
-A value y of N(location + x slope, dispersion²) lies between `lower` and `upper`, either of which may be infinite.  With
-gamma = 1/dispersion and beta = gamma (location, slopes) the log-likelihood sum w ln(Phi(gamma upper - x beta) -
-Phi(gamma lower - x beta)) is concave (Burridge 1981), so that Newton's steps with halving find its maximum.  Data of
-half-lines alone (fell below y, stood above it) make a probit regression.
+A value y of N(location + x slope, dispersion²) lies between `lower` and `upper`, either of which may be infinite. With
+gamma = 1/dispersion and beta = gamma (location, slopes) the log-likelihood is sum w ln(Phi(gamma upper - x beta) -
+Phi(gamma lower - x beta)). It is concave (Burridge 1981), so that Newton's steps with halving find its maximum. Data of
+half-lines alone (overturned below y, not overturned above it) make a probit regression.
 """
 
 import math
@@ -26,7 +26,7 @@ DENSITY = 1.0 / math.sqrt(2.0 * math.pi)
 # A probability below this value means that the step was too long.
 LEAST = 1e-280
 SINGULAR = 1e-13
-# Ends nearer than this share of the spread are one: those of one level that was converted differ in last digits.
+# Ends nearer than this share of the spread are one: a level that was converted may differ in last digits.
 SAME = 1e-9
 
 
@@ -95,7 +95,7 @@ def _likelihood(theta, lower, upper, design, weights, gradient, information):
 
 @kernel(error_model="python")
 def _solve(matrix, right, solution, work):
-    """Solve a small positive definite system by Cholesky's factors in `work`; return False where it is singular."""
+    """Solve a small positive definite system by Cholesky's factors in `work`; return False if it is singular."""
     n = right.size
     for i in range(n):
         for j in range(i + 1):
@@ -156,8 +156,8 @@ def _existence(lower, upper, weights):
 def _maximise(theta, lower, upper, design, weights, tolerance, value, gradient, information):
     """Take Newton's steps from theta, in place, until one is shorter than `tolerance` standard errors; return a status.
 
-    value, gradient and information are those of the likelihood at theta; gradient and information are updated in place
-    to those before the last step.
+    `value`, `gradient` and `information` belong to the likelihood at theta; gradient and information are updated in
+    place to their values before the last step.
     """
     n = theta.size
     step, trial, work = np.empty(n), np.empty(n), np.empty((n, n))
@@ -230,8 +230,8 @@ def _frame(lower, upper):
 def fit_rows(lower, upper, weights, tolerance, location, dispersion, status):
     """Fit location and dispersion of every row of intervals (m, n) under every row of weights (b, n), into (m, b).
 
-    The first weights are those of the data themselves, whose fit goes to rounding and starts the others; `tolerance`,
-    in standard errors, is that of the other fits.
+    The first weights belong to the data themselves, whose fit converges to rounding and starts the others; `tolerance`,
+    in standard errors, applies to the other fits.
     """
     n = lower.shape[1]
     design = np.ones((n, 1))
@@ -270,8 +270,8 @@ def fit_rows(lower, upper, weights, tolerance, location, dispersion, status):
 def fit_trends(lower, upper, covariate, slope, error, status):
     """Fit the slope of every row of intervals (m, n) on a covariate (n,) and its standard error, into (m,).
 
-    The error is that of the observed information times sqrt(n/(n - 2)): for values known exactly, slope and error are
-    those of ordinary least squares.
+    The error is from the observed information times sqrt(n/(n - 2)): for values known exactly, slope and error are as
+    from ordinary least squares.
     """
     n = lower.shape[1]
     mean, deviation = covariate.mean(), covariate.std()

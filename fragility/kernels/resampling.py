@@ -1,4 +1,4 @@
-"""Compiled resampling of motions: how often each pattern of outcomes is drawn, and the runs in each cell."""
+"""Compiled resampling of motions: number of draws of each pattern of outcomes, and the runs in each cell."""
 
 from ...core.compiled import kernel
 
@@ -7,9 +7,9 @@ from ...core.compiled import kernel
 def resample(weights, order, firsts, starts, cells, counts, of_patterns, drawn):
     """Add weights of motions to weights of patterns and of cells, `of_patterns` and `drawn`, which begin at zero.
 
-    weights (replicate, cluster); order: the clusters of pattern p are order[firsts[p]:firsts[p + 1]]; its cells are
-    cells[starts[p]:starts[p + 1]], with the numbers of runs in counts; of_patterns (replicate, pattern), drawn
-    (replicate, cell).  All are whole numbers: sums are exact.
+    `weights` (replicate, cluster). `order`: the clusters of pattern p are `order[firsts[p]:firsts[p + 1]]`. Its cells
+    are `cells[starts[p]:starts[p + 1]]`, with the numbers of runs in `counts`. `of_patterns` (replicate, pattern),
+    `drawn` (replicate, cell). All are whole numbers: sums are exact.
     """
     for r in range(weights.shape[0]):
         for p in range(starts.size - 1):

@@ -40,9 +40,9 @@ def fill_terms(points, exponents, found):
 def add_scores(middle, spread, c, x, fell, motion, scores, information):
     """Add up the runs of a surface with coefficients c: of ln median, then of ln dispersion.
 
-    middle, spread (run, term): the terms of the two; x (run,): ln levels; motion (run,): numbers.  The slopes of the
+    middle, spread (run, term): the terms of the two; x (run,): ln levels; motion (run,): numbers. The slopes of the
     runs' ln likelihood in the coefficients are added to `scores` (motion, term), and the expected information to
-    `information` (term, term).  Returns the ln likelihood; -inf, with sums of a part of the runs, where one of them is
+    `information` (term, term). Returns the ln likelihood; -inf, with sums of a part of the runs, if one of them is
     impossible.
     """
     n, m = middle.shape[1], spread.shape[1]

@@ -22,25 +22,23 @@ def binomial_interval(successes: Any, trials: Any, confidence: float = 0.95, met
     Parameters
     ----------
     successes, trials : array_like, broadcast against each other
-        Successes, between 0 and the trials; not whole where trials succeed in part.
+        Successes, between 0 and the trials; not whole if trials succeed in part.
     confidence : float
         Between 0 and 1.
     method : {"wilson", "clopper-pearson", "jeffreys"}
-        Wilson's score interval; Clopper and Pearson's interval, whose coverage is at least its confidence level; the
-        equal-tailed interval of Jeffreys' prior, with lower end 0 where no trial and upper end 1 where every trial
-        succeeded.
+        Wilson's score interval. Clopper and Pearson's interval, whose coverage is at least its confidence level. The
+        equal-tailed interval of Jeffreys' prior, with lower end 0 if no trial and upper end 1 if every trial succeeded.
 
     Returns
     -------
     lower, upper : numpy.ndarray
-        NaN where there was no trial.
+        NaN if there was no trial.
 
     Notes
     -----
-    Wilson's interval has a coverage near its nominal level on average and never leaves [0, 1]; Clopper and Pearson's
-    interval is appropriate where the level must be kept for every true probability, at the cost of some width;
-    Jeffreys' interval has much the same coverage as Wilson's and is a little shorter near 0 and 1 (Brown, Cai and
-    DasGupta 2001).
+    Wilson's interval has a coverage near its nominal level on average and never leaves [0, 1]. Clopper and Pearson's
+    interval keeps the level for every true probability, at the cost of some width. Jeffreys' interval has much the same
+    coverage as Wilson's and is a little shorter near 0 and 1 (Brown, Cai and DasGupta 2001).
 
     References
     ----------
@@ -83,7 +81,7 @@ def wilson_half_width(runs: int) -> float:
 
 
 def runs_for_half_width(half_width: float) -> int:
-    """Return the least number of runs whose `wilson_half_width` does not exceed `half_width` (above 0, below 1/2)."""
+    """Return the minimum number of runs whose `wilson_half_width` does not exceed `half_width` (above 0, below 1/2)."""
     width = checks.number("half_width", half_width, above=0.0, below=0.5)
     z = float(scipy.special.ndtri(0.975))
     return math.ceil(z * z * (0.25 / width**2 - 1.0))

@@ -1,7 +1,7 @@
-"""Slabs: parts of results that are processed one after the other, because memory should not hold copies of all runs.
+"""Slabs: parts of results that are processed one after the other, to avoid copies of all runs in memory.
 
-Processing a slab may temporarily take a hundred bytes per run; the results that are kept of it are small, or are
-written into an array that a runner has allocated.
+Processing a slab may temporarily take a hundred bytes per run. Its results are small, or are written into an array that
+a runner has allocated.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 RUNS = 2**21
-"""Greatest number of runs in a slab, wherever slabs can be cut so small."""
+"""Maximum number of runs in a slab, if slabs can be cut so small."""
 BLOCKS = 2**13
-"""Greatest number of blocks in a slab: a curve takes kilobytes until it is stored in arrays."""
+"""Maximum number of blocks in a slab: a curve takes kilobytes until it is stored in arrays."""
 OF_RUNS = ("block", "item", "variant", "model", "sample", "value", "level", "motion", "place", "realisation")
 """Dimensions that runs can be on."""
 
@@ -27,7 +27,7 @@ Where = dict[str, slice]
 
 
 def slabs(sizes: Mapping[str, int], dims: Sequence[str]) -> Iterator[Where]:
-    """Yield the bounds of slabs along the dimensions, the first cut first; one slab where all runs fit in it."""
+    """Yield the bounds of slabs along the dimensions, the first cut first; one slab if all runs fit in it."""
     here = [dim for dim in dims if dim in sizes]
     runs = math.prod(size for dim, size in sizes.items() if dim in OF_RUNS)
     if not here or (runs <= RUNS and sizes.get("block", 0) <= BLOCKS):
@@ -57,8 +57,9 @@ def gathered(
 ) -> xr.Dataset:
     """Apply a function to runs slab by slab, and return its results joined along the dimensions of the slabs.
 
-    The function must keep these dimensions and treat their entries one by one.  Coordinates and variables without these
-    dimensions are those of the first slab.  `sizes`: by which slabs are cut, where they differ from those of the runs.
+    The function must keep these dimensions and treat their entries one by one. Coordinates and variables without these
+    dimensions are from the first slab. `sizes`: sizes by which slabs are cut, if they differ from the sizes of the
+    runs.
     """
     found = [(where, of(runs.isel(where))) for where in slabs(sizes_of(runs) if sizes is None else sizes, dims)]
     for dim in reversed(dims):  # (slabs of equal bounds along the dimensions before it are joined along this one)
@@ -99,7 +100,7 @@ def put(
     sizes: Mapping[str, int],
     array: Allocator,
 ) -> None:
-    """Write the variables of a slab into those of all runs, which are allocated with `array` at the first slab."""
+    """Write the variables of a slab into the variables of all runs; allocate these with `array` at the first slab."""
     for name, variable in part.items():
         if name not in found:
             shape = tuple(sizes.get(str(dim), variable.sizes[dim]) for dim in variable.dims)

@@ -1,8 +1,8 @@
 """Joint overturning of many items from their flags: probabilities of events, sums over items, exceeded thresholds.
 
-Plain arrays: flags (model, item, variant, level, motion), one variant where pieces of an item are alike.  Sums and
-products over items are computed item by item in their order, so that the same bits result from parts of the items, one
-after the other.
+Plain arrays: flags (model, item, variant, level, motion), one variant if pieces of an item are alike. Sums and products
+over items are computed item by item in their order. Results from parts of the items, one after the other, are therefore
+bit-identical.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ def chances_of_any(chance: Array, counts: Index, independent: bool) -> Array:
 def chances_of_none(any_piece: Array, members: Flags, found: Array | None = None) -> Array:
     """Return the probability, given the motion, that nothing of a set overturns: (model, set, level, motion).
 
-    members (set, item): True where an item belongs to a set; given the motion, items are independent.  `found`: the
-    result for preceding items, multiplied in place.
+    members (set, item): True if an item belongs to a set; given the motion, items are independent. `found`: the result
+    for preceding items, multiplied in place.
     """
     if found is None:
         found = np.ones(_of_sets(any_piece.shape, members))
@@ -59,7 +59,7 @@ def expected_totals(chance: Array, amounts: Array, members: Flags, found: Array 
 
 
 def fallen_pieces(flags: Flags, drawn: Index) -> Array:
-    """Return how many pieces of an item overturn, (model, level, motion, realisation).
+    """Return the number of pieces of an item that overturn, (model, level, motion, realisation).
 
     flags (model, variant, level, motion); drawn (motion, realisation, variant): the number of pieces of each variant.
     """
@@ -76,7 +76,7 @@ def _of_sets(shape: tuple[int, ...], members: Flags) -> tuple[int, ...]:
 
 
 def exceedances(amounts: Array, thresholds: Array, strictly: bool) -> Iterator[Array]:
-    """Yield for each threshold whether amounts are above (or at or above) it, as 0 and 1."""
+    """Yield, for each threshold, 1 for amounts above (or at or above) it and 0 for others."""
     for threshold in thresholds:
         # sums of amounts that are equal on paper may differ in their last digits
         above = amounts > threshold * (1.0 + 1e-12) if strictly else amounts >= threshold * (1.0 - 1e-12)

@@ -1,7 +1,7 @@
 """Annual rates of overturning: fragility curves convolved with a hazard curve, with the uncertainty of both.
 
-A curve of the wrong form has a rate that more motions do not bring nearer to the true one.  The rate of the runs is
-that of the curve, and what the observed shares of overturning add to it, linear in ln x between the levels.
+More motions do not correct the rate of a curve of the wrong form. The rate of the runs is the curve's rate plus the
+contribution of the observed shares of overturning, linear in ln x between the levels.
 """
 
 from __future__ import annotations
@@ -52,15 +52,15 @@ MOST_BINS = 100_000
 POWER = 2.0
 """Power of the ratio of dispersions that studentises a step of ln(rate).
 
-The variance of ln(rate) of n motions with one capacity each is k² beta² (1 + k² beta²/2)/n, so that errors are as a
-power of beta between 1 and 2.  Of 1, 1.5 and 2, whose upper tails were 4-8, 3-5 and 2-4 % in 1,000 studies of 20
-motions (nominal 2.5 %), it is the one that holds.
+The variance of ln(rate) of n motions with one capacity each is k² beta² (1 + k² beta²/2)/n. Errors are therefore as a
+power of beta between 1 and 2. Of 1, 1.5 and 2, only 2 keeps the level. Their upper tails were 4-8, 3-5 and 2-4 % in
+1,000 studies of 20 motions (nominal 2.5 %).
 """
 MOST_RATIO = 2.0
-"""Greatest ratio of dispersions that counts: data of few motions are drawn separated, and hold no dispersion.
+"""Maximum ratio of dispersions that counts: data of few motions may be drawn separated, without a dispersion.
 
-Coverage was the same to 0.3 % as without a bound, and the longest of 960 intervals 5 to 7 in place of 5 to 100 times as
-long as the normal one.
+Coverage was the same to 0.3 % as without a bound. The longest of 960 intervals were 5 to 7 times as long as the normal
+one, instead of 5 to 100 times.
 """
 
 
@@ -84,8 +84,8 @@ def annual_rate(
         Curves in ``pga_normalised`` or ``pgv_normalised`` need a hazard of ``pga`` or ``pgv``: each block's own alpha
         (and p) turns its levels into that measure.
     hazard : HazardCurve
-        Hazard curve of the same measure.  With realisations, `rate` is that of their mean, and the interval covers all
-        of them.
+        Hazard curve of the same measure. With realisations, `rate` is the rate of their mean, and the interval covers
+        all of them.
     years : float
         Time for the probability, years, > 0.
     below : {"extend", "none"}
@@ -94,8 +94,8 @@ def annual_rate(
         Above its highest level: the last piece is extended; or the events there do not count; or they count as if they
         just reached it (a lower bound).
     outside : {"refuse", "least", "most"}
-        Rule for tabulated curves beyond their levels, as in `curve_probability`; "refuse" is an error where it changes
-        a rate.
+        Rule for tabulated curves beyond their levels, as in `curve_probability`; "refuse" is an error if it changes a
+        rate.
     bins : int or array_like (edge,)
         Bins of intensity: their number, of equal width in ln x between the lowest and the highest level of the hazard
         curve, or their edges (SI).
@@ -105,31 +105,34 @@ def annual_rate(
     Returns
     -------
     xarray.Dataset
-        On the dimensions of the curves, such as (block, model): rate (1/year), probability in `years`; share_below and
-        share_above, the shares of the rate that the tails beyond the hazard curve's levels contribute; share on bin
-        too, which sums to 1 less what lies beyond the bins; intensity_mean (the exponential of the mean of ln x, over
-        all contributing events) and intensity_mode (the middle of the bin that holds most per unit of ln x).
-        Where the curves hold bootstrap replicates or the hazard realisations: rate_sample on ``replicate`` and
+        On the dimensions of the curves, such as (block, model): rate (1/year), probability in `years`. `share_below`
+        and `share_above` are the shares of the rate that the tails beyond the hazard curve's levels contribute.
+        `share`, also on bin, sums to 1 less the events beyond the bins. `intensity_mean` is the exponential of the mean
+        of ln x over all contributing events. `intensity_mode` is the middle of the bin with the maximum per unit of ln
+        x.
+
+        With bootstrap replicates of the curves or realisations of the hazard: rate_sample on ``replicate`` and
         ``realisation`` (coordinate weight), rate_lower, rate_upper, probability_lower, probability_upper, and
-        samples_used; where curves know their runs at common levels, rate_of_runs and rate_misfit (Notes).  One
-        replicate is one bootstrap sample for all blocks and models, so differences between them are taken sample by
-        sample.  A curve without an estimate has NaN.
+        samples_used. If curves know their runs at common levels, rate_of_runs and rate_misfit (Notes). One replicate is
+        one bootstrap sample for all blocks and models, so differences between them are taken sample by sample. A curve
+        without an estimate has NaN.
 
     Raises
     ------
     TypeError, ValueError
-        No dataset of curves or no hazard curve; measures or units that differ; floors that the hazard is not of
-        (below); rules, bins or confidence that do not exist; a tabulated curve too short for its rate with
-        ``outside="refuse"``; a hazard curve that ends level and is to be extended.
+        No dataset of curves or no hazard curve. Measures or units that differ. Floors of another hazard (below). Rules,
+        bins or confidence that do not exist. A tabulated curve too short for its rate with ``outside="refuse"``. A
+        hazard curve that ends level and is to be extended.
 
     Notes
     -----
-    rate = integral of P(x) |dH(x)|, in closed form on every piece of the hazard curve (`convolution`): ln H linear in
-    ln x, or a parabola, and P lognormal, a step, or linear in ln x.  Where P is the product of two lognormals with
-    dispersions > 0, the integral is computed by quadrature with a relative error of 1e-10 (some ten times slower).
+    The rate is the integral of P(x) |dH(x)|, in closed form on every piece of the hazard curve (`convolution`). On a
+    piece ln H is linear in ln x, or a parabola, and P is lognormal, a step, or linear in ln x. If P is the product of
+    two lognormals with dispersions > 0, the integral is computed by quadrature with a relative error of 1e-10 (about
+    ten times slower).
 
-    Extending is the conservative default: hazard curves grow steeper with intensity on a log-log plot, so continuing
-    with the slope of an end overestimates the rates beyond both ends.  A share_above of more than some per cent means
+    Extending is the conservative default. Hazard curves grow steeper with intensity on a log-log plot, so continuing
+    with the slope of an end overestimates the rates beyond both ends. A share_above of more than some per cent means
     that the hazard curve is too short for these blocks.
 
     Curves whose levels are of the floor motion (``im_at`` "floor") need the hazard of that floor: ``HazardCurve(…,
@@ -140,17 +143,17 @@ def annual_rate(
     are percentiles.  Every replicate is combined with every realisation by its weight; replicates without an estimate
     are left out (samples_used counts the others).
 
-    Where the shares of the runs at common levels are known, the interval also contains itself moved to the rate of the
-    runs, so that it holds the true rate where the curve does not fit. rate_misfit is the curve's rate over the rate of
-    the runs, less 1, or 0 within the curve's own interval. Tabulated and uplift curves have the hull of percentiles and
-    of their mirror images in ln(rate).
+    If the shares of the runs at common levels are known, the interval also contains itself moved to the rate of the
+    runs. It then contains the true rate even if the curve does not fit. `rate_misfit` is the curve's rate over the rate
+    of the runs, less 1, or 0 within the curve's own interval. Tabulated and uplift curves have the hull of percentiles
+    and of their mirror images in ln(rate).
 
-    *Coverage* of 95 % intervals in 960 studies each of 20, 40 and 80 motions (480 of 400) at hazard slopes of 1.5 to 5:
-    92-100 % for lognormal truths with dispersions of 0.25 to 0.7, two populations and skewed curves, with at most 4.4 %
-    of the truths above the upper end; 81-90 % for skewed curves whose rate comes from below all levels. Lengths were
-    1.0 to 1.5 times the length of a normal interval with the true deviation of ln(rate), 1.8 with 10 motions, and more
-    where the curve misfits. For isotonic curves and 20 motions coverage was 92-98 %, and 89-91 % for skewed truths
-    (percentiles: 87-95 %).
+    *Coverage* of 95 % intervals in 960 studies each of 20, 40 and 80 motions (480 of 400) at hazard slopes of 1.5 to 5.
+    It was 92-100 % for lognormal truths with dispersions of 0.25 to 0.7, two populations and skewed curves, with at
+    most 4.4 % of the truths above the upper end. It was 81-90 % for skewed curves whose rate comes from below all
+    levels. Lengths were 1.0 to 1.5 times the length of a normal interval with the true deviation of ln(rate). They were
+    1.8 times with 10 motions, and more if the curve misfits. For isotonic curves and 20 motions coverage was 92-98 %,
+    and 89-91 % for skewed truths (percentiles: 87-95 %).
 
     Examples
     --------
@@ -264,19 +267,19 @@ def rate_share_above(
     above: str = EXTEND,
     outside: str = REFUSE,
 ) -> xr.DataArray:
-    """Return the share of each annual rate that comes from shaking above a level.
+    """Return the share of each annual rate from motions above a level.
 
     Parameters
     ----------
     curves, hazard, below, above, outside
         As for `annual_rate`.
     levels : xarray.DataArray or float
-        Level in the measure and unit of the hazard curve, > 0; on block where blocks have different levels.
+        Level in the measure and unit of the hazard curve, > 0; on block if blocks have different levels.
 
     Returns
     -------
     xarray.DataArray
-        On the dimensions of the curves, 0 to 1; NaN where there is no rate.
+        On the dimensions of the curves, 0 to 1; NaN if there is no rate.
 
     Examples
     --------
@@ -298,7 +301,7 @@ def rate_share_above(
 class RateSamples(NamedTuple):
     """Samples of rates, (curve, replicate, realisation), the dimensions of their labelled array, and their weights.
 
-    mirrored: samples whose steps of ln(rate) are taken the other way, where they are not studentised.
+    mirrored: samples whose steps of ln(rate) are taken the other way, if they are not studentised.
     """
 
     values: Array
@@ -342,8 +345,8 @@ def _samples(curves: xr.Dataset, hazard: HazardCurve, below: str, above: str, ou
 def _studentised(curves: xr.Dataset, rates: Array, samples: Array) -> Array:
     """Return samples (curve, replicate, hazard) whose percentiles are the ends of bootstrap-t intervals of the rates.
 
-    The step of a replicate in ln(rate) is taken the other way, times (beta/beta of the replicate)², with a ratio of at
-    most `MOST_RATIO`: replicates of few severe motions have low rates and small errors, so that plain percentiles are
+    The step of a replicate in ln(rate) is reversed and multiplied by (beta/beta of the replicate)², with a ratio of at
+    most `MOST_RATIO`. Replicates of few severe motions have low rates and small errors, so that plain percentiles are
     too short on the unsafe side. Efron, B. and Tibshirani, R. J. (1993). An introduction to the bootstrap. Chapman and
     Hall, chapters 12 and 22.
     """
@@ -358,9 +361,9 @@ def _studentised(curves: xr.Dataset, rates: Array, samples: Array) -> Array:
 
 
 def _of_runs(curves: xr.Dataset, arrays: CurveArrays, hazards: list[Pieces]) -> Array | None:
-    """Return the rates of the runs over those of their curves, (curve, hazard), without modelling uncertainty.
+    """Return the rates of the runs over the rates of their curves, (curve, hazard), without modelling uncertainty.
 
-    None where the shares of the runs at common levels are not known.  arrays: the curves in the hazard's measure.
+    None if the shares of the runs at common levels are not known. arrays: the curves in the hazard's measure.
     """
     if OBSERVED not in curves or not isinstance(arrays, LognormalCurves) or curves.sizes["level"] < 2:
         return None
@@ -428,7 +431,7 @@ def _bin_edges(bins: int | Any, hazard: HazardCurve) -> Array:
 
 
 def _share_above(curves: CurveArrays, rate: Array, hazard: Pieces, levels: Array, outside: str) -> Array:
-    """Return the shares of rates (curve,) from above each curve's level (curve,); NaN where a rate is 0 or infinite."""
+    """Return the shares of rates (curve,) from above each curve's level (curve,); NaN if a rate is 0 or infinite."""
     curves = curves.flat()
     share = np.full(rate.shape, np.nan)
     sound = np.isfinite(rate) & (rate > 0.0)
@@ -444,8 +447,8 @@ def _deaggregate(
 ) -> tuple[Array, Array, Array]:
     """Return the shares of the rates (curve, bin) between `edges` (edge,), and mean and mode of ln x (curve,) each.
 
-    The mean is exact, over all intensities; the mode is the middle of the bin that holds most per unit of ln x.  Both
-    are NaN where the rate is 0 or infinite.
+    The mean is exact, over all intensities; the mode is the middle of the bin with the maximum per unit of ln x. Both
+    are NaN if the rate is 0 or infinite.
     """
     curves = curves.flat()
     log_edges = log(edges)

@@ -69,7 +69,7 @@ def per_block(curves: xr.Dataset, im: str) -> xr.DataArray:
 
 
 def check_floor(curves: xr.Dataset, hazard: HazardCurve) -> None:
-    """Raise ValueError where the levels of the curves are of another floor's motion than the hazard."""
+    """Raise ValueError if the levels of the curves are of another floor's motion than the hazard."""
     at_ground = levels_of_the_ground(curves)
     floors = [str(one) for one in np.atleast_1d(curves["floor"].values)] if "floor" in curves.coords else []
     upper = [floor for floor in floors if floor not in GROUND_FLOORS]

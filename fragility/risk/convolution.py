@@ -1,15 +1,16 @@
 """Annual rate of overturning: the convolution of a fragility curve P with a hazard curve H, in closed form.
 
-lambda = integral of P(u) (-dH/du) du = integral of H(u) dP(u), u = ln x. The second integral is a sum of positive
-terms, one for each piece of the hazard curve, so that no terms cancel however far apart curve and hazard lie.
+With u = ln x, lambda = integral of P(u) (-dH/du) du = integral of H(u) dP(u). The second integral is a sum of positive
+terms, one for each piece of the hazard curve. Terms therefore do not cancel, however far apart curve and hazard lie.
 
-On a piece where ln H is a parabola of local slope k(u) = -d ln H/du and curvature k2, and P = Phi(z), z = (u - m)/beta:
+On a piece on which ln H is a parabola of local slope k(u) = -d ln H/du and curvature k2, and P = Phi(z), z = (u -
+m)/beta:
 
     H(u) phi(z) = C phi(t),   t = (z + k(u) beta)/r,   r = sqrt(1 + 2 k2 beta²),   dz = dt/r,
 
 so that the piece contributes C/r times a difference of Phi(t) between its ends. With the scaled complementary error
 function, C Phi(-|t|) = H phi(z) sqrt(pi/2) erfcx(|t|/sqrt 2), both ends stay finite. C itself, which contains exp(k²
-beta²/2), is needed only where t changes its sign on the piece, and there C phi(0) is H phi(z) at a point of the piece.
+beta²/2), is needed only if t changes its sign on the piece. There C phi(0) is H phi(z) at a point of the piece.
 
 Power law, k0 median**-k exp(k² beta²/2): Cornell, C. A. et al. (2002). Second order: Vamvatsikos, D. (2013). (Both as
 in `hazard.HazardCurve`.)
@@ -33,7 +34,7 @@ from .quadrature import event_integral, product_integral
 _QUIET = np.errstate(over="ignore", under="ignore", invalid="ignore", divide="ignore")
 # Rows of curves at a time: the arrays of one pass stay in the processor's cache.
 ROWS = 2048
-# Where a rate without the events above the levels is less than this share of the whole, it is integrated anew.
+# If a rate without the events above the levels is less than this share of the whole, it is integrated again.
 CANCELLED = 0.1
 # Two bounds of a rate whose relative difference is smaller are equal.
 SAME = 1e-12
@@ -70,9 +71,9 @@ def rates_of(curves: CurveArrays, hazard: Pieces, outside: str = REFUSE) -> Rate
 def rates_and_slopes(curves: LognormalCurves, hazard: Pieces) -> tuple[Rates, Array]:
     """Return the annual rates of curves (curve,) without uplift, and the slopes (2, curve) of ln rate.
 
-    The slopes are in ln median and in ln dispersion. With M1 and M2 the integrals of z H dP and of z² H dP over a
-    piece, where z = (u - m)/beta, its part I of the rate has the slopes M1/beta in m and M2 - I in ln beta. Both follow
-    from the slopes of H phi(z) and of z H phi(z), integrated over the piece:
+    The slopes are in ln median and in ln dispersion. Let M1 and M2 be the integrals of z H dP and of z² H dP over a
+    piece, with z = (u - m)/beta. The part I of the piece in the rate has the slopes M1/beta in m and M2 - I in ln beta.
+    Both follow from the slopes of H phi(z) and of z H phi(z), integrated over the piece:
 
         M1 = -([H phi] + k beta I)/r²,   M2 = (I - k beta M1 - [z H phi])/r²,
 
@@ -112,7 +113,7 @@ def _slopes(curves: LognormalCurves, hazard: Pieces, whole: Array) -> Array:
 def contributions(curves: CurveArrays, hazard: Pieces, edges: Array, outside: str = REFUSE) -> Array:
     """Return the rates (curve, edge - 1), 1/year, from each interval between `edges` (edge,), ascending u = ln x."""
     curves = curves.flat()
-    rule = LEAST if outside == REFUSE else outside  # a rate that was not refused is the same under both rules
+    rule = LEAST if outside == REFUSE else outside  # a rate without an error is the same under both rules
     found = np.empty((curves.shape[0], edges.size - 1))
     if isinstance(curves, TabulatedCurves):
         for rows in _tables(curves):
@@ -217,7 +218,7 @@ def _normal(pieces: Pieces, start: Array, stop: Array, median: Array, dispersion
 
 
 def _times(probability: Array, rate: Array) -> Array:
-    """Return probability times rate; 0 where the probability is 0, even for an infinite rate."""
+    """Return probability times rate; 0 if the probability is 0, even for an infinite rate."""
     return np.where(probability == 0.0, 0.0, probability * rate)
 
 
@@ -232,7 +233,7 @@ def _parts(curves: LognormalCurves, pieces: Pieces) -> Array:
 
 
 def _by_parts(curves: LognormalCurves, pieces: Pieces, whole: Array) -> Array:
-    """Return the integral of P (-dH) over each piece from that of H dP, (curve, piece)."""
+    """Return the integral of P (-dH) over each piece from the integral of H dP, (curve, piece)."""
     step = _step(curves)[:, None]
     values = []
     for end in (np.maximum(pieces.start, step), np.maximum(pieces.stop, step)):
@@ -293,7 +294,7 @@ def _tabulated_parts(curves: TabulatedCurves, pieces: Pieces, outside: str) -> A
 
 
 def _mean_rate(pieces: Pieces) -> Array:
-    """Return the mean of H over the width of each piece, (piece,); NaN where the width is infinite."""
+    """Return the mean of H over the width of each piece, (piece,); NaN if the width is infinite."""
     width = pieces.stop - pieces.start
     first = exp(pieces.log_at(slice(None), pieces.start))
     slopes = [pieces.slope_at(slice(None), end) for end in (pieces.start, pieces.stop)]

@@ -1,7 +1,7 @@
-"""Annual rates over weighted branches of models, motions and hazards, with modelling uncertainty: what is not known.
+"""Annual rates over weighted branches of models, motions and hazards, with modelling uncertainty.
 
-What differs from earthquake to earthquake is in the curves; what one does not know (which model is right, which motions
-the site will see, where the hazard curve lies, how far the model is off) spreads the rate itself.
+The curves contain the variability from earthquake to earthquake. Epistemic uncertainty spreads the rate itself: the
+right model, the motions of the site, the hazard curve, and the error of the model.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from .weighing import SOURCES, SampledRates, fractiles_of, shares_of_spread
 
 FRACTILES = (0.05, 0.16, 0.5, 0.84, 0.95)
 SAMPLES = 1000
-"""Samples of the modelling uncertainty where curves hold no replicates."""
+"""Samples of the modelling uncertainty if curves have no replicates."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,14 +56,14 @@ def epistemic_rates(
     outside: str = REFUSE,
     seed: int = 0,
 ) -> xr.Dataset:
-    """Return fractiles and the mean of annual rates over weighted branches, and what spreads them.
+    """Return fractiles and the mean of annual rates over weighted branches, and the sources of their spread.
 
     Parameters
     ----------
     branches : sequence of Branch
-        All combinations of models, motions and hazards with their weights, which sum to 1.  Curves are of the same
-        blocks, in the measure of their hazard; with replicates (`fit_fragility`, ``keep_replicates``) the finite number
-        of motions counts, with realisations of a hazard its own uncertainty.
+        All combinations of models, motions and hazards with their weights, which sum to 1. Curves are of the same
+        blocks, in the measure of their hazard. With replicates (`fit_fragility`, ``keep_replicates``) the finite number
+        of motions counts. With realisations of a hazard its own uncertainty counts.
     modelling_dispersion : float
         beta_m, the modelling uncertainty of the medians, as `with_modelling` explains; common to all branches.
     fractiles : sequence of float
@@ -76,25 +76,28 @@ def epistemic_rates(
     Returns
     -------
     xarray.Dataset
-        On the dimensions of the curves: rate_mean, the mean of the rate (1/year); rate_fractile on fractile: the rate
-        is below it with that probability; branch_rate on branch, the rate of each branch by itself (without beta_m),
-        with the coordinates branch_model, branch_motions, branch_hazard and branch_weight; spread on source, the share
-        of each source in the variance of ln(rate), which sum to 1 (NaN where the rate is 0 or has no spread).
+        On the dimensions of the curves: `rate_mean`, the mean of the rate (1/year). `rate_fractile` on fractile: the
+        rate is below it with that probability. `branch_rate` on branch, the rate of each branch by itself (without
+        beta_m), with the coordinates branch_model, branch_motions, branch_hazard and branch_weight. `spread` on source,
+        the share of each source in the variance of ln(rate); the shares sum to 1 (NaN if the rate is 0 or has no
+        spread).
 
     Raises
     ------
     TypeError, ValueError
-        No branches; weights that do not sum to 1, or are no products of those of their models, motions and hazards; the
-        same combination twice, or one missing; curves of other blocks; a hazard curve that is a fractile of its
-        realisations; curves that are not lognormal with modelling uncertainty, or hold it already; as `annual_rate`.
+        No branches. Weights that do not sum to 1, or are no products of the weights of their models, motions and
+        hazards. The same combination twice, or one missing. Curves of other blocks. A hazard curve that is a fractile
+        of its realisations. With modelling uncertainty, curves that are not lognormal or already contain it. Also as
+        `annual_rate`.
 
     Notes
     -----
-    Fractiles are order statistics of all samples: every branch, its realisations and its replicates by their weights,
-    each replicate paired with one of as many equally probable values of exp(beta_m Z).  The mean is that of the
-    branches' best estimates, with beta_m by sqrt(beta² + beta_m²).  Shares of the variance of ln(rate): main effects of
-    the branches, whose realisations count as hazard; what is left of their variance is *together*; to which the mean
-    over branches of the variance by beta_m and by replicates is added.
+    Fractiles are order statistics of all samples: every branch, its realisations and its replicates by their weights.
+    Each replicate is paired with one of as many equally probable values of exp(beta_m Z). The mean is from the
+    branches' best estimates, with beta_m by sqrt(beta² + beta_m²).
+
+    Shares of the variance of ln(rate) are main effects of the branches, whose realisations count as hazard. The rest of
+    their variance is *together*. The mean over branches of the variance by beta_m and by replicates is added.
 
     Examples
     --------
@@ -189,7 +192,7 @@ def _checked(branches: Sequence[Branch]) -> list[Branch]:
 
 
 def _refuse_others(first: xr.Dataset, curves: xr.Dataset) -> None:
-    """Raise ValueError where curves are not of the same blocks and floors, in their order."""
+    """Raise ValueError if curves are not of the same blocks and floors, in their order."""
     for name in ("block", "floor"):
         own, other = (np.atleast_1d(one[name].values) if name in one.coords else None for one in (first, curves))
         same = (own is None) == (other is None) and (own is None or np.array_equal(own, np.asarray(other)))

@@ -37,8 +37,8 @@ def size_for_rate(
     Parameters
     ----------
     rates : xarray.Dataset
-        As `annual_rate` returns it, of at least two blocks that differ in `along`: a family with one free size, such as
-        several slendernesses of one R, or widths of one height.
+        As `annual_rate` returns it, of at least two blocks that differ in `along`. They are a family with one free
+        size, such as several slendernesses of one R, or widths of one height.
     along : {"alpha", "R", "width", "height", "cm_height"}
         The coordinate of the blocks to solve for.
     rate, probability : float
@@ -51,12 +51,12 @@ def size_for_rate(
     Returns
     -------
     xarray.Dataset
-        On the other dimensions, such as model: the variable named as `along`, at which the target is met, and status:
-        ``ok``, or why it is NaN (``all above the target``, ``all below the target``, ``crosses the target more than
-        once``, ``no rate``).  With `rate_sample`, the ends of its interval too (such as alpha_lower, alpha_upper):
-        quantiles over the samples.  A sample that does not meet the target counts as infinitely large or small, so that
-        an end of the interval may be infinite: it lies beyond the blocks that were run.  Samples in
-        which a block has no rate are left out (samples_used).
+        On the other dimensions, such as model: the variable named as `along`, at which the target is met, and status.
+        The status is ``ok``, or the reason for NaN: ``all above the target``, ``all below the target``, ``crosses the
+        target more than once`` or ``no rate``. With `rate_sample`, the ends of its interval too (such as alpha_lower,
+        alpha_upper): quantiles over the samples. A sample that does not meet the target counts as infinitely large or
+        small. An end of the interval may therefore be infinite: it lies beyond the given blocks. Samples in which a
+        block has no rate are left out (samples_used).
 
     Notes
     -----
@@ -117,7 +117,7 @@ def size_for_rate(
 
 
 def check_family(along: str, sizes: Sequence[float] | Array, labels: Sequence[str]) -> None:
-    """Raise ValueError where two blocks have the same size, which must tell all blocks of a family apart."""
+    """Raise ValueError if two blocks have the same size, which must distinguish all blocks of a family."""
     seen: dict[float, str] = {}
     for size, label in zip(map(float, sizes), labels, strict=True):
         if size in seen:
@@ -163,7 +163,7 @@ def _crossings(sizes: Array, rates: Array, goal: float) -> tuple[Index, Array]:
 
 
 def _weights(rates: xr.Dataset, rows: list[str]) -> Array | None:
-    """Return the weights of the samples, with the dimensions `rows` flattened; None where all weights are equal."""
+    """Return the weights of the samples, with the dimensions `rows` flattened; None if all weights are equal."""
     if "realisation" not in rows or "weight" not in rates.coords:
         return None
     sizes = [rates.sizes[dim] for dim in rows]

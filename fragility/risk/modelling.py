@@ -1,4 +1,4 @@
-"""Modelling uncertainty beta_m of fragility curves: how well the model is known, beside how motions differ."""
+"""Modelling uncertainty beta_m of fragility curves: quality of the model, in addition to the variability of motions."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ from ..hazard.pieces import EXTEND
 from .convolution import rates_of
 
 MODELLING = "modelling_dispersion"
-"""Attribute of curves whose dispersion holds modelling uncertainty, with its value."""
+"""Attribute of curves whose dispersion includes modelling uncertainty, with its value."""
 POINTS = 1000
 """Points of a blurred hazard curve."""
 USUAL_DISPERSION = 0.3
-"""beta_m of the range of a chance or a rate where nothing better is known: between the average (0.25) and the limited
-(0.40) quality of a model by FEMA P-58-1 (2018), section 5.2 (recalled)."""
+"""Default beta_m of the range of a probability or a rate. It lies between the average (0.25) and the limited (0.40)
+quality of a model by FEMA P-58-1 (2018), section 5.2 (recalled).
+"""
 TENTH = 1.28
 """Standard normal score that one in ten exceeds."""
 
@@ -33,7 +34,7 @@ def capacity_factors(dispersion: float) -> tuple[float, float]:
     """Return the factors exp(-1.28 beta_m) and exp(1.28 beta_m) between which true over computed capacities lie.
 
     They are the 10 and 90 % fractiles of a lognormal error of all capacities with beta_m = `dispersion`, or the usual
-    one where that is 0.
+    one if that is 0.
     """
     error = TENTH * (dispersion or USUAL_DISPERSION)
     return float(exp(-error)), float(exp(error))
@@ -53,9 +54,9 @@ LOWER, UPPER = "_modelling_lower", "_modelling_upper"
 def with_ends(
     name: str, dims: tuple[str, ...], ends: Sequence[Array], units: str, dispersion: float, measure: str = ""
 ) -> dict[str, xr.Variable]:
-    """Return the ends of the range of a value, from the values at the two `capacity_factors`; NaN where one is NaN.
+    """Return the ends of the range of a value, from the values at the two `capacity_factors`; NaN if one is NaN.
 
-    measure: that of a value with a unit of the levels.
+    `measure`: measure of a value with a unit of the levels.
     """
     low, high = capacity_factors(dispersion)
     text = f"if all capacities are off by one factor, {low:.2f} to {high:.2f}{f': {measure}' if measure else ''}"
@@ -76,30 +77,30 @@ def range_of_half_levels(curves: xr.Dataset, dispersion: float) -> dict[str, xr.
 
 
 def with_modelling(curves: xr.Dataset, dispersion: float) -> xr.Dataset:
-    """Return lognormal curves whose dispersion holds modelling uncertainty too: the mean over what the model may be.
+    """Return lognormal curves whose dispersion includes modelling uncertainty: the mean over possible models.
 
     Parameters
     ----------
     curves : xarray.Dataset
         Lognormal curves, as `fit_fragility` returns them, whose dispersion is of the motions alone.
     dispersion : float
-        beta_m, the standard deviation of ln(true median / median of the model), >= 0.  It must hold nothing that is
-        counted otherwise, such as laws or motions that are branches.  FEMA P-58 combines two parts of 0.10 (superior),
-        0.25 (average) or 0.40 (limited), the construction's and the model's, as the root of their squares.
+        beta_m, the standard deviation of ln(true median / median of the model), >= 0. It must not include other
+        uncertainty, such as laws or motions that are branches. FEMA P-58 combines two parts of 0.10 (superior), 0.25
+        (average) or 0.40 (limited), the construction's and the model's, as the root of their squares.
 
     Returns
     -------
     xarray.Dataset
-        The curves with sqrt(beta² + beta_m²) in place of beta, in ends of intervals and replicates too, and beta_m in
-        the attribute ``modelling_dispersion``.  Standard errors and fractiles, which hold only for the plain curves,
-        are left out.
+        The curves with sqrt(beta² + beta_m²) instead of beta, in ends of intervals and replicates too, and beta_m in
+        the attribute ``modelling_dispersion``. Standard errors and fractiles, which are valid only for the plain
+        curves, are left out.
 
     Notes
     -----
-    With ln(median) normal around that of the model, E[Phi(ln(x/median)/beta)] = Phi(ln(x/median)/sqrt(beta² +
-    beta_m²)).  Rates of these curves are mean rates; fractiles of the rate (`epistemic_rates`) start from curves
-    without it, so that it is never counted twice.  With a hazard H = k0 x^-k the mean rate is exp(k² beta_m²/2) times
-    that of the plain curve (Cornell et al. 2002).
+    With ln(median) normal around the model's value, E[Phi(ln(x/median)/beta)] = Phi(ln(x/median)/sqrt(beta² +
+    beta_m²)). Rates of these curves are mean rates; fractiles of the rate (`epistemic_rates`) start from curves without
+    it, so that it is never counted twice. With a hazard H = k0 x^-k the mean rate is exp(k² beta_m²/2) times the plain
+    curve's (Cornell et al. 2002).
 
     References
     ----------
@@ -139,9 +140,9 @@ def blurred(hazard: HazardCurve, dispersion: float, levels: Array) -> HazardCurv
     """Return the hazard curve under which capacities known exactly have the mean rates of capacities known to beta_m.
 
     It is E[H(x exp(beta_m Z))] at points that reach four beta_m beyond levels (SI) and hazard, which is extended with
-    its slopes at both ends: the rate of a lognormal curve with the median x and the `dispersion` beta_m > 0. A capacity
-    c exp(beta_m Z) is exceeded at the rate H(c exp(beta_m Z)), whose mean over Z is that of c under this curve. It
-    holds for any number of capacities with the same Z, for their sums, and for events of several of them.
+    its slopes at both ends. At x it is the rate of a lognormal curve with the median x and the `dispersion` beta_m > 0.
+    A capacity c exp(beta_m Z) is exceeded at the rate H(c exp(beta_m Z)), whose mean over Z is the rate of c under this
+    curve. It is valid for any number of capacities with the same Z, for their sums, and for events of several of them.
     """
     beta = checks.number("dispersion", dispersion, above=0.0, at_most=BETA_M.at_most)
     ends = log([min(hazard.levels[0], levels[0]), max(hazard.levels[-1], levels[-1])])

@@ -52,13 +52,13 @@ def integrate(
     groups: Index,
     tolerance: float = 1e-12,
 ) -> Array:
-    """Return integrals (integral,) of non-negative functions, each the sum of its panels, NaN where the function is.
+    """Return integrals (integral,) of non-negative functions, each the sum of its panels, NaN if the function is.
 
-    `function` takes points (panel, 15) and the integral that each panel belongs to (panel,), and returns (panel, 15).
-    `start`, `stop` and `owner` (panel,) are the ends of the panels, finite, and the number of their integral; kinks of
-    the function should lie on ends, otherwise bisection has to find them. `groups` (integral,) is the number, from 0
-    on, of the sum that each integral is a part of. A panel is bisected while Gauss' 7 and Kronrod's 15 points differ by
-    more than the share `tolerance` of that sum.
+    `function` takes points (panel, 15) and the integral of each panel (panel,), and returns (panel, 15). `start`,
+    `stop` and `owner` (panel,) are the ends of the panels, finite, and the number of their integral. Kinks of the
+    function should lie on ends, otherwise bisection has to find them. `groups` (integral,) is the number, from 0 on, of
+    the sum to which each integral belongs. A panel is bisected while Gauss' 7 and Kronrod's 15 points differ by more
+    than the share `tolerance` of that sum.
     """
     count = groups.size
     total = np.zeros(count)
@@ -93,7 +93,7 @@ def _kronrod(function: Callable[[Array, Index], Array], start: Array, stop: Arra
 
 
 def product_integral(curves: LognormalCurves, pieces: Pieces) -> Array:
-    """Return the integral of H dP over each piece, (curve, piece), where both factors of P have a dispersion > 0."""
+    """Return the integral of H dP over each piece, (curve, piece), if both factors of P have a dispersion > 0."""
     count = pieces.stop.size
     low, high = _support(curves)
 
@@ -117,7 +117,7 @@ def product_integral(curves: LognormalCurves, pieces: Pieces) -> Array:
 def event_integral(
     curves: CurveArrays, hazard: Pieces, weight: Callable[[Array, Index], Array] | None = None, outside: str = LEAST
 ) -> Array:
-    """Return the integral of P (-dH) over all pieces, (curve,), times `weight`(u, curve) >= 0 where given."""
+    """Return the integral of P (-dH) over all pieces, (curve,), times `weight`(u, curve) >= 0 if given."""
     low, high = lower_end(curves, hazard, outside), _support(curves)[1]
     # an extended tail is cut where its remainder is negligible
     final = hazard.slope[-1] if np.isposinf(hazard.stop[-1]) else np.inf
@@ -145,7 +145,7 @@ def lower_end(curves: CurveArrays, hazard: Pieces, outside: str = LEAST) -> Arra
 
 
 def _support(curves: CurveArrays) -> tuple[Array, Array]:
-    """Return the u where P rises from 0 in double precision, and the u above which P is constant, (curve,) each."""
+    """Return the u at which P rises from 0 in double precision, and the u above which P is constant, (curve,) each."""
     if isinstance(curves, TabulatedCurves):
         return curves.log_levels[0] + curves.shift, curves.log_levels[-1] + curves.shift
     low = np.maximum(

@@ -13,7 +13,7 @@ from ..fitting.bootstrap import percentile_interval
 
 
 class Ratio(NamedTuple):
-    """A ratio with its interval, NaN where it is not known."""
+    """A ratio with its interval, NaN if it is not known."""
 
     value: float
     lower: float
@@ -30,8 +30,8 @@ def ratio_of(
 ) -> Ratio:
     """Return b/a with the percentile interval of the ratio of replicates (replicate,), replicate by replicate.
 
-    Both numbers are >= 0, NaN where there is none; replicates that are None give no interval. `of_runs` (2,) are both
-    numbers by the runs, where a and b are of fitted curves: the interval also contains itself moved there.
+    Both numbers are >= 0, NaN if there is none; replicates that are None give no interval. `of_runs` (2,) are both
+    numbers by the runs, if a and b are of fitted curves: the interval also contains itself moved there.
     """
     if not (a > 0.0 and math.isfinite(a) and math.isfinite(b)):
         return Ratio(math.nan, math.nan, math.nan)

@@ -1,4 +1,4 @@
-"""Rates over weighted branches: their fractiles, and the shares of what spreads them."""
+"""Rates over weighted branches: their fractiles, and the shares of the sources of spread."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ MODELS, MOTIONS, HAZARD, MODEL_ERROR, FINITE, JOINT = (
     "together",
 )
 SOURCES = (MODELS, MOTIONS, HAZARD, MODEL_ERROR, FINITE, JOINT)
-"""What spreads a rate: branches of models, motions and hazards; beta_m; the finite number of motions; and what branches
-do together."""
+"""Sources of spread of a rate: branches of models, motions and hazards; beta_m; the finite number of motions; joint
+effects of branches.
+"""
 
 
 class SampledRates(NamedTuple):

@@ -19,7 +19,7 @@ _DECIDING = ("overturned", "overturning_time")
 
 
 def axes_of(motions: Sequence[Record]) -> str:
-    """Return how motions shake: `BOTH_AXES`, `WEAK_AXIS`, or '' by one component; ValueError where they differ."""
+    """Return the axes of motions: `BOTH_AXES`, `WEAK_AXIS`, or '' for one component; ValueError if they differ."""
     found = {record.axes for record in motions}
     if len(found) > 1:
         raise ValueError("motions must all shake one way: both axes, the weak axis, or one component, got several")
@@ -27,7 +27,7 @@ def axes_of(motions: Sequence[Record]) -> str:
 
 
 def check_axes(axes: str, blocks: Sequence[Block], models: Sequence[Model]) -> None:
-    """Raise a ValueError where blocks cannot be run about these axes.
+    """Raise a ValueError if blocks cannot be run about these axes.
 
     About both axes: a block without a depth, one on a soft bed, one too squat along its depth for a law without an
     explicit restitution. About the weak axis alone: a block without a depth, or with a depth below 1.6 times its width,
@@ -102,10 +102,12 @@ def both_works(work: Work, across: Sequence[Any]) -> tuple[Work, Work]:
 def of_both(outputs: Sequence[str], x: Mapping[str, Any], y: Mapping[str, Any]) -> dict[str, Any]:
     """Return outputs of runs about both axes from those about each (`x` along the width, `y` along the depth).
 
-    overturned and uplifted: about either axis; ruptured: of the restraint, which acts along the width; axis: that about
-    which the block fell first, the width at equal times and in runs that leave the floor; overturning_time: the
-    earlier; peak_rotation: the larger, pi/2 where the block fell, so that what the other axis did after the fall does
-    not count; impacts, impact_velocity and direction: of the axis about which it fell, else the larger.
+    - overturned and uplifted: about either axis;
+    - ruptured: of the restraint, which acts along the width;
+    - axis: the axis about which the block fell first, the width at equal times and in runs that leave the floor;
+    - overturning_time: the earlier;
+    - peak_rotation: the larger, pi/2 if the block fell, so that the other axis does not count after the fall;
+    - impacts, impact_velocity and direction: of the axis about which it fell, else the larger.
     """
     found: dict[str, Any] = {}
     axis: Any = None

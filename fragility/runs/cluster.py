@@ -1,8 +1,8 @@
 """Execution of chunks on a dask.distributed cluster.
 
-Oscillators and motions are sent once, not with every chunk: they are results of small tasks, which the cluster repeats
-when the worker that held a result is lost.  Motions that workers can make themselves are not sent at all.  The
-scheduler is given only as many chunks as keep the workers busy, whatever their total number.
+Oscillators and motions are sent once, not with every chunk. They are results of small tasks, which the cluster repeats
+if the worker with a result is lost. Motions that workers can make themselves are not sent. The scheduler is given only
+enough chunks to keep the workers busy, whatever their total number.
 
 Scheduler and client often share the cores with the workers, and their work grows with the number of messages.
 Therefore chunks are sent, and results fetched, several at a time, and data that dask need not inspect is sent as bytes.
@@ -57,7 +57,7 @@ class Remake:
     known: frozenset[str]
 
     def gives(self, digests: Sequence[str]) -> bool:
-        """Return True if the function makes all motions of these digests; it is called only where that is not known."""
+        """Return True if the function makes all motions of these digests; it is called only if that is not known."""
         return self.known.issuperset(digests) or self._all.issuperset(digests)
 
     @cached_property
@@ -69,8 +69,8 @@ class Remake:
 class Cluster(Runner):
     """Runner on the workers of a client.
 
-    `remake`: how workers make motions themselves, where they can.  Once `stop` returns True no chunk is begun; chunks
-    in flight are returned, then KeyboardInterrupt is raised.
+    `remake`: instructions with which workers make motions themselves, if they can. Once `stop` returns True no chunk is
+    begun; chunks in flight are returned, then KeyboardInterrupt is raised.
     """
 
     client: Client
@@ -78,7 +78,7 @@ class Cluster(Runner):
     stop: Callable[[], bool] = never
 
     def run(self, work: Work, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, ChunkResult]]:
-        """Yield every chunk with its results; ClusterError where the cluster cannot compute it."""
+        """Yield every chunk with its results; ClusterError if the cluster cannot compute it."""
         if not chunks:
             return
         from distributed.comm.core import CommClosedError  # noqa: PLC0415 - loaded where there is a cluster
@@ -103,7 +103,7 @@ class Cluster(Runner):
         finished: list[Future[Any]] = []
         left = len(chunks)
         while left:
-            # (chunks that replace finished ones are sent first, so that no worker waits while results are fetched)
+            # chunks that replace finished chunks are sent first, so that no worker waits while results are fetched
             room = 0 if self.stop() else AHEAD * threads.count() + 1 - (len(running) - len(finished))
             begun = list(islice(waiting, max(room, 0)))
             for future, chunk in zip(sent.submit(begun), begun, strict=True):
@@ -119,7 +119,7 @@ class Cluster(Runner):
 
 @cache
 def _sources() -> str:
-    """Return a hash of the sources that compute a chunk beside the engine."""
+    """Return a hash of the sources outside the engine that compute a chunk."""
     files = sorted(Path(__file__).parent.glob("*.py"))
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:12]
 
@@ -130,7 +130,7 @@ def worker_identity() -> dict[str, str]:
 
 
 def check_workers(client: Client) -> None:
-    """Wait for a worker; ClusterError where no worker connects, or where one has another engine than this process."""
+    """Wait for a worker; ClusterError if no worker connects, or if one has another engine than this process."""
     try:
         client.wait_for_workers(1, timeout=WORKERS_WITHIN)
     except TimeoutError:
@@ -252,7 +252,7 @@ def _check_engine(who: str, theirs: dict[str, str], ours: dict[str, str]) -> Non
 
 
 class _ThreadCount:
-    """Number of threads of the workers, updated from time to time; ClusterError where no worker is left."""
+    """Number of threads of the workers, updated from time to time; ClusterError if no worker is left."""
 
     def __init__(self, client: Client) -> None:
         self.client = client
@@ -275,7 +275,7 @@ class _ThreadCount:
 
 
 def _finished(news: SimpleQueue[Future[Any]], threads: _ThreadCount, running: int) -> list[Future[Any]]:
-    """Wait for at least one finished chunk and others that finish soon; ClusterError where no worker is left."""
+    """Wait for at least one finished chunk and others that finish soon; ClusterError if no worker is left."""
     found: list[Future[Any]] = []
     while not found:
         try:

@@ -1,4 +1,4 @@
-"""Scale factors of runs, computed part by part where they differ from block to block."""
+"""Scale factors of runs, computed part by part if they differ from block to block."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class BlockFactors(NamedTuple):
             return self.measure.factors(ratios) * self.times[:, None]
 
     def parts(self) -> Iterator[Array]:
-        """Yield all factors, those of some blocks at a time."""
+        """Yield all factors, some blocks at a time."""
         blocks, levels, motions = self.shape
         step = max(1, RUNS // max(1, levels * motions))
         for first in range(0, blocks, step):
@@ -45,7 +45,7 @@ class BlockFactors(NamedTuple):
 
 
 Factors = Array | BlockFactors
-"""Factors (block, level, motion): an array of one block where the factors are the same for all blocks."""
+"""Factors (block, level, motion): an array of one block if the factors are the same for all blocks."""
 
 
 def dense(factors: Factors) -> Array:
@@ -64,8 +64,9 @@ def either_side(factors: Factors, share: float) -> Factors:
 class ScaleFactors(NamedTuple):
     """Scale factors on the dimensions that they depend on, computed when they are read: for a slab of runs at a time.
 
-    levels: on level, or on motion where each motion is run at one level; measured: the measure of the unscaled motions,
-    on motion, or on (block, motion); measure: turns ratios of the two into factors, None where ratios are factors.
+    `levels`: on level, or on motion if each motion is run at one level. `measured`: the measure of the unscaled
+    motions, on motion, or on (block, motion). `measure`: turns ratios of the two into factors, None if ratios are
+    factors.
     """
 
     levels: xr.Variable
@@ -79,7 +80,7 @@ class ScaleFactors(NamedTuple):
 
     @property
     def values(self) -> xr.Variable:
-        """The factors on motion, and on block and level where they depend on them, in the order of runs."""
+        """The factors on motion, and on block and level if they depend on them, in the order of runs."""
         ratios: xr.Variable = self.levels / self.measured
         factors = ratios if self.measure is None else ratios.copy(data=self.measure.factors(ratios.values))
         return factors.transpose(*[dim for dim in ("block", "level", "motion") if dim in factors.dims])

@@ -12,7 +12,7 @@ from ...models.runs import engine_identity
 from .plan import Chunk, ChunkResult, LeftError, Work, never, run_chunk, run_part
 
 Graph = dict[Key, Any]
-"""Tasks by their keys: a function with its arguments, keys and lists of them standing for what these tasks return."""
+"""Tasks by their keys: a function with its arguments; keys and lists of keys represent the results of these tasks."""
 
 
 class ChunkTask:
@@ -22,7 +22,7 @@ class ChunkTask:
         self._work, self._chunk, self._stop = work, chunk, stop
 
     def __call__(self) -> ChunkResult | None:
-        """Compute it; None where the work has been stopped before, or in the middle of a long one."""
+        """Compute it; None if the work has been stopped before, or in the middle of a long one."""
         if self._stop():
             return None
         try:
@@ -42,14 +42,14 @@ class ChunkTask:
 
 
 def run_sent(engine: Mapping[str, str], data: tuple[Any, ...]) -> ChunkResult:
-    """Compute a chunk from its data in another process; ValueError where that has another engine than the sender."""
+    """Compute a chunk from its data in another process; ValueError if that has another engine than the sender."""
     if difference := engine_difference(engine_identity(), engine):
         raise ValueError(f"a worker {difference}")
     return run_part(*data)
 
 
 def engine_difference(theirs: Mapping[str, str], ours: Mapping[str, str]) -> str:
-    """Return what another process has that this one has not, and what to do about it; empty where engines are equal.
+    """Return the difference of another process from this one, and its remedy; empty if engines are equal.
 
     Results of different engines differ in their last digits, and therefore now and then in their outcomes.
     """

@@ -65,14 +65,14 @@ def _output(name: str, runs: Runs, blocks: Sequence[Block], work: Work, array: A
 
 
 def _rocking(work: Work) -> Iterator[Oscillator]:
-    """Yield the specimens of work that has none but rocking ones."""
+    """Yield the specimens of work in which all of them rock."""
     for oscillator in work.oscillators:
         assert isinstance(oscillator, Oscillator)
         yield oscillator
 
 
 def _modes(blocks: Sequence[Block], work: Work, array: Allocator) -> NDArray[np.int8]:
-    """Return what each sliding block does first (slider, level, motion): see `models.sliding.mode`."""
+    """Return the first mode of each sliding block (slider, level, motion): see `models.sliding.mode`."""
     found = array((len(work.oscillators), work.levels, len(work.motions)), np.dtype(np.int8))
     each = len(found) // len(blocks)
     for i, (own, slider) in enumerate(zip(found, work.oscillators, strict=True)):
@@ -84,7 +84,7 @@ def _modes(blocks: Sequence[Block], work: Work, array: Allocator) -> NDArray[np.
 
 
 def _pushes(work: Work) -> tuple[Array, Array]:
-    """Return the greatest accelerations (motion,) of the unscaled floor that push a block to its front and back."""
+    """Return the maximum accelerations (motion,) of the unscaled floor that push a block to its front and back."""
     waves = [motion.acceleration for motion in work.motions]
     return np.array([max(0.0, -wave.min()) for wave in waves]), np.array([max(0.0, wave.max()) for wave in waves])
 
@@ -136,7 +136,7 @@ def block_coordinates(blocks: Sequence[Block]) -> dict[str, xr.Variable]:
 
 
 def depth_coordinate(blocks: Sequence[Block]) -> dict[str, xr.Variable]:
-    """Return the depth of blocks on ``block``, NaN where it is not known."""
+    """Return the depth of blocks on ``block``, NaN if it is not known."""
     attributes = described("full size in the other horizontal direction", METRE)
     depths = [math.nan if block.depth is None else block.depth for block in blocks]
     return {"depth": xr.Variable("block", depths, attributes)}

@@ -1,4 +1,4 @@
-"""Outputs of a run, each declared once: type, unit, meaning, and what it is of runs about both axes or in the air."""
+"""Outputs of a run, each declared once: type, unit, meaning, and its value in runs about both axes or in the air."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ...models.sliding.mode import MODE
 from ...models.sliding.runs import LABELS, OF_OBSTACLES, SLIDES
 
 AXIS = "axis"
-"""Output: 1 where the block fell along its width, 2 along its depth, 0 where it stands."""
+"""Output: 1 if the block fell along its width, 2 along its depth, 0 without a fall."""
 EITHER, DECIDING, FALLEN, EARLIER, LARGER = "either", "deciding", "fallen", "earlier", "larger"
 """Outputs about both axes: of either, of that about which the block fell (else the larger), of the earlier fall."""
 IN_PLANE, OF_WIDTH = "plane", "width"
@@ -28,16 +28,16 @@ BOTH = {
     IN_PLANE: ", in the plane of the floor",
     OF_WIDTH: ", along the width",
 }
-"""What an output is of the two axes, for its long name."""
+"""Combination rule of an output over the two axes, for its long name."""
 
 
 class Output(NamedTuple):
     """An output of a run.
 
-    kind: type in which it is kept; both: what it is of runs about both axes, '' where these have none; airborne: value
-    of runs in which the floor leaves the block, of outputs that know no NaN: it counts as overturned to either side;
-    of: the outputs of the engine that it is derived from, none of those that the engine returns; formula: its value
-    from the block and those outputs (level, motion), None where `labels` needs the motions too.
+    `kind`: type in which it is kept. `both`: combination rule of runs about both axes, '' if these have no such output.
+    `airborne`: value of runs in which the floor leaves the block, for outputs without NaN; it counts as overturned to
+    either side. `of`: the outputs of the engine from which it is derived, none if the engine returns it. `formula`: its
+    value from the block and those outputs (level, motion), None if `labels` needs the motions too.
     """
 
     kind: type[np.generic]
@@ -64,7 +64,7 @@ _SLIDES = {
     "first_slip_time": EITHER,
     "slide_after": IN_PLANE,
 }
-"""What the outputs of blocks that slide are under both components."""
+"""Rule for each output of sliding blocks under both components."""
 OUTPUTS = {
     "overturned": Output(np.bool_, "whether the block overturned", both=EITHER, airborne=1),
     "peak_rotation": Output(np.float64, "peak absolute rotation, pi/2 if overturned", RADIAN, LARGER),

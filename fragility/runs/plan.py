@@ -1,9 +1,9 @@
 """Division of the runs of an analysis into chunks, and the execution of one chunk: shared by `ida` and study stores.
 
-A chunk is a slice of oscillators x a slice of motions x all factors.  Its bounds depend on the sizes of the analysis
-alone, never on the machine, so that a resumed study writes the same bytes; results depend neither on the bounds nor on
-the machine.  The last chunks become smaller and smaller, so that workers finish at about the same time, whatever their
-number.
+A chunk is a slice of oscillators x a slice of motions x all factors. Its bounds depend on the sizes of the analysis
+alone, never on the machine, so that a resumed study writes bit-identical files. Results depend neither on the bounds
+nor on the machine. The last chunks become smaller and smaller, so that workers finish at about the same time, whatever
+their number.
 """
 
 from __future__ import annotations
@@ -44,30 +44,31 @@ SECONDS_PER_EXACT_SAMPLE = 1.5e-8
 SECONDS_PER_PIECE = 2e-7
 """Of an elastic zone so stiff that a sample is solved in pieces (`models.laws.refuse_endless`)."""
 MOST_CASES = 1000
-"""Blocks under laws whose zones are looked at before the runs: the first ones."""
+"""Number of first blocks under laws whose zones are examined before the runs."""
 SECONDS_PER_PLANE_SAMPLE = 6e-7
 """Of a block that slides under both horizontal components."""
 CHUNK_SECONDS = 1.0
-# A small analysis is divided more finely, so that there is work for every thread, but not so finely that storing chunks
-# takes a noticeable time.
+# A small analysis is divided more finely, so that every thread has work, but not so finely that storing chunks takes a
+# noticeable time.
 FEWEST_CHUNKS = 64
 LEAST_SECONDS = 0.2
 LEAST_OF_A_WAVE = 0.02
 """The same of one wave of several that wait for each other: threads would be idle in every one of them."""
 # Chunks decrease in size (guided self-scheduling: Polychronopoulos & Kuck 1987) over the last quarter of the work, but
-# over no more than the work of 64 chunks.  List scheduling of these chunks on 1 to 64 threads takes no longer than that
-# of equal chunks, to within the smallest chunk, and wastes 3 % instead of 12 % of 64 threads on five minutes of work.
+# over no more than the work of 64 chunks. List scheduling of these chunks on 1 to 64 threads takes no longer than with
+# equal chunks, to within the smallest chunk. It wastes 3 % instead of 12 % of 64 threads on five minutes of work.
 FALLING_SHARE = 0.25
 MOST_FALLING = 64
 LEAST_PART = 1 / 8
 MOST_CHUNKS = 100_000
-"""Greatest number of chunks, set by what a scheduler and a folder can hold; more work makes larger chunks."""
-# Runs of one motion that share its samples: enough for all lanes of the engine, few enough that a chunk of one second
-# holds several motions and that its oscillators are little to send.
+"""Maximum number of chunks, set by the capacity of a scheduler and a folder; more work makes larger chunks."""
+# Runs of one motion that share its samples. They must fill all lanes of the engine, but a chunk of one second must
+# contain several motions, and few oscillators to send.
 FEWEST_TOGETHER = 512
 MOST_TOGETHER = 4096
 LONGEST = 4.0
-"""Most seconds of fewer such runs, over those of a chunk: long motions, and zones that are solved in pieces."""
+"""Maximum duration of fewer such runs, as a multiple of a chunk's: long motions, and zones that are solved in pieces.
+"""
 PART_SECONDS = 1.0
 """Planned duration of runs that are given to the engine at once: chunks of several such parts can be left."""
 # Runs of several motions that are given to the engine in one list: their results take 120 bytes each for a moment.
@@ -86,9 +87,9 @@ class Chunk(NamedTuple):
 class Work(NamedTuple):
     """The runs of all oscillators under factors times all motions.
 
-    factors (block, level, motion): of one block where they are the same for all blocks; otherwise the oscillators are
-    ordered block by block, equally many for each.  outputs: names of the outputs of a run.  each: number of consecutive
-    oscillators that chunks keep together, or divide in the same places (the laws of a block).
+    `factors` (block, level, motion): of one block if they are the same for all blocks; otherwise the oscillators are
+    ordered block by block, equally many for each. `outputs`: names of the outputs of a run. `each`: number of
+    consecutive oscillators that chunks keep together, or divide in the same places (the laws of a block).
     """
 
     oscillators: Sequence[Specimen]
@@ -136,9 +137,9 @@ def seconds_of_a_chunk(total: float, least: float | None = None) -> float:
 
 
 def number_of_chunks(total: float) -> float:
-    """Return about how many chunks work of `total` seconds on one core is divided into.
+    """Return the approximate number of chunks of work of `total` seconds on one core.
 
-    Where chunks decrease in size, about three small chunks replace one of full size.
+    If chunks decrease in size, about three small chunks replace one of full size.
     """
     equal = total / seconds_of_a_chunk(total)
     return equal + 2.0 * min(FALLING_SHARE * equal, MOST_FALLING)
@@ -149,16 +150,16 @@ Bounds = list[tuple[int, int]]
 
 
 def plan_chunks(work: Work, seconds: float | None = None, least: float | None = None) -> list[Chunk]:
-    """Divide work into chunks of about equal duration, the last ones shorter.
+    """Divide work into chunks of about equal duration, with shorter chunks at the end.
 
     Parameters
     ----------
     work : Work
     seconds : float, optional
-        Duration of a chunk on one core, s; without it that of `seconds_of_a_chunk`.  It is longer where there would be
+        Duration of a chunk on one core, s; by default as `seconds_of_a_chunk` returns. It is longer if there would be
         many more than 100,000 chunks.
     least : float, optional
-        Least duration, s, where none is given; without it LEAST_SECONDS.
+        Minimum duration, s, if `seconds` is not given; by default LEAST_SECONDS.
 
     Returns
     -------
@@ -217,7 +218,7 @@ def refuse_endless_runs(cases: Iterable[tuple[str, Block, Model]], motions: Iter
 
 
 def _costs(work: Work) -> Array:
-    """Return the planning figure of each oscillator, s for each sample (of those of a grid, as of its first block)."""
+    """Return the planning figure of each oscillator, s per sample; for a grid, the figure of its first block."""
     oscillators = work.oscillators
     dt = float(np.mean([motion.dt for motion in work.motions]))
     each = oscillators.first if isinstance(oscillators, OscillatorGrid) else oscillators
@@ -228,7 +229,7 @@ def _costs(work: Work) -> Array:
 def _rows(work: Work, per_row: Array, longest: float, target: float) -> Bounds:
     """Bounds of groups of oscillators that share a motion's samples: at most about a chunk under the longest motion.
 
-    Groups hold the same oscillators of each entry of `Work.each`: several whole entries, or a part of one.
+    Groups contain the same oscillators of each entry of `Work.each`: several whole entries, or a part of one.
     """
     each = work.each
     entries = per_row.reshape(-1, each)
@@ -240,7 +241,7 @@ def _rows(work: Work, per_row: Array, longest: float, target: float) -> Bounds:
 
 
 def _groups(costs: Array, runs: int, longest: float, target: float) -> Bounds:
-    """Bounds of groups of entries, of so many runs each under one motion."""
+    """Bounds of groups of entries, with `runs` runs each under one motion."""
     found = []
     row, spent = 0, 0.0
     for i, cost in enumerate((costs * longest).tolist(), start=1):
@@ -281,7 +282,7 @@ class LeftError(Exception):
 
 
 def run_chunk(work: Work, chunk: Chunk, left: Callable[[], bool] = never) -> ChunkResult:
-    """Compute all runs of one chunk; LeftError once `left` returns True, which long ones ask every second or so."""
+    """Compute all runs of one chunk; LeftError once `left` returns True, which long chunks call about every second."""
     return run_part(
         work.oscillators[chunk.row : chunk.row_stop],
         work.motions[chunk.first : chunk.stop],
@@ -352,6 +353,6 @@ def run_part(
 
 
 def _parts(costs: Array) -> list[slice]:
-    """Parts of consecutive runs that take about `PART_SECONDS`, of runs that take so many seconds each."""
+    """Parts of consecutive runs that take about `PART_SECONDS`, from the seconds of each run."""
     ends = np.flatnonzero(np.diff(np.floor(np.cumsum(costs) / PART_SECONDS))) + 1
     return [slice(*bounds) for bounds in pairwise([0, *ends.tolist(), costs.size])]

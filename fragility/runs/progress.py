@@ -1,4 +1,4 @@
-"""Progress of work that is done in parts, told as that of the whole."""
+"""Progress of work that is done in parts, reported for the whole."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ...core.aliases import Progress
 def part_of(progress: Progress | None, before: int, total: int | None = None) -> Progress | None:
     """Return the progress callback of a part that begins after `before` of all `total` units of work.
 
-    Without `total`, what the part says of its own total is taken for the end of the whole.
+    Without `total`, the part's own total is assumed to be the end of the whole.
     """
     if progress is None:
         return None

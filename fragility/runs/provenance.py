@@ -1,7 +1,6 @@
 """Provenance of labelled runs, read from datasets: configuration, design, measure, blocks, laws, motions, factors.
 
-The one place that knows how `ida`, `stripes` and `cloud` record these, and what a result derived from other datasets
-records of them.
+This module alone defines the records of `ida`, `stripes` and `cloud`, and the records of them in derived results.
 """
 
 from __future__ import annotations
@@ -32,22 +31,22 @@ IDA, STRIPES, CLOUD, ADAPTIVE, PLANNED = "ida", "stripes", "cloud", "adaptive", 
 RUN = "run"
 """Dimension of the runs of adaptive levels, each of one block, law and motion at one level."""
 SCENE = "scene"
-"""Coordinate of blocks that are not symmetric and freestanding: what makes them so, as JSON."""
+"""Coordinate of blocks that are not symmetric and freestanding: their special features, as JSON."""
 BED = "bed_settlement"
 """Coordinate of blocks on soft beds: the settlement, m."""
 EDGE = "edge"
-"""Coordinate of blocks near edges: where these are, as JSON."""
+"""Coordinate of blocks near edges: the places of the edges, as JSON."""
 
 AXES = "axes"
-"""Entry of a configuration: `BOTH_AXES` or `WEAK_AXIS`, where blocks are run about these."""
+"""Entry of a configuration: `BOTH_AXES` or `WEAK_AXIS`, if blocks are run about these."""
 DESCRIBED = 1000
-"""Greatest number of blocks that a configuration describes one by one: it is read and written for each slab of runs."""
+"""Maximum number of blocks that a configuration describes one by one: it is read and written for each slab of runs."""
 
 
 def configuration_of(data: xr.Dataset | xr.DataArray) -> dict[str, Any]:
-    """Return the configuration in the attributes of a dataset, empty where there is none that can be read.
+    """Return the configuration in the attributes of a dataset, empty if there is none that can be read.
 
-    Datasets may come from files of other programs, whose attribute of that name may hold anything.
+    Datasets may be from files of other programs, whose attribute of that name may have any content.
     """
     try:
         found = json.loads(data.attrs.get("configuration", "{}"))
@@ -59,7 +58,8 @@ def configuration_of(data: xr.Dataset | xr.DataArray) -> dict[str, Any]:
 def load_coordinates(data: xr.Dataset) -> None:
     """Load the coordinates of a dataset in place, as reading their values does.
 
-    xarray compares what two datasets share as it merges them: lazily, with a warning, where that is not the same array.
+    On merging, xarray compares the common variables of two datasets: lazily, with a warning, if they are not the same
+    array.
     """
     for name in data.coords:
         data[name].variable.load()
@@ -99,7 +99,7 @@ def design_of(runs: xr.Dataset | xr.DataArray) -> str:
 
 
 def intensity_of(runs: xr.Dataset) -> xr.DataArray:
-    """Return the levels of runs, or the intensity of each motion where each motion is run at one intensity.
+    """Return the levels of runs, or the intensity of each motion if each motion is run at one intensity.
 
     Adaptive levels, of which each run has its own, are a ValueError.
     """
@@ -117,7 +117,7 @@ def scaled_to_levels(runs: xr.Dataset) -> bool:
 class LevelMeasure(NamedTuple):
     """The measure of the levels of runs: its name in the dataset, and the measure itself, None for plain factors.
 
-    values: of the unscaled motions, on motion (and on block, where the measure depends on it); 1 for plain factors.
+    values: of the unscaled motions, on motion (and on block, if the measure depends on it); 1 for plain factors.
     """
 
     name: str
@@ -126,7 +126,7 @@ class LevelMeasure(NamedTuple):
 
 
 def level_measure(runs: xr.Dataset) -> LevelMeasure:
-    """Return the measure of the levels of runs; named ``ground_pga`` where it is that of the ground motion below."""
+    """Return the measure of the levels of runs; its name is ``ground_pga`` if it belongs to the ground motion below."""
     levels = runs["level"] if design_of(runs) == ADAPTIVE else intensity_of(runs)
     if "im" not in levels.attrs:
         raise ValueError("runs must have levels or intensities and say of which measure, as toppling.ida returns them")
@@ -145,7 +145,7 @@ def level_measure(runs: xr.Dataset) -> LevelMeasure:
 
 
 def scale_factor(runs: xr.Dataset) -> xr.DataArray:
-    """Return scale factors on motion, and on level and block where they depend on them; errors as `scale_factors`."""
+    """Return scale factors on motion, and on level and block if they depend on them; errors as `scale_factors`."""
     return xr.DataArray(scale_factors(runs).values)
 
 
@@ -167,7 +167,7 @@ def factors_of(runs: xr.Dataset) -> Array:
 
 
 def factors_under(runs: xr.Dataset, motions: Flags) -> Factors:
-    """Return `factors_of` for some motions, to be computed part by part where they differ between blocks at levels."""
+    """Return `factors_of` for some motions, to be computed part by part if they differ between blocks at levels."""
     one = level_measure(runs) if scaled_to_levels(runs) and design_of(runs) == IDA else None
     if one is None or one.measure is None or "block" not in one.values.dims:
         return factors_of(runs)[:, :, motions]
@@ -181,12 +181,12 @@ FLOORS = ("floor", "motion_floor")
 
 
 def floor_of_each_motion(runs: xr.Dataset | xr.DataArray) -> list[str]:
-    """Return the floor of each motion as text, empty where none is given."""
+    """Return the floor of each motion as text, empty if none is given."""
     return floor_labels(runs.coords, runs.sizes["motion"])
 
 
 def floor_labels(coordinates: Mapping[Any, xr.Variable | xr.DataArray], motions: int) -> list[str]:
-    """Return the floor of each motion as text from the coordinates of runs, empty where none is given."""
+    """Return the floor of each motion as text from the coordinates of runs, empty if none is given."""
     name = next(iter(_floor_names(coordinates)), None)
     return [""] * motions if name is None else [str(value) for value in coordinates[name].values]
 
@@ -201,7 +201,7 @@ def _floor_names(coordinates: Mapping[Any, xr.Variable | xr.DataArray]) -> list[
 
 
 def motions_by_floor(runs: xr.Dataset | xr.DataArray) -> tuple[xr.Variable | None, list[NDArray[np.intp]]]:
-    """Return the floors and the indices of the motions of each; None and one group where there is one floor or none."""
+    """Return the floors and the indices of the motions of each; None and one group if there is one floor or none."""
     of_motion = floor_of_each_motion(runs)
     labels = list(dict.fromkeys(of_motion))
     if len(labels) < 2:
@@ -214,7 +214,7 @@ def motions_by_floor(runs: xr.Dataset | xr.DataArray) -> tuple[xr.Variable | Non
 def ground_names(runs: xr.Dataset | xr.DataArray) -> list[str]:
     """Return the name of each motion's ground motion, which its floors, stripes and polarities share."""
     floors = floor_of_each_motion(runs)
-    # (numbers stand in for missing labels; in stripes a motion that is repeated has another label)
+    # numbers replace missing labels; in stripes a repeated motion has another label
     labels = [str(value) for value in runs[RECORD if RECORD in runs.coords else "motion"].values]
     return [
         label.removesuffix(f" floor {floor}") if floor else label for label, floor in zip(labels, floors, strict=True)
@@ -222,7 +222,7 @@ def ground_names(runs: xr.Dataset | xr.DataArray) -> list[str]:
 
 
 def clusters_of(runs: xr.Dataset | xr.DataArray) -> Index:
-    """Return the number of each motion's ground motion, in the order in which these come first."""
+    """Return the number of each motion's ground motion, in the order of first occurrence."""
     names = ground_names(runs)
     known = {name: i for i, name in enumerate(dict.fromkeys(names))}
     return np.array([known[name] for name in names], dtype=np.int64)
@@ -260,7 +260,7 @@ def about_both_axes(data: xr.Dataset | xr.DataArray) -> bool:
 
 
 def blocks_of(runs: xr.Dataset) -> list[Block]:
-    """Return the blocks of labelled runs, from their coordinates; of uncertain blocks those of the first sample."""
+    """Return the blocks of labelled runs from their coordinates; of uncertain blocks the blocks of the first sample."""
     if "sample" in runs.dims:  # (what does not differ between blocks is not on block there)
         of = [name for name in runs.coords if {"sample", "block"} >= {*runs[name].dims}]
         first = runs[of].isel(sample=0)
@@ -282,7 +282,7 @@ def blocks_of(runs: xr.Dataset) -> list[Block]:
 
 
 def laws_of(runs: xr.Dataset) -> list[Law]:
-    """Return the laws of labelled runs, from their configuration; ValueError where it does not hold them."""
+    """Return the laws of labelled runs, from their configuration; ValueError if it does not contain them."""
     try:
         described = [dict(one) for one in configuration_of(runs)["models"]]
         unknown = [one["law"] for one in described if one["law"] not in LAWS]
@@ -296,7 +296,7 @@ def laws_of(runs: xr.Dataset) -> list[Law]:
 
 
 def records_of(runs: xr.Dataset, motions: Motions) -> list[Record]:
-    """Return the motions of labelled runs as records, in order; ValueError where one is missing or differs.
+    """Return the motions of labelled runs as records, in order; ValueError if one is missing or differs.
 
     Of runs both ways the motions may be given both ways or as they were.
     """
@@ -318,7 +318,7 @@ def records_of(runs: xr.Dataset, motions: Motions) -> list[Record]:
 
 
 def places_in(runs: xr.Dataset) -> dict[str, Index]:
-    """Return where the block, the law and the motion of each run at adaptive levels stand, -1 for those left out."""
+    """Return the positions of the block, the law and the motion of each run at adaptive levels, -1 for omitted runs."""
     found = {}
     for dim in ("block", "model", "motion"):
         numbers = np.atleast_1d(runs[f"{dim}_number"].values)
@@ -338,7 +338,7 @@ class CurveRuns(NamedTuple):
 
 
 def curves_of(runs: xr.Dataset) -> Iterator[CurveRuns]:
-    """Yield the runs at adaptive levels of every block under every law, under the motions that a dataset holds."""
+    """Yield the runs at adaptive levels of every block under every law, under the motions of a dataset."""
     block, model = (np.atleast_1d(runs[f"{dim}_number"].values) for dim in ("block", "model"))
     motion = places_in(runs)["motion"]
     for i, j in np.ndindex(block.size, model.size):
@@ -348,7 +348,7 @@ def curves_of(runs: xr.Dataset) -> Iterator[CurveRuns]:
 
 
 def runs_near_curves(runs: xr.Dataset) -> Flags:
-    """Return True for runs (run,) of what a dataset holds after the first wave, which looks for curves far and wide.
+    """Return True for runs (run,) after the first wave, which searches for curves over a wide range.
 
     Of a curve that has no other wave, True for all.
     """
@@ -361,7 +361,7 @@ def runs_near_curves(runs: xr.Dataset) -> Flags:
 
 
 def same_motions(runs: xr.Dataset, records: Sequence[Record | None]) -> list[Record]:
-    """Return the records of the motions of runs; ValueError where there is none, or one with another PGA."""
+    """Return the records of the motions of runs; ValueError if there is none, or one with another PGA."""
     stored = runs["pga"].values.tolist() if "pga" in runs.coords else [None] * len(records)
     found = []
     for name, record, pga in zip(runs["motion"].values, records, stored, strict=True):

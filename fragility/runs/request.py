@@ -30,13 +30,13 @@ if TYPE_CHECKING:
 Labelled = TypeVar("Labelled", Block, Law, Model)
 
 USUAL = ("overturned", "peak_rotation"), ("slide_peak",)
-"""Outputs where none are named: of rocking and of sliding blocks."""
+"""Outputs if none are named: of rocking and of sliding blocks."""
 ENDS = ("slide_peak", "slide_after")
-"""Outputs that tell whether blocks still slide at the end of a motion."""
+"""Outputs that show if blocks still slide at the end of a motion."""
 
 
 class Request(NamedTuple):
-    """The checked arguments of an analysis: blocks, laws, the outputs of a run, and how the runs are computed."""
+    """The checked arguments of an analysis: blocks, laws, the outputs of a run, and options of the computation."""
 
     blocks: list[Block]
     models: Sequence[Model]
@@ -94,7 +94,7 @@ def check_request(
     progress: Progress | None,
     screen: bool = False,
 ) -> Request:
-    """Check the arguments that all analyses share; TypeError or ValueError where one is wrong."""
+    """Check the arguments that all analyses share; TypeError or ValueError if one is wrong."""
     laws = labelled_sequence("models", models, Model)  # type: ignore[type-abstract]
     wanted = _outputs(outputs, laws)
     for name, value in (("skip", skip), ("screen", screen)):
@@ -110,7 +110,7 @@ def check_request(
 
 
 def rocking_laws(models: Sequence[Model]) -> list[Law]:
-    """Return models that are all laws of rocking; TypeError where one is not."""
+    """Return models that are all laws of rocking; TypeError if one is not."""
     return labelled_sequence("models", models, Law)  # type: ignore[type-abstract]
 
 
@@ -122,7 +122,7 @@ def specimen_of(block: Block, model: Model, plane: bool = False) -> Specimen:
 
 
 def _outputs(outputs: Sequence[str] | None, models: Sequence[Model]) -> list[str]:
-    """Return the names of outputs, each once; ValueError where a law has none of them."""
+    """Return the names of outputs, each once; ValueError if a law has none of them."""
     sliding = [isinstance(model, SlidingLaw) for model in models]
     if any(sliding) and not all(sliding):
         raise ValueError("models must be laws of rocking, or Sliding alone: their outputs differ")
@@ -134,7 +134,7 @@ def _outputs(outputs: Sequence[str] | None, models: Sequence[Model]) -> list[str
 
 
 def check_vertical(models: Iterable[Model], motions: Iterable[Record]) -> None:
-    """Raise ValueError for motions that shake vertically, too, and a law that is not in exact geometry."""
+    """Raise ValueError for motions with a vertical component, and a law that is not in exact geometry."""
     lifted = next((motion.label for motion in motions if motion.vertical is not None), None)
     rocking = [law for law in models if not isinstance(law, SlidingLaw)]
     other = next((law.label for law in rocking if getattr(law, "geometry", "") != "exact"), None)
@@ -169,7 +169,7 @@ def collect_about(
     progress: Progress | None,
     least: float | None = None,
 ) -> Runs:
-    """Do the work, also about the other axis where there are specimens of it, and put the outputs of the two together.
+    """Do the work, also about the other axis if there are specimens of it, and put the outputs of the two together.
 
     across: the specimens of blocks that rock in the direction of their depth (`axes.of_both`).
     """
@@ -191,7 +191,7 @@ def collect_about(
 
 
 def collect(work: Work, runner: Runner, progress: Progress | None, least: float | None = None) -> Runs:
-    """Do the work in chunks and put the results together; least: shortest duration of a chunk (`plan_chunks`)."""
+    """Do the work in chunks and put the results together; `least`: shortest duration of a chunk (`plan_chunks`)."""
     shape = (len(work.oscillators), work.levels, len(work.motions))
     results = {name: runner.array(shape, OUTPUTS[name].kind) for name in work.outputs}
     tally = np.zeros(len(TALLY), np.int64)
@@ -223,7 +223,7 @@ def labelled_sequence(name: str, values: Any, kind: type[Labelled]) -> list[Labe
 
 
 def runner_of(client: Client | Runner | None) -> Runner:
-    """Return the runner of a client: where there is none, what dask is configured to use; TypeError for other types."""
+    """Return the runner of a client: by default dask's configuration; TypeError for other types."""
     if client is None:
         client = default_client()
     if client is None:

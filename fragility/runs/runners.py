@@ -38,8 +38,8 @@ Result = TypeVar("Result")
 def thread_count() -> int:
     """Return the number of threads: dask's `num_workers`, or the processors that this process may use.
 
-    1 where dask is configured to compute in one thread (``scheduler="synchronous"``); ValueError where its
-    configuration makes no sense.
+    1 if dask is configured to compute in one thread (``scheduler="synchronous"``); ValueError if its configuration
+    makes no sense.
     """
     if scheduler() is get_sync:
         return 1
@@ -55,7 +55,7 @@ def scheduler() -> Callable[..., Any]:
     """Return dask's function that computes a graph: of its configuration, of a default client, else of its threads.
 
     Within a task of a cluster's worker there is no default client, because that worker would wait for itself.
-    ValueError where the configuration names a scheduler that there is not.
+    ValueError if the configuration names a scheduler that does not exist.
     """
     if config.get("scheduler", None) is None and (_in_worker() or "distributed" not in sys.modules):
         # (dask would load its distributed part to look for a client, which takes a second, although none can be there)
@@ -79,7 +79,7 @@ def _in_worker() -> bool:
 
 
 def default_client() -> Client | None:
-    """Return the client that dask is configured to compute with, or its default client; None where there is none."""
+    """Return the client that dask is configured to compute with, or its default client; None if there is none."""
     client = getattr(scheduler(), "__self__", None)
     return client if hasattr(client, "submit") and hasattr(client, "scheduler") else None
 
@@ -97,10 +97,10 @@ def shared(of: Callable[[Item], Result], items: Sequence[Item]) -> Iterator[Resu
 AHEAD = 2
 """Chunks begun or waiting for each thread: enough that no thread is idle, few enough that memory stays bounded."""
 WINDOW = 10_000
-"""Chunks of a graph: some 2 kB each are held of it, and dask orders it in some 2 s."""
+"""Chunks of a graph: it takes about 2 kB for each, and dask orders it in about 2 s."""
 POLL_SECONDS = 0.01
 WINDOW_ELSEWHERE = 8
-"""Chunks of a graph for each worker that is not of this process, which cannot be told to begin no further chunk."""
+"""Chunks of a graph for each worker outside this process, which cannot be stopped from beginning further chunks."""
 
 
 class Runner(ABC):
@@ -121,7 +121,7 @@ class Runner(ABC):
         """Take note of why no result can be made of the runs, in a sentence."""
 
     def reached(self, what: str) -> None:  # noqa: B027 - most runners have nowhere to keep it
-        """Keep a sentence on what an analysis at adaptive levels has reached so far."""
+        """Keep a sentence on the reached precision of an analysis at adaptive levels."""
 
 
 @dataclass(frozen=True)
@@ -129,8 +129,8 @@ class ConfiguredScheduler(Runner):
     """The scheduler that dask is configured with: threads of this process (the engine does not hold the interpreter
     lock), one thread (``synchronous``), processes, or an executor.
 
-    Once `stop` returns True no chunk is begun; chunks in flight are returned, but for those that take several seconds,
-    then KeyboardInterrupt is raised.
+    Once `stop` returns True no chunk is begun. Chunks in flight are returned, except chunks that take several seconds.
+    KeyboardInterrupt is then raised.
     """
 
     stop: Callable[[], bool] = never
@@ -146,7 +146,7 @@ class ConfiguredScheduler(Runner):
 
 
 class _Window:
-    """The graph of some chunks, computed on a thread of its own while the caller takes what is finished."""
+    """The graph of some chunks, computed on a thread of its own while the caller takes finished chunks."""
 
     def __init__(
         self, work: Work, chunks: Sequence[Chunk], stop: Callable[[], bool], compute: Callable[..., Any], workers: int
@@ -159,7 +159,7 @@ class _Window:
         self._thread = threading.Thread(target=self._work, name="toppling-graph", daemon=True)
 
     def results(self) -> Iterator[tuple[Chunk, ChunkResult]]:
-        """Yield every chunk with its results; KeyboardInterrupt where not all were begun."""
+        """Yield every chunk with its results; KeyboardInterrupt if not all were begun."""
         self._thread.start()
         stopped = False
         one: tuple[int, ChunkResult | None] | BaseException | None = (0, None)
@@ -203,7 +203,7 @@ class _Window:
             if len(found) != len(self._chunks):
                 raise RuntimeError(f"the scheduler returned {len(found)} of {len(self._chunks)} results")
             for number, done in enumerate(found):
-                if number not in told:  # (by a scheduler of the user's that knows no callbacks)
+                if number not in told:  # by a scheduler of the user without callbacks
                     self._finished.put((number, done))
             self._finished.put(None)
         except BaseException as error:
@@ -212,7 +212,7 @@ class _Window:
 
 @contextmanager
 def _executor(compute: Callable[..., Any]) -> Iterator[tuple[Callable[..., Any], int, bool]]:
-    """Give dask's function with the workers that it needs, their number, and whether they are threads of this process.
+    """Give dask's function with its workers, their number, and True if they are threads of this process.
 
     The workers of dask's own choice would be left behind when they are not needed any more.
     """

@@ -71,7 +71,9 @@ BLOCK_MEASURES: dict[str, BlockMeasure] = {
         ),
     )
 }
-"""Measures that depend on the block: PGA/(g tan alpha), 1 where a rigid block uplifts, and p PGV/(g tan alpha)."""
+"""Measures that depend on the block: PGA/(g tan alpha), which is 1 at the uplift of a rigid block, and p PGV/(g tan
+alpha).
+"""
 
 INTENSITY_MEASURES = (*SCALABLE, *BLOCK_MEASURES, SCALE)
 """Names of the measures that levels can have; measures with parameters are also allowed (`intensity_measure`)."""
@@ -80,10 +82,10 @@ INTENSITY_MEASURES = (*SCALABLE, *BLOCK_MEASURES, SCALE)
 class Scaling(NamedTuple):
     """Levels of an intensity measure and the factors that scale every motion to the levels.
 
-    levels (level,); factors (block, level, motion), one block where they are the same for all; name, units and long
-    name of the measure; measured: its values for the unscaled motions, (motion,) or (block, motion), None for plain
-    factors; ground: whether it is measured on the ground below and not on the motions themselves; measure: turns ratios
-    of levels and measured values into factors, None for plain factors.
+    `levels` (level,). `factors` (block, level, motion), one block if they are the same for all. `name`, `units`,
+    `long_name`: of the measure. `measured`: its values for the unscaled motions, (motion,) or (block, motion), None for
+    plain factors. `ground`: True if it is measured on the ground below, not on the motions themselves. `measure`: turns
+    ratios of levels and measured values into factors, None for plain factors.
     """
 
     levels: Array
@@ -97,18 +99,18 @@ class Scaling(NamedTuple):
 
     @property
     def measure_dims(self) -> tuple[str, ...]:
-        """Dimensions that the measured values are on: motion, with block where the measure depends on it."""
+        """Dimensions that the measured values are on: motion, with block if the measure depends on it."""
         return ("motion",) if self.measured is None or self.measured.ndim == 1 else ("block", "motion")
 
     def factors_at(self, levels: xr.Variable, motions: int) -> ScaleFactors:
-        """Return the factors that bring `motions` motions to levels on level, or on motion where each has its own."""
+        """Return the factors that bring `motions` motions to levels on level, or on motion if each has its own."""
         if self.measured is None:
             return unscaled(motions)._replace(levels=levels)
         return ScaleFactors(levels, xr.Variable(self.measure_dims, self.measured), self.measure)
 
 
 def intensity_measure(im: str | Measure) -> Measure | BlockMeasure | None:
-    """Return the measure of a name, None for plain factors (``scale``); ValueError where there is no such measure."""
+    """Return the measure of a name, None for plain factors (``scale``); ValueError if there is no such measure."""
     if isinstance(im, str):
         if im == SCALE:
             return None
@@ -126,7 +128,7 @@ def scaling(
 ) -> Scaling:
     """Return the factors (level/measure)^(1/power) for a measure of the motion; the levels for ``im="scale"``.
 
-    With `ground`, one ground motion for each motion, the measure is that of the ground motion: the floor motions of an
+    With `ground`, one ground motion for each motion, the measure belongs to the ground motion: the floor motions of an
     elastic building are proportional to it. Levels are > 0 and increase.
     """
     one = intensity_measure(im)
@@ -161,7 +163,7 @@ def increasing(levels: Any, one: Measure | BlockMeasure | None) -> Array:
 
 
 def intensities(one: Measure | BlockMeasure, motions: Sequence[Record], blocks: Sequence[Block] = ()) -> Array:
-    """Return a measure of unscaled motions, (motion,), or (block, motion) where it depends on the block; all > 0."""
+    """Return a measure of unscaled motions, (motion,), or (block, motion) if it depends on the block; all > 0."""
     if not isinstance(one, PairMeasure) and axes_of(motions) == BOTH_AXES:
         raise ValueError(
             "im must be a measure of both components where both shake, RotD50(…), RotD100(…) or GeometricMean(…), "
@@ -176,7 +178,7 @@ def intensities(one: Measure | BlockMeasure, motions: Sequence[Record], blocks: 
 
 
 def ground_of(motions: Sequence[Record], ground: Sequence[Record]) -> list[Record]:
-    """Return the ground motion below each floor motion, found by its label; ValueError where there is none."""
+    """Return the ground motion below each floor motion, found by its label; ValueError if there is none."""
     known = {record.label: record for record in ground}
     found = []
     for motion in motions:
@@ -193,7 +195,7 @@ def name_at(long_name: str, motions: Sequence[Record], ground: Sequence[Record] 
 
 
 def check_factors(factors: Factors, motions: Sequence[Record]) -> None:
-    """Raise ValueError where a motion would be scaled beyond any possible shaking, or to nothing, or must not be."""
+    """Raise ValueError if a motion would be scaled beyond any possible motion, or to nothing, or must not be."""
     fixed = np.array([motion.own_level for motion in motions])
     peaks = np.array([np.abs(motion.acceleration).max() for motion in motions])
     for part in factors.parts() if isinstance(factors, BlockFactors) else [factors]:

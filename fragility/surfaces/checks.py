@@ -13,8 +13,9 @@ from .surface import Surface
 
 BLOCKS = 24
 RUNS, RUNS_OF_MANY = 3, 1
-"""Runs of each block under each motion of a set, which has no others, and of a generator, whose further motions tell
-more than further runs of the same ones."""
+"""Runs of each block under each motion of a set, and of a generator. A set has no other motions; further motions of a
+generator give more information than further runs.
+"""
 MOTIONS = 300
 SAME = 1e-9
 LIKELY = 0.01
@@ -25,7 +26,7 @@ class Check(NamedTuple):
     """Comparison at blocks (block,): ln medians from their own runs less the surface's, and errors of the differences.
 
     p_value: probability of differences as large as all of these together, by chance; worst: the largest difference
-    beyond chance, 0 where there is none.
+    beyond chance, 0 if there is none.
     """
 
     points: Array
@@ -36,7 +37,7 @@ class Check(NamedTuple):
 
     @property
     def passed(self) -> bool:
-        """Whether the differences are within chance."""
+        """True if the differences are within chance."""
         return self.worst == 0.0
 
 
@@ -44,9 +45,10 @@ def check_surface(near: Surface, points: Array, motions: Index, x: Array, fell: 
     """Return the comparison of a surface with local curves of blocks of their own, those whose runs determine a median.
 
     `points` are (block, axis), ln levels `x` and outcomes `fell` (block, run, motion); `motions` (motion,) are the
-    numbers of the surface's runs, where they are the same. All blocks share motions, with each other and perhaps with
-    the surface: the covariance of the differences is that of the motions' sums (Liang and Zeger 1986). All differences
-    together are tested by Hotelling's T²; single ones are significant at a level of 1 % for all together (Bonferroni).
+    numbers of the surface's runs if they are the same. All blocks share motions, with each other and perhaps with the
+    surface. The covariance of the differences is therefore the covariance of the motions' sums (Liang and Zeger 1986).
+    All differences together are tested by Hotelling's T²; single differences are significant at a level of 1 % for all
+    together (Bonferroni).
     """
     numbers = np.broadcast_to(motions, x.shape[1:]).ravel()
     rows, _ = near.terms(points)
@@ -73,7 +75,7 @@ def check_surface(near: Surface, points: Array, motions: Index, x: Array, fell: 
     single = 2.0 * scipy.special.stdtr(max(k - 2, 1), -np.abs(difference / error))
     beyond = single < LIKELY / n
     if together < LIKELY and not beyond.any():
-        # (no single one is beyond chance: the one furthest from it stands for all)
+        # no single difference is beyond chance: the furthest counts for all
         beyond = single == single.min()
     worst = float(np.abs(difference[beyond]).max()) if beyond.any() else 0.0
     return Check(points[used], difference, error, together, worst)

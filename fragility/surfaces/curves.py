@@ -1,8 +1,8 @@
-"""Pooled analysis of one law: levels for the next runs, what they say of all blocks, and whether to go on.
+"""Pooled analysis of one law: levels for the next runs, results for all blocks, and the decision to continue.
 
-It knows nothing of blocks and motions: whoever runs them asks for levels and returns outcomes.  Two surfaces are
-fitted: one through all runs, for curves; and one near the medians alone, where hardly any curve differs from a
-lognormal one, for medians, with the dispersions of the first times one factor.
+The module does not use blocks or motions: its caller runs them at the levels it returns, and passes the outcomes. Two
+surfaces are fitted. The first goes through all runs, for curves. The second is near the medians alone, for medians,
+because hardly any curve differs from a lognormal one there. It has the dispersions of the first times one factor.
 """
 
 from __future__ import annotations
@@ -26,34 +26,36 @@ BAND_KEY = (1, 4)
 FIRM = 1024
 """Number of motions beyond which looks have less room to spare (`stopping.margin`)."""
 EARLY, LATE = 4, 2
-"""A wave has a quarter of the motions so far at most, beyond `FIRM` half: each takes a fit, of which late ones teach
-little about where to run next."""
+"""A wave has at most a quarter of the motions so far, and half beyond `FIRM`. Each wave takes a fit, and late fits
+hardly change the next levels.
+"""
 STEP = math.log(8.0)
 FEW = 0.05
-"""Share of falls, or of blocks that stand, below which levels move on: the curves lie beyond."""
+"""Share of runs with or without a fall below which levels move on: the curves lie beyond."""
 EXPLORATIONS = 6
 BEGIN, BEGIN_WIDE, MOST_DEGREES = (4, 2), (3, 2), (6, 4)
-"""Degrees of ln median and ln dispersion at the first fit, where blocks differ in up to three numbers and in more, and
-at most."""
+"""Degrees of ln median and ln dispersion at the first fit, if blocks differ in up to three numbers and in more, and at
+most.
+"""
 FEW_VARIABLES = 3
 LIKELY = 0.1
 """Probability below which further terms are not there by chance."""
 EVERY = 6
-"""One run in so many is far from the median, for the dispersion."""
+"""One run in `EVERY` is far from the median, for the dispersion."""
 WIDE = (-2.2, 1.6)
 """Range of these, in dispersions from the median: rates depend on the curve below it."""
 LOCAL, CURVED, WINDOW, SURELY = 0.5, 0.8, 1.5, 2.0
 """Of runs near the median, as of `adaptive.curve`: half width in dispersions at most, by tolerance, and of the fit."""
 FURTHEST = 1.0
-"""Greatest difference of the two surfaces, in dispersions, that a curve of any form can bring about."""
+"""Maximum difference of the two surfaces, in dispersions, for a curve of any form."""
 STEEPEST, FLATTEST = 1e-3, 10.0
-"""Dispersions beyond which a surface says that runs do not determine it."""
+"""Dispersions beyond which the runs do not determine a surface."""
 DRAWS = 1000
 DISPERSIONS = (0.02, 2.0)
 
 
 class Band(NamedTuple):
-    """How well all medians are known at once: greatest standard error, and the number of errors on either side."""
+    """Precision of all medians at once: largest standard error, and the number of errors on either side."""
 
     error: float
     factor: float
@@ -65,7 +67,7 @@ class Band(NamedTuple):
 
 
 class Surfaces(NamedTuple):
-    """The surfaces of a law: their degrees, where they jump, that of all runs, and that of runs near the medians."""
+    """Surfaces of a law: their degrees, their cut, the surface of all runs, and the surface near the medians."""
 
     degrees: tuple[int, int]
     cut: Cut | None
@@ -148,9 +150,10 @@ class PooledCurves:
         return np.asarray(middle[:, None] + self.distances(points)[:, None] * (2.0 * uniform - 1.0))
 
     def _seen(self, x: Array) -> Array:
-        """Return ln levels, those far beyond all runs so far moved to where the next ones may look.
+        """Return ln levels; levels far beyond all runs so far are moved to the bounds of the next levels.
 
-        Where a region holds few blocks, early surfaces are held to their medians alone, and may be anything elsewhere.
+        In a region with few blocks, early surfaces are constrained at their medians alone, and may be anything
+        elsewhere.
         """
         return np.clip(x, self.runs.x.min() - STEP, self.runs.x.max() + STEP)
 
@@ -159,7 +162,7 @@ class PooledCurves:
         return np.ones(len(points)) if self.curve is None else self._rough(points)[1]
 
     def _rough(self, points: Array) -> tuple[Array, Array]:
-        """Return ln medians and dispersions by the curve through all runs, confined to what can place levels."""
+        """Return ln medians and dispersions by the curve through all runs, confined to values that can place levels."""
         assert self.curve is not None
         middle = self._seen(self.curve.log_medians(points))
         return middle, np.clip(exp(self.curve.log_dispersions(points)), *DISPERSIONS)
@@ -167,7 +170,7 @@ class PooledCurves:
     def distances(self, points: Array) -> Array:
         """Return the distance in ln level of the outer levels near the medians of points (point, axis) from these.
 
-        It falls with the tolerance, but not below what is known of the medians, so that the levels enclose them.
+        It falls with the tolerance, but not below the error of the medians, so that the levels enclose them.
         """
         assert self.near is not None
         _, scale = self._rough(points)
@@ -181,7 +184,7 @@ class PooledCurves:
         self._new = own if self._new is None else self._new.joined(own)
 
     def look(self, last: bool = False) -> None:
-        """Fit both surfaces to the runs of all waves, after one of them, and decide whether to go on."""
+        """Fit both surfaces to the runs of all waves, after one of them, and decide whether to continue."""
         assert self._new is not None
         own, self._new = self._new, None
         self._runs = own if self._runs is None else self._runs.joined(own)
@@ -194,7 +197,7 @@ class PooledCurves:
         self.stopped = self._rule.step(self.motions, self.ratios[-1][1], last)
 
     def _fit(self) -> None:
-        """Fit the surfaces, with more terms where the runs ask for them."""
+        """Fit the surfaces, with more terms if the runs require them."""
         runs = self.runs
         if not self._enough(self.degrees, runs):
             return
@@ -203,7 +206,7 @@ class PooledCurves:
         if curve is None or not self._inside(curve):
             return
         self.cut = curve.cut
-        # (where runs near the medians do not determine a surface yet, that of all runs stands for it)
+        # if runs near the medians do not determine a surface yet, the surface of all runs replaces it
         self.curve = self.near = curve
         self.near = self._fit_near(degrees[0]) or curve
         if self.motions >= 2 * self._asked:
@@ -213,9 +216,9 @@ class PooledCurves:
                 self.raise_degree()
 
     def _fit_near(self, degree: int, curve: Surface | None = None) -> Surface | None:
-        """Fit the surface to runs near the medians alone; None where they do not determine it.
+        """Fit the surface to runs near the medians alone; None if they do not determine it.
 
-        curve: whose dispersions are taken, that of now where it is None.
+        `curve`: surface whose dispersions are used, by default the current one.
         """
         if degree > MOST_DEGREES[0]:
             return None
@@ -234,13 +237,13 @@ class PooledCurves:
         return found
 
     def _plausible(self, near: Surface) -> bool:
-        """Return whether a surface of levels near the medians stays near those of all runs, over the whole region."""
+        """Return True if a surface of levels near the medians stays near the surface of all runs everywhere."""
         middle, scale = self._rough(self._points)
         own = near.log_medians(self._points)
         return bool((np.abs(own - middle) <= FURTHEST * scale).all())
 
     def _inside(self, curve: Surface) -> bool:
-        """Return whether medians of a surface lie about where there are runs, over the whole region."""
+        """Return True if medians of a surface lie near the levels of runs, over the whole region."""
         middle = curve.log_medians(self._points)
         spread = curve.log_dispersions(self._points)
         low, high = self.runs.x.min() - STEP, self.runs.x.max() + STEP
@@ -251,7 +254,7 @@ class PooledCurves:
         return runs.x.size >= RUNS_A_TERM * number_of_terms(runs.points.shape[1], degrees, self.cut)
 
     def raise_degree(self) -> bool:
-        """Fit with one degree more; return whether that was possible."""
+        """Fit with a degree higher by one; return True if that was possible."""
         degrees = self.degrees[0] + 1, min(self.degrees[1] + 1, MOST_DEGREES[1])
         if degrees[0] > MOST_DEGREES[0] or not self._points.shape[1] or not self._enough(degrees, self.runs):
             return False
@@ -265,7 +268,7 @@ class PooledCurves:
         return True
 
     def cut_region(self, normals: Array, agreed: bool) -> bool:
-        """Cut the region at a plane across one of the `normals` (plane, axis); return whether the runs ask for that.
+        """Cut the region at a plane across one of the `normals` (plane, axis); return True if the runs require it.
 
         Both sides have the first degrees, and a jump between them. `agreed` is True if the check found no difference.
         Of a surface whose degree was raised, which can follow a jump in part, the surface with the cut must then be the
@@ -284,7 +287,7 @@ class PooledCurves:
         return True
 
     def without_cut(self) -> Surfaces:
-        """Put those without the cut, through the runs of now, in the place of the surfaces; return the ones with it."""
+        """Replace the surfaces by surfaces without the cut, through the current runs; return the old surfaces."""
         assert self._smooth is not None
         own = self._surfaces()
         self.take(self._smooth)
@@ -299,7 +302,7 @@ class PooledCurves:
         return Surfaces(self.degrees, self.cut, self.curve, self.near)
 
     def go_on(self) -> None:
-        """Go on after a check that failed: the precision must be reached anew."""
+        """Continue after a check that failed: the precision must be reached again."""
         self._rule = StoppingRule(self.until, FIRM)
         self.stopped = ""
 
@@ -309,11 +312,11 @@ class PooledCurves:
         self.stopped = reason
 
     def band(self) -> Band:
-        """Return how well the medians at all points are known at once.
+        """Return the precision of the medians at all points at once.
 
-        Quantile of the largest of all t statistics, by draws from the normal law of the coefficients (sup-t), widened
-        as Student's t with the motions less the terms as degrees of freedom. Montiel Olea, J. L. and Plagborg-Møller,
-        M. (2019). Journal of Applied Econometrics 34, 1-17.
+        It uses the quantile of the largest of all t statistics, by draws from the normal law of the coefficients
+        (sup-t). The quantile is widened as Student's t with the motions less the terms as degrees of freedom. Montiel
+        Olea, J. L. and Plagborg-Møller, M. (2019). Journal of Applied Econometrics 34, 1-17.
         """
         assert self.near is not None
         rows = terms_at(self._points, self.near.degrees[0], self.near.cut)
@@ -328,7 +331,7 @@ class PooledCurves:
         return Band(float(errors.max()), factor)
 
     def _explore(self, wave: Pool, last: bool) -> None:
-        """Move the search to where it may find the curves, after a wave that did not; stop after the last one."""
+        """Move the search towards the possible place of the curves after a wave that did not find it, or stop."""
         share = float(wave.fell.mean())
         alike = share in (0.0, 1.0)
         if share < FEW or share > 1.0 - FEW:

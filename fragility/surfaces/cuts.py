@@ -1,7 +1,7 @@
 """Cuts of a region in two: the plane at which a surface jumps, from the runs alone.
 
-A law may treat blocks on both sides of some size differently, which no polynomial follows.  Two polynomials do, one on
-each side, and the likelihood says where the sides meet.
+A law may treat blocks on both sides of some size differently, which no polynomial follows. Two polynomials do, one on
+each side, and the likelihood gives the place of their border.
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ SEARCHED = 20_000
 CONFIDENCE = 0.99
 """Of the places that the runs allow."""
 HELD = 2.0
-"""Times as far as the greatest likelihoods of all coefficients falls that of coefficients that are held: with few runs
-for the size of a jump, 9 % of the places were outside without this factor."""
+"""Factor between the fall of the likelihood with fixed coefficients and with the likeliest coefficients. Without it, 9
+% of the places were outside with few runs for the size of a jump.
+"""
 LIKELY = 1e-3
 """Probability, of the best of all cuts that are tried, below which a jump is not there by chance."""
 PROMISING = 1000.0
@@ -55,7 +56,7 @@ def find_cut(runs: Pool, normals: Array, degrees: tuple[int, int], start: Surfac
 
 
 def settled(surface: Surface | None, runs: Pool) -> Surface | None:
-    """Return a surface with its cut at the likeliest place; None where one side has too few runs, or of None."""
+    """Return a surface with its cut at the likeliest place; None if one side has too few runs, or of None."""
     found = surface
     for _ in range(ROUNDS):
         if found is None or found.cut is None:
@@ -72,11 +73,10 @@ def settled(surface: Surface | None, runs: Pool) -> Surface | None:
 def placed(surface: Surface, runs: Pool) -> Cut | None:
     """Return the cut of a surface at the likeliest place, and the places that the runs allow.
 
-    None where fewer runs lie on one side than determine a jump. With the coefficients as they are, the ln likelihood of
-    all places is a sum along the normal. Twice its fall from the greatest is compared with the distribution of
-    Hansen (2000), (1 - exp(-c/2))², whose likelihood is greatest in the coefficients at every place: a larger fall is
-    allowed to one that is not. Hansen, B. E. (2000). Sample splitting and threshold estimation. Econometrica 68,
-    575-603.
+    None if fewer runs lie on one side than determine a jump. With the coefficients as they are, the ln likelihood of
+    all places is a sum along the normal. Twice its fall from the maximum is compared with the distribution of Hansen
+    (2000), (1 - exp(-c/2))². Hansen's likelihood is maximised in the coefficients at every place: a larger fall is
+    allowed here. Hansen, B. E. (2000). Sample splitting and threshold estimation. Econometrica 68, 575-603.
     """
     cut = surface.cut
     assert cut is not None

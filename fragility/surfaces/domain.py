@@ -1,9 +1,9 @@
-"""Domain of a pooled analysis: the variables of the blocks, the region that they fill, and where blocks are designed.
+"""Domain of a pooled analysis: the variables of the blocks, the region that they fill, and the design of blocks.
 
-What a free-standing block does depends on its frequency p, its slenderness and its inertia factor alone, under laws
-without sizes of their own (docs/theory).  The region is the convex hull of the blocks in ln p, ln tan(alpha) and
-the inertia factor, and in e and ln delta where blocks have their own, turned to its principal axes and scaled to
-[-1, 1].
+The response of a free-standing block depends only on its frequency p, its slenderness and its inertia factor, under
+laws without sizes of their own (docs/theory). The region is the convex hull of the blocks in ln p, ln tan(alpha) and
+the inertia factor. If blocks have their own e and delta, it includes e and ln delta. It is turned to its principal axes
+and scaled to [-1, 1].
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from ...core.streams import stream
 from .surface import Cut, terms_at
 
 NARROW = 1e-3
-"""Width of the region along an axis, in ln or in the inertia factor, that no median can tell from 0."""
+"""Width of the region along an axis, in ln or in the inertia factor, that no median can distinguish from 0."""
 CANDIDATES = 1000
 ROUNDS = 100
-"""Rounds of the search for a design: its errors are then a hundredth above the least."""
+"""Rounds of the search for a design: its errors are then a hundredth above the minimum."""
 NEXT = 4
-"""Blocks next to a cut are drawn from so many times as many of the nearest ones."""
+"""Blocks next to a cut are drawn from the nearest blocks, `NEXT` times as many."""
 EVEN = 0.2
 POWER, DAMPED = 6, 0.25
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -42,9 +42,9 @@ TOGETHER = 20_000
 class Domain(NamedTuple):
     """Region of blocks.
 
-    middle (variable,), axes (variable, axis): points are (variables - middle) @ axes, in [-1, 1]; back (axis,
-    variable): and back; vertices (vertex, axis): of the convex hull; inside (face, axis + 1): it is where
-    inside[:, :-1] @ point + inside[:, -1] <= 0.
+    Points are (variables - `middle`) @ `axes`, in [-1, 1], with `middle` (variable,) and `axes` (variable, axis);
+    `back` (axis, variable) is the inverse. `vertices` (vertex, axis) are of the convex hull. A point is inside if
+    `inside[:, :-1] @ point + inside[:, -1] <= 0`, with `inside` (face, axis + 1).
     """
 
     middle: Array
@@ -67,7 +67,7 @@ class Domain(NamedTuple):
         return self.middle + times(points, self.back)
 
     def holds(self, points: Array) -> Flags:
-        """Return which points (block, axis) lie in the region."""
+        """Return True for points (block, axis) in the region."""
         if not self.size:
             return np.ones(len(points), np.bool_)
         found = np.empty(len(points), np.bool_)
@@ -96,7 +96,7 @@ def domain_of(variables: Array) -> Domain:
 
 
 def normals(domain: Domain) -> Array:
-    """Return the directions (plane, axis) across which the region may be cut: those of the variables that vary."""
+    """Return the directions (plane, axis) across which the region may be cut: one for each variable that varies."""
     found = np.ascontiguousarray(domain.back.T)
     return np.asarray(found[np.linalg.norm(found, axis=1) > NARROW])
 
@@ -133,18 +133,18 @@ def candidates(domain: Domain, seed: int) -> Array:
     shares = random.dirichlet(np.ones(domain.size + 1), CANDIDATES)
     inside = np.einsum("ij,ijk->ik", shares, corners[which])
     found = np.concatenate([domain.vertices, inside])
-    # (neighbours in the order of the tree's leaves are neighbours in the region; its first cut is across the widest
-    # axis, and all axes are as wide but for rounding)
+    # neighbours in the order of the tree's leaves are neighbours in the region. Its first cut is across the widest
+    # axis, and all axes are equally wide except for rounding.
     return np.asarray(found[scipy.spatial.cKDTree(found.round(12), leafsize=1).indices])
 
 
 def design_weights(points: Array, degree: int, dispersions: Array, cut: Cut | None = None) -> Array:
     """Return shares of runs (point,) that determine a polynomial of a degree, or two, best, a fifth of them even.
 
-    Four fifths are the design of the least mean seventh power of the variance of ln medians over the points, near that
-    of the least greatest variance, where a run is worth the inverse square of the dispersion (point,) there. The even
-    fifth sees what the polynomial does not follow. The algorithm is multiplicative: Silvey, S. D., Titterington, D. M.
-    and Torsney, B. (1978). Communications in Statistics A 7, 1379-1389.
+    Four fifths minimise the mean seventh power of the variance of ln medians over the points, which is near the minimum
+    of the largest variance. A run has the inverse square of the dispersion (point,) there as its weight. The even fifth
+    reveals deviations from the polynomial. The algorithm is multiplicative: Silvey, S. D., Titterington, D. M. and
+    Torsney, B. (1978). Communications in Statistics A 7, 1379-1389.
     """
     rows = terms_at(points, degree, cut)
     worth = 1.0 / dispersions**2
@@ -193,8 +193,8 @@ def check_points(domain: Domain, given: Array, number: int, seed: int) -> Array:
 def cut_check_points(domain: Domain, given: Array, number: int, seed: int, cut: Cut, check: int) -> Array:
     """Return points (point, axis) of blocks that a fit with a cut is checked at, others for every check (from 1 on).
 
-    Half of them are next to the cut, on its two sides, and the others at random in the region; none where the runs do
-    not tell the side.
+    Half of them are next to the cut, on its two sides, and the others at random in the region. No point is where the
+    runs do not decide the side.
     """
     random = stream(seed, *CHECK_KEY, check)
     some = given if len(given) <= CANDIDATES else given[random.choice(len(given), CANDIDATES, replace=False)]

@@ -21,11 +21,11 @@ SLAB = 50_000
 
 
 class LawSurfaces(NamedTuple):
-    """What a pooled analysis knows of a law.
+    """Result of a pooled analysis for one law.
 
-    near: the surface of levels near the medians; curve: of all runs; factor: number of standard errors by which all
-    medians are within their intervals at once; apart: ln median by which checks differed from the surface, 0 where they
-    did not; rates: what takes rates of curves to those without a form, None without a hazard.
+    `near`: the surface of levels near the medians. `curve`: of all runs. `factor`: number of standard errors by which
+    all medians are within their intervals at once. `apart`: ln median by which checks differed from the surface, 0
+    without a difference. `rates`: transforms rates of curves to rates without a form, None without a hazard.
     """
 
     near: Surface
@@ -38,7 +38,7 @@ class LawSurfaces(NamedTuple):
 class Curves(NamedTuple):
     """Of blocks (block,): ln of median, of its interval, and of the median by all runs; dispersions; rates, 1/year.
 
-    share_below, share_above: shares of the rates from shaking beyond the levels of the hazard curve.
+    `share_below`, `share_above`: shares of the rates from beyond the levels of the hazard curve.
     """
 
     log_median: Array
@@ -59,9 +59,9 @@ def curves_at(law: LawSurfaces, points: Array, log_unit: Array, hazard: Pieces |
     """Return the curves of blocks at points (block, axis) in the region of the surfaces.
 
     `log_unit` (block,) is ln of the level that is 1 in the surface, g tan(alpha) to the power of the measure; rates are
-    NaN without a hazard. Intervals of medians hold for all blocks at once with 95 % confidence, those of dispersions
-    and rates for each by itself; what checks differ by is part of those of medians and rates. Where the runs do not
-    tell on which side of a cut a block is, its intervals hold those of both sides.
+    NaN without a hazard. Intervals of medians are valid for all blocks at once with 95 % confidence, intervals of
+    dispersions and rates for each block by itself. Intervals of medians and rates include the differences of the
+    checks. If the runs do not decide the side of a block at a cut, its intervals include both sides.
     """
     found = [np.empty(len(points)) for _ in Curves._fields]
     parts = [slice(first, first + SLAB) for first in range(0, len(points), SLAB)]
@@ -78,7 +78,7 @@ def curves_at(law: LawSurfaces, points: Array, log_unit: Array, hazard: Pieces |
 def _widen(
     curves: Curves, law: LawSurfaces, which: Flags, points: Array, log_unit: Array, hazard: Pieces | None
 ) -> None:
-    """Let the intervals of some blocks (block,) hold those of both sides of the cut."""
+    """Let the intervals of some blocks (block,) include both sides of the cut."""
     for far in (False, True):
         side = law._replace(near=law.near.on_side(far), curve=law.curve.on_side(far))
         own = _slab(side, points[which], log_unit[which], hazard)
@@ -105,10 +105,10 @@ def _slab(law: LawSurfaces, points: Array, log_unit: Array, hazard: Pieces | Non
 def _rates(
     law: LawSurfaces, points: Array, log_median: Array, dispersion: Array, hazard: Pieces, t: float
 ) -> list[Array]:
-    """Return annual rates and their intervals: those of the curves through all runs, times the ratios of the checks.
+    """Return annual rates and their intervals, from the curves through all runs and the ratios of the checks.
 
-    And the shares from below and above the levels of the hazard curve, of the curves.  The errors
-    of curves and ratios are taken as independent, and those of ln rates of curves by the delta method.
+    They include the shares from below and above the levels of the hazard curve, of the curves. The errors of curves and
+    ratios are assumed to be independent. The errors of ln rates of curves are from the delta method.
     """
     curves = LognormalCurves(log_median, dispersion, np.full(len(points), -np.inf), np.zeros(len(points)))
     found, (by_median, by_spread) = rates_and_slopes(curves, hazard)

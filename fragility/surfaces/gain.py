@@ -1,4 +1,4 @@
-"""Gain of another intensity measure: how many times fewer motions levels in it would take, by runs in the first one."""
+"""Gain of another intensity measure: ratio of the numbers of motions with levels in the first and in the other."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ALIKE = 1e-9
 
 
 class Gain(NamedTuple):
-    """Number of times fewer motions, and its interval; NaN where the runs do not tell."""
+    """Ratio of numbers of motions, and its interval; NaN if the runs do not determine it."""
 
     value: float
     lower: float
@@ -34,7 +34,7 @@ class Gain(NamedTuple):
 
     @property
     def is_worth_it(self) -> bool:
-        """Whether levels in the other measure would surely take a third of the motions fewer, or fewer still."""
+        """True if levels in the other measure would surely take at most two thirds of the motions."""
         return self.lower > WORTH
 
 
@@ -44,13 +44,13 @@ UNKNOWN = Gain(math.nan, math.nan, math.nan)
 def measure_gain(runs: Observations, ratios: Array) -> Gain:
     """Return the variance of ln capacity in the measure of the runs' levels over that in another one.
 
-    `ratios` (motion,) r: ln of the other measure less ln of the first one, of the unscaled motions by their number;
-    each measure to the power that makes it grow as the first one does. The ln capacity of a motion in the first measure
-    is fitted as m - b r + s Z, Z standard normal, by maximum likelihood. It has the variance s² + b² v, v the variance
-    of r, and in the other measure s² + (1 - b)² v. Errors are from the sums of each motion, by the delta method
-    (*derived*). The number of motions that a median takes grows with this variance, and with the correlation of the
-    runs of one motion, which is smaller in the better measure: the gain is rather a lower bound. b = 0 and b = 1 are
-    the sufficiency of the first and of the other measure.
+    `ratios` (motion,) r: ln of the other measure less ln of the first one, of the unscaled motions by their number.
+    Each measure has the power with which it grows as the first one does. The ln capacity of a motion in the first
+    measure is fitted as m - b r + s Z, Z standard normal, by maximum likelihood. It has the variance s² + b² v, v the
+    variance of r, and in the other measure s² + (1 - b)² v. Errors are from the sums of each motion, by the delta
+    method (*derived*). The number of motions for a median grows with this variance, and with the correlation of the
+    runs of one motion. The correlation is smaller in the better measure: the gain is rather a lower bound. The values b
+    = 0 and b = 1 are the sufficiency of the first and of the other measure.
 
     Efficiency: Luco, N. and Cornell, C. A. (2007). Earthquake Spectra 23(2), 357-392.
     """
@@ -81,7 +81,7 @@ def measure_gain(runs: Observations, ratios: Array) -> Gain:
 
 
 def gain_words(labels: Sequence[str], gains: Sequence[Gain]) -> str:
-    """Return a clause that offers the measures that surely save most; empty where none saves a third of the motions.
+    """Return a clause that offers the measures that surely save most; empty if none saves a third of the motions.
 
     >>> gain_words(["pgv", "cav"], [Gain(4.0, 3.0, 5.3), Gain(1.1, 0.9, 1.4)])
     'levels in pgv would take 25 % of the motions or fewer (factor 4.0, 99 % interval 3.0–5.3)'

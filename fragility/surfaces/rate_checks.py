@@ -1,8 +1,8 @@
-"""Rates without a form of curve at the blocks of a check, and what they say of the rates of lognormal curves.
+"""Rates without a form of curve at the blocks of a check, and the correction of rates of lognormal curves.
 
-A lognormal curve that fits near its median may have another tail, and rates live in the tail.  The ratio of a rate from
-weighted runs, which have no form, to that of the curve changes slowly over a region: a plane in the blocks' variables
-takes the rates of all blocks to those without a form.
+A lognormal curve that fits near its median may have another tail, and rates depend on the tail. Weighted runs give
+rates without a form. Their ratio to the curve's rate changes slowly over a region. A plane in the blocks' variables
+therefore corrects the rates of all blocks.
 """
 
 from __future__ import annotations
@@ -18,17 +18,18 @@ from ..hazard.curve import HazardCurve
 from .surface import basis
 
 STRATA, STRATA_OF_MANY = 6, 2
-"""Runs of each block under each motion of a set, and of a generator: blocks and levels of one motion fall together so
-often that a third of its runs determine rates nearly as well."""
+"""Runs of each block under each motion of a set, and of a generator. Blocks and levels of one motion often fall
+together, so that a third of its runs determine rates nearly as well.
+"""
 DEGREE = 1
 LIKELY = 0.01
 """Probability below which a ratio is not on the plane by chance."""
 
 
 class RatePlane(NamedTuple):
-    """Plane of ln ratios of rates without a form to those of curves: coefficients, their covariance (term, term).
+    """Plane of ln ratios of rates without a form to rates of curves: coefficients, their covariance (term, term).
 
-    apart: ln ratio by which single blocks differ from the plane beyond chance, 0 where none does.
+    apart: ln ratio by which single blocks differ from the plane beyond chance, 0 if none does.
     """
 
     coefficients: Array
@@ -56,7 +57,7 @@ def rate_levels(hazard: HazardCurve, log_medians: Array, dispersions: Array, uni
 def check_rates(points: Array, curve_rates: Array, weights: Array, fell: Flags, motions: Index) -> RatePlane | None:
     """Compare rates of curves (block,) with weighted runs (block, stratum, motion), motions (motion,) as clusters.
 
-    None where fewer blocks fell than a plane has terms.
+    None if fewer blocks fell than a plane has terms.
     """
     _, cluster = np.unique(motions, return_inverse=True)
     k = int(cluster.max()) + 1

@@ -18,7 +18,7 @@ SETTLED = 1e-10
 SEPARATED = 1e-6
 """Ln likelihood a run, of runs that a surface divides without an error: it can be as steep as one likes."""
 STEEPEST = 5.0
-"""Greatest change of a coefficient of ln dispersion in one step of the search: beyond it, steps are shortened."""
+"""Maximum change of a coefficient of ln dispersion in one step of the search: larger steps are shortened."""
 RUNS_A_TERM = 24
 """Fewest runs for each term of a surface: levels are spread over all of the range before."""
 JUMP_DEGREE = 2
@@ -38,7 +38,7 @@ class Pool(NamedTuple):
         return Pool(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
 
     def some(self, which: Flags) -> Pool:
-        """Return those of the runs that a mask (run,) names."""
+        """Return the runs that a mask (run,) selects."""
         return Pool(self.points[which], self.x[which], self.fell[which], self.motion[which])
 
 
@@ -57,7 +57,7 @@ def basis(points: Array, degree: int) -> Array:
 
 
 class Cut(NamedTuple):
-    """Plane at which a surface may jump: the far side is where point @ normal >= place, normal (variable,).
+    """Plane at which a surface may jump: the far side has point @ normal >= place, normal (variable,).
 
     low, high: the places that the runs allow lie between these.
     """
@@ -68,17 +68,17 @@ class Cut(NamedTuple):
     high: float
 
     def along(self, points: Array) -> Array:
-        """Return how far points (point, variable) lie along the normal."""
+        """Return the coordinates of points (point, variable) along the normal."""
         return times(points, self.normal)
 
     def open_at(self, points: Array) -> Flags:
-        """Return at which points (point, variable) the runs do not tell the side."""
+        """Return True for points (point, variable) whose side the runs do not determine."""
         along = self.along(points)
         return (along > self.low) & (along < self.high)
 
 
 def terms_at(points: Array, degree: int, cut: Cut | None = None) -> Array:
-    """Return the terms (point, term) of a surface's polynomial: those of `basis`, then of its jump beyond a cut."""
+    """Return the terms (point, term) of a surface's polynomial: the terms of `basis`, then of its jump beyond a cut."""
     rows = basis(points, degree)
     if cut is None:
         return rows
@@ -92,7 +92,7 @@ def number_of_terms(variables: int, degrees: tuple[int, int], cut: Cut | None = 
 
 
 def _sizes(variables: int, degrees: tuple[int, int], cut: Cut | None) -> list[tuple[int, int]]:
-    """Return, for ln median and ln dispersion, the numbers of terms on both sides and of further ones beyond a cut."""
+    """Return, for ln median and ln dispersion, the numbers of terms on both sides and of further terms beyond a cut."""
     return [
         (_count(variables, degree), 0 if cut is None else _count(variables, min(degree, JUMP_DEGREE)))
         for degree in degrees
@@ -106,9 +106,9 @@ def _count(variables: int, degree: int) -> int:
 class Surface(NamedTuple):
     """Surface Phi((x - m(v))/s(v)) of a law: coefficients of m = ln median, then of ln s, s the dispersion.
 
-    variables: their number; degrees: of the two polynomials; covariance (term, term): of the coefficients; motions: how
-    many have runs; influence (motion, term): what each motion, by its number, contributes to the coefficients, empty of
-    a surface that was read; cut: where it jumps, None where it does not.
+    `variables`: their number. `degrees`: of the two polynomials. `covariance` (term, term): of the coefficients.
+    `motions`: number with runs. `influence` (motion, term): contribution of each motion, by its number, to the
+    coefficients, empty for a surface that was read. `cut`: plane of its jump, None without a jump.
     """
 
     variables: int
@@ -121,7 +121,7 @@ class Surface(NamedTuple):
 
     @property
     def sizes(self) -> list[tuple[int, int]]:
-        """Numbers of terms of ln median and of ln dispersion: on both sides of a cut, and further ones beyond it."""
+        """Numbers of terms of ln median and of ln dispersion: on both sides of a cut, and further terms beyond it."""
         return _sizes(self.variables, self.degrees, self.cut)
 
     def on_side(self, far: bool) -> Surface:
@@ -162,10 +162,10 @@ def fit_surface(
 ) -> Surface | None:
     """Return the likeliest surface with polynomials of ln median and ln dispersion of two degrees, or None.
 
-    The search begins at `start`, a surface of other degrees or without the `cut` where the surface may jump. The
-    likelihood has no maximum where the runs are separated, or too few for the degrees. Fisher's scoring, with steps
-    halved until the likelihood rises. Errors are from the sums of each motion's scores, the sandwich of Liang, K.-Y.
-    and Zeger, S. L. (1986). Biometrika 73, 13-22.
+    The search begins at `start`, a surface of other degrees or without the `cut` at which the surface may jump. The
+    likelihood has no maximum if the runs are separated, or too few for the degrees. Fisher's scoring is used, with
+    steps halved until the likelihood rises. Errors are from the sums of each motion's scores, the sandwich of Liang,
+    K.-Y. and Zeger, S. L. (1986). Biometrika 73, 13-22.
     """
     rows = terms_at(runs.points, degrees[0], cut), terms_at(runs.points, degrees[1], cut)
     found = _likeliest(_begin(runs, degrees, start, cut), runs, rows)
@@ -173,11 +173,11 @@ def fit_surface(
 
 
 def fit_medians(runs: Pool, degree: int, curve: Surface, start: Surface) -> Surface | None:
-    """Fit medians alone to runs near them: dispersions are those of a curve, times one factor for all blocks.
+    """Fit medians alone to runs near them: dispersions are from a curve, times one factor for all blocks.
 
-    Levels near the medians tell little of dispersions. Those of a polynomial of their own were up to 1.6 times too wide
-    at the corners of a region, and errors of medians there are in proportion. `curve` is the surface of all runs, whose
-    cut is that of the medians; only the factor's error is in the covariance. None as `fit_surface`.
+    Levels near the medians determine dispersions poorly. Dispersions from their own polynomial were up to 1.6 times too
+    wide at the corners of a region, and errors of medians there are in proportion. `curve` is the surface of all runs,
+    and its cut is also the cut of the medians; only the factor's error is in the covariance. None as `fit_surface`.
     """
     narrow = exp(-curve.log_dispersions(runs.points))
     # (in dispersions of the curve there is a single number to find)
@@ -203,7 +203,7 @@ def fit_medians(runs: Pool, degree: int, curve: Surface, start: Surface) -> Surf
 
 
 def _likeliest(c: Array, runs: Pool, rows: tuple[Array, Array]) -> tuple[Array, Array, int, Array] | None:
-    """Search from coefficients c (middle, then spread) for those of the greatest likelihood; None where there are none.
+    """Search from coefficients c (middle, then spread) for the likeliest coefficients; None if there are none.
 
     Returned as `Surface` has them: coefficients, covariance, number of motions, influence.
     """
@@ -248,7 +248,7 @@ def _begin(runs: Pool, degrees: tuple[int, int], start: Surface | None, cut: Cut
     if start is None:
         c[0], c[n] = runs.x.mean(), math.log(max(float(runs.x.std()), 0.1))
         return c
-    # (terms are ordered by degree, so that those of a lower degree come first)
+    # terms are ordered by degree: lower degrees come first
     own, known = np.cumsum([0, *sizes[0], *sizes[1]]), np.cumsum([0, *start.sizes[0], *start.sizes[1]])
     for part in range(4):
         common = min(own[part + 1] - own[part], known[part + 1] - known[part])
@@ -264,7 +264,7 @@ def _sums(c: Array, runs: Pool, rows: tuple[Array, Array]) -> tuple[float, Array
 
 
 def _solved(information: Array, score: Array) -> Array | None:
-    """Return the step of Fisher's scoring; None where the runs do not determine it."""
+    """Return the step of Fisher's scoring; None if the runs do not determine it."""
     scale = np.sqrt(np.diag(information))
     if not (scale > 0.0).all() or not np.isfinite(scale).all():
         return None
@@ -281,7 +281,7 @@ def _solved(information: Array, score: Array) -> Array | None:
 def cut_score(runs: Pool, smooth: Surface, cut: Cut) -> float:
     """Return Rao's score statistic of a cut: twice the ln likelihood, about, that a surface gains by jumping there.
 
-    0 where the runs do not determine the jump.
+    0 if the runs do not determine the jump.
     """
     rows = smooth._replace(cut=cut).terms(runs.points)
     _, scores, information = _sums(_begin(runs, smooth.degrees, smooth, cut), runs, rows)

@@ -1,4 +1,4 @@
-"""Distributions of uncertain inputs: those of numbers, and choices among words and damping laws."""
+"""Distributions of uncertain inputs: numbers, and choices among words and damping laws."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Categorical(Distribution):
     choices : sequence of str or law
         The choices, each once.
     probabilities : sequence of float, optional
-        Probability of each choice, > 0, with sum 1; equal where not given.
+        Probability of each choice, > 0, with sum 1; equal if not given.
 
     Examples
     --------

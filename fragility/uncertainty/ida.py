@@ -52,8 +52,8 @@ def uncertain_ida(
     block : Block
         The nominal block.  The depth of every sample keeps its ratio to the width.
     models : law or a sequence of laws
-        The nominal law.  Several laws give a dimension `model`, each under the same samples; where `law` is an input,
-        one law must be given and is not used.
+        The nominal law. Several laws give a dimension `model`, each under the same samples; if `law` is an input, one
+        law must be given and is not used.
     motions, levels, im, outputs, client, ground, polarity, progress
         As for `ida`.
     samples : int or xarray.Dataset
@@ -124,7 +124,7 @@ def _sample_coordinates(
 ) -> dict[str, Any]:
     """Coordinates: the properties of every sample's block and law, the values of the inputs, labels of several laws.
 
-    deep: whether the depths of the blocks are among them.
+    `deep`: True to include the depths of the blocks.
     """
     n = drawn.sizes["sample"]
     coordinates: dict[str, Any] = {str(name): variable.variable for name, variable in drawn.data_vars.items()}

@@ -38,8 +38,8 @@ def sobol_indices(
     inputs : RandomInputs
         Independent inputs; choices among them count as one input each.
     function : callable
-        A function of samples, a dataset on ``sample`` as `RandomInputs.sample` returns it, that returns numbers on
-        sample and any other dimensions, such as that of `overturning_response`.
+        A function of samples, a dataset on ``sample`` as `RandomInputs.sample` returns it. It returns numbers on sample
+        and any other dimensions. `overturning_response` returns such a function.
     n : int
         Base samples, a power of 2, >= 2: the function is evaluated at n (d + 2) samples of d inputs.
     confidence : float
@@ -53,14 +53,14 @@ def sobol_indices(
     -------
     xarray.Dataset
         On input and the function's other dimensions: `first` (alone) and `total` (with all others), each with its
-        interval, `_lower` and `_upper`.  `mean` and `variance` of the function.  NaN where it does not vary.
+        interval, `_lower` and `_upper`. `mean` and `variance` of the function. NaN if it does not vary.
 
     Notes
     -----
-    First and total order by the estimators of Saltelli et al. (2010), on scrambled Sobol' points.  The indices are
-    estimates, and small ones may be below zero.  Their intervals are the estimate plus and minus normal quantiles of
-    the standard deviation of the bootstrap replicates.  For the g-function of Sobol' they held indices in 89 to 99 % of
-    repetitions with 64 base samples, and always with 256: then they are too long.
+    First and total order by the estimators of Saltelli et al. (2010), on scrambled Sobol' points. The indices are
+    estimates, and small indices may be below zero. Their intervals are the estimate plus and minus normal quantiles of
+    the standard deviation of the bootstrap replicates. For the g-function of Sobol' they contained indices in 89 to 99
+    % of repetitions with 64 base samples, and always with 256: then they are too long.
 
     References
     ----------
@@ -134,8 +134,8 @@ def tornado(inputs: RandomInputs, function: Response, low: float = 0.05, high: f
     -------
     xarray.Dataset
         On input and the function's other dimensions, in its unit: `low` and `high`, the function at the two quantiles
-        (of a choice, its least and greatest), and `swing`, their absolute difference; `base`, at the medians (and the
-        likeliest choices).
+        (of a choice, its minimum and maximum). `swing` is their absolute difference, and `base` the value at the
+        medians (and the likeliest choices).
 
     Examples
     --------

@@ -36,11 +36,11 @@ METHODS = ("latin-hypercube", "sobol", "random")
 # A point on the edge of the unit cube has no finite score: Sobol' points are multiples of this.
 LEAST = 2.0**-32
 SIZED = ("alpha", "R", "width", "height", *RESTRAINT)
-"""Inputs that stand for a number of the nominal block."""
+"""Inputs that replace a number of the nominal block."""
 OF_LAWS = ("e", "zeta")
-"""Inputs that stand for a number of the nominal law, which has no default."""
+"""Inputs that replace a number of the nominal law, which has no default."""
 WIDEST = 1.5
-"""Greatest logarithmic standard deviation of a property: of strengths it is 0.2 to 0.6 (assumed)."""
+"""Maximum logarithmic standard deviation of a property: of strengths it is 0.2 to 0.6 (assumed)."""
 FAR = 3.0
 """Standard score beyond which the nominal value is no sample."""
 
@@ -52,20 +52,20 @@ class RandomInputs:
     Parameters
     ----------
     distributions : mapping of str to Distribution
-        Of a block: `alpha` (rad) and `R` (m), or `alpha_factor` and `R_factor` on those of the nominal block, or
-        `width`, `height` and `cm_height` (m); `inertia_factor`; of its restraint `restraint_strength` (N) and
-        `restraint_stiffness` (N/m).  Of its law: `e`, `restitution_factor`, `delta`,
-        `zeta`, `coefficient`, and `law`, a `Categorical` of laws or their short names.  Other names are for functions
-        of the user (`sobol_indices`); no block or law has them.
+        Of a block: `alpha` (rad) and `R` (m), or `alpha_factor` and `R_factor` on the nominal block's values, or
+        `width`, `height` and `cm_height` (m); and `inertia_factor`. Of its restraint: `restraint_strength` (N) and
+        `restraint_stiffness` (N/m). Of its law: `e`, `restitution_factor`, `delta`, `zeta`, `coefficient`, and `law`, a
+        `Categorical` of laws or their short names. Other names are for functions of the user (`sobol_indices`); no
+        block or law has them.
     rank_correlation : mapping of pairs of names to float, optional
-        Spearman's correlations, between -1 and 1; 0 where not given.
+        Spearman's correlations, between -1 and 1; 0 if not given.
 
     Raises
     ------
     TypeError, ValueError
-        An input that is no distribution; a support that leaves the physical range (0 < e <= 1, 0 < delta < 1,
-        0 < alpha < pi/2, 1 < inertia_factor <= 2 …), which is to be truncated; correlations that no joint distribution
-        has, or of a choice, which has no ranks; two inputs that define the same property.
+        An input that is no distribution. A support that leaves the physical range (0 < e <= 1, 0 < delta < 1, 0 < alpha
+        < pi/2, 1 < inertia_factor <= 2 …), which must be truncated. Correlations that no joint distribution has, or of
+        a choice, which has no ranks. Two inputs that define the same property.
 
     Notes
     -----
@@ -112,7 +112,7 @@ class RandomInputs:
 
     @property
     def _factor(self) -> Array:
-        """Cholesky factor of the correlation matrix of scores; ValueError where there is no such joint distribution."""
+        """Cholesky factor of the correlation matrix of scores; ValueError if there is no such joint distribution."""
         names = self.names
         matrix = np.eye(len(names))
         given: dict[frozenset[str], float] = {}
@@ -201,22 +201,22 @@ class RandomInputs:
         }
 
     def realise(self, block: Block, model: Law, samples: xr.Dataset) -> list[tuple[Block, Law]]:
-        """Return a block and a law for every sample: the nominal ones with the values of the uncertain properties.
+        """Return a block and a law for every sample: the nominal block and law with the uncertain properties.
 
         Parameters
         ----------
         block : Block
-            The nominal block.  Its ratio of cm_height to height is kept where only one of them or neither is an input,
-            and its inertia factor where that is no input.
+            The nominal block. Its ratio of cm_height to height is kept if only one of them or neither is an input, and
+            its inertia factor if that is no input.
         model : law
-            The nominal law; where `law` is an input, it is not used.
+            The nominal law; if `law` is an input, it is not used.
         samples : xarray.Dataset
             As `sample` returns them.
 
         Raises
         ------
         TypeError, ValueError
-            An input that no block or law has, or that none of the laws has; a law with the block's own e_R where the
+            An input that no block or law has, or that none of the laws has. A law with the block's own e_R if the
             inputs let e_R be 0 or less, or above 1 with its factor.
 
         Notes
@@ -263,7 +263,7 @@ class RandomInputs:
 
 
 def input_doubts(inputs: RandomInputs, blocks: Sequence[Block], models: Sequence[Law] = ()) -> list[Doubt]:
-    """Return the doubts in inputs that never come near what a nominal block or law has, or that scatter too much."""
+    """Return the input warnings on inputs that are never near a nominal block or law, or that scatter too much."""
     odd, wide = [], []
     for name, law in inputs.distributions.items():
         if name == LAW:

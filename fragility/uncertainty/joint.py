@@ -31,7 +31,7 @@ MOST_VARIANTS = 1000
 
 
 class PieceDraws(Protocol):
-    """How the pieces of a line are drawn from its equally probable variants; `Variability` explains each of these."""
+    """Rules by which the pieces of a line are drawn from its equally probable variants; see `Variability`."""
 
     @property
     def pieces(self) -> str: ...
@@ -46,8 +46,8 @@ class PieceDraws(Protocol):
 def drawn_pieces(how: PieceDraws, label: str, count: int, motions: int) -> Index:
     """Return the number of pieces of a line of each variant (motion, realisation, variant), independent draws.
 
-    Each realisation draws from a stream of its own, motion after motion, which the seed and the label decide: neither
-    other lines nor further realisations or motions change it.
+    Each realisation draws from its own stream, motion after motion, which the seed and the label determine. Other lines
+    and further realisations or motions do not change it.
     """
     even = np.full(how.variants, 1.0 / how.variants)
     key = key_of(f"pieces of {label}")  # (consequences draw by the label itself)
@@ -77,18 +77,18 @@ class Variability:
 
     Notes
     -----
-    The restitution has a beta distribution with its nominal value as mean, the slenderness angle a lognormal one with
-    its nominal value as median; the size R does not vary.
+    The restitution has a beta distribution with its nominal value as mean. The slenderness angle has a lognormal one
+    with its nominal value as median. The size R does not vary.
 
     FEMA P-58 has two kinds of performance group, whose components are all in one damage state or each in its own. Here
-    the motion is common to all pieces in either case, and only the differences between pieces are drawn: given the
+    the motion is common to all pieces in either case, and only the differences between pieces are drawn. Given the
     motion, each independent piece of a line falls with the same probability, the share of the variants that fall.
-    Without variability that share is 0 or 1, so that pieces of a line fall together: the number overturned then has its
-    greatest variance, while its mean is unbiased.
+    Without variability that share is 0 or 1, so that pieces of a line fall together. The number overturned then has its
+    maximum variance, while its mean is unbiased.
 
     Variants are a Latin hypercube sample, the same for every block, so that blocks are compared under the same draws.
-    Every motion has its own fillings: one for all motions would leave sums over motions with the error of as many draws
-    as there are realisations, three to four times that of independent ones with 60 motions.
+    Every motion has its own fillings. With one filling for all motions, sums over motions would have the error of as
+    many draws as realisations. With 60 motions that is three to four times the error of independent fillings.
     """
 
     restitution_sd: Annotated[float, Parameter(at_least=0.0, below=0.5)] = 0.0
@@ -121,9 +121,10 @@ class Variability:
 def oscillators_of_pieces(
     block: Block, model: Law, e: float | None = None, variability: Variability | None = None, across: bool = False
 ) -> list[Oscillator]:
-    """Return the oscillator of a block under a law with its own restitution `e`, or its variants where pieces differ.
+    """Return the oscillator of a block under a law with its own restitution `e`, or its variants if pieces differ.
 
-    `across`: in the direction of the depth of each (`Block.across`); that of a variant keeps its ratio to the width.
+    `across`: in the direction of the depth of each (`Block.across`); a variant keeps the block's ratio of depth to
+    width.
     """
     return [oscillator_of(*pair) for pair in pieces_of(block, model, e, variability, across)]
 
@@ -164,7 +165,7 @@ def pieces_of(
 
 
 def with_restitution(model: Law, e: float | None) -> Law:
-    """Return the law with the restitution `e`, unchanged where `e` is None; ValueError where it has no restitution."""
+    """Return the law with the restitution `e`, unchanged if `e` is None; ValueError if it has no restitution."""
     if e is None:
         return model
     names = {field.name for field in fields(model)}  # type: ignore[arg-type]
@@ -209,12 +210,13 @@ def falls_of_axes(
     progress: Progress | None = None,
     held: bool = False,
 ) -> tuple[NDArray[np.int8], NDArray[np.int8] | None, Flags | None]:
-    """Return the side to which each run falls, the axis about which it falls first, and whether its restraint broke.
+    """Return the side to which each run falls, the axis about which it falls first, and a flag for a broken restraint.
 
-    All are (oscillator, level, motion): 1 to the front of its axis, -1 to its back; 1 along the width, 2 along the
-    depth (the rules of `fragility.runs.axes.of_both`); 0 where it stands. `oscillators` and `across` are of the same
-    pieces along their width and depth; motions along the width have those along the depth as companions. Axes are None
-    without `across`, ruptures of restraints along the width unless `held`.
+    All are (oscillator, level, motion). The side is 1 to the front of its axis and -1 to its back. The axis is 1 along
+    the width and 2 along the depth (the rules of `fragility.runs.axes.of_both`). Both are 0 without a fall.
+    `oscillators` and `across` are of the same pieces along their width and depth; motions along the width have the
+    motions along the depth as companions. Axes are None without `across`, ruptures of restraints along the width unless
+    `held`.
     """
     runner = runner_of(client)
     names = ["direction", *([] if across is None else [AXIS]), *(["ruptured"] if held else [])]

@@ -54,7 +54,7 @@ TWICE = (("alpha", "alpha_factor"), ("R", "R_factor"), ("e", "restitution_factor
 
 
 def check_known(distributions: Mapping[str, Distribution]) -> None:
-    """Raise ValueError where two inputs define the same property, or where one leaves its physical range."""
+    """Raise ValueError if two inputs define the same property, or if one leaves its physical range."""
     names = {*distributions}
     for pair in TWICE:
         if {*pair} <= names:
@@ -83,7 +83,7 @@ def _within(name: str, one: Distribution) -> None:
 
 
 def laws_of(one: Distribution) -> dict[str, Law]:
-    """Return the laws of a choice by label; ValueError where a word names no law, or a law that needs options."""
+    """Return the laws of a choice by label; ValueError if a word names no law, or a law that needs options."""
     if not isinstance(one, Categorical):
         raise ValueError(f"input 'law' must be Categorical, got {one!r:.60}")
     laws: dict[str, Law] = {}
@@ -112,7 +112,7 @@ def taken_by(laws: Mapping[str, Law], names: Iterable[str]) -> dict[str, list[st
 
 
 def block_with(block: Block, values: Mapping[str, Any]) -> Block:
-    """Return the nominal block with the given values; the block itself where no value concerns the block.
+    """Return the nominal block with the given values; the block itself if no value concerns the block.
 
     A depth keeps its ratio to the width.
     """
@@ -148,7 +148,7 @@ def _restraint_with(block: Block, held: Mapping[str, float]) -> Restraint:
 
 
 def check_restitution(block: Block, laws: Iterable[Law], distributions: Mapping[str, Distribution]) -> None:
-    """Raise ValueError where a law uses the block's own e_R and the inputs let e_R times its factor leave 0 to 1."""
+    """Raise ValueError if a law uses the block's own e_R and the inputs let e_R times its factor leave 0 to 1."""
     if not {*distributions} & {*SLENDERNESS, *SIZES, *INERTIA, "restitution_factor"} or "e" in distributions:
         return
     alpha = _slenderness(block, distributions)
@@ -170,12 +170,12 @@ def check_restitution(block: Block, laws: Iterable[Law], distributions: Mapping[
 
 
 def _ends(distributions: Mapping[str, Distribution], name: str, nominal: float) -> tuple[float, float]:
-    """Support of an input; the nominal value where the name is no input."""
+    """Support of an input; the nominal value if the name is no input."""
     return distributions[name].support if name in distributions else (nominal, nominal)
 
 
 def _slenderness(block: Block, distributions: Mapping[str, Distribution]) -> tuple[float, float]:
-    """Least and largest slenderness angle that the inputs allow, rad."""
+    """Smallest and largest slenderness angle that the inputs allow, rad."""
     if not {*distributions} & {*SIZES}:
         if "alpha" in distributions:
             return distributions["alpha"].support

@@ -34,25 +34,24 @@ def variance_shares(
     dims : sequence of str
         Dimensions between which the variance is shared, such as ``("motion", "model", "sample")``; the others are kept.
     weights : mapping of str to sequence of float, optional
-        Weights of the entries along a dimension, >= 0, such as degrees of belief in laws; equal where not given.
+        Weights of the entries along a dimension, >= 0, such as degrees of belief in laws; equal if not given.
 
     Returns
     -------
     xarray.Dataset
         On component (each dimension, each pair, each triple …, ``motion × model``) and the dimensions left: `variance`
-        and `share`, which sum to the total and to 1.  On factor (each dimension): `total_share`, that of all components
-        in which it takes part, and `nested_share`, its contribution in the order of `dims`, which sum to 1 as well.
-        `total_variance`.  Where the total variance is 0 the shares are NaN.
+        and `share`, which sum to the total and to 1. On factor (each dimension): `total_share`, the share of all
+        components with this dimension. Also `nested_share`, its contribution in the order of `dims`, which sum to 1 as
+        well. Further `total_variance`. If the total variance is 0 the shares are NaN.
 
     Notes
     -----
-    V(S) = Var E[values | dimensions in S], under the product of the weights.  The component of S is V(S) less the
-    components of all its parts (a functional analysis of variance of a full factorial), and the contribution of
-    dimension k in the order given is V(1 … k) - V(1 … k-1): E[Var] inside, Var[E] outside.
+    V(S) = Var E[values | dimensions in S], under the product of the weights. The component of S is V(S) less the
+    components of all its parts (a functional analysis of variance of a full factorial). The contribution of dimension k
+    in the given order is V(1 … k) - V(1 … k-1): E[Var] inside, Var[E] outside.
 
-    Shares refer to the given entries.  Where these are a sample (motions, samples of inputs), a main effect includes a
-    part of the interactions, 1/n for n entries along the other dimensions: with few motions the law's share is too
-    large.
+    Shares refer to the given entries. If these are a sample (motions, samples of inputs), a main effect includes a part
+    of the interactions, 1/n for n entries along the other dimensions. With few motions the law's share is too large.
 
     References
     ----------
@@ -179,18 +178,18 @@ def capacity_variance_shares(
     Returns
     -------
     xarray.Dataset
-        As `variance_shares` of ln of the geometric mean of the two levels between which a capacity lies; and
-        `share_known`, the share of capacities of all motions that lie between two levels; `motions`, `motions_used`;
-        `rounding_share`, the part of the total variance that the distance of the levels could explain (the variance of
-        uniform errors is width²/12).
+        As `variance_shares` of ln of the geometric mean of the two levels between which a capacity lies. `share_known`
+        is the share of capacities of all motions that lie between two levels; `motions` and `motions_used` are numbers.
+        `rounding_share` is the part of the total variance that the distance of the levels could explain (the variance
+        of uniform errors is width²/12).
 
     Notes
     -----
-    A capacity below the lowest or above the highest level is not known, and a full factorial admits no missing values:
-    a motion with one such capacity is left out, with all its blocks, laws and samples.  Where `share_known` is not
-    close to 1 the strong and the weak motions are missing, and the share of the motions is too small: extend the
-    levels, or compute the shares of the flags themselves level by level, ``variance_shares(runs["overturned"], dims)``,
-    for which no motion is left out.
+    A capacity below the lowest or above the highest level is not known, and a full factorial admits no missing values.
+    A motion with one such capacity is left out, with all its blocks, laws and samples. If `share_known` is not close to
+    1, the strong and the weak motions are missing, and the share of the motions is too small. In that case extend the
+    levels, or compute the shares of the flags themselves level by level, ``variance_shares(runs["overturned"], dims)``.
+    No motion is then left out.
 
     Examples
     --------

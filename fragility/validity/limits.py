@@ -33,7 +33,7 @@ def sliding_shares(data: xr.Dataset) -> xr.DataArray:
 
 
 def interval_ratios(curves: xr.Dataset) -> xr.DataArray:
-    """Return the ratios of the ends of the intervals of half_level, NaN where it lies beyond the levels."""
+    """Return the ratios of the ends of the intervals of half_level, NaN if it lies beyond the levels."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = curves["half_level_upper"] / curves["half_level_lower"]
     return ratio.where(np.isfinite(curves["half_level"]) & (curves["half_level"] > 0.0))
@@ -74,7 +74,7 @@ def of_curves(curves: xr.Dataset) -> Iterator[str]:
 
 
 def of_rates(rates: xr.Dataset) -> Iterator[str]:
-    """Yield the sentences on annual rates that come from beyond the hazard curve."""
+    """Yield the sentences on annual rates from beyond the hazard curve."""
     if not rates["rate"].size:
         return
     known = np.isfinite(rates["rate"])

@@ -1,4 +1,4 @@
-"""Notes of a validity screen: a fact for each reason that holds, and its sentences."""
+"""Notes of a validity screen: a fact for each reason, and its sentences."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def block_notes(blocks: Iterable[Block]) -> list[str]:
 
 
 def block_facts(blocks: Iterable[Block]) -> list[Fact]:
-    """Return what is to be known of blocks before anything is run: squat ones, what is around them, and doubts."""
+    """Return the notes on blocks before any run: squat blocks, their surroundings, and input warnings."""
     every = list(blocks)
     return [*squat_facts(every), *scene_facts(every), *doubted(doubt.sentence for doubt in block_doubts(every))]
 
@@ -66,14 +66,14 @@ def squat_facts(blocks: Iterable[Block] | BlockArray) -> list[Fact]:
 
 
 def notes(screened: xr.Dataset, slides: bool = False) -> list[str]:
-    """Return notes that a user should read before trusting a result: one or two sentences for each reason that holds.
+    """Return notes on the validity of a result: one or two sentences for each reason.
 
     Parameters
     ----------
     screened : xarray.Dataset
-        As `screen` or `summary_screen` returns it, or a study's results, which hold the same variables.
+        As `screen` or `summary_screen` returns it, or a study's results, which have the same variables.
     slides : bool
-        Whether sliding was evaluated beside rocking, so that the last sentence does not say that it was not.
+        True if sliding was evaluated in addition to rocking, so that the last sentence does not state the opposite.
 
     Returns
     -------
@@ -96,7 +96,7 @@ def notes(screened: xr.Dataset, slides: bool = False) -> list[str]:
 
 
 def screen_facts(screened: xr.Dataset, slides: bool = False) -> list[Fact]:
-    """Return what the `notes` of a screen say, as facts."""
+    """Return the `notes` of a screen as facts."""
     if not isinstance(screened, xr.Dataset) or "screen" not in screened.attrs or "outside" not in screened:
         raise TypeError("notes need a dataset as toppling.fragility.screen returns it")
     if "item" in screened.dims:
@@ -127,7 +127,7 @@ def _squat(labels: list[str], ratios: Array, here: Flags | None = None) -> list[
 
 
 def _friction(screened: xr.Dataset, settings: dict[str, Any]) -> list[Fact]:
-    """Return shares of runs that slide; where no coefficient is given, the friction that blocks need."""
+    """Return shares of runs that slide; if no coefficient is given, the friction that blocks need."""
     given = settings["friction"] is not None
     found = []
     for reason, when, name in (
@@ -164,7 +164,7 @@ def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[Fact]:
         ends = _ends(frequency.where(screened[BED].notnull()).values)
         found.append(Fact("support.soft", math.nan, *ends, more={"bed": True}))
     if (share := float(_shares(screened, SCALED_FAR).mean())) > 0.0:
-        whole = "scale_factor" in screened  # (else the least and the greatest of each block)
+        whole = "scale_factor" in screened  # else the minimum and the maximum of each block
         names = ["scale_factor"] if whole else ["scale_factor_lowest", "scale_factor_highest"]
         factors = np.stack([near_curves(screened, name) for name in names])
         known = factors[np.isfinite(factors)]
@@ -185,13 +185,13 @@ def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[Fact]:
 
 
 def near_curves(screened: xr.Dataset, name: str) -> Array:
-    """Return the values of a variable; at adaptive levels without those of the runs that look for the curves."""
+    """Return the values of a variable; at adaptive levels without the runs that search for the curves."""
     values: Array = screened[name].values
     return values[runs_near_curves(screened)] if RUN in screened[name].dims else values
 
 
 def greatest_need(screened: xr.Dataset, name: str) -> float:
-    """Return the greatest coefficient of friction that blocks need, of a variable of the screen; NaN for none."""
+    """Return the maximum coefficient of friction that blocks need, of a variable of the screen; NaN without one."""
     return float(np.fmax.reduce(near_curves(screened, name).ravel(), initial=np.nan))
 
 
@@ -219,7 +219,7 @@ def _shares(screened: xr.Dataset, reason: Reason) -> xr.DataArray:
 
 
 def _worst(shares: xr.DataArray, by: tuple[str, ...]) -> dict[str, Any]:
-    """Return the blocks, laws or pairs with the greatest shares, each after its share, and the number of the others."""
+    """Return the blocks, laws or pairs with the largest shares, each after its share, and the number of the others."""
     means = shares.mean([dim for dim in shares.dims if dim not in by]).transpose(*by)
     flat = means.values.ravel()
     order = [int(i) for i in np.argsort(-flat, kind="stable") if flat[i] > 0.0]

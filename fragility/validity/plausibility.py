@@ -1,4 +1,4 @@
-"""Plausibility of blocks and levels: sizes and levels outside of what exists, with the likely slip of units."""
+"""Plausibility of blocks and levels: sizes and levels outside of the known range, with the likely slip of units."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..runs.scaling import intensity_measure
 
 LARGEST, SMALLEST = 20.0, 0.01  # m: sides of contents of buildings
 UNITS = "units"
-"""Kind of doubts about numbers that are likely of another unit."""
+"""Kind of input warnings on numbers that are likely of another unit."""
 MOST_DAMPED = 1.0
 """Damping ratio: FEMA 356 and the published laws have 0 to 0.64."""
 LEAST_RESTITUTION = 0.3
@@ -29,7 +29,7 @@ LEAST_SLACK, MOST_SLACK = 1e-4, 0.2  # m
 LEAST_STRETCH, MOST_STRETCH = 5e-5, 0.3
 """Elongation, m, at which a restraint breaks: its strength over its stiffness."""
 LEAST_ARM = 0.2
-"""Height, m, below which nothing is strapped to a wall: anti-tip kits hold the upper half of furniture."""
+"""Height, m, below which nothing is strapped to a wall: anti-tip kits support the upper half of furniture."""
 LEAST_DENSE, MOST_DENSE = 5.0, 4000.0  # kg/m³: of nothing to solid stone; metals are denser
 UNKNOWN_DEPTH = 10.0
 """Depth over width, at most, of a block whose depth is not given."""
@@ -39,7 +39,7 @@ LEAST_OFFSET, LEAST_LEAN = 1e-4, math.radians(0.0999)  # m, rad
 LONGEST_PERIOD = 10.0  # s
 METRES = "metres in place of mm, or the other way round?"
 SLIDES_ON = 0.05
-"""Share of a slip that comes after the end of the motion."""
+"""Share of a slip after the end of the motion."""
 NEAR_LEVEL, OTHER_LEVEL = 1.1, 1.5
 """Factor between a stripe and the mean of its unscaled motions: the bound of selections, and beyond chance."""
 FAR_FROM_LEVEL = 2.0
@@ -55,7 +55,7 @@ HIGHEST: dict[str, tuple[float, float, str]] = {
 
 
 def block_doubts(blocks: Iterable[Block] | BlockArray) -> list[Doubt]:
-    """Return the doubt in the sizes of blocks: sides above 20 m or below 0.01 m, widths above 1.5 m, h/b below 1."""
+    """Return the input warnings on block sizes: sides above 20 m or below 0.01 m, widths above 1.5 m, h/b below 1."""
     if isinstance(blocks, BlockArray):
         sides, slenderness = np.stack([blocks.width, blocks.height], axis=1), 1.0 / np.tan(blocks.alpha)
         own = blocks.own.get("e", np.ones(0))
@@ -70,7 +70,7 @@ def block_doubts(blocks: Iterable[Block] | BlockArray) -> list[Doubt]:
 
 
 def unit_doubts(restraints: Iterable[tuple[str, Restraint]], blocks: Iterable[Block] = ()) -> list[Doubt]:
-    """Return the doubts in restraints, with what they hold, and in masses and distances of blocks: of other units?"""
+    """Return the input warnings on restraints with their blocks, and on masses and distances of blocks: wrong units."""
     found: dict[str, list[str]] = {}
     for name, one in restraints:
         if not LEAST_STRENGTH <= one.strength <= MOST_STRENGTH and one.strength != math.inf:
@@ -110,7 +110,7 @@ def unit_doubts(restraints: Iterable[tuple[str, Restraint]], blocks: Iterable[Bl
 
 
 def size_doubts(sides: Array, slenderness: Array, name: Callable[[int], str | None]) -> list[Doubt]:
-    """Return the doubts in sides (block, 2), in m, and slendernesses (block,) of blocks, with their names if any."""
+    """Return the input warnings on sides (block, 2), in m, and slendernesses (block,) of blocks with names."""
     found = []
     large, small = sides.max(axis=1) > LARGEST, sides.min(axis=1) < SMALLEST
     wide = ~large & ~small & (sides[:, 0] > WIDEST)
@@ -148,21 +148,21 @@ def _sizes(sides: Array, name: str | None) -> str:
 
 
 def restitution_doubts(given: Iterable[tuple[str, float | None]]) -> list[Doubt]:
-    """Return the doubt in coefficients of restitution that are given, each with the name of its law or piece."""
+    """Return the input warning on given coefficients of restitution, each with the name of its law or piece."""
     odd = [f"{name}: {e:g}" for name, e in given if e is not None and e < LEAST_RESTITUTION]
     what = f"restitution below {LEAST_RESTITUTION:g} ({first_of(odd)}): e of blocks that rock is 0.5 to 1"
     return [Doubt(UNITS, what)] if odd else []
 
 
 def stated_restitution_doubts(models: Iterable[Model]) -> list[Doubt]:
-    """Return the doubt in coefficients of restitution that laws state."""
+    """Return the input warning on coefficients of restitution that laws state."""
     return restitution_doubts((law.label, law.options.get("e")) for law in models)
 
 
 def law_doubts(blocks: Sequence[Block], models: Iterable[Model], outputs: Sequence[str]) -> list[Doubt]:
-    """Return the doubts in damping ratios above 1, and in blocks that slide under a static friction of b/h or more.
+    """Return the input warnings on damping ratios above 1, and on sliding blocks with static friction >= b/h.
 
-    The latter only where no `mode` tells of it.
+    The latter only without an output `mode`, which shows it.
     """
     models = list(models)
     found = stated_restitution_doubts(models)
@@ -191,7 +191,7 @@ def cut_slides(peaks: Array, after: Array) -> Flags:
 
 
 def end_doubts(on: Iterable[bool], motions: Sequence[str]) -> list[Doubt]:
-    """Return the doubt in motions at whose end blocks slide (`cut_slides`)."""
+    """Return the input warning on motions that end while blocks slide (`cut_slides`)."""
     named = [name for name, one in zip(motions, on, strict=True) if one]
     if not named:
         return []
@@ -206,7 +206,7 @@ def end_doubts(on: Iterable[bool], motions: Sequence[str]) -> list[Doubt]:
 
 
 def period_doubts(im: str) -> list[Doubt]:
-    """Return the doubt in a measure of a period above 10 s, by its label."""
+    """Return the input warning on a measure of a period above 10 s, by its label."""
     measure = intensity_measure(im)
     plain = getattr(measure, "base", measure)
     if np.max([getattr(plain, "period", 0.0), *getattr(plain, "periods", ())]) <= LONGEST_PERIOD:
@@ -215,7 +215,7 @@ def period_doubts(im: str) -> list[Doubt]:
 
 
 def level_doubts(levels: Array, units: str) -> list[Doubt]:
-    """Return the doubt in the highest level of a measure: above 5 g or 10 m/s."""
+    """Return the input warning on the highest level of a measure: above 5 g or 10 m/s."""
     if units not in HIGHEST or not levels.size:
         return []
     highest, beyond, slip = HIGHEST[units]
@@ -227,7 +227,7 @@ def level_doubts(levels: Array, units: str) -> list[Doubt]:
 
 
 def stripe_doubts(im: str, stripes: Iterable[tuple[float, float | Array]]) -> list[Doubt]:
-    """Return the doubt in unscaled motions: the level of each stripe, and the measure of its motions."""
+    """Return the input warning on unscaled motions: the level of each stripe, and the measure of its motions."""
     found = []
     for number, (level, measured) in enumerate(stripes, start=1):
         ratios = np.asarray(measured) / level

@@ -61,7 +61,7 @@ def verdict_of(sizes: Mapping[str, int], holds: Mapping[Reason, xr.Variable]) ->
 
 
 class Shares:
-    """Counts, slab by slab, of the runs for which each reason holds; `sizes`: of all runs by dimension, in order."""
+    """Counts, slab by slab, of the runs with each reason; `sizes`: of all runs by dimension, in order."""
 
     def __init__(self, sizes: Mapping[str, int]) -> None:
         self._each = {dim: size for dim, size in sizes.items() if dim in ("block", "model")}
@@ -87,7 +87,7 @@ class Shares:
 
 
 class CurveShares(Shares):
-    """Shares of the runs in a table, curve by curve: `curve` (run,) is the number of each, `near` whether it counts."""
+    """Shares of the runs in a table, curve by curve: `curve` (run,) is their number, `near` True if they count."""
 
     def __init__(self, sizes: Mapping[str, int], curve: Index, near: Flags) -> None:
         super().__init__(sizes)

@@ -1,4 +1,4 @@
-"""Notes on walls and restraints: what their model leaves out, where it may matter for the blocks at hand."""
+"""Notes on walls and restraints: omissions of their model, if they may matter for the given blocks."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from ...models import Block
 from ...models.sides import sides, surroundings
 
 DRIFT = 0.005
-"""Storey drift over height that is taken where none is known: strong shaking of a frame (judgement)."""
+"""Storey drift over height that is used if none is known: a frame in a strong earthquake (assumed)."""
 SHARE_OF_GAP = 1.0 / 3.0
 STIFF = 12.0
-"""Natural frequency (Hz) of a taut restraint beyond which ordinary records hold little to resolve it."""
+"""Natural frequency (Hz) of a taut restraint beyond which ordinary records have little to resolve it."""
 
 
 def scene_facts(blocks: Iterable[Block]) -> list[Fact]:
-    """Return what a user should know of blocks with walls, restraints, beds, offsets, a lean or a round base.
+    """Return the notes on blocks with walls, restraints, beds, offsets, a lean or a round base.
 
-    One fact for each effect, with the blocks that it concerns: round bases that wobble, feet that slip when a wall
-    is struck, walls that move with the drift of the storey (where `DRIFT` times the height of the contact exceeds a
-    third of the gap), rails too low for a rebound, restraints without a wall, stiff ones, beds, and the check of
-    sliding, which is of free blocks.
+    There is one fact for each effect, with its blocks. Round bases wobble, feet slip when a wall is struck, and walls
+    move with the drift of the storey. A wall counts if `DRIFT` times the height of the contact exceeds a third of the
+    gap. Further effects are rails too low for a rebound, restraints without a wall, and stiff restraints. Others are
+    beds, and the check of sliding, which is of free blocks.
     """
     every = list(blocks)
     held = [block for block in every if block.restraint is not None]
@@ -45,7 +45,7 @@ def scene_facts(blocks: Iterable[Block]) -> list[Fact]:
 
 
 def pushed_by_drift(block: Block) -> bool:
-    """Return whether a wall that moves with `DRIFT` moves by more than a third of the gap where it meets the block."""
+    """Return True if a wall that moves with `DRIFT` moves by more than a third of the gap at its contact."""
     wall = block.wall
     if wall is None:
         return False

@@ -60,11 +60,12 @@ def screen(
         assessed.
     friction : float, Friction or mapping, optional
         Coefficient of friction between block and floor: a number, a distribution (`toppling.models.friction`), or
-        either for each block by its label.  Where not given, only a need above 1 counts as sliding.
+        either for each block by its label. If not given, only a need above 1 counts as sliding.
     factors : (float, float)
-        Least and greatest scale factor that pass, for motions that have an amplitude of their own (records, scenarios).
+        Minimum and maximum scale factor that pass, for motions that have an amplitude of their own (records,
+        scenarios).
     half_width : float
-        Greatest half width of the 95 % interval of a probability of 1/2 that passes.
+        Maximum half width of the 95 % interval of a probability of 1/2 that passes.
     undecided : bool or float
         True, or the share of the motions, for which flags are tested: up to four more runs for each, with scale
         factors, and e, times 1 ± 1e-6.  At adaptive levels these motions are evenly spaced, from the first one on.
@@ -74,42 +75,44 @@ def screen(
     Returns
     -------
     xarray.Dataset
-        Each variable is on the dimensions that it depends on (at adaptive levels what is named here as on level and
-        motion is on run, with ``run_block``, ``run_model``, ``run_motion``; the runs are those of the blocks, laws and
-        motions that `runs` holds):
+        Each variable is on the dimensions that it depends on. At adaptive levels, variables on level and motion below
+        are on run, with ``run_block``, ``run_model``, ``run_motion``; the runs are of the blocks, laws and motions in
+        `runs`.
 
-        - ``friction_uplift`` (block): b/h, needed at uplift; ``friction_uplift_demand`` (block, level, motion): needed
-          up to the peak of the half-cycle in which the block uplifts, or by the peak of the motion where it does not;
-          ``friction_rocking_demand`` (block, level, motion): needed by the peak of the motion while the block is
-          nearly upright; ``friction_impact`` (block, model);
-        - ``slides`` (block, model, level, motion), where friction is given: the probability that it is below the
-          greatest of these, or whether it is;
+        - ``friction_uplift`` (block): b/h, needed at uplift; ``friction_impact`` (block, model): needed at impact;
+        - ``friction_uplift_demand`` (block, level, motion): needed up to the peak of the half-cycle that lifts the
+          block, or by the peak of the motion if it does not uplift;
+        - ``friction_rocking_demand`` (block, level, motion): needed by the peak of the motion while the block is nearly
+          upright;
+        - ``slides`` (block, model, level, motion), with friction given: the probability that it is below the maximum of
+          these, or a flag for a known friction;
         - ``squat`` (block); ``elastic_frequency`` (block, model), Hz, of laws with an elastic zone at rest;
-          ``band_low`` and ``band_high`` (motion), Hz; ``scale_factor`` (level, motion), with block where it depends on
-          it;
+          ``band_low`` and ``band_high`` (motion), Hz;
+        - ``scale_factor`` (level, motion), with block if it depends on it;
         - ``few_motions`` and ``interval_half_width``, of the floor or stripe with the fewest motions;
-        - ``verdict`` (block, model, level, motion): 0 where no reason speaks against a run, else the sum of its reasons
-          (`REASONS`; attributes flag_masks and flag_meanings); ``outside`` (block, model, reason): share of the runs
-          for which each reason holds, for `any` at least one reason, for `undecided` among the runs tested;
-        - where runs were tested: ``perturbed`` (motion), True for the motions tested; ``undecided`` (block, model), the
-          share of flags that change, with ``undecided_lower`` and ``undecided_upper``, its 95 % Wilson interval; at
-          adaptive levels ``undecided_tested`` (block, model), their number.
+        - ``verdict`` (block, model, level, motion): 0 if there is no reason against a run, else the sum of its reasons
+          (`REASONS`; attributes flag_masks and flag_meanings);
+        - ``outside`` (block, model, reason): share of the runs with each reason, for `any` with at least one reason,
+          for `undecided` among the runs tested;
+        - if runs were tested: ``perturbed`` (motion), True for the motions tested; ``undecided`` (block, model), the
+          share of flags that change. Its 95 % Wilson interval is ``undecided_lower`` and ``undecided_upper``. At
+          adaptive levels ``undecided_tested`` (block, model) is their number.
 
     Notes
     -----
-    Where the motions shake vertically, too, a run in which the floor falls faster than g is ``airborne``: the block
-    leaves the floor, the run is not computed, and it counts as overturned.  Vertical shaking that motions do not have
-    cannot be screened for, nor does it enter the friction that runs need.
+    If the motions have a vertical component, a run in which the floor falls faster than g is ``airborne``. The block
+    leaves the floor, the run is not computed, and it counts as overturned. A missing vertical component cannot be
+    screened, and does not enter the friction that runs need.
 
     The peak of the half-cycle that lifts the block occurs when the block has hardly rotated: in that half-cycle its
-    exact motion needs 0.98 to 1 of `friction_uplift_demand`.  The peak of the motion may occur at any time: over whole
+    exact motion needs 0.98 to 1 of `friction_uplift_demand`. The peak of the motion may occur at any time. Over whole
     histories of blocks with h/b >= 3, up to four times g b/h, the need is 0.68 to 1.02 of `friction_rocking_demand` (60
-    simulated motions).  Squat blocks may lose all pressure on the floor, for which no friction compensates: they are
-    `squat`.  Sliding counts where it is more likely than not; while rocking and at impact only for motions that exceed
-    g b/h.
+    simulated motions). Squat blocks may lose all pressure on the floor, for which no friction compensates: they are
+    `squat`. Sliding counts if its probability is above one half; while rocking and at impact only for motions that
+    exceed g b/h.
 
-    The band of a motion holds the middle 90 % of its energy by frequency (`motions.spectra.energy_band`).  A block
-    whose elastic mode lies inside the band resonates, and uplifts although it should not; the mode of a soft support
+    The band of a motion contains the middle 90 % of its energy by frequency (`motions.spectra.energy_band`). A block
+    whose elastic mode lies inside the band resonates, and uplifts although it should not. The mode of a soft support
     (``rest="soft"``) or of a soft bed is physical and no reason.
 
     At n motions the Wilson interval of 1/2 has a half width of z/(2 sqrt(n + z²)).
@@ -147,7 +150,7 @@ def screen(
     asked = ScreenRequest(friction, bounds, share)
     runner = runner_of(client)
     if isinstance(runs, xr.Dataset):
-        # (what `slide_runs` returns has no law beside the name of its model)
+        # results of `slide_runs` have no law, only the name of its model
         laws = runs.coords.get("law", runs.coords.get("model"))
         if laws is not None and bool((laws == SlidingLaw.law).any()):
             raise ValueError("runs must be of rocking blocks, got some of sliding ones")

@@ -72,9 +72,9 @@ ORDER = (
 class ScreenInput(NamedTuple):
     """Properties of runs that the screen needs, as plain variables: of all runs, or of some blocks and motions.
 
-    sizes: of the dimensions of the runs, in order; coordinates: of blocks, laws and motions, by name (all of
-    `NEEDED`, some of `OPTIONAL`); factors: scale factors of the motions.  places (run,): of the block, the law
-    and the motion of each run in a table, where runs do not lie on these dimensions.
+    `sizes`: of the dimensions of the runs, in order. `coordinates`: of blocks, laws and motions, by name (all of
+    `NEEDED`, some of `OPTIONAL`). `factors`: scale factors of the motions. `places` (run,): of the block, the law and
+    the motion of each run in a table, for runs that do not lie on these dimensions.
     """
 
     sizes: dict[str, int]
@@ -84,7 +84,7 @@ class ScreenInput(NamedTuple):
 
     @property
     def lifted(self) -> bool:
-        """True if the motions shake vertically, too."""
+        """True if the motions have a vertical component, too."""
         return DOWNWARD in self.coordinates
 
     def slabs(self) -> Iterator[Where]:
@@ -128,7 +128,7 @@ class ScreenInput(NamedTuple):
 NEEDED = ("width", "cm_height", "alpha", "p", "inertia_factor", "e", "delta", "rest", "pga")
 """Coordinates without which runs cannot be screened."""
 OPTIONAL = (BED, POLARITY, RECORD, "own_amplitude", "stripe", DOWNWARD, *FLOORS)
-"""Coordinates that the screen takes into account where runs have them."""
+"""Coordinates that the screen takes into account if runs have them."""
 
 
 def screen_input(runs: xr.Dataset) -> ScreenInput:
@@ -138,21 +138,21 @@ def screen_input(runs: xr.Dataset) -> ScreenInput:
 
 
 def known_coordinates(runs: xr.Dataset) -> dict[str, xr.Variable]:
-    """Return the coordinates of runs that the screen needs, and those that it takes into account where there are."""
+    """Return the coordinates of runs that the screen needs, and those that it takes into account if there are."""
     names = ["block", *NEEDED, *(name for name in OPTIONAL if name in runs.coords)]
     # (they are small: those that were read in chunks are loaded)
     return {name: runs[name].variable.compute() for name in names}
 
 
 class Bounds(NamedTuple):
-    """Limits that pass: least and greatest scale factor, and greatest half width of an interval."""
+    """Limits that pass: minimum and maximum scale factor, and maximum half width of an interval."""
 
     factors: tuple[float, float] = FACTORS
     half_width: float = HALF_WIDTH
 
 
 class ScreenRequest(NamedTuple):
-    """What is asked of a screen of runs: friction and bounds as of `screen`, and the share of the motions tested."""
+    """Request for a screen of runs: friction and bounds as of `screen`, and the share of the motions tested."""
 
     friction: float | Friction | Mapping[str, float | Friction] | None = None
     bounds: Bounds = Bounds()
@@ -162,7 +162,7 @@ class ScreenRequest(NamedTuple):
 Screened = tuple[dict[str, xr.Variable], dict[str, Any]]
 """The variables of a screen and its settings, plain values."""
 Keep = Callable[[dict[str, xr.Variable], dict[str, xr.Variable], Where], None]
-"""Puts what is kept of a slab into the variables of all runs."""
+"""Puts the kept variables of a slab into the variables of all runs."""
 
 
 def screened_runs(
@@ -191,7 +191,7 @@ def screened_slabs(
     keep: Keep,
     shares: Shares | None = None,
 ) -> Screened:
-    """Screen runs slab by slab, and return what is kept of it.
+    """Screen runs slab by slab, and return the kept variables.
 
     flips: of the runs that were repeated under perturbations; shares: of which runs the shares are, all by default.
     The screen works on plain variables, because labelled arrays compare their labels at every step, which takes longer
@@ -234,7 +234,7 @@ def screened_slabs(
 
 
 def described_friction(friction: Any, available: Sequence[Friction], labels: Sequence[str]) -> Any:
-    """Return the friction of the blocks as plain values; None where it is not known."""
+    """Return the friction of the blocks as plain values; None if it is not known."""
     if friction is None:
         return None
     if len(available) <= DESCRIBED:
@@ -256,7 +256,7 @@ def ordered(variables: Mapping[str, xr.Variable], dims: tuple[str, ...]) -> dict
 
 
 def few_motions(fewest: int, bounds: Bounds) -> dict[str, xr.Variable]:
-    """Return the variables that say whether there are enough motions; fewest: of the floor with the fewest."""
+    """Return the variables on the number of motions; `fewest`: of the floor with the fewest."""
     half = wilson_half_width(fewest)
     text = "half width of the 95 % interval of a probability of 1/2"
     few = f"whether interval_half_width is above {bounds.half_width:g}"
@@ -269,7 +269,7 @@ def few_motions(fewest: int, bounds: Bounds) -> dict[str, xr.Variable]:
 def _screen_slab(
     given: ScreenInput, shaking: Characteristics | None, available: list[Friction], bounds: Bounds
 ) -> tuple[dict[str, xr.Variable], dict[Reason, xr.Variable], dict[Reason, xr.Variable]]:
-    """Return the variables of some blocks and motions, their probabilities of sliding, and where each reason holds."""
+    """Return the variables of some blocks and motions, their probabilities of sliding, and flags of each reason."""
     known, on_runs = given.coordinates, given.on_runs
     slenderness = known["cm_height"] / (0.5 * known["width"])
     slim = on_runs(slenderness)
@@ -283,7 +283,7 @@ def _screen_slab(
     chances = {}
     for reason, need in needs.items():
         chance = on_runs(chance_below(need, available, places.get("block")))
-        # a block that never uplifts neither rocks nor comes down
+        # a block that never uplifts neither rocks nor has an impact
         chances[reason] = chance if reason is SLIDES_AT_UPLIFT else xr.apply_ufunc(np.where, lifts, chance, 0.0)
     frequency = _elastic_frequency(known)
     variables = {
@@ -319,7 +319,7 @@ def _outputs(runs: xr.Dataset) -> Iterator[str]:
 
 
 def _dims(runs: xr.Dataset) -> tuple[str, ...]:
-    """Dimensions of the runs in their usual order; TypeError where the dataset does not hold runs."""
+    """Dimensions of the runs in their usual order; TypeError if the dataset has no runs."""
     found = next(_outputs(runs), None) if isinstance(runs, xr.Dataset) else None
     if found is None or not {*NEEDED} <= {*runs.coords}:
         raise TypeError("runs must be a dataset of runs with its coordinates, as toppling.ida returns it")
@@ -347,7 +347,7 @@ def _elastic_frequency(known: Mapping[str, xr.Variable]) -> xr.Variable:
 
 
 def _own_amplitude(known: Mapping[str, xr.Variable]) -> xr.Variable:
-    """True for motions (motion,) whose amplitude is their own and no parameter; for all where runs do not say it."""
+    """True for motions (motion,) whose amplitude is their own and no parameter; for all if runs do not state it."""
     if "own_amplitude" in known:
         found: xr.Variable = known["own_amplitude"].astype(bool)
         return found

@@ -15,7 +15,7 @@ from ..runs.provenance import RUN
 from .reasons import SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, Reason, labelled, spread
 
 ANY_FLOOR = FixedFriction(1.0)
-"""Friction assumed where none is given: hardly any floor has more."""
+"""Friction assumed if none is given: hardly any floor has more."""
 NEEDS: dict[Reason, tuple[str, str]] = {
     SLIDES_AT_UPLIFT: (
         "friction_uplift_demand",
@@ -40,9 +40,9 @@ def friction_demands(
 ) -> dict[Reason, xr.Variable]:
     """Return the coefficient of friction below which blocks slide, at uplift and while they rock.
 
-    slenderness, inertia: on block, or on run; peak: peak acceleration of the scaled motions, m/s²; factor: their scale
-    factors; rising: `rising_peaks` of the motions, without which the demand at uplift is left out; motion (run,): the
-    places of the motions of runs.
+    `slenderness`, `inertia`: on block, or on run. `peak`: peak acceleration of the scaled motions, m/s². `factor`:
+    their scale factors. `rising`: `rising_peaks` of the motions, without which the demand at uplift is left out.
+    `motion` (run,): the places of the motions of runs.
     """
     needs = {SLIDES_WHILE_ROCKING: xr.apply_ufunc(friction_at_uplift, slenderness, peak, inertia)}
     if rising is not None:
@@ -84,9 +84,9 @@ def friction_by_block(friction: Any, labels: list[str]) -> list[Friction]:
 
 
 def chance_below(need: xr.Variable, available: list[Friction], block: Index | None = None) -> xr.Variable:
-    """Return the probability that blocks have less friction than they need; 0 where that is not known.
+    """Return the probability that blocks have less friction than they need; 0 if that is not known.
 
-    block (run,): the places of the blocks of runs, where the need is on run.
+    block (run,): the places of the blocks of runs, if the need is on run.
     """
     of_runs = block is not None and "block" not in need.dims
     values = need if of_runs else need.transpose("block", ...)
@@ -101,7 +101,7 @@ def chance_below(need: xr.Variable, available: list[Friction], block: Index | No
 
 
 def slides_of(chances: Mapping[Reason, xr.Variable], known: bool) -> xr.Variable:
-    """Return the probability that a block slides at all: that of the greatest demand, as there is one coefficient."""
+    """Return the probability of sliding, which is the largest of all demands because there is one coefficient."""
     slides = chances[SLIDES_WHILE_ROCKING]
     for chance in chances.values():
         slides = xr.apply_ufunc(np.maximum, slides, chance)
@@ -111,5 +111,5 @@ def slides_of(chances: Mapping[Reason, xr.Variable], known: bool) -> xr.Variable
 
 
 def compact(values: xr.Variable) -> xr.Variable:
-    """Return values in single precision where they depend on the motion: sufficient accuracy at half the file size."""
+    """Return values in single precision if they depend on the motion: sufficient accuracy at half the file size."""
     return values.astype(np.float32) if {"motion", RUN} & {*values.dims} else values

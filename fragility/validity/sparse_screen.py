@@ -53,11 +53,11 @@ AT_ONCE = 32
 
 
 class Shaken:
-    """What the screen needs of motions, which come some at a time and are not kept.
+    """Properties of motions that the screen needs; motions are given in groups and are not kept.
 
     The runs of the share `share` of the motions, rounded up, are repeated under perturbations. `kept` has these motions
-    by place: evenly spaced from the first one on, with their reverses, so that the choice does not depend on how many
-    motions follow.
+    by place: evenly spaced from the first one on, with their reverses. The choice therefore does not depend on the
+    number of motions that follow.
     """
 
     def __init__(self, share: float) -> None:
@@ -84,9 +84,9 @@ class Shaken:
 
 
 def shaken_by(runs: xr.Dataset, motions: Motions | Generator, share: float) -> Shaken:
-    """Return what the screen needs of the motions of runs; ValueError for other motions than those of the runs.
+    """Return the motions' properties for the screen; ValueError for motions that are not the motions of the runs.
 
-    Those of a generator are made again, with the seed of the runs.
+    Motions of a generator are made again, with the seed of the runs.
     """
     found = Shaken(share)
     if not isinstance(motions, Generator):
@@ -108,7 +108,7 @@ def shaken_by(runs: xr.Dataset, motions: Motions | Generator, share: float) -> S
 
 
 def selected(runs: xr.Dataset) -> xr.Dataset:
-    """Return the runs of the blocks, laws and motions that a dataset holds, with the motions in order of their numbers.
+    """Return the runs of the blocks, laws and motions of a dataset, with the motions in order of their numbers.
 
     Selecting blocks, laws or motions of a dataset leaves its dimension run as it is.
     """
@@ -125,8 +125,8 @@ def sparse_screen(
 ) -> Screened:
     """Return the screen of runs in a table (`selected`).
 
-    The variables are those of `screen` (what every run has is on run) and ``undecided_tested`` (block, model). Without
-    `shaken` they are those of `screen` without motions; `runner` and `progress` serve the runs that are repeated.
+    The variables are as of `screen`, with run as the dimension of every run, and ``undecided_tested`` (block, model).
+    Without `shaken` they are as of `screen` without motions; `runner` and `progress` are for the repeated runs.
     """
     places = places_in(runs)
     sizes = {dim: runs.sizes[dim] for dim in ("block", "model")}
@@ -185,7 +185,7 @@ class RunFlips(NamedTuple):
 def _flips(
     runs: xr.Dataset, factors: Array, kept: Mapping[int, Record], runner: Runner, progress: Progress | None
 ) -> RunFlips:
-    """Repeat the runs under the motions that were kept, curve by curve, and say which flags change (`count_flips`)."""
+    """Repeat the runs under the kept motions, curve by curve, and return the changes of flags (`count_flips`)."""
     if FLAGS[0] not in runs:
         raise TypeError("runs must hold overturned, the outcome that is tested for being undecided, got none")
     blocks, laws = blocks_of(runs), laws_of(runs)
@@ -218,5 +218,5 @@ def _flips(
 
 
 def _all(flags: Flags, _: slice) -> Flags:
-    """Return the flags of the one row that there is."""
+    """Return the flags of the only row."""
     return flags

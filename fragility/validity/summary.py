@@ -1,4 +1,4 @@
-"""The screen of runs as shares and greatest demands, without a value for every run."""
+"""The screen of runs as shares and maximum demands, without a value for every run."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ EXTREMES: dict[str, tuple[str, np.ufunc, str]] = {
     "scale_factor_lowest": ("scale_factor", np.fmin, "lowest scale factor of the motions"),
     "scale_factor_highest": ("scale_factor", np.fmax, "highest scale factor of the motions"),
 }
-"""Variables that keep the greatest or the least value over all runs: the variable of a run, and the long name."""
+"""Variables that keep the maximum or the minimum value over all runs: the variable of a run, and the long name."""
 
 
 def input_of_pairs(
@@ -72,12 +72,12 @@ def summary_screen(
     friction: float | Friction | Mapping[str, float | Friction] | None = None,
     flips: FlipCounts | None = None,
 ) -> xr.Dataset:
-    """Screen runs as `screen` does, and keep shares and greatest demands alone.
+    """Screen runs as `screen` does, and keep only shares and maximum demands.
 
-    friction_uplift_demand and friction_rocking_demand on block are the greatest of all levels and motions,
-    scale_factor_lowest and scale_factor_highest (block) are the ends of the factors, and there is neither a verdict nor
-    a chance of sliding of single runs. Without a friction, only a need above 1 counts as sliding; `flips` are of the
-    runs that were repeated under perturbations.
+    friction_uplift_demand and friction_rocking_demand on block are the maximum of all levels and motions,
+    scale_factor_lowest and scale_factor_highest (block) are the ends of the factors. Single runs have neither a
+    `verdict` nor a probability of sliding. Without a friction, only a need above 1 counts as sliding; `flips` are of
+    the runs that were repeated under perturbations.
     """
     found, settings = screened_slabs(
         given, shaking, ScreenRequest(friction), flips, partial(_keep_extremes, given.sizes)
@@ -96,7 +96,7 @@ def summary_screen(
 def _keep_extremes(
     sizes: Mapping[str, int], found: dict[str, xr.Variable], variables: Mapping[str, xr.Variable], where: Where
 ) -> None:
-    """Put what depends on blocks and laws alone from a slab into the variables of all blocks, and the extremes."""
+    """Put the variables of blocks and laws alone from a slab into the variables of all blocks, and the extremes."""
     own = ordered({name: variables[name] for name in OF_BLOCKS}, tuple(sizes))
     put(found, own, where, sizes, in_memory)
     blocks = where.get("block", slice(None))
@@ -108,9 +108,9 @@ def _keep_extremes(
 
 
 def over_samples(screened: xr.Dataset, block: Block) -> xr.Dataset:
-    """Return the screen of one uncertain block from that of its samples, which stand in place of blocks.
+    """Return the screen of one uncertain block from the screen of its samples, which are on the dimension of blocks.
 
-    squat and friction_uplift are of the nominal block; shares are of the runs of all samples; demands, frequencies and
+    squat and friction_uplift are of the nominal block; shares are of the runs of all samples. Demands, frequencies and
     the ends of the scale factors are the extremes among them.
     """
     settings = json.loads(screened.attrs["screen"])
@@ -148,7 +148,7 @@ def over_samples(screened: xr.Dataset, block: Block) -> xr.Dataset:
 
 
 def _over_runs(one: xr.Variable, extreme: np.ufunc) -> np.ndarray:
-    """The greatest or the least value over levels and motions, on block where it depends on it."""
+    """The maximum or the minimum value over levels and motions, on block if it depends on it."""
     there = [dim for dim in ("block", "level", "motion") if dim in one.dims]
     values = one.transpose(*there).values
     flat = values.reshape(values.shape[0] if "block" in there else 1, -1)

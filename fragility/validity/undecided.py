@@ -1,7 +1,7 @@
 """Undecided outcomes: flags that change when the motion or the restitution differs by a millionth.
 
-Rocking is chaotic, so that an outcome near a boundary is no evidence, and no inexpensive criterion tells which outcomes
-are near a boundary.  The runs are therefore repeated, with flags as their only output.
+Rocking is chaotic, so that an outcome near a boundary is no evidence, and no inexpensive criterion finds these
+outcomes. The runs are therefore repeated, with flags as their only output.
 """
 
 from __future__ import annotations
@@ -77,8 +77,8 @@ def undecided_variables(
 class FlipCounts(NamedTuple):
     """Number of perturbations that change the flag of each run that was repeated.
 
-    chosen (motion,): True for the motions whose runs were repeated; counts (block, model, level or 1, …, chosen
-    motion), where … are several runs of one block under one law, such as those of its variants.  Counts may lie in a
+    `chosen` (motion,): True for the motions whose runs were repeated. `counts` (block, model, level or 1, …, chosen
+    motion), where … are several runs of one block under one law, such as the runs of its variants. Counts may be in a
     file and are read slab by slab.
     """
 
@@ -115,8 +115,8 @@ def count_flips(
 ) -> FlipCounts:
     """Repeat the runs of a share of the motions under perturbations and count flips of the flags.
 
-    Runs are repeated with scale factors times 1 ± 1e-6 and, where the law has a restitution, with e times 1 ± 1e-6
-    (1 - 1e-6 alone where e is 1).
+    Runs are repeated with scale factors times 1 ± 1e-6 and, if the law has a restitution, with e times 1 ± 1e-6 (1 -
+    1e-6 alone if e is 1).
     """
     shaped = _flags(runs)
     chosen = choose_motions(runs.sizes["motion"], share)
@@ -151,11 +151,11 @@ def count_flips_of(
 ) -> NDArray[np.int8]:
     """Repeat the runs of pairs of a block and a law under the perturbations of `count_flips`.
 
-    Counts are (row, pair, level, motion), allocated by the runner. `rows` are whatever pairs are made of, such as
-    blocks; `pairs_of` makes those of a row, as many for each row; with True, in the direction of the depth. Pairs at
-    the same position have laws of the same kind (with a restitution or without, and of the same geometry). With `both`
-    the runs are about both axes: a run overturns about either. `flags_of` returns the flags (row, pair, level, motion)
-    of a slice of the rows without a perturbation; `factors` are (row or 1, level, motion).
+    Counts are (row, pair, level, motion), allocated by the runner. `rows` are the sources of pairs, such as blocks.
+    `pairs_of` makes the pairs of a row, as many for each row; with True, in the direction of the depth. Pairs at the
+    same position have laws of the same kind (with or without a restitution, and of the same geometry). With `both` the
+    runs are about both axes: a run overturns about either. `flags_of` returns the flags (row, pair, level, motion) of a
+    slice of the rows without a perturbation. `factors` are (row or 1, level, motion).
     """
     first = pairs_of(rows[0], False)
     with_e = [j for j, (block, law) in enumerate(first) if law.restitution(block) is not None]
@@ -228,7 +228,7 @@ def _flags(runs: xr.Dataset) -> xr.DataArray:
 
 
 def _either_side(block: Block, model: Law) -> list[Oscillator]:
-    """The oscillator with e a millionth higher and lower; with e unchanged where the higher value would exceed 1."""
+    """The oscillator with e a millionth higher and lower; with e unchanged if the higher value would exceed 1."""
     e = model.restitution(block)
     assert e is not None
     sides = [e * (1.0 + PERTURBATION) if e * (1.0 + PERTURBATION) <= 1.0 else e, e * (1.0 - PERTURBATION)]

@@ -64,7 +64,8 @@ from .together import whole
 ) = range(22)
 FLIGHT_ROWS = 22
 UNSURE, LANDS, LANDS_LOW, FLIES_ON = 0.0, 1.0, 2.0, 3.0
-# A block whose flight ends within so many samples bounces apart from the lanes, if its restitution leaves many bounces.
+# A block whose flight ends within this number of samples bounces apart from the lanes, if its restitution leaves many
+# bounces.
 BOUNCE_FLIGHT = 3.5
 BOUNCE_RESTITUTION = 0.6
 
@@ -72,8 +73,8 @@ BOUNCE_RESTITUTION = 0.6
 class Flights(NamedTuple):
     """Bouncing blocks and their flights.
 
-    runs: the bouncing runs; time: for each, the time in its sample at which its flight begins; stop: the sample to
-    which it is followed; columns: a column for each flight; owner: the run to which each column belongs.
+    `runs`: the bouncing runs. `time`: for each, the time in its sample at which its flight begins. `stop`: the sample
+    to which it is followed. `columns`: a column for each flight. `owner`: the run to which each column belongs.
     """
 
     runs: Any
@@ -144,8 +145,8 @@ def _end_flight(v, j, dt, sure, flies, y, speed, landed, end):
 def _solve_stiff_flight(v, j, dt):
     """Follow a flight under a spring (stiffness above 0), which `_solve_flights` is not sure of; return FLIGHT_END.
 
-    While the forcing alone pulls back all through the sample, the rotation is concave seen from its side: a single arc,
-    on which Newton's steps from beyond the landing descend to it.  The series of the displacement are those of
+    While the forcing alone pulls back all through the sample, the rotation is concave seen from its side. It is a
+    single arc, on which Newton's steps from beyond the landing descend to it. The series of the displacement are as in
     `flight_terms` with more terms, exact to rounding for K h² <= 1/4.
     """
     theta = v[FLIGHT_THETA * LANES + j]
@@ -165,7 +166,7 @@ def _solve_stiff_flight(v, j, dt):
     room = v[FLIGHT_HIGHEST * LANES + j] - height
     if least <= 0.0 or height < 0.0 or stiffness * left * left > 0.25 or rises * rises > 2.0 * least * room:
         return UNSURE
-    # beyond the landing: the forcing's least pull alone, without the spring, brings it down later
+    # beyond the landing: the forcing's smallest pull alone, without the spring, brings it down later
     away = side * omega
     h = min(left, (away + math.sqrt(away * away + 2.0 * least * height)) / least)
     y = 0.0
@@ -206,10 +207,10 @@ def _solve_stiff_flight(v, j, dt):
 def _solve_flights(v, n, dt):
     """Follow each of n flights (columns of v) to its landing at theta = 0 and the rebound, or to the end of its sample.
 
-    The displacement is that of `solve_hops`; the parabola's landing, corrected by the next two terms, then a step of
-    Chebyshev's and one of Newton's.  LANDS_LOW where the block may settle, or its flights become too many; UNSURE, and
-    left as it is, where the landing is not exact to rounding, or the flight may not be a single arc (see `solve_hops`),
-    or rise above FLIGHT_HIGHEST.
+    The displacement is as in `solve_hops`; the parabola's landing, corrected by the next two terms, then a step of
+    Chebyshev's and one of Newton's. LANDS_LOW if the block may settle, or its flights become too many. UNSURE, and
+    unchanged, if the landing is not exact to rounding, or the flight may not be a single arc (see `solve_hops`), or
+    rise above FLIGHT_HIGHEST.
     """
     for j in range(n):
         theta = v[FLIGHT_THETA * LANES + j]
@@ -254,7 +255,7 @@ def _solve_flights(v, n, dt):
 
 @kernel()
 def no_flights(runs):
-    """Return room for the flights of bouncing runs, with harmless ones in it (see `whole`)."""
+    """Return room for the flights of bouncing runs, filled with harmless flights (see `whole`)."""
     columns = np.zeros(FLIGHT_ROWS * LANES)
     columns[FLIGHT_OMEGA * LANES : (FLIGHT_OMEGA + 1) * LANES] = 1.0
     columns[FLIGHT_OFFSET * LANES : (FLIGHT_OFFSET + 1) * LANES] = -1.0
@@ -309,7 +310,7 @@ def _load_flight(f, column, j, model, shaking):
     v[FLIGHT_OTHER_RESTITUTION * LANES + column] = e
     loss = max(loss, loss_there)
     v[FLIGHT_SETTLING * LANES + column] = 0.25 * loss * thresholds  # (see `may_rest`)
-    v[FLIGHT_LEAST * LANES + column] = 0.25 / MANY_HOPS * thresholds * dt  # (or so many flights fill a sample)
+    v[FLIGHT_LEAST * LANES + column] = 0.25 / MANY_HOPS * thresholds * dt  # or MANY_HOPS flights fill a sample
     v[FLIGHT_STRIKE * LANES + column] = x[STRIKE]
     v[FLIGHT_IMPACTS * LANES + column] = 0.0
     f.owner[column] = j
@@ -319,8 +320,8 @@ def _load_flight(f, column, j, model, shaking):
 def bounce(f, n, model, shaking, end, meeting, work):
     """Follow n bouncing blocks together to sample `end`, or until each rests or rises; return the events solved.
 
-    Blocks whose records end by then are followed to their ends; the others only where all of them are `meeting`.
-    What is out of the ordinary is left to `solve_sample`, one by one.  NEED says who takes a lane again: it WAITS.
+    Blocks whose records end by then are followed to their ends; the others only if all of them are `meeting`. Unusual
+    samples are left to `solve_sample`, one by one. NEED shows which lane continues: it WAITS.
     """
     v = f.columns
     b = f.runs

@@ -53,9 +53,9 @@ GLIDERS = 136
 # Impacts within a sample from which on what is left of it is solved piece by piece, with its low bounces.
 FEW_HOPS = 3
 
-# Rows of the lanes: the state, its region (edges, p² of the resting weight, tilt, lever), the rotations that are no new
-# peaks, force with its slope and weight with its rate at the start of the piece, the span of the piece; then the state
-# at its end and the terms of the velocity.
+# Rows of the lanes: the state, its region (edges, p² of the resting weight, tilt, lever), and the rotations that are no
+# new peaks. Then force with its slope and weight with its rate at the start of the piece, and the span of the piece.
+# Last the state at its end and the terms of the velocity.
 (
     ROW_THETA,
     ROW_OMEGA,
@@ -78,25 +78,25 @@ FEW_HOPS = 3
 TERMS = 11
 GLIDER_ROWS = ROW_TERMS + TERMS
 
-# Rows of the crossings that are solved together: the way to the edge, the terms of the displacement, the span, whether
-# the velocity turns before; then the time of the crossing, the velocity there, and whether it is sure.
+# Rows of the crossings that are solved together: the way to the edge, the terms of the displacement, the span, and a
+# flag for a turn of the velocity before. Then the time of the crossing, its velocity, and a flag for a sure result.
 CROSS_GAP, CROSS_TERMS, CROSS_SPAN, CROSS_TURNS, CROSS_TIME, CROSS_SPEED, CROSS_SURE = 0, 1, 13, 14, 15, 16, 17
 CROSS_ROWS = 18
 
-# What a piece does: it holds no event that matters, it turns and may have a new peak, it goes straight to an edge, it
+# Content of a piece. It has no event that matters; it turns and may have a new peak; it goes straight to an edge. Or it
 # turns and meets the edge behind it (a new peak or not), or it is solved in the general way.
 GLIDES, TOPS, CROSSES, RETURNS, RETURNS_FROM_TOP, HARD = range(6)
 
-ENDED = -1  # in place of a sample
+ENDED = -1  # instead of a sample
 
 
 class Gliders(NamedTuple):
     """The arrays of the lanes.
 
-    rows, marks: the vectors' input and output (flat), and what each piece does; x, k: the state of each run, of which
-    rotation and velocity are in the rows; run, oscillator, amplitude, sample: of each lane; impacts: those before its
-    sample; crossings: columns that are solved together, and `crossing` their lanes; unusual, between: lanes whose piece
-    holds another event, and those between two samples.
+    `rows`, `marks`: the vectors' input and output (flat), and the content of each piece. `x`, `k`: the state of each
+    run, of which rotation and velocity are in the rows. `run`, `oscillator`, `amplitude`, `sample`: of each lane.
+    `impacts`: impacts before its sample. `crossings`: columns that are solved together, and `crossing` their lanes.
+    `unusual`, `between`: lanes whose piece has another event, and lanes between two samples.
     """
 
     rows: Any
@@ -126,11 +126,11 @@ class Room(NamedTuple):
 
 @kernel(inline="always")
 def _glide(theta, w0, lower, upper, p2, centre, lever, front, back, force, slope, weight, heavy, heavier, h):
-    """Take a piece in exact geometry at degree 12; return what it does, the state at its end and the velocity's terms.
+    """Take a piece in exact geometry at degree 12; return its content, the state at its end and the velocity's terms.
 
-    The velocity keeps its sign where the acceleration does and it has the same at both ends, or where it is larger than
-    the acceleration can change it; it changes once where the acceleration keeps its sign.  Otherwise, as far as the
-    block can get in the piece decides.  Peaks have no part in where a piece ends: only in whether it is looked at.
+    The velocity keeps its sign if the acceleration does and it has the same at both ends, or if it is larger than the
+    acceleration can change it. It changes once if the acceleration keeps its sign. Otherwise, the range of the block in
+    the piece decides. Peaks do not affect the end of a piece, only the search in it.
     """
     p2_most = p2 * max(heavy, heavy + heavier * h)
     heavier *= p2
@@ -182,7 +182,7 @@ def _glide(theta, w0, lower, upper, p2, centre, lever, front, back, force, slope
 
 @kernel(**FUSED)
 def _glide_lanes(s, marks, n, weight):
-    """Take a piece of each of n lanes, which fill whole vectors: a lane's bits must not depend on those beside it."""
+    """Take a piece of each of n lanes, which fill whole vectors: a lane's bits must not depend on adjacent lanes."""
     for lane in range(n):
         heavy = 1.0
         heavier = 0.0
@@ -327,7 +327,7 @@ def _fetch(w, lane):
 
 @kernel(inline="always")
 def _set_piece(s, lane, force, slope, t, dt, weight):
-    """Write what acts on a block from time t of its sample on into the rows of its lane."""
+    """Write the actions on a block from time t of its sample on into the rows of its lane."""
     s[ROW_FORCE * GLIDERS + lane] = force + slope * t
     s[ROW_SLOPE * GLIDERS + lane] = slope
     s[ROW_SPAN * GLIDERS + lane] = dt - t
@@ -338,7 +338,7 @@ def _set_piece(s, lane, force, slope, t, dt, weight):
 
 @kernel(**BARE)
 def _forcing(amplitude, record, i, dt):
-    """Return the forcing at both ends of a sample and its slope, with the same bits wherever it is called."""
+    """Return the forcing at both ends of a sample and its slope, bit-identical for every caller."""
     force = amplitude * record[i]
     end = amplitude * record[i + 1]
     return force, end, (end - force) / dt
@@ -425,7 +425,7 @@ def _leave_samples(w, between, batch, at_rest, room):
                 turns = k[TURNS]
                 after_record = Work(room.work.poly, room.no_turns)
                 follow_free(x, k, model, o, last * dt, after_record, room.trig)
-                k[TURNS] = turns  # (the list holds those of the record)
+                k[TURNS] = turns  # the list contains the turns of the record
                 over = True
                 break
             if looking and i % SAFETY_INTERVAL == 0:
@@ -473,9 +473,9 @@ def _leave_samples(w, between, batch, at_rest, room):
 
 @kernel(**FUSED)
 def _end_pieces(w, active, batch, at_rest, room):
-    """Take the lanes whose pieces hold no event on to their next samples; return how many of the others there are.
+    """Take the lanes whose pieces have no event on to their next samples; return the number of the others.
 
-    Those between two samples where there is more to do, those that cross edges, and those whose piece is unusual.
+    Those between two samples if there is more to do, those that cross edges, and those whose piece is unusual.
     """
     s = w.rows
     store = batch.history.shape[1] > 0
@@ -533,9 +533,9 @@ def _note_turns(w, lane, model, force, slope, weight, t, dt, room, first):
 
 @kernel(**FUSED)
 def _solve_unusual(w, unusual, between, crossings, batch, at_rest, room):
-    """Solve the pieces with a turn that may be a new peak, and the unusual ones up to the end of their samples.
+    """Solve the pieces with a turn that may be a new peak, and unusual pieces up to the end of their samples.
 
-    Returns how many lanes are between two samples, and how many cross an edge.
+    Returns the number of lanes between two samples, and of lanes that cross an edge.
     """
     s = w.rows
     dt = batch.shaking.dt
@@ -573,7 +573,7 @@ def _solve_unusual(w, unusual, between, crossings, batch, at_rest, room):
 
 @kernel(**FUSED)
 def _cross(w, crossings, between, batch, at_rest, room):
-    """Act where blocks reach the edges of their regions; return how many lanes are between two samples."""
+    """Act if blocks reach the edges of their regions; return the number of lanes between two samples."""
     s = w.rows
     c = w.crossings
     dt = batch.shaking.dt
@@ -636,11 +636,11 @@ def _move_lane(w, lane, to):
 def run_exact(batch, runs, at_rest):
     """Run the runs (r,) of a batch in exact geometry, GLIDERS at a time, each with a clock of its own.
 
-    at_rest: `weight.AT_REST`, or None where the batch has no vertical shaking (see `weight`).  Returns the number of
-    turning points of the last run to end.
+    `at_rest`: `weight.AT_REST`, or None if the batch has no vertical component (see `weight`). Returns the number of
+        turning points of the last run to end.
 
-    Each round brings the lanes that are between two samples to their next piece, takes the pieces of all lanes in
-    vectors, up to the end of a sample each, solves what is unusual in the general way, and all crossings together.
+    Each round brings the lanes that are between two samples to their next piece. It takes the pieces of all lanes in
+    vectors, up to the end of a sample each. It solves unusual pieces in the general way, and all crossings together.
     """
     w = Gliders(
         rows=np.zeros(GLIDER_ROWS * GLIDERS),

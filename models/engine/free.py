@@ -59,8 +59,8 @@ UNDECIDED = -2
 def _saddle_passed(x, k, model, o):
     """Return True if the unforced block is beyond the saddle of its region, or is sure to pass it.
 
-    Along the saddle's stable direction a damped branch decays with c/2 + sqrt(c²/4 + |K|), so
-    omega + rate (|x| - saddle) > 0 never comes back; on the exact branch omega + 2 p sin((|x| - alpha)/2) > 0.
+    Along the saddle's stable direction a damped branch decays with c/2 + sqrt(c²/4 + |K|), so a block with omega + rate
+    (|x| - saddle) > 0 never returns. On the exact branch the condition is omega + 2 p sin((|x| - alpha)/2) > 0.
     """
     region = k[NOW]
     stiffness = model.tables[o, region, REGION_STIFFNESS]
@@ -88,9 +88,9 @@ def _stable_rate(x, k, model, o):
 def _time_to_fall(x, k, model, o):
     """Return the time until an unforced block that is sure to pass its saddle lies flat.
 
-    Beyond the saddle y = a exp(u t) + b exp(-s t), with the rate s of decay and u = |K|/s of growth, and
-    a = (v + s y0)/(u + s) > 0: it reaches `FLAT` once.  On the separatrix itself, the only case in exact geometry,
-    rounding decides a.
+    Beyond the saddle y = a exp(u t) + b exp(-s t), with the rate s of decay and u = |K|/s of growth, and a = (v + s
+    y0)/(u + s) > 0. It reaches `FLAT` once. On the separatrix itself, the only case in exact geometry, rounding decides
+    a.
     """
     saddle = model.tables[o, k[NOW], REGION_CENTRE]
     side = 1.0 if saddle > 0.0 else -1.0
@@ -115,14 +115,14 @@ def _time_to_fall(x, k, model, o):
 
 @kernel(**FUSED)
 def find_barrier(model, o, barriers):
-    """Write sqrt(2 (U_saddle - U_lowest)) of the lower saddle, U_lowest, and the shaking's largest lever into a row.
+    """Write sqrt(2 (U_saddle - U_lowest)) of the lower saddle, U_lowest, and the motion's largest lever into a row.
 
-    On a side that a restraint holds, the block may lie flat before a saddle: its potential there counts as a saddle's.
-    U_lowest between the saddles; in exact geometry the lever of the shaking is largest, 1/cos(alpha), at the saddle.
-    Then the saddles next to 0, right and left: only between them is the energy below the barrier a proof; sqrt(2E) of
-    the block as it starts; and the largest moment of the weight between the saddles, p² sin(alpha), which vertical
-    shaking changes.  Energies are over one moment of inertia I, so that a region of inertia J sees sqrt(J/I)
-    times the forcing of its own gain.
+    On a side with a restraint, the block may lie flat before a saddle: its potential there counts as a saddle's.
+    U_lowest is between the saddles; in exact geometry the lever of the motion is largest, 1/cos(alpha), at the saddle.
+    The row then has the saddles next to 0, right and left: only between them is the energy below the barrier a proof.
+    It ends with sqrt(2E) of the block as it starts; and the largest moment of the weight between the saddles, p²
+    sin(alpha), which a vertical component changes. Energies are over one moment of inertia I, so that a region of
+    inertia J has sqrt(J/I) times the forcing of its own gain.
     """
     lowest = math.inf
     saddle_potential = math.inf
@@ -181,9 +181,9 @@ def find_barrier(model, o, barriers):
 def is_safe(x, k, model, o, push, lift, barriers):
     """Return True if the rest of the record cannot overturn the block.
 
-    push: gain * integral of |u''| over that rest; lift: integral of |a_v|/g.  With E the energy above the lowest
-    potential, |omega| <= sqrt(2E), so dE/dt <= |omega| |force| lets sqrt(2E) grow by no more than push and, from the
-    change of the weight, p² sin(alpha) lift.  No law adds energy.
+    `push`: gain * integral of |u''| over that rest; `lift`: integral of |a_v|/g. With E the energy above the lowest
+    potential, |omega| <= sqrt(2E). So dE/dt <= |omega| |force| lets sqrt(2E) grow by no more than push and, from the
+    change of the weight, p² sin(alpha) lift. No law adds energy.
     """
     if x[THETA] >= barriers[o, 3] or x[THETA] <= barriers[o, 4]:
         return False  # beyond a saddle
@@ -201,8 +201,9 @@ def is_safe(x, k, model, o, push, lift, barriers):
 def _is_bound(x, k, model, o):
     """Return True if the unforced block lacks the energy to exceed its peaks so far.
 
-    No law adds energy, so it cannot pass a rotation whose potential is above the present energy.  At the peak that of
-    the outermost region counts: it is the lower one where a rigid branch and a zone overlap.  Nothing passes a wall.
+    No law adds energy, so it cannot pass a rotation whose potential is above the present energy. At the peak the
+    potential of the outermost region counts: it is the lower one if a rigid branch and a zone overlap. Nothing passes a
+    wall.
     """
     if model.parameters[o, PAR_EXACT] != 0.0:
         return False
@@ -231,10 +232,10 @@ def _between(theta, left, right):
 
 @kernel(**FUSED)
 def _well(x, k, model, o):
-    """Return where the unforced block stays: 0 between the saddles next to 0, 1 and -1 beyond; UNDECIDED where open.
+    """Return the place of the unforced block: 0 between the saddles next to 0, 1 and -1 beyond; UNDECIDED if open.
 
-    It stays where the energy is below the lowest of the saddles, and too low to break a restraint that still holds,
-    where that breaks on this side of the saddles.
+    It stays if the energy is below the lowest of the saddles, and too low to break an intact restraint that breaks on
+    this side of the saddles.
     """
     lowest = math.inf
     right = math.inf
@@ -271,8 +272,8 @@ def follow_free(x, k, model, o, time, work, trig):
     """Follow a block after the record until it has overturned, rests, or provably never exceeds its peaks again.
 
     Free motion loses energy, so a turning point on each side bounds all that follow on it; inside a zone with a stable
-    centre the energy itself does.  A block that turns on one side only (beside a wall) is bounded by a few turns there.
-    A block that may come to stay elsewhere than at 0 (against a wall, on a strap) is followed until that is known, too.
+    centre the energy itself does. A block that turns on one side only (at a wall) is bounded by a few turns there. A
+    block that may stay elsewhere than at 0 (against a wall, on a strap) is followed until that is known, too.
     """
     turns = k[TURNS]
     impacts = k[IMPACTS]
@@ -305,7 +306,7 @@ def follow_free(x, k, model, o, time, work, trig):
         before = k[TURNS]
         time += solve_piece(x, k, model, o, 0.0, 0.0, FREE_STEP, time, work, trig, None)
         if passed and k[TURNS] != before:
-            break  # rounding on the separatrix itself: the proof stands
+            break  # rounding on the separatrix itself: the proof is valid
         if k[TURNS] != before:
             sides |= 1 if x[THETA] > 0.0 else 2
     if k[SIDED] != 0 and not passed:
@@ -320,7 +321,7 @@ def follow_free(x, k, model, o, time, work, trig):
                 break  # (as above)
             well = UNDECIDED if passed else _well(x, k, model, o)
         k[WELL] = 0 if well == UNDECIDED else well
-    k[IMPACTS] = impacts  # those of the record only
+    k[IMPACTS] = impacts  # turns of the record only
     x[STRIKE] = strike
     k[WALL_IMPACTS] = wall_impacts
     x[WALL_STRIKE] = wall_strike

@@ -55,10 +55,10 @@ def landing(model, o, region):
 def solve_hops(x, k, model, o, force, slope, t, dt):
     """Solve short flights from an impact at theta = 0 to the next, up to the end of the sample.
 
-    Over a flight theta/s = v A + a s B + b s² C and theta' = v (1 + m B) + s (a A + b s B), with b the slope of the
-    forcing, m = -K s², A = sinh(sqrt m)/sqrt m, B = (cosh(sqrt m) - 1)/m and C = (A - 1)/m by their series.  Taken only
-    where these are exact to rounding and the flight stays below the peak and in its region; the time reached within the
-    sample.
+    Over a flight theta/s = v A + a s B + b s² C and theta' = v (1 + m B) + s (a A + b s B). Here b is the slope of the
+    forcing and m = -K s². The factors A = sinh(sqrt m)/sqrt m, B = (cosh(sqrt m) - 1)/m and C = (A - 1)/m are by their
+    series. The flight is taken only if these are exact to rounding and it stays below the peak and in its region.
+    Returns the time reached within the sample.
     """
     here = k[NOW]
     there = model.links[o, here, LINK_HOPS]
@@ -160,13 +160,13 @@ def solve_hops(x, k, model, o, force, slope, t, dt):
 
 @kernel(**FUSED)
 def solve_low_hops(x, k, model, o, force, slope, t, dt, weight):
-    """Solve bounces so low that each is a cubic to rounding; a sample may hold 100,000 of them where e is next to 1.
+    """Solve bounces so low that each is a cubic to rounding; a sample may have 100,000 of them if e is close to 1.
 
-    From an impact on, theta = v s + a s²/2 + j s³/6 - K a s⁴/24, where -K is the slope of the moment at zero (in the
-    exact geometry, too: what follows is of the order of theta²).  The flight takes s = -2 v z/a with
-    z = 1 - r z² - q z³, r = -2 j v/(3 a²), q = -K v²/(3 a²), lands with -v (2 - z + q z³), and rises to
-    v² y (4 - y)/(6 |a|), y = 1 + w y²/2, w = j v/a².  Under vertical shaking the moment is in proportion to the
-    weight, whose rate adds to j.  Returns the time reached within the sample.
+    From an impact on, theta = v s + a s²/2 + j s³/6 - K a s⁴/24, where -K is the slope of the moment at zero. This is
+    also valid in exact geometry: the rest is of the order of theta². The flight takes s = -2 v z/a with z = 1 - r z² -
+    q z³, r = -2 j v/(3 a²), q = -K v²/(3 a²). It lands with -v (2 - z + q z³), and rises to v² y (4 - y)/(6 |a|), y = 1
+    + w y²/2, w = j v/a². Under a vertical component the moment is in proportion to the weight, whose rate adds to j.
+    Returns the time reached within the sample.
     """
     here = k[NOW]
     there = model.links[o, here, LINK_HOPS]

@@ -74,12 +74,12 @@ from .tables import (
 class Lanes(NamedTuple):
     """The arrays of the lanes.
 
-    rows: the lockstep state, flat; marks, words: which lanes a step has marked, one and eight at a time; x, k: the
-    state of each run; own: the propagator of a zone whose damping is held; steps: those of all regions (o, r, 8);
-    oscillator, run, amplitude: of each lane; start: where its record lies (see `Shaking`); pieces, zones, zone_lane,
-    turns, turn_lane: columns that wait to be solved together, and their lanes; parked, parked_at, parked_time: lanes
-    with an event, its sample and the time in it; leaving: lanes that rest or bounce low (its last entry counts them);
-    until: the sample at which such a lane goes on.
+    `rows`: the lockstep state, flat. `marks`, `words`: lanes that a step has marked, one and eight at a time. `x`, `k`:
+    the state of each run. `own`: the propagator of a zone whose damping is held. `steps`: the propagators of all
+    regions (o, r, 8). `oscillator`, `run`, `amplitude`: of each lane. `start`: place of its record (see `Shaking`).
+    `pieces`, `zones`, `zone_lane`, `turns`, `turn_lane`: columns that wait to be solved together, and their lanes.
+    `parked`, `parked_at`, `parked_time`: lanes with an event, its sample and the time in it. `leaving`: lanes that rest
+    or bounce low (its last entry counts them). `until`: the sample at which such a lane continues.
     """
 
     rows: Any
@@ -108,7 +108,7 @@ class Lanes(NamedTuple):
 class Sleepers(NamedTuple):
     """Runs without a lane: state, oscillator, run, amplitude, place of the record, and a sample.
 
-    That is where a block's rest ends, or how far a bouncing block has come.
+    It is the end of a block's rest, or the progress of a bouncing block.
     """
 
     x: Any

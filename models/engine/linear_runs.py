@@ -54,13 +54,14 @@ from .tables import (
 )
 from .together import no_pieces
 
-# Bouncing blocks are followed together every so many samples: their meetings must not depend on the other runs.
+# Bouncing blocks are followed together at a fixed interval of samples: their meetings must not depend on the other
+# runs.
 BOUNCE_INTERVAL = 16 * TILE
 
 
 @kernel(inline="always")
 def _left_at(left, start, i, last):
-    """Return the integral over what is left of a record at sample i, a multiple of SPAN or the record's last."""
+    """Return the integral over the rest of a record from sample i, a multiple of SPAN or the record's last."""
     return left[(start + i) // SPAN] if i < last else 0.0
 
 
@@ -68,11 +69,10 @@ def _left_at(left, start, i, last):
 def run_lanes(batch, runs, ends):
     """Run up to LANES runs of a batch in linear geometry in lockstep; runs (r,) are sorted by their first sample.
 
-    ends: the numbers of their last samples, in ascending order.  All records begin together.  A run joins at its first
-    sample and leaves at the last one of its record, when it has overturned, or is sure not to (where shaking_left is
-    given); between, only marked lanes leave the lockstep, and a block at rest has no lane until the sample that lifts
-    it.
-    Returns the number of turning points of the last run to end.
+    `ends`: the numbers of their last samples, in ascending order. All records begin together. A run joins at its first
+    sample. It leaves at the last one of its record, when it has overturned, or when it is sure not to (if
+    `shaking_left` is given). Between, only marked lanes leave the lockstep, and a block at rest has no lane until the
+    sample that lifts it. Returns the number of turning points of the last run to end.
     """
     shaking = batch.shaking
     dt = shaking.dt

@@ -95,7 +95,7 @@ class Propagator(NamedTuple):
 
 
 class Edges(NamedTuple):
-    """The edges of a lane's region, and those of the interval in which turns do not matter."""
+    """The edges of a lane's region, and the edges of the interval in which turns do not matter."""
 
     upper: Any
     lower: Any
@@ -121,10 +121,10 @@ class Step(NamedTuple):
 def _dip(rise, dt):
     """Largest product of the velocities at the ends of a sample within which the velocity passes zero twice.
 
-    For an amplitude of 1; it grows with the square of the amplitude.  Such a velocity has its extremum at some t, where
-    a(t) = 0, so with J = max|a'| it is at most J t²/2 at the start and J (dt - t)²/2 at the end: their product is
-    (J dt²/8)² at most.  As a' = s - c a - K v, |a| <= J dt and |v| <= J dt²/2, J (1 - c dt - |K| dt²/2) <= |s|; the
-    bracket is 1/2 at least for a rate of 1/(2 dt) at most.  So (s dt²/4)² is the bound; a third is on the safe side.
+    For an amplitude of 1; it grows with the square of the amplitude. Such a velocity has its extremum at some t, where
+    a(t) = 0. With J = max|a'| it is at most J t²/2 at the start and J (dt - t)²/2 at the end. Their product is (J
+    dt²/8)² at most. As a' = s - c a - K v, |a| <= J dt and |v| <= J dt²/2, J (1 - c dt - |K| dt²/2) <= |s|. The bracket
+    is at least 1/2 for a rate of 1/(2 dt) at most. So (s dt²/4)² is the bound; a third is on the safe side.
     """
     third = rise * dt * (1.0 / 3.0)
     return third * third
@@ -132,10 +132,11 @@ def _dip(rise, dt):
 
 @kernel(inline="always")
 def _step(theta, omega, push, up, stiffness, g, dip, edges):
-    """Step one lane over one sample; return the new state, and True if the sample may hold an event that matters.
+    """Step one lane over one sample; return the new state, and True if the sample may have an event that matters.
 
-    Beyond an edge; or, outside the calm interval (see `follow`), a velocity that turns, or may dip through zero and
-    recover, for which `dip` (see `_dip`) must exceed the product of the velocities at both ends.
+    Such events are beyond an edge. Outside the calm interval (see `follow`), they are also a velocity that turns, or
+    may dip through zero and recover. For the latter `dip` (see `_dip`) must exceed the product of the velocities at
+    both ends.
     """
     a = push - stiffness * theta
     theta_end = theta + (omega * g.g1 + a * g.g2 + up * g.g3)
@@ -148,7 +149,7 @@ def _step(theta, omega, push, up, stiffness, g, dip, edges):
 
 @kernel(inline="always")
 def _step_lanes(s, marks, n, force, rise, dip, now, after):
-    """Step all lanes over one sample, from the state rows `now` to the rows `after`; return how many are marked.
+    """Step all lanes over one sample, from the state rows `now` to the rows `after`; return the number of marked lanes.
 
     Rows lie at constant offsets in one flat array, and the trip count is known at run time only: so it vectorises.
     """
@@ -186,7 +187,7 @@ def _step_lanes(s, marks, n, force, rise, dip, now, after):
 
 @kernel(**BARE)
 def _step_even(s, marks, n, force, rise, dip):
-    """Step from the even rows to the odd ones; compiled apart, since a larger function would not be vectorised."""
+    """Step from the even rows to the odd rows; compiled apart, since a larger function would not be vectorised."""
     return _step_lanes(s, marks, n, force, rise, dip, ROW_EVEN, ROW_ODD)
 
 
@@ -244,7 +245,7 @@ def _step_mixed_odd(s, forces, marks, n, dt):
 
 @kernel(**BARE)
 def _gather(w, forces, first, n, shaking, i):
-    """Write the samples i … i + TILE of the records of n lanes into rows, time by time: lanes beside each other."""
+    """Write the samples i … i + TILE of the records of n lanes into rows, time by time, with lanes adjacent."""
     record = shaking.record
     for j in range(n):
         at = w.start[first + j] + i
@@ -264,7 +265,7 @@ def _need(step, upper, lower, grade, front, back):
 
     CROSSES: it goes straight to an edge.  RETURNS: it turns, and meets the edge behind it.  TURNS_BACK: it turns.
 
-    The bounds hold for sqrt|K| dt, c dt <= 1/2; towards its zero |a| falls, which bounds how far the velocity dips.
+    The bounds are valid for sqrt|K| dt, c dt <= 1/2; towards its zero |a| falls, which bounds the dip of the velocity.
     Turns between -back and front do not matter (front -1: all do, and need a region of their own or a place in a list).
     """
     theta, omega, theta_end, omega_end, push, up, stiffness, c, dt = step
@@ -369,9 +370,9 @@ def follow(w, lane, model, shaking, i, end, now, waiting, recording):
     c = step[STEP_DAMPING]
     g = Propagator(step[STEP_G0], step[STEP_G1], step[STEP_G2], step[STEP_G3], step[STEP_G2_RISE])
     x[DAMPING] = c
-    # The calm interval: a turn there is below the peak and far from the edges, so nothing comes of it.  In a sample in
-    # which the velocity vanishes the acceleration is at most twice A = shaking + max|f(theta)|, as c dt <= 1/2, and the
-    # rotation stays within 2 A dt² of its end; half as much again is kept for what f grows beyond the edges.
+    # The calm interval: a turn there is below the peak and far from the edges, so it has no effect. In a sample in
+    # which the velocity vanishes the acceleration is at most twice A = forcing + max|f(theta)|, as c dt <= 1/2. The
+    # rotation stays within 2 A dt² of its end; half as much again is kept for the growth of f beyond the edges.
     listed = recording or captures(model, o, region)
     k[LISTED] = 1 if listed else 0
     x[CALM_MARGIN] = 3.0 * dt * dt * (abs(amplitude) * shaking.strongest[w.run[lane]] + step[STEP_PULL])
@@ -431,8 +432,8 @@ def follow(w, lane, model, shaking, i, end, now, waiting, recording):
 def advance(w, forces, first, n, shaking, i, end, now, waiting, parked):
     """Step a block of n lanes from sample i to `end` in lockstep; return the numbers of turns waiting and lanes parked.
 
-    forces: room for the samples of their records; None where all lanes go over one record, which is then compiled for
-    itself.  Turns are noted down and lanes with other events taken out, for `resolve`.
+    forces: room for the samples of their records; None if all lanes go over one record, which is then compiled for
+    itself. Turns are noted down and lanes with other events taken out, for `resolve`.
     """
     s = w.rows
     record = shaking.record

@@ -100,10 +100,10 @@ def _record_turn(x, k, model, o, region, time, turns):
 
 @kernel(inline="always")
 def at_edge(x, k, model, o, region, upper, force, slope, left, time, weight):
-    """Act where the rotation reaches an edge of its region.
+    """Act when the rotation reaches an edge of its region.
 
-    It crosses into another region (by breaking a restraint, too), enters a zone, has an impact into the region beyond
-    or back into its own (a wall), or overturns.
+    It crosses into another region (by breaking a restraint, too), enters a zone, or overturns. Or it has an impact into
+    the region beyond or back into its own (a wall).
     """
     k[PIECES] += 1
     if k[PIECES] > MOST_PIECES:
@@ -187,7 +187,7 @@ def solve_piece(x, k, model, o, force, slope, left, time, work, trig, weight):
     """Solve one piece, from the state to its first event or to the end of the step; return the time that it took.
 
     `trig` is the room for sine and cosine in exact geometry, and None in linear geometry: each compiles its own series.
-    `weight` is that of the block at the beginning of the step, None without vertical shaking.
+    `weight` is the block's at the beginning of the step, None without a vertical component.
     """
     k[PIECES] += 1
     if k[PIECES] > MOST_PIECES:

@@ -34,8 +34,8 @@ from .tables import (
 )
 
 GRADES = (0.5, 0.25)  # largest rate * dt of one step, and of a piece of degree 12
-# The same of springs without damping in scenes (stiff restraints of light blocks): every second term is small then, and
-# the first that is left out of the velocity, z^12/12!, is 1e-15 of it.
+# The same of springs without damping in scenes (stiff restraints of light blocks). Every second term is small then, and
+# the first omitted term of the velocity, z^12/12!, is 1e-15 of it.
 SPRING_GRADE = 0.3
 SPLITTER = 134217729.0  # 2^27 + 1
 
@@ -44,10 +44,10 @@ SPLITTER = 134217729.0  # 2^27 + 1
 def _propagator(stiffness, c, h):
     """Return a step's transition: impulse response, its slope, its first and second integrals, as series.
 
-    With y'' + c y' + K y = a + s t, y(h) = omega g1 + a g2 + s g3 and y'(h) = omega (1 + g0) + a g1 + s g2: increments,
-    so that the coefficients' rounding does not add up to a drift of energy.  The impulse response is the sum of
-    u_k h (t/h)^k; the terms after the sixteenth are below rounding for rate * h <= 1/2.  Returns g0, g1, g2, g3/h and
-    g2/h.  Written out, or the loop that calls it would not be vectorised.
+    With y'' + c y' + K y = a + s t, y(h) = omega g1 + a g2 + s g3 and y'(h) = omega (1 + g0) + a g1 + s g2. These are
+    increments, so that the coefficients' rounding does not add up to a drift of energy. The impulse response is the sum
+    of u_k h (t/h)^k; the terms after the sixteenth are below rounding for rate * h <= 1/2. Returns g0, g1, g2, g3/h and
+    g2/h. It is written out, because otherwise the loop that calls it would not be vectorised.
     """
     d = -c * h
     s = -stiffness * h * h
@@ -142,11 +142,11 @@ def _two_product(a, b):
 
 @kernel(**BARE)
 def _without_drift(stiffness, g0, g1, g2):
-    """Return an undamped step's coefficients, or their neighbours, that change areas of the phase plane least.
+    """Return an undamped step's coefficients, or their neighbours, with the smallest change of phase-plane areas.
 
-    Its determinant is 1 + r, r = g0 - K g2 + K g1² - K g2 g0.  Rounded once for all samples, three coefficients leave
-    an r of a part of an ulp, by which the energy grows or fades in every sample; of each and its two neighbours those
-    are taken that leave the least.
+    Its determinant is 1 + r, r = g0 - K g2 + K g1² - K g2 g0. Rounded once for all samples, three coefficients leave an
+    r of a part of an ulp, by which the energy grows or fades in every sample. The coefficients are chosen among each
+    value and its two neighbours to minimise r.
     """
     p1, e1 = _two_product(stiffness, g2)
     square, e_square = _two_product(g1, g1)

@@ -2,9 +2,9 @@
 
 The damping of a zone may be set at each inward crossing and held until the next.
 
-The weight of a block under vertical shaking, G = g + a_v over g, is linear in time between two samples: its value at an
-instant and its rate, 1/s.  `None` stands for no vertical shaking: each function is compiled for it apart, so that the
-engine then has the arithmetic of one that knows nothing of the weight.
+The weight of a block under vertical acceleration, G = g + a_v over g, is linear in time between two samples. It is
+given by its value at an instant and its rate, 1/s. `None` means no vertical component. Each function is compiled for it
+apart, so that the engine then has the arithmetic without a weight.
 """
 
 import math
@@ -41,7 +41,7 @@ AT_REST = (1.0, 0.0)
 
 
 class Lifting(NamedTuple):
-    """Vertical shaking of a run: that of the unscaled record over g (n,), the largest of each SPAN, and the factor."""
+    """Vertical component of a run: the unscaled record over g (n,), the largest of each SPAN, and the factor."""
 
     shaking: Any
     highs: Any
@@ -64,7 +64,7 @@ def lesser_peak(x):
 
 @kernel(inline="always")
 def captures(model, o, region):
-    """Return True if another region takes over where the velocity vanishes inside this one."""
+    """Return True if another region takes over when the velocity vanishes inside this one."""
     return model.links[o, region, LINK_TURN_LEFT] != NO_REGION or model.links[o, region, LINK_TURN_RIGHT] != NO_REGION
 
 
@@ -101,8 +101,8 @@ def near_zero(model, o, region):
 def _crossing_time(zeta, gap, u0, u1, r0, r1):
     """Time that a crossing takes with damping ratio zeta, and its derivative by zeta (see `energy_consistent_zeta`).
 
-    gap = 1 - zeta²; u = v + zeta z and r = u² + gap z² at the start (0) and at the end (1).  Needs u0 > sqrt(-gap)
-    where overdamped.
+    gap = 1 - zeta²; u = v + zeta z and r = u² + gap z² at the start (0) and at the end (1). Needs u0 > sqrt(-gap) if
+    overdamped.
     """
     least = min(u0, u1)
     if abs(gap) < 1e-3 * least * least and u0 > 0.0:
@@ -134,10 +134,10 @@ def _crossing_time(zeta, gap, u0, u1, r0, r1):
 def energy_consistent_zeta(speed, exit_speed):
     """Damping ratio with which a crossing from -1 at `speed` leaves +1 at `exit_speed` (unit frequency, unforced).
 
-    With u = v + zeta z and w² = 1 - zeta², r = u² + w² z² falls as exp(-2 zeta t) along the motion, and the phase
-    atan2(w z, u) grows as w t (hyperbolic where overdamped).  So the start (-1, speed) and the end (1, exit_speed) give
-    the time between them in closed form, and one equation for zeta alone,
-    ln(r_start/r_end) = 2 zeta time, which falls strictly: Newton's step in a bracket finds its root to rounding.
+    With u = v + zeta z and w² = 1 - zeta², r = u² + w² z² falls as exp(-2 zeta t) along the motion. The phase atan2(w
+    z, u) grows as w t (hyperbolic if overdamped). So the start (-1, speed) and the end (1, exit_speed) give the time
+    between them in closed form. One equation for zeta alone remains, ln(r_start/r_end) = 2 zeta time. It falls
+    strictly: Newton's step in a bracket finds its root to rounding.
     """
     loss = (speed - exit_speed) * (speed + exit_speed)
     if loss <= 0.0:
@@ -183,8 +183,8 @@ def energy_consistent_zeta(speed, exit_speed):
 def crossing_zeta(start, speed, end, exit_speed):
     """Damping ratio with which a crossing from `start` < 0 at `speed` leaves `end` > 0 at `exit_speed`, as above.
 
-    For a zone whose centre is not in its middle; with u = v + zeta z and r = u² + (1 - zeta²) z² at both ends,
-    ln(r_start/r_end) = 2 zeta time falls strictly with zeta.  Regula falsi (Illinois) inside a bracket.
+    It is for a zone whose centre is not in its middle. With u = v + zeta z and r = u² + (1 - zeta²) z² at both ends,
+    ln(r_start/r_end) = 2 zeta time falls strictly with zeta. Regula falsi (Illinois) inside a bracket finds its root.
     """
     loss = (speed - exit_speed) * (speed + exit_speed) + (start - end) * (start + end)
     if loss <= 0.0:
@@ -282,7 +282,7 @@ def held_damping(model, o, zone, omega):
 
 @kernel(**BARE)
 def weight_over(weight, lifting, i, dt):
-    """Return the weight over sample i, with the same bits wherever it is called."""
+    """Return the weight over sample i, bit-identical for every caller."""
     if weight is None:
         return weight
     start = lifting.factor * lifting.shaking[i]
@@ -331,7 +331,7 @@ def rate(weight):
 
 @kernel(**FUSED)
 def greatest(weight, t):
-    """Return the greatest weight until a time t."""
+    """Return the maximum weight until a time t."""
     if weight is None:
         return 1.0
     return max(weight[0], weight[0] + weight[1] * t)

@@ -56,10 +56,10 @@ from .together import finish_pieces, flush_turns, solve_crossings, whole
 def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
     """Solve the events of the parked lanes and bring each lane to sample `end`.
 
-    A lane whose record ends earlier is brought to its end.  Each round solves the turns that wait, then one event of
-    each lane (all crossings at once, then all remainders of their samples at once, and unusual lanes one by one by
-    `solve_sample`), and takes each lane to its next event.  Returns whether a block has overturned, the number of
-    events solved, and the number of bouncing blocks.
+    A lane whose record ends earlier is brought to its end. Each round solves the turns that wait, then one event of
+    each lane, and takes each lane to its next event. All crossings are solved at once, then all remainders of their
+    samples at once, and unusual lanes one by one by `solve_sample`. Returns True if a block has overturned, the number
+    of events solved, and the number of bouncing blocks.
     """
     pieces = w.pieces
     zones = w.zones

@@ -1,4 +1,4 @@
-"""Rest: the decision that a bouncing block comes to rest, and the time at which shaking lifts it again."""
+"""Rest: the decision that a bouncing block comes to rest, and the time at which the motion lifts it again."""
 
 import math
 
@@ -47,17 +47,17 @@ def may_rest(model, o, rest, loss, omega, left, weight):
 def comes_to_rest(model, o, rest, loss, omega, next_omega, stiffness, force, slope, left, highest, weight):
     """Return True if all later bounces provably end before the sample, or before its forcing leaves the threshold.
 
-    On either side the deceleration changes one way over a horizon, from a to b say; a bounce under it comes back faster
-    by sqrt(b/a) at most, and over many bounces these factors multiply to no more than sqrt(max/min) of each side.  So,
-    with a_min the least deceleration and r the product of both ratios, the bounces that follow take at most
-    2|omega| sqrt(r)/(loss a_min) in all and rise to next_omega² r/(2 a_min), which must not exceed `highest`: the peak
-    so far, and the branch on which there are impacts only.  A tenth of a_min is kept for the softening |K| x of the
-    branch: x <= loss² a_min horizon²/8, and a horizon of half its time constant keeps it below 1/32.
+    On either side the deceleration changes one way over a horizon, from a to b say. A bounce under it returns faster by
+    sqrt(b/a) at most, and over many bounces these factors multiply to no more than sqrt(max/min) of each side. Let
+    a_min be the minimum deceleration and r the product of both ratios. The bounces that follow then take at most
+    2|omega| sqrt(r)/(loss a_min) in all and rise to next_omega² r/(2 a_min). This must not exceed `highest`: the peak
+    so far, and the branch with impacts only. A tenth of a_min is kept for the softening |K| x of the branch. There x <=
+    loss² a_min horizon²/8, and a horizon of half its time constant keeps it below 1/32.
 
-    loss: 1 - e where every impact takes the factor e.  Where those of the two sides differ, the velocities that follow
-    are omega (1 + f + f g + f² g …), and loss is (1 - f g)/(1 + f); next_omega is the larger one of omega and f omega.
-    Against a wall all bounces are on one side, and the state of rest has one threshold only.  Under vertical shaking
-    thresholds, decelerations and softening are in proportion to the weight, which is linear in time, too.
+    `loss`: 1 - e if every impact takes the factor e. If the factors of the two sides differ, the velocities that follow
+    are omega (1 + f + f g + f² g …). Then loss is (1 - f g)/(1 + f), and `next_omega` is the larger one of omega and f
+    omega. Against a wall all bounces are on one side, and the state of rest has one threshold only. Under a vertical
+    component thresholds, decelerations and softening are in proportion to the weight, which is linear in time, too.
     """
     if omega == 0.0:
         return True
@@ -95,7 +95,7 @@ def comes_to_rest(model, o, rest, loss, omega, next_omega, stiffness, force, slo
 
 @kernel(inline="always")
 def rest_at(model, o, region, theta):
-    """Return the state of rest into which bounces at this rotation die, -1 where there are none."""
+    """Return the state of rest into which bounces at this rotation die, -1 if there are none."""
     if theta == model.tables[o, region, REGION_LOWER]:
         return model.links[o, region, LINK_LOWER_REST]
     if theta == model.tables[o, region, REGION_UPPER]:
@@ -129,8 +129,8 @@ def set_at_rest(x, k, model, o, rest):
 def uplift(model, o, x, k, force, slope, left, time, weight):
     """Return the time until forcing lifts a block at rest (left if it does not), and the forcing at that time.
 
-    Forcing that is at the threshold to rounding lifts the block only if it grows: the margin is wider than the one
-    within which a piece takes its acceleration for zero, or a block could be lifted and set down without end.  The
+    Forcing that is at the threshold to rounding lifts the block only if it grows. The margin is wider than the margin
+    within which a piece treats its acceleration as zero, or a block could be lifted and set down without end. The
     thresholds are in proportion to the weight.
     """
     row = model.rests[o, -1 - k[NOW]]

@@ -110,10 +110,11 @@ def _rate_of_terms(weight, sine, cosine, heavier, slope):
 def first_terms(weight, sine, cosine, w0, a0, p2, heavier, force, slope):
     """Return the terms of `exact_series` to degree 12, and the values from which the next terms follow.
 
-    w and a: velocity and acceleration.  With sine s and cosine c of the running angle, f = force c - p² s and
-    g = force s + p² c take turns as they do, k f_k = sum w_j g_(k-1-j) and k g_k = -sum w_j f_(k-1-j), and
-    a = f + t (slope c - heavier s), in which c and s are sums of f and g, too: a velocity is in the next but one after
-    one sum and two products.  p2, heavier: p² under the weight, and its rate (which is not used without one).
+    `w` and `a`: velocity and acceleration. With sine s and cosine c of the running angle, let f = force c - p² s and g
+    = force s + p² c. They alternate like sine and cosine, k f_k = sum w_j g_(k-1-j) and k g_k = -sum w_j f_(k-1-j). The
+    acceleration is a = f + t (slope c - heavier s), in which c and s are sums of f and g, too. A velocity is in the
+    next but one after one sum and two products. `p2`, `heavier`: p² under the weight, and its rate (which is not used
+    without one).
     """
     f0 = a0
     g0 = force * sine + p2 * cosine
@@ -180,7 +181,7 @@ def terms_end(w0, a0, a1, a9, a10, h):
 
 @kernel(**FUSED)
 def _few_terms(poly, trig, weight, w0, a0, p2, heavier, force, slope, h):
-    """Write the terms of `exact_series` to degree 12; return the degree, or 0 where more terms are needed."""
+    """Write the terms of `exact_series` to degree 12; return the degree, or 0 if more terms are needed."""
     unit, of_f, of_g, of_w, of_a = first_terms(weight, trig[0, 0], trig[1, 0], w0, a0, p2, heavier, force, slope)
     f1, f2, f3, f4, f5, f6, f7, f8, f9, f10 = of_f
     g1, g2, g3, g4, g5, g6, g7, g8, g9, g10 = of_g
@@ -299,10 +300,10 @@ def _many_terms(poly, trig, weight, omega, p2, heavier, scale, force, slope, h):
 def exact_series(poly, trig, weight, theta, omega, p2, tilt, scale, force, slope, h):
     """Write the Taylor series of x'' = -p² sin(tilt - x) + (force + slope t) cos(tilt - x) scale; return a safe step.
 
-    Under vertical shaking p² is times the weight, which is linear in time.  sin and cos of the running angle by their
-    product recurrences.  The step returned (<= h) keeps the neglected terms below 1e-17 of the largest kept one and
-    holds at most one zero of the acceleration: proved by a bound on the terms of the acceleration, or of the jerk, that
-    follow the first.
+    Under a vertical component p² is times the weight, which is linear in time. The sine and cosine of the running angle
+    are by their product recurrences. The returned step (<= h) keeps the neglected terms below 1e-17 of the largest kept
+    one and contains at most one zero of the acceleration. The proof is a bound on the terms of the acceleration, or of
+    the jerk, that follow the first.
     """
     if abs(tilt - theta) <= FAR_ANGLE:
         trig[0, 0], trig[1, 0] = sine_and_cosine(tilt - theta)

@@ -81,7 +81,7 @@ def _first_rise(running, level):
 
 @kernel(**FUSED)
 def _threshold(model, o, zone):
-    """Return the least acceleration, m/s², that lifts a block that rests rigidly in the state -1 - zone."""
+    """Return the minimum acceleration, m/s², that lifts a block that rests rigidly in the state -1 - zone."""
     rest = model.rests[o, -1 - zone]
     return min(rest[REST_UP], rest[REST_DOWN]) / model.parameters[o, PAR_GAIN]
 
@@ -90,12 +90,12 @@ def _threshold(model, o, zone):
 def _unit_response(record, dt, model, steps, o, unit, lifting, sign, enough):
     """Write the response of oscillator o to the unscaled record before uplift into unit (3, n).
 
-    Returns its peak and the number of samples written: it goes no further than the first peak that is `enough`.
+    Returns its peak and the number of samples written: it ends at the first peak that is `enough`.
 
-    An elastic block: its zone's linear response, as if the zone had no edges; at scale factor f it is f times this. A
-    block that rests rigidly: the running maximum of the record alone, in the row of peaks; under vertical shaking that
-    of |u''| - sign threshold lifting, since |f u''| exceeds threshold (1 + f lifting) where this exceeds threshold/|f|,
-    with the sign of f.
+    For an elastic block it is its zone's linear response, as if the zone had no edges; at scale factor f it is f times
+    this. For a block that rests rigidly it is the running maximum of the record alone, in the row of peaks. Under a
+    vertical component the maximum is of |u''| - sign threshold lifting. Reason: |f u''| exceeds threshold (1 + f
+    lifting) if this exceeds threshold/|f|, with the sign of f.
     """
     zone = int(model.parameters[o, PAR_START])
     if zone < 0:
@@ -159,7 +159,7 @@ def _unit_response(record, dt, model, steps, o, unit, lifting, sign, enough):
         theta = x[THETA]
         omega = x[OMEGA]
         high = max(high, x[FRONT])
-        if k[OVERTURNED] != 0:  # (given up: so will be the runs, which go on from here)
+        if k[OVERTURNED] != 0:  # given up: so will be the runs, which continue from here
             written = i + 1
             break
     if written == n:
@@ -179,11 +179,11 @@ def _unit_response(record, dt, model, steps, o, unit, lifting, sign, enough):
 
 @kernel(**BARE, fastmath={"nnan", "nsz", "reassoc"})
 def _take_in(record, highs, left, dt, start, n):
-    """Clear what is as good as nothing in a record, write what is known of each span, and return the largest magnitude.
+    """Clear negligible values in a record, write the known values of each span, and return the largest magnitude.
 
-    Of a span that is the largest magnitude in it, and, where there is room for it, what `left` is from its first sample
-    on: the integral of the magnitude to the end of the record (from above: of chords).  Products of denormal numbers
-    would have no sign left to decide an event.
+    For a span these are the largest magnitude in it and, if there is room, `left` from its first sample on. It is the
+    integral of the magnitude to the end of the record (from above: of chords). Products of denormal numbers would have
+    no sign left to decide an event.
     """
     strongest = 0.0
     total = 0.0
@@ -209,9 +209,9 @@ def _take_in(record, highs, left, dt, start, n):
 def begin_runs(batch, start, skip, flags_only):
     """Fill in the propagators of a batch, and the first sample of each run with its state there.
 
-    start: (theta, omega, region), or empty for all at rest.  skip: leave out what is known before the first uplift;
-    with flags_only also what cannot overturn the block any more.  Runs that are known whole are written to `out`.
-    Returns the runs that are left: those in linear geometry and those in exact geometry.
+    `start`: (theta, omega, region), or empty for all at rest. `skip`: leave out the known part before the first uplift;
+    with flags_only also the part that cannot overturn the block any more. Runs that are known completely are written to
+    `out`. Returns the other runs: in linear geometry and in exact geometry.
     """
     dt = batch.shaking.dt
     model = batch.model

@@ -5,15 +5,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-# Options of compilation.  Kernels that allocate nothing run without numba's reference counts (their atomic operations
-# cost more than a piece).  Fused multiply-add is for the scalar ones, and for turns and flights, whose columns fill
-# whole vectors: a lane's bits must not depend on how many lanes go beside it.
+# Options of compilation. Kernels that allocate nothing run without numba's reference counts (their atomic operations
+# cost more than a piece). Fused multiply-add is for scalar kernels, and for turns and flights, whose columns fill whole
+# vectors. A lane's bits must not depend on the number of lanes.
 BARE: dict[str, Any] = {"_nrt": False}
 FUSED: dict[str, Any] = {**BARE, "fastmath": {"contract"}}
 
 # Columns of the region table: x'' = -stiffness x - damping x' + offset + gain forcing for lower <= x <= upper, in
-# balance at the centre offset / stiffness.  GAIN: relative to PAR_GAIN; INERTIA: relative to that of the oscillator;
-# *_FACTOR: on the velocity at an edge; *_LOSS: 1 - e of the bounces that follow an edge (see `comes_to_rest`).
+# balance at the centre offset / stiffness. GAIN: relative to PAR_GAIN. INERTIA: relative to the oscillator's. *_FACTOR:
+# on the velocity at an edge. *_LOSS: 1 - e of the bounces that follow an edge (see `comes_to_rest`).
 (
     REGION_LOWER,
     REGION_UPPER,
@@ -31,10 +31,10 @@ FUSED: dict[str, Any] = {**BARE, "fastmath": {"contract"}}
 ) = range(13)
 REGION_COLUMNS = 13
 
-# Columns of the link table.  *_OTHER: the region taken instead where the entry rule says so; *_REST: the state of rest
-# into which bounces at this edge die; TURN_*: the region that takes over where the velocity vanishes inside this one,
-# left and right of zero; FALLS: the law of this region holds up to overturning; HOPS: the region across an impact at 0
-# between two alike, undamped regions, whose bounces have closed forms; BROKEN: it is without the restraint.
+# Columns of the link table. *_OTHER: the region taken instead if the entry rule requires it. *_REST: the state of rest
+# into which bounces at this edge die. TURN_*: the region that takes over if the velocity vanishes inside this one, left
+# and right of zero. FALLS: the law of this region is valid up to overturning. HOPS: the region across an impact at 0
+# between two alike, undamped regions, whose bounces have closed forms. BROKEN: it is without the restraint.
 (
     LINK_LOWER_ACTION,
     LINK_LOWER_TARGET,
@@ -53,16 +53,16 @@ REGION_COLUMNS = 13
 ) = range(14)
 LINK_COLUMNS = 14
 
-# Columns of the states of rest: the rotation; the forcing (of gain 1) above which the block leaves it for a region, and
-# the same of the forcing with the opposite sign; whether leaving it breaks the restraint.
+# Columns of the states of rest: the rotation, and the forcing (of gain 1) above which the block leaves it for a region.
+# Then the same of the forcing with the opposite sign, and a flag if leaving it breaks the restraint.
 REST_THETA, REST_UP, REST_UP_TARGET, REST_DOWN, REST_DOWN_TARGET, REST_BREAKS = range(6)
 REST_COLUMNS = 6
 
-# Actions at an edge of a region: into the region beyond, into a zone whose damping is then held, an impact into the
-# region beyond, the ground, an impact back into the same region, and into a region without the restraint.
+# Actions at an edge of a region: into the region beyond, into a zone whose damping is then held, or an impact into the
+# region beyond. Further the ground, an impact back into the same region, and into a region without the restraint.
 CROSS, ENTER, IMPACT, OVERTURN, BOUNCE, BREAK = range(6)
 
-# In place of a region: none, and a block at rest.  Rest k of an oscillator stands there as -1 - k.
+# Instead of a region: none, and a block at rest. Rest k of an oscillator is there as -1 - k.
 NO_REGION = -1
 REST = -1
 
@@ -125,8 +125,8 @@ STATE_FLOATS, STATE_INTEGERS = 11, 16
 ) = range(15)
 OUT_COLUMNS = 15
 
-# What a batch counts: samples of all runs, those left out (before the first uplift, after overturning, once the rest of
-# the record cannot overturn the block), events solved.
+# Counts of a batch: samples of all runs, omitted samples, events solved. Omitted samples are before the first uplift,
+# after overturning, or once the rest of the record cannot overturn the block.
 TALLY = ("samples", "before_uplift", "after_overturning", "cannot_overturn", "events")
 TALLY_SAMPLES, TALLY_BEFORE_UPLIFT, TALLY_OVERTURNED, TALLY_SAFE, TALLY_EVENTS = range(len(TALLY))
 
@@ -134,8 +134,8 @@ TALLY_SAMPLES, TALLY_BEFORE_UPLIFT, TALLY_OVERTURNED, TALLY_SAFE, TALLY_EVENTS =
 HISTORY_THETA, HISTORY_OMEGA, HISTORY_REGION, HISTORY_DAMPING, HISTORY_PEAK = range(5)
 HISTORY_ROWS = 5
 
-# Runs that go over one record together, so that events are solved by the dozen (not a power of two: a lane's rows would
-# share a set of the cache).
+# Runs that advance together over one record, so that events are solved by the dozen. It is no power of two: a lane's
+# rows would share a set of the cache.
 LANES = 1048
 
 # Rows of the lanes' state: two sets of (theta, omega) written in turn.
@@ -160,8 +160,8 @@ LANES = 1048
 ) = range(17)
 LANE_ROWS = 17
 
-# Samples that a lane may lag behind the others, so that events gather and are solved together (a lane that has just
-# taken over a bouncing block may lag for longer: see BOUNCE_INTERVAL in `linear_runs`).
+# Samples that a lane may lag behind the others, so that events gather and are solved together. A lane that has just
+# taken over a bouncing block may lag for longer: see BOUNCE_INTERVAL in `linear_runs`.
 TILE = 6
 
 # Samples of a record of which the largest is kept, for blocks at rest.
@@ -206,12 +206,12 @@ EPSILON = 2.220446049250313e-16  # spacing of the numbers next to 1
 FLAT = 0.5 * math.pi  # the rotation of an overturned block, rad
 MANY_HOPS = 50  # impacts in one sample beyond which low bounces are solved as cubics
 
-# After so many impacts a block that bounces low counts as at rest (see `rest.has_bounced_out`): only where e is within
-# some 1e-6 of 1, and e = 1 itself would go on by the billion.
+# After this number of impacts a block that bounces low counts as at rest (see `rest.has_bounced_out`). This happens
+# only if e is within about 1e-6 of 1, and e = 1 itself would bounce by the billion.
 MANY_IMPACTS = 4_000_000
 
-# So many pieces and edges of a run are solved one by one, about a second; then it is GIVEN_UP, which stands in place of
-# an overturning (1), and no result.  Flights in closed form are no more than MANY_IMPACTS, and MANY_HOPS a piece.
+# This number of pieces and edges of a run is solved one by one, in about a second. Then the run is GIVEN_UP, instead of
+# an overturning (1), and has no result. Flights in closed form are no more than MANY_IMPACTS, and MANY_HOPS per piece.
 MOST_PIECES = 10_000_000
 GIVEN_UP = 2
 
@@ -232,12 +232,12 @@ class Model(NamedTuple):
 
 
 class Shaking(NamedTuple):
-    """Records of one step dt, one after the other, and where that of each run lies.
+    """Records of one step dt, one after the other, and the place of each run's record.
 
-    record (n,): all samples, m/s², with zeros between records; highs (n / SPAN,): the largest |u''| of each SPAN of
-    them; start, last and strongest (m,): of each run, the place of its first sample in `record` (a multiple of SPAN),
-    the number of its last sample, counted from there, and the largest |u''| of its record.  `starts.begin_runs` fills
-    in highs and strongest.
+    `record` (n,): all samples, m/s², with zeros between records. `highs` (n / SPAN,): the largest |u''| of each SPAN of
+    them. The following are for each run (m,). `start`: the place of its first sample in `record` (a multiple of SPAN).
+    `last`: the number of its last sample, counted from there. `strongest`: the largest |u''| of its record. The
+    function `starts.begin_runs` fills in highs and strongest.
     """
 
     record: Any
@@ -256,14 +256,15 @@ class Work(NamedTuple):
 
 
 class Batch(NamedTuple):
-    """Runs of oscillators which[j] under factors[j] times a record each, and where their results go.
+    """Runs of oscillators which[j] under factors[j] times a record each, and the places of their results.
 
-    shaking: the records; steps (o, r, 8): the propagator of each oscillator and region; which, factors (m,), best
-    sorted by record, then oscillator; first (m,) and begin (m, 4): the first sample of each run, and theta, omega, peak
-    and region there; lifting (n or 0): the vertical acceleration over g, scaled as the records, lifting_highs as their
-    highs; shaking_left and lifting_left (n / SPAN or 0): the integrals of |u''| and |lifting| from the first sample of
-    each span to the end of its record, and barriers (o, 7), for runs of which only the flag is asked; out (m, 15);
-    turns (2, t) and history (5, n or 0) store a single run's; tally (5,) is added to.
+    `shaking`: the records. `steps` (o, r, 8): the propagator of each oscillator and region. `which`, `factors` (m,),
+    best sorted by record, then oscillator. `first` (m,) and `begin` (m, 4): the first sample of each run, and theta,
+    omega, peak and region there. `lifting` (n or 0): the vertical acceleration over g, scaled as the records,
+    `lifting_highs` as their highs. `shaking_left` and `lifting_left` (n / SPAN or 0): the integrals of |u''| and
+    |lifting| from the first sample of each span to the end of its record. They and `barriers` (o, 7) are for runs of
+    which only the flag is needed. `out` (m, 15). `turns` (2, t) and `history` (5, n or 0) store a single run's. `tally`
+    (5,) is added to.
     """
 
     shaking: Any

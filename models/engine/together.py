@@ -94,7 +94,7 @@ def _unit_jerk(y, t):
 def solve_crossings(v, n):
     """Solve for the time at which each of n pieces (columns of v) covers its gap, directly or after one turn.
 
-    The parabola's root, a cubic correction, and two of Chebyshev's third-order steps; SURE where they converged.
+    The parabola's root, a cubic correction, and two of Chebyshev's third-order steps; SURE if they converged.
     """
     for j in range(n):
         omega = v[PIECE_OMEGA * LANES + j]
@@ -130,7 +130,7 @@ def solve_crossings(v, n):
 
 @kernel(**FUSED)
 def _solve_turns(v, n):
-    """Solve for the displacement at the turn of each of n pieces that turn once; 0 where the velocity only dips."""
+    """Solve for the displacement at the turn of each of n pieces that turn once; 0 if the velocity only dips."""
     for j in range(n):
         y = _unit_series(
             v[PIECE_OMEGA * TURN_COLUMNS + j],
@@ -167,7 +167,7 @@ def _solve_turns(v, n):
 
 @kernel(**BARE)
 def finish_pieces(v, n):
-    """Solve for displacement and velocity of each of n pieces at its end; SURE where it provably holds no event."""
+    """Solve for displacement and velocity of each of n pieces at its end; SURE if it provably has no event."""
     for j in range(n):
         omega = v[PIECE_OMEGA * LANES + j]
         a = v[PIECE_A * LANES + j]
@@ -195,14 +195,14 @@ def _set_calm_interval(s, lane, x):
 def whole(n):
     """Return a number of columns in whole vectors, so that the bits of a piece do not depend on its neighbours.
 
-    Further columns hold what was solved there before, or what `no_pieces` wrote.
+    Further columns contain earlier pieces, or the pieces that `no_pieces` wrote.
     """
     return (n + 7) // 8 * 8
 
 
 @kernel()
 def no_pieces(columns):
-    """Return room for pieces that are solved together, with harmless ones in it."""
+    """Return room for pieces that are solved together, filled with harmless pieces."""
     v = np.zeros(PIECE_ROWS * columns)
     v[PIECE_OMEGA * columns : (PIECE_OMEGA + 1) * columns] = 1.0
     v[PIECE_A * columns : (PIECE_A + 1) * columns] = -2.0
@@ -226,7 +226,7 @@ def flush_turns(w, n, poly):
         raise_peak(x, k, v[PIECE_TIME * TURN_COLUMNS + j])
         if v[PIECE_SURE * TURN_COLUMNS + j] == 1.0:
             raise_peak(x, k, theta + v[PIECE_MOVED * TURN_COLUMNS + j])
-            _set_calm_interval(w.rows, lane, x)  # (a parked lane's rows are written anew in any case)
+            _set_calm_interval(w.rows, lane, x)  # a parked lane's rows are rewritten in any case
             continue
         # a dip of the velocity, or too flat for the batch's steps: each turn by the general way
         stiffness = v[PIECE_STIFFNESS * TURN_COLUMNS + j]

@@ -1,1 +1,1 @@
-"""What stands around a block, holds it or lies under it: walls, restraints, beds; frozen dataclasses in SI units."""
+"""Surroundings of a block: walls, restraints and beds, as frozen dataclasses in SI units."""

@@ -1,4 +1,4 @@
-"""Soft beds on which blocks stand over their whole width: carpets, mats, strips of soft feet (Winkler foundation)."""
+"""Soft beds under the whole width of blocks: carpets, mats, strips of soft feet (Winkler foundation)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from ...core.parameters import Parameter, check
 MOST_SETTLEMENT = 0.1
 """Largest settlement over the half width."""
 MOST_UPLIFT, LEAST_UPLIFT = 0.1, 1e-9
-"""Largest and least rotation at uplift over alpha: beyond 0.1 the weight takes more than 0.3 of the bed's stiffness."""
+"""Maximum and minimum rotation at uplift over alpha; beyond 0.1 the weight takes over 0.3 of the stiffness.
+"""
 CHORDS = 6
 """Straight pieces of the moment from the uplift on, before the last one."""
 
@@ -24,16 +25,16 @@ class Bed:
     Parameters
     ----------
     settlement : float
-        How far the weight of the upright block presses the soft bed (carpet, mat) under its whole width down, m: at
-        most a tenth of the block's half width and of half width x alpha.
+        Settlement of the soft bed (carpet, mat) under the weight of the upright block over its whole width, m. It must
+        be at most a tenth of the block's half width and of half width x alpha.
 
     Notes
     -----
-    A rigid base of width 2b with the weight m g on a bed of stiffness k per length settles by d0 = m g/(2 b k).  Its
-    edge lifts off at the rotation theta_u = d0/b.  Up to there the whole width is in contact and the bed's moment is
-    k (2b³/3) theta; from there on the contact narrows to 2b sqrt(theta_u/theta), its pressure is a triangle, and m g
-    acts at a third of its length from the edge that is pressed (derived, for small rotations and a vertical motion
-    without inertia; Winkler 1867).  See `bed_moment`.
+    A rigid base of width 2b with the weight m g on a bed of stiffness k per length settles by d0 = m g/(2 b k). Its
+    edge lifts off at the rotation theta_u = d0/b. Up to theta_u the whole width is in contact and the bed's moment is k
+    (2b³/3) theta. Beyond it the contact narrows to 2b sqrt(theta_u/theta), and its pressure is a triangle. The weight m
+    g then acts at a third of the contact's length from the loaded edge. (Derived, for small rotations and a vertical
+    motion without inertia; Winkler 1867.) See `bed_moment`.
 
     Examples
     --------
@@ -48,7 +49,7 @@ class Bed:
 
     @property
     def label(self) -> str:
-        """What it is in a few words, as ``bed that settles 2 mm``."""
+        """Short description, such as ``bed that settles 2 mm``."""
         return f"bed that settles {1000.0 * self.settlement:.4g} mm"
 
 
@@ -97,9 +98,9 @@ class Polygon(NamedTuple):
 def polygon(uplift: float) -> Polygon:
     """Return the moment of a bed as a polygon, for a rotation at uplift over alpha below 1/3.
 
-    The nodes are those of a geometric series of ratio r from the uplift on. Beyond the first, they lie on 1 - (2/3) c
+    The nodes form a geometric series of ratio r from the uplift on. Beyond the first, they lie on 1 - (2/3) c
     sqrt(uplift/x) with c = 4 sqrt(r)/(1 + sqrt(r))²: each chord then has the area of the curve (derived). The last node
-    is at c² times the balance, so that the constant moment beyond it is that at the balance, which is exact.
+    is at c² times the balance, so that the constant moment beyond it is the moment at the balance, which is exact.
     """
     balance = balance_on_bed(uplift)
     share = 1.0

@@ -13,7 +13,7 @@ from ...core.units import described
 
 CENTRE, FOOT = "centre", "foot"
 FALLS_WHEN = (CENTRE, FOOT)
-"""What must pass an edge for a block to fall off: the centre of mass, or the foot."""
+"""Part that must pass an edge for a block to fall off: the centre of mass, or the foot."""
 Distance = Annotated[float, Parameter("m", at_least=0.0, written="mm")]
 FALLEN_OFF = "fallen_off"
 """Name of the flag of blocks that slide over an edge."""
@@ -23,7 +23,7 @@ OF_FALLEN_OFF = described("whether the block slid over an edge, False of blocks 
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """Edges of the surface on which a block stands, over which it falls when it slides far enough.
+    """Edges of the surface below a block, over which it falls when it slides far enough.
 
     Parameters
     ----------
@@ -37,8 +37,8 @@ class Edge:
 
     Notes
     -----
-    A block at rest on its base stands until its centre of mass is over the edge, so that it has to slide the distance
-    and its half width.  What it does while it slides beyond the edge (it tilts under a sliding contact) is left out.
+    A block at rest on its base falls when its centre of mass is over the edge: it has to slide the distance and its
+    half width. Its motion while it slides beyond the edge (it tilts under a sliding contact) is left out.
 
     Examples
     --------
@@ -58,7 +58,7 @@ class Edge:
             raise ValueError("an edge needs its distance to the front or to the back")
 
     def slips(self, half_width: float) -> tuple[float, float]:
-        """Return the slips to the front and back (m) beyond which a block falls off, infinite where there is no edge.
+        """Return the slips to the front and back (m) beyond which a block falls off, infinite if there is no edge.
 
         `half_width` of the block, m.
         """
@@ -67,7 +67,7 @@ class Edge:
         return front, back
 
     def fallen_off(self, forward: Any, backward: Any, half_width: float) -> Any:
-        """Return True where the greatest slips to the front and to the back (m, >= 0) take a block over an edge.
+        """Return True if the maximum slips to the front and to the back (m, >= 0) move a block over an edge.
 
         The slips are arrays of numpy or dask, or numbers.  NaN, the slip of a block that loses contact with the floor,
         counts as fallen off.
@@ -77,6 +77,6 @@ class Edge:
 
     @property
     def label(self) -> str:
-        """What it is in a few words, as ``edge 100 mm in front``."""
+        """Short description, such as ``edge 100 mm in front``."""
         sides = ((self.front, "in front"), (self.back, "behind"))
         return "edge " + " and ".join(f"{1000.0 * one:.4g} mm {side}" for one, side in sides if one is not None)

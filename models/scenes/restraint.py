@@ -11,7 +11,7 @@ from ...core.wording import with_article
 
 KINDS = ("strap", "bracket", "cable", "pole", "tendon", "adhesive")
 TEST_STRENGTH = 267.0
-"""Force that an anti-tip kit must hold in the test of ASTM F3096-23, N (60 lbf): a lower bound, and no median."""
+"""Force that an anti-tip kit must carry in the test of ASTM F3096-23, N (60 lbf): a lower bound, and no median."""
 
 
 Strength = Annotated[float, Parameter("N", above=0.0)]
@@ -32,10 +32,10 @@ class Restraint:
     kind : str
         One of strap, bracket, cable, pole, tendon, adhesive.
     strength : float
-        Force at which one of them breaks, N: the least of device, wall fixing and furniture fixing; infinity: never.
+        Force at which one of them breaks, N: the minimum of device, wall fixing and furniture fixing; infinity: never.
         The 267 N of ASTM F3096 are a lower bound, from a test.
     stiffness : float
-        Force over elongation of one of them, N/m; infinity for an adhesive.  The default stiffnesses are judgements.
+        Force over elongation of one of them, N/m; infinity for an adhesive. The default stiffnesses are assumed.
     front : float or None
         Moment arm about the front lower corner, m: the elongation is the arm times the rotation towards that side;
         None: it does not act on that side.
@@ -48,12 +48,12 @@ class Restraint:
     count : int
         Number of equal restraints side by side, with equal slack.
     height : float, optional
-        Where a strap, bracket or cable is fixed to the block, m, at most the block's height.
+        Height of a strap, bracket or cable on the block, m, at most the block's height.
 
     Notes
     -----
-    The force is T = preload + stiffness max(0, arm theta - slack), and the restraint breaks for good where T reaches
-    the strength, on both sides at once.  Blocks that have one need their `mass`.
+    The force is T = preload + stiffness max(0, arm theta - slack), and the restraint breaks for good if T reaches the
+    strength, on both sides at once. Blocks that have one need their `mass`.
     """
 
     kind: Annotated[str, Parameter(words=KINDS)]
@@ -91,7 +91,7 @@ class Restraint:
     ) -> Restraint:
         """Return a horizontal strap to the wall at a height (m), which acts on rotations to the front only.
 
-        The stiffness of 20 kN/m is a judgement: no source was found.
+        The stiffness of 20 kN/m is assumed: no source was found.
         """
         return cls("strap", strength, stiffness, height, None, slack, preload, count)
 
@@ -101,7 +101,7 @@ class Restraint:
     ) -> Restraint:
         """Return an angle bracket to the wall at a height (m), which acts on rotations to both sides.
 
-        The stiffness of 500 kN/m (steel on a stud; 50 kN/m on plasterboard) is a judgement.
+        The stiffness of 500 kN/m (steel on a stud; 50 kN/m on plasterboard) is assumed.
         """
         return cls("bracket", strength, stiffness, height, height, slack, 0.0, count)
 
@@ -126,7 +126,7 @@ class Restraint:
         angle : float
             Slope of the cable, upwards from horizontal, rad.
         width : float
-            The block's width, m; of use where the cable slopes.
+            The block's width, m; of use if the cable slopes.
         """
         SLOPE.check("angle", angle)
         slope = float(angle)
@@ -165,14 +165,14 @@ class Restraint:
 
     @classmethod
     def adhesive(cls, strength: Strength, front: Arm, back: Arm | None = None) -> Restraint:
-        """Return an adhesive (putty, pads) that holds rigidly until it peels, on both sides.
+        """Return an adhesive (putty, pads) that is rigid until it peels, on both sides.
 
         Parameters
         ----------
         front : float
             Distance from the front lower edge, m.
         back : float, optional
-            Distance from the rear lower edge, m; `front` where it is not given.
+            Distance from the rear lower edge, m; `front` if it is not given.
         """
         return cls("adhesive", strength, math.inf, front, front if back is None else back)
 
@@ -183,7 +183,7 @@ class Restraint:
 
     @property
     def label(self) -> str:
-        """What it is in a few words, as ``strap of 267 N, slack 5 mm``."""
+        """Short description, such as ``strap of 267 N, slack 5 mm``."""
         number = "" if self.count == 1 else f"{self.count} × "
         strength = "unbreakable" if self.strength == math.inf else f"of {self.strength:.4g} N"
         slack = "" if self.slack == 0.0 else f", slack {1000.0 * self.slack:.4g} mm"

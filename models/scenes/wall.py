@@ -1,4 +1,4 @@
-"""Walls behind a block, or on both of its sides: the gap, where the block meets them, and how it comes back."""
+"""Walls behind a block, or on both of its sides: the gap, the contact with the block, and its rebound."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ...core.parameters import Parameter, check
 
 @dataclass(frozen=True, slots=True)
 class Wall:
-    """Rigid wall behind a block, fixed to the floor that shakes the block.
+    """Rigid wall behind a block, fixed to the floor of the block.
 
     Parameters
     ----------
@@ -27,10 +27,10 @@ class Wall:
 
     Notes
     -----
-    The back is the side of negative rotation: a positive rotation tips the block away from the wall, into the room.
-    The block meets the wall at the rotation atan(gap/height), asin(gap/height) for its upper edge in exact geometry.
-    The wall moves with the floor: the drift of its storey against the floor is left out, and so is the slip of the
-    block's foot in the impact.
+    The back is the side of negative rotation: a positive rotation tips the block away from the wall, into the room. The
+    block meets the wall at the rotation atan(gap/height), asin(gap/height) for its upper edge in exact geometry. The
+    wall moves with the floor. The drift of its storey against the floor is left out, and so is the slip of the block's
+    foot in the impact.
 
     Examples
     --------
@@ -60,7 +60,7 @@ class Wall:
 
     @property
     def label(self) -> str:
-        """What it is in a few words, as ``wall at 20 mm``."""
+        """Short description, such as ``wall at 20 mm``."""
         behind = "touching wall" if self.gap == 0.0 else f"wall at {1000.0 * self.gap:.4g} mm"
         return behind if self.front_gap is None else f"{behind}, another in front at {1000.0 * self.front_gap:.4g} mm"
 
@@ -70,8 +70,8 @@ def rebound(gyration: float, half_width: float, cm_height: float, contact_height
 
     A block that turns about its lower rear corner strikes the wall at the height z, and the contact sticks: the angular
     momentum about that point is kept. With rho² = I_G/m, the half width b towards the wall, and the mass at height h,
-    omega+/omega- = (rho² + b² + h² - h z)/(rho² + b² + (z - h)²), which is -(2 cos² alpha/lambda - 1) for the upper
-    edge of a block with its mass at mid-height (derived). A positive ratio (squat blocks, low rails) would mean that
+    omega+/omega- = (rho² + b² + h² - h z)/(rho² + b² + (z - h)²). For the upper edge of a block with its mass at
+    mid-height this is -(2 cos² alpha/lambda - 1) (derived). A positive ratio (squat blocks, low rails) would mean that
     the block continues to turn about the contact: it is assumed to stop there, 0. With Housner's restitution at the
     base before and after it, the product is the published restitution of one-sided rocking: Sorrentino, L., AlShawa, O.
     and Decanini, L. D. (2011). Bulletin of Earthquake Engineering 9, 1617 (recalled, not re-read).

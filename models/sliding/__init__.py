@@ -1,1 +1,1 @@
-"""Sliding blocks: the law beside those of rocking, runs, single histories, and whether a block slides or rocks."""
+"""Sliding blocks: their law, runs and single histories, and the choice between sliding and rocking."""

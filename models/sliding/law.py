@@ -19,7 +19,7 @@ from ..laws import Model
 MOST_FRICTION = 10.0
 """Largest coefficient of friction: beyond any contact's; blocks of it do not slide."""
 LEAST_FRICTION = 1e-9
-"""Smallest coefficient of friction: the block stays where it is while the floor moves."""
+"""Smallest coefficient of friction: the block keeps its place while the floor moves."""
 
 
 def check_free(block: Block) -> None:
@@ -75,7 +75,7 @@ class SlidingLaw(Model):
         """Return the numbers of a block under this law; ValueError for one that is held, or differs front and back."""
 
     def in_plane(self, block: Block) -> PlaneSlider:
-        """Return the numbers of a block that both horizontal components shake; ValueError as of `slider`."""
+        """Return the numbers of a block under both horizontal components; ValueError as of `slider`."""
         found = self.slider(block)
         return PlaneSlider(found.static_front, found.kinetic_front)
 
@@ -101,9 +101,9 @@ class Sliding(SlidingLaw):
     Notes
     -----
     While the block slides with the velocity v relative to the floor, v' = -u'' - sign(v) kinetic (g + w''), with the
-    accelerations u'' and w'' of the floor; it stays where it stops unless abs(u'') > static (g + w'').  Positive slips
-    are to the front.  Neither its size nor its mass matters.  A block with static >= b/h uplifts before it slides: the
-    output ``mode`` tells which runs these are.
+    accelerations u'' and w'' of the floor. It stays at its stop unless abs(u'') > static (g + w''). Positive slips are
+    to the front. Its size and its mass do not matter. A block with static >= b/h uplifts before it slides: the output
+    ``mode`` marks these runs.
 
     References
     ----------
@@ -147,7 +147,7 @@ class Sliding(SlidingLaw):
 
 @dataclass(frozen=True)
 class RandomSliding(SlidingLaw):
-    """Block that slides on its floor with a coefficient of Coulomb friction that is drawn anew for every run.
+    """Block that slides on its floor with a coefficient of Coulomb friction drawn for every run.
 
     It is for `toppling.adaptive_ida`.  At common levels `toppling.fragility.slide_runs` runs every motion
     with the quantiles of the friction.
@@ -155,17 +155,17 @@ class RandomSliding(SlidingLaw):
     Parameters
     ----------
     friction : Friction
-        Static coefficient of friction (`toppling.models.friction`).  Runs have those below b/h of their block, with
-        which it slides and does not rock: the probability of a slip is that of the curve times the chance of such a
+        Static coefficient of friction (`toppling.models.friction`). Runs have coefficients below b/h of their block,
+        with which it slides and does not rock. The probability of a slip is the curve's times the probability of such a
         coefficient, ``friction.below(b/h)``.
     kinetic_ratio : float
         Kinetic over static friction, above 0, at most 1.
 
     Notes
     -----
-    Without vertical shaking, a block with friction mu under s times a motion slips mu times as far as one with friction
-    1 under s/mu times the motion, with the same ratio of the coefficients, in one direction and in the plane: the
-    velocity over mu obeys the equation of the latter (derived).
+    Without a vertical component, compare a block with friction mu under s times a motion and one with friction 1 under
+    s/mu times the motion. With the same ratio of the coefficients, the first slips mu times as far, in one direction
+    and in the plane. The velocity over mu obeys the equation of the second (derived).
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Whether a block that stands on its floor rests, slides or rocks, along one axis or in the plane of the floor."""
+"""First mode of a block on its floor, along one axis or in the plane of the floor: rest, sliding or rocking."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..block import Block
 
 
 class Mode(enum.IntEnum):
-    """What a block does first: nothing, slide, or rock; AIRBORNE where the vertical acceleration takes its weight."""
+    """First mode of a block: rest, sliding or rocking; AIRBORNE if the vertical acceleration takes its weight."""
 
     RESTS = 0
     SLIDES = 1
@@ -27,10 +27,10 @@ MODE = described("what the block does first: 0 rests, 1 slides, 2 rocks, -1 lose
 
 
 def demand(acceleration: Array, vertical: Array | None, factors: Array) -> Array:
-    """Return the greatest of abs(u'')/(g + w'') under each factor: the friction that keeps a block in place.
+    """Return the maximum of abs(u'')/(g + w'') under each factor: the friction that keeps a block in place.
 
-    The largest value lies at a sample, since the ratio of two straight lines is monotonic.  Infinite where g + w'' is
-    not above zero.
+    The largest value lies at a sample, since the ratio of two straight lines is monotonic. Infinite if g + w'' is not
+    above zero.
     """
     if vertical is None:
         return np.asarray(factors * np.abs(acceleration).max() / STANDARD_GRAVITY)
@@ -44,7 +44,7 @@ def demand(acceleration: Array, vertical: Array | None, factors: Array) -> Array
 def mode_of(block: Block, static: ArrayLike, demanded: ArrayLike) -> NDArray[np.int8]:
     """Return the `Mode` of a free block with static friction under a demand (see `demand`); the two broadcast.
 
-    Up to the smaller of static friction and b/h the block rests; above it, it slides if static < b/h, and never
+    Up to the smaller of static friction and b/h the block rests. Above it, it slides if static < b/h, and never
     uplifts, or it uplifts and rocks (Shenton 1996, as in `friction_at_uplift`).
     """
     needed, available = np.asarray(demanded, dtype=float), np.asarray(static, dtype=float)
@@ -57,12 +57,12 @@ def mode_of(block: Block, static: ArrayLike, demanded: ArrayLike) -> NDArray[np.
 def demand_in_plane(
     along: Array, across: Array, vertical: Array | None, factors: Array, level: float = np.inf
 ) -> Array:
-    """Return the friction that keeps a block in place where both horizontal components shake it, under each factor.
+    """Return the friction that keeps a block in place if both horizontal components act on it, under each factor.
 
-    Components (n,) along the width and along the depth, and the vertical one or None, are in m/s²; `level` is b/h along
-    the width: a block that uplifts there passes on no more than b/h of its weight in that direction. The friction is
-    the greatest at the samples of sqrt(min(abs(x'')/G, b/h)² + (y''/G)²), G = g + w''; infinite where G is not above
-    zero.
+    Components (n,) along the width and along the depth, and the vertical one or None, are in m/s². `level` is b/h along
+    the width: a block that uplifts there transmits no more than b/h of its weight in that direction. With G = g + w'',
+    the friction is the maximum at the samples of sqrt(min(abs(x'')/G, b/h)² + (y''/G)²). It is infinite if G is not
+    above zero.
     """
     found = np.empty(factors.size)
     for i, factor in enumerate(factors.ravel().tolist()):
@@ -75,12 +75,12 @@ def demand_in_plane(
 
 
 def mode_in_plane(block: Block, static: ArrayLike, along: ArrayLike, across: ArrayLike, plane: ArrayLike) -> Any:
-    """Return the `Mode` of a free block with a depth where both horizontal components shake it; arrays broadcast.
+    """Return the `Mode` of a free block with a depth if both horizontal components act on it; arrays broadcast.
 
     `along` and `across` are its `demand` along the width and the depth, `plane` its `demand_in_plane` with the `level`
-    b/h along the width. With static friction below b/h along the depth the block slides where `plane` exceeds it; from
-    b/h along the width on it may rock about the width in such a run, too. What does not slide rocks where it uplifts
-    along the width or, with friction from b/h along the depth on, along the depth.
+    b/h along the width. With static friction below b/h along the depth the block slides if `plane` exceeds it. From b/h
+    along the width on it may rock about the width in such a run, too. A block that does not slide rocks if it uplifts
+    along the width. With friction from b/h along the depth on, it rocks if it uplifts along the depth, too.
     """
     assert block.depth is not None
     available, weightless = np.asarray(static, dtype=float), np.isinf(np.asarray(plane))

@@ -54,7 +54,7 @@ IN_PLANE: dict[str, int] = {
     "slide_residual_along": columns.OUT_RESIDUAL_X,
     "slide_residual_across": columns.OUT_RESIDUAL_Y,
 }
-"""Results that only a run in the plane has; those of `SLIDES` have the columns of runs in one direction."""
+"""Results that only a run in the plane has; the results of `SLIDES` have the columns of runs in one direction."""
 NO_PATH = np.empty((columns.HISTORY_ROWS, 0))
 NO_VERTICAL = np.empty(0)
 
@@ -62,7 +62,7 @@ NO_VERTICAL = np.empty(0)
 def friction_table(sliders: Sequence[Slider]) -> Array:
     """Return the coefficients of sliders (slider, 4) as the engine reads them.
 
-    Where any is near an obstacle, a fifth column is the distance.
+    If any is near an obstacle, a fifth column is the distance.
     """
     found = np.array(sliders, dtype=np.float64).reshape(-1, tables.COEFFICIENTS + 1)
     near = bool(np.isfinite(found[:, tables.COEFFICIENTS]).any())
@@ -81,11 +81,11 @@ def run_sliders(
 ) -> Array:
     """Results (o, m, 9) of friction (o, 4) under factors (o, m) > 0 times one record (n,), m/s²; all start at rest.
 
-    `vertical` (n,) is the vertical acceleration, scaled likewise.  Runs in which it takes the whole weight at some
-    instant are NaN.  `skip` leaves out what lies before the first and after the last slip, which changes nothing.
-    `tally` (samples of all runs, those left out, …: see `models.runs.TALLY`) is added to.  With a fifth column of
-    `friction`, the slip to either side at which there is an obstacle, m, runs that slide so far are followed once more,
-    for a tenth column: the speed with which they first meet it.  All other results are those without an obstacle.
+    `vertical` (n,) is the vertical acceleration, scaled likewise. Runs in which it takes the whole weight at some
+    instant are NaN. `skip` leaves out samples before the first and after the last slip, which changes nothing. `tally`
+    (samples of all runs, omitted samples, …: see `models.runs.TALLY`) is added to. A fifth column of `friction` is the
+    slip to either side at which an obstacle is, m. Runs that slide so far are then followed once more, for a tenth
+    column: the speed with which they first meet it. All other results are without an obstacle.
     """
     which = np.repeat(np.arange(factors.shape[0]), factors.shape[1])
     scale = factors.ravel()
@@ -126,9 +126,9 @@ def airborne(vertical: Array, factors: Array) -> Array:
 def _moving(demand: Array, vertical: Array, static: Array, scale: Array) -> tuple[Index, Index]:
     """Samples before which runs cannot slide, and after which they cannot begin to.
 
-    A block stays while the size of the acceleration, `demand`, is not above static (g + w''): certainly while demand +
-    static max(0, -w'') is not above static g, with the largest static friction of the runs that can slide both ways for
-    the product; and a little below that, since the products of the engine are rounded in another way.
+    A block stays while the size of the acceleration, `demand`, is not above static (g + w''). This is certain while
+    demand + static max(0, -w'') is not above static g. The product has the largest static friction of the runs that can
+    slide both ways. The bound is lowered a little, since the products of the engine are rounded in another way.
     """
     if vertical.size > 0:
         most = float(static[static < ONE_WAY].max(initial=0.0))
@@ -162,11 +162,11 @@ def run_in_plane(
 ) -> Array:
     """Results (o, m, 11) of friction (o, 2) under factors (o, m) > 0 times one record; all start at rest.
 
-    `acceleration` is that along the width and along the depth of the block, (n,) each, m/s², and `vertical` (n,) the
-    vertical one, scaled likewise.  Runs in which it takes the whole weight at some instant are NaN.  Other
-    arguments as of `run_sliders`.  The slip is solved piece by piece as a Taylor series of order 14 whose last terms
-    are below 1e-12 m/s; where the push does not turn, as a cubic, exactly.  ArithmeticError for a run that takes
-    too many pieces, as none with the accelerations of earthquakes does.
+    `acceleration` is along the width and along the depth of the block, (n,) each, m/s², and `vertical` (n,) the
+    vertical one, scaled likewise. Runs in which it takes the whole weight at some instant are NaN. Other arguments as
+    of `run_sliders`. The slip is solved piece by piece as a Taylor series of order 14 whose last terms are below 1e-12
+    m/s. If the push does not turn, the slip is an exact cubic. ArithmeticError for a run that takes too many pieces,
+    which the accelerations of earthquakes never cause.
     """
     which = np.repeat(np.arange(factors.shape[0]), factors.shape[1])
     scale = np.ascontiguousarray(factors.ravel())

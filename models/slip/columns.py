@@ -4,10 +4,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-# The state of a run: its slip and its velocity along the width and along the depth, 1 where it slides, and the
+# The state of a run: its slip and its velocity along the width and along the depth, and 1 if it slides. Last the
 # direction in which it slid straight to its last stop.
 X, Y, VX, VY, SLIDING, LAST_X, LAST_Y = range(7)
-# What becomes results: extremes of the slip along the width, greatest distance, way, greatest speed, slips, first slip.
+# Columns that become results: extremes of the slip along the width, largest distance, way, largest speed, slips, first
+# slip.
 MOST_FRONT, MOST_BACK, FARTHEST, WAY, FASTEST, NUMBER, FIRST = range(7, 14)
 STATE = 14
 # Rows of the series of a piece: speed, direction, and velocity; and the push in the direction, of starts alone.
@@ -17,7 +18,7 @@ ORDER = 14
 """Order of the series."""
 TERMS = ORDER + 1
 SHARES = 1.0 / np.arange(1.0, TERMS + 1.0)
-"""What the integral of t^k has of t^(k+1)."""
+"""Factor of t^(k+1) in the integral of t^k."""
 FRICTION_COLUMNS = 2
 """Columns of a run's friction: static and kinetic."""
 # Results of a run: the columns of one direction, and the two components of the residual slip.
@@ -31,7 +32,7 @@ TOLERANCE = 1e-12
 STRAIGHT = 1e-14
 """Push across the direction of the slip, as a part of friction, up to which a block slides straight on."""
 SLOW = 1e-7
-"""Speed below which a block stops where its stop is nearer than `SOON`, m/s: it moves on by less than 1e-13 m."""
+"""Speed below which a block stops if its stop is nearer than `SOON`, m/s: it moves on by less than 1e-13 m."""
 SOON = 1e-6
 """Time in s."""
 STANDING = 1e-9

@@ -42,18 +42,18 @@ from .tables import (
     WAY,
 )
 
-# After the last breakaway a group of lanes is looked at every so many samples: it ends when all of it has stopped.
+# After the last breakaway a group of lanes is checked at this interval of samples: it ends when all of it has stopped.
 LOOK = 32
 
 
 @kernel(**BARE)
 def advance(x, marks, n, a0, a1, dt):
-    """Move n lanes through a sample, and return how many may hold an event; those are marked and stay where they are.
+    """Move n lanes through a sample, and return the number that may have an event; these are marked and not moved.
 
-    The speed is a quadratic, which differs from its chord by at most |c2| dt²/8 (`room`): above that there is no stop.
-    Its greatest value lies where an acceleration ends.  At rest all is zero, and nothing moves.  Rows lie at constant
-    offsets in one flat array, the trip count is known at run time only, and every lane is stored (a choice of what is
-    stored would become a masked store, which some processors are slow at): so it vectorises.
+    The speed is a quadratic, which differs from its chord by at most |c2| dt²/8 (`room`): above that no stop is
+    possible. Its maximum lies where an acceleration ends. At rest all is zero, and nothing moves. Three conditions make
+    the loop vectorise. Rows lie at constant offsets in one flat array. The trip count is known at run time only. Every
+    lane is stored, because a conditional store would become a masked store, at which some processors are slow.
     """
     count = np.int64(0)
     mean, early, bend, size = 0.5 * (a0 + a1), a0 / 3.0 + a1 / 6.0, 0.125 * abs(a1 - a0), abs(a1)
@@ -100,8 +100,8 @@ def advance_lifted(x, marks, n, a0, a1, b0, b1, dt):
 def slide(shaking, friction, factors, first, last, out, history):
     """Run every row of `friction` (n, 4) under its factor times a record; results (n, 9).
 
-    first: the sample before which a run cannot slide; last: the one after which it cannot begin to; runs are ordered by
-    `first`.  history (2, samples) is that of the last run, where it has any room.  Weights per mass must be > 0.
+    `first`: the sample before which a run cannot slide. `last`: the sample after which it cannot begin to. Runs are
+    ordered by `first`. `history` (2, samples) is the last run's, if it has any room. Weights per mass must be > 0.
     """
     record, vertical, dt = shaking
     samples = record.size

@@ -42,10 +42,10 @@ def speed_at_last(x, obstacle):
 
 @kernel(keep=True)
 def run_into(shaking, friction, factors, first, obstacles, met):
-    """Find the speed (n,) with which each run first meets an obstacle at the slip ±`obstacles`; NaN where none does.
+    """Find the speed (n,) with which each run first meets an obstacle at the slip ±`obstacles`; NaN if none does.
 
-    The arguments are those of `slide`.  One run after the other, for the few that slide so far: every sample in which a
-    block slides is followed event by event, so that the piece on which it meets the obstacle is known.
+    The arguments are as of `slide`. The few runs that slide so far are computed one after the other. Every sample in
+    which a block slides is followed event by event, to find the piece on which it meets the obstacle.
     """
     record, vertical, dt = shaking
     x = np.empty(ROWS * LANES)

@@ -63,7 +63,7 @@ HALVINGS = 60
 
 @kernel(**BARE)
 def reach(x):
-    """Keep the extremes of the slip where it is now."""
+    """Keep the extremes of the slip at its present place."""
     x[MOST_FRONT] = max(x[MOST_FRONT], x[X])
     x[MOST_BACK] = max(x[MOST_BACK], -x[X])
     x[FARTHEST] = max(x[FARTHEST], math.sqrt(x[X] * x[X] + x[Y] * x[Y]))
@@ -78,7 +78,7 @@ def outward(x, c, order, h):
 
 @kernel(**BARE)
 def falling(x, c, order, which, h):
-    """Return what is positive before a greatest value of the distance (0), the slip (1) or the speed (2), at h."""
+    """Return a value that is positive before a maximum of the distance (0), the slip (1) or the speed (2), at h."""
     if which == 0:
         return outward(x, c, order, h)
     if which == 1:
@@ -88,7 +88,7 @@ def falling(x, c, order, which, h):
 
 @kernel(**BARE)
 def extreme(x, c, order, which, sign, h):
-    """Return the time within a piece of length h at which `falling` times sign changes to below 0; h where it does not.
+    """Return the time within a piece of length h at which `falling` times sign changes to below 0; h if it does not.
 
     It is looked for between the thirds of the piece.
     """
@@ -112,10 +112,10 @@ def extreme(x, c, order, which, sign, h):
 
 @kernel(**BARE)
 def move_along(x, c, order, most, h):
-    """Move a block along a piece of its series, and keep what it reaches on the way.
+    """Move a block along a piece of its series, and keep the extremes on the way.
 
-    most: the greatest acceleration of the piece.  An extreme is looked for where there may be a new one: where the way
-    may lead beyond the last, and where its rate is within what the acceleration can change during the piece.
+    `most`: the maximum acceleration of the piece. An extreme is searched for only if it may be new. Its way may then
+    lead beyond the last, and its rate is within the change by the acceleration during the piece.
     """
     way = integral(c, order, SPEED, h)
     far = math.sqrt(x[X] * x[X] + x[Y] * x[Y])
@@ -143,9 +143,9 @@ def move_along(x, c, order, most, h):
 
 @kernel(**BARE)
 def move_straight(x, nx, ny, speed, c1, c2, left):
-    """Move a block in the direction n, in which it keeps on, to its stop or for `left`; return how long it moved.
+    """Move a block in the constant direction n, to its stop or for `left`; return the duration of the move.
 
-    The arithmetic is that of sliding in one direction (`sample.move`).
+    The arithmetic is as for sliding in one direction (`sample.move`).
     """
     stops = time_to_stop(speed, c1, c2, left)
     duration = min(stops, left)
@@ -177,7 +177,7 @@ def stand(x, nx, ny):
 def start_after(px, py, qx, qy, weight, lift, static, left):
     """Return the time within `left` at which the push p + q t exceeds static friction, from below; or infinity.
 
-    The size of the push is convex and friction is straight, so that it exceeds it at the end where it does at all.
+    The size of the push is convex and friction is straight, so that it exceeds it at the end if it does at all.
     """
     ex, ey, hold = px + qx * left, py + qy * left, static * (weight + lift * left)
     if not ex * ex + ey * ey > hold * hold:
@@ -199,7 +199,7 @@ def start_after(px, py, qx, qy, weight, lift, static, left):
 def follow_in_plane(x, c, start, ax, ay, bx, by, g0, g1, dt, static, kinetic):
     """Follow a run through a sample with the floor's accelerations a to b and the weights per mass g0 to g1.
 
-    Returns False where that takes too many pieces.
+    Returns False if that takes too many pieces.
     """
     qx, qy, lift = (ax - bx) / dt, (ay - by) / dt, (g1 - g0) / dt
     time = 0.0
@@ -271,7 +271,7 @@ def follow_in_plane(x, c, start, ax, ay, bx, by, g0, g1, dt, static, kinetic):
 
 @kernel(**BARE)
 def slide_out_in_plane(x, kinetic):
-    """Let a block that slides at the end of the record come to a stop, and return how far that takes it."""
+    """Let a block that slides at the end of the record come to a stop, and return its further slip."""
     speed = math.sqrt(x[VX] * x[VX] + x[VY] * x[VY])
     if x[SLIDING] == 0.0 or not speed > 0.0:
         return 0.0
@@ -288,8 +288,8 @@ def slide_out_in_plane(x, kinetic):
 def slide_in_plane(shaking, friction, factors, first, last, out, history):
     """Run every row of `friction` (n, 2) under its factor times a record; results (n, 11).
 
-    first: the sample before which a run cannot slide; last: the one after which it cannot begin to.  history (4,
-    samples) is that of the last run, where it has any room.  Weights per mass must be > 0.
+    `first`: the sample before which a run cannot slide. `last`: the sample after which it cannot begin to. `history`
+    (4, samples) is the last run's, if it has any room. Weights per mass must be > 0.
     """
     along, across, vertical, dt = shaking
     samples = along.size

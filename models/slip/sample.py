@@ -1,4 +1,4 @@
-"""One run through one sample that holds an event: the block begins to slide, stops, or turns round."""
+"""One run through one sample with an event: the block begins to slide, stops, or turns round."""
 
 import math
 
@@ -38,7 +38,7 @@ MOST_STEPS = 200
 
 @kernel(**BARE)
 def time_to_stop(speed, c1, c2, left):
-    """Smallest root > 0 of speed + c1 t + c2 t²/2 that is at most `left`; infinity where there is none; speed >= 0.
+    """Smallest root > 0 of speed + c1 t + c2 t²/2 that is at most `left`; infinity if there is none; speed >= 0.
 
     The roots are 2 speed/q and q/c2 with q = -(c1 + sign(c1) sqrt(c1² - 2 c2 speed)), free of cancellation.  A block
     that is slowed down stops at the first of them; one that is sped up has a root > 0, the second, if that changes.
@@ -120,9 +120,9 @@ def meet(x, j, obstacle, before, speed, c1, c2, duration):
 
 @kernel(**BARE)
 def move(x, j, c1, c2, duration, obstacle):
-    """Move a sliding block, and keep its greatest speed, which lies at an end or where the acceleration vanishes.
+    """Move a sliding block, and keep its maximum speed, which lies at an end or where the acceleration vanishes.
 
-    `obstacle`: the slip at which there is one; where it is None the code for it is not even compiled.
+    `obstacle`: the slip at which there is one; if it is None the code for it is not even compiled.
     """
     speed, before = x[SPEED + j], x[WAY + j]
     later = speed + duration * (c1 + 0.5 * duration * c2)
@@ -138,7 +138,7 @@ def move(x, j, c1, c2, duration, obstacle):
 
 @kernel(**BARE)
 def first_start(now, after, left):
-    """Time at which a line, `now` at 0 and `after` at `left`, exceeds zero: 0 where it does already, or infinity.
+    """Time at which a line, `now` at 0 and `after` at `left`, exceeds zero: 0 if it does already, or infinity.
 
     Exceeds, not reaches: a peak that only touches the threshold starts nothing.  A start leaves some time to slide in.
     """
@@ -153,9 +153,9 @@ def first_start(now, after, left):
 def follow_sample(x, j, start, a0, a1, g0, g1, dt, obstacle):
     """Follow lane j through a sample with the accelerations a0 to a1 and the weights per mass g0 to g1.
 
-    `start` is the time at the beginning of the sample, `obstacle` as in `move`.  A block that stops at the end of a
-    sample keeps its direction with a speed of zero: the next sample, which may turn it round at once, decides what
-    becomes of it.
+    `start` is the time at the beginning of the sample, `obstacle` as in `move`. A block that stops at the end of a
+    sample keeps its direction with a speed of zero. The next sample, which may turn it round at once, decides its
+    motion.
     """
     slope, lift = (a1 - a0) / dt, (g1 - g0) / dt
     time, left, stopped = 0.0, dt, 0.0
@@ -213,7 +213,7 @@ def follow_sample(x, j, start, a0, a1, g0, g1, dt, obstacle):
 
 @kernel(**BARE)
 def slide_out(x, j):
-    """Let a block that slides at the end of the record come to a stop, and return how far that takes it."""
+    """Let a block that slides at the end of the record come to a stop, and return its further slip."""
     sign = x[SIGN + j]
     if sign == 0.0:
         return 0.0

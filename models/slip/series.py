@@ -1,7 +1,7 @@
 """The Taylor series of a block that slides in the plane of the floor, under a push that is a straight line in time.
 
-With the velocity v = r w, w of length one, the push p and friction per mass f, v' = p - f w, so that r' = w.p - f and
-r w' = p - (w.p) w.  The coefficients follow one from the other.
+Let the velocity be v = r w, w of length one, with the push p and friction per mass f. Then v' = p - f w, so that r' =
+w.p - f and r w' = p - (w.p) w. The coefficients follow one from the other.
 """
 
 import math
@@ -68,9 +68,9 @@ def expand(c, vx, vy, px, py, qx, qy, f, lift, left):
 def expand_start(c, px, py, qx, qy, f, lift, excess):
     """Write the series from rest under the push p, not 0, which is greater than the friction f by `excess` >= 0.
 
-    At the first instant the block moves in the direction of the push.  Where the excess is 0 (static and kinetic
-    friction are equal) the speed grows with the square of time, and the series is an asymptotic one: its terms
-    decrease, and increase again, so that it serves for a short time, which `step_of` finds by its last terms.
+    At the first instant the block moves in the direction of the push. If the excess is 0 (static and kinetic friction
+    are equal), the speed grows with the square of time, and the series is asymptotic. Its terms decrease, and increase
+    again, so that it is valid for a short time, which `step_of` finds by its last terms.
     """
     push = math.sqrt(px * px + py * py)
     wx, wy = px / push, py / push

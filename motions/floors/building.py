@@ -73,10 +73,10 @@ class Building:
 
     Notes
     -----
-    With u_i the relative displacement of an oscillator of mode i, the absolute acceleration of floor f is a +
-    sum_i shares[i, f] u_i'' and its absolute velocity v + sum_i shares[i, f] u_i'.  Modes that are left out are thereby
-    taken as rigid: their share 1 - sum_i shares[i, f] moves with the ground (the static correction of the missing
-    mass), so that every floor follows a slow ground motion exactly, with any number of modes.
+    With u_i the relative displacement of an oscillator of mode i, the absolute acceleration of floor f is a + sum_i
+    shares[i, f] u_i''. Its absolute velocity is v + sum_i shares[i, f] u_i'. Omitted modes are thereby rigid: their
+    share 1 - sum_i shares[i, f] moves with the ground (the static correction of the missing mass). Every floor thus
+    follows a slow ground motion exactly, with any number of modes.
     """
 
     periods: Array
@@ -113,8 +113,8 @@ class Building:
         damping : float or sequence of float
             Damping ratio of all modes, or of each.
         alpha0 : float
-            Flexural-shear parameter: a bending beam has 0, a shear beam 10 000; roughly below 2 for walls, above 5 for
-            moment frames, and between 2 and 5 for both together.
+            Flexural-shear parameter: a bending beam has 0, a shear beam 10 000. It is roughly below 2 for walls, above
+            5 for moment frames, and between 2 and 5 for both together.
         storeys : int
             Number of storeys; its floors are 0 (ground) to storeys (roof).
         storey_height : float or sequence of float
@@ -215,25 +215,26 @@ class Building:
         modes : int, optional
             Number of modes; all if not given.  A building that yields has all of them.
         yield_coefficient : float or sequence of float, optional
-            Yield strength of the lowest storey over the weight of the building; the other storeys follow from the
-            lateral forces of codes, which grow with w h^k (k = 1 up to a period of 0.5 s, 2 from 2.5 s on; ASCE/SEI
-            7-22, 12.8.3).  Or of each storey over the weight of the building.  The building is elastic if not given.
+            Yield strength of the lowest storey over the weight of the building. The other storeys follow from the
+            lateral forces of codes, which grow with w h^k. The exponent is 1 up to a period of 0.5 s and 2 from 2.5 s
+            on (ASCE/SEI 7-22, 12.8.3). Or of each storey over the weight of the building. The building is elastic if
+            not given.
         hardening : float
-            Ratio of a storey's stiffness after and before yielding (judgement: 0.03).
+            Ratio of a storey's stiffness after and before yielding (0.03 is assumed).
         p_delta : bool, float or sequence of float, optional
-            Stability coefficient theta = P/(k h) of the storeys, or True for that of the weight above them; none if not
-            given.  With theta above `hardening` a storey softens after yielding.
+            Stability coefficient theta = P/(k h) of the storeys, or True to compute it from the weight above them; none
+            if not given. With theta above `hardening` a storey softens after yielding.
         strength_dispersion : float
-            Dispersion of the building's real strength about the given one (judgement: 0.3 for real buildings).  Each
-            motion meets a building of its own, whose strengths are multiplied by one lognormal factor of median 1.
+            Dispersion of the building's real strength about the given one (assumed: 0.3 for real buildings). Each
+            motion has its own building, whose strengths are multiplied by one lognormal factor of median 1.
         seed : int
             Seed of the factors, which depend on it and on the names of the motions alone.
 
         Returns
         -------
         Building or YieldingBuilding
-            The latter with a yield coefficient: bilinear storeys, damped in proportion to masses and initial
-            stiffnesses with the ratio `damping` (one number) at the first and the last mode.
+            The latter with a yield coefficient. Its storeys are bilinear, and damped in proportion to masses and
+            initial stiffnesses, with the ratio `damping` (one number) at the first and the last mode.
 
         Raises
         ------
@@ -296,15 +297,15 @@ class Building:
         masses, stiffnesses, storey_height
             As of `from_storeys`; floor 0 is the slab.
         damping : float
-            Damping ratio of the storeys at their first mode on a fixed base; it is proportional to stiffness, so that
-            higher modes have more and the isolators none of it.
+            Damping ratio of the storeys at their first mode on a fixed base. It is proportional to stiffness, so that
+            higher modes have more and the isolators have none.
         yield_coefficient, hardening, p_delta, strength_dispersion, seed
             As of `from_storeys`, with the weight above the slab; the storeys are elastic without the first.
 
         Returns
         -------
         YieldingBuilding
-            Whose floors do not scale; its motions say how far the isolators move.
+            A building whose floors do not scale; its motions give the displacement of the isolators.
 
         Raises
         ------
@@ -389,10 +390,10 @@ class Building:
         -------
         xarray.DataArray or a list of them
             One array for each array of ground motions: ``acceleration`` (motion, floor, time), m s-2, with ``height``
-            (m) on floor, ready for `toppling.ida` and `toppling.motions.measures`; on motion ``ringing``: the greatest
-            acceleration of the highest of the floors relative to the ground in the last fundamental period, over its
-            peak.  Floor motions that end with more than a fifth of it are warned of.  Of pairs (motion, component,
-            floor, time): the building is the same in x and y, and does not twist.
+            (m) on floor, ready for `toppling.ida` and `toppling.motions.measures`. On motion, ``ringing`` is the
+            maximum acceleration of the highest of the floors relative to the ground in the last fundamental period,
+            over its peak. Floor motions that end with more than a fifth of it cause a warning. Of pairs (motion,
+            component, floor, time): the building is the same in x and y, and does not twist.
 
         Raises
         ------
@@ -549,7 +550,7 @@ def _ground(array: Any) -> list[Record]:
 
 
 def _refuse_vertical(found: list[Record]) -> None:
-    """Raise a ValueError for motions that shake vertically, too: what floors do to that is not modelled."""
+    """Raise a ValueError for motions with a vertical component, because its change by floors is not modelled."""
     if any(record.vertical is not None for record in found):
         raise ValueError(
             "a building answers horizontal shaking alone: its floors have no vertical motion "

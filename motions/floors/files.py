@@ -37,8 +37,8 @@ def read_floors(path: str | os.PathLike[str]) -> xr.DataArray:
     Raises
     ------
     RecordError
-        One sentence that names the file and the fault: another layout, a motion without one of the floors, a time step
-        that is not uniform, a value that is no finite number, an unknown unit.
+        One sentence that names the file and the fault: another layout, or a motion without one of the floors. A time
+        step that is not uniform, a value that is no finite number, or an unknown unit.
 
     Notes
     -----
@@ -139,7 +139,7 @@ def _read_table(lines: Lines) -> xr.DataArray:
         raise RecordError(f"{file}: a motion has at least 2 samples, found {len(rows)}")
     table = np.array(rows)
     values = np.empty((len(names), len(floors), len(rows)))
-    with np.errstate(over="ignore"):  # infinity is refused below
+    with np.errstate(over="ignore"):  # infinity is an error below
         for (name, floor), (i, factor) in columns.items():
             values[names.index(name), floors.index(floor)] = table[:, i] * factor
     try:

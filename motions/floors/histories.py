@@ -1,7 +1,7 @@
-"""Floor histories of a building model of another program: one set of motions for each level of shaking.
+"""Floor histories of a building model of another program: one set of motions for each level of the ground motion.
 
-They are used as they are.  A level has a set of motions, a motion the same floors and directions as all others, which
-are simultaneous.  This module knows nothing of files.
+They are used as they are. A level has a set of motions, and each motion the same floors and directions as all others,
+which are simultaneous. This module does not read files.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from ..polarity import REVERSED
 DIRECTIONS = ("x", "y")
 """Horizontal directions of a building."""
 APART = 1e-5
-"""Least relative distance of two levels."""
+"""Minimum relative distance of two levels."""
 
 
 class History(NamedTuple):
     """The absolute acceleration (time,), m/s², of one floor in one direction under one motion at one level.
 
-    `direction` is '' where there is only one; `source` names the file that it comes from.
+    `direction` is '' if there is only one; `source` names its file.
     """
 
     level: float
@@ -43,11 +43,11 @@ class History(NamedTuple):
 class FloorHistories:
     """Floor histories by level, motion, floor and direction; made by `of`.
 
-    `levels` (level,) increase, in `unit` (as given; '' for one earthquake without a level) or in SI (`at`); `texts` are
+    `levels` (level,) increase, in `unit` (as given; '' for one earthquake without a level) or in SI (`at`). `texts` are
     the levels as given, `names` the motions of each level, `supports` the floors with their directions. With `elastic`
-    one set is scaled to all levels as if the building were elastic. `polarities` is 2 where each motion is followed by
-    its reverse (`both_ways`). `axes` is `toppling.motions.arrays.BOTH_AXES` where the two directions shake the width
-    and the depth of a piece, `WEAK_AXIS` where a piece must be so long that only one counts, '' for its width alone.
+    one set is scaled to all levels as if the building were elastic. `polarities` is 2 if each motion is followed by its
+    reverse (`both_ways`). `axes` is `toppling.motions.arrays.BOTH_AXES` if the two directions act along the width and
+    the depth of a piece. It is `WEAK_AXIS` if a piece must be so long that only one counts, and '' for its width alone.
     """
 
     levels: Array
@@ -64,8 +64,8 @@ class FloorHistories:
     def of(cls, histories: Iterable[History], unit: str = "") -> Self:
         """Make them from histories in any order.
 
-        Each motion has one history, not of zeros, of every floor and direction, of one step and length; levels > 0, not
-        nearly equal, have equally many motions, the same or none in common. Anything else is a ValueError.
+        Each motion has one history, not of zeros, of every floor and direction, of one step and length. Levels are > 0
+        and not nearly equal. They have equally many motions, the same or none in common. Anything else is a ValueError.
         """
         every = list(histories)
         if not every:
@@ -117,7 +117,7 @@ class FloorHistories:
 
     @property
     def own_motions(self) -> bool:
-        """Whether each of several levels has motions of its own."""
+        """True if each of several levels has motions of its own."""
         return len(self.names) > 1 and self.names[0] != self.names[1]
 
     @property
@@ -138,7 +138,7 @@ class FloorHistories:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Labels of the motions: their names, or numbers where each level has motions of its own."""
+        """Labels of the motions: their names, or numbers if each level has motions of its own."""
         if not self.own_motions:
             return self.names[0]
         ends = ("", REVERSED)[: self.polarities]
@@ -146,7 +146,7 @@ class FloorHistories:
 
     @property
     def floors(self) -> tuple[str, ...]:
-        """The floors, from the lowest up where they are numbers."""
+        """The floors, from the lowest up if they are numbers."""
         return tuple(dict.fromkeys(floor for floor, _ in self.supports))
 
     def directions(self, floor: str) -> tuple[str, ...]:
@@ -174,9 +174,9 @@ class FloorHistories:
         return replace(self, names=names, histories={**self.histories, **reverses}, polarities=2)
 
     def on(self, floor: str, direction: str) -> list[Record]:
-        """Return the motions of a floor, those of the first level first.
+        """Return the motions of a floor, starting with the first level.
 
-        Where both directions shake, each has the other one as its companion.
+        If both directions act, each has the other one as its companion.
         """
         found = []
         others = [one for one in self.directions(floor) if one != direction] if self.axes else []

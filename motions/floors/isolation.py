@@ -15,7 +15,7 @@ from ..supports.isolator import BILINEAR, Isolator
 from ..supports.support import Support
 
 FASTEST = 5e4
-"""Greatest rate, 1/s, at which a floor may follow its storeys; at ten times as much each motion takes ten seconds."""
+"""Maximum rate, 1/s, at which a floor may follow its storeys; at ten times as much each motion takes ten seconds."""
 
 
 class Storey(NamedTuple):
@@ -31,9 +31,8 @@ class Storey(NamedTuple):
 def refuse_light(mass: Array, stiffness: Array, viscosity: Array) -> None:
     """Raise ValueError for a slab or a floor that is so light that steps which follow it would take minutes.
 
-    Masses, kg, stiffnesses, N/m, and viscosities, N s/m, of isolators and storeys from below, (storey,).  Between
-    floors that are held, a floor moves at the rate c/m of the dampers beside it or the frequency sqrt(k/m) of the
-    springs.
+    Masses, kg, stiffnesses, N/m, and viscosities, N s/m, of isolators and storeys from below, (storey,). Between fixed
+    floors, a floor moves at the rate c/m of the adjacent dampers or the frequency sqrt(k/m) of the springs.
     """
     springs, dampers = (one + np.append(one[1:], 0.0) for one in (stiffness, viscosity))
     least = np.maximum(dampers / FASTEST, springs / FASTEST**2)

@@ -1,7 +1,7 @@
 """Modes of elastic buildings: a uniform flexural-shear beam, and storeys as masses on springs.
 
-A mode acts on a floor through one number, its share: modal participation times the shape at the floor, which does not
-depend on the normalisation of the shape.  The shares of a floor add up to 1 over all modes.  The module does not depend
+A mode acts on a floor through one number, its share: modal participation times the shape at the floor. It does not
+depend on the normalisation of the shape. The shares of a floor add up to 1 over all modes. The module does not depend
 on motions.
 """
 
@@ -22,7 +22,7 @@ def beam_roots(alpha0: float, modes: int) -> Array:
     """Return the roots gamma (mode,) of the characteristic equation of a uniform flexural-shear cantilever.
 
     The equation is 2 + [2 + alpha0^4/(gamma beta)²] cos gamma cosh beta + alpha0²/(gamma beta) sin gamma sinh beta = 0
-    with beta² = alpha0² + gamma², divided by cosh beta. Its sign at gamma = i pi is that of cos(i pi), so root i lies
+    with beta² = alpha0² + gamma², divided by cosh beta. At gamma = i pi it has the sign of cos(i pi), so root i lies
     between (i - 1) pi and i pi.
     """
     a2 = alpha0 * alpha0
@@ -43,11 +43,11 @@ def beam_roots(alpha0: float, modes: int) -> Array:
 def beam_modes(alpha0: float, modes: int, heights: Array) -> tuple[Array, Array]:
     """Return frequencies over the first (mode,) and shares (mode, height) of a uniform flexural-shear cantilever.
 
-    Shares are participation times shape at relative heights x, 0 to 1.  phi = sin gamma x - (gamma/beta) sinh beta x -
-    eta cos gamma x + eta cosh beta x, eta = (gamma² sin gamma + gamma beta sinh beta)/(gamma² cos gamma + beta² cosh
-    beta); omega is proportional to beta gamma; participation is the integral of phi over that of phi² (Miranda and
-    Taghavi (2005), Journal of Structural Engineering 131(2), 203-211).
-    The two hyperbolic terms nearly cancel: they are written as multiples of exp(-beta (1 - x)) and exp(-beta x).
+    Shares are participation times shape at relative heights x, 0 to 1. The shape is phi = sin gamma x - (gamma/beta)
+    sinh beta x - eta cos gamma x + eta cosh beta x. Its eta = (gamma² sin gamma + gamma beta sinh beta)/(gamma² cos
+    gamma + beta² cosh beta); omega is proportional to beta gamma. Participation is the integral of phi over the
+    integral of phi² (Miranda and Taghavi (2005), Journal of Structural Engineering 131(2), 203-211). The two hyperbolic
+    terms nearly cancel: they are written as multiples of exp(-beta (1 - x)) and exp(-beta x).
     """
     gammas = beam_roots(alpha0, modes)
     betas = np.sqrt(alpha0 * alpha0 + gammas * gammas)

@@ -1,4 +1,4 @@
-"""Strengths of buildings where none is known: what a code's design asks for, times the overstrength of the system."""
+"""Default strengths of buildings: a code's design strength times the overstrength of the system."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ LARGEST_IMPORTANCE = 1.5
 
 
 class Strength(NamedTuple):
-    """Yield strength over weight, and in words how it follows from the code."""
+    """Yield strength over weight, and its derivation from the code in words."""
 
     coefficient: float
     text: str
 
 
 def code_strength(system: Any, period: Any, sds: Any, sd1: Any, importance: Any = 1.0) -> Strength:
-    """Return the strength that a building of a code's design may have (a judgement), and how it follows.
+    """Return the assumed strength of a building designed by a code, with its derivation.
 
     C_y = Omega_0 C_s with C_s = min(S_DS, S_D1/T1) I_e/R (ASCE/SEI 7-22, 12.8.1.1, recalled), for
-    `Building.from_storeys`.  The least C_s of the code, its branch at long periods and designs that drift governs are
-    left out: these make buildings stronger.
+    `Building.from_storeys`. The code's minimum C_s, its branch at long periods and designs governed by drift are left
+    out: these make buildings stronger.
     """
     one = SYSTEMS[checks.choice("system", system, tuple(SYSTEMS))]
     t = checks.number("period", period, above=0.0, unit="s")

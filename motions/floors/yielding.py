@@ -1,8 +1,8 @@
 """Shear buildings that yield or are isolated: floor motions, drifts and collapse under motions of given strength.
 
-Bilinear storeys with kinematic hardening and, where wanted, P-delta.  Between yielding and unloading the building is
-linear and is integrated exactly (`kernels.yielding`).  What yields does not scale: floor motions belong to the ground
-motion that they were made of, and analyses refuse to scale them.
+Bilinear storeys with kinematic hardening and, if requested, P-delta. Between yielding and unloading the building is
+linear and is integrated exactly (`kernels.yielding`). A yielding building does not scale: floor motions belong to their
+ground motion, and analyses do not scale them.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from .isolation import Isolation, refuse_light
 HARDENING = 0.03
 MOST_DISPERSION = 1.0
 COLLAPSE_DRIFT = 0.1
-"""Drift over the storey's height at which a storey counts as collapsed (judgement)."""
+"""Drift over the storey's height at which a storey counts as collapsed (assumed)."""
 
 
 DISPLACEMENT = described("greatest displacement of the isolators", METRE)
@@ -41,10 +41,12 @@ class CollapsingBuilding(UserWarning):
 
 
 class Response(NamedTuple):
-    """Response of one building under one motion: absolute accelerations, m/s², and velocities relative to the ground,
-    m/s, of all floors (floor, time); peaks, residual: of drifts, (storey,), m; collapsed: storey from 1, 0 for none;
-    end: sample at which it collapsed; ductility: peaks over yield drifts, (storey,); strength: factor on the strengths
-    of the storeys; isolator: greatest displacement of the isolators, m, 0 without any.
+    """Response of one building under one motion.
+
+    Absolute accelerations, m/s², and velocities relative to the ground, m/s, are of all floors (floor, time). `peaks`,
+    `residual`: of drifts, (storey,), m. `collapsed`: storey from 1, 0 for none. `end`: sample at which it collapsed.
+    `ductility`: peaks over yield drifts, (storey,). `strength`: factor on the strengths of the storeys. `isolator`:
+    maximum displacement of the isolators, m, 0 without any.
     """
 
     accelerations: Array
@@ -61,13 +63,13 @@ class Response(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class YieldingBuilding:
     """Shear building that does not scale: its storeys yield (made by `Building.from_storeys` with a yield coefficient),
-    or it stands on isolators (`Building.isolated`).
+    or it is on isolators (`Building.isolated`).
 
     Attributes
     ----------
     masses, stiffnesses, strengths : ndarray, shape (storey,)
-        Mass of every floor, kg; initial stiffness, N/m, and yield strength, N, of the storey below it, infinite where
-        it is elastic.
+        Mass of every floor, kg; initial stiffness, N/m, and yield strength, N, of the storey below it, infinite if it
+        is elastic.
     hardening, p_delta : ndarray, shape (storey,)
         Stiffness after yielding over the initial one; stability coefficient theta = P/(k h).
     damping : tuple of float
@@ -87,11 +89,11 @@ class YieldingBuilding:
 
     Notes
     -----
-    Storey force V = k[(rho - theta) d + (1 - rho) e], with the drift d and its elastic part e = d - d_p, |e| <= d_y =
-    V_y/k.  With a dispersion beta each motion meets a building of its own: all strengths are multiplied by exp(beta z),
-    z a standard normal number drawn from the stream of the seed and the motion's name, the same at every level and
-    whatever other motions there are.  The absolute acceleration of a floor is the sum of all forces on it, those of
-    damping among them, over its mass.  A storey with theta > rho softens after yielding.
+    The storey force is V = k[(rho - theta) d + (1 - rho) e], with the drift d and its elastic part e = d - d_p, |e| <=
+    d_y = V_y/k. With a dispersion beta each motion has its own building: all strengths are multiplied by exp(beta z).
+    The standard normal number z is drawn from the stream of the seed and the motion's name. It is the same at every
+    level and with any other motions. The absolute acceleration of a floor is the sum of all forces on it, including
+    damping forces, over its mass. A storey with theta > rho softens after yielding.
     """
 
     masses: Array
@@ -135,17 +137,17 @@ class YieldingBuilding:
         Returns
         -------
         xarray.DataArray
-            ``acceleration`` (motion, floor, time), m s-2, with ``height`` on floor; on motion ``ductility``, the
-            greatest drift of a storey over its yield drift, ``collapsed``, the storey that collapsed, 0 for none, and
-            of a building whose strength is uncertain ``strength_factor``, what multiplied its strengths, and of an
-            isolated one ``isolator_displacement``, the greatest of its isolators (m).
-            Floors of a collapsed building are still from then on; motions that collapse it are warned of.  The
-            coordinate ``own_level`` bars analyses from scaling them.
+            ``acceleration`` (motion, floor, time), m s-2, with ``height`` on floor. On motion, ``ductility`` is the
+            maximum drift of a storey over its yield drift, and ``collapsed`` the storey that collapsed, 0 for none. A
+            building of uncertain strength has ``strength_factor``, the factor on its strengths. An isolated one has
+            ``isolator_displacement``, the maximum of its isolators (m). Floors of a collapsed building do not move from
+            then on; motions that collapse it cause a warning. The coordinate ``own_level`` bars analyses from scaling
+            them.
 
         Raises
         ------
         TypeError, ValueError
-            As `Building.floor_motions`; pairs of components, vertical shaking, a factor <= 0.
+            As `Building.floor_motions`; pairs of components, a vertical component, a factor <= 0.
 
         Examples
         --------
@@ -212,10 +214,10 @@ class YieldingBuilding:
         -------
         xarray.Dataset
             On (factor, motion, floor): ``pfa`` (m s-2) and ``pfv`` (m s-1), the peak absolute acceleration and
-            velocity, at the samples.  On (factor, motion, storey): ``drift``, the greatest (m), ``ductility``, over the
-            yield drift, and ``residual`` plastic drift (m).  On (factor, motion): ``collapsed``, the storey, 0 for
-            none, and of an isolated building ``isolator_displacement``, the greatest (m); peaks of a collapsed building
-            are those until then.  On motion ``strength_factor``, where the strength is uncertain.
+            velocity, at the samples. On (factor, motion, storey): ``drift``, the maximum (m), ``ductility``, over the
+            yield drift, and ``residual`` plastic drift (m). On (factor, motion): ``collapsed``, the storey, 0 for none,
+            and for an isolated building ``isolator_displacement``, the maximum (m). Peaks of a collapsed building are
+            until its collapse. On motion ``strength_factor``, if the strength is uncertain.
         """
         scales = np.atleast_1d(checks.finite_array("factors", np.atleast_1d(np.asarray(factors))))
         if scales.min() <= 0.0:
@@ -338,7 +340,7 @@ class YieldingBuilding:
 
 
 def chosen_floors(floors: Any, known: Sequence[int]) -> list[int]:
-    """Return the floors of a building that were asked for, all of the known ones by default."""
+    """Return the requested floors of a building, by default all known floors."""
     if floors is None:
         return list(known)
     if isinstance(floors, str) or not isinstance(floors, Iterable):
@@ -365,9 +367,9 @@ def yielding_building(
 ) -> YieldingBuilding:
     """Return the yielding building of checked masses, stiffnesses and frequencies omega (mode,), rad/s, lowest first.
 
-    Rayleigh damping has the ratio at the first and the last mode; one storey has that of its mass.  On isolators it is
-    proportional to stiffness alone, with the ratio at the first mode on a fixed base.  Without a yield coefficient
-    storeys are elastic.
+    Rayleigh damping has the ratio at the first and the last mode; one storey has mass-proportional damping. On
+    isolators it is proportional to stiffness alone, with the ratio at the first mode on a fixed base. Without a yield
+    coefficient storeys are elastic.
     """
     ratio = checks.number("damping", damping, at_least=0.0, below=1.0)
     rho = checks.number("hardening", hardening, at_least=0.0, below=1.0)

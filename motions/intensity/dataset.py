@@ -35,13 +35,13 @@ def measure_named(
     ----------
     name : str or Measure
         A name of `MEASURES`, or one of Sa, Sv, Sd (period, damping), AvgSa (periods, damping) and FIV3 (period, alpha,
-        beta) with its parameters; parameters with defaults may be left out.  The periods of AvgSa are separated by
-        blanks or written as first:last:number.  RotD50, RotD100 and GeometricMean take the measure of one motion, as
-        ``RotD50(Sa(1.0))``: they are of both horizontal components.  Capitals make no difference.  A measure is
-        returned as it is.
+        beta) with its parameters. Parameters with defaults may be left out. The periods of AvgSa are separated by
+        blanks or written as first:last:number. RotD50, RotD100 and GeometricMean take the measure of one motion, as
+        ``RotD50(Sa(1.0))``: they are of both horizontal components. Capitals make no difference. A measure is returned
+        as it is.
     what, also, listed : str, sequence of str
-        Words for the message: the quantity that is named, further names that are allowed, and those of `MEASURES` that
-        the caller allows.
+        Words for the message: the named quantity, further allowed names, and the names of `MEASURES` that the caller
+        allows.
 
     Examples
     --------
@@ -108,7 +108,7 @@ def positive_measure(name: str | Measure, motions: Sequence[Record]) -> Array:
             f"{one.label!r} does not grow with the motion and cannot be scaled to: take {scalable} or a spectral one"
         )
     for motion in motions:
-        # (squares of such samples underflow, and the engine takes smaller ones for zero)
+        # squares of such samples underflow, and the engine treats smaller samples as zero
         if 0.0 < (peak := float(np.abs(motion.acceleration).max())) < LEAST_PEAK:
             raise ValueError(
                 f"motion {motion.label!r} has a peak of {peak:.3g} m/s² and cannot be scaled: give at least "
@@ -138,11 +138,11 @@ def measures(
     Returns
     -------
     xarray.Dataset
-        One variable for each measure on ``motion``, named by its label: pga (m s-2), pgv (m s-1), pgd (m), arias
-        (m s-1), cav (m s-1), d5_75, d5_95 and t_mean (s), housner_intensity (m); with dt, duration (s) and source as
-        coordinates.
-        All but t_mean, which is computed from the samples, are exact for acceleration that is linear between samples;
-        peaks between samples are included.  Durations and mean period of a motion of zeros are NaN.
+        One variable for each measure on ``motion``, named by its label: pga (m s-2), pgv (m s-1), pgd (m), arias (m
+        s-1) and cav (m s-1). Further d5_75, d5_95 and t_mean (s), and housner_intensity (m). Coordinates are dt,
+        duration (s) and source. All but t_mean, which is computed from the samples, are exact for acceleration that is
+        linear between samples; peaks between samples are included. Durations and mean period of a motion of zeros are
+        NaN.
 
     Examples
     --------

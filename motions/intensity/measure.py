@@ -48,7 +48,7 @@ class Measure(ABC):
         """Return the value for one record (n,), m/s², of step dt, s."""
 
     def of_record(self, record: Record) -> float:
-        """Return the value for a record, of both its components where the measure is of both."""
+        """Return the value for a record, of both its components if the measure is of both."""
         return self.of(record.acceleration, record.dt)
 
     def factors(self, ratios: Array) -> Array:
@@ -99,4 +99,4 @@ MEASURES: dict[str, Measure] = {
 """The measures without parameters, by name."""
 
 RESULT_MEASURES = tuple(measure for name, measure in MEASURES.items() if name not in {"t_mean", "housner_intensity"})
-"""The measures that every result holds for its motions: all measures that cost less than a few runs."""
+"""The measures of the motions in every result: all measures that cost less than a few runs."""

@@ -12,7 +12,7 @@ from .measure import Measure
 GROUND, FLOOR = "ground", "floor"
 """Places whose motion levels, hazards and curves are measured at."""
 GROUND_FLOORS = ("", "0", GROUND)
-"""Labels of floors whose motion is that of the ground."""
+"""Labels of floors that move with the ground."""
 # Measures of other programs by their own names, and the units that OpenQuake and USGS use for them.
 _NAMES = {"PGA": "pga", "PGV": "pgv", "PGD": "pgd", "IA": "arias", "CAV": "cav", "RSD595": "d5_95"}
 _PROGRAM_UNITS = {"pgv": "cm/s", "pgd": "cm", "arias": "m/s", "cav": "g s", "d5_95": "s"}
@@ -29,12 +29,12 @@ def long_name_at(long_name: str, place: str) -> str:
 
 
 def place_of(floors: Iterable[str]) -> str:
-    """Return the place of motions by their labels of floors: a floor where one of them is of a floor."""
+    """Return the place of motions by their labels of floors: a floor if one of them is of a floor."""
     return GROUND if all(floor in GROUND_FLOORS for floor in floors) else FLOOR
 
 
 def place_in(long_name: str) -> str:
-    """Return the place that the long name of a measure says, '' where it says none."""
+    """Return the place in the long name of a measure, '' without one."""
     return next((place for place in (GROUND, FLOOR) if place in long_name), "")
 
 
@@ -55,7 +55,7 @@ def our_name(text: str) -> str:
 
 
 def program_unit(measure: Measure) -> str:
-    """Return the unit in which OpenQuake and USGS give a measure, '' where they do not give it."""
+    """Return the unit in which OpenQuake and USGS give a measure, '' if they do not give it."""
     return "g" if measure.units == ACCELERATION else _PROGRAM_UNITS.get(measure.label, "")
 
 

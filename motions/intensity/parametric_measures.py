@@ -26,7 +26,7 @@ NO_RIPPLE = 1e-6  # of the largest: a window longer than a pulse gives a plateau
 
 
 def number(text: str) -> float:
-    """Return the number that a text holds; ValueError if it holds none."""
+    """Return the number in a text; ValueError if there is none."""
     try:
         return float(text)
     except ValueError:
@@ -79,7 +79,7 @@ class _Spectral(ParametricMeasure):
 
 @dataclass(frozen=True)
 class Sa(_Spectral):
-    """Spectral (pseudo-)acceleration: omega² times the greatest relative displacement of an oscillator, m/s².
+    """Spectral (pseudo-)acceleration: omega² times the maximum relative displacement of an oscillator, m/s².
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ class Sa(_Spectral):
 
 @dataclass(frozen=True)
 class Sv(_Spectral):
-    """Spectral (pseudo-)velocity: omega times the greatest relative displacement of an oscillator, m/s; as `Sa`."""
+    """Spectral (pseudo-)velocity: omega times the maximum relative displacement of an oscillator, m/s; as `Sa`."""
 
     units = VELOCITY
     _quantity, _order = "velocity", 1
@@ -112,7 +112,7 @@ class Sv(_Spectral):
 
 @dataclass(frozen=True)
 class Sd(_Spectral):
-    """Spectral displacement: the greatest relative displacement of an oscillator, m; as `Sa`."""
+    """Spectral displacement: the maximum relative displacement of an oscillator, m; as `Sa`."""
 
     units = METRE
     _quantity, _order = "displacement", 0
@@ -211,11 +211,11 @@ class FIV3(ParametricMeasure):
 
     Notes
     -----
-    Vs(t) is the integral of the filtered acceleration from t to t + alpha T.  FIV3 is the larger of the sum of its
-    three greatest maxima and the absolute sum of its three least minima: extremes at the samples, the two ends of the
-    record included, where it is positive (negative); ripples below 1e-6 of the greatest |Vs| are not counted.  The
-    second-order Butterworth low-pass is an oscillator with a damping ratio of 1/sqrt(2), run once forward and exact for
-    acceleration that is linear between samples, as is Vs.  The defaults of alpha and beta are those of public codes.
+    Vs(t) is the integral of the filtered acceleration from t to t + alpha T. FIV3 is the larger of the sum of its three
+    largest maxima and the absolute sum of its three smallest minima. Extremes are at the samples, including the two
+    ends of the record, where Vs is positive (negative). Ripples below 1e-6 of the maximum |Vs| are not counted. The
+    second-order Butterworth low-pass is an oscillator with a damping ratio of 1/sqrt(2), run once forward. It is exact
+    for acceleration that is linear between samples, as is Vs. The defaults of alpha and beta are from public codes.
 
     References
     ----------
@@ -285,7 +285,7 @@ class FIV3(ParametricMeasure):
 
 
 def _three_strongest(values: Array) -> float:
-    """Return the sum of the three greatest positive maxima of the samples, ends included."""
+    """Return the sum of the three largest positive maxima of the samples, including the ends."""
     least, largest = float(values.min()), float(np.abs(values).max())
     if largest == 0.0:
         return 0.0

@@ -44,7 +44,7 @@ def peak_displacement(acceleration: Array, dt: float) -> float:
 
 
 def half_cycle_peaks(acceleration: Array) -> Array:
-    """Return the greatest |a| of each half-cycle (between changes of sign), in order, m/s²; zeros end no half-cycle."""
+    """Return the maximum |a| of each half-cycle (between changes of sign), in order, m/s²; zeros end no half-cycle."""
     moving = acceleration[acceleration != 0.0]
     if moving.size == 0:
         return np.zeros(0)

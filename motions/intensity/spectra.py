@@ -83,15 +83,15 @@ def response_spectrum(
     Returns
     -------
     xarray.Dataset
-        On (motion, period): ``sd``, greatest relative displacement (m); ``sv`` = omega sd and ``sa`` = omega² sd, the
-        pseudo-velocity (m s-1) and pseudo-acceleration (m s-2) that `Sv` and `Sa` mean; ``sv_true`` and ``sa_true``,
-        greatest relative velocity and greatest absolute acceleration.  All are maxima during the record of the response
-        from rest, between samples too.
+        On (motion, period): ``sd``, maximum relative displacement (m). ``sv`` = omega sd and ``sa`` = omega² sd are the
+        pseudo-velocity (m s-1) and pseudo-acceleration (m s-2) of `Sv` and `Sa`. ``sv_true`` and ``sa_true`` are the
+        maximum relative velocity and absolute acceleration. All are maxima during the record of the response from rest,
+        between samples too.
 
     Notes
     -----
-    u'' + 2 zeta omega u' + omega² u = -a with a linear between samples is solved exactly; for an oscillator whose
-    period is short compared with the time step, exact intermediate states are computed.
+    The equation u'' + 2 zeta omega u' + omega² u = -a with a linear between samples is solved exactly. For an
+    oscillator whose period is short compared with the time step, exact intermediate states are computed.
 
     References
     ----------
@@ -132,9 +132,9 @@ def response_spectrum(
 def housner_intensity(acceleration: Array, dt: float) -> float:
     """Return the Housner intensity: the integral of the pseudo-velocity spectrum from 0.1 to 2.5 s, m.
 
-    The damping is 5 %, and the integral is the trapezoidal rule on 49 periods 0.05 s apart (for ten simulated motions
-    within 0.5 % of the result with periods 0.002 s apart). Housner, G. W. (1952). Spectrum intensities of strong motion
-    earthquakes. Symposium on Earthquakes and Blast Effects on Structures, Los Angeles.
+    The damping is 5 %, and the integral is the trapezoidal rule on 49 periods 0.05 s apart. For ten simulated motions
+    it is within 0.5 % of the result with periods 0.002 s apart. Housner, G. W. (1952). Spectrum intensities of strong
+    motion earthquakes. Symposium on Earthquakes and Blast Effects on Structures, Los Angeles.
     """
     displacement = peak_displacements(acceleration, dt, HOUSNER_PERIODS, DAMPING)
     return float(np.trapezoid(displacement * 2.0 * math.pi / HOUSNER_PERIODS, HOUSNER_PERIODS))
@@ -175,9 +175,9 @@ def energy_band(acceleration: Array, dt: float, shares: tuple[float, float] = BA
     """Return the frequencies (Hz) below which two shares (5 and 95 %) of the energy of a motion lie.
 
     The energy is the integral of the squared Fourier amplitude of the acceleration over frequency, which by Parseval's
-    theorem is the Arias intensity: the band is the counterpart in frequency of the significant duration in time.  The
-    transform is padded until its frequencies are 0.05 Hz apart at most (up to `MOST_PADDED`); the share is taken as
-    linear between them.  NaN for a motion of zeros.
+    theorem is the Arias intensity. The band is the counterpart in frequency of the significant duration in time. The
+    transform is padded until its frequencies are 0.05 Hz apart at most (up to `MOST_PADDED`); the share is assumed to
+    be linear between them. NaN for a motion of zeros.
     """
     largest = float(np.abs(acceleration).max())
     if largest == 0.0:

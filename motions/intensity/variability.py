@@ -1,4 +1,4 @@
-"""Spectral variability of an ensemble: how much its motions differ from each other in the shape of their spectra."""
+"""Spectral variability of an ensemble: differences of the spectral shapes of its motions."""
 
 from __future__ import annotations
 
@@ -20,18 +20,19 @@ NATURAL_VELOCITY, NATURAL_SHAPE = 0.52, 0.73
 """Dispersions of PGV/PGA and of Sa(1 s)/Sa(0.2 s) for one magnitude, distance and site.
 
 From the total dispersions of Boore et al. (2014), a and b, and the correlations r of Baker and Bradley (2017), 0.65 and
-0.38: sqrt(a² + b² - 2 r a b).
+0.38. The formula is sqrt(a² + b² - 2 r a b).
 """
 LEAST_VELOCITY, LEAST_SHAPE = 0.3, 0.45
-"""Dispersions below which motions have nearly one spectrum: generators with one spectrum have some 0.2 and 0.2 to 0.3,
-scenarios 0.32 to 0.53 and 0.54 to 0.8."""
+"""Dispersions below which motions have nearly one spectrum: generators with one spectrum have about 0.2 and 0.2 to 0.3,
+scenarios 0.32 to 0.53 and 0.54 to 0.8.
+"""
 CONFIDENCE = 0.95
 CURE = (
     "take records, or a generator that draws its spectra (site-based-scenario, near-fault, kanai-tajimi and "
     "clough-penzien with omega_g_dispersion)"
 )
 SPECTRA = "spectra"
-"""The kind of doubt in ensembles with nearly one spectrum."""
+"""Kind of warning on ensembles with nearly one spectrum."""
 
 
 class Variability(NamedTuple):
@@ -47,12 +48,12 @@ class Variability(NamedTuple):
 
     @property
     def low(self) -> bool:
-        """True if one of the two is below its least value, be it by chance."""
+        """True if one of the two is below its minimum value, possibly by chance."""
         return self.velocity < LEAST_VELOCITY or self.shape < LEAST_SHAPE
 
     @property
     def narrow(self) -> bool:
-        """True if one of the two is below its least value, with a confidence of 95 %."""
+        """True if one of the two is below its minimum value, with a confidence of 95 %."""
         if self.freedom < 1:
             return False
         # (freedom s²/sigma² has the distribution chi²)

@@ -9,8 +9,9 @@ from ...core.compiled import kernel
 def second_order(values, numerator, denominator):
     """Return the response of a discrete second-order filter to values (motion, n), from rest.
 
-    y_k = b_0 x_k + b_1 x_(k-1) + b_2 x_(k-2) - a_1 y_(k-1) - a_2 y_(k-2), in the transposed direct form II;
-    numerator: b (3,), denominator: a (3,) with a_0 = 1.  No products are fused: the bits are those of plain arithmetic.
+    y_k = b_0 x_k + b_1 x_(k-1) + b_2 x_(k-2) - a_1 y_(k-1) - a_2 y_(k-2), in the transposed direct form II.
+    `numerator`: b (3,). `denominator`: a (3,) with a_0 = 1. No products are fused: results are bit-identical to plain
+    arithmetic.
     """
     m, n = values.shape
     out = np.empty((m, n))

@@ -17,7 +17,7 @@ SAMPLES = 8
 number."""
 LANES = 8
 """Motions that are computed together, in vectors."""
-# A pulse has rows of `LANES` numbers; the sums are those of the responses, then those of their squares.
+# A pulse has rows of `LANES` numbers; the sums are of the responses, then of their squares.
 PULSE, GROWTH, DECAY, STATE, LAST = range(0, 5 * LANES, LANES)
 WIDTH = 5 * LANES
 SQUARES = SAMPLES * LANES
@@ -40,7 +40,7 @@ def _start(omega, zeta, dt, state, last, growth, decay, end):
 
 @kernel()
 def _fill(lane, pulses, work, rows):
-    """Place the pulses of a lane, and what `_start` found of them, among the rows of all lanes."""
+    """Place the pulses of a lane, and the results of `_start` for them, among the rows of all lanes."""
     for j in range(pulses.size):
         at = WIDTH * j + lane
         rows[at + STATE] = work[0, j]
@@ -126,8 +126,8 @@ def _drop(k, lane, oldest, end, rows, sums):
 def _noise(group, live, ends, rows, sums, oldest, out):
     """Compute the motions `group`, one for each lane, from the rows of their pulses.
 
-    Every sum takes its pulses in their order: those that die out within the samples computed together, those that live
-    through all of them, and those that begin within them.
+    Every sum takes its pulses in their order. First are pulses that die out within the samples computed together, then
+    pulses that live through all of them, and pulses that begin within them.
     """
     lanes = (group.size + 3) // 4 * 4  # (half of the lanes where they are enough)
     longest = 0
@@ -155,12 +155,14 @@ def _noise(group, live, ends, rows, sums, oldest, out):
 def drifting_noise(pulses, omega, zeta, dt, live, order):
     """Return unit-variance filtered white noise x_k = sum_j s_kj u_j / sqrt(sum_j s_kj²), x_0 = 0.
 
-    Pulse u_j starts the response s_kj = h(t_k - t_j) of an oscillator with the frequency omega_j of the instant t_j:
-    h(t) = omega/sqrt(1 - zeta²) exp(-zeta omega t) sin(omega sqrt(1 - zeta²) t).  Each response is a two-term
-    recursion; all responses that have not died out advance together.  Shapes: pulses, omega (motion, n), rad/s, below
-    1.75/(zeta dt), so that no response dies out within `SAMPLES` samples; zeta (motion,), below 1; live (motion,):
-    number of samples that are computed of each motion; the others are zero; order: motions in the order in which they
-    share vectors, best those together whose responses live equally long.  A motion does not depend on it.
+    Pulse u_j starts the response s_kj = h(t_k - t_j) of an oscillator with the frequency omega_j of the instant t_j.
+    Here h(t) = omega/sqrt(1 - zeta²) exp(-zeta omega t) sin(omega sqrt(1 - zeta²) t). Each response is a two-term
+    recursion; all responses that have not died out advance together.
+
+    Shapes: `pulses` (motion, n). `omega` (motion, n), rad/s, below 1.75/(zeta dt), so that no response dies out within
+    `SAMPLES` samples. `zeta` (motion,), below 1. `live` (motion,): number of samples that are computed of each motion;
+    the others are zero. `order`: motions in the order in which they share vectors, best grouped by equal lives of their
+    responses. A motion does not depend on it.
     """
     m, n = pulses.shape
     out = np.zeros((m, n))
@@ -185,8 +187,8 @@ def drifting_noise(pulses, omega, zeta, dt, live, order):
 def drifting_ground(noise, transition, before, after, read):
     """Return the ground acceleration of a soil layer with drifting properties, from rest.
 
-    State (x, v) of step k becomes transition_k state + before_k w_k + after_k w_(k+1) (transition (n, 2, 2), before and
-    after (n, 2)); the acceleration is read_k state (read (n + 1, 2)).  noise: (motion, n + 1).
+    State (x, v) of step k becomes transition_k state + before_k w_k + after_k w_(k+1), with `transition` (n, 2, 2),
+    `before` and `after` (n, 2). The acceleration is read_k state, with `read` (n + 1, 2). `noise`: (motion, n + 1).
     """
     m, n = noise.shape
     out = np.empty((m, n))

@@ -1,16 +1,16 @@
-"""Compiled matching of a motion to a response spectrum, by the least change of acceleration that corrects all peaks.
+"""Compiled matching of a motion to a response spectrum, by the smallest change of acceleration that corrects all peaks.
 
 Arguments and results are numbers and arrays; labels, units and validation belong to the calling modules.
 
-The response of oscillator i at the time t_i of its peak is a sum over the samples, u_i = sum_m g_i[m] a[m], and so are
-the velocity and displacement of the motion at any time.  With the peaks held at their times, the change
+The response of oscillator i at the time t_i of its peak is a sum over the samples, u_i = sum_m g_i[m] a[m]. The same is
+valid for the velocity and displacement of the motion at any time. With the peaks fixed at their times, the change
 
     da = w G' x,   (G w G' + regularisation) x = wanted changes
 
-gives all wanted changes together and is the smallest such change in the norm sum da²/w, where w (time,) is large where
-the motion may change most.  Its spectral part is a sum of time-reversed impulse responses, as in time-domain matching
-since Lilhanand and Tseng; end velocity, end displacement and the peaks of velocity and displacement that exceed their
-bounds are rows of the same system.  The peaks move, so the step is repeated.
+gives all wanted changes together. It is the smallest such change in the norm sum da²/w, where w (time,) is large if the
+motion may change much. Its spectral part is a sum of time-reversed impulse responses, as in time-domain matching since
+Lilhanand and Tseng. End velocity, end displacement and the peaks of velocity and displacement that exceed their bounds
+are rows of the same system. The peaks move, so the step is repeated.
 
 """
 
@@ -25,10 +25,10 @@ _LANES: dict[str, Any] = {"_nrt": False}
 # sums may be taken in another order, the same one on every call
 _SUMS: dict[str, Any] = {"_nrt": False, "fastmath": {"reassoc", "contract"}}
 
-FINEST = 0.4  # greatest omega h of a step: a sampled peak is then low by 2 % at most, before the parabola through it
+FINEST = 0.4  # maximum omega h of a step: a sampled peak is then low by 2 % at most, before the parabola through it
 SUPPORT = 6.0  # an impulse response is cut where it has fallen to exp(-6)
 MOST_TURNS = 8  # excursions of velocity, and of displacement, that are corrected in one step
-LARGEST_STEP = 0.5  # greatest change of one oscillator in one step, over its target
+LARGEST_STEP = 0.5  # maximum change of one oscillator in one step, over its target
 SOFT, HARD = 1e-2, 1e-7  # regularisation of the unit diagonal: oscillators, rest at the end (bounds: an argument)
 PATIENCE = 2  # steps without improvement before the best motion is taken up again with half the step
 INSIDE = 0.96  # value of a corrected excursion over its bound
@@ -76,7 +76,7 @@ def _transition(omega, zeta, h, s, j):
 
 @kernel(**_LANES)
 def _advance(s, n, a0, a1, when):
-    """Advance n oscillators by one step, and keep their greatest |u| so far with its sign, slope and time."""
+    """Advance n oscillators by one step, and keep their maximum |u| so far with its sign, slope and time."""
     for j in range(n):
         u = s[ROW_U * LANES + j]
         v = s[ROW_V * LANES + j]
@@ -182,7 +182,7 @@ def _displacement_row(k, dt, row):
 
 @kernel()
 def _turns(series, low, high, where, wanted):
-    """Find excursions near or beyond `high` (greatest sample of each), or the peak below `low`; return their number.
+    """Find excursions near or beyond `high` (largest sample of each), or the peak below `low`; return their number.
 
     where, wanted (MOST_TURNS,): the sample of each excursion and its wanted value.
     """
@@ -256,7 +256,7 @@ def _solve(matrix, right, n):
 
 @kernel()
 def _apply_changes(a, root, rows, firsts, lasts, wanted, soft, n):
-    """Add to `a` the least change that changes row r of the first n by wanted[r]; rows are 0 outside first to last.
+    """Add to `a` the smallest change that changes row r of the first n by wanted[r]; rows are 0 outside first to last.
 
     root (time,) is the square root of w and is multiplied into the rows; there must be at least three rows more than n.
     """
@@ -291,7 +291,7 @@ def _apply_changes(a, root, rows, firsts, lasts, wanted, soft, n):
 
 @kernel()
 def _bring_to_rest(a, dt, root, v, d, rows):
-    """Bring end velocity and displacement to zero by the least change."""
+    """Bring end velocity and displacement to zero by the smallest change."""
     n = a.size
     firsts = np.zeros(2, np.int64)
     lasts = np.full(2, n - 1)
@@ -307,9 +307,9 @@ def _bring_to_rest(a, dt, root, v, d, rows):
 def adjust(a, dt, omega, zeta, target, w, bounds, most_steps, enough, firm, out):
     """Match one motion `a` in place: omega, target (i,) by falling period, w (time,), bounds (4,), out (RESULTS,).
 
-    bounds: least and greatest peak velocity, least and greatest peak displacement (0 and infinity: none), imposed with
-    the regularisation `firm`.  The best of `most_steps` steps is kept: bounds first, then the mean misfit.  The
-    adjustment stops when the mean misfit is below `enough` and the bounds hold.
+    `bounds`: minimum and maximum peak velocity, minimum and maximum peak displacement (0 and infinity: none), imposed
+    with the regularisation `firm`. The best of `most_steps` steps is kept: bounds first, then the mean misfit. The
+    adjustment stops when the mean misfit is below `enough` and the bounds are satisfied.
     """
     n, lines = a.size, omega.size
     most = lines + 2 + 2 * MOST_TURNS + 3

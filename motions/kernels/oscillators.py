@@ -2,20 +2,20 @@
 
 Arguments and results are numbers and arrays; labels, units and validation belong to the calling modules.
 
-The relative displacement u of an oscillator obeys u'' + 2 zeta omega u' + omega² u = -a(t).  With s the response to an
-initial velocity of one, c the response to an initial displacement of one, and S1, S2 the first and second integral of s
-over a step h, a linear segment from a0 to a1 takes (u, v) to
+The relative displacement u of an oscillator obeys u'' + 2 zeta omega u' + omega² u = -a(t). Let s be the response to an
+initial velocity of one, and c the response to an initial displacement of one. S1 and S2 are the first and second
+integral of s over a step h. A linear segment from a0 to a1 then takes (u, v) to
 
     u1 = c u0 + s v0 - S1 a0 - (S2/h) (a1 - a0)
     v1 = -omega² s u0 + (c - 2 zeta omega s) v0 - s a0 - (S1/h) (a1 - a0)
 
-which is the recurrence of Nigam and Jennings (1969) without their differences of nearly equal numbers: S1 and S2 come
-from their Taylor series where omega h <= 1, and c = 1 - omega² S1, s = h - omega² S2 - 2 zeta omega S1 follow.
+which is the recurrence of Nigam and Jennings (1969) without their differences of nearly equal numbers. S1 and S2 come
+from their Taylor series if omega h <= 1. Then c = 1 - omega² S1, s = h - omega² S2 - 2 zeta omega S1 follow.
 
 Peaks between samples: displacement, velocity and absolute acceleration are each q = alpha u + beta v, and q'' is a free
-damped oscillation (the forcing has no second derivative), so it has at most one zero in a step of omega h <= 1 and is
-bounded on the step by its values at the ends.  This bound shows at little cost that most steps cannot hold a new peak;
-the few other steps are searched, between the zero of q'' and the ends, for zeros of q'.
+damped oscillation (the forcing has no second derivative). It thus has at most one zero in a step of omega h <= 1 and is
+bounded on the step by its values at the ends. This bound shows at little cost that most steps cannot contain a new
+peak. The few other steps are searched, between the zero of q'' and the ends, for zeros of q'.
 
 """
 
@@ -39,8 +39,8 @@ ROW_U, ROW_V, ROW_W, ROW_U_BEFORE, ROW_V_BEFORE, ROW_W_BEFORE, ROW_SQUARE, ROW_T
 ROW_ALPHA, ROW_BETA, ROW_PEAK = 17, 20, 23
 LANE_ROWS = 26
 
-# Factor of the bound on a peak inside a step: 1/8 (of h² q''), times the greatest growth of a free oscillation inside a
-# step over its ends, exp(1)/cos(1/2) for omega h <= 1 and zeta <= 1, rounded up.
+# Factor of the bound on a peak inside a step. It is 1/8 (of h² q''), times the maximum growth of a free oscillation
+# inside a step over its ends, exp(1)/cos(1/2) for omega h <= 1 and zeta <= 1, rounded up.
 BULGE = 0.4
 MOST_ITERATIONS = 60
 MOST_TERMS = 60
@@ -139,7 +139,7 @@ def _at(terms, n, q, slope, order, x):
 
 @kernel(**_LANES)
 def _zero(terms, n, q, slope, order, left, right, at_left, at_right):
-    """Return the zero of a derivative between left and right, where its signs differ, by bracketed secants."""
+    """Return the zero of a derivative between left and right, if its signs differ, by bracketed secants."""
     x = left
     side = 0
     for _ in range(MOST_ITERATIONS):
@@ -166,7 +166,7 @@ def _zero(terms, n, q, slope, order, left, right, at_left, at_right):
 
 @kernel(**_LANES)
 def _peak_inside(q, slope, bend, jerk, twice, square, h, terms):
-    """Return the greatest |q| at zeros of q' inside a step (0 without zeros), from q and its derivatives at the start.
+    """Return the maximum |q| at zeros of q' inside a step (0 without zeros), from q and its derivatives at the start.
 
     q'' is a free oscillation with the value `bend` and the slope `jerk` at the start.  `terms` is a work array.
     """
@@ -212,7 +212,7 @@ def _advance(s, n, a0, a1):
 
 @kernel(**_LANES)
 def _look(s, n, slope, room, alpha, beta, peak):
-    """Update the peaks of one quantity at the samples; return how many lanes may have a greater one inside."""
+    """Update the peaks of one quantity at the samples; return the number of lanes that may have a larger one inside."""
     count = 0
     for j in range(n):
         u0 = s[ROW_U_BEFORE * LANES + j]
@@ -289,10 +289,10 @@ def _search(s, n, quantity, slope, h, terms):
 
 @kernel(keep=True)
 def oscillator_peaks(acceleration, dt, parts, omega, zeta, out):
-    """Compute the greatest |u|, |u'| and |u'' + a| of oscillators (lane,) from rest, also between samples.
+    """Compute the maximum |u|, |u'| and |u'' + a| of oscillators (lane,) from rest, also between samples.
 
-    acceleration (n,), step dt cut into `parts` so that omega dt/parts <= 1; omega, zeta (lane,), at most LANES of them;
-    out (1 to 3, lane): the first one, two or three of them.
+    `acceleration` (n,), step dt divided into `parts` so that omega dt/parts <= 1. `omega`, `zeta` (lane,), at most
+    LANES of them. `out` (1 to 3, lane): the first one, two or three of them.
     """
     n = omega.size
     h = dt / parts
@@ -349,9 +349,9 @@ def oscillator_history(acceleration, dt, omega, zeta, out):
 def floor_response(acceleration, dt, parts, omega, zeta, shares, history, peak_acceleration, peak_velocity):
     """Compute the absolute acceleration of floors and the peaks of it and of the absolute velocity, from rest.
 
-    shares (mode, floor): modal participation times shape.  The floor's acceleration is a + sum shares u'', its velocity
-    v_g + sum shares u', so that the share of modes that are left out moves with the ground.  history
-    (floor, (n - 1) parts + 1), or (0, 0) if no history is wanted; peaks (floor,) at the samples of the step dt/parts.
+    `shares` (mode, floor): modal participation times shape. The floor's acceleration is a + sum shares u'', its
+    velocity v_g + sum shares u', so that the share of omitted modes moves with the ground. `history` (floor, (n - 1)
+    parts + 1), or (0, 0) if no history is wanted; peaks (floor,) at the samples of the step dt/parts.
     """
     modes, floors = shares.shape
     h = dt / parts

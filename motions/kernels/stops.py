@@ -110,13 +110,14 @@ def _first(terms, number, h, which, flow, plastic, yields, contact, stop):
 def stopped_response(ground, dt, parts, spring, stop, start, displacement, acceleration):
     """Fill displacement, m, and absolute acceleration, m/s², of a platform; return its strikes and their peak.
 
-    u'' = -a - damping u' - spring - stop, all over the mass.  spring: damping, 1/s, initial stiffness and that after
-    yielding, 1/s², yield displacement, m, and force at zero displacement after yielding, m/s²; an infinite yield
-    displacement is a linear spring, one of 0 rigid until it slips (a pendulum).  stop: clearance, m, stiffness, 1/s²,
-    and viscosity, 1/s: beyond the clearance it pushes back with stiffness times depth + viscosity times rate, and never
-    pulls.  start: displacement and velocity; a pendulum starts at rest.  The ground acceleration (n,), m/s², is linear
-    between samples dt apart; the results have `parts` samples a step: ((n - 1) parts + 1,).  The peak is the greatest
-    absolute acceleration at samples while a stop pushes.
+    The equation is u'' = -a - damping u' - spring - stop, all over the mass.
+
+    `spring`: damping, 1/s, stiffnesses before and after yielding, 1/s², yield displacement, m, and force at zero
+    displacement after yielding, m/s². An infinite yield displacement is a linear spring, one of 0 rigid until it slips
+    (a pendulum). `stop`: clearance, m, stiffness, 1/s², and viscosity, 1/s. Beyond the clearance it pushes back with
+    stiffness times depth + viscosity times rate, and never pulls. `start`: displacement and velocity; a pendulum starts
+    at rest. The ground acceleration (n,), m/s², is linear between samples dt apart; the results have `parts` samples
+    per step: ((n - 1) parts + 1,). The peak is the maximum absolute acceleration at samples while a stop pushes.
     """
     damping, initial, after, yields, slip = spring
     clearance, hard, viscous = stop
@@ -203,7 +204,7 @@ def stopped_response(ground, dt, parts, spring, stop, start, displacement, accel
                     if rigid:
                         plastic = 0.0
                         v = 0.0
-                        # (a stop that it had left pushes again once it stands)
+                        # a stop that it had left pushes again once it is at rest
                         if contact == FREE and abs(u) > clearance:
                             contact = 1.0 if u > 0.0 else -1.0
     return strikes, peak

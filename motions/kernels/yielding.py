@@ -45,7 +45,7 @@ def _term(first, n, share, damp, tangent, viscous, inverse, force, x, y):
 def _series(drifts, rates, plastic, flow, storeys, damp, ground, slope, h, force, x, y):
     """Fill the Taylor terms h^k d_k and h^k r_k of drifts and their rates, one after the other; return their number.
 
-    0 where `TERMS` are not enough.
+    0 if `TERMS` are not enough.
     """
     n = drifts.size
     stiffness, yields, hardening, theta, viscous, inverse, tangent = storeys
@@ -91,7 +91,7 @@ def _at(terms, n, number, i, x):
 
 @kernel(**_FUSED)
 def _reach(terms, n, number, found):
-    """Fill bounds of how far each storey's series goes from its start within the piece."""
+    """Fill bounds of the distance of each storey's series from its start within the piece."""
     for i in range(n):
         found[i] = abs(terms[n + i])
     for k in range(2, number):
@@ -121,7 +121,7 @@ def _crossing(x, y, n, number, i, low, high, plastic, flow, yields):
 
 @kernel()
 def _turn(y, n, number, i, low, high, rising):
-    """Return where a rate changes its sign between low and high; rising: the rate at low."""
+    """Return the place between low and high at which a rate changes its sign; `rising`: the rate at low."""
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         if _at(y, n, number, i, middle) * rising > 0.0:
@@ -133,7 +133,7 @@ def _turn(y, n, number, i, low, high, rising):
 
 @kernel()
 def _event(x, y, n, number, i, low, high, plastic, flow, yields):
-    """Return where a storey's event lies in a part of the piece; 2 where there is none."""
+    """Return the place of a storey's event in a part of the piece; 2 without an event."""
     if _excess(x, y, n, number, i, high, plastic, flow, yields) > 0.0:
         return _crossing(x, y, n, number, i, low, high, plastic, flow, yields)
     if flow != ELASTIC:
@@ -153,7 +153,7 @@ def _event(x, y, n, number, i, low, high, plastic, flow, yields):
 
 @kernel()
 def _first_event(x, y, n, number, i, plastic, flow, yields, before):
-    """Return where a storey's first event lies in the piece, if before `before`; else 2."""
+    """Return the place of a storey's first event in the piece, if before `before`; else 2."""
     for part in range(PARTS):
         if part / PARTS < before:
             at = _event(x, y, n, number, i, part / PARTS, (part + 1) / PARTS, plastic, flow, yields)
@@ -164,7 +164,7 @@ def _first_event(x, y, n, number, i, plastic, flow, yields, before):
 
 @kernel()
 def _peak(x, y, n, number, i, end, peak):
-    """Return the greatest of `peak` and the magnitudes of a drift within the piece until `end`."""
+    """Return the maximum of `peak` and the magnitudes of a drift within the piece until `end`."""
     for part in range(PARTS):
         low = part / PARTS
         high = min((part + 1) / PARTS, end)
@@ -244,12 +244,14 @@ def storey_response(ground, dt, mass, storeys, damp, limits, accelerations, velo
     """Fill the response of a shear building to ground acceleration, from rest; return events, collapsed storey, sample.
 
     Storey forces are k [(hardening - theta) d + (1 - hardening) e] of the drifts d and their elastic parts e = d - d_p,
-    |e| at most the yield drift.  Damping forces are those of `damp` (1/s) times the masses, against the ground, and of
-    the viscosities of the storeys.  Shapes: ground (n,), m/s²; mass (storey,); storeys (5, storey): stiffness, yield
-    drift, m (infinite of an elastic one), hardening, theta, viscosity; limits (storey,), of drifts, m; accelerations,
-    absolute, and velocities, relative to the ground: (storey, n); peaks and residual (plastic) drifts: (storey,).  A
-    storey whose drift exceeds its limit at a sample has collapsed (its number, else -1): the response ends there, and
-    zeros follow.
+    |e| at most the yield drift. Damping forces are `damp` (1/s) times the masses, against the ground, and from the
+    viscosities of the storeys.
+
+    Shapes: `ground` (n,), m/s². `mass` (storey,). `storeys` (5, storey): stiffness, yield drift, m (infinite for an
+    elastic one), hardening, theta, viscosity. `limits` (storey,), of drifts, m. `accelerations`, absolute, and
+    `velocities`, relative to the ground: (storey, n). `peaks` and `residual` (plastic) drifts: (storey,). A storey
+    whose drift exceeds its limit at a sample has collapsed (its number, else -1): the response ends there, and zeros
+    follow.
     """
     n = mass.size
     drifts = np.zeros(n)

@@ -1,6 +1,6 @@
 """ICC-ES AC156: motions for shake-table tests of nonstructural components, and its rules of acceptance.
 
-The rules do not apply below 1.3 Hz, so that an accepted motion may lack the velocity that overturns blocks: the peak
+The rules do not apply below 1.3 Hz, so that an accepted motion may lack the velocity that overturns blocks. The peak
 floor velocity is therefore reported with them.
 """
 
@@ -59,8 +59,8 @@ class AC156(Generator):
     dt : float
         Time step, s.
     envelope : Envelope, optional
-        Intensity of the noise as a function of time; by default a rise over a sixth of the duration, a strong phase to
-        two thirds, then decay (5, 15 and 10 s of 30 s).
+        Intensity of the noise as a function of time. By default it rises over a sixth of the duration, stays strong to
+        two thirds, then decays (5, 15 and 10 s of 30 s).
     lowest_frequency : float
         Lowest matched frequency, Hz, 0.1 to 1.3; 1.3 leaves out all frequencies that the rules do not cover, and with
         them most of the velocity.
@@ -185,18 +185,24 @@ def ac156_acceptance(
     Returns
     -------
     xarray.Dataset
-        On (motion, frequency) ``ratio``, response spectrum at 5 % damping over RRS, at sixths of an octave up to
-        33.3 Hz.  On motion, value and outcome of each rule: ``lowest_ratio`` and ``above_90`` (every point >= 0.9);
-        ``adjacent_below`` (pairs of neighbours both below RRS) and ``none_adjacent``; ``below_to_middle`` and
-        ``below_from_middle`` (points below RRS up to and beyond 8.3 Hz) and ``at_most_two``; where other axes are given
-        ``correlation`` (the greatest of any pair) and ``uncorrelated`` (< 0.3); ``accepted``, all rules together.  And
-        ``strong_duration`` (D5-95, s), without outcome, and ``pfv``, the peak velocity (m s-1), for which there is no
-        rule.
+        On (motion, frequency): ``ratio``, response spectrum at 5 % damping over RRS, at sixths of an octave up to 33.3
+        Hz.
+
+        On motion, value and outcome of each rule:
+
+        - ``lowest_ratio`` and ``above_90`` (every point >= 0.9);
+        - ``adjacent_below`` (pairs of neighbours both below RRS) and ``none_adjacent``;
+        - ``below_to_middle`` and ``below_from_middle`` (points below RRS up to and beyond 8.3 Hz) and ``at_most_two``;
+        - with other axes ``correlation`` (the maximum of any pair) and ``uncorrelated`` (< 0.3);
+        - ``accepted``, all rules together.
+
+        On motion, without outcome: ``strong_duration`` (D5-95, s), and ``pfv``, the peak velocity (m s-1), for which
+        there is no rule.
 
     Notes
     -----
-    The correlation is that of the whole histories at zero lag.  Test-laboratory software rounds the frequency at which
-    checks start up to 0.1 Hz; it is not rounded here.  The strong motion that the criteria demand (20 s, recalled) is
+    The correlation is between the whole histories at zero lag. Test-laboratory software rounds the frequency at which
+    checks start up to 0.1 Hz; it is not rounded here. The strong motion that the criteria demand (20 s, recalled) is
     not defined in any source at hand, so D5-95 is given without outcome.
 
     References
@@ -252,7 +258,7 @@ def ac156_acceptance(
 
 
 def _correlations(axes: list[list[Record]]) -> Array:
-    """Return the greatest absolute correlation of any two axes, for each motion."""
+    """Return the maximum absolute correlation of any two axes, for each motion."""
     found = np.zeros(len(axes[0]))
     for other in axes[1:]:
         if len(other) != len(axes[0]):

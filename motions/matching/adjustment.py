@@ -33,7 +33,7 @@ GOOD = 0.05  # mean misfit above which another attempt is made
 FIRM = (1e-3, 1e-6)  # two regularisations of bounds: one often succeeds where the other fails
 TAPER = 0.5  # s at both ends, where a motion is not adjusted
 REACHED = ("misfit_mean", "target_met", "bounds_held")
-"""Coordinates of matched motions that tell whether they meet their target."""
+"""Coordinates of matched motions that show if they meet their target."""
 BETWEEN_SAMPLES = 0.997  # factor on upper bounds, because they also hold for peaks between samples
 
 
@@ -46,7 +46,7 @@ class Bounds(NamedTuple):
     pgd_bound: float | None
 
     def limits(self) -> Array:
-        """Return least and greatest peak velocity, least and greatest peak displacement."""
+        """Return minimum and maximum peak velocity, minimum and maximum peak displacement."""
         out = []
         for value, bound in ((self.pgv, self.pgv_bound), (self.pgd, self.pgd_bound)):
             free = bound is None
@@ -63,14 +63,14 @@ class Bounds(NamedTuple):
 
 
 class TargetMissed(UserWarning):
-    """Warning of matched motions whose misfit is above what is allowed, or whose PGV or PGD leave their bounds."""
+    """Warning of matched motions whose misfit is above the limit, or whose PGV or PGD leave their bounds."""
 
 
 class MatchResult(NamedTuple):
     """Result for one motion: misfits, peak velocity and displacement, and their bounds.
 
-    reached: mean misfit of the spectrum that was matched, the target times 1 + margin; misfit and worst: mean and
-    greatest misfit of the target.
+    `reached`: mean misfit of the matched spectrum, the target times 1 + margin. `misfit` and `worst`: mean and maximum
+    misfit of the target.
     """
 
     reached: float
@@ -82,7 +82,7 @@ class MatchResult(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """Greatest number of steps of an adjustment, mean misfit at which it stops, and regularisation of the bounds."""
+    """Maximum number of steps of an adjustment, mean misfit at which it stops, and regularisation of the bounds."""
 
     steps: int
     tolerance: float
@@ -98,7 +98,7 @@ class Lines(NamedTuple):
 
     @classmethod
     def of(cls, target: TargetSpectrum, dt: float, duration: float, periods: Any = None) -> Lines:
-        """Return the oscillators; ValueError if a motion of this step and length cannot hold the target's periods."""
+        """Return the oscillators; ValueError if step and length of a motion do not allow the target's periods."""
         ends = target.periods if periods is None else periods
         shortest, longest = ends[0], ends[-1]
         if shortest < 2.0 * dt * (1.0 - 1e-9):
@@ -184,7 +184,7 @@ def labelled_matches(
 
 
 def matching_doubts(arrays: Iterable[xr.DataArray]) -> list[Doubt]:
-    """Return the doubt in matched motions: a misfit above what is allowed, or PGV or PGD outside of their bounds.
+    """Return the input warning on matched motions: a misfit above the limit, or PGV or PGD outside of their bounds.
 
     Motions that were not matched are passed over.
     """

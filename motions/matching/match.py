@@ -33,7 +33,7 @@ from .targets import TargetSpectrum
 
 MOST_STEPS = 24  # for a record
 SMOOTHING = 2.0  # s over which the strength of a record is taken
-QUIET = 0.02  # of the greatest strength: weight with which quiet parts may still be adjusted
+QUIET = 0.02  # of the maximum strength: weight with which quiet parts may still be adjusted
 
 
 def match(
@@ -53,8 +53,7 @@ def match(
     target : TargetSpectrum
         Target, matched at eight periods per octave; the shortest at least 2 dt, the longest at most the duration.
     pgv_bound, pgd_bound : float or None
-        Greatest relative change of PGV and PGD (factor 1 + bound up or down) from those of the scaled motion; None for
-        no bound.
+        Maximum relative change of PGV and PGD (factor 1 + bound up or down) from the scaled motion; None for no bound.
     tolerance : float
         Mean misfit over the periods at which the adjustment stops, 0.005 to 0.5.
     scale : bool
@@ -64,17 +63,18 @@ def match(
     Returns
     -------
     xarray.DataArray
-        The adjusted motions, at rest at their end (a residual displacement is removed before the references of PGV and
-        PGD are taken), with the coordinates on motion that `SpectrumCompatible.sample` names.
+        The adjusted motions, at rest at their end, with the coordinates on motion that `SpectrumCompatible.sample`
+        names. A residual displacement is removed before the references of PGV and PGD are taken.
 
     Notes
     -----
-    With the peaks of all oscillators held at their times, each step computes the smallest change of acceleration
-    (weighted by the local strength of the motion) that corrects all peaks at once, makes end velocity and displacement
-    zero, and brings excursions of velocity and displacement back within their bounds.  The peaks move, so the step is
-    repeated up to 24 times, and the best motion is kept: bounds first, then the misfit.  A spectrum that the motion
-    cannot have with its own PGV and PGD is then not reached: the motion is named in a warning (`TargetMissed`), its
-    coordinate ``target_met`` is false, and wider bounds help.
+    With the peaks of all oscillators fixed at their times, each step computes the smallest change of acceleration that
+    corrects all peaks at once. The change is weighted by the local strength of the motion. It also makes end velocity
+    and displacement zero, and brings excursions of velocity and displacement back within their bounds. The peaks move,
+    so the step is repeated up to 24 times, and the best motion is kept: bounds first, then the misfit.
+
+    A spectrum that the motion cannot have with its own PGV and PGD is then not reached. The motion is named in a
+    warning (`TargetMissed`), its coordinate ``target_met`` is false, and wider bounds help.
 
     References
     ----------

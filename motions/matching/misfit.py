@@ -28,10 +28,10 @@ def matching_report(motions: xr.DataArray | Iterable[xr.DataArray], target: Targ
     Returns
     -------
     xarray.Dataset
-        ``misfit`` (motion, period): Sa over the target less 1, at eight periods per octave, exact between samples;
-        ``misfit_mean`` and ``misfit_max`` of its absolute value; ``pgv`` (m s-1), ``pgd`` (m), ``end_velocity``,
-        ``end_displacement``; ``pgv_ratio`` and ``pgd_ratio``: PGV and PGD over the references of motions from `match`
-        and `SpectrumCompatible`, NaN for motions without references.
+        On (motion, period): ``misfit``, Sa over the target less 1, at eight periods per octave, exact between samples.
+        On motion: ``misfit_mean`` and ``misfit_max`` of its absolute value; ``pgv`` (m s-1), ``pgd`` (m),
+        ``end_velocity``, ``end_displacement``. ``pgv_ratio`` and ``pgd_ratio`` are PGV and PGD over the references of
+        motions from `match` and `SpectrumCompatible`, NaN for motions without references.
 
     Examples
     --------

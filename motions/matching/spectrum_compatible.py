@@ -42,7 +42,7 @@ STEPS_OF_A_DRAW = 12  # fewer than for a record, because noise can be drawn agai
 DRAWS = 4
 PILOTS = 16
 JUDGES = 32
-PILOT_SEED = 2**40  # separate streams: the pilot motions are not among those of a usual seed
+PILOT_SEED = 2**40  # separate streams: the pilot motions differ from motions of a usual seed
 PILOT_ROUNDS = 5
 HIGH_PASS_ORDER = 8
 
@@ -62,8 +62,8 @@ class SpectrumCompatible(Generator):
     dt : float
         Time step, s.
     envelope : Envelope, optional
-        Intensity of the noise as a function of time; if not given, it rises over a sixth of the duration, stays strong
-        to two thirds, then decays to 5 %.
+        Intensity of the noise as a function of time. By default it rises over a sixth of the duration, stays strong to
+        two thirds, then decays to 5 %.
     pgv_bound : float or None
         Largest relative difference of PGV (factor 1 + bound up or down) from the value that the spectrum implies; None
         for none.
@@ -77,11 +77,11 @@ class SpectrumCompatible(Generator):
     Notes
     -----
     The PGV and PGD that the target implies are the geometric means of 32 pilot motions, from separate streams, that are
-    matched to it without bounds.  The spectral density of the noise is found with 16 other pilot motions: its value at
-    each period is multiplied by the squared ratio of target and mean log spectrum, five times.  See `match` for the
-    adjustment.  Every motion ends at rest.  The bounds have priority over the spectrum; if a motion violates its bounds
-    or has a mean misfit over 5 %, noise is drawn again from the same stream, up to three times, and the best motion is
-    kept.
+    matched to it without bounds. The spectral density of the noise is found with 16 other pilot motions. Its value at
+    each period is multiplied by the squared ratio of target and mean log spectrum, five times. See `match` for the
+    adjustment. Every motion ends at rest. The bounds have priority over the spectrum. If a motion violates its bounds
+    or has a mean misfit over 5 %, noise is drawn again from the same stream. This is done up to three times, and the
+    best motion is kept.
 
     References
     ----------
@@ -134,10 +134,10 @@ class SpectrumCompatible(Generator):
         Returns
         -------
         xarray.DataArray
-            ``acceleration`` (motion, time), m s-2; on motion ``misfit_mean`` and ``misfit_max`` (of the target, over
+            ``acceleration`` (motion, time), m s-2. On motion: ``misfit_mean`` and ``misfit_max`` (of the target, over
             its periods), ``pgv_reference`` and ``pgd_reference`` (implied by the target), ``bounds_held``, and
-            ``target_met``, false where the mean misfit stayed above 5 % (and the tolerance).  Motions that miss their
-            target or bounds are named in a warning (`TargetMissed`).
+            ``target_met``. The last is false if the mean misfit stayed above 5 % (and the tolerance). Motions that miss
+            their target or bounds are named in a warning (`TargetMissed`).
         """
         n, seed, first = counts(n, seed, first)
         steps = round(self.duration / self.dt)

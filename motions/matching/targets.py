@@ -1,4 +1,4 @@
-"""Target response spectra for motions: from numbers, from a table, and those of American codes."""
+"""Target response spectra for motions: from numbers, from a table, and from American codes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ EDITIONS = ("7-16", "7-22")
 AC156_FREQUENCIES = (0.1, 1.3, 8.3, 33.3)  # Hz
 LARGEST_SA = 1e3  # m/s²
 SMALLEST_SA = 1e-9
-CEILING = 1.6  # of S_DS: the greatest flexible acceleration
+CEILING = 1.6  # of S_DS: the maximum flexible acceleration
 RESPONSE_REDUCTION = 1.3  # R_mu of an unknown building; 1 at or below grade
 
 
@@ -225,8 +225,8 @@ class TargetSpectrum:
         """Return a floor spectrum from the peak floor acceleration of ASCE 7-22, section 13.3.
 
         The standard gives this peak, 0.4 S_DS H_f/R_mu, and a force F_p whose component factor C_AR is one number for a
-        component, not a spectrum over periods.  The *shape* is therefore that of AC156: A_RIG is the peak floor
-        acceleration and A_FLX is 2.5 times A_RIG, at most 1.6 S_DS.
+        component, not a spectrum over periods. The *shape* is therefore AC156's: A_RIG is the peak floor acceleration
+        and A_FLX is 2.5 times A_RIG, at most 1.6 S_DS.
 
         Parameters
         ----------
@@ -237,7 +237,7 @@ class TargetSpectrum:
         r_mu : float, optional
             Reduction by the building's ductility, max(1.3, sqrt(1.1 R/(I_e Omega_0))); 1.3 if not given, 1 at grade.
         h_f : float, optional
-            H_f itself, in place of `t_a`.
+            H_f itself, instead of `t_a`.
 
         Notes
         -----
@@ -284,7 +284,7 @@ _HEADING = re.compile(
 
 
 def doubt_spectrum(file: Path, lines: Iterable[tuple[int, str]], damping: float = DAMPING) -> None:
-    """Warn of comments among numbered lines that say that a spectrum is vertical, normalised, reduced or in log10."""
+    """Warn of comments among numbered lines about a spectrum that is vertical, normalised, reduced or in log10."""
     for number, text in lines:
         if not text.lstrip().startswith("#"):
             continue
@@ -295,7 +295,7 @@ def doubt_spectrum(file: Path, lines: Iterable[tuple[int, str]], damping: float 
 
 
 def other_damping(text: str, damping: float) -> str:
-    """Return the words of a text that name another damping ratio, '' where none do."""
+    """Return the words of a text that name another damping ratio, '' if none do."""
     for match in _DAMPING.finditer(text):
         value = float(match["before"] or match["after"])
         value /= 100.0 if match["per_cent"] or match["after"] or value >= 1.0 else 1.0

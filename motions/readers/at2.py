@@ -56,13 +56,12 @@ def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
     Returns
     -------
     xarray.DataArray
-        ``acceleration`` (motion=1, time), m s-2, labelled with the file's name; attribute ``title`` holds the event.
+        ``acceleration`` (motion=1, time), m s-2, labelled with the file's name; attribute ``title`` is the event.
 
     Raises
     ------
     RecordError
-        A file that cannot be read, declares another number of samples than it holds, or holds a value that is no
-        number.
+        A file that cannot be read, declares another number of samples than it has, or has a value that is no number.
 
     References
     ----------

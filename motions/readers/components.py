@@ -22,8 +22,8 @@ from .units import PEAK_TOLERANCE, unit_factor
 class Component(NamedTuple):
     """One component of a record: acceleration (n,) in m/s², step in s, and data from its file ('' and NaN: not given).
 
-    `magnitude` is that of the file, of the type `magnitude_type`; `distance` is from the epicentre, m; `vs30`, m/s.
-    `processing` notes what reading changed.
+    `magnitude` is from the file, of the type `magnitude_type`; `distance` is from the epicentre, m; `vs30`, m/s.
+    `processing` notes changes by the reader.
     """
 
     acceleration: Array
@@ -48,9 +48,10 @@ _PEAK = re.compile(r"[-+]?(?:\d{1,9}(?:\.(?P<decimals>\d{0,9}))?|\.(?P<fraction>
 
 
 def refuse_other_peak(file: Path, acceleration: Array, stated: str | None, factor: float, channel: str = "") -> None:
-    """Raise RecordError where samples (m/s²) do not reach the peak that their header states.
+    """Raise RecordError if samples (m/s²) do not reach the peak that their header states.
 
-    `stated` is that peak as it is written, of any sign, and `factor` its unit in m/s²; what is no number is no peak.
+    `stated` is that peak as it is written, of any sign, and `factor` its unit in m/s²; a text without a number is no
+    peak.
     """
     number = _PEAK.fullmatch((stated or "").strip())
     if number is None:
@@ -78,7 +79,7 @@ UNIT_APART, SCALED = 5.0, 1.5
 
 
 def refuse_stated_peak(file: Path, header: Iterable[tuple[int, str]], accelerations: Sequence[Array]) -> None:
-    """Raise RecordError where a numbered line of words states a peak of another unit; warn of another scale."""
+    """Raise RecordError if a numbered line of words states a peak of another unit; warn of another scale."""
     peaks = [float(np.abs(samples).max()) for samples in accelerations]
     for line, text in header:
         for match in _STATED.finditer(text):
@@ -106,7 +107,7 @@ LASTS = 0.05, 1.0
 
 
 def doubt_duration(file: Path, header: Iterable[tuple[int, str]], duration: float) -> None:
-    """Warn where a numbered line of words states another duration, s, than the samples and their time step have."""
+    """Warn if a numbered line of words states another duration, s, than the samples and their time step have."""
     for line, text in header:
         match = None if _OF_A_PART.search(text) else _DURATION.search(text)
         stated = float(match["number"]) if match else duration
@@ -115,11 +116,11 @@ def doubt_duration(file: Path, header: Iterable[tuple[int, str]], duration: floa
             warn([Doubt("table", f"{what}: another time step, or cut?")])
 
 
-LONELY = 3.0  # ratio of a value of nines to the next one above which it marks a gap even if it stands once
+LONELY = 3.0  # ratio of a value of nines to the next one above which even a single one marks a gap
 
 
 def refuse_gaps(file: Path, values: Array) -> None:
-    """Raise RecordError where the greatest of the written values, of nines alone (999.99), marks gaps."""
+    """Raise RecordError if the maximum of the written values, of nines alone (999.99), marks gaps."""
     peak = float(np.abs(values).max())
     digits = np.format_float_positional(peak, trim="-").replace(".", "")
     count = int((np.abs(values) == peak).sum())

@@ -64,7 +64,7 @@ _IN_WORDS = re.compile(
 _STANDARD = re.compile(r", C1-C6(?P<unit> \(s\))?\s*:\s*/(?P<step>[\d.]+)(?:/(?P=step))*\s*$")  # (of Mexico)
 _CHANGED = re.compile(
     r"original|ursprünglich|resampl|remuestr|ricampion|r[ée]-?[ée]chantillon|before|prototype", re.IGNORECASE
-)  # (beside a step)
+)  # next to a step
 _THINNED = re.compile(
     r"(?<!before )decimat|diezmad|dezimier|down-?sampl|\bevery (?:\d|second|other)|time scale", re.IGNORECASE
 )
@@ -101,7 +101,7 @@ _MILLISECONDS = re.compile(
 """A line above a column of times that states their unit."""
 _DIRECTION = re.compile(r"(?:[nsewuzv]|n-?s|e-?w|u-?d|up|h[12]|hor\w*|ver\w*)\s*(?:\(\S*\)|\[\S*\])?", re.IGNORECASE)
 _INDEX = re.compile(r"(?:index|sample|point|row|n(?:o|r)?|i|#)?\.?", re.IGNORECASE)
-"""Names of a column that counts the samples, which stands before their times."""
+"""Names of a column that counts the samples, before the column of their times."""
 _SPECTRUM = re.compile(r"(?:natural |eigen)?(?:p[ée]r[ií]od|fr[ée]q|frecuencia|schwingungsdauer)", re.IGNORECASE)
 _ORDINATE = re.compile(r"p?s[adev]\b|(?:pseudo\W?)?spectral|(?:rotd|gmrot)\w*\d", re.IGNORECASE)
 _COMMAS = re.compile(r"(?:^|\s)[-+]?\d+(?:,\d+)?\s+[-+]?\d+(?:,\d+)?(?:e[-+]?\d+)?(?:\s|$)", re.IGNORECASE)
@@ -120,7 +120,7 @@ _NO_MOTION = re.compile(
 _ABOVE_GROUND = re.compile(r"(?<![a-z])(?:roof|penthouse|crest|deck|block)(?![a-z])", re.IGNORECASE)
 _COMPONENT = re.compile(r"acc|a\d*(?:_?[a-z]{1,2})?(?![a-z])", re.IGNORECASE)
 _ABOVE, _DWARFS = 4, 20.0
-"""One of the first numbers of a column is no sample where it is so many times greater than all that follow them."""
+"""Number of first numbers of a column that are checked, and ratio to all that follow from which one is no sample."""
 _HEADER_LINES = 100
 _COLUMNS = 100
 
@@ -129,19 +129,18 @@ def read_csv(path: str | os.PathLike[str], dt: float | None = None, unit: str | 
     """Read the motions in a plain table with commas, semicolons, tabs or blanks between values.
 
     Two columns are time (s or ms) and acceleration; one column is acceleration, with `dt` (s) given here or in a header
-    line such as ``dt = 0.01`` or ``sampling rate: 100 Hz``.  More columns need a line above the numbers that names
-    them: time first, or directions alone (NS, EW, UD).  Columns of velocity, displacement and other quantities are left
-    out.  The unit (g, cm/s², gal, m/s²) stands in a column's name or in the header; if it is nowhere, `unit` must be
-    given.  Above one column the number of samples, and the time step with it, are no samples, which is noted in
-    ``processing``.
+    line such as ``dt = 0.01`` or ``sampling rate: 100 Hz``. More columns need a line above the numbers that names them:
+    time first, or directions alone (NS, EW, UD). Columns of velocity, displacement and other quantities are left out.
+    The unit (g, cm/s², gal, m/s²) is in a column's name or in the header, else `unit` must be given. The number of
+    samples above one column, and the time step with it, are no samples, which ``processing`` notes.
 
     Raises
     ------
     RecordError
-        A file that cannot be read, rows of unequal length, a value that is no number, a time step that is not uniform
-        or is stated twice, a first column that counts or is a period, velocity or displacement alone, another number of
-        samples than declared, another number above a column, an unknown unit, two units that differ, a stated peak of
-        another unit, no unit or step.
+        A file that cannot be read, rows of unequal length, or a value that is no number. A time step that is not
+        uniform or is stated twice. A first column that counts or is a period, or velocity or displacement alone.
+        Another number of samples than declared, or another number above a column. An unknown unit, two units that
+        differ, a stated peak of another unit, no unit or no step.
     """
     with Lines(path) as lines:
         return single(lines.file, arrays_of(lines.file, csv_components(lines, dt, unit)))
@@ -194,7 +193,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
             continue
         if any(stated.quantity in ("velocity", "displacement") for stated in own) or _other(name):
             continue
-        # (what stands in brackets further up, as in "PGA (gal)", is not of a column that has its own unit)
+        # text in brackets further up, as in "PGA (gal)", is not of a column that has its own unit
         peak = float(np.abs(values[:, column]).max())
         above = [stated for line, text in words for stated in told(text, line, not own, peak)]
         agreed_on = agreed(file, [*own, *above])
@@ -208,7 +207,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
                 f"{file}: states no unit of its accelerations: write it into the heading, as 'acceleration (g)', or "
                 "give unit, in a study motions.unit (g, gal, cm/s2, m/s2)"
             )
-        with np.errstate(over="ignore"):  # infinity is refused later, as beyond any shaking
+        with np.errstate(over="ignore"):  # infinity is an error later, as beyond any motion
             acceleration = values[:, column] * factor
         label = name if columns > 1 + timed else ""
         found.append(
@@ -255,7 +254,7 @@ def _samples(file: Path, values: Array, header: list[tuple[int, str]]) -> tuple[
 
 
 def _is_other(name: str, names: Sequence[str]) -> bool:
-    """Return True if a column is none of the components that its heading names, as jerk or v beside acc or a."""
+    """Return True if a column is none of the components that its heading names, such as jerk or v next to acc or a."""
 
     def component(text: str) -> bool:
         return bool(_COMPONENT.match(text) or direction_of(text) or "acceleration" in quantities(text))
@@ -333,7 +332,7 @@ def _table(lines: Lines) -> tuple[list[tuple[int, str]], list[str], array[float]
             if apart and re.search(r"\d,\d", stripped):
                 raise lines.error(f"holds {stripped[:30]!r}: write decimals with a point")
             if not (names := _names([text for _, text in header], columns)) and columns > 1:
-                # (comments may stand between the heading and the numbers)
+                # comments may be between the heading and the numbers
                 heading = [i for i, (_, text) in enumerate(header) if not text.startswith("#")][-1:]
                 header += [header.pop(i) for i in heading]
                 names = _names([text for _, text in header], columns)
@@ -418,7 +417,7 @@ def _step(lines: Lines, time: Array, header: list[tuple[int, str]], dt: float | 
 
 
 def _rounded(time: Array) -> str:
-    """Return what to do about times that are those of a uniform step, rounded; '' if they are not."""
+    """Return a remedy for times that are rounded times of a uniform step; '' if they are not."""
     step = float(time[-1] - time[0]) / (time.size - 1)
     decimals = next((d for d in range(7) if np.array_equal(np.round(time, d), time)), None)
     if decimals is None or not 0.0 < step < LONGEST_STEP:
@@ -430,7 +429,7 @@ def _rounded(time: Array) -> str:
 
 
 def _written_step(lines: Lines, header: list[tuple[int, str]]) -> tuple[float | None, str]:
-    """Return the time step that the header states, s, or None, and what makes it doubtful or ''."""
+    """Return the time step that the header states, s, or None, and the reason for a warning or ''."""
     found: list[tuple[int, float]] = []
     for number, text in header:
         for pattern in (_STEP, _FREQUENCY):
@@ -451,7 +450,7 @@ def _written_step(lines: Lines, header: list[tuple[int, str]]) -> tuple[float | 
 
 
 def _steps_in_words(header: list[tuple[int, str]], n: int) -> list[float]:
-    """Return the time steps, s, that a header of n samples states in words; none where it says what changed them."""
+    """Return the time steps, s, in the words of the header of n samples; none if it mentions a change of them."""
     if any(_THINNED.search(text) or _CHANGED.search(text) for _, text in header):
         return []
     found = []

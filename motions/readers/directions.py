@@ -1,4 +1,4 @@
-"""Directions of components: what files, their headers and their names say, and vertical components among records."""
+"""Directions of components in files, headers and file names, and vertical components among records."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _SURE = (
     r"ud|z|[beh][hnlg]z|vert(?:i[ck]\w*)?|верт\w*|d[uü][sş]ey|dikey|senkrecht\w*|pionow\w*|svisl\w*|κατακόρυφ\w*|上下|"
     "[鉛铅垂竖][直向]|수직|상하|عمودی?|قائم"
 )
-"""Words that are of a vertical component wherever they stand in a name; others must be all of it."""
+"""Words for a vertical component anywhere in a name; other words must be the whole name."""
 _UPRIGHT = re.compile(_SURE, re.IGNORECASE)
 _VERTICAL = re.compile(rf"{_SURE}|up(?:down|ward\w*)?|down(?:up|ward\w*)?|dwn|dn|ver|vrt|[vz]\d?|u|zup", re.IGNORECASE)
 BOREHOLE, STRUCTURE = " borehole", " structure"
@@ -61,12 +61,12 @@ LEFT_OUT = "left_out"
 ANOTHER = math.sin(math.radians(2.0))
 """Sine of the angle between two directions from which they are not one."""
 ON_PURPOSE, BY_ITSELF = "component = 'v', or a file named by itself, takes them", "a file named by itself is taken"
-"""How a study takes vertical components, and how all others do."""
+"""Instructions for taking vertical components on purpose: in a study, and elsewhere."""
 
 
 @cache
 def direction_of(text: str) -> tuple[bool, float] | None:
-    """Return whether a direction as people write it is vertical, and its azimuth, rad (NaN: unknown); None if none."""
+    """Return True if a written direction is vertical, and its azimuth, rad (NaN: unknown); None without a direction."""
     text = _CHANNEL.sub("", unicodedata.normalize("NFKC", text), count=1).strip()
     every = [word for word in _APART.split(_PLACE.sub("", _UNIT.sub("", text))) if word]
     words = [word for word in (_AROUND.sub("", word) for word in every) if word]
@@ -92,13 +92,13 @@ def direction_of(text: str) -> tuple[bool, float] | None:
 
 
 def said_of(motion: xr.DataArray) -> str:
-    """Return the direction of one motion as its file gives it, '' where it gives none."""
+    """Return the direction of one motion as its file gives it, '' if it gives none."""
     said = motion.coords.get("component")
     return str(said.values[0]) if said is not None and said.dims == ("motion",) else ""
 
 
 def place_of_sensor(text: str) -> str:
-    """Return the end of a direction from what a header says of a sensor's place, '' on the ground."""
+    """Return the end of a direction from a header's text on a sensor's place, '' on the ground."""
     return BOREHOLE if _BELOW.search(text) else STRUCTURE if _ABOVE.search(text) else ""
 
 
@@ -109,7 +109,7 @@ def _of_title(motion: xr.DataArray) -> tuple[bool, float] | None:
 
 
 def header_of(motion: xr.DataArray) -> str:
-    """Return what a file says of the station and the event of one motion, without the time of day."""
+    """Return the station and the event of one motion by its file, without the time of day."""
     source = Path(str(motion["source"].values[0])).stem if "source" in motion.coords else ""
     texts = [str(motion[key].values[0]) for key in ("station", "event") if key in motion.coords]
     title = str(motion.attrs.get("title", "")).rpartition(",")[0] if _of_title(motion) else ""
@@ -125,16 +125,16 @@ def _doubt_title(path: Path, word: str, motion: xr.DataArray) -> None:
 
 
 def is_vertical(motion: xr.DataArray) -> bool:
-    """Return whether one motion is a vertical component by what its file says."""
+    """Return True if one motion is a vertical component by its file."""
     found = direction_of(said_of(motion)) or _of_title(motion)
     return found is not None and found[0]
 
 
 def of_file(path: Path, motion: xr.DataArray) -> tuple[bool, float, str]:
-    """Return whether the only motion of a file is vertical, its azimuth, rad (NaN: not known), and its recording.
+    """Return True if the only motion of a file is vertical, its azimuth, rad (NaN: not known), and its recording.
 
-    The direction is what the file says, otherwise that of its name, otherwise that of its title; the recording is named
-    by the record sequence number of the NGA databases, by the name without its direction, or by the station and event.
+    The direction is from the file, otherwise from its name, otherwise from its title. The recording is named by the
+    record sequence number of the NGA databases, by the name without its direction, or by the station and event.
     """
     said, title = direction_of(said_of(motion)), _of_title(motion)
     (word, base, _), number = _named(path), _RECORDING.match(path.stem)
@@ -153,7 +153,7 @@ def of_file(path: Path, motion: xr.DataArray) -> tuple[bool, float, str]:
 
 
 def _named(path: Path) -> tuple[str, str, bool]:
-    """Return the direction at the end of a file's name, the name without it, and whether it is set apart."""
+    """Return the direction at the end of a file's name, the name without it, and True if it is set apart."""
     suffix, name = _KNET.fullmatch(path.suffix), _NAME.fullmatch(path.stem)
     if suffix is not None:
         return suffix["direction"], f"{path.stem}.{suffix['place']}", True
@@ -181,12 +181,12 @@ def _siblings(paths: Collection[Path]) -> dict[Path, _Words]:
 
 
 def _levels(words: Iterable[str]) -> list[bool | None]:
-    """Return whether each word is of a horizontal (True) or a vertical component, None where it is of neither."""
+    """Return True for each word of a horizontal component, False for a vertical one, None for neither."""
     return [None if found is None else not found[0] for found in map(direction_of, words)]
 
 
 def _is_vertical(path: Path, motion: xr.DataArray, alone: bool, siblings: Mapping[Path, _Words]) -> bool:
-    """Return whether a motion is a vertical component by its file; by a name alone where others differ in a word."""
+    """Return True if a motion is a vertical component by its file; by a name alone if others differ in a word."""
     said = direction_of(said_of(motion))
     if said is not None or not alone:
         return said is not None and said[0]
@@ -202,7 +202,7 @@ def _is_vertical(path: Path, motion: xr.DataArray, alone: bool, siblings: Mappin
 
 
 def _unknown_of_three(arrays: Sequence[xr.DataArray], words: _Words) -> bool:
-    """Return whether a file holds, or is one of, three components of which none is vertical and one of no direction."""
+    """Return True if a file is or contains three components, none of them vertical and one without a direction."""
     motions = [array.isel(motion=[i]) for array in arrays for i in range(array.sizes["motion"])]
     said = _levels(map(said_of, motions))
     if len(motions) > 1 or said != [None] or _of_title(motions[0]):
@@ -219,9 +219,9 @@ def _unknown_of_three(arrays: Sequence[xr.DataArray], words: _Words) -> bool:
 def of_the_ground(
     read: Mapping[Path, Sequence[xr.DataArray]], patterns: Iterable[str], folder: Path = Path()
 ) -> dict[Path, Sequence[xr.DataArray]]:
-    """Return what was read from files without components of boreholes and structures, which a note names.
+    """Return motions read from files without components of boreholes and structures, which a note names.
 
-    A file that is named by itself and holds nothing else is kept, and everything if there is nothing else.
+    A file that is named by itself and contains nothing else is kept, and everything if there is nothing else.
     """
     named = {folder / pattern for pattern in patterns}
     found: dict[Path, Sequence[xr.DataArray]] = {}
@@ -251,10 +251,10 @@ def horizontal_motions(
     vertical: bool = False,
     cure: str = BY_ITSELF,
 ) -> list[xr.DataArray]:
-    """Return what was read from files without vertical components; the first array names those that are left out.
+    """Return motions read from files without vertical components; the first array names the omitted components.
 
-    A file that is named by itself, not by a pattern, and holds nothing else is kept. With `vertical`, vertical
-    components alone are kept. `cure`: how the caller takes vertical components on purpose.
+    A file that is named by itself, not by a pattern, and contains nothing else is kept. With `vertical`, vertical
+    components alone are kept. `cure`: instruction for the caller to take vertical components on purpose.
     """
     read = of_the_ground(read, patterns, folder)
     named = {folder / pattern for pattern in patterns}

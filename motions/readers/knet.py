@@ -52,8 +52,8 @@ def is_knet(head: Sequence[str]) -> bool:
 def knet_components(lines: Lines) -> list[Component]:
     """Return the one component of a K-NET or KiK-net file, m/s², without the offset of its raw samples.
 
-    The mean of the samples is the instrument's zero, and the header's peak is that without it. The recording start in
-    the header is 15 s after that of the first sample; no time is taken from it. NIED, "About K-NET ASCII format",
+    The mean of the samples is the instrument's zero, and the header's peak is without it. The recording start in the
+    header is 15 s after the first sample; no time is taken from it. NIED, "About K-NET ASCII format",
     https://www.kyoshin.bosai.go.jp/kyoshin/man/knetform_en.html.
     """
     header: dict[str, str] = {}

@@ -1,7 +1,7 @@
 """Common parts of all record readers: lines of bounded length, numbers in lines, and the error of readers.
 
-The module does not depend on any format.  A file is read line by line, so that memory holds its samples, never its
-text.
+The module does not depend on any format. A file is read line by line, so that its samples, but never its text, are in
+memory.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ LATIN = "of-latin-1"
 codecs.register_error(LATIN, lambda error: (error.object[error.start : error.end].decode("latin-1"), error.end))  # type: ignore[attr-defined]
 MAX_LINE = 2**20
 MAX_SAMPLES = 50_000_000
-# Number of characters of a line that detection and header patterns use, since headers stand at the beginning.
+# Number of characters of a line that detection and header patterns use, since headers are at the beginning.
 HEADER_WIDTH = 1000
 HEAD_LINES = 40
 
@@ -71,7 +71,7 @@ _PACKED = {
 
 
 def refuse_packed(file: Path) -> None:
-    """Raise RecordError for a file that is compressed, or text in UTF-16: it says what the file is and what to do."""
+    """Raise RecordError for a file that is compressed, or text in UTF-16, with its kind and a remedy."""
     first = beginning(file, 64)
     wide = "UTF-16", "save it as UTF-8"
     spaced = len(first) > 8 and (not any(first[1::2]) or not any(first[::2]))  # (every other byte is 0)
@@ -93,10 +93,10 @@ def lines_of(file: Path) -> Iterator[str]:
 
 
 class Lines:
-    """Lines of a text record, read one at a time and counted; `head` holds the first lines without consuming them.
+    """Lines of a text record, read one at a time and counted; `head` has the first lines without consuming them.
 
-    A file that is unreadable, holds NUL bytes, is a web page, has an endless line or is cut within its last number is
-    refused by a `RecordError` that names the file.
+    A `RecordError` that names the file is raised for a file that is unreadable, contains NUL bytes or is a web page. It
+    is also raised for an endless line, and for a file that is cut within its last number.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -147,7 +147,7 @@ class Lines:
     def _refuse_cut(self, last: str) -> None:
         """Raise RecordError if the last line, which has no end, ends within a number; warn if it may.
 
-        It does if all numbers above have more digits after the point, or end further to the right; it may if these are
+        It does if all numbers above have more digits after the point, or end further to the right. It may if these are
         few or have different numbers of digits.
         """
         fields = [*_FIELD.finditer(last)]
@@ -162,7 +162,7 @@ class Lines:
                 above.append(_shape(at[len(fields) - 1]))
         if len(above) < 4:
             return
-        # (without a number of samples that may stand first, and the last line itself)
+        # without a number of samples that may come first, and the last line itself
         ends, widths, digits = (set(of) for of in zip(*above[1:-1], strict=True))
         end, _, found = _shape(fields[-1])
         aligned = len(ends) == 1 < len(widths) and end < max(ends)
@@ -301,7 +301,7 @@ class Lines:
 
 
 def known(text: str) -> float:
-    """Return a number that a header may give, NaN where it holds words (ND, unknown) or nothing."""
+    """Return a number that a header may give, NaN if it has words (ND, unknown) or nothing."""
     try:
         found = float(text) if _is_plain(text) else math.nan
     except ValueError:

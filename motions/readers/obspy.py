@@ -1,7 +1,7 @@
 """Reader of the formats of obspy, if it is installed: miniSEED, SAC, Kinemetrics, SEG-Y and more.
 
-obspy's own `read` is not used: it takes a path as a pattern or an address, unpacks archives, and calls a pickle reader,
-which runs code from the file.  Here one file is offered to each format, without the unsafe formats.
+obspy's own `read` is not used: it takes a path as a pattern or an address and unpacks archives. It also calls a pickle
+reader, which runs code from the file. Here one file is offered to each format, without the unsafe formats.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def is_obspy_text(head: Sequence[str]) -> bool:
 def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
     """Return all traces of a file that obspy reads, m/s²; counts lose their mean, the zero of the instrument.
 
-    The file has at most 128 MiB; `unit` is that of the samples, or m/s² per count: of these formats SLIST and TSPAIR
+    The file has at most 128 MiB; `unit` belongs to the samples, or is m/s² per count: of these formats SLIST and TSPAIR
     alone may state a unit.
     """
     if file.stat().st_size > OBSPY_BYTES:

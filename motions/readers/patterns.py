@@ -16,7 +16,7 @@ MOST_FILES = 100_000
 
 
 def expand(patterns: str | list[str], folder: Path, what: str = "records") -> list[Path]:
-    """Return the files that patterns name, sorted, each once; RecordError where a pattern names none or too many."""
+    """Return the files that patterns name, sorted, each once; RecordError if a pattern names none or too many."""
     found: dict[Path, None] = {}
     for pattern in [patterns] if isinstance(patterns, str) else patterns:
         try:
@@ -35,7 +35,7 @@ def expand(patterns: str | list[str], folder: Path, what: str = "records") -> li
 
 
 def _refuse_wide(pattern: str, folder: Path) -> None:
-    """Raise a ValueError where a pattern looks at too many files, counted before glob, which cannot be stopped."""
+    """Raise a ValueError if a pattern looks at too many files, counted before glob, which cannot be stopped."""
     parts = Path(pattern).parts
     if "\0" in pattern or not parts:
         raise ValueError("no name of a file")

@@ -38,14 +38,14 @@ _OTHERS = {
     "CSMIP V1": (re.compile(r"\s*uncorrected accelerogram", re.IGNORECASE), "take the corrected file, V2"),
     "SMC": (re.compile(r"\s*\d\s+(?:un)?corrected accelerogram", re.IGNORECASE), "take the COSMOS file (.v2c) of it"),
 }
-"""Formats that are known and not read, by their first line, and what to do."""
+"""Known formats that are not read, by their first line, and the remedy."""
 
 
 def read(path: str | os.PathLike[str], dt: float | None = None, unit: str | float | None = None) -> xr.DataArray:
     """Read the motions in one record file: all components, m/s².
 
-    Formats: PEER AT2, K-NET and KiK-net, ESM, COSMOS V1 and V2, CSMIP V2, GeoNet V2A, plain tables (`read_csv`), and
-    the formats of obspy if it is installed (``pip install toppling[records]``).  Raw samples (K-NET, KiK-net,
+    Formats: PEER AT2, K-NET and KiK-net, ESM, COSMOS V1 and V2, CSMIP V2, GeoNet V2A, and plain tables (`read_csv`).
+    Also the formats of obspy if it is installed (``pip install toppling[records]``). Raw samples (K-NET, KiK-net,
     uncorrected COSMOS, counts of obspy's formats) lose their mean, which is noted in ``processing``; nothing else is
     corrected, filtered or resampled.
 
@@ -62,15 +62,14 @@ def read(path: str | os.PathLike[str], dt: float | None = None, unit: str | floa
     -------
     xarray.DataArray
         ``acceleration`` (motion, time), labelled with station, component and event if the file gives them, otherwise
-        with its name; station, component, event, magnitude, distance and vs30 are coordinates on motion, as far as the
+        with its name. Coordinates on motion are station, component, event, magnitude, distance and vs30, as far as the
         file gives them.
 
     Raises
     ------
     RecordError
-        One sentence that names the file and the fault; samples whose peak differs from the header's by more than 2 %;
-        components of different steps or lengths (`read_all` gives an
-        array for each).
+        One sentence that names the file and the fault. Also samples whose peak differs from the header's by more than 2
+        %, and components of different steps or lengths (`read_all` gives an array for each).
 
     Examples
     --------

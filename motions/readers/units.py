@@ -1,4 +1,4 @@
-"""Units and quantities: what a word, a heading or a sentence in a text file says of the samples that follow it."""
+"""Units and quantities in words, headings and sentences of a text file, for the samples that follow."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _QUANTITY = {
         ),
     )
 }
-# A multiple beside a unit, which makes it another: "%g", "0.001 G", "1/100 G", "(g) *100", "G (x100)".
+# A multiple next to a unit, which makes it another: "%g", "0.001 G", "1/100 G", "(g) *100", "G (x100)".
 _BEFORE = (
     r"(?:(?:[%‰]|per ?cent|per ?mille|[x×*]?\s*(?!(?:19|20)\d\d\b)\d+(?:[.,/^]-?\d+)*(?:e[+-]?\d+)?\s*[%‰x×*]?)"
     r"\s*(?:of\s+)?)"
@@ -74,7 +74,7 @@ _TO = re.compile(r"(?:\b(?:in)?to|[-=]>|→)\s+(?P<unit>[^\s,;]+)", re.IGNORECAS
 _PEAK = re.compile(r"\b(?:pga|pgv|peak|max\w*)\b[^,;:]*$", re.IGNORECASE)  # (before a unit that is its own)
 _NUMBERS = re.compile(r"\d+\.?\d*|\.\d+")
 PEAK_TOLERANCE = 0.02
-"""Greatest relative distance of the samples' peak from the peak in the header."""
+"""Maximum relative distance of the samples' peak from the peak in the header."""
 # Words before or after a unit that samples had once.
 _ONCE = re.compile(r"\b(?:original(?:ly)?|before|raw units?|converted from)\b[^,;]*$", re.IGNORECASE)
 _THEN = re.compile(r"[\s.)\]]*[(\[]?\s*(?:original|before|prior)", re.IGNORECASE)
@@ -99,7 +99,7 @@ _AMPLITUDE = re.compile(
 RELATIVE = re.compile(
     r"\brel(?:ative|\.)?[ _]+(?:floor[ _]+)?acc|\bacc[a-z]*[ _,(]{1,3}rel(?:ative)?\b(?! to g)|\ba_rel\b", re.IGNORECASE
 )
-"""What names an acceleration relative to the ground or a support."""
+"""Names of an acceleration relative to the ground or a support."""
 _OTHERS_NAMED = {
     "a response spectrum, no motion": re.compile(
         r"^\W*(?:(?:pseudo\W?)?spectral acc\w*\s*(?:$|[(\[,]|in\b|units?\b)|"
@@ -151,7 +151,7 @@ def unit_of(word: str, line: int = 0) -> Unit:
 
 
 def unit_factor(word: str) -> float | None:
-    """Return m/s² per unit of acceleration, or None where a word is none."""
+    """Return m/s² per unit of acceleration, or None if a word is none."""
     factor = unit_of(word).factor
     return None if math.isnan(factor) else factor
 
@@ -171,7 +171,7 @@ def given_factor(unit: str | float) -> float:
 
 
 def in_name(name: str, line: int) -> list[Unit]:
-    """Return the units in the name of a column, acceleration (g), acc_g or acceleration in g; unknown ones, too."""
+    """Return the units in the name of a column, acceleration (g), acc_g or acceleration in g; also unknown units."""
     words = [match["unit"] for pattern in (_BRACKETS, _SUFFIX, _IN, _OPEN) for match in pattern.finditer(name)]
     last = _LAST.search(name)
     words += [last["unit"]] if last is not None and not words and unit_of(last["unit"]).quantity else []
@@ -181,9 +181,10 @@ def in_name(name: str, line: int) -> list[Unit]:
 
 
 def told(text: str, line: int, brackets: bool = True, peak: float = math.nan) -> list[Unit]:
-    """Return the units that a line of words says the samples have; brackets count where they hold a known unit.
+    """Return the units of the samples in a line of words; brackets count if they contain a known unit.
 
-    The unit of a peak is not that of the samples, unless it is their `peak`; a number in brackets, (0.3 g), is a value.
+    The unit of a peak does not apply to the samples, unless it is their `peak`; a number in brackets, (0.3 g), is a
+    value.
     """
     named = quantities(text)
     found = _told(text, line)
@@ -211,7 +212,7 @@ def told(text: str, line: int, brackets: bool = True, peak: float = math.nan) ->
 
 
 def _of_match(match: re.Match[str], line: int) -> Unit:
-    """Return the unit of a match in its line, which may say that it is one of before."""
+    """Return the unit of a match in its line, which may mark it as the unit of an earlier state."""
     once = _ONCE.search(match.string[: match.start("unit")]) or _THEN.match(match.string, match.end("unit"))
     return unit_of(match["unit"], line)._replace(once=once is not None)
 
@@ -272,7 +273,7 @@ def doubt_factors(file: Path, header: Iterable[tuple[int, str]]) -> None:
 
 
 def refuse_others(file: Path, header: Iterable[tuple[int, str]]) -> None:
-    """Raise RecordError where a numbered line of a header names accelerations that shake nothing."""
+    """Raise RecordError if a numbered line of a header names accelerations that are no motions of the floor."""
     for line, text in header:
         for what, pattern in _OTHERS_NAMED.items():
             if pattern.search(text):

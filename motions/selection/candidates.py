@@ -73,7 +73,7 @@ class Candidates:
         return log(values) + one.power * log(factors)
 
     def chosen(self, places: Index, factors: Array) -> list[xr.DataArray]:
-        """Return the motions at places (sorted), of each array that holds one, with their coordinates."""
+        """Return the motions at places (sorted), of each array with one, with their coordinates."""
         found, first = [], 0
         for array in self.arrays:
             own = places[(places >= first) & (places < first + array.sizes["motion"])]

@@ -19,11 +19,11 @@ DRAWS = 20
 RESTARTS = 5
 PASSES = 10
 SIGMA_WEIGHT, SKEWNESS_WEIGHT = 2.0, 0.3
-"""Weights of squared differences of standard deviations and of skewness, beside 1 of means."""
+"""Weights of squared differences of standard deviations and of skewness; means have weight 1."""
 
 
 class Problem(NamedTuple):
-    """What is chosen from, and what for.
+    """Candidates and target of a choice.
 
     values (candidate, measure): logarithms minus the target's means; sigmas (measure,); weights (measure,); groups
     (candidate,): whole numbers; of a group at most `most` candidates are taken.
@@ -50,9 +50,9 @@ def misfit(problem: Problem, chosen: Index) -> float:
 
 
 def choose(problem: Problem, covariance: Array, number: int, rng: np.random.Generator) -> Index:
-    """Return the sorted indices (number,) of the candidates whose misfit is least over `RESTARTS` starts.
+    """Return the sorted indices (number,) of the candidates with the smallest misfit over `RESTARTS` starts.
 
-    `covariance` (measure, measure) is that of the target, with variances `sigmas` squared; the groups allow at least
+    `covariance` (measure, measure) belongs to the target, with variances `sigmas` squared; the groups allow at least
     `number` candidates.
     """
     draws = [_draw(covariance, number, rng) for _ in range(DRAWS)]
@@ -76,7 +76,7 @@ def _draw(covariance: Array, number: int, rng: np.random.Generator) -> Array:
 
 
 def _roughness(draw: Array, sigmas: Array) -> float:
-    """Return by how much the moments of a draw are off the target's, whose means are zero."""
+    """Return the difference of the moments of a draw from the target's, whose means are zero."""
     mean, off = draw.mean(axis=0), draw - draw.mean(axis=0)
     spread = off.std(axis=0)
     size = np.where(spread > 1e-12, spread, np.inf)
@@ -100,7 +100,7 @@ def nearest(problem: Problem, draw: Array) -> Index:
 
 
 def improved(problem: Problem, chosen: Index) -> Index:
-    """Return a set in which no exchange of one candidate for another lowers the misfit, or that of the last pass.
+    """Return a set whose misfit no exchange of one candidate for another lowers, or the set of the last pass.
 
     The misfit never increases.  Running sums of the values and their squares give the misfit of every exchange at once.
     """
@@ -110,7 +110,7 @@ def improved(problem: Problem, chosen: Index) -> Index:
     free[chosen] = False
     taken = np.bincount(problem.groups[chosen], minlength=int(problem.groups.max()) + 1)
     total, off, spread = (np.empty_like(values) for _ in range(3))
-    # (divisions by n and n - 1 are taken out of the loops: they stand in the weights and in the target's sigmas)
+    # divisions by n and n - 1 are moved out of the loops into the weights and the target's sigmas
     root = math.sqrt(max(n - 1, 1))
     of_means, of_spreads = problem.weights / n**2, SIGMA_WEIGHT * problem.weights / root**2
     sigmas = problem.sigmas * root

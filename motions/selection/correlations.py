@@ -1,7 +1,7 @@
 """Correlations of the residuals of ln intensity measures, by published formulas, and their repair.
 
 Each formula was fitted by itself, so that together they need not form a correlation matrix: `repaired` makes one, and
-says by how much it differs.
+returns its difference.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SHORTEST, LONGEST = 0.01, 10.0
 """Periods of the formulas, s; the peak acceleration counts as the spectral one at the shortest."""
 LEAST_EIGENVALUE = 1e-6
 DOUBTFUL_CHANGE, GREATEST_CHANGE = 0.05, 0.15
-"""Changes of a correlation by its repair that are warned of and refused (judgement)."""
+"""Changes of a correlation by its repair that cause a warning and an error (assumed)."""
 PGV_PGA, DURATION_PGA, DURATION_PGV = 0.733, -0.405, -0.211
 
 
@@ -130,10 +130,10 @@ def _period(measure: Sa) -> float:
 
 
 def repaired(correlations: Array, labels: Sequence[str] = ()) -> tuple[Array, float]:
-    """Return correlations (measure, measure) as a positive definite matrix, and the greatest change.
+    """Return correlations (measure, measure) as a positive definite matrix, and the maximum change.
 
-    Eigenvalues below 1e-6 are raised to it, and rows and columns are scaled so that the diagonal is one again. A
-    correlation that changes by more than 0.05 is warned of (DoubtfulCorrelations), by more than 0.15 refused; `labels`
+    Eigenvalues below 1e-6 are raised to it, and rows and columns are scaled so that the diagonal is one again. A change
+    of a correlation by more than 0.05 causes a warning (DoubtfulCorrelations), and by more than 0.15 an error. `labels`
     name the measures in messages.
     """
     given = checks.finite_array("correlations", correlations, ndim=(2,))

@@ -22,7 +22,7 @@ MEASURES = (
     "pgv",
     "d5_95",
 )
-"""Measures of a target where none are named: the spectrum over what acts on blocks, what topples them, and how long."""
+"""Default measures of a target: the spectrum that acts on blocks, the PGV that overturns them, and the duration."""
 
 
 def expected_target(
@@ -39,16 +39,16 @@ def expected_target(
     Parameters
     ----------
     scenarios : Scenario or a sequence of them
-        The ruptures that the hazard comes from, for instance the means of a disaggregation.
+        The ruptures of the hazard, for instance the means of a disaggregation.
     given : measure or its name
-        The measure whose levels condition the others; it is added to the measures where it is not among them.
+        The measure whose levels condition the others; it is added to the measures if it is not among them.
     measures : sequence of measures or their names, optional
         Sa(T) of 5 % damping, 0.01 to 10 s, ``pga``, ``pgv``, ``d5_95``; twelve spectral ordinates from 0.1 to 4 s, the
-        peak velocity and the duration where not given.
+        peak velocity and the duration if not given.
     weights : array_like, shape (scenario,), optional
-        Shares of the scenarios; needed where there are several.
+        Shares of the scenarios; needed if there are several.
     model : {"BSSA14", "CY14"}
-        As for `toppling.motions.expected_motions`; durations are those of Afshari and Stewart (2016).
+        As for `toppling.motions.expected_motions`; durations are from Afshari and Stewart (2016).
     correlations
         As for `Target`.
 

@@ -1,4 +1,4 @@
-"""Targets from files: a table of one's own, and conditional spectra of OpenQuake; numbers without units are refused."""
+"""Targets from files: the user's own table, and conditional spectra of OpenQuake; numbers must have units."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ _OPENQUAKE = ("poe", "stat", "period", "mea", "std")
 HIGHEST_MEDIAN = 5.0 * STANDARD_GRAVITY
 """Acceleration, m/s², that no earthquake has in the median (assumed)."""
 MOST_PGA = 10.0
-"""Greatest ratio of a peak acceleration to the largest spectral one beside it that is believed (judgement)."""
+"""Maximum plausible ratio of a peak acceleration to the largest spectral one of the same spectrum (assumed)."""
 
 
 class TargetError(ValueError):
-    """A file that holds no target; the message names the file, the line and the value."""
+    """A file without a target; the message names the file, the line and the value."""
 
 
 def read_target(
     path: str | os.PathLike[str], given: str | Measure, *, correlations: Any = FORMULAS, statistic: str = "mean"
 ) -> Target | Mixture | Stated:
-    """Read what a hazard asks of motions from a file, whose format is detected.
+    """Read a target for motions from a file of a hazard analysis, whose format is detected.
 
     Parameters
     ----------
@@ -59,23 +59,23 @@ def read_target(
     Returns
     -------
     Target, Mixture or Stated
-        A `Mixture` where the table names several ruptures; a `Stated` target, known at its own levels alone, of
+        A `Mixture` if the table names several ruptures; a `Stated` target, known at its own levels alone, of
         conditional spectra.
 
     Raises
     ------
     TargetError
-        A file that cannot be read, of no known format, with values that are missing or no numbers, a measure or unit
-        that is not known, a negative sigma, a rupture without weight.
+        A file that cannot be read or is of no known format. Values that are missing or no numbers, an unknown measure
+        or unit, a negative sigma, or a rupture without weight.
 
     Notes
     -----
-    - **Table** (CSV): ``measure,unit,median,sigma`` with a row a measure: ``Sa(1.0),g,0.145,0.69``; sigma is that of
-      the natural logarithm, both given the rupture, not the level.  With the columns ``rupture,weight`` in front there
-      is a block of rows for each rupture, and its weight in each of its rows.
+    - **Table** (CSV): ``measure,unit,median,sigma`` with a row per measure: ``Sa(1.0),g,0.145,0.69``. Sigma is of the
+      natural logarithm, both given the rupture, not the level. With the columns ``rupture,weight`` in front there is a
+      block of rows for each rupture, and its weight in each of its rows.
     - **OpenQuake**, ``conditional-spectrum-….csv``: ``poe,stat,period,mea,std``, medians in g, standard deviations of
-      logarithms, period 0 for the PGA; a spectrum for each probability, that is each level.  A job with PGV among its
-      measures writes that, too, as period 0: what is over ten times the largest Sa there is refused.
+      logarithms, period 0 for the PGA; a spectrum for each probability, that is each level. A job with PGV among its
+      measures writes that, too, as period 0: a value over ten times the largest Sa there is an error.
     """
     measure = measure_named(given, "given")
     file = Path(path)
@@ -106,7 +106,7 @@ def read_target(
 
 @contextmanager
 def opened(file: Path) -> Iterator[Lines]:
-    """Open a text file line by line; TargetError where it cannot be read."""
+    """Open a text file line by line; TargetError if it cannot be read."""
     try:
         with Lines(file) as lines:
             yield lines
@@ -123,7 +123,7 @@ def rows_of(lines: Lines) -> Iterator[tuple[int, list[str]]]:
 
 
 def numbered(file: Path, at: int, word: str, what: str, least: float, above: bool) -> float:
-    """Return a number of a line; TargetError where it is none, or is not at least (or above) the least one."""
+    """Return a number of a line; TargetError if it is none, or is not at least (or above) the minimum."""
     try:
         found = float(word)
     except ValueError:
@@ -206,7 +206,7 @@ def _conditional_spectra(
 
 
 def _refuse_velocity(file: Path, spectra: dict[float, dict[float, tuple[float, float]]]) -> None:
-    """Raise TargetError where what stands at period 0 cannot be a peak acceleration beside the spectral ones."""
+    """Raise TargetError if the value at period 0 cannot be the peak acceleration of its spectral values."""
     for spectrum in spectra.values():
         greatest = max((median for period, (median, _) in spectrum.items() if period > 0.0), default=math.inf)
         at_zero = spectrum[0.0][0] if 0.0 in spectrum else 0.0

@@ -1,4 +1,4 @@
-"""Disaggregations: which magnitudes and distances a hazard comes from, as OpenQuake and the USGS write them."""
+"""Disaggregations: magnitudes and distances that contribute to a hazard, as OpenQuake and the USGS write them."""
 
 from __future__ import annotations
 
@@ -24,18 +24,19 @@ from .files import TargetError, numbered, opened, rows_of
 LEAST_SHARE = 1e-4
 """Bins with a smaller share of the hazard are left out."""
 APART = 1.25
-"""Factor between a level's stated rate and that of its bins, above which bins are missing or too many."""
+"""Factor between a level's stated rate and the rate of its bins, above which bins are missing or too many."""
 _MORE_AXES = ("eps", "trt", "lon", "lat")
 
 _LEVEL = ("ground motion", "Exceedance IML")
-"""How the USGS' programs call the level of a disaggregation, at the end of its name."""
+"""Names in the USGS' programs of the level of a disaggregation, at the end of its name."""
 
 
 class Disaggregation(NamedTuple):
     """Shares of magnitudes and distances in the rate at which a level of a measure is exceeded.
 
-    measure; level, SI; magnitude (bin,), moment magnitudes; distance (bin,), m; share (bin,), which sum to 1; kept, the
-    share of the file's rate that these bins are of; rate, of all bins, 1/year, NaN where the file holds shares alone.
+    `measure`. `level`, SI. `magnitude` (bin,), moment magnitudes. `distance` (bin,), m. `share` (bin,), which sum to 1.
+    `kept`, the part of the file's rate in these bins. `rate`, of all bins, 1/year, NaN if the file contains shares
+    alone.
     """
 
     measure: Measure
@@ -63,9 +64,9 @@ def read_disaggregation(
     path : path
         One of the files below.
     im : measure or its name, optional
-        Which measure, where the file holds several.
+        Measure, if the file has several.
     level : float, optional
-        Which level, SI, where the file holds several; the nearest one, which must lie within 2 %.
+        Level, SI, if the file has several; the nearest one, which must lie within 2 %.
     column : str
         Which column of an OpenQuake file: ``mean`` (default) or a realisation as ``rlz0``.
 
@@ -91,11 +92,11 @@ def read_disaggregation(
       ``imt,iml,poe,mag,dist,[eps,]`` and a column a realisation or ``mean``; probabilities p in t years, which are
       rates -ln(1 - p)/t.  Distances in km.
     - **USGS**, JSON of the Unified Hazard Tool's disaggregation: ``response[i].metadata.imt`` and ``.data[]`` with the
-      component ``Total``: its ``summary`` states the level, its bins have ``r``, ``m`` and the percentages of each
-      epsilon.  The layout is that of the services' published code.
+      component ``Total``. Its ``summary`` states the level, and its bins have ``r``, ``m`` and the percentages of each
+      epsilon. The layout is from the services' published code.
 
-    Both are of the rate at which the level is exceeded.  The shares in the rate of equalling it, which belong to a
-    stripe, are those of higher magnitudes a little less; the difference of two disaggregations gives them.
+    Both are of the rate at which the level is exceeded. The shares in the rate of equalling it, which belong to a
+    stripe, have slightly lower magnitudes; the difference of two disaggregations gives them.
     """
     file = Path(path)
     wanted = None if im is None else measure_named(im)
@@ -122,7 +123,7 @@ def _of_openquake(file: Path, comment: str, rows: Any, column: str) -> Bins:
     if time is None:
         raise TargetError(f"{file}: states no investigation_time in its first line")
     years = numbered(file, 1, time[1], "investigation_time", 0.0, above=True)
-    # (the level is that of the mean; one realisation alone has it too)
+    # the mean has this level, and so does one realisation alone
     of_level = sum(name == "mean" or name.startswith("rlz") for name in names) == 1 or column.lower() == "mean"
     found: Bins = {}
     stated: dict[tuple[str, float], float] = {}
@@ -197,7 +198,7 @@ def _measure(file: Path, name: str, at: int | None) -> Measure:
 
 
 def _one_of(file: Path, found: Bins, wanted: Measure | None, level: float | None) -> Disaggregation:
-    """Return the disaggregation that is asked for; TargetError where that leaves none, or a choice."""
+    """Return the requested disaggregation; TargetError if the request leaves none, or a choice."""
     keys = [key for key in found if wanted is None or key[0] == wanted.label]
     if not keys:
         raise TargetError(f"{file}: holds {_named(list(found))}" + (f", none of {wanted.label}" if wanted else ""))

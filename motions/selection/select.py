@@ -1,4 +1,4 @@
-"""Selection of motions for a level of a hazard, and the report that says how well they agree with it."""
+"""Selection of motions for a level of a hazard, and the report on their agreement with it."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from .stated import Stated
 from .target import Conditional, Mixture, Target
 
 ALWAYS = ("pgv", "d5_95")
-"""Measures of which a selection reports, targeted or not: what blocks fall by, and for how long they are shaken."""
+"""Measures that a selection always reports, targeted or not: the cause of overturning, and the duration."""
 BIAS, LOW_RATIO, HIGH_RATIO = 0.10, 0.8, 1.25
-"""Gate of a hazard-consistent set: bias of medians, ratio of standard deviations (judgement)."""
+"""Gate of a hazard-consistent set: bias of medians, ratio of standard deviations (assumed)."""
 AT_BOUND = 0.01
 """A factor within a hundredth of its bound counts as one at the bound."""
 CONFIDENCE = 0.95
@@ -39,17 +39,17 @@ class InconsistentSelection(UserWarning):
 
 @dataclass(frozen=True)
 class Selection:
-    """Motions chosen for one level, and how well they agree with the target.
+    """Motions chosen for one level, and their agreement with the target.
 
     Attributes
     ----------
     motions : xarray.DataArray, or a list of them
-        The chosen motions as they are, not scaled, in the order of the candidates, with the coordinates `factor` (what
-        scales each to the level), `candidate` (its number among the candidates) and `event` on motion; a list, an array
-        for each that holds a chosen motion, where the candidates are several arrays.
+        The chosen motions as they are, not scaled, in the order of the candidates. Coordinates on motion are `factor`
+        (which scales each to the level), `candidate` (its number among the candidates) and `event`. If the candidates
+        are several arrays, a list with an array for each that has a chosen motion.
     report : xarray.Dataset
         On measure: target and achieved median and sigma, `bias` of the median, `sigma_ratio`, `ks` and its critical
-        value `ks_critical` (5 %), `gated` (whether the gate asks for it); attributes: `level`, `given`, `epsilon`,
+        value `ks_critical` (5 %), and `gated` (True if the gate includes it). Attributes: `level`, `given`, `epsilon`,
         `consistent` (1 or 0), factors, candidates allowed, events, and the repair of the correlations.
     """
 
@@ -58,12 +58,12 @@ class Selection:
 
     @property
     def consistent(self) -> bool:
-        """True if the set passes the gate: targeted medians within 10 %, sigmas within 0.8 to 1.25 (judgement)."""
+        """True if the set passes the gate: targeted medians within 10 %, sigmas within 0.8 to 1.25 (assumed)."""
         return bool(self.report.attrs["consistent"])
 
     @property
     def why(self) -> str:
-        """What is off, in words; empty where the set is consistent."""
+        """Deviations from the gate in words; empty if the set is consistent."""
         found = self.report.where(self.report["gated"] & ~self.report["passes"], drop=True)
         return "; ".join(
             f"{name}: median {100.0 * bias:+.0f} %, sigma {ratio:.2f} times the target's"
@@ -99,9 +99,9 @@ def select(
     factor : tuple of float
         Smallest and largest factor of a motion.
     weights : mapping, optional
-        Weight of a measure by its label, >= 0; 1 where not named.  They are divided by their mean.
+        Weight of a measure by its label, >= 0; 1 if not named. They are divided by their mean.
     per_event : int
-        How many motions of one event may be chosen, >= 1.
+        Maximum number of motions of one event, >= 1.
     seed : int
         The choice depends on it and on the candidates, the target and the level, and on nothing else.
 
@@ -119,8 +119,9 @@ def select(
     Notes
     -----
     A factor f multiplies a measure by f to its `power` (1 for Sa and PGV, 2 for the Arias intensity, 0 for durations).
-    The set of the least J = sum of weight [(mean - mu')² + 2 (sd - sigma')²] over the logarithms is looked for from
-    five Latin-hypercube draws of the target: the nearest candidate to each point, then exchanges until none lowers J.
+    The search minimises J = sum of weight [(mean - mu')² + 2 (sd - sigma')²] over the logarithms, from five
+    Latin-hypercube draws of the target. It takes the nearest candidate to each point, then exchanges until none lowers
+    J.
 
     References
     ----------

@@ -26,7 +26,7 @@ class Stated:
     Parameters
     ----------
     measures : sequence of Measure
-        Spectral ordinates, and others that the correlations know.
+        Spectral ordinates, and other measures with known correlations.
     medians, sigmas : array_like, shape (level, measure)
         At each level, given that level; SI, > 0, and of the logarithms, >= 0.
     given : Measure
@@ -36,9 +36,9 @@ class Stated:
 
     Notes
     -----
-    Such files hold no correlations of the conditional distribution.  Those of the residuals at one rupture give it:
-    rho'_ij = (rho_ij - rho_ik rho_jk)/[(1 - rho_ik²)(1 - rho_jk²)]^½, k the measure that is given.  The scatter of the
-    given measure itself, which is not zero in averages over logic trees, is taken as zero.
+    Such files have no correlations of the conditional distribution. The correlations of the residuals at one rupture
+    give it: rho'_ij = (rho_ij - rho_ik rho_jk)/[(1 - rho_ik²)(1 - rho_jk²)]^½, k the given measure. The scatter of the
+    given measure itself, which is not zero in averages over logic trees, is assumed to be zero.
     """
 
     measures: Sequence[Measure]
@@ -75,7 +75,7 @@ class Stated:
 
     @property
     def correlation_change(self) -> float:
-        """Greatest repair of the correlations."""
+        """Maximum repair of the correlations."""
         return float(self._unit.correlation_change)
 
     @property

@@ -1,4 +1,4 @@
-"""What a hazard asks of motions: the joint distribution of their measures, given the level of one of them."""
+"""Targets from a hazard: the joint distribution of the measures of motions, given the level of one of them."""
 
 from __future__ import annotations
 
@@ -68,24 +68,25 @@ class Target:
     medians : array_like, shape (measure,)
         Medians, SI (m/s², m/s, s), > 0.
     sigmas : array_like, shape (measure,)
-        Standard deviations of the natural logarithms, > 0 and at most 3 (published ones are .3 to 1.2).
+        Standard deviations of the natural logarithms, > 0 and at most 3 (published values are .3 to 1.2).
     correlations : str or array_like, shape (measure, measure)
         ``"baker-jayaram+bradley"`` (default): Baker and Jayaram (2008) between spectral ordinates, Bradley (2012) with
-        the peak velocity and Bradley (2011) with the duration.  A labelled array is taken by its labels.  What does
-        not form a matrix is repaired; `correlation_change` says by how much.
+        the peak velocity and Bradley (2011) with the duration. A labelled array is taken by its labels. Values that do
+        not form a correlation matrix are repaired; `correlation_change` is the difference.
     given : measure or its name
         The measure whose levels condition the others: one of `measures`, or an `AvgSa` of periods whose Sa are among
         them.
 
     Notes
     -----
-    x = ln measures ~ N(mu, S), S_ij = rho_ij sigma_i sigma_j.  Given aᵀx = ln y, with c = S a and v = aᵀc,
-    mu' = mu + c (ln y - aᵀmu)/v and S' = S - c cᵀ/v; a picks one measure, or is 1/n on the n periods of an AvgSa.
+    The logarithms x = ln measures ~ N(mu, S), S_ij = rho_ij sigma_i sigma_j. Given aᵀx = ln y, with c = S a and v =
+    aᵀc, mu' = mu + c (ln y - aᵀmu)/v and S' = S - c cᵀ/v. The vector a picks one measure, or is 1/n on the n periods of
+    an AvgSa.
 
-    The tables of Baker and Bradley (2017), which have a corrigendum (2025), are not used.  The formulas are checked for
+    The tables of Baker and Bradley (2017), which have a corrigendum (2025), are not used. The formulas are checked for
     symmetry, range and continuity, and agree with their table of January 2022 within 0.26 between spectral ordinates.
-    The table of the corrigendum was not available, but for PGA with PGV: 0.671 in OpenQuake's copy, compared with 0.654
-    in 2022 and 0.733 by the formulas.
+    The table of the corrigendum was not available, except for PGA with PGV. There OpenQuake's copy has 0.671, compared
+    with 0.654 in 2022 and 0.733 by the formulas.
 
     References
     ----------
@@ -172,8 +173,8 @@ class Mixture:
     -----
     mu' = sum w mu'_r and S' = sum w [S'_r + (mu'_r - mu')(mu'_r - mu')ᵀ] (Lin, T., Harmsen, S. C., Baker, J. W. and
     Luco, N. (2013). Conditional spectrum computation incorporating multiple causal earthquakes and ground-motion
-    prediction models. Bulletin of the Seismological Society of America 103(2A), 1103-1116).  The weights of a level
-    come from a disaggregation of its *rate of equalling* that level, where stripes are at levels.
+    prediction models. Bulletin of the Seismological Society of America 103(2A), 1103-1116). The weights of a level come
+    from a disaggregation of its *rate of equalling* that level, if stripes are at levels.
     """
 
     targets: Sequence[Target]
@@ -203,7 +204,7 @@ class Mixture:
 
     @property
     def correlation_change(self) -> float:
-        """Greatest repair of the correlations of a target."""
+        """Maximum repair of the correlations of a target."""
         return max(target.correlation_change for target in self.targets)
 
     def at(self, level: float) -> Conditional:

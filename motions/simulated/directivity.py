@@ -1,7 +1,7 @@
 """Predictive equations of Dabaghi and Der Kiureghian for the parameters of near-fault motions.
 
-They hold for one horizontal component, in the direction of the largest pulse; in motions with a pulse the background is
-the motion without the pulse.
+They are valid for one horizontal component, in the direction of the largest pulse; in motions with a pulse the
+background is the motion without the pulse.
 """
 
 from __future__ import annotations
@@ -105,9 +105,9 @@ ROOT_WITHOUT_PULSE = cholesky(_symmetric(CORRELATION_WITHOUT_PULSE))
 class NearFaultEquations:
     """Predictive equations of Dabaghi and Der Kiureghian (2018) for one scenario; parameters as of `NearFault`.
 
-    Probability of a pulse (Shahi and Baker 2014): 1/[1 + exp(0.457 + 0.126 R - 0.244 sqrt s + 0.013 theta)] in
-    strike-slip faulting, 1/[1 + exp(0.304 + 0.072 R - 0.208 sqrt d + 0.021 phi)] in other faulting (km, degrees).
-    Errors beyond two standard deviations are drawn again, as are pulses that would begin before the motion.
+    Probability of a pulse (Shahi and Baker 2014), in km and degrees. In strike-slip faulting it is 1/[1 + exp(0.457 +
+    0.126 R - 0.244 sqrt s + 0.013 theta)]. In other faulting it is 1/[1 + exp(0.304 + 0.072 R - 0.208 sqrt d + 0.021
+    phi)]. Errors beyond two standard deviations are drawn again, as are pulses that would begin before the motion.
 
     Dabaghi, M. and Der Kiureghian, A. (2018). Earthquake Engineering and Structural Dynamics 47, 1369-1393
     (coefficients, correlations and truncation read in public code that implements it). Shahi, S. K. and Baker, J. W.

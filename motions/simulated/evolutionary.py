@@ -28,7 +28,7 @@ PSD_INSTANTS = 101  # of the drift, over which a density is averaged
 
 @dataclass(frozen=True)
 class EvolutionaryKanaiTajimi(FilteredNoise):
-    """Gaussian white noise times an envelope, through a soil layer whose frequency drifts during the shaking.
+    """Gaussian white noise times an envelope, through a soil layer whose frequency drifts during the motion.
 
     Parameters
     ----------
@@ -52,10 +52,10 @@ class EvolutionaryKanaiTajimi(FilteredNoise):
 
     Notes
     -----
-    x'' + 2 xi_g omega_g(t) x' + omega_g(t)² x = w(t), acceleration 2 xi_g omega_g x' + omega_g² x: the frequency is
-    constant within a time step (its value in the middle), and each step is solved exactly for noise that is linear
-    between samples.  With a single frequency the motions equal those of `KanaiTajimi`, value by value.  They end moving
-    as those do.
+    The filter is x'' + 2 xi_g omega_g(t) x' + omega_g(t)² x = w(t), with the acceleration 2 xi_g omega_g x' + omega_g²
+    x. The frequency is constant within a time step (its value in the middle), and each step is solved exactly for noise
+    that is linear between samples. With a single frequency the motions equal `KanaiTajimi`, value by value. They also
+    end moving.
 
     References
     ----------
@@ -108,7 +108,7 @@ class EvolutionaryKanaiTajimi(FilteredNoise):
         """Return the two-sided power spectral density at `omega` (rad/s), m²/s³ per rad/s, in the same shape.
 
         It is the evolutionary density s0 |H(omega; t)|², averaged over the duration with the square of the envelope as
-        weight: the density of the strong shaking, at the level of a unit envelope.
+        weight. This is the density of the strong motion, at the level of a unit envelope.
         """
         time = np.linspace(0.0, self.duration, PSD_INSTANTS)
         weight = self.envelope(time) ** 2

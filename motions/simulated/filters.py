@@ -47,8 +47,8 @@ def filtered(values: Array, numerator: list[float], denominator: list[float], dt
 def propagators(damping: Array, stiffness: Array, dt: float) -> tuple[Array, Array, Array]:
     """Return one step of x'' + damping x' + stiffness x = w for each of several (n,), with w linear over the step.
 
-    The step is the exponential of the matrix of (x, x', w, dt w'), which holds for any damping: of (x, x') before it,
-    and of w before and after it.
+    The step is the exponential of the matrix of (x, x', w, dt w'), which is valid for any damping. The results multiply
+    (x, x') before the step, and w before and after it.
     """
     matrix = np.zeros((damping.size, 4, 4))
     matrix[:, 0, 1] = matrix[:, 1, 2] = dt

@@ -45,7 +45,7 @@ class Generator(ABC):
 
     @property
     def scenario(self) -> Scenario | None:
-        """The earthquake and the site that the motions claim to be of; None where they claim none."""
+        """The stated earthquake and site of the motions; None without a statement."""
         return None
 
     @property
@@ -55,7 +55,7 @@ class Generator(ABC):
 
     @property
     def outside(self) -> str:
-        """What of the scenario lies outside of the data behind the generator's equations; empty where nothing does."""
+        """Parts of the scenario outside the data behind the generator's equations; empty if all are inside."""
         return ""
 
     @abstractmethod
@@ -63,7 +63,7 @@ class Generator(ABC):
         """Return motions `first` … `first + n - 1` of a seed, as one labelled array (motion, time), m/s²."""
 
     def sample_pairs(self, n: int, seed: int = 0, first: int = 0, correlation: float = 0.0) -> xr.DataArray:
-        """Return pairs of horizontal components, as `toppling.motions.join` joins those of recordings.
+        """Return pairs of horizontal components, in the form in which `toppling.motions.join` joins recordings.
 
         Parameters
         ----------
@@ -84,9 +84,9 @@ class Generator(ABC):
 
         Notes
         -----
-        With a motion w that is drawn independently of h1, h2 = r h1 + sqrt(1 - r²) w.  Of generators whose motions have
-        an amplitude of their own, w is first scaled to the Arias intensity of h1, because both components are of one
-        earthquake; those of recordings differ in it.
+        With a motion w that is drawn independently of h1, h2 = r h1 + sqrt(1 - r²) w. If motions of the generator have
+        their own amplitude, w is first scaled to the Arias intensity of h1, because both components are of one
+        earthquake. Components of recordings differ in it.
         """
         share = checks.number("correlation", correlation, at_least=-1.0, at_most=1.0)
         if self.along_a_pulse:
@@ -118,7 +118,7 @@ def counts(n: int, seed: int, first: int) -> tuple[int, int, int]:
 
 
 def check_samples(n: int, steps: int) -> None:
-    """Raise ValueError if n motions of so many steps would hold more than 5e8 samples."""
+    """Raise ValueError if n motions of `steps` steps would have more than 5e8 samples."""
     if n * (steps + 1) > MOST_SAMPLES:
         raise ValueError(
             f"motions must have at most {MOST_SAMPLES:.0e} samples in all, got {n} motions of {steps + 1}: "

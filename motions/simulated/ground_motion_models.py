@@ -1,4 +1,4 @@
-"""Ground-motion models: PGA, PGV and spectrum to be expected of an earthquake at a site, beside simulated motions."""
+"""Ground-motion models: expected PGA, PGV and spectrum of an earthquake at a site, for comparison with motions."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _one_at_a_time = threading.Lock()
 class Scenario(NamedTuple):
     """An earthquake and a site: moment magnitude, rupture distance (m), V_S30 (m/s), and style of faulting.
 
-    `depth` is that of the top of the rupture, m; the fault is vertical.
+    `depth` is the depth of the top of the rupture, m; the fault is vertical.
     """
 
     magnitude: float
@@ -72,7 +72,7 @@ def expected_motions(scenario: Scenario, model: str = "BSSA14", periods: Sequenc
 
     Notes
     -----
-    The fault is vertical and the site beside it: R_jb² = R_rup² - depth².  Basin depths are the models' defaults for
+    The fault is vertical and the site next to it: R_jb² = R_rup² - depth². Basin depths are the models' defaults for
     V_S30, the region is California.
 
     References
@@ -147,7 +147,7 @@ def over_model(
     model: str = "BSSA14",
     periods: Sequence[float] = PERIODS,
 ) -> xr.Dataset:
-    """Return the medians and dispersions of an ensemble over those of a ground-motion model.
+    """Return the medians and dispersions of an ensemble divided by a ground-motion model's.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ def scale_to_model(
         The measure, or an Sa such as "Sa(1.0)" with 5 % damping.  Only one can be matched by a factor; the others keep
         their ratio to it in each motion.
     seed, first : int
-        Seed of the random terms and index of the first motion, >= 0: a term depends on (seed, index) alone, and is
+        Seed of the random terms and index of the first motion, >= 0. A term depends on (seed, index) alone, and is
         independent of motion `index` of a generator under the same seed.
 
     Returns
@@ -236,7 +236,7 @@ def scale_to_model(
 
 
 def _ratios(values: Array, labels: Sequence[str], expected: xr.Dataset, model: str) -> xr.Dataset:
-    """Return the result of `over_model` for measures (measure, motion) and what the model expects of them."""
+    """Return the result of `over_model` for measures (measure, motion) and the model's expected values."""
     medians = np.concatenate([[expected["pga"], expected["pgv"]], expected["sa"].values])
     spreads = np.concatenate(
         [[expected["pga_dispersion"], expected["pgv_dispersion"]], expected["sa_dispersion"].values]

@@ -99,9 +99,9 @@ class KanaiTajimi(FilteredNoise):
     Parameters
     ----------
     omega_g : float
-        Circular frequency of the ground filter, rad/s; the median where motions differ.
+        Circular frequency of the ground filter, rad/s; the median if motions differ.
     xi_g : float
-        Damping ratio of the ground filter; the median where motions differ.
+        Damping ratio of the ground filter; the median if motions differ.
     s0 : float
         Two-sided power spectral density of the white noise, m²/s³ per rad/s.
     duration : float
@@ -123,14 +123,14 @@ class KanaiTajimi(FilteredNoise):
     linear between samples N(0, 2 pi s0/dt) (first-order hold).  Stationary variance pi s0 omega_g (1 + 4 xi_g²)/(2
     xi_g) as dt -> 0.  The peak of filtered white noise depends on dt.
 
-    The motions end with the noise, and they end moving: |H(0)| = 1, so that the velocity is a random walk, of which the
-    baseline correction leaves some 0.25 PGV at the end.  PGV and PGD depend on the duration and on that correction;
-    studies refuse them as measures of these motions.  The motions of `CloughPenzien` end at rest.
+    The motions end with the noise, and they end moving. Since |H(0)| = 1, the velocity is a random walk, of which the
+    baseline correction leaves about 0.25 PGV at the end. PGV and PGD depend on the duration and on that correction;
+    studies do not accept them as measures of these motions. The motions of `CloughPenzien` end at rest.
 
-    The motions of one spectrum differ far less than earthquakes do: PGV/PGA has a dispersion of 0.2 instead of some
-    0.5, and fragility curves come out too steep.  Dispersions of 0.5 and 0.6 make it 0.35: these are, rounded up, of
-    the lognormal distributions with the coefficients of variation, 0.49 and 0.64, that frequency and damping of such a
-    filter have in the records of Rezaeian and Der Kiureghian [2]_ (sqrt(ln(1 + 0.49²)) = 0.47; 0.58).
+    The motions of one spectrum differ far less than earthquakes do. PGV/PGA has a dispersion of 0.2 instead of about
+    0.5, and fragility curves are too steep. Dispersions of 0.5 and 0.6 raise it to 0.35. They are, rounded up, of the
+    lognormal distributions of frequency and damping of such a filter in the records of Rezaeian and Der Kiureghian
+    [2]_. The coefficients of variation there are 0.49 and 0.64 (sqrt(ln(1 + 0.49²)) = 0.47; 0.58).
 
     References
     ----------
@@ -221,11 +221,11 @@ class CloughPenzien(HighPassed, KanaiTajimi):
 
     Notes
     -----
-    The high-pass is s²/(s² + 2 xi_f omega_f s + omega_f²).  The noise lasts for `duration`. Ten time constants of the
-    slower filter follow (21 s with the defaults): their gain is 0 at frequency 0, so that their own response brings the
-    ground to rest. What is left of the velocity, less than 1e-3 PGV, and about 0.01 PGV if the noise starts at full
-    intensity (`Stationary`), is taken out evenly there.
-    A motion with a parabolic baseline ends moving with the noise, as those of `KanaiTajimi`.
+    The high-pass is s²/(s² + 2 xi_f omega_f s + omega_f²). The noise lasts for `duration`. Ten time constants of the
+    slower filter follow (21 s with the defaults). Their gain is 0 at frequency 0, so that their own response brings the
+    ground to rest. The rest of the velocity is taken out evenly there. It is less than 1e-3 PGV, and about 0.01 PGV if
+    the noise starts at full intensity (`Stationary`). A motion with a parabolic baseline ends moving with the noise, as
+    in `KanaiTajimi`.
 
     References
     ----------

@@ -21,7 +21,7 @@ TABLE_POINTS = 400
 
 
 class Modulation(NamedTuple):
-    """Shape and rate (1/s) of gamma densities, as arrays of one shape; NaN where no modulating function fits."""
+    """Shape and rate (1/s) of gamma densities, as arrays of one shape; NaN if no modulating function fits."""
 
     shape: Array
     rate: Array
@@ -50,14 +50,14 @@ def modulation(d5_95: Array, t_middle: Array, middle: float = 0.45) -> Modulatio
     """Return the modulation that takes `d5_95` (s) from 5 to 95 % of its energy, and reaches `middle` at `t_middle`
     (s).
 
-    `middle` is 0.45 (Rezaeian and Der Kiureghian) or 0.30 (Dabaghi and Der Kiureghian); NaN where D5-95/t_middle is
+    `middle` is 0.45 (Rezaeian and Der Kiureghian) or 0.30 (Dabaghi and Der Kiureghian); NaN if D5-95/t_middle is
     outside `ratio_limits`.
     """
     logs, ratios = _table(middle)
     target = log(d5_95 / t_middle)
     log_shape = np.interp(target, ratios, logs)
-    # Newton's method on a smooth monotone curve from a close start; the number of steps is fixed, so that the bits of
-    # an element do not depend on its neighbours.
+    # Newton's method on a smooth monotone curve from a close start. The number of steps is fixed, so that an element's
+    # bits do not depend on its neighbours.
     for _ in range(4):
         slope = (_log_ratio(log_shape + 1e-4, middle) - _log_ratio(log_shape - 1e-4, middle)) / 2e-4
         log_shape = log_shape - (_log_ratio(log_shape, middle) - target) / slope

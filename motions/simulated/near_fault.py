@@ -61,11 +61,11 @@ class NearFault(ScenarioGenerator):
     Notes
     -----
     Background: the process of `SiteBased`, with separate equations for sites near a fault (middle at 30 % of the
-    energy) and a gamma modulating function in place of the paper's piecewise function.  Pulse: the pulse of
-    `MavroeidisPapageorgiou` without residual displacement; V_p, T_p, gamma, nu and the time of the pulse are drawn
-    together with the background's parameters (the time has a correlation of 0.79 with the middle of the background),
-    and the pulse is added after the high-pass.  Draws are repeated as in `SiteBasedScenario`, and
-    motions end at rest as those of `SiteBased`.
+    energy). A gamma modulating function replaces the paper's piecewise function. Pulse: the pulse of
+    `MavroeidisPapageorgiou` without residual displacement. V_p, T_p, gamma, nu and the time of the pulse are drawn
+    together with the background's parameters. The time has a correlation of 0.79 with the middle of the background. The
+    pulse is added after the high-pass. Draws are repeated as in `SiteBasedScenario`, and motions end at rest as in
+    `SiteBased`.
 
     Examples
     --------
@@ -120,7 +120,7 @@ class NearFault(ScenarioGenerator):
         return self._labelled(seed, first, columns)
 
     def _draw(self, streams: Streams) -> tuple[Parameters, Array, Index]:
-        """Return parameters (motion,), those of the pulse (5, motion), NaN without one, and the draws not used."""
+        """Return parameters (motion,), parameters of pulses (5, motion), NaN without a pulse, and the unused draws."""
         equations = self.equations
         chance = {"always": 1.0, "never": 0.0, "probability": equations.pulse_probability}[self.with_pulse]
         pulsed = np.array([random.random() < chance for random in streams])

@@ -19,7 +19,7 @@ from .generator import Generator
 
 @dataclass(frozen=True)
 class Pulse(Generator):
-    """Deterministic pulse, followed by `tail` seconds without shaking.
+    """Deterministic pulse, followed by `tail` seconds without motion.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class Pulse(Generator):
     dt : float
         Largest time step, s; the step used divides the pulse's length.
     tail : float
-        Time without shaking after the pulse, s.
+        Time without motion after the pulse, s.
 
     Notes
     -----
@@ -142,9 +142,10 @@ class MavroeidisPapageorgiou(Pulse):
 
     Notes
     -----
-    v = (A/2) [1 + cos(2 pi f (t - t0)/gamma)] cos(2 pi f (t - t0) + nu) for |t - t0| <= gamma/(2 f); without residual,
-    v = [(A/2) cos(2 pi f (t - t0) + nu) - D f/gamma] [1 + cos(2 pi f (t - t0)/gamma)], where D is the displacement
-    that the first form leaves.  The peak acceleration is `amplitude`; use `of_velocity` to give A instead.
+    For |t - t0| <= gamma/(2 f) the velocity is v = (A/2) [1 + cos(2 pi f (t - t0)/gamma)] cos(2 pi f (t - t0) + nu).
+    Without residual it is v = [(A/2) cos(2 pi f (t - t0) + nu) - D f/gamma] [1 + cos(2 pi f (t - t0)/gamma)]. There D
+    is the displacement that the first form leaves. The peak acceleration is `amplitude`; use `of_velocity` to give A
+    instead.
 
     References
     ----------

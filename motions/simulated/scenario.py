@@ -1,7 +1,7 @@
 """Published predictive equations for the parameters of site-based motions of an earthquake at a site.
 
-Each parameter has a standard normal score, which is linear in functions of the scenario, and a marginal distribution
-that turns the score into the parameter; the errors of the scores are correlated.
+Each parameter has a standard normal score, which is linear in functions of the scenario. A marginal distribution turns
+the score into the parameter. The errors of the scores are correlated.
 """
 
 from __future__ import annotations
@@ -28,10 +28,9 @@ TWO_PI = 2.0 * math.pi
 class Parameters(NamedTuple):
     """Parameters of site-based motions, as arrays (motion,) or floats.
 
-    arias : Arias intensity pi/(2 g) integral a² dt, m/s.
-    d5_95, t_mid : time from 5 to 95 % of the Arias intensity, and to its middle fraction (45 %), s.
-    omega_mid, omega_slope : filter frequency at t_mid, rad/s, and its slope, rad/s².
-    zeta : damping ratio of the filter.
+    `arias`: Arias intensity pi/(2 g) integral a² dt, m/s. `d5_95`, `t_mid`: time from 5 to 95 % of the Arias intensity,
+    and to its middle fraction (45 %), s. `omega_mid`, `omega_slope`: filter frequency at t_mid, rad/s, and its slope,
+    rad/s². `zeta`: damping ratio of the filter.
     """
 
     arias: Array
@@ -97,12 +96,12 @@ SI = np.array([STANDARD_GRAVITY, 1.0, 1.0, TWO_PI, TWO_PI, 1.0])
 class SiteBasedEquations:
     """Predictive equations of Rezaeian and Der Kiureghian (2010) for one scenario, as of `SiteBasedScenario`.
 
-    Score v_i = c_i + F f_i + m_i M/7 + r_i x_R + s_i x_V + error; for the Arias intensity x_R = ln(R/25 km) and x_V =
+    Score v_i = c_i + F f_i + m_i M/7 + r_i x_R + s_i x_V + error. For the Arias intensity x_R = ln(R/25 km) and x_V =
     ln(V/750 m/s), for the others x_R = R/25 km and x_V = V/750 m/s. The error N(0, tau² + sigma²) is the total error,
-    and the correlations are those of total errors. Coefficients, tau, sigma, correlations and marginals are the
-    paper's, that of the Arias intensity by default: -1.844. Later public code by one of its authors has -2.2962,
-    ln(pi/2) less: with it the medians of PGA and PGV of M 6.5 at 20 km on 760 m/s are 1.1 to 1.2 times those of Boore
-    et al. (2014), with the paper's 1.5 to 1.7 times.
+    and the correlations are between total errors. Coefficients, tau, sigma, correlations and marginals are the paper's,
+    including the default constant of the Arias intensity, -1.844. Later public code by one of its authors has -2.2962,
+    ln(pi/2) less. For M 6.5 at 20 km on 760 m/s it gives 1.1 to 1.2 times the median PGA and PGV of Boore et al.
+    (2014). The paper's constant gives 1.5 to 1.7 times.
 
     Rezaeian, S. and Der Kiureghian, A. (2010). Earthquake Engineering and Structural Dynamics 39, 1155-1180.
     """

@@ -63,7 +63,7 @@ class Seismological(Generator):
     density : float
         Density at the source, kg/m³.
     site : {"generic-rock", "flat"}
-        Site amplification: that of Boore's (2016) generic rock with Vs30 = 760 m/s, or 1.
+        Site amplification: of Boore's (2016) generic rock with Vs30 = 760 m/s, or 1.
     amplification : sequence of (float, float), optional
         Table that replaces `site`: frequency in Hz (increasing) and factor, both > 0; the logarithms are interpolated,
         and the factors are constant beyond the ends.
@@ -75,13 +75,12 @@ class Seismological(Generator):
     Notes
     -----
     Acceleration spectrum A(f) = C M0 (2 pi f)² / [1 + (f/f0)²] x Z(R) exp[-pi f R/(Q beta)] x amplification x exp(-pi
-    kappa f); M0 = 10^(1.5 M + 9.045) N m, f0 = 0.49 beta (stress_drop/M0)^(1/3), C = 0.55 (1/sqrt 2) 2/(4 pi rho beta³
-    R0), R0 = 1 km; Z = R0/R to 40 km, then (R0/40 km) sqrt(40 km/R).  Duration T = 1/f0 + path duration.  White noise
-    under a window is transformed, divided by the root of its mean square amplitude, multiplied by A and transformed
-    back, so that the root mean square amplitude over motions is A.  The source filter acts in both directions of time;
-    therefore 1.5/f0 without shaking is left before and after, and motions end
-    at rest: with less than 1e-3 of PGV.  Without a low-cut filter the displacement has the long
-    periods of the source.
+    kappa f). Source: M0 = 10^(1.5 M + 9.045) N m, f0 = 0.49 beta (stress_drop/M0)^(1/3), C = 0.55 (1/sqrt 2) 2/(4 pi
+    rho beta³ R0), R0 = 1 km. Path: Z = R0/R to 40 km, then (R0/40 km) sqrt(40 km/R). Duration T = 1/f0 + path duration.
+    White noise under a window is transformed, divided by the root of its mean square amplitude, multiplied by A and
+    transformed back. The root mean square amplitude over motions is therefore A. The source filter acts in both
+    directions of time. Therefore 1.5/f0 without motion is left before and after, and motions end at rest: with less
+    than 1e-3 of PGV. Without a low-cut filter the displacement has the long periods of the source.
 
     References
     ----------
@@ -144,7 +143,7 @@ class Seismological(Generator):
 
     @property
     def shaking(self) -> float:
-        """Duration T of the shaking from source and path, s."""
+        """Duration T of the motion from source and path, s."""
         km = self.distance / 1e3
         path = float(np.interp(km, PATH_DISTANCES, PATH_DURATIONS))
         return 1.0 / self.corner + path + PATH_SLOPE * max(0.0, km - float(PATH_DISTANCES[-1]))

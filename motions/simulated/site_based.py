@@ -44,7 +44,7 @@ LEAST_ZETA, MOST_ZETA = 0.005, 0.99
 COUNTED = (0.01, 0.99)  # fractions of the energy between which crossings and extremes are counted
 LEAST_CROSSINGS = 10
 MOST_WORK = 1e8
-"""Greatest product of the numbers of samples of a motion and of its longest response: some 2 s of work."""
+"""Maximum product of the numbers of samples of a motion and of its longest response: about 2 s of work."""
 PASSES = 6  # alternating passes of frequency and damping ratio, which changes the frequency by a few per cent at most
 DEFAULT_CORNER = 0.15  # `corner_frequency` of magnitude 6.5
 
@@ -68,8 +68,8 @@ class SiteBased(Generator):
     zeta : float
         Damping ratio of the filter.
     f_c : float
-        Corner of the critically damped high-pass, Hz, which governs the peak velocity and so the overturning of blocks:
-        the usual 0.1 Hz gives 1.45 times the PGV of 0.3 Hz (M 6.5, 20 km).
+        Corner of the critically damped high-pass, Hz, which governs the peak velocity and so the overturning of blocks.
+        The usual 0.1 Hz gives 1.45 times the PGV of 0.3 Hz (M 6.5, 20 km).
     dt : float
         Time step, s.
     duration : float, optional
@@ -77,12 +77,12 @@ class SiteBased(Generator):
 
     Notes
     -----
-    x(t) = q(t) sum_i h(t - t_i; omega(t_i), zeta) u_i / sqrt(sum_i h²), with u_i ~ N(0, 1) on every sample: unit
-    variance by the discrete sum itself, so that the law of x converges as dt -> 0.  q² is a gamma density times 2 g
-    Ia/pi.  omega(t) = omega_mid + omega_slope (t - t_mid), limited to 0.3 Hz and half the Nyquist frequency.  The
-    motion is z'' of z'' + 2 w z' + w² z = x with w = 2 pi f_c.  The shaking is cut off 10/w before the end (at least
-    99.5 % of the energy has arrived), so that motions end at rest: with less than
-    1e-3 of PGV.
+    The process is x(t) = q(t) sum_i h(t - t_i; omega(t_i), zeta) u_i / sqrt(sum_i h²), with u_i ~ N(0, 1) on every
+    sample. The discrete sum itself has unit variance, so that the law of x converges as dt -> 0. Here q² is a gamma
+    density times 2 g Ia/pi. The frequency omega(t) = omega_mid + omega_slope (t - t_mid) is limited to 0.3 Hz and half
+    the Nyquist frequency. The motion is z'' of z'' + 2 w z' + w² z = x with w = 2 pi f_c. The excitation is cut off
+    10/w before the end; at least 99.5 % of the energy has arrived. Motions therefore end at rest: with less than 1e-3
+    of PGV.
 
     References
     ----------
@@ -143,15 +143,15 @@ class SiteBased(Generator):
         Raises
         ------
         ValueError
-            More than one motion, no shaking, or a record whose energy arrives too early for a gamma function.
+            More than one motion, a motion of zeros, or a record whose energy arrives too early for a gamma function.
 
         Notes
         -----
-        Arias intensity, D5-95 and t_mid are those of the record.  The slope and the middle of the cumulative count of
-        zero-level up-crossings (least squares, 1 to 99 % of the energy) give the frequency, and the total count of
-        positive minima and negative maxima gives the damping ratio: the statistics of Rezaeian and Der Kiureghian
-        (2008).  Both rates of the sampled filtered noise are known in closed form (orthant probabilities of three
-        neighbours), so that no simulation is needed.
+        Arias intensity, D5-95 and t_mid are the record's. The slope and the middle of the cumulative count of
+        zero-level up-crossings (least squares, 1 to 99 % of the energy) give the frequency. The total count of positive
+        minima and negative maxima gives the damping ratio: the statistics of Rezaeian and Der Kiureghian (2008). Both
+        rates of the sampled filtered noise are known in closed form (orthant probabilities of three neighbours), so
+        that no simulation is needed.
         """
         parameters, dt = _fitted(motion)
         return cls(**parameters, f_c=f_c, dt=dt)
@@ -257,19 +257,19 @@ class SiteBasedScenario(ScenarioGenerator):
     duration : float, optional
         Length of the motions, s; by default sufficient for times 2.5 standard deviations above their medians.
     arias_constant : float
-        Constant of the equation of the Arias intensity, which sets the strength of the motions: -1.844 as published in
-        2010, or -2.2962 as in later code, which is nearer to ground-motion models.
+        Constant of the equation of the Arias intensity, which sets the strength of the motions. It is -1.844 as
+        published in 2010, or -2.2962 as in later code, which is nearer to ground-motion models.
 
     Notes
     -----
-    A draw is repeated, from the motion's own stream, while no gamma modulating function has its D5-95 and t_mid, or
-    while 99.5 % of its energy and the decay of the high-pass do not fit into the duration (`redrawn` counts both).  A
-    short duration therefore excludes long motions: keep the default, or check `redrawn`.
+    A draw is repeated, from the motion's own stream, while no gamma modulating function has its D5-95 and t_mid. It is
+    also repeated while 99.5 % of its energy and the decay of the high-pass do not fit into the duration (`redrawn`
+    counts both). A short duration therefore excludes long motions: keep the default, or check `redrawn`.
 
-    The published equations give higher motions than ground-motion models: for M 6.5 at 20 km on 760 m/s the medians of
-    PGA and PGV are 1.65 and 1.55 times those of Boore et al. (2014), with the later constant 1.2 and 1.1 times.
-    Compare (`over_model`) before you rely on the level of a scenario; motions that are scaled to levels of an intensity
-    measure, as in an IDA, do not depend on it.
+    The published equations give higher motions than ground-motion models. For M 6.5 at 20 km on 760 m/s the medians of
+    PGA and PGV are 1.65 and 1.55 times the medians of Boore et al. (2014). With the later constant they are 1.2 and 1.1
+    times. Compare (`over_model`) before you rely on the level of a scenario. Motions that are scaled to levels of an
+    intensity measure, as in an IDA, do not depend on it.
 
     Examples
     --------

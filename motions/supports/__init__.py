@@ -1,1 +1,1 @@
-"""What stands between a floor and a block: benches, isolators and platforms, and the motions on top of them."""
+"""Supports between a floor and a block: benches, isolators and platforms, and the motions on top of them."""

@@ -1,4 +1,4 @@
-"""One way from a floor to what stands on a support: the support answers its floor, and the block the support."""
+"""One-way chain from a floor to a block: the support responds to its floor, and the block to the support."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from ...core.units import ACCELERATION, METRE, described
 from ..arrays import HORIZONTAL, OWN_LEVEL, records, shakes_of
 
 MOST_RATIO = 0.1
-"""Mass of a block over that of block and platform up to which its reaction on the platform is left out (judgement)."""
+"""Maximum mass of a block, over the mass of block and platform, with a negligible reaction on the platform (assumed).
+"""
 
 
 class Motion(NamedTuple):
-    """Absolute acceleration on top of a support, m/s², and its greatest displacement relative to its floor, m.
+    """Absolute acceleration on top of a support, m/s², and its maximum displacement relative to its floor, m.
 
-    Of a platform between compliant stops, too: how often it strikes them, and its greatest acceleration meanwhile.
+    For a platform between compliant stops also the number of strikes, and its maximum acceleration during a strike.
     """
 
     acceleration: Array
@@ -30,7 +31,7 @@ class Motion(NamedTuple):
 
 
 def one_way_only(mass_ratio: float, accepted: bool) -> None:
-    """Raise a ValueError for a block that is not light beside its platform, unless its reaction may be left out."""
+    """Raise a ValueError for a block that is heavy compared with its platform, unless its reaction may be left out."""
     ratio = checks.number("mass_ratio", mass_ratio, at_least=0.0, below=1.0)
     if ratio > MOST_RATIO and not accepted:
         raise ValueError(
@@ -50,8 +51,8 @@ def chained(
 ) -> xr.DataArray:
     """Return the motions on top of a support under labelled motions of the ground or of floors, times a factor.
 
-    parts: samples of the result per step; level: whether they belong to the strength of the motions below; stops:
-    whether the support has stops that are modelled.
+    `parts`: samples of the result per step. `level`: True if they belong to the strength of the motions below. `stops`:
+    True if the support has stops that are modelled.
     """
     plain = records(motions)
     if any(one.axes or one.vertical is not None for one in plain):

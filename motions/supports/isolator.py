@@ -1,4 +1,4 @@
-"""Isolators between a floor and a platform: linear ones, lead rubber (bilinear) and friction pendulums, with stops."""
+"""Isolators between a floor and a platform: linear, lead rubber (bilinear) and friction pendulums, with stops."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .stops import RESTITUTION, Clearance, Frequency, Restitution, Stops
 from .support import Damping, MassRatio, OneWay, Support
 
 FINE = 1e-3
-"""Greatest time between samples of motions on a friction pendulum, whose acceleration jumps, s."""
+"""Maximum time between samples of motions on a friction pendulum, whose acceleration jumps, s."""
 PERIOD, SHARE = Parameter("s", at_least=0.01, at_most=100.0), Parameter(above=0.0, below=1.0)
 # (below it a pendulum slides without yielding before)
 YIELD = Parameter("m", at_least=1e-6, written="mm")
@@ -47,14 +47,14 @@ class Isolator:
         Displacement at which the platform strikes a stop, m; none if not given.
     stop_frequency : float, optional
         Natural frequency of platform and load on a stop, sqrt(k_s/m)/(2 pi), Hz, which gives the stop's stiffness; at
-        least the isolator's.  Contacts last 2 ms at least.  Whether a strike makes a block uplift depends on it: try
-        several.  If not given strikes are not modelled, and motions that reach the clearance are warned of.
+        least the isolator's. Contacts last at least 2 ms. The uplift of a block by a strike depends on it: try several.
+        If not given, strikes are not modelled, and motions that reach the clearance cause a warning.
     stop_restitution : float
-        Ratio of the platform's velocities after and before a strike (judgement: 0.6).
+        Ratio of the platform's velocities after and before a strike (0.6 is assumed).
     mass_ratio : float
-        Mass of the load over the mass of load and platform; at most 0.1.
+        Mass of the load over the mass of load and platform; must be at most 0.1 unless `one_way` is True.
     one_way : bool
-        True: also neglect the reaction of heavier blocks.
+        True to leave out the reaction of heavier blocks, too.
 
     Attributes
     ----------
@@ -125,8 +125,7 @@ class Isolator:
         mass_ratio, one_way
             As of `Support`.
         clearance, stop_frequency, stop_restitution
-            As of the class.  With stops it does not scale: whether it reaches them depends on the strength of the
-            motion.
+            As of the class. With stops it does not scale, because a strike depends on the strength of the motion.
 
         Examples
         --------
@@ -164,7 +163,7 @@ class Isolator:
         strength : float
             Force at zero displacement, Q, over the weight.
         yield_displacement : float
-            Displacement at which it yields, m (judgement: 5 to 15 mm).
+            Displacement at which it yields, m (assumed: 5 to 15 mm).
         clearance, stop_frequency, stop_restitution, mass_ratio, one_way
             As of the class; isolated buildings have no mass ratio.
         """
@@ -240,17 +239,17 @@ class Isolator:
         Returns
         -------
         xarray.DataArray
-            As given, at steps of 1 ms or less on a friction pendulum, whose acceleration jumps where it sticks or turns
-            and is a straight line over such a step here, and of a twentieth of a contact with a stop;
-            ``support_displacement`` (m), the greatest at the samples, on motion (and floor).  With a `stop_frequency`
-            ``strikes``, the times that a stop begins to push, and ``strike_acceleration`` (m s-2), the greatest at the
-            samples while one pushes: whether a block uplifts in a strike rests on the stiffness of the stops.  What
-            yields or strikes does not scale: ``own_level`` bars analyses from it.
+            As given, at steps of 1 ms or less on a friction pendulum. Its acceleration jumps when it sticks or turns,
+            and is a straight line over such a step here. Steps are at most a twentieth of a contact with a stop. On
+            motion (and floor): ``support_displacement`` (m), the maximum at the samples. With a `stop_frequency` also
+            ``strikes``, the number of times that a stop begins to push, and ``strike_acceleration`` (m s-2), the
+            maximum at the samples while one pushes. The stiffness of the stops decides if a block uplifts in a strike.
+            Motions of yielding isolators and of strikes do not scale: ``own_level`` bars analyses from it.
 
         Raises
         ------
         TypeError, ValueError
-            As `toppling.motions.records`; pairs of components, vertical shaking, a factor <= 0.
+            As `toppling.motions.records`; pairs of components, a vertical component, a factor <= 0.
 
         Examples
         --------

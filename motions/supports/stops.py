@@ -15,7 +15,7 @@ from ...core.parameters import Parameter
 from ...core.wording import counted, short_digits
 
 RESTITUTION = 0.6
-"""Share of its velocity with which a platform leaves a stop (judgement)."""
+"""Share of its velocity with which a platform leaves a stop (assumed)."""
 DECLARED = {
     # (no stop is softer than the slowest isolator)
     "frequency": Parameter("Hz", at_least=0.01),
@@ -26,10 +26,10 @@ Frequency = Annotated[float, DECLARED["frequency"]]
 Restitution = Annotated[float, DECLARED["restitution"]]
 Clearance = Annotated[float, Parameter("m", above=0.0, written="mm")]
 SAMPLES = 20
-"""Least samples of the motion on top while the platform is in contact with a stop."""
+"""Minimum number of samples of the motion on top while the platform is in contact with a stop."""
 HALVINGS = 52
 FINEST = 1e-4
-"""Least time between samples of a motion on top, s."""
+"""Minimum time between samples of a motion on top, s."""
 
 
 @dataclass(frozen=True)
@@ -37,11 +37,11 @@ class Stops:
     """Stops on both sides of a platform, at a clearance (m, infinite for none), with a restitution of 0.15 to 1.
 
     `frequency` is the natural frequency of the platform with its load on a stop, sqrt(k_s/m)/(2 pi), Hz, >= 0.01;
-    strikes are not modelled where it is not given. Beyond the clearance a stop pushes back with k_s times depth + c_s
-    times its rate (Kelvin-Voigt), and never pulls. With c_s = 2 zeta sqrt(k_s m) a platform on which nothing else acts
-    keeps the share exp(-2 zeta arccos(zeta)/s), s = sqrt(1 - zeta²), of its velocity, after a contact of 2
-    arccos(zeta)/(omega_s s) (derived: the stop lets go where the acceleration is zero). Undamped, with the velocity v:
-    depth v/omega_s, duration pi/omega_s, acceleration v omega_s.
+    strikes are not modelled if it is not given. Beyond the clearance a stop pushes back with k_s times depth + c_s
+    times its rate (Kelvin-Voigt), and never pulls. Let c_s = 2 zeta sqrt(k_s m) and s = sqrt(1 - zeta²). A platform
+    without other forces keeps the share exp(-2 zeta arccos(zeta)/s) of its velocity, after a contact of 2
+    arccos(zeta)/(omega_s s). (Derived: the stop lets go at zero acceleration.) Undamped, with the velocity v: depth
+    v/omega_s, duration pi/omega_s, acceleration v omega_s.
     """
 
     clearance: float = math.inf
@@ -68,7 +68,7 @@ class Stops:
 
     @property
     def modelled(self) -> bool:
-        """Whether the platform is held by its stops."""
+        """True if the strikes of the platform on its stops are modelled."""
         return self.frequency is not None
 
     @property
@@ -102,7 +102,7 @@ class Stops:
         return max(1, math.ceil(dt * SAMPLES / self.contact - 1e-9)) if self.modelled else 1
 
     def doubts(self, found: Sequence[xr.DataArray]) -> list[Doubt]:
-        """Return the doubt in motions on top of a platform (their ``support_displacement``) that reaches its stops."""
+        """Return the input warning on motions on top of a platform (``support_displacement``) that hits its stops."""
         ways = np.concatenate([array["support_displacement"].values.ravel() for array in found])
         far = int((ways > self.clearance).sum())
         if not far:

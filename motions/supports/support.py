@@ -32,15 +32,15 @@ class Support:
     damping : float
         Damping ratio.
     mass_ratio : float
-        Mass of the load over the mass of load and support. The block's reaction on the support is neglected, which is
-        valid for light blocks: at most 0.1 (assumed).
+        Mass of the load over the mass of load and support. The block's reaction on the support is left out, which is
+        valid for a light block: a ratio above 0.1 (assumed) is an error unless `one_way` is True.
     one_way : bool
-        True: also neglect the reaction of heavier blocks.
+        True to leave out the reaction of heavier blocks, too.
 
     Notes
     -----
-    u'' + 2 zeta omega u' + omega² u = -a under the acceleration a of its floor, which is linear between samples; on top
-    a + u'' = -2 zeta omega u' - omega² u, exact at every sample.
+    The equation is u'' + 2 zeta omega u' + omega² u = -a under the acceleration a of its floor, which is linear between
+    samples. The motion on top is a + u'' = -2 zeta omega u' - omega² u, exact at every sample.
 
     Examples
     --------
@@ -72,13 +72,13 @@ class Support:
         Returns
         -------
         xarray.DataArray
-            As given, with ``support_displacement`` (m), the greatest relative to the floor at the samples, on motion
-            (and floor).  The support is elastic: scaling its motions is the same as scaling those below.
+            As given, with ``support_displacement`` (m), the maximum relative to the floor at the samples, on motion
+            (and floor). The support is elastic: scaling its motions is the same as scaling the motions below.
 
         Raises
         ------
         TypeError, ValueError
-            As `toppling.motions.records`; pairs of components, vertical shaking.
+            As `toppling.motions.records`; pairs of components, a vertical component.
         """
         return chained(motions, self.on_top, repr(self), 1, 1.0, level=False)
 

@@ -38,8 +38,8 @@ def anchoring(
     assessment : xarray.Dataset
         As `assess` returns it.
     objective : str
-        ``loss`` or ``number``: the expectation of what overturns; ``any``: the probability that at least one piece
-        overturns; or a consequence, such as ``blocks-exit``: the probability that at least one piece with this
+        ``loss`` or ``number``: the expectation over all that overturns. ``any``: the probability that at least one
+        piece overturns. Or a consequence, such as ``blocks-exit``: the probability that at least one piece with this
         consequence overturns.
     level : float, optional
         One of the levels: the expectation or probability given this level, instead of the annual value.
@@ -48,20 +48,21 @@ def anchoring(
     replicates, seed : int
         Number of resamples and seed of the intervals, as for `assess`.
     array : callable
-        Allocates an array of a shape and a type for data of every item and motion; in memory where not given.
+        Allocates an array of a shape and a type for data of every item and motion; in memory if not given.
 
     Returns
     -------
     xarray.Dataset
-        On (model, item), the items that count for the objective and are not anchored: ``saving`` by anchoring this one
-        alone, ``saving_share`` of all that can be saved, ``alone`` (the objective if this one stood alone: more than
-        its saving where others have the same effect in the same motions), ``cost``, ``saving_per_cost``,
-        ``rank`` (1 is the first to anchor).  On (model, step): ``anchored_item``, the next
-        to anchor when each is chosen for its saving beside those before, the objective ``left`` then, and the
-        ``total_cost``; step 0 is the present state.
+        On (model, item), for items that count for the objective and are not anchored: ``saving`` by anchoring this one
+        alone, and ``saving_share`` of all that can be saved. ``alone`` is the objective if only this one could fall; it
+        exceeds the saving if others have the same effect in the same motions. Further ``cost``, ``saving_per_cost``,
+        and ``rank`` (1 is the first to anchor).
 
-        ``…_lower`` and ``…_upper`` are ends of intervals over motions.  They are paired: the same resampled motions
-        shake the building with and without the item.
+        On (model, step): ``anchored_item``, the next to anchor when each is chosen for its saving after the previous
+        choices. Further the objective ``left`` then, and the ``total_cost``; step 0 is the present state.
+
+        ``…_lower`` and ``…_upper`` are ends of intervals over motions. They are paired: the building has the same
+        resampled motions with and without the item.
 
     Raises
     ------
@@ -71,10 +72,10 @@ def anchoring(
 
     Notes
     -----
-    Expectations add up, so the steps are in the order of the savings, but for what stands on another piece: its value
-    is lost where either falls, so that anchoring one of the two saves it only in motions in which the other stands.
+    Expectations add up, so the steps are in the order of the savings. A piece on another piece is an exception: its
+    value is lost if either falls. Anchoring one of the two saves it only in motions in which the other does not fall.
     Probabilities of a consequence do not add up: of two shelves that fall across the same door in the same motions,
-    anchoring one saves nothing.  A step in which no item saves anything takes the item with the largest value alone.
+    anchoring one saves nothing. A step in which no item saves anything takes the item with the largest value alone.
 
     Examples
     --------

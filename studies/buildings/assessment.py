@@ -1,4 +1,4 @@
-"""Performance assessment (FEMA P-58): a building shaken jointly at a level, by an earthquake, or in a year."""
+"""Performance assessment (FEMA P-58): joint outcomes in a building at a level, in an earthquake, or per year."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ BUILDING = "building"
 
 @dataclass(frozen=True)
 class Assessment:
-    """How the contents of a building are assessed: motions, laws, and what is asked of the outcomes.
+    """Options of an assessment of the contents of a building: motions, laws, and requested results.
 
     Attributes
     ----------
@@ -92,47 +92,47 @@ class Assessment:
         Damping laws; an item with its own restitution has that instead of the law's.
     motions : xarray.DataArray, a sequence of them or FloorHistories
         Ground motions (motion, time), or floor motions (motion, floor, time), m s-2, which are scaled with their ground
-        motions; or floor histories with levels of their own (SI), at which they are used as they are.  Pairs of
-        components (`toppling.motions.both_axes`, or histories with `axes`), h1 in the direction x of the building and
-        h2 in y, shake pieces about their width and their depth; levels are then of a measure of both components.
+        motions. Or floor histories with their own levels (SI), at which they are used as they are. Pairs of components
+        have h1 in the direction x of the building and h2 in y (`toppling.motions.both_axes`, or histories with `axes`).
+        They act on pieces about their width and their depth. Levels are then of a measure of both components.
     levels : array_like, shape (level,)
         Levels of the measure of the ground motion, SI, > 0, strictly increasing.
     im : str or Measure
         The measure to which the ground motions are scaled, as for `toppling.ida`; ``scale`` for plain factors.  A
         scenario is ``levels=[1.0], im="scale"``: the motions of an earthquake as they are.
     building : Building, optional
-        The building between the ground motions and the floors.  None where `motions` are floor motions already, or
-        where everything stands on the ground (floor 0).
+        The building between the ground motions and the floors. None if `motions` are floor motions already, or if all
+        pieces are on the ground (floor 0).
     hazard : Hazard, optional
         Hazard curve of `im` (``levels``, ``rates``, ``im``, ``units``), for annual values.
     ground : xarray.DataArray or a sequence of them, optional
-        The ground motions of floor motions, with their labels; floor 0 of the floor motions where not given.
+        The ground motions of floor motions, with their labels; floor 0 of the floor motions if not given.
     variability : Variability, optional
-        The differences between pieces of a line; where not given, pieces are alike and overturn together.
+        The differences between pieces of a line; if not given, pieces are alike and overturn together.
     modelling_dispersion : float
-        beta_m, as `toppling.fragility.with_modelling` explains: how well the model's capacities are known.  It is
-        common to all pieces of a class (`Contents.piece_class`, else pieces of the same sizes), which fall together
-        more for it, and independent from class to class.  With a hazard curve annual values are means over it, and
-        values given a level hold none of it; without one values given a level are means over it, from runs at
-        thirteen levels about each (`studies.buildings.modelling`), to which floor histories cannot be scaled unless
-        they are elastic.  Where each level has motions of its own, all pieces must be of one class.
+        Uncertainty beta_m of the model's capacities, as `toppling.fragility.with_modelling` explains. It is common to
+        all pieces of a class (`Contents.piece_class`, else pieces of the same sizes), which therefore fall together
+        more often, and independent from class to class. With a hazard curve annual values are means over it, and values
+        given a level do not include it. Without one values given a level are means over it, from runs at thirteen
+        levels about each (`studies.buildings.modelling`). Floor histories cannot be scaled to these unless they are
+        elastic. If each level has its own motions, all pieces must be of one class.
     quantiles : sequence of float
         Wanted quantiles of number and loss, between 0 and 1.
     losses : array_like, optional
-        Losses at which exceedance is given, currency, >= 0, increasing; 0 and 60 from a thousandth of all to all where
-        not given (of costs that have a spread, all is what one in a thousand pieces exceeds).
+        Losses at which exceedance is given, currency, >= 0, increasing. By default 0 and 60 values from a thousandth of
+        the total to the total. (The total of costs with a spread is what one in a thousand pieces exceeds.)
     slipping : Slipping, optional
-        Slips whose chances are wanted, and whether the pieces of a line have their coefficient of friction in common.
+        Slips whose probabilities are wanted; True if the pieces of a line have their coefficient of friction in common.
     consequence_correlation : float
-        Correlation of the normal scores of cost, downtime and injuries of one piece, 0 to 1.  Pieces are independent.
-        It changes no mean and no exceedance of one of them, only how they come together.
+        Correlation of the normal scores of cost, downtime and injuries of one piece, 0 to 1. Pieces are independent. It
+        changes no mean and no exceedance of one of them, only their joint distribution.
     confidence, replicates, seed
         Of the intervals: their confidence, the number of resamples of the motions and the seed that decides them, and
         the draws of costs, downtimes and injuries.
     polarity : {"as recorded", "both"}, optional
         ``both`` runs every ground motion, with all floor motions under it, as given and reversed (ü and -ü), because an
-        earthquake may come from either side; where not given, both if front and back of any piece that is not anchored
-        differ (`Block.sided`), else as recorded.
+        earthquake may come from either side. By default both if front and back of any piece that is not anchored differ
+        (`Block.sided`), else as recorded.
     """
 
     models: Law | Sequence[Law]
@@ -155,7 +155,7 @@ class Assessment:
 
     @property
     def laws(self) -> list[Law]:
-        """The damping laws; TypeError or ValueError where one is none, or labels are equal."""
+        """The damping laws; TypeError or ValueError if one is none, or labels are equal."""
         return labelled_sequence("models", self.models, Law)  # type: ignore[type-abstract]
 
 
@@ -174,70 +174,73 @@ def assess(
     inventory : Inventory
         The contents of each floor; anchored pieces do not overturn.
     asked : Assessment
-        How they are shaken, and what is asked.
+        Motions and options of the assessment.
     sides : bool, optional
-        Whether forward falls are told apart; where not given, whether any piece that is not anchored has a wall, a
-        restraint, a mass off the middle or a lean.
+        True to distinguish forward falls; by default if any piece that is not anchored has a wall, a restraint, a mass
+        off the middle or a lean.
     client, progress
         As for `toppling.ida`.
 
     Returns
     -------
     xarray.Dataset
-        Places are ``building`` and each floor; (model, …, level) are conditional on the level, names with `annual` and
-        `rate` are per year and only there with a hazard curve, names with `loss` only where something has a value, with
-        `consequence` only where something has one, with `downtime` or `injuries` only where lines give them.
+        Places are ``building`` and each floor; (model, …, level) are conditional on the level. Names with `annual` and
+        `rate` are per year and exist only with a hazard curve. Names with `loss` exist only if something has a value,
+        with `consequence` only if something has one, and with `downtime` or `injuries` only if lines give them.
 
-        ``overturned`` (model, item, level, motion) are the flags, (…, item, variant, …) with `variability`; ``number``,
-        ``loss``, ``downtime`` (days, the longest) and ``injuries`` (model, place, level, motion) what overturns under
-        each motion, with an axis realisation where it is drawn.  ``front…`` are forward falls, ``sideways…`` falls
-        along the depth, ``broken…`` ruptures of restraints, NaN of pieces without them.  Where any line has an edge,
-        all that is said of what overturns is of ``fallen``, what overturned as if none could slide, or slid off;
-        ``gated…`` is of overturning where pieces slide instead, which lowers no other value, and a trip counts as no
-        fall.  ``level_weight`` (level) is the annual rate of each level, ``number_exceedance`` the probability of at
-        least ``number_threshold`` falls.  The documentation's page of every variable lists all with units.
+        ``overturned`` (model, item, level, motion) are the flags, (…, item, variant, …) with `variability`. ``number``,
+        ``loss``, ``downtime`` (days, the longest) and ``injuries`` (model, place, level, motion) are the totals under
+        each motion, with an axis realisation if they are drawn. ``front…`` are forward falls, ``sideways…`` falls along
+        the depth, ``broken…`` ruptures of restraints, NaN for pieces without them.
 
-        ``…_lower`` and ``…_upper`` are ends of intervals.  Where motions are run both ways, each is followed by its
-        reverse along motion, with the coordinates `record` (its label as given) and `polarity` (1, -1).
+        If any line has an edge, all results for falls refer to ``fallen``: pieces that overturned as if none could
+        slide, or slid off. ``gated…`` refers to overturning if pieces slide instead, which lowers no other value; a
+        trip counts as no fall. ``level_weight`` (level) is the annual rate of each level, ``number_exceedance`` the
+        probability of at least ``number_threshold`` falls. The documentation's page of every variable lists all with
+        units.
+
+        ``…_lower`` and ``…_upper`` are ends of intervals. If motions are run both ways, each is followed by its reverse
+        along motion, with the coordinates `record` (its label as given) and `polarity` (1, -1).
 
     Raises
     ------
     TypeError, ValueError
-        As `toppling.ida` and `Inventory.check_supports`; a floor that the building has not, a measure that depends on
-        the block, a hazard curve of another measure, a restitution for a law that has none, motions that hold reverses
-        already; of pairs, as `studies.buildings.axes.placed_on_axes`, and friction; vertical shaking under a building
-        or a law of linear geometry.
+        As `toppling.ida` and `Inventory.check_supports`. A floor that the building does not have, a measure that
+        depends on the block, or a hazard curve of another measure. A restitution for a law that has none, or motions
+        that already contain reverses. For pairs also as `studies.buildings.axes.placed_on_axes`, and friction. A
+        vertical component under a building or a law of linear geometry.
 
     Notes
     -----
-    All items are shaken by the same ground motion at the same level, each through its own floor, so pieces that fall in
-    the same motion are counted together.  Distributions over motions are of this joint outcome; motions have equal
-    weight.
+    The same ground motion at the same level acts on all items, each through its own floor, so pieces that fall in the
+    same motion are counted together. Distributions over motions are of this joint outcome; motions have equal weight.
 
-    Both ways, a motion has two equally probable outcomes, one of each polarity, which all pieces, floors and directions
-    see together: the earthquake comes from one side or from the other.  What happens jointly is found for each polarity
-    and then averaged: means, probabilities and rates are the averages of those of two assessments, under +ü and under
-    -ü.  All intervals draw a motion with both its outcomes, as one earthquake: two equal outcomes of a motion count as
-    much as one.  Draws of variants, costs, downtimes and injuries are the same for both polarities.
+    Both ways, a motion has two equally probable outcomes, one of each polarity: the earthquake comes from one side or
+    from the other. All pieces, floors and directions share them. Joint results are found for each polarity and then
+    averaged. Means, probabilities and rates are the averages of two assessments, under +ü and under -ü. All intervals
+    draw a motion with both its outcomes, as one earthquake: two equal outcomes of a motion count as much as one. Draws
+    of variants, costs, downtimes and injuries are the same for both polarities.
 
-    Two things are assumed.  The fronts of all pieces face the same way, +x or +y of the building: which way a piece
-    faces changes no value of this piece alone, but which pieces fall together.  And the building is symmetric: the
-    floor motions under the reversed ground motion are the reversed floor motions.
+    There are two assumptions. The fronts of all pieces face the same way, +x or +y of the building. The direction of a
+    piece changes no value of this piece alone, but changes the pieces that fall together. The building is symmetric:
+    the floor motions under the reversed ground motion are the reversed floor motions.
 
-    Intervals: of probabilities Wilson's with one trial a motion; of means, and of everything in a year, from resampled
-    motions (`fragility.means.mean_interval`), each with all its levels, floors and items; of quantiles from ranks.
-    Where nothing overturns under any motion, annual values are 0 and their intervals NaN: the motions cannot tell.
-    Of places and pieces none has a higher upper end than the building, nor has a place a higher lower end.
-    The intervals leave out the uncertainty of the hazard, the building and the blocks.
+    Intervals of probabilities are Wilson's with one trial per motion. Intervals of means, and of all annual values, are
+    from resampled motions (`fragility.means.mean_interval`), each with all its levels, floors and items. Intervals of
+    quantiles are from ranks. If nothing overturns under any motion, annual values are 0 and their intervals NaN: the
+    motions do not determine them. No place or piece has a higher upper end than the building, and no place a higher
+    lower end. The intervals leave out the uncertainty of the hazard, the building and the blocks.
 
-    Costs, downtimes and injuries given the motion: means of sums are exact (the mean of each distribution times the
-    probability of its fall), quantiles and exceedances are of the realisations, and so is the mean of the longest
-    downtime (`studies.inventory.consequences`).  What the draws of pieces and of consequences leave in quantiles and
-    exceedances is their ``sampling_error`` (`fragility.curves.means`); over the modelling uncertainty it is too large,
-    as the scores of a motion are spread evenly.  Every motion draws for itself, so that intervals over motions hold it.
+    Means of costs, downtimes and injuries given the motion are exact (the mean of each distribution times the
+    probability of its fall). Quantiles and exceedances are of the realisations, and so is the mean of the longest
+    downtime (`studies.inventory.consequences`). The error in quantiles and exceedances from the draws of pieces and of
+    consequences is their ``sampling_error`` (`fragility.curves.means`). Over the modelling uncertainty it is too large,
+    as the scores of a motion are spread evenly. Every motion draws separately, so that intervals over motions include
+    it.
 
-    In a year: integral of the conditional value over the hazard curve (`fragility.hazard.levels.level_weights`: cubics
-    in the logarithm of the level, constant above the last one, to zero within one step below the first).
+    Annual values are the integral of the conditional value over the hazard curve
+    (`fragility.hazard.levels.level_weights`). It uses cubics in the logarithm of the level, constant above the last
+    level, to zero within one step below the first.
 
     References
     ----------
@@ -411,7 +414,7 @@ def _share_of_falls(variables: Variables, yearly: bool) -> xr.Variable:
 
 
 def refuse_modelling(beta: float, inventory: Inventory, shaking: Shaking, yearly: bool) -> None:
-    """Raise a ValueError where floor histories, which are not scaled, do not tell what beta_m (`beta`) changes."""
+    """Raise a ValueError if floor histories, which are not scaled, do not determine the effect of beta_m (`beta`)."""
     if beta == 0.0:
         return
     if not yearly and not shaking.scalable:
@@ -432,7 +435,7 @@ def _run(
     sides: bool,
     slips: SlidingRuns | None,
 ) -> dict[str, Flags]:
-    """Return flags (model, item, variant, level, motion) of falls and, where there can be any, of `PIECE_EVENTS`."""
+    """Return flags (model, item, variant, level, motion) of falls and, if there can be any, of `PIECE_EVENTS`."""
     laws, variability = asked.laws, asked.variability
     variants = 1 if variability is None else variability.variants
     shape = (scaled.levels.size, shaking.runs)
@@ -490,7 +493,7 @@ def _run(
 
 
 class _Runs(NamedTuple):
-    """Oscillators run together, the rows that they are of, and the motions for which each run stands."""
+    """Oscillators run together, their rows, and the number of motions that each run represents."""
 
     oscillators: Sequence[Oscillator]
     rows: Mapping[int, int]
@@ -506,7 +509,7 @@ class _Runs(NamedTuple):
 def _runs_on(
     at: Support, inventory: Inventory, laws: Sequence[Law], shaking: Shaking, variability: Variability | None
 ) -> list[_Runs]:
-    """Return the runs of the pieces that can fall on a support: those of every motion, and those that are mirrored."""
+    """Return the runs of the pieces that can fall on a support: under every motion, and mirrored runs."""
     rows = {i: row for i, row in enumerate(inventory.rows) if support_of(row) == at and not row.anchored}
     found = []
     for stands_for, both in itertools.product(range(1, shaking.polarities + 1), (False, True)):
@@ -529,19 +532,19 @@ def _runs_on(
 
 
 def shaking_of(asked: Assessment, inventory: Inventory) -> Shaking:
-    """Return the motions of a building, both ways where the inventory needs it and nothing else is given."""
+    """Return the motions of a building, both ways if the inventory needs it and nothing else is given."""
     ways = polarity_of(inventory) if asked.polarity is None else asked.polarity
     return Shaking.of(asked.building, asked.motions, asked.ground, asked.im == SCALE, ways)
 
 
 def polarity_of(inventory: Inventory) -> str:
-    """Return how motions are run by default: both ways if front and back of any piece that can fall differ."""
+    """Return the default polarity: both ways if front and back of any piece that can fall differ."""
     free = [row.block for row in inventory.rows if not row.anchored]
     return BOTH if any(block.sided or faces_an_edge(block) for block in free) else AS_RECORDED
 
 
 def tells_sides(inventory: Inventory) -> bool:
-    """Return whether front and back differ for any piece that can fall: a wall, a restraint, an offset or a lean."""
+    """Return True if front and back differ for any piece that can fall: a wall, a restraint, an offset or a lean."""
     free = [row.block for row in inventory.rows if not row.anchored]
     return any(not block.symmetric or block.wall is not None or block.restraint is not None for block in free)
 
@@ -554,7 +557,7 @@ def distinct_runs(inventory: Inventory, variability: Variability | None = None, 
 
 
 def kind_of(row: Contents) -> tuple[Block, float | None]:
-    """Return the properties that decide the runs of a row, beside its floor and direction."""
+    """Return the properties that determine the runs of a row, in addition to its floor and direction."""
     block = row.block
     mass = None if block.restraint is None else block.mass  # (on which nothing else depends)
     depth = block.depth if row.both_axes else None
@@ -569,7 +572,7 @@ def _named(row: Contents, law: Law, variability: Variability | None, across: boo
 
 
 def _weights(scaled: Scaling, hazard: Hazard, beta: float) -> LevelWeights:
-    """Return the hazard curve as weights of the levels; ValueError where it is of another measure."""
+    """Return the hazard curve as weights of the levels; ValueError if it is of another measure."""
     hazard_points(hazard)
     of, units = getattr(hazard, "im", None), getattr(hazard, "units", None)
     if of is not None and of != scaled.name:
@@ -600,7 +603,7 @@ def straight_weights(levels: Array, curve: HazardCurve, rates: Array) -> LevelWe
 
 
 def check_drawn(inventory: Inventory, realisations: int) -> None:
-    """Raise ValueError where a line has more pieces than can be drawn."""
+    """Raise ValueError if a line has more pieces than can be drawn."""
     scores = PieceScores(realisations)
     for row in inventory.rows:
         if row.drawn:
@@ -608,7 +611,7 @@ def check_drawn(inventory: Inventory, realisations: int) -> None:
 
 
 def _losses(losses: Any, inventory: Inventory) -> Array:
-    """Return the thresholds of loss, empty where nothing has a value."""
+    """Return the thresholds of loss, empty if nothing has a value."""
     if inventory.value == 0.0:
         if losses is not None:
             raise ValueError("losses must not be given for an inventory in which nothing has a value")
@@ -636,7 +639,7 @@ _OPTIONAL = (
     *("anchor_strength", "anchor_height", "kit", "contact", "stands_on"),
 )
 _DRAWN = ("cost", "downtime", "injury")
-"""What is described where it is given."""
+"""Quantities that are described if they are given."""
 
 
 def described(row: Contents) -> dict[str, Any]:
@@ -665,7 +668,7 @@ def _labels(dim: str, values: Sequence[str], long_name: str) -> xr.Variable:
 
 
 def _item_coordinates(inventory: Inventory, laws: list[Law], both_axes: bool) -> dict[str, xr.Variable]:
-    """Return the coordinates of the items: what the lines give, blocks and restitution; with `both_axes` depths."""
+    """Return the coordinates of the items: the values of the lines, blocks and restitution; with `both_axes` depths."""
     rows, blocks = inventory.rows, [row.block for row in inventory.rows]
     money = inventory.currency or DIMENSIONLESS
     mean = "mean " if any(row.cost is not None for row in rows) else ""
@@ -736,7 +739,7 @@ def _item_coordinates(inventory: Inventory, laws: list[Law], both_axes: bool) ->
 
 
 def _measured(scaled: Scaling, shaking: Shaking) -> dict[str, xr.Variable]:
-    """Return the measure of the unscaled ground motions as a coordinate, where these motions are known."""
+    """Return the measure of the unscaled ground motions as a coordinate, if these motions are known."""
     if scaled.measured is None or not shaking.ground:
         return {}
     return {f"ground_{scaled.name}": variable(("motion",), scaled.measured, scaled.units, scaled.long_name)}

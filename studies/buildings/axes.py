@@ -23,8 +23,8 @@ from .variables import SIDEWAYS
 def placed_on_axes(inventory: Inventory, shaking: Shaking, laws: Sequence[Law]) -> Inventory:
     """Return an inventory as `Shaking.placed` does, with the free-standing lines that also run about their depth.
 
-    Those are all that can fall, but on soft beds, or at least 1.6 times as long as wide under a law without a
-    restitution along the depth; walls, restraints, offsets and leans act along the width.
+    These lines can fall and are not on soft beds. Under a law without a restitution along the depth, they are also less
+    than 1.6 times as long as wide. Walls, restraints, offsets and leans act along the width.
     """
     placed = shaking.placed(inventory)
     if not shaking.axes:
@@ -87,6 +87,6 @@ def axes_notes(inventory: Inventory, as_read: Inventory, axes: str) -> list[Fact
 
 
 def sideways_notes(assessment: xr.Dataset) -> list[Fact]:
-    """Return the note on how many of each line's falls are along its depth, in a year or over all levels."""
+    """Return the note on the share of each line's falls along its depth, per year or over all levels."""
     name = f"{SIDEWAYS}_share"
     return depth_notes(assessment["item"].values, assessment[name].isel(model=0).values) if name in assessment else []

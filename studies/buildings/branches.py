@@ -35,11 +35,11 @@ LONGEST = "downtime"
 
 @dataclass(frozen=True)
 class JoinedClasses:
-    """What pieces bring about together, by the values (row, 1 + level, motion, …) of their classes, at least one.
+    """Joint results of pieces, by the values (row, 1 + level, motion, …) of their classes, at least one.
 
-    Values are P(nothing of a set falls | motion), of which the chance that anything falls is made; with `joint` the
-    longest downtime of what falls (…, realisation), whose mean over its draws is taken. The first is where nothing
-    falls.
+    Values are P(nothing of a set falls | motion), from which the probability of any fall is computed. With `joint` they
+    are the longest downtime of the fallen pieces (…, realisation), whose mean over its draws is taken. The first value
+    is without any fall.
     """
 
     classes: Mapping[str, Array]
@@ -88,7 +88,7 @@ class InventoryBranch(NamedTuple):
 
 @dataclass(frozen=True)
 class Sampling:
-    """How rates are sampled: replicates of the motions, the seed, beta_m, and whether it is in fractiles or means."""
+    """Sampling of rates: replicates of the motions, the seed, beta_m, and its inclusion in fractiles or means."""
 
     replicates: int
     seed: int
@@ -108,12 +108,12 @@ def rates_over_branches(
 ) -> xr.Dataset:
     """Return fractiles and means over branches of the annual rates of pieces and events, and of annual amounts.
 
-    `branches` are all combinations, whose weights sum to 1; `assessments` are the inventory by the names of motions
-    at the same levels, without modelling uncertainty in their flags.  As `toppling.fragility.epistemic_rates`, with
-    the rates of weighted levels in place of those of curves: the finite number of motions counts by resampled
-    motions.  With beta_m in the fractiles each sample has a score Z of each class (`modelling`), whose capacities
-    are off by exp(beta_m Z); sums over classes are of independent scores.  With beta_m in the means all rates are
-    means over it.
+    `branches` are all combinations, whose weights sum to 1. `assessments` are the inventory by the names of motions at
+    the same levels, without modelling uncertainty in their flags. The rates are as of
+    `toppling.fragility.epistemic_rates`, of weighted levels instead of curves: the finite number of motions counts by
+    resampled motions. With beta_m in the fractiles each sample has a score Z of each class (`modelling`), whose
+    capacities are multiplied by exp(beta_m Z). Sums over classes are of independent scores. With beta_m in the means
+    all rates are means over it.
     """
     for branch in branches:
         if branch.hazard.fractile is not None and branch.hazard.weights is not None:
@@ -213,7 +213,7 @@ class _Sampled(NamedTuple):
         return _Sampled(mean, SampledRates(own, plain, modelled, self.rates.weights))
 
     def plus(self, other: _Sampled) -> _Sampled:
-        """Return the sums with those of other items."""
+        """Return the sums with the rates of other items."""
         a, b = self.rates, other.rates
         sums = SampledRates(a.mean + b.mean, a.samples + b.samples, a.modelled + b.modelled, a.weights)
         return _Sampled(self.mean + other.mean, sums)
@@ -240,7 +240,7 @@ class _Found:
         )
 
     def keep(self, name: str, dims: tuple[str, ...], weighed: Sequence[Array], units: str) -> None:
-        """Keep what was found of one value."""
+        """Keep the results of one value."""
         mean, fractiles, shares, own = weighed
         text = TEXTS[name]
         self.variables |= {
@@ -284,7 +284,7 @@ class _Branch:
         return Year(level_weights(self.levels, covering(hazard, self.levels, beta)).weights)
 
     def _year_at(self, rates: Array) -> Year:
-        """Return the sums, motion by motion, over points of shaking with annual rates (point,)."""
+        """Return the sums, motion by motion, over points of the intensity with annual rates (point,)."""
         return Year(rates, polarities=self.every.polarities)
 
     def _states(self, hazard: HazardCurve) -> ShiftedLevels:
@@ -293,7 +293,7 @@ class _Branch:
         return ShiftedLevels.between(level_weights(self.levels, mean), mean, hazard, beta)
 
     def of_items(self, rows: slice, lost: bool = False) -> _Sampled:
-        """Return the rates of a slab of items; lost: also where what they stand on falls."""
+        """Return the rates of a slab of items; `lost`: also if their support falls."""
         given = (self.chances.lost if lost else self.chances.piece)(slice(self.at, self.at + 1), rows)[0]
         counts = np.array([row.count for row in self.inventory.rows[rows]])
         if not lost:
@@ -322,7 +322,7 @@ class _Branch:
         return _Sampled(mean, SampledRates(own, plain, modelled, self.shares))
 
     def of_joined(self, rows: JoinedClasses) -> _Sampled:
-        """Return the annual values of what pieces bring about together."""
+        """Return the annual values of joint results of pieces."""
         beta, spread, together = self.sampling.beta, self.sampling.spread, rows.together
         if len(rows.classes) == 1:
             return self._of_rows(together, np.repeat(list(rows.classes), len(together)))
@@ -373,7 +373,7 @@ class _Branch:
             self.inventory,
             fall_flags(self.assessment).isel(model=[self.at]).values,
             self.members,
-            np.zeros(0),  # (no loss is asked for)
+            np.zeros(0),  # no loss is requested
             sampling.variability,
             scores=PieceScores(realisations, sampling.correlation, sampling.seed),
             polarities=self.every.polarities,
@@ -388,7 +388,7 @@ class _Branch:
 
     @property
     def beyond(self) -> float:
-        """The share of the expected falls from shaking beyond the curve's levels, or above the highest that was run."""
+        """The share of the expected falls from motions beyond the curve's levels, or above the runs' highest level."""
         plain = covering(self.hazard, self.levels)
         rates = np.asarray(plain.rates)
 

@@ -21,7 +21,7 @@ from .outcomes import ANY, JointFlags, JointOutcomes
 DRAWS = 32
 """Draws of the scores of the classes for each motion."""
 MOST_POINTS = 400
-"""Most points of shaking at which joint outcomes are evaluated for a year."""
+"""Maximum number of points of the intensity at which joint outcomes are evaluated for annual values."""
 POINTS_A_BETA = 10.0
 """Points in one beta_m of ln(level)."""
 REACH = 5.0
@@ -43,7 +43,7 @@ def covering(hazard: HazardCurve, levels: Array, modelling: float = 0.0) -> Haza
 
 
 class Mixture(ABC):
-    """Random states of a class of pieces at points of shaking: j is its outcome at level j - 1, 0 is no fall."""
+    """Random states of a class of pieces at points of the intensity: j is its outcome at level j - 1, 0 is no fall."""
 
     @property
     @abstractmethod
@@ -55,7 +55,7 @@ class Mixture(ABC):
         """Return the states (point, …) where the score has cumulative probabilities `shares` (…), from 0 to 1."""
 
     def of(self, values: Array, nothing: float = 0.0) -> Array:
-        """Return the means (…, point, motion) of values (…, level, motion) that are `nothing` where nothing falls."""
+        """Return the means (…, point, motion) of values (…, level, motion) that are `nothing` if nothing falls."""
         shares = self.shares
         found = np.empty((*values.shape[:-2], shares.shape[0], values.shape[-1]))
         found[...] = nothing * shares[:, 0][:, None]
@@ -66,10 +66,10 @@ class Mixture(ABC):
 
 @dataclass(frozen=True)
 class ShiftedLevels(Mixture):
-    """States for annual values: a class reaches level j where ln(shaking) exceeds positions[j] + beta_m Z.
+    """States for annual values: a class reaches level j if ln(intensity) exceeds positions[j] + beta_m Z.
 
-    positions (level,): ln of the capacity that has the annual rate of what happens at level j or above; points
-    (point,): ln of shaking; rates (point,): annual rates of the shaking about each point, 1/year.
+    `positions` (level,): ln of the capacity whose annual rate equals the rate of levels j and above. `points` (point,):
+    ln of the intensity. `rates` (point,): annual rates of the intensity about each point, 1/year.
     """
 
     positions: Array
@@ -81,7 +81,7 @@ class ShiftedLevels(Mixture):
     def between(cls, weights: LevelWeights, mean: HazardCurve, hazard: HazardCurve, beta: float) -> Self:
         """Make the states for weights of levels under the `mean` hazard (`blurred`), and the hazard itself.
 
-        The mean hazard at the position of a level is the sum of the weights from there on, so that each class alone has
+        The mean hazard at the position of a level is the sum of the weights from there on. Each class alone thus has
         the annual values of the weights: E[H(c exp(beta_m Z))] is the mean hazard at c.
         """
         positions = positions_of(weights.weights, mean)
@@ -110,7 +110,7 @@ class ShiftedLevels(Mixture):
 
 @dataclass(frozen=True)
 class ScoredLevels(Mixture):
-    """States for values at given levels: of each the levels that were run for `SCORES`, runs (point, score)."""
+    """States for values at given levels: for each level the numbers of its runs for `SCORES`, runs (point, score)."""
 
     runs: Index
 
@@ -134,9 +134,9 @@ class ScoredLevels(Mixture):
 def scored_levels(levels: Array, beta: float) -> tuple[Array, ScoredLevels]:
     """Return the levels that have to be run for values at given levels, increasing, and the states that they make.
 
-    Levels x exp(-beta_m z) for thirteen scores z from -3 to 3: for a lognormal capacity of dispersion beta, the mean
-    over these of Phi(ln(x/c)/beta - beta_m z/beta) is Phi(ln(x/c)/sqrt(beta² + beta_m²)) to 0.2 % where beta >=
-    beta_m/2.
+    Levels are x exp(-beta_m z) for thirteen scores z from -3 to 3. For a lognormal capacity of dispersion beta, the
+    mean over these of Phi(ln(x/c)/beta - beta_m z/beta) is Phi(ln(x/c)/sqrt(beta² + beta_m²)). The error is 0.2 % if
+    beta >= beta_m/2.
     """
     every = levels[:, None] * exp(-beta * SCORES)
     run = np.unique(every)
@@ -155,12 +155,12 @@ def positions_of(weights: Array, hazard: HazardCurve) -> Array:
 
 
 def several_classes(inventory: Inventory) -> bool:
-    """Return whether the pieces that may fall are of several classes."""
+    """Return True if the pieces that may fall are of several classes."""
     return len({row.class_label for row in inventory.rows if not row.anchored}) > 1
 
 
 def refuse_own_motions(inventory: Inventory, own_motions: bool) -> None:
-    """Raise a ValueError where classes would be joined at levels that have no motion in common."""
+    """Raise a ValueError if classes would be joined at levels that have no motion in common."""
     if own_motions and several_classes(inventory):
         raise ValueError(
             "modelling_dispersion of several classes of pieces needs the same motions at all levels, but each level "
@@ -169,7 +169,7 @@ def refuse_own_motions(inventory: Inventory, own_motions: bool) -> None:
 
 
 def joined(joint: JointFlags, mixture: Mixture) -> JointOutcomes:
-    """Join the outcomes of all classes in random states at points of shaking, as `JointFlags.results` does."""
+    """Join the outcomes of all classes in random states at points of the intensity, as `JointFlags.results` does."""
     flags = joint.flags
     models, motions, points = flags.shape[0], flags.shape[-1], mixture.shares.shape[0]
     of_places = (models, joint.members.shape[0], points, motions)

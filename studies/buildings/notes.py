@@ -37,7 +37,7 @@ NOTABLE_BELOW = 0.02
 COARSE = 0.1
 """Difference between lines and cubics through the levels above which an annual value is worth a sentence."""
 APART = 10.0
-"""Ratio of the greatest annual value that levels leave possible between them to the least, worth a sentence."""
+"""Ratio of the maximum annual value that levels allow between them to the minimum, above which a note is written."""
 NEAR = 0.7
 """Similarity of a consequence to one that is a matter of safety, from which it may be a slip of the pen."""
 ABROAD = {
@@ -45,7 +45,7 @@ ABROAD = {
     "blocks-exit": "ausgang|fluchtweg|sortie|salida|uscita|saída|çıkış|выход|exit|egress|escape",
     "release": "freisetz|gefahrstoff|fuite|fuga|rilascio|утечк|spill|leak",
 }
-"""Beginnings of words of other languages, and of other English ones, for the safety consequences."""
+"""Beginnings of words of other languages, and of further English words, for the safety consequences."""
 AMOUNTS = {"number": "overturnings", "loss": "loss", "downtime": "downtime", "injuries": "injuries"}
 """Annual amounts of a building in words."""
 MOST_NAMED = 6
@@ -53,7 +53,7 @@ MOST_NAMED = 6
 
 
 def notes(assessment: xr.Dataset) -> list[Fact]:
-    """Return what a reader should know before relying on the numbers."""
+    """Return notes for a reader who relies on the numbers."""
     found = _anchored(assessment)
     amounts = _amounts(assessment)
     below = [(amount, _share(amount, "below")) for amount in amounts]
@@ -105,7 +105,7 @@ def _anchored(here: xr.Dataset) -> list[Fact]:
 
 
 def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) -> list[Fact]:
-    """Return what an inventory may have meant, and what a building code would need of it.
+    """Return notes on likely slips in an inventory, and on missing data of a building code.
 
     >>> import toppling as tp
     >>> from toppling.studies.inventory.contents import Contents
@@ -138,7 +138,7 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) ->
 
 
 def polarity_notes(blocks: Sequence[Block], polarity: str) -> list[Fact]:
-    """Return how motions are run where front and back of blocks that can fall differ, or with both polarities."""
+    """Return notes on the polarity of motions: if front and back of blocks that can fall differ, or for both."""
     if polarity == BOTH:
         return [Fact("motion.polarity_both")]
     sided = tuple(block.label for block in blocks if block.sided or faces_an_edge(block))
@@ -146,13 +146,13 @@ def polarity_notes(blocks: Sequence[Block], polarity: str) -> list[Fact]:
 
 
 UNDIRECTED = Fact("motion.directions_unused")
-"""Fact of an inventory with directions, where each floor has one motion."""
+"""Fact of an inventory with directions, if each floor has one motion."""
 PROPORTIONAL = Fact("motion.floors_scaled_elastic")
 """Fact of floor histories that are scaled in proportion to their ground motions."""
 
 
 def history_notes(histories: FloorHistories, inventory: Inventory) -> list[Fact]:
-    """Return notes on floor histories of a user's own building model, and on what is not taken from them."""
+    """Return notes on floor histories of a user's own building model, and on their unused parts."""
     how = "one" if not histories.unit else "elastic" if histories.elastic else "levels"
     found = [Fact("motion.floor_histories", names=tuple(histories.texts) if histories.unit else (), more={"how": how})]
     if histories.own_motions:
@@ -165,7 +165,7 @@ def history_notes(histories: FloorHistories, inventory: Inventory) -> list[Fact]
 
 
 def hazard_shares(assessment: xr.Dataset, hazard: HazardCurve) -> dict[str, xr.Variable]:
-    """Return shares of annual values from shaking below and above the hazard curve's levels (`line_weights`)."""
+    """Return shares of annual values from below and above the hazard curve's levels (`line_weights`)."""
     levels = assessment["level"].values
     plain = covering(hazard, levels)
     rates = np.asarray(plain.rates)
@@ -217,10 +217,10 @@ def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[Fact]:
 
 
 def changes_beyond_levels(assessment: xr.Dataset) -> dict[str, dict[str, float]]:
-    """Return by how much of itself each annual amount may change for weaker and stronger shaking than was run.
+    """Return the possible relative change of each annual amount from motions weaker and stronger than the runs.
 
-    Below the first level all of its share is a guess; above the last one everything else may fall, which is infinite
-    where nothing fell.
+    Below the first level all of its share is a guess; above the last one everything else may fall, which is infinite if
+    nothing fell.
     """
     amounts = _amounts(assessment)
     above = {
@@ -233,7 +233,7 @@ def changes_beyond_levels(assessment: xr.Dataset) -> dict[str, dict[str, float]]
 class _Amount(NamedTuple):
     """An annual amount of the whole building.
 
-    `more`: what has not fallen at the last level over what has, 0 where that is nearly everything.
+    `more`: pieces without a fall at the last level over pieces with one, 0 if nearly all fell.
     """
 
     name: str
@@ -244,7 +244,7 @@ class _Amount(NamedTuple):
 
 
 def _amounts(assessment: xr.Dataset) -> list[_Amount]:
-    """Return number, loss, downtime and injuries, where their annual values are known."""
+    """Return number, loss, downtime and injuries, if their annual values are known."""
     free = (~assessment["anchored"].astype(bool)) * assessment["count"]
     fallen = assessment["probability"].isel(level=-1)
     found = []
@@ -258,7 +258,7 @@ def _amounts(assessment: xr.Dataset) -> list[_Amount]:
 
 
 def _of_a_piece(assessment: xr.Dataset, name: str) -> xr.DataArray | float:
-    """Return how much a falling piece of each item adds; its median for downtimes, of which the longest counts."""
+    """Return the contribution of a falling piece of each item; the median of downtimes, of which the longest counts."""
     if name == "number":
         return 1.0
     if name == "loss":

@@ -1,4 +1,4 @@
-"""Joint outcomes in a building by motion (what overturns in each place, consequences, events), as sums over lines."""
+"""Joint outcomes in a building by motion (overturning in each place, consequences, events), as sums over lines."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ ANY = "any"
 class Quantity(NamedTuple):
     """An amount that overturns: its name, the mean amount of each piece (item,), its unit, long name and thresholds.
 
-    drawn: the consequence of `Contents` that is drawn for each piece, '' where none is.  greatest: of several pieces
-    the greatest amount counts, not the sum.  taken: a piece counts also where the piece that it stands on falls.
+    `drawn`: the consequence of `Contents` that is drawn for each piece, '' without one. `greatest`: of several pieces
+    the largest amount counts, not the sum. `taken`: a piece also counts if its support falls.
     """
 
     name: str
@@ -88,12 +88,11 @@ class JointOutcomes(NamedTuple):
 class JointFlags:
     """Flags (model, item, variant, level, motion) of an inventory, and the places of its items.
 
-    members (place, item): True where an item belongs to a place; losses: thresholds of the loss, empty where nothing
-    has a value; array: allocates the arrays of every motion; scores: draws of the consequences of pieces; polarities:
-    of each motion, which follow one another along motion and are outcomes of their own with the same draws.
-    variability: how pieces are drawn from variants, None where they are alike.  edges: whether flags are of pieces that
-    fell off an edge, too.  lost: flags of pieces that fell or whose support did (`lost_flags`), None where nothing is
-    carried.
+    `members` (place, item): True if an item belongs to a place. `losses`: thresholds of the loss, empty if nothing has
+    a value. `array`: allocates the arrays of every motion. `scores`: draws of the consequences of pieces. `polarities`:
+    of each motion, which follow one another along motion and are separate outcomes with the same draws. `variability`:
+    rules for drawing pieces from variants, None if they are alike. `edges`: True if flags include pieces that fell off
+    an edge. `lost`: flags of pieces that fell or whose support did (`lost_flags`), None if no piece is on another.
     """
 
     inventory: Inventory
@@ -119,17 +118,17 @@ class JointFlags:
 
     @cached_property
     def exposed(self) -> Flags:
-        """True for items that are not anchored, or are lost where what they stand on falls (item,)."""
+        """True for items that are not anchored, or are lost if their support falls (item,)."""
         return self.standing if self.lost is None else self.standing | self.lost.any(axis=(0, 2, 3, 4))
 
     @property
     def falls(self) -> str:
-        """The verb of what the flags are of, in the present."""
+        """The verb of the flags, in the present."""
         return "overturns or falls off" if self.edges else "overturns"
 
     @property
     def fell(self) -> str:
-        """The verb of what the flags are of, in the past."""
+        """The verb of the flags, in the past."""
         return "overturned or fallen off" if self.edges else "overturned"
 
     @property
@@ -138,12 +137,12 @@ class JointFlags:
 
     @cached_property
     def numbers(self) -> Array:
-        """Numbers of pieces at which exceedance is given: every number, or some 60 where there are more."""
+        """Numbers of pieces at which exceedance is given: every number, or about 60 if there are more."""
         return whole_thresholds(self.inventory.pieces)
 
     @cached_property
     def quantities(self) -> list[Quantity]:
-        """The number of pieces and, where lines give them, the loss, the downtime and the injured persons."""
+        """The number of pieces and, if lines give them, the loss, the downtime and the injured persons."""
         rows = self.inventory.rows
         found = [Quantity("number", np.ones(len(rows)), DIMENSIONLESS, f"pieces {self.fell}", self.numbers, False)]
         if self.losses.size:
@@ -167,7 +166,7 @@ class JointFlags:
 
     @property
     def events(self) -> list[Event]:
-        """The event that anything overturns and, where there are consequences, the event of each."""
+        """The event that anything overturns and, if there are consequences, the event of each."""
         found = [Event(ANY, self.members, ("place",), f"at least one piece {self.falls}")]
         words = self.inventory.consequences
         if words:
@@ -178,7 +177,7 @@ class JointFlags:
         return found
 
     def possible(self, event: Event) -> Flags:
-        """Return True where any standing piece can cause an event, shape (…) of its sets."""
+        """Return True if any standing piece can cause an event, shape (…) of its sets."""
         return np.asarray(np.any(event.sets & self.standing, axis=-1))
 
     def chances(self) -> Iterator[tuple[slice, slice, Array, Array]]:
@@ -225,7 +224,7 @@ class JointFlags:
         return self.scores.realisations if quantity.drawn else 1
 
     def _add(self, i: int, of: slice, outcomes: dict[str, Array]) -> None:
-        """Add the amounts of line i under some laws: where n pieces fall, they are the first n that are drawn."""
+        """Add the amounts of line i under some laws: if n pieces fall, they are the first n that are drawn."""
         row, places = self.inventory.rows[i], np.flatnonzero(self.members[:, i])
         flags = self.flags[of, i]
         lost = flags if self.lost is None else self.lost[of, i]
@@ -240,7 +239,7 @@ class JointFlags:
             if quantity.drawn and getattr(row, quantity.drawn) is not None:
                 spread += [quantity] if quantity.amounts[i] > 0.0 else []
                 continue
-            for place in places:  # (of costs that have a spread, too, where that of this line has none)
+            for place in places:  # of costs with a spread, too, if this line's cost has none
                 outcomes[quantity.name][:, place] += quantity.amounts[i] * fallen[quantity.taken]
         for motion in np.flatnonzero(lost.any(axis=(0, 1, 2))) if spread else ():
             scores = self.scores.of_pieces(row.label, row.count, int(motion) // self.polarities)
@@ -252,7 +251,7 @@ class JointFlags:
                     (np.maximum if one.greatest else np.add)(here, amounts, out=here)
 
     def part(self, rows: Index) -> JointFlags | None:
-        """Return the flags of some lines, None where there are none."""
+        """Return the flags of some lines, None if there are none."""
         if not rows.size:
             return None
         inventory = replace(self.inventory, rows=tuple(self.inventory.rows[i] for i in rows))
@@ -267,7 +266,7 @@ class JointFlags:
 
 
 def lost_flags(flags: Flags, carried: Mapping[int, int], array: Allocator = in_memory) -> Flags | None:
-    """Return the flags of pieces that fell or whose support did, None where nothing is carried."""
+    """Return the flags of pieces that fell or whose support did, None if nothing is carried."""
     if not carried:
         return None
     found = array(flags.shape, np.bool_)
@@ -278,12 +277,12 @@ def lost_flags(flags: Flags, carried: Mapping[int, int], array: Allocator = in_m
 
 
 def thresholds_up_to(most: float) -> Array:
-    """Return thresholds of an amount: 0, and 60 from a thousandth of the greatest to it."""
+    """Return thresholds of an amount: 0, and 60 from a thousandth of the maximum to it."""
     return np.concatenate([[0.0], geomspace(1e-3, 1.0, MOST_THRESHOLDS) * most])
 
 
 def whole_thresholds(most: int) -> Array:
-    """Return the numbers from 1 to the greatest, or some 60 of them where there are more."""
+    """Return the numbers from 1 to the maximum, or about 60 of them if there are more."""
     if most <= MOST_THRESHOLDS:
         return np.arange(1.0, most + 1.0)
     return np.unique(np.rint(geomspace(1.0, most, MOST_THRESHOLDS)))

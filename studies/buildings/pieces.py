@@ -1,4 +1,4 @@
-"""The pieces of a building one by one: how likely each falls, what anchoring it costs and saves, and what to do."""
+"""The pieces of a building one by one: probability of falling, cost and saving of anchoring, and recommendation."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def component_of(row: Contents, building: Building | None, safety: tuple[str, ..
 
 
 def checks_of_items(results: xr.Dataset) -> list[CodeCheck] | None:
-    """Return what the code says of every line of a study's results; None where the study names no code."""
+    """Return the code's check of every line of a study's results; None if the study names no code."""
     if "code_status" not in results:
         return None
     columns = [results[f"code_{name}"].values.tolist() for name in CodeCheck._fields]
@@ -96,28 +96,30 @@ def checks_of_items(results: xr.Dataset) -> list[CodeCheck] | None:
 
 
 SAFETY = ("injury", "blocks-exit", "release")
-"""Consequences that rank before money, where a study names no others."""
+"""Consequences that rank before money, if a study names no others."""
 SHARES = (0.1, 0.5)
-"""Probabilities of falling at whose levels of shaking a piece is described."""
+"""Probabilities of falling whose levels describe a piece."""
 
 NOTABLE_MOVES = 0.05
-"""Share of the falls of a piece in runs in which what it stands on moves, above which its chance is only indicative."""
+"""Share of a piece's falls in runs in which its support moves, above which its probability is only indicative."""
 SORTS = ("recommendation", "chance", "loss", "payback", "value", "cost", "floor", "item")
-"""What pieces can be sorted by."""
+"""Sort keys of pieces."""
 
 
 def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
-    """Return the pieces of a performance study's results under one of its laws, sorted as the study says.
+    """Return the pieces of a performance study's results under one of its laws, in the order of the study.
 
-    *Required by code* and *anchor below code force* come before all others, whatever the risk.  A matter of safety
-    (``safety``) is not weighed against cost: *reduces risk most* are those that make up four fifths of the expected
-    falls of all such pieces (of the injuries, where known of all of them), *makes people safer* the others.  Other
-    pieces: *worth its cost*, if the lower end of what anchoring (or a kit) saves in 50 years, discounted, is at
-    least its cost; *small effect*, if the upper end is less; *not resolved* between the two.  Without a hazard or
-    values, *reduces loss most* or *prevents most other falls* make up four fifths of the loss or the falls.  A
-    small effect is *danger to people not stated* of lines without any consequence.  No advice follows from chances
-    that do not apply: *outside the model* is a squat piece, *indicative only* one of whose falls more than 5 % are
-    in runs in which what it stands on moves, which is *fix before what stands on it* otherwise.
+    *Required by code* and *anchor below code force* come before all others, whatever the risk. A matter of safety
+    (``safety``) is not weighed against cost. *Reduces risk most* are the pieces that cause four fifths of the expected
+    falls of all such pieces (of the injuries, if all are known). *Makes people safer* are the others. Other pieces are
+    *worth its cost* if the lower end of the saving of anchoring (or a kit) in 50 years, discounted, is at least its
+    cost. They are *small effect* if the upper end is less, and *not resolved* between the two. Without a hazard or
+    values, *reduces loss most* or *prevents most other falls* cause four fifths of the loss or the falls. A small
+    effect is *danger to people not stated* for lines without any consequence.
+
+    No advice follows from probabilities that are not valid. A squat piece is *outside the model*. A piece is
+    *indicative only* if more than 5 % of its falls are in runs in which its support moves. The support is then `fix
+    before what stands on it`, unless a rule of safety or code applies to it.
     """
     here = results.isel(model=model)
     yearly = "item_rate" in here
@@ -187,7 +189,7 @@ def ranking_of(results: xr.Dataset) -> xr.Dataset:
 
 
 def squat_items(results: xr.Dataset) -> Flags:
-    """Return which lines are squat (item,): outside the model, because they bounce rather than rock."""
+    """Return True for squat lines (item,): outside the model, because they bounce rather than rock."""
     if "friction_uplift" in results:
         needs = results["friction_uplift"].values
     elif "alpha" in results.coords and results["alpha"].dims == ("item",):
@@ -198,14 +200,14 @@ def squat_items(results: xr.Dataset) -> Flags:
 
 
 def on_moving_supports(results: xr.Dataset) -> Flags:
-    """Return the lines whose chances of falling are only indicative (item,), because what they stand on moves."""
+    """Return the lines whose probabilities of falling are only indicative (item,), because their support moves."""
     if ITEM_MOVES_SHARE not in results and MOVES_SHARE not in results:
         return np.zeros(results.sizes["item"], bool)
     return np.asarray(shares_with_moving_supports(results) > NOTABLE_MOVES)
 
 
 def _tried(here: xr.Dataset, i: int, count: int, value: float) -> tuple[KitEffect, ...]:
-    """Return what the kits that were tried on a line do; value: of all its pieces, NaN where savings are not known."""
+    """Return the effects of the kits tried on a line; `value`: of all its pieces, NaN if savings are not known."""
     if "kit_falls_saved" not in here:
         return ()
     one = here.isel(item=i)
@@ -219,7 +221,7 @@ def _tried(here: xr.Dataset, i: int, count: int, value: float) -> tuple[KitEffec
 
 
 def _carried(here: xr.Dataset, support: str) -> float:
-    """Return the value of what stands on the pieces of a line and is lost where these fall, also if it is held."""
+    """Return the value of pieces on the pieces of a line that is lost if these fall, even if it is anchored."""
     if "stands_on" not in here.coords:
         return 0.0
     above = here.isel(item=np.flatnonzero(here["stands_on"].values == support))
@@ -232,7 +234,7 @@ def _range(values: xr.Dataset, name: str, at: int | tuple[()] = ()) -> Range:
 
 
 def _a_year(here: xr.Dataset, quantity: str, i: int) -> Range:
-    """Return the annual amount of a line, unknown where the line does not state it or there is no hazard."""
+    """Return the annual amount of a line, unknown if the line does not state it or there is no hazard."""
     name, stated = f"item_annual_{quantity}", {"downtime": "downtime_median", "injuries": "persons_exposed"}[quantity]
     if name not in here or (stated in here.coords and math.isnan(here[stated].values[i])):
         return UNKNOWN
@@ -242,10 +244,10 @@ def _a_year(here: xr.Dataset, quantity: str, i: int) -> Range:
 def budget_set(results: xr.Dataset, budget: float, model: int = 0) -> Choice:
     """Choose the lines to anchor for a sum of money under one law: `chosen` in the order of the results' items.
 
-    What the code requires comes first, then the most falls (injuries, where known) of pieces that are a matter of
-    safety, then of the others what they save in 50 years, discounted, beyond their cost; without a hazard or
-    values, their loss or falls.  Pieces whose chances are no ground for advice are chosen only where the code
-    requires it.
+    The pieces that the code requires come first, then the most falls (injuries, if known) of pieces that are a matter
+    of safety. Then comes the saving of the others in 50 years, discounted, beyond their cost; without a hazard or
+    values, their loss or falls. Pieces whose probabilities are no basis for advice are chosen only if the code requires
+    it.
     """
     named = {one.item: one for one in pieces_of(results, model)}
     pieces = [named[str(item)] for item in results["item"].values]
@@ -267,7 +269,7 @@ def budget_set(results: xr.Dataset, budget: float, model: int = 0) -> Choice:
 
 
 def _sorted(pieces: list[Piece], by: str) -> list[Piece]:
-    """Return the pieces in an order; those without a number come last, and equal ones as in the inventory."""
+    """Return the pieces in an order; pieces without a number come last, and equal pieces as in the inventory."""
 
     def last(value: float) -> tuple[bool, float]:
         return math.isnan(value), value

@@ -1,4 +1,4 @@
-"""What anchoring a line of an inventory does, in a few words: the rules by which pieces and kits are judged."""
+"""Effect of anchoring a line of an inventory, in a few words: the rules that assess pieces and kits."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ LITTLE = (SMALL, UNSTATED, FEW_UNSTATED)
 HELD = (ANCHORED, WEAK)
 """Recommendations for pieces that are anchored; those without a kit do not fall in any run."""
 BY_MONEY = (WORTH, UNRESOLVED, UNPRICED, UNVALUED, *LITTLE)
-"""Recommendations that say nothing of danger."""
+"""Recommendations that do not concern danger."""
 
 HELPS, TOO_LITTLE, NOTHING, WORSE, NOT_KNOWN = (
     "prevents falls",
@@ -56,11 +56,11 @@ HELPS, TOO_LITTLE, NOTHING, WORSE, NOT_KNOWN = (
     "causes more falls",
     "not known",
 )
-"""What a kit does for a piece."""
+"""Effects of a kit on a piece."""
 
 
 class Range(NamedTuple):
-    """A value with the ends of its interval, NaN where there is none."""
+    """A value with the ends of its interval, NaN if there is none."""
 
     value: float
     lower: float
@@ -75,10 +75,10 @@ UNKNOWN = Range(math.nan, math.nan, math.nan)
 
 
 class KitEffect(NamedTuple):
-    """What a kit does for the pieces of a line.
+    """Effect of a kit on the pieces of a line.
 
-    cost: of the kits of all pieces.  saved: falls of one piece that it prevents, in a year or at the level; share: of
-    all falls of the piece.  saving: money a year of all pieces, NaN where it is not known.
+    `cost`: of the kits of all pieces. `saved`: falls of one piece that it prevents, per year or at the level. `share`:
+    of all falls of the piece. `saving`: money per year of all pieces, NaN if it is not known.
     """
 
     kit: str
@@ -89,7 +89,7 @@ class KitEffect(NamedTuple):
 
     @property
     def effect(self) -> str:
-        """What it does, as far as the motions show it: by the intervals of the falls that it saves, and their share."""
+        """Effect as far as the motions show it: by the intervals of the prevented falls, and their share."""
         if math.isnan(self.saved.lower) or math.isnan(self.saved.upper):
             return NOT_KNOWN
         if self.saved.lower > 0.0:
@@ -100,17 +100,16 @@ class KitEffect(NamedTuple):
 class Piece(NamedTuple):
     """One line of an inventory under one law.
 
-    chance: annual rate of falling of a piece (1/year), or its probability at the study's level where there is no
-    hazard.  levels: shaking (SI) at which it falls with the probabilities `SHARES`; 0 below all levels, inf above.
-    saving: money a year by anchoring the line; payback: years, with the discount rate, infinite where the saving
-    never pays the cost.  NaN where something is
-    not known, or is no ground for advice.  code: what the study's building code says of it, None where there is
-    none.  chosen: whether it is among the lines to anchor for the study's budget, None where there is none.
-    downtime: expected days a year for which one piece is out of use; injuries: expected number of persons a year
-    whom the line injures.  kit: the kit that holds it and can break, '' for none.  carried: value of what stands on
-    the pieces of the line, which is lost where they fall: part of the saving, but for what falls by itself in the same
-    motions.  tried: what the kits that were tried on it do.  doubt: why its chance of falling is no ground for advice
-    (`OUTSIDE`, `INDICATIVE`), '' where it is one.
+    `chance`: annual rate of falling of a piece (1/year), or its probability at the study's level without a hazard.
+    `levels`: intensities (SI) at which it falls with the probabilities `SHARES`; 0 below all levels, inf above.
+    `saving`: money per year by anchoring the line. `payback`: years, with the discount rate, infinite if the saving
+    never pays the cost. NaN if something is not known, or is no basis for advice. `code`: demands of the study's
+    building code on it, None without one. `chosen`: True if it is among the lines to anchor for the study's budget,
+    None without one. `downtime`: expected days per year for which one piece is out of use. `injuries`: expected number
+    of persons per year whom the line injures. `kit`: the kit that holds it and can break, '' for none. `carried`: value
+    of pieces on the pieces of the line, which is lost if these fall. It is part of the saving, except for pieces that
+    fall by themselves in the same motions. `tried`: effects of the kits that were tried on it. `doubt`: reason why its
+    probability of falling is no basis for advice (`OUTSIDE`, `INDICATIVE`), '' if it is one.
     """
 
     item: str
@@ -138,17 +137,17 @@ class Piece(NamedTuple):
 
     @property
     def held(self) -> bool:
-        """Whether it is anchored for good, so that it does not fall in any run; a kit can break."""
+        """True if it is permanently anchored, so that it does not fall in any run; a kit can break."""
         return self.recommendation in HELD and not self.kit
 
     @property
     def judged(self) -> bool:
-        """Whether its chance of falling is a ground for advice."""
+        """True if its probability of falling is a basis for advice."""
         return not self.doubt
 
     @property
     def stated(self) -> bool:
-        """Whether the inventory says what its falling means for people."""
+        """True if the inventory states the meaning of its fall for people."""
         return bool(self.consequences)
 
     @property
@@ -158,7 +157,7 @@ class Piece(NamedTuple):
 
     @property
     def worth(self) -> float:
-        """What the saving of `YEARS` is worth today, beyond the cost; NaN where either is not known."""
+        """Present value of the saving of `YEARS`, beyond the cost; NaN if either is not known."""
         return present_value(self.discount, YEARS) * self.saving.value - self.cost_of_all
 
     @property
@@ -178,7 +177,7 @@ class Piece(NamedTuple):
 
 
 def settled(anchored: bool, held: bool, code: CodeCheck | None) -> str:
-    """Return the recommendation that is settled before any risk is looked at, '' where there is none."""
+    """Return the recommendation that is settled before any risk is looked at, '' if there is none."""
     if (anchored or held) and code is not None and code.ratio > 1.0:
         return WEAK
     if anchored or held:
@@ -193,7 +192,7 @@ def recommended(pieces: Sequence[Piece]) -> list[Piece]:
     others = [one for one in free if not one.safety]
     known = any(map(_options, others))
     valued = any(other.value > 0.0 or other.carried > 0.0 for other in others)
-    # (money is never called the greatest risk beside a piece that can injure people)
+    # money is never called the largest risk if a piece can injure people
     first = (SAVES if valued else PREVENTS) if any(piece.safety and not piece.held for piece in pieces) else REDUCES
     most = _most(
         others, lambda one: one.chance.value * ((one.number * one.value + one.carried) if valued else one.number)
@@ -226,7 +225,7 @@ def recommended(pieces: Sequence[Piece]) -> list[Piece]:
 
 
 def carriers(pieces: Sequence[Piece], moving: set[str]) -> list[Piece]:
-    """Return the pieces with another word for those that must be fixed first, for the sake of what stands on them."""
+    """Return the pieces with another word for pieces that must be fixed first because other pieces are on them."""
     return [
         piece._replace(recommendation=FIRST, saving=UNKNOWN, payback=math.nan)
         if piece.item in moving and (piece.recommendation in BY_MONEY or piece.recommendation == piece.doubt)
@@ -236,7 +235,7 @@ def carriers(pieces: Sequence[Piece], moving: set[str]) -> list[Piece]:
 
 
 def harm_of(pieces: Sequence[Piece]) -> Callable[[Piece], float]:
-    """Return how much a piece contributes to the danger to people: expected injuries if known of all, else falls."""
+    """Return the contribution of a piece to the danger to people: expected injuries if known of all, else falls."""
     of = [piece for piece in pieces if piece.safety and piece.judged and not piece.held and piece.chance.value > 0.0]
     if of and all(one.injuries.value > 0.0 for one in of):
         return lambda one: one.injuries.value if one.injuries.value > 0.0 else 0.0
@@ -267,7 +266,7 @@ def _options(one: Piece) -> list[tuple[float, Range]]:
 
 
 def _paid(one: Piece) -> Piece:
-    """Return a piece with its payback: of its own anchors, or where these have no cost of the kit that is meant."""
+    """Return a piece with its payback: of its own anchors, or if these have no cost of the kit that is meant."""
     if not one.judged:
         return one._replace(saving=UNKNOWN, payback=math.nan)
     if one.recommendation == ANCHORED or not one.chance.value > 0.0:

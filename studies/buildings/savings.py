@@ -15,10 +15,10 @@ from .variables import Year, carried_items, fall_flags
 
 
 class AdditiveItems:
-    """Items whose amounts add up; loads (item, the item it stands on, amount) are lost where either falls.
+    """Items whose amounts add up; `loads` (item, its supporting item, amount) are lost if either falls.
 
-    `alone` (model, item, motion) is the objective, motion by motion, if each item stood alone; `array` allocates the
-    arrays of every item and motion.
+    `alone` (model, item, motion) is the objective, motion by motion, if only this item could fall. `array` allocates
+    the arrays of every item and motion.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class AdditiveItems:
 
     @property
     def savings(self) -> Array:
-        """The saving by anchoring each item while all others stand free (model, item, motion)."""
+        """The saving by anchoring each item while all others are free (model, item, motion)."""
         if not self._twice:
             return self.alone
         found = self.array(self.alone.shape, np.float64)
@@ -82,14 +82,14 @@ class AdditiveItems:
         return order, left
 
     def _beside(self, item: int, k: int) -> Iterator[tuple[int, Array]]:
-        """Yield the items that an item carries or stands on, and what is lost with both (motion,) under one law."""
+        """Yield the items above and below an item, and the amounts lost with both (motion,) under one law."""
         for pair, both in self._twice.items():
             if item in pair:
                 yield sum(pair) - item, both[k]
 
 
 class EventItems:
-    """Items of which any one causes the event; what is known of them as of `AdditiveItems`."""
+    """Items of which any one causes the event; its data are as of `AdditiveItems`."""
 
     def __init__(self, chances: ItemChances, year: Year, array: Allocator) -> None:
         self.array = array
@@ -146,7 +146,7 @@ class EventItems:
         return [where.get("motion", slice(0, motions)) for where in slabs(sizes, ("motion",))]
 
     def _values(self, part: slice) -> slice:
-        """Return where the values of some motions stand."""
+        """Return the place of the values of some motions."""
         return slice(part.start * self.year.parts, part.stop * self.year.parts)
 
     def _chance(self, k: int, part: slice) -> Array:
@@ -164,7 +164,7 @@ class EventItems:
         return self.year.total(1.0 - np.prod(1.0 - chance, axis=0))
 
     def _saved(self, chance: Array) -> Array:
-        """The annual value of the event caused by each item alone, where no other item causes it (item, motion)."""
+        """The annual value of the event caused by each item alone, if no other item causes it (item, motion)."""
         stays = 1.0 - chance
         others = np.ones_like(stays)
         np.cumprod(stays[:-1], axis=0, out=others[1:])
@@ -211,7 +211,7 @@ class ItemChances:
         return chances(self._flags[of, self._chosen[rows]].values)
 
     def lost(self, of: slice, rows: slice) -> Array:
-        """P(a piece overturns, or what it stands on does | motion) (model, item, level, motion)."""
+        """P(a piece overturns, or its support does | motion) (model, item, level, motion)."""
         flags = self._flags[of, self._chosen[rows]].values
         for i, line in enumerate(self._chosen[rows].tolist()):
             if line in self._carried:

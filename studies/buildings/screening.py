@@ -51,7 +51,7 @@ def screen_inventory(
     runner: Runner,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Screen every line as `summary_screen`; NaN for what depends on the motion where it is anchored.
+    """Screen every line as `summary_screen`; for an anchored line, values that depend on the motion are NaN.
 
     undecided: the share of the motions whose flags are tested.
     """
@@ -85,14 +85,14 @@ def screen_inventory(
 
 
 def _friction_of(inventory: Inventory, rows: Sequence[Contents]) -> dict[str, Friction] | None:
-    """Return the friction of lines by their labels, None where no line of the inventory has any."""
+    """Return the friction of lines by their labels, None if no line of the inventory has any."""
     if all(row.friction is None for row in inventory.rows):
         return None
     return {row.label: ANY_FLOOR if row.friction is None else row.friction for row in rows}
 
 
 def _by_level(screened: xr.Dataset, shaking: Shaking) -> xr.Dataset:
-    """Return a screen with `perturbed` on (level, motion) where the motions of all levels follow one another."""
+    """Return a screen with `perturbed` on (level, motion) if the motions of all levels follow one another."""
     if "perturbed" not in screened or screened.sizes["motion"] == shaking.runs:
         return screened
     one = screened["perturbed"]
@@ -170,7 +170,7 @@ def _flags_of(flags: Flags, places: Index, chosen: Flags, part: slice) -> Flags:
 
 
 def _joined_friction(parts: Sequence[Any]) -> Any:
-    """Join the friction of the floors, which is described line by line where they are few, else as what there is."""
+    """Join the friction of the floors, which is described line by line for few lines, else by its range."""
     if parts[0] is None:
         return None
     if all(isinstance(part, dict) for part in parts) and sum(map(len, parts)) <= DESCRIBED:
@@ -179,7 +179,7 @@ def _joined_friction(parts: Sequence[Any]) -> Any:
 
 
 def _joined(parts: Sequence[xr.Dataset], overturned: xr.DataArray, standing: Flags) -> xr.Dataset:
-    """Join the screens of the floors in the order of the inventory; NaN for anchored lines where the motion decides."""
+    """Join the screens of the floors in the order of the inventory; NaN for anchored lines if the motion decides."""
     settings = [json.loads(part.attrs["screen"]) for part in parts]
     friction = _joined_friction([setting["friction"] for setting in settings])
     if any("round" in part.coords for part in parts):  # (of floors with a round piece)

@@ -1,4 +1,4 @@
-"""The shaking of a building's contents: ground motions, and the motions of each floor under them."""
+"""The motions of a building's contents: ground motions, and the motions of each floor under them."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from ..inventory.contents import Contents, Inventory, Stand, floor_text
 
 
 class Support(NamedTuple):
-    """Where pieces stand: floor, direction of their widths ('' for only one), and bench or platform below, if any."""
+    """Place of pieces: floor, direction of their widths ('' for only one), and bench or platform below, if any."""
 
     floor: str
     direction: str
@@ -43,17 +43,17 @@ class Support(NamedTuple):
 
     @property
     def order(self) -> tuple[str, str, str]:
-        """What supports of one floor are sorted by."""
+        """Sort key of the supports of one floor."""
         return self.floor, self.direction, "" if self.stand is None else self.stand.name
 
 
 def support_of(row: Contents) -> Support:
-    """Return where a line of an inventory stands."""
+    """Return the place of a line of an inventory."""
     return Support(str(row.floor), row.direction, row.stand)
 
 
 class Shaken(NamedTuple):
-    """The motions of a floor as run, with factors (1, level, motion): 1 where each level has its own motions."""
+    """The motions of a floor as run, with factors (1, level, motion): 1 if each level has its own motions."""
 
     motions: list[Record]
     factors: Array
@@ -64,8 +64,8 @@ class Shaken(NamedTuple):
 class Shaking:
     """Ground motions and the floor motions under them; `known` are the existing floors.
 
-    `histories`: floor motions of a user's own building model, of which no ground motions are known (`ground` is empty).
-    `polarity`: how motions are run; with both, each of `ground` and of `histories` is followed by its reverse, while
+    `histories`: floor motions of a user's own building model, whose ground motions are not known (`ground` is empty).
+    `polarity`: polarity of the runs; with both, each of `ground` and of `histories` is followed by its reverse, while
     `arrays` are as given.
     """
 
@@ -80,7 +80,7 @@ class Shaking:
     def of(
         cls, building: Any, motions: Any, ground: Any, scaled_plainly: bool = False, polarity: str = AS_RECORDED
     ) -> Shaking:
-        """Make the shaking from arguments of `assess`; plain scale factors (`scaled_plainly`) need no ground motion."""
+        """Make the motions from arguments of `assess`; plain scale factors (`scaled_plainly`) need no ground motion."""
         checks.choice("polarity", polarity, POLARITIES)
         if building is not None and not isinstance(building, Building):
             raise TypeError(f"building must be a Building or None, got {checks.kind(building)}")
@@ -122,7 +122,7 @@ class Shaking:
         )
 
     def used(self, inventory: Inventory) -> list[str]:
-        """Return the floors that contents stand on, in the building's order; ValueError for a floor that it lacks."""
+        """Return the floors with contents, in the building's order; ValueError for a floor that it lacks."""
         for row in inventory.rows:
             if str(row.floor) not in self.known:
                 raise ValueError(f"floor of {row.label!r} {floor_text(self.known, row.floor)}")
@@ -130,7 +130,7 @@ class Shaking:
         return [floor for floor in self.known if floor in standing]
 
     def supports(self, inventory: Inventory) -> list[Support]:
-        """Return the floors that contents stand on, with the directions of their widths, in the building's order."""
+        """Return the floors with contents, with the directions of their widths, in the building's order."""
         standing = sorted({support_of(row) for row in inventory.rows}, key=lambda at: at.order)
         return [at for floor in self.used(inventory) for at in standing if at.floor == floor]
 
@@ -172,12 +172,12 @@ class Shaking:
 
     @property
     def axes(self) -> str:
-        """How pairs of components shake (`fragility.runs.axes.axes_of`), '' where one component does."""
+        """Axes along which pairs of components act (`fragility.runs.axes.axes_of`), '' for one component."""
         return axes_of(self.ground) if self.histories is None else self.histories.axes
 
     @property
     def polarities(self) -> int:
-        """Runs of each motion, which follow one another: 2 where motions are run both ways, else 1."""
+        """Runs of each motion, which follow one another: 2 if motions are run both ways, else 1."""
         return 2 if self.polarity == BOTH else 1
 
     @property
@@ -194,19 +194,19 @@ class Shaking:
 
     @property
     def given(self) -> list[Record]:
-        """The ground motions; where they are not known the floor histories, with all that may be odd in them."""
+        """The ground motions; if they are not known the floor histories, with all that may be odd in them."""
         if self.histories is None:
             return [one for one in self.ground if not one.reverse_of]
         return records(self.arrays)
 
     @property
     def scalable(self) -> bool:
-        """Whether the motions can be scaled to any level."""
+        """True if the motions can be scaled to any level."""
         return self.histories is None or self.histories.elastic
 
     @property
     def own_motions(self) -> bool:
-        """Whether each level has motions of its own."""
+        """True if each level has its own motions."""
         return self.histories is not None and self.histories.own_motions
 
     @property
@@ -230,7 +230,7 @@ class Shaking:
         return found
 
     def run_shape(self, levels: int) -> tuple[int, int]:
-        """Return the numbers of levels and motions of the runs of a piece at so many levels."""
+        """Return the numbers of levels and motions of the runs of a piece at this number of levels."""
         return (levels, self.runs) if self.histories is None else self.histories.run_shape(levels)
 
     def scaled(self, levels: Any, im: str | Measure) -> Scaling:
@@ -248,7 +248,7 @@ class Shaking:
         if self.histories.elastic:
             if own.size != 1 or one is None:
                 raise ValueError("histories that are scaled as of an elastic building must be one set of one level")
-            assert isinstance(one, Measure)  # (measures of blocks are refused before)
+            assert isinstance(one, Measure)  # measures of blocks are an error before
             measured = np.broadcast_to(own, self.runs)
             factors = one.factors(values[:, None] / measured[None, None, :])
             name = long_name_at(one.long_name, GROUND)

@@ -47,7 +47,7 @@ ORDER_OF_FRICTION = 2
 
 @dataclass(frozen=True)
 class Slipping:
-    """Slips whose chances are wanted (m), and whether alike pieces of a line share a coefficient of friction."""
+    """Slips whose probabilities are wanted (m); True if alike pieces of a line share a coefficient of friction."""
 
     distances: tuple[float, ...] = DISTANCES
     shared: bool = True
@@ -66,38 +66,37 @@ class FrictionDraws:
 def draws_of(
     inventory: Inventory, variability: Variability | None, slipping: Slipping, seed: int = 0
 ) -> PieceDraws | None:
-    """Return how pieces are drawn from variants; None where they do not differ, and none can slide over an edge."""
+    """Return the rules for drawing pieces from variants; None if they are alike and cannot slide over an edge."""
     if variability is not None or not any(map(falls_off, inventory.rows)):
         return variability
     return FrictionDraws(TOGETHER if slipping.shared else INDEPENDENT, seed=seed)
 
 
 def slides(row: Contents) -> bool:
-    """Return whether the slips of a line are known: it has friction, stands free, and is not anchored."""
+    """Return True if the slips of a line are known: it has friction, is free-standing, and is not anchored."""
     return row.friction is not None and not row.anchored and is_free(row.block)
 
 
 def falls_off(row: Contents) -> bool:
-    """Return whether the pieces of a line can slide over an edge."""
+    """Return True if the pieces of a line can slide over an edge."""
     return row.block.edge is not None and slides(row)
 
 
 def faces_an_edge(block: Block) -> bool:
-    """Return whether the edges in front of a block and behind it differ, so that a motion and its reverse do."""
+    """Return True if the edges in front of a block and behind it differ, so that a motion and its reverse do."""
     return block.edge is not None and block.edge.front != block.edge.back
 
 
 class SlidingRuns:
     """Runs of the lines of an inventory that can slide, floor by floor, reduced to counts and flags.
 
-    `counts` (line, 1 + slip, level, motion): the number of variants that slide, and those that slip farther than each
-    distance; `rows` are the lines.  `off` (line, variant, level, motion): 1 where a variant falls off in front, -1
-    behind, 0 where it stays; `edged` are these lines.  `moving` (line, level, motion): the probability that what a line
-    stands on slides or rocks; `above` are these lines.  Where the vertical acceleration takes the weight of a piece
-    that slides, it counts as slipped beyond every distance and over its edge.  `tripped` (line, level, motion): the
-    number of variants that trip over an obstacle, and all of them where the weight is taken; `near` are these lines.
-    `cut`: whether each motion, by its label, ends while a piece still slides.  `plane`: both components of the motions
-    shake the lines.
+    `counts` (line, 1 + slip, level, motion): the number of variants that slide, and that slip farther than each
+    distance; `rows` are the lines. `off` (line, variant, level, motion): 1 if a variant falls off in front, -1 behind,
+    0 if it stays; `edged` are these lines. `moving` (line, level, motion): the probability that the support of a line
+    slides or rocks; `above` are these lines. A sliding piece whose weight the vertical acceleration takes counts as
+    slipped beyond every distance and over its edge. `tripped` (line, level, motion): the number of variants that trip
+    over an obstacle, and all of them if the weight is taken; `near` are these lines. `cut`: True for each motion, by
+    its label, that ends while a piece still slides. `plane`: True if both components of the motions act on the lines.
     """
 
     def __init__(
@@ -132,7 +131,7 @@ class SlidingRuns:
 
     @cached_property
     def order(self) -> Index:
-        """Which coefficient each variant has: in increasing order, or at random where variants differ otherwise."""
+        """Coefficient of each variant: in increasing order, or at random if variants differ otherwise."""
         if self.variability is None:
             return np.arange(self.variants)
         return stream(self.variability.seed, ORDER_OF_FRICTION).permutation(self.variants)
@@ -142,7 +141,7 @@ class SlidingRuns:
         return _blocks_of(row, self.law, self.variability)
 
     def rocks(self, row: Contents) -> Array:
-        """Return the chance that the friction of each variant (variant,) is at least its b/h."""
+        """Return the probability that the friction of each variant (variant,) is at least its b/h."""
         assert row.friction is not None
         return 1.0 - row.friction.below(np.array([block.b / block.h for block in self.blocks_of(row)]))
 
@@ -168,7 +167,7 @@ class SlidingRuns:
                 if i in self._near_at:
                     self.tripped[self._near_at[i]] = np.where(np.isinf(needed.along), self.variants, 0)
             sliding = _sliding(coefficients, (block for own in blocks.values() for block in own), self.plane)
-            step = max(1, RUNS // factors.size)  # (slips are kept for so many runs at a time)
+            step = max(1, RUNS // factors.size)  # slips are kept for this number of runs at a time
             for first in range(0, sliding.size, step):
                 part = sliding[first : first + step]
                 sliders = sliders_of(part, ratio, obstacle, self.plane)
@@ -190,7 +189,7 @@ class SlidingRuns:
             self.cut[motion.label] = on or self.cut.get(motion.label, False)
         peak, *sides = (np.nan_to_num(found[name], nan=math.inf) for name in SLIPS)
         met = found[TRIP_VELOCITY] if near else peak
-        # (the reverse of a motion takes the piece as far to the other side; motions of each level stand in a row)
+        # the reverse of a motion moves the piece as far to the other side; motions of each level are adjacent
         pairs = (sides, sides[::-1], (peak, peak), (met, met))
         forward, backward, peak, met = (
             np.stack(pair[: self.polarities], axis=-1).reshape(len(sliders), *self.shape) for pair in pairs
@@ -198,7 +197,7 @@ class SlidingRuns:
         return _Slips(forward, backward, peak, met if near else None)
 
     def _add(self, i: int, variant: int, block: Block, needed: _Needed, mu: float, slips: _Slips) -> None:
-        """Count a variant of line i with its coefficient and its slips (level, motion) where it moves at all."""
+        """Count a variant of line i with its coefficient and its slips (level, motion) if it moves at all."""
         if mu >= slides_below(block, self.plane):
             return
         moves = needed.of(block.b / block.h) > mu
@@ -217,7 +216,7 @@ class SlidingRuns:
 
     @property
     def doubts(self) -> list[Doubt]:
-        """The doubt in motions at whose end pieces still slide."""
+        """Input warnings on motions that end while pieces still slide."""
         return end_doubts([*self.cut.values()], [*self.cut])
 
     def fallen(self, overturned: Flags) -> Flags:
@@ -225,7 +224,7 @@ class SlidingRuns:
         return self._joined(overturned, None, 0)
 
     def fallen_forward(self, front: Flags, overturned: Flags) -> Flags:
-        """Return flags of pieces that overturned to the front, or stood and fell off in front."""
+        """Return flags of pieces that overturned to the front, or fell off in front without overturning."""
         return self._joined(front, overturned, 1)
 
     def _joined(self, flags: Flags, overturned: Flags | None, side: int) -> Flags:
@@ -242,7 +241,7 @@ class SlidingRuns:
 
 
 def number_of_slides(inventory: Inventory, law: Law, variability: Variability | None, plane: bool) -> int:
-    """Return how many runs of sliding an inventory takes under each motion at each level."""
+    """Return the number of runs of sliding of an inventory under each motion at each level."""
     variants, found = COEFFICIENTS if variability is None else variability.variants, 0
     lines = [i for i, row in enumerate(inventory.rows) if slides(row)]
     for at in {support_of(inventory.rows[i]) for i in lines}:
@@ -260,7 +259,7 @@ def _blocks_of(row: Contents, law: Law, variability: Variability | None) -> list
 
 
 def _alike(inventory: Inventory, lines: Iterable[int]) -> dict[tuple[Friction, float, float], list[int]]:
-    """Return lines by their friction, its kinetic ratio and the distance to an obstacle: what slides alike."""
+    """Return lines by their friction, its kinetic ratio and the distance to an obstacle: groups that slide alike."""
     found: dict[tuple[Friction, float, float], list[int]] = {}
     for i in lines:
         row = inventory.rows[i]
@@ -277,7 +276,7 @@ def _sliding(coefficients: Array, blocks: Iterable[Block], plane: bool) -> Array
 
 
 class _Slips(NamedTuple):
-    """Greatest slips (…, level, motion), m, to both sides and in any direction; velocities at obstacles, if any."""
+    """Maximum slips (…, level, motion), m, to both sides and in any direction; velocities at obstacles, if any."""
 
     forward: Array
     backward: Array
@@ -285,12 +284,12 @@ class _Slips(NamedTuple):
     met: Array | None = None
 
     def of(self, k: int) -> _Slips:
-        """Return those of one coefficient."""
+        """Return the slips of one coefficient."""
         met = None if self.met is None else self.met[k]
         return _Slips(self.forward[k], self.backward[k], self.peak[k], met)
 
     def where(self, moves: Flags) -> _Slips:
-        """Return those of runs in which a piece moves, 0 elsewhere."""
+        """Return the slips of runs in which a piece moves, 0 elsewhere."""
         return _Slips(*(np.where(moves, one, 0.0) for one in self[:3]))
 
 

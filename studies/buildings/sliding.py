@@ -1,4 +1,4 @@
-"""Sliding in an inventory as results: what slides instead of rocking, how far, what falls off an edge, and rates."""
+"""Sliding in an inventory as results: sliding instead of rocking, slips, falls off edges, and rates."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def slide_variables(
     year: Year | None,
     modelled: Modelled | None = None,
 ) -> Variables:
-    """Compute what sliding changes, line by line, with annual rates if there is a year; NaN where it is not known."""
+    """Compute the effects of sliding, line by line, with annual rates if there is a year; NaN if it is not known."""
     rows = joint.inventory.rows
     rocks = np.array([runs.rocks(rows[i]) for i in runs.rows]).reshape(len(runs.rows), runs.variants)
 
@@ -88,7 +88,7 @@ def slide_variables(
 def _shares_with_moving_supports(
     joint: JointFlags, runs: SlidingRuns, year: Year | None, modelled: Modelled | None
 ) -> Variables:
-    """Return the shares of lines' falls in runs in which what they stand on moves, given the level and in a year."""
+    """Return the shares of lines' falls in runs in which their support moves, given the level and per year."""
     models, items, _, levels, _ = joint.flags.shape
     levels = levels if modelled is None else modelled.mixture.shares.shape[0]
     given, yearly = np.full((models, items, levels), np.nan), np.full((models, items), np.nan)
@@ -132,7 +132,7 @@ def _weighted(flags: Flags, rows: Sequence[int], weights: Array) -> Array:
 
 
 def item_slide_notes(assessment: xr.Dataset, inventory: Inventory) -> list[Fact]:
-    """Return what limits the results on sliding of the lines that have friction and can fall."""
+    """Return the limits of the results on sliding of the lines that have friction and can fall."""
     at = [i for i, row in enumerate(inventory.rows) if row.friction is not None and not row.anchored]
     if INSTEAD not in assessment or not at:
         return []
@@ -154,7 +154,7 @@ def item_slide_notes(assessment: xr.Dataset, inventory: Inventory) -> list[Fact]
 
 
 def shares_with_moving_supports(results: xr.Dataset) -> Array:
-    """Return the share of each line's falls in runs in which what it stands on moves, the largest without a hazard."""
+    """Return the share of each line's falls in runs in which its support moves; without a hazard the maximum."""
     if ITEM_MOVES_SHARE in results:
         shares = results[ITEM_MOVES_SHARE].isel(model=0)
     else:

@@ -39,10 +39,10 @@ JOINT = " | "
 DRAWING, OF_DRAWS = "_sampling_error", "standard error from the draws"
 """Ending and text of the error that the draws of pieces and of their consequences leave in a value."""
 DOUBTFUL = "doubtful"
-"""Coordinate of a ranking: whether no advice can rest on an item's chance of falling."""
+"""Coordinate of a ranking: True if an item's probability of falling is no basis for advice."""
 ITEM_SAVING = "item_annual_saving"
 FALLEN = "fallen"
-"""Flags of pieces that overturned or fell off, where any line has an edge; else those of ``overturned`` are all."""
+"""Flags of pieces that overturned or fell off, if any line has an edge; else the flags ``overturned`` are all."""
 
 OF_A_YEAR = {
     "item_rate": "probability",
@@ -68,7 +68,7 @@ class Precision:
 
     @classmethod
     def checked(cls, which: Any, confidence: Any, replicates: Any, seed: Any) -> Precision:
-        """Check the arguments; TypeError or ValueError where one is out of range."""
+        """Check the arguments; TypeError or ValueError if one is out of range."""
         found = checks.finite_array("quantiles", np.atleast_1d(np.asarray(which)))
         if found[0] <= 0.0 or found[-1] >= 1.0 or np.any(np.diff(found) <= 0.0):
             raise ValueError(f"quantiles must lie between 0 and 1 and increase, got {found.tolist()!r:.60}")
@@ -80,16 +80,16 @@ class Precision:
         )
 
     def over(self, motions: int, strata: int = 1) -> Precision:
-        """Return the same options over so many motions in each of some strata."""
+        """Return the same options over `motions` motions in each of some strata."""
         return replace(self, strata=alike_strata(motions, strata))
 
     def of_year(self, year: Year, runs: int) -> Precision:
-        """Return the same options over the values of a sum over levels of so many runs."""
+        """Return the same options over the values of a sum over levels of `runs` runs."""
         return replace(self, strata=year.strata(runs)) if year.own_motions else self
 
     @cached_property
     def drawn(self) -> Array:
-        """How often each motion is drawn (replicate, motion), the same for all variables."""
+        """Number of draws of each motion (replicate, motion), the same for all variables."""
         return draw_motions(self.strata, self.replicates, self.seed)
 
     def of_means(self, values: Array, most: Any = None, signed: bool = False) -> tuple[Array, Array, Array]:
@@ -99,7 +99,7 @@ class Precision:
         return values.mean(axis=-1), found.lower, found.upper
 
     def of_probabilities(self, values: Array, possible: Flags) -> tuple[Array, Array, Array]:
-        """Return the mean over motions of P(event | motion), and Wilson's interval; 0 where it is not `possible`."""
+        """Return the mean over motions of P(event | motion), and Wilson's interval; 0 if it is not `possible`."""
         n = values.shape[-1]
         mean = values.mean(axis=-1)
         # a motion counts as a success by its probability; where all probabilities are 1, the successes are exactly n
@@ -119,14 +119,14 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
         can_fall = joint.exposed if quantity.taken else joint.standing
         most = times(joint.members, quantity.amounts * joint.counts * can_fall)[None, :, None]
         expected = of_motions(results.expected[quantity.name], joint.polarities)
-        # (the greatest of what is drawn is a mean of draws, which may exceed that of all pieces)
+        # the maximum of drawn values is a mean of draws, which may exceed the maximum of all pieces
         means = precision.of_means(expected, np.maximum(most, expected.max(axis=-1)) if quantity.greatest else most)
         dims: tuple[str, ...] = ("model", "place", "level")
         found |= with_interval(
             f"{quantity.name}_mean", dims, means, quantity.units, f"mean of {quantity.text}", precision
         )
         outcomes = results.outcomes[quantity.name]
-        # (what is drawn has no greatest value, but where nothing can overturn)
+        # drawn values have no maximum, except if nothing can overturn
         bound = np.where(most > 0.0, np.inf, 0.0) if quantity.drawn else most
         at, above = _spread(outcomes, quantity, bound, precision, joint.polarities)
         # (draws of the modelling uncertainty take the fillings of a motion again where there are fewer of these)
@@ -166,8 +166,10 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
 
 
 class LineEvent(NamedTuple):
-    """An event of pieces of some lines (`rows`): names of its chance and its rate ('' for none), dimensions before the
-    level, words, and the chances (…, level, motion) of a slab of these lines.
+    """Event of pieces of some lines (`rows`).
+
+    It has the names of its probability and its rate ('' for none), dimensions before the level, words, and the
+    probabilities (…, level, motion) of a slab of these lines.
     """
 
     name: str
@@ -184,13 +186,13 @@ class LineEvent(NamedTuple):
 
     @property
     def item(self) -> int:
-        """Where the lines are among the dimensions."""
+        """Position of the lines among the dimensions."""
         return self.dims.index("item")
 
     def of_lines(
         self, of: Callable[[LineEvent, slice], tuple[Array, Array, Array]], lines: int, runs: int
     ) -> list[Array]:
-        """Return a value and its ends on all lines, NaN where it is not known; lines are computed slab by slab."""
+        """Return a value and its ends on all lines, NaN if it is not known; lines are computed slab by slab."""
         step = max(1, RUNS // (1 + runs // lines))
         parts = [of(self, slice(first, first + step)) for first in range(0, len(self.rows), step)]
         found = []
@@ -203,13 +205,13 @@ class LineEvent(NamedTuple):
 
 
 FORWARD, RUPTURE, SIDEWAYS = "front", "broken", "sideways"
-"""Events of a piece beside any fall, as variables name them."""
+"""Events of a piece in addition to any fall, as variables name them."""
 PIECE_EVENTS: dict[str, tuple[str, Callable[[Contents], bool]]] = {
     FORWARD: ("a piece overturns forward", lambda row: True),
     RUPTURE: ("the restraint of a piece breaks", lambda row: row.block.restraint is not None and not row.anchored),
     SIDEWAYS: ("a piece overturns along its depth", lambda row: row.both_axes),
 }
-"""Their words, and whether a line can have them."""
+"""Their words, and flags of the lines that can have them."""
 
 
 def line_variables(
@@ -243,7 +245,7 @@ def line_variables(
 
 
 class Modelled(NamedTuple):
-    """Outcomes over the modelling uncertainty at points of shaking, their states, and the points' rates, if any."""
+    """Outcomes over the modelling uncertainty at points of the intensity, their states, and the points' rates."""
 
     results: JointOutcomes
     mixture: Mixture
@@ -363,7 +365,7 @@ class Year:
 
     @property
     def strata_levels(self) -> Index:
-        """The levels of the strata; none where there is a single stratum for all levels."""
+        """The levels of the strata; none if there is a single stratum for all levels."""
         return self.levels if self.own_motions else np.zeros(0, np.int64)
 
     @property
@@ -372,11 +374,11 @@ class Year:
         return self.levels.size if self.own_motions else 1
 
     def strata(self, runs: int) -> tuple[Index, ...]:
-        """Return the strata of the values of a sum over levels of so many runs."""
+        """Return the strata of the values of a sum over levels of `runs` runs."""
         return alike_strata(runs // self.polarities, self.parts)
 
     def size(self, runs: int) -> int:
-        """Return the number of values of a sum over levels of so many runs."""
+        """Return the number of values of a sum over levels of `runs` runs."""
         return runs // self.polarities * self.parts
 
     def total(self, values: Array) -> Array:
@@ -410,7 +412,7 @@ def of_motions(values: Array, polarities: int) -> Array:
 
 
 def fall_flags(assessment: xr.Dataset, name: str = "") -> xr.DataArray:
-    """Return the flags of pieces that fell (model, item, variant, level, motion), or those of the variable `name`."""
+    """Return the flags of pieces that fell (model, item, variant, level, motion), or of the variable `name`."""
     flags = assessment[name or (FALLEN if FALLEN in assessment else "overturned")]
     if "variant" not in flags.dims:  # (pieces are alike)
         flags = flags.expand_dims("variant")
@@ -418,7 +420,7 @@ def fall_flags(assessment: xr.Dataset, name: str = "") -> xr.DataArray:
 
 
 def carried_items(assessment: xr.Dataset) -> dict[int, int]:
-    """Return the positions of items that stand on others, with those of the latter."""
+    """Return the positions of items on other items, with the positions of the latter."""
     if "stands_on" not in assessment.coords:
         return {}
     at = {str(label): i for i, label in enumerate(assessment["item"].values)}
@@ -427,17 +429,17 @@ def carried_items(assessment: xr.Dataset) -> dict[int, int]:
 
 
 def levels_have_own_motions(assessment: xr.Dataset) -> bool:
-    """Return whether each level of an assessment has motions of its own."""
+    """Return True if each level of an assessment has its own motions."""
     return RECORD in assessment.coords and "level" in assessment[RECORD].dims
 
 
 def alike_strata(motions: int, number: int) -> tuple[Index, ...]:
-    """Return strata of so many motions each, motion by motion with those of one number together."""
+    """Return strata of `motions` motions each, motion by motion with equal numbers together."""
     return tuple(np.arange(motions) * number + i for i in range(number))
 
 
 def level_index(assessment: xr.Dataset, level: float) -> int:
-    """Return the index of a level; ValueError where it is not among the levels."""
+    """Return the index of a level; ValueError if it is not among the levels."""
     levels = assessment["level"].values
     wanted = checks.number("level", level)
     found = np.flatnonzero(np.isclose(levels, wanted, rtol=1e-6, atol=0.0))
@@ -519,7 +521,7 @@ def _building(whole: xr.Variable, part: xr.Variable) -> dict[str, int]:
 
 
 def _within(upper: Array, whole: Array) -> Array:
-    """Return upper ends of parts, which are not above that of their whole."""
+    """Return upper ends of parts, which are not above the upper end of their whole."""
     return np.where(upper > whole, whole, upper)
 
 

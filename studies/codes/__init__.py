@@ -1,1 +1,1 @@
-"""Building codes: the pieces of an inventory that must be anchored, the design forces, and the anchors held to them."""
+"""Building codes: the pieces of an inventory that must be anchored, the design forces, and checks of the anchors."""

@@ -59,18 +59,19 @@ class Asce7(Code):
 
     Notes
     -----
-    F_p = 0.4 S_DS I_p W_p (H_f/R_mu)(C_AR/R_po), between 0.3 and 1.6 S_DS I_p W_p (13.3-1 to 13.3-3); H_f = 1 + a_1
-    (z/h) + a_2 (z/h)^10 with a_1 = min(1/T_a, 2.5), a_2 = max(1 - (0.4/T_a)², 0), where T_a is not known 1 + 2.5 z/h;
-    R_mu = 1 and H_f = 1 at grade. Against overturning 0.9 - 0.2 S_DS of the weight counts.
+    F_p = 0.4 S_DS I_p W_p (H_f/R_mu)(C_AR/R_po), between 0.3 and 1.6 S_DS I_p W_p (13.3-1 to 13.3-3). H_f = 1 + a_1
+    (z/h) + a_2 (z/h)^10 with a_1 = min(1/T_a, 2.5), a_2 = max(1 - (0.4/T_a)², 0). If T_a is not known, H_f is 1 + 2.5
+    z/h; R_mu = 1 and H_f = 1 at grade. Against overturning 0.9 - 0.2 S_DS of the weight counts.
 
-    Exempt by 13.1.4: furniture other than storage cabinets; temporary and movable equipment; architectural components
-    in category B with I_p = 1; mechanical and electrical ones in B, in C with I_p = 1 where they are attached, and in D
-    to F with I_p = 1 where they are attached with flexible connections (which are not known here: *not checked*) and
-    weigh up to 1780 N with the centre of mass up to 1.22 m above the floor, or up to 89 N. Everything in category A
-    (11.7). Storage cabinets and shelves are components from 1.829 m (table 13.5-1).
+    Exempt by 13.1.4 are furniture other than storage cabinets, temporary and movable equipment, and architectural
+    components in category B with I_p = 1. Mechanical and electrical components are exempt in B, and in C with I_p = 1
+    if they are attached. In D to F with I_p = 1 they are exempt if they are attached with flexible connections (which
+    are not known here: *not checked*) and are light. Light is up to 1780 N with the centre of mass up to 1.22 m above
+    the floor, or up to 89 N. In category A all are exempt (11.7). Storage cabinets and shelves are components from
+    1.829 m (table 13.5-1).
 
-    ASCE/SEI 7-22, Minimum design loads and associated criteria for buildings and other structures, chapter 13 (F_p and
-    table 13.5-1's rows from code-checking software; exemptions as in earlier editions, recalled).
+    ASCE/SEI 7-22, Minimum design loads and associated criteria for buildings and other structures, chapter 13. (F_p and
+    table 13.5-1's rows from code-checking software; exemptions as in earlier editions, recalled.)
     """
 
     sds_g: Annotated[float, Parameter(above=0.0, at_most=4.0)]

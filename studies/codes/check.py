@@ -12,19 +12,20 @@ from ...core.units import STANDARD_GRAVITY
 
 REQUIRED, EXEMPT, UNCHECKED = "required", "exempt", "not checked"
 UNSTATED_DANGER = "the inventory does not say whether it endangers people"
-"""Missing where a fall may or may not endanger people."""
+"""Missing statement: the danger of a fall to people is not stated."""
 CLASSES = ("storage", "laboratory", "equipment", "furniture", "movable")
 """Classes of pieces: permanent floor-supported cabinets and shelves, laboratory equipment, mechanical and electrical
-equipment, other furniture, and what is temporary or moved about."""
+equipment, other furniture, and temporary or movable pieces.
+"""
 
 
 @dataclass(frozen=True)
 class Component:
-    """A piece as a code sees it: sizes (m), mass (kg), and what is known of its place and its anchor.
+    """A piece in terms of a code: sizes (m), mass (kg), and data on its place and its anchor.
 
-    `kind` is one of `CLASSES`, '' where it is not known.  `z` is the height of its floor above the base, and `h` that
-    of the roof, m; None where they are not known.  `strength` is the design strength (N) of the anchors of one piece
-    against a horizontal force at `anchor_height` (m above its floor), None where they are not known.
+    `kind` is one of `CLASSES`, '' if it is not known. `z` is the height of its floor above the base, and `h` the height
+    of the roof, m; None if they are not known. `strength` is the design strength (N) of the anchors of one piece
+    against a horizontal force at `anchor_height` (m above its floor), None if they are not known.
     """
 
     width: float
@@ -43,15 +44,15 @@ class Component:
 
     @property
     def weight(self) -> float:
-        """Weight, N; NaN where the mass is not known."""
+        """Weight, N; NaN if the mass is not known."""
         return math.nan if self.mass is None else self.mass * STANDARD_GRAVITY
 
 
 class CodeCheck(NamedTuple):
-    """A code's demands on a piece; NaN where something is not known.
+    """A code's demands on a piece; NaN if something is not known.
 
-    coefficient: design force over weight.  force: design force at the centre of mass, N.  demand: force on the anchor,
-    N.  ratio: demand over the strength of the anchor.  factors: how the coefficient comes about, in words.
+    `coefficient`: design force over weight. `force`: design force at the centre of mass, N. `demand`: force on the
+    anchor, N. `ratio`: demand over the strength of the anchor. `factors`: derivation of the coefficient, in words.
     """
 
     status: str
@@ -64,7 +65,7 @@ class CodeCheck(NamedTuple):
 
     @property
     def missing(self) -> str:
-        """What the check lacks where there is none."""
+        """Missing data of a check that was not possible."""
         return (self.clause.partition(": ")[2] or self.clause) if self.status == UNCHECKED else ""
 
 
@@ -100,14 +101,14 @@ class Code(ABC):
 
     @abstractmethod
     def duty(self, one: Component) -> tuple[str, str]:
-        """Return whether a piece must be anchored, and the clause that says so."""
+        """Return True if a piece must be anchored, and the clause that requires it."""
 
     @abstractmethod
     def coefficient(self, one: Component) -> tuple[float, str]:
-        """Return the design force over the weight, and its factors in words; NaN with what is missing."""
+        """Return the design force over the weight, and its factors in words; NaN with the missing data."""
 
     def check(self, one: Component) -> CodeCheck:
-        """Check a piece; forces are computed where it must be anchored."""
+        """Check a piece; forces are computed if it must be anchored."""
         status, clause = self.duty(one)
         if status != REQUIRED:
             return CodeCheck(status, clause, "", math.nan, math.nan, math.nan, math.nan)
@@ -121,9 +122,9 @@ class Code(ABC):
 def anchor_demand(force: float, held_down: float, one: Component) -> float:
     """Return the horizontal force on the anchor of a piece, N.
 
-    With the height of the anchor h_a, by moments about the edge of the base, (F h_cm - w W b)/h_a with half the width b
-    and the share w of the weight W that may be counted, at least 0: the rest of F is to be held at the base, which is
-    not checked here. Without that height the whole force F.
+    Let h_a be the height of the anchor. By moments about the edge of the base, the force is (F h_cm - w W b)/h_a, at
+    least 0. Here b is half the width and w the share of the weight W that counts. The rest of F acts at the base, which
+    is not checked here. Without that height the whole force F acts on the anchor.
     """
     if one.anchor_height is None:
         return force

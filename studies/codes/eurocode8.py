@@ -30,13 +30,14 @@ class Eurocode8(Code):
 
     Notes
     -----
-    Where no q_a is given it is 2 for storage (table 4.4: anchorage of permanent cabinets and book stacks supported by
-    the floor) and 1 for others.
+    If no q_a is given it is 2 for storage (table 4.4: anchorage of permanent cabinets and book stacks supported by the
+    floor) and 1 for others.
 
     F_a = S_a W_a gamma_a / q_a (4.24), S_a = alpha S [3 (1 + z/H)/(1 + (1 - T_a/T_1)²) - 0.5], at least alpha S (4.25).
-    Elements that might cause risks to persons in case of failure shall be verified (4.3.5.1(1)P): here those whose
-    consequences are a matter of safety, and those with gamma_a above 1. In very low seismicity (a_g up to 0.04 g, or
-    a_g S up to 0.05 g: recommended values, national choice) the code need not be observed (3.2.1(5)P).
+    Elements that might cause risks to persons in case of failure shall be verified (4.3.5.1(1)P). Here these are
+    elements whose consequences are a matter of safety, and elements with gamma_a above 1. In very low seismicity the
+    code need not be observed (3.2.1(5)P): a_g up to 0.04 g, or a_g S up to 0.05 g (recommended values, national
+    choice).
 
     EN 1998-1:2004, Design of structures for earthquake resistance, 3.2.1, 4.3.5 (4.3.5.1 read, the formulas recalled).
     """

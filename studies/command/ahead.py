@@ -1,4 +1,4 @@
-"""Compiles what most studies need, as a process beside the one that reads and prepares a study."""
+"""Compiles kernels that most studies need, in a process parallel to the process that reads and prepares a study."""
 
 from __future__ import annotations
 

@@ -30,13 +30,13 @@ LIMITS = (
     "modelling uncertainty, annual rates, injuries and other consequences for people (pelicun has no table for them), "
     "costs of anchoring, or what a building code asks. "
 )
-"""What the tables cannot hold, for their description and the terminal."""
+"""Limits of the tables, for their description and the terminal."""
 OF_TIME = (
     "pelicun adds the downtimes of all pieces (repair_time-sequential; -parallel: those of a floor), and the study's "
     "downtime of the building is the longest of them: the largest Time column of DV_repair_sample, with "
     "AggregateColocatedComponentResults false"
 )
-"""How to read pelicun's times, for the terminal."""
+"""Instructions for pelicun's times, for the terminal."""
 INDEPENDENT = "independent"
 
 
@@ -61,7 +61,7 @@ def write_building_files(
     description = f"Damping law: {law}. Probabilities are those of a study that found them by simulation. {LIMITS}"
     ids = None if prefix is None else _ids(prefix, len(items))
     try:
-        with own_files(folder, PELICUN, FILES):  # (those of an earlier export for pelicun are removed)
+        with own_files(folder, PELICUN, FILES):  # files of an earlier export for pelicun are removed
             written = write_building(curves, lines, folder, currency, description, ids)
     except StudyError:
         raise
@@ -88,7 +88,7 @@ def write_building_files(
 
 
 def _curves(one: xr.Dataset) -> tuple[xr.Dataset, list[float]]:
-    """Return the curves of the pieces, and by how much each differs from the probabilities observed."""
+    """Return the curves of the pieces, and the difference of each from the observed probabilities."""
     level = one["level"]
     observed = one["probability"].transpose("item", "level").values
     runs = np.ones(level.size)
@@ -141,7 +141,7 @@ def _line(one: xr.Dataset, i: int, smoothed: float) -> Line:
 
 
 def _consequence(one: xr.Dataset, i: int, kind: str) -> Consequence | None:
-    """Return the cost or the downtime of a piece of a line as a distribution, None where the line gives none."""
+    """Return the cost or the downtime of a piece of a line as a distribution, None if the line gives none."""
     if f"{kind}_median" not in one.coords or np.isnan(one[f"{kind}_median"].values[i]):
         return None
     median, dispersion, distribution = (
@@ -162,7 +162,7 @@ def _amount(one: Consequence, pieces: int, greatest: bool = False) -> Amount:
 
 
 def _said(kind: str, one: Consequence | None, pieces: int) -> list[str]:
-    """Return what is to be said of a cost or a downtime of several pieces that fall together."""
+    """Return the notes on a cost or a downtime of several pieces that fall together."""
     if one is None or one.dispersion == 0.0 or pieces == 1:
         return []
     spread = "dispersion" if one.distribution == LOGNORMAL else "coefficient of variation"
@@ -176,7 +176,7 @@ def _said(kind: str, one: Consequence | None, pieces: int) -> list[str]:
 
 
 def _correlation(results: xr.Dataset) -> float | None:
-    """Return the correlation of cost and downtime of a piece, None where no line spreads both, or where it is 0."""
+    """Return the correlation of cost and downtime of a piece, None if no line spreads both, or if it is 0."""
     spread = [results.get(f"{kind}_dispersion", xr.DataArray(0.0)) > 0.0 for kind in ("cost", "downtime")]
     if not bool((spread[0] & spread[1]).any()):
         return None

@@ -3,8 +3,8 @@
 0 done, 1 out of memory or a cluster that is gone, 2 wrong input, 129 hung up, 130 interrupted, 143 terminated; one
 sentence on standard error.  Never a traceback for a user's mistake.
 
-Each command imports what it needs by itself: the libraries of a study take two seconds to load, for which nobody who
-asks for help, a version, a list or a status should wait.
+Each command imports what it needs by itself. The libraries of a study take two seconds to load; help, a version, a
+list or a status do not need them.
 """
 
 from __future__ import annotations
@@ -222,9 +222,8 @@ def new(kind: Starter, folder: Path, /) -> None:
     Parameters
     ----------
     kind
-        bookcase (one piece, with and without an anti-tip kit), hazard (one piece, motions selected for a hazard curve),
-        inventory (a building and its hazard curve), records (two pieces under records), scenario (a building in one
-        earthquake).
+        bookcase (one piece and its kit), hazard (one piece, selected motions), inventory (a building and its hazard),
+        records (two pieces under records), scenario (a building in one earthquake).
     folder
         New or empty folder.
     """
@@ -601,7 +600,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _refused(error: OSError) -> str:
-    """Return what the system refused: a path or the folder above it that may not be entered, or else the output."""
+    """Return the path that cannot be used, or the folder above it that may not be entered, or else the output."""
     path = error.filename
     if isinstance(error, PermissionError) and path is not None:
         path = next((folder for folder in reversed(Path(path).parents) if not os.access(folder, os.X_OK)), path)

@@ -53,7 +53,7 @@ def read_curves(path: Path, model: str | None = None, verify: bool = False, mode
         # only the curves are loaded, because the runs may be larger than the memory
         curves = stored[parts].load()
         observed = ("probability", "lower", "upper", "overturnings", "runs")
-        if "curve_probability" in curves:  # (renamed as in a fit, in place of the observed probability)
+        if "curve_probability" in curves:  # renamed as in a fit, instead of the observed probability
             curves = curves.drop_vars(observed, errors="ignore")
             curves = curves.rename(curve_probability="probability")
         axis = stored.coords.get("level", stored.coords.get("intensity"))  # (a cloud has no levels)
@@ -80,7 +80,7 @@ def read_curves(path: Path, model: str | None = None, verify: bool = False, mode
 
 
 def _modelled(curves: xr.Dataset, path: Path, asked: bool) -> xr.Dataset:
-    """Return curves whose dispersions hold the modelling uncertainty, where it is asked for; rates are as they are."""
+    """Return curves whose dispersions include the modelling uncertainty, if requested; rates are as they are."""
     beta = float(curves.attrs.get(MODELLING, 0.0))
     if asked and beta == 0.0:
         raise StudyError(
@@ -97,7 +97,7 @@ def _modelled(curves: xr.Dataset, path: Path, asked: bool) -> xr.Dataset:
 
 
 def laws_of(results: xr.Dataset, model: str, path: Path) -> Index:
-    """Return the positions of the laws that a label or a short name selects; StudyError where there is none."""
+    """Return the positions of the laws that a label or a short name selects; StudyError if there is none."""
     labels = [str(label) for label in results["model"].values]
     laws = [str(law) for law in results["law"].values] if "law" in results.coords else []
     chosen = np.flatnonzero([label == model for label in labels] if model in labels else [law == model for law in laws])
@@ -123,14 +123,14 @@ def _of_all_samples(stored: xr.Dataset) -> xr.Dataset:
 
 
 def _floors(stored: xr.Dataset) -> list[str]:
-    """Return the floors of the motions, where results are not separated by floor."""
+    """Return the floors of the motions, if results are not separated by floor."""
     if "floor" not in stored.coords or stored["floor"].dims != ("motion",):
         return []
     return sorted({str(floor) for floor in stored["floor"].values})
 
 
 def kind_of(path: Path) -> str:
-    """Return the kind of study that a result file is of; empty where it holds none."""
+    """Return the kind of study of a result file; empty if it has none."""
     with reading(path), opened(path) as whole:
         return str(whole.attrs.get("kind", ""))
 
@@ -160,7 +160,7 @@ def missing_lines(written: Written) -> list[str]:
 
 
 def write_curves(curves: xr.Dataset, folder: Path, format_: CurveFormat) -> Written:
-    """Write curves into a folder, made where missing, from which an earlier export in this format is removed."""
+    """Write curves into a folder, made if missing, from which an earlier export in this format is removed."""
     write, name, names = _WRITERS[format_]
     try:
         with own_files(folder, f"export {format_}", names):

@@ -14,7 +14,7 @@ LONG_FITS = 1.0
 
 
 def forecast(study: Study, folder: Path | None = None) -> list[str]:
-    """Return what a study takes on this machine as lines of text: runs, chunks, time, memory and disk."""
+    """Return a study's needs on this machine as lines of text: runs, chunks, time, memory and disk."""
     room, work, slides, threads = study.room, study.work, study.slide_runs, thread_count()
     expected = study.expected
     duration = (room.seconds + study.seconds_of_slides) / threads

@@ -25,9 +25,9 @@ from .export import PERFORMANCE, laws_of
 def write_pieces(result: Path, folder: Path, format_: str, model: str | None = None, verify: bool = False) -> Path:
     """Write the table of a performance study's pieces under one law, or of blocks' rates; return the file.
 
-    A CSV file is in SI units, and ``kits.csv`` holds the kits; an XLSX workbook has sheets of that table, of it in
-    units of the tables, of kits, and on its contents.  In a CSV file, texts that a spreadsheet would take for
-    formulas begin with an apostrophe.
+    A CSV file is in SI units, and ``kits.csv`` contains the kits. An XLSX workbook has a sheet of that table, a sheet
+    of it in units of the tables, and sheets of kits and on its contents. In a CSV file, texts that a spreadsheet would
+    take for formulas begin with an apostrophe.
     """
     with read_results(result) as results:
         check_content(result, results, verify)

@@ -43,7 +43,7 @@ REPLACE: dict[Starter, str] = {
     "records": "records/ (files of your own), [[blocks]] in study.toml (what stands there)",
     "scenario": "inventory.xlsx (what stands where), [building] and [motions] in study.toml",
 }
-"""What a user replaces, of each starter."""
+"""Parts of each starter that a user replaces."""
 _HERE = Path(__file__).parents[1] / "starters"
 
 
@@ -57,7 +57,7 @@ def write_starter(kind: Starter, folder: Path) -> list[str]:
         if there and any(folder.iterdir()):
             raise StudyError(f"{folder}: the folder is not empty; name a new one, nothing was written")
         folder.parent.mkdir(parents=True, exist_ok=True)
-        # (in a folder that is there, which a rename cannot replace everywhere, or else beside the new one)
+        # in an existing folder, which a rename cannot replace everywhere, or else next to the new one
         place = folder if there else folder.parent
         remove_leftovers(folder.parent)
         staged = place / f".new.toppling-{os.getpid()}-{threading.current_thread().ident}.part"
@@ -92,7 +92,7 @@ def _fill(kind: Starter, folder: Path) -> None:
 
 
 def _move(staged: Path, folder: Path, there: bool) -> None:
-    """Put a filled folder in its place; what was moved is removed again where not all of it can be."""
+    """Put a filled folder in its place; moved files are removed again if not all can be moved."""
     if not there:
         staged.rename(folder)
         return
@@ -157,7 +157,7 @@ def workbook_of(table: str) -> bytes:
 
 
 def _number(text: str) -> str | float | None:
-    """Return a cell of a CSV as a number where it is one, None where it is empty."""
+    """Return a cell of a CSV as a number if it is one, None if it is empty."""
     try:
         value = float(text)
     except ValueError:

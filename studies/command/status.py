@@ -75,7 +75,7 @@ def status_of(folder: Path, verify: bool = False) -> StudyStatus:
 
 
 def _title(path: Path, verify: bool) -> str:
-    """Return the title of results; `verify` refuses those of a later version, and those that were edited."""
+    """Return the title of results; with `verify`, results of a later version and edited results are an error."""
     with reading(path):
         found = _printable(title_of(path))
         if verify:

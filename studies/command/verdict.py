@@ -1,4 +1,4 @@
-"""The end of a study on a terminal, below its short table: the answer, and how valid it is."""
+"""The end of a study on a terminal, below its short table: the answer, and its validity."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ OF_MONEY = ("anchoring.", "budget.", "kit.", "code.beyond_budget", "code.unprice
 
 
 def verdict(results: xr.Dataset, answered: bool) -> tuple[list[str], list[str], list[str]]:
-    """Return the answer, the validity, which begins the answer where results are not valid, and remedies of curves.
+    """Return the answer, the validity, which begins the answer if results are not valid, and remedies of curves.
 
-    `answered`: whether a short table follows the answer.
+    `answered`: True if a short table follows the answer.
     """
     checks = checks_of(results)
     bad = [check for check in checks if check.word != GOOD]

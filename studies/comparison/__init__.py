@@ -1,1 +1,1 @@
-"""Two studies' results side by side: what differs between them, and whether the motions explain the difference."""
+"""Comparison of two studies' results: their differences, and a test if the motions explain them."""

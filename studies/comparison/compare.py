@@ -91,7 +91,7 @@ def compare(
 
 
 def _compared(a: Side, b: Side, found: Found, sure: str) -> Comparison:
-    """Return the tables and facts of what was compared."""
+    """Return the tables and facts of a comparison."""
     names = {line.quantity for line in found.lines}
     shown = [quantity for quantity in found.quantities if quantity.shown and quantity.name in names]
     whole = [quantity for quantity in shown if quantity.whole]

@@ -42,11 +42,11 @@ DISPERSION, RATE = "dispersion", "rate"
 MOST_RESAMPLED = 2000
 """Most curves of a side that are fitted again to replicates of the motions; ratios of more have no interval."""
 Place = tuple[int, int, int]
-"""Positions of a block, a law and a floor (0 where there are no floors)."""
+"""Positions of a block, a law and a floor (0 if there are no floors)."""
 
 
 class Curves(NamedTuple):
-    """Curves of one side, replicates of parameters and rates on (block, model, floor, …), None if not fitted anew."""
+    """Curves of one side, replicates of parameters and rates on (block, model, floor, …), None unless refitted."""
 
     side: Side
     fit: xr.Dataset | None
@@ -59,7 +59,7 @@ class Curves(NamedTuple):
         return Range(*(float(_spread(held[end]).values[at]) if end in held else math.nan for end in ends))
 
     def samples(self, name: str, at: Place) -> Array | None:
-        """Return the replicates of a parameter of a curve or of its rate, None where there are none."""
+        """Return the replicates of a parameter of a curve or of its rate, None if there are none."""
         if name == RATE:
             return None if self.rates is None else self.rates[at]
         if self.fit is None or f"{name}_sample" not in self.fit:
@@ -108,7 +108,7 @@ def compare_curves(
 
 
 def _quantities(side: Side, years: float) -> list[Quantity]:
-    """Return what is compared of curves: the chance, which decides, comes first."""
+    """Return the compared quantities of curves; the probability, which decides, is first."""
     axis = axis_of(side.results)
     scale, unit = display_unit(axis)
     stored = str(axis.attrs.get("units", DIMENSIONLESS))
@@ -146,7 +146,7 @@ def _resampled(side: Side, seed: int, replicates: int, chosen: list[list[int]]) 
     every = {dim: side.results[dim].values for dim in ("block", "model")}
     found = found.assign_coords({dim: every[dim][own] for dim, own in zip(every, chosen, strict=True)})
     hazard = side.study.get("hazard")
-    # (a curve in a file beside the study is not known)
+    # a curve in a file next to the study is not known
     known = hazard is not None and "file" not in hazard and "rate" in side.results
     risk = hazard_table(hazard).risk(measure_of(side), Path()) if known else None
     rates = None
@@ -156,7 +156,7 @@ def _resampled(side: Side, seed: int, replicates: int, chosen: list[list[int]]) 
         if rates is not None and "realisation" in rates.dims:
             rates = rates.weighted(yearly["weight"]).mean("realisation")
     if FITTED_RATE in side.results and (risk is not None or not fit.in_mean):
-        # (rates without a form of curve are those of the runs' own weights, which need no hazard curve)
+        # rates without a form of curve are from the runs' own weights, which need no hazard curve
         labels = {dim: found[dim].values for dim in every}
         rates = weighted_rate_samples(runs.assign_coords(labels), replicates, seed, fit.state)
         rates = rates * (1.0 if risk is None else modelling_factor(found, risk, fit))
@@ -192,7 +192,7 @@ def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Lin
 
 
 def _reached(curves: Curves, quantity: str, at: Place) -> tuple[Range, str]:
-    """Return a number of a curve with open ends, or words in its place, where it lies beyond what was run."""
+    """Return a number of a curve with open ends, or words instead of it beyond the levels of the runs."""
     value, results = curves.value(quantity, at), curves.side.results
     if quantity == MEDIAN and value.value > EDGE * highest_level(results):
         return UNKNOWN, NOT_REACHED
@@ -205,7 +205,7 @@ def _reached(curves: Curves, quantity: str, at: Place) -> tuple[Range, str]:
 
 
 def _notes(a: Side, b: Side, of_a: Curves, of_b: Curves) -> Iterator[Fact]:
-    """Yield what is not compared, or has no interval."""
+    """Yield the quantities without a comparison, or without an interval."""
     with_rates = [side.name for side in (a, b) if "rate" in side.results]
     if len(with_rates) == 1:
         yield Fact("comparison.no_rates", names=tuple(with_rates))
@@ -224,11 +224,11 @@ def _notes(a: Side, b: Side, of_a: Curves, of_b: Curves) -> Iterator[Fact]:
 
 
 def _of_uplift(a: Side, b: Side) -> bool:
-    """Return whether medians of a side are of the second factor of its curves, and not where half overturn."""
+    """Return True if medians of a side belong to the second factor of its curves, not to their half level."""
     return any("uplift_median" in side.results for side in (a, b))
 
 
 def _spread(values: xr.DataArray, *last: str) -> xr.DataArray:
-    """Return values on (block, model, floor, *last), with one floor where they have none."""
+    """Return values on (block, model, floor, *last), with one floor if they have none."""
     whole = values if "floor" in values.dims else values.expand_dims("floor")
     return whole.transpose("block", "model", "floor", *last)

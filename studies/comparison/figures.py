@@ -25,7 +25,7 @@ MOST_PANELS, MOST_DOTS = 12, 40
 LOOKS = {"A": (axes.colour(0), "o", "solid"), "B": (axes.colour(1), "s", "dashed")}
 POINTS = 200
 LEAST_CHANCE = 1e-7
-"""Least end of an interval that is drawn, on the logarithmic axis of chances."""
+"""Minimum end of an interval that is drawn, on the logarithmic axis of probabilities."""
 
 
 def of_curves(
@@ -45,7 +45,7 @@ def of_curves(
 
 
 def of_pieces(found: Found, titles: tuple[str, str], confidence: str) -> Iterator[tuple[str, Figure]]:
-    """Yield the figure of the chances of both sides where there are any, with the name of its file."""
+    """Yield the figure of the chances of both sides if there are any, with the name of its file."""
     chances = [line for line in found.lines if line.quantity == CHANCE and (line.a.value > 0.0 or line.b.value > 0.0)]
     if chances:
         yield "chances", _dots(chances, found.quantities[0], titles, confidence)
@@ -83,7 +83,7 @@ def _panels(
 
 
 def _curve(curves: Curves, at: Place, ax: Axes, x: Array, scale: float) -> None:
-    """Draw the curve of one side with its band, where it has one."""
+    """Draw the curve of one side with its band, if it has one."""
     colour, _, line = LOOKS[curves.side.name]
     label = curves.side.name
     ax.plot([], [], color=colour, ls=line, lw=1.8, label=label)
@@ -104,7 +104,7 @@ def _curve(curves: Curves, at: Place, ax: Axes, x: Array, scale: float) -> None:
 
 
 def _span(sides: tuple[Side, Side], chosen: list[Line]) -> tuple[float, float, bool]:
-    """Return the ends of the axis of levels that holds the levels of both sides, and whether it is logarithmic."""
+    """Return the ends of the axis of levels that includes the levels of both sides, and True for a logarithmic axis."""
     found = [axis_of(side.results) for side in sides]
     scale, _ = display_unit(found[0])
     if all("level" in side.results.coords for side in sides):
@@ -155,7 +155,7 @@ def _dots(lines: list[Line], quantity: Quantity, titles: tuple[str, str], confid
 
 
 def _titles(titles: tuple[str, str], lines: list[Line]) -> list[str]:
-    """Return the titles of both studies, with their laws where these differ and there is one pair."""
+    """Return the titles of both studies, with their laws if these differ and there is one pair."""
     laws = {line.laws for line in lines}
     said = next(iter(laws)) if len(laws) == 1 else ("", "")
     said = said if said[0] != said[1] else ("", "")

@@ -1,4 +1,4 @@
-"""What differs between the inputs of two studies: blocks, laws, motions, hazard curves, options."""
+"""Differences between the inputs of two studies: blocks, laws, motions, hazard curves, options."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def inputs_that_differ(a: Side, b: Side, matched: Mapping[str, Matched]) -> Iter
 
 
 def notes_on_inputs(a: Side, b: Side, differ: bool, resampled: bool) -> Iterator[Fact]:
-    """Yield what levels, files and motions mean for the ratios; `resampled`: some ratio has an interval."""
+    """Yield the effects of levels, files and motions on the ratios; `resampled`: some ratio has an interval."""
     n, m = number_of_motions(a.results), number_of_motions(b.results)
     twice = [side.name for side in (a, b) if POLARITY in side.results.coords]
     more = {"motions": (n, m), "both_ways": twice, "resampled": resampled}

@@ -30,8 +30,9 @@ from .sides import Side, matched_laws, matched_names, same_motions
 
 NUMBER, LOSS, ANY = "number", "loss", "any"
 DOWNTIME, INJURIES = "downtime", "injuries"
-"""Quantities: the chance of one piece; expected pieces and value that overturn, the longest downtime of them and the
-persons whom they injure; the chance that anything overturns."""
+"""Quantities: the probability of one piece; expected pieces and value that overturn, their longest downtime and the
+persons whom they injure; the probability that anything overturns.
+"""
 AMOUNTS = (NUMBER, LOSS, DOWNTIME, INJURIES)
 YEARLY = {**{amount: f"annual_{amount}" for amount in AMOUNTS}, ANY: "any_rate"}
 AT_LEVEL = {**{amount: f"{amount}_mean" for amount in AMOUNTS}, ANY: "any_probability"}
@@ -67,7 +68,7 @@ def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Fou
     """Compare pieces and totals of two performance studies, with paired intervals if their motions are the same."""
     items, models = matched_names(a, b, "item", "piece"), matched_laws(a, b, laws)
     yearly = "item_rate" in a.results
-    # (where levels have motions of their own, those of the same levels are drawn)
+    # if levels have their own motions, motions of the same levels are drawn
     paired = same_motions(a, b) and np.array_equal(year_of(a).strata_levels, year_of(b).strata_levels)
     options = a.study.get("performance", {})
     replicates, seed = int(options.get("replicates", 1000)), int(options.get("seed", 0))
@@ -111,7 +112,7 @@ def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Fou
 
 
 def _quantities(side: Side, yearly: bool) -> list[Quantity]:
-    """Return what is compared, the pieces first."""
+    """Return the compared quantities, the pieces first."""
     money = currency_of(side.results)
     of: dict[str, Any] = {"years": YEARS}
     if not yearly:
@@ -158,12 +159,12 @@ def _line(
 
 
 def _lossy(a: Side, b: Side) -> bool:
-    """Return whether both sides have losses in the same currency."""
+    """Return True if both sides have losses in the same currency."""
     return _valued(a) and _valued(b) and a.results.attrs.get("currency") == b.results.attrs.get("currency")
 
 
 def _stored(side: Side, quantity: str, law: int, yearly: bool) -> Range:
-    """Return a total of the building with its interval, as the results hold it."""
+    """Return a total of the building with its interval from the results."""
     here = side.results.isel(model=law).sel(place=BUILDING)
     name = YEARLY[quantity] if yearly else AT_LEVEL[quantity]
     if not yearly:

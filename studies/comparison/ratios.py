@@ -1,4 +1,4 @@
-"""Pairs of numbers, of A and of B, with their ratio, the verdict on it, their tables, and what follows from them."""
+"""Pairs of numbers, of A and of B, with their ratio, its outcome, their tables, and the conclusions."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _open(ratio: Range) -> Range:
 
 
 def furthest(lines: Sequence[Line], most: int) -> list[Line]:
-    """Return at most so many lines, those whose ratios are furthest from 1, in the order of the lines."""
+    """Return at most `most` lines, with the ratios furthest from 1, in the order of the lines."""
     if len(lines) <= most:
         return list(lines)
     far = [abs(math.log(line.ratio.value)) if line.ratio.value > 0.0 else math.inf for line in lines]
@@ -105,11 +105,11 @@ def exported_lines(lines: Sequence[Line], quantities: Sequence[Quantity]) -> Tab
 
 
 ANCHORED_IN = {where: f"anchored in {where}" for where in ("A", "B", "both")}
-"""Verdicts on pieces that are anchored on a side, and fall there under no motion."""
+"""Outcomes for pieces that are anchored on a side, and fall there under no motion."""
 
 
 class Line(NamedTuple):
-    """A number of both sides: what it is of (block or piece, its place, the laws of A and B), values and verdict."""
+    """A number of both sides: its quantity, its block or piece, its place, the laws of A and B, values and outcome."""
 
     quantity: str
     name: str
@@ -131,7 +131,7 @@ def line_of(
     confidence: float,
     of_runs: Sequence[float] | Array = (math.nan, math.nan),
 ) -> Line:
-    """Return the line of two values with their ratio and its verdict; `of`: quantity, name, place and laws."""
+    """Return the line of two values with their ratio and its outcome; `of`: quantity, name, place and laws."""
     (a, b), (of_a, of_b) = values, samples
     ratio = Range(*ratio_of(a.value, b.value, of_a, of_b, confidence, of_runs))
     return Line(*of, a, b, ratio, verdict_of(ratio), *said)
@@ -140,8 +140,8 @@ def line_of(
 class Quantity(NamedTuple):
     """A quantity that is compared: its key, its unit and divisor on a screen, and the unit of its values.
 
-    `of`: values in its title, such as the years; `chance`: it is a probability, in per cent on a screen; `shown`: it is
-    shown there; `whole`: it is of the whole building, and has a row in the table of the building.
+    `of`: values in its title, such as the years. `chance`: True for a probability, in per cent on a screen. `shown`:
+    True if it is shown there. `whole`: True if it is of the whole building, and has a row in the table of the building.
     """
 
     name: str
@@ -160,7 +160,7 @@ class Quantity(NamedTuple):
 
 
 class Found(NamedTuple):
-    """All that was compared: labels that were matched by dimension, lines, and what they are of."""
+    """All results of a comparison: labels matched by dimension, lines, and their quantities."""
 
     matched: dict[str, Matched]
     lines: list[Line]
@@ -169,11 +169,11 @@ class Found(NamedTuple):
 
 
 KINDS = (HIGHER, LOWER), (OPEN,), (SAME,), (UNKNOWN,)
-"""Verdicts that a legend explains together; those on anchored pieces come before them."""
+"""Outcomes that a legend explains together; outcomes for anchored pieces come before them."""
 
 
 def answer(lines: Sequence[Line], quantities: Sequence[Quantity], dim: str) -> Iterator[Fact]:
-    """Yield how many lines have each verdict: laws with the same numbers, and quantities of all lines, are one fact."""
+    """Yield the number of lines with each outcome; equal numbers of laws, and quantities of all lines, are one fact."""
     laws = len({line.laws for line in lines})
     groups: dict[tuple[str, int, int, tuple[str, ...], str], list[Quantity]] = {}
     for quantity in quantities:
@@ -195,7 +195,7 @@ def answer(lines: Sequence[Line], quantities: Sequence[Quantity], dim: str) -> I
 
 
 def legend(lines: Sequence[Line]) -> Iterator[Fact]:
-    """Yield the meaning of each verdict that occurs."""
+    """Yield the meaning of each outcome that occurs."""
     for kind in (tuple(ANCHORED_IN.values()), *KINDS):
         words = tuple(word for word in kind if any(line.verdict == word for line in lines))
         if words:

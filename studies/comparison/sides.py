@@ -1,4 +1,4 @@
-"""The two results that are compared: read, refused where they cannot be compared, and their blocks and laws matched."""
+"""The two compared results: reading, errors if they cannot be compared, and matching of their blocks and laws."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ STUDY_FILE = ".toml"
 
 
 class Side(NamedTuple):
-    """One of the two results: `name` A or B, its file, what it holds, and its study as plain values."""
+    """One of the two results: `name` A or B, its file, its content, and its study as plain values."""
 
     name: str
     path: Path
@@ -63,7 +63,7 @@ class Matched(NamedTuple):
 
 
 def titles_of(a: Side, b: Side, laws: tuple[str, str] | None = None) -> tuple[str, str]:
-    """Return the titles of both sides; those that are equal are told apart by the folders, or by the laws compared."""
+    """Return the titles of both sides; equal titles are distinguished by the folders, or by the laws compared."""
     titles = a.title or "A study", b.title or "A study"
     if titles[0] != titles[1]:
         return titles
@@ -134,7 +134,7 @@ def two_sides(first: Path, second: Path, same: bool = False, verify: bool = Fals
 
 
 def refuse_different(a: Side, b: Side) -> None:
-    """Raise StudyError where the results of two studies have no number in common."""
+    """Raise StudyError if the results of two studies have no number in common."""
     if a.kind != b.kind:
         raise StudyError(f"A is a {a.kind} study and B a {b.kind} study: only studies of one kind can be compared")
     if a.kind not in (*CURVES, PIECES):
@@ -156,7 +156,7 @@ def refuse_different(a: Side, b: Side) -> None:
 
 
 def _refuse_pieces(a: Side, b: Side) -> None:
-    """Raise StudyError where the chances of pieces are not of the same thing."""
+    """Raise StudyError if the chances of pieces are not of the same thing."""
     yearly = ["item_rate" in one.results for one in (a, b)]
     if yearly[0] != yearly[1]:
         has, lacks = ("A", "B") if yearly[0] else ("B", "A")
@@ -195,7 +195,7 @@ def _measure_key(side: Side) -> tuple[str, str, str]:
 
 
 def same_motions(a: Side, b: Side) -> bool:
-    """True if both sides were shaken by the same motions in one design, so that replicates can be paired."""
+    """True if both sides had the same motions in one design, so that replicates can be paired."""
     if number_of_motions(a.results) != number_of_motions(b.results) or not a.identity(1):
         return False
     if a.identity(1) != b.identity(1) or a.results.attrs.get("design") != b.results.attrs.get("design"):
@@ -212,7 +212,7 @@ def same_motions(a: Side, b: Side) -> bool:
 
 
 def matched(of_a: Sequence[str], of_b: Sequence[str]) -> Matched:
-    """Match labels of two sides; where none is common and each side has one, these two are compared."""
+    """Match labels of two sides; if none is common and each side has one, these two are compared."""
     where = {label: j for j, label in enumerate(of_b)}
     pairs = [(i, where[label]) for i, label in enumerate(of_a) if label in where]
     if not pairs and len(of_a) == len(of_b) == 1:
@@ -222,14 +222,14 @@ def matched(of_a: Sequence[str], of_b: Sequence[str]) -> Matched:
 
 
 def matched_laws(a: Side, b: Side, laws: tuple[str, str] | None) -> Matched:
-    """Match the damping laws of two sides, or the two that are named; StudyError where there is none."""
+    """Match the damping laws of two sides, or the two that are named; StudyError if there is none."""
     if laws is not None:
         return Matched([(law_at(a, laws[0]), law_at(b, laws[1]))], [], [])
     return matched_names(a, b, "model", "damping law", ": name one of each with --laws")
 
 
 def matched_names(a: Side, b: Side, dim: str, noun: str, cure: str = "") -> Matched:
-    """Match laws, blocks or pieces of two sides by their labels; StudyError where there is none in common."""
+    """Match laws, blocks or pieces of two sides by their labels; StudyError if there is none in common."""
     labels = [_labels(side, dim) for side in (a, b)]
     found = matched(*labels)
     if not found.pairs:
@@ -238,14 +238,14 @@ def matched_names(a: Side, b: Side, dim: str, noun: str, cure: str = "") -> Matc
 
 
 def floors_of(side: Side) -> list[str]:
-    """Return the floors of a study's curves; one without a name where curves are not separated by floor."""
+    """Return the floors of a study's curves; one without a name if curves are not separated by floor."""
     if "floor" not in side.results["median"].dims:
         return [""]
     return [str(floor) for floor in side.results["floor"].values]
 
 
 def law_at(side: Side, name: str) -> int:
-    """Return the position of the law with a label or a short name; StudyError where that is not one law."""
+    """Return the position of the law with a label or a short name; StudyError if that is not one law."""
     labels = _labels(side, "model")
     law = side.results.coords.get("law")
     # (laws of samples have no short name of their own; their labels begin with it)

@@ -1,1 +1,1 @@
-"""Facts of results, one module for each subject, and the templates that say them."""
+"""Facts of results, one module for each subject, and the templates of their sentences."""

@@ -1,4 +1,4 @@
-"""The figure of a page's first screen: a bar for each piece, with its interval, in groups by what to do."""
+"""The figure of a page's first screen: a bar for each piece, with its interval, in groups by recommendation."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from ..text.words import axis_of, block_title, by_place, display_unit, floor_nam
 from .building import recommended_lines
 
 MOST = 14
-"""Most bars; the tables hold all pieces."""
+"""Maximum number of bars; the tables contain all pieces."""
 
 
 class Bar(NamedTuple):
-    """Bar of a line or block: its name, a text beside the name, a value and its interval."""
+    """Bar of a line or block: its name, a text next to the name, a value and its interval."""
 
     name: str
     beside: str
@@ -32,9 +32,9 @@ class Bar(NamedTuple):
 
 
 class Bars(NamedTuple):
-    """Bars in groups by name, on a common scale from 0 to `top`; `of`: what they show.
+    """Bars in groups by name, on a common scale from 0 to `top`; `of`: their quantity.
 
-    years: of chances, 0 for levels of shaking, whose measure and unit are given; left_out: the number of other pieces.
+    `years`: of probabilities, 0 for levels, whose measure and unit are given. `left_out`: the number of other pieces.
     """
 
     of: str
@@ -48,7 +48,7 @@ class Bars(NamedTuple):
 
 
 def bars_of(results: xr.Dataset) -> Bars | None:
-    """Return the bars of a study's results; None where no value is known."""
+    """Return the bars of a study's results; None if no value is known."""
     if "item" in results.dims:
         return _of_pieces(results)
     if "half_level" not in results or "sensitivity" in str(results.attrs["kind"]):

@@ -1,4 +1,4 @@
-"""Facts of performance studies: what falls in a building, what it costs, and what to anchor."""
+"""Facts of performance studies: falls in a building, their costs, and the pieces to anchor."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ from ..text.words import block_title, floor_name, quantity_name, reference_law
 from .law_choice import damped_throughout
 
 DISAGREE = 1.1
-"""Ratio of the results of two laws from which the answer says how far they lie apart."""
+"""Ratio of the results of two laws from which the answer gives their difference."""
 TO_ANCHOR = (DUTY, FIRST, REDUCES, SAFER, SAVES, PREVENTS, WORTH)
 """Recommendations to anchor a line."""
 AMOUNTS = ("loss", "downtime", "injuries")
@@ -68,7 +68,7 @@ def recommended_lines(results: xr.Dataset) -> list[Piece]:
 
 
 def rate_without(results: xr.Dataset, lines: Sequence[str]) -> float:
-    """Return the annual rate of any fall under the reference law if some lines are anchored; NaN where not known.
+    """Return the annual rate of any fall under the reference law if some lines are anchored; NaN if not known.
 
     From the stored outcomes of the runs, motion by motion, as `assess` computes it.
     """
@@ -146,7 +146,7 @@ def _at_level(results: xr.Dataset, whole: xr.Dataset, more: Mapping[str, object]
 
 
 def _afterwards(results: xr.Dataset, now: float) -> Iterator[Fact]:
-    """Yield what the recommended work changes: the lines, their cost, and the rate of any fall afterwards."""
+    """Yield the effect of the recommended work: the lines, their cost, and the rate of any fall afterwards."""
     pieces = pieces_of(results, reference_law(results)[0])
     lines = recommended_lines(results)
     free = [piece for piece in pieces if not piece.held]
@@ -191,7 +191,7 @@ def _afterwards(results: xr.Dataset, now: float) -> Iterator[Fact]:
 
 
 def _law_range(results: xr.Dataset, at: int) -> Iterator[Fact]:
-    """Yield the rate of any fall, or the number of falls, under the other laws where they disagree."""
+    """Yield the rate of any fall, or the number of falls, under the other laws if they disagree."""
     if "branch" in results.dims or results.sizes["model"] == 1:
         return
     yearly = "any_rate" in results
@@ -208,7 +208,7 @@ def _law_range(results: xr.Dataset, at: int) -> Iterator[Fact]:
 
 
 def actions(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield what to do, the most important first."""
+    """Yield the recommended actions, the most important first."""
     at, _ = reference_law(results)
     pieces = pieces_of(results, at)
     lines = recommended_lines(results)
@@ -256,7 +256,7 @@ def _names(pieces: Sequence[Piece]) -> tuple[str, ...]:
 
 
 def _code(pieces: Sequence[Piece], results: xr.Dataset, money: Mapping[str, object]) -> Iterator[Fact]:
-    """Yield what the building code requires beyond the recommended lines."""
+    """Yield the requirements of the building code beyond the recommended lines."""
     if "code" not in results.attrs:
         return
     weak = [piece for piece in pieces if piece.recommendation == WEAK]
@@ -277,12 +277,12 @@ def _code(pieces: Sequence[Piece], results: xr.Dataset, money: Mapping[str, obje
 
 
 def _missing(piece: Piece) -> str:
-    """Return what the check of a piece by the code lacks; '' if there is a check."""
+    """Return the missing data of the check of a piece by the code; '' if there is a check."""
     return "" if piece.code is None else piece.code.missing
 
 
 def _budget(pieces: Sequence[Piece], results: xr.Dataset, at: int, money: Mapping[str, object]) -> Iterator[Fact]:
-    """Yield what the budget leaves out, and what is left over."""
+    """Yield the pieces outside the budget, and the remaining money."""
     if "budget_chosen" not in results:
         return
     chosen = [piece for piece in pieces if piece.chosen]
@@ -351,7 +351,7 @@ def _kits(results: xr.Dataset, pieces: Sequence[Piece]) -> Iterator[Fact]:
 
 
 def _supports(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield what stands on pieces that slide or rock, and what falls with its support."""
+    """Yield facts on pieces on others that slide or rock, and on pieces that fall with their support."""
     if "stands_on" not in results.coords:
         return
     moving = on_moving_supports(results)
@@ -362,7 +362,7 @@ def _supports(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def _carried(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield how often pieces fall that carry others, and these."""
+    """Yield the frequency of falls of pieces that carry others, and of the latter."""
     if "stands_on" not in results.coords or "item_rate" not in results:
         return
     on = results["stands_on"].values
@@ -373,7 +373,7 @@ def _carried(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def _castors(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield what to do about pieces on castors."""
+    """Yield the recommendations for pieces on castors."""
     contacts, free = np.array(contacts_of(results)), ~results["anchored"].values.astype(bool)
     for contact, what in ((ROLLING, "support.lock_castors"), (LOCKED, "support.check_brakes")):
         names = tuple(f"“{item}”" for item in results["item"].values[free & (contacts == contact)])
@@ -382,7 +382,7 @@ def _castors(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def _undecided(pieces: Sequence[Piece], results: xr.Dataset) -> Iterator[Fact]:
-    """Yield for which pieces it is not known whether anchoring is worth its cost."""
+    """Yield the pieces for which it is not known if anchoring is worth its cost."""
     open_ = [piece for piece in pieces if piece.recommendation == UNRESOLVED]
     seen = [piece for piece in open_ if piece.chance.value > 0.0 and not piece.safety]
     never = [piece for piece in open_ if piece.chance.value == 0.0]

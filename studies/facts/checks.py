@@ -169,7 +169,7 @@ def _rolling(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def _pedestals(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield the check of pieces that stand on others, which are shaken as the floor is."""
+    """Yield the check of pieces on others, which are assumed to move with the floor."""
     if MOVES not in results:
         return
     shares = shares_with_moving_supports(results)
@@ -185,7 +185,7 @@ def _pedestals(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def _uplift(results: xr.Dataset) -> xr.DataArray | None:
-    """Return the coefficient of friction that uplift needs, b/h, of every block or item; None where it is not known."""
+    """Return the coefficient of friction that uplift needs, b/h, of every block or item; None if it is not known."""
     if "friction_uplift" in results:
         return results["friction_uplift"]
     known = "alpha" in results.coords and results["alpha"].dims in (("block",), ("item",))
@@ -233,7 +233,7 @@ def laws_of_answer(results: xr.Dataset) -> list[int]:
 
 
 def resonant_laws(results: xr.Dataset, at: list[int]) -> list[int]:
-    """Return which of some laws have an elastic mode inside the band of motions."""
+    """Return the laws, of some, with an elastic mode inside the band of motions."""
     if "outside" not in results or not at:
         return []
     runs = results["outside"].sel(reason=ELASTIC_MODE.name).isel(model=at)
@@ -332,7 +332,7 @@ def _intervals(results: xr.Dataset) -> Fact:
 
 
 def _reached(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield the check of a precision that was asked for, where motions are run until it is reached."""
+    """Yield the check of a requested precision, if motions are run until it is reached."""
     if "stopped_because" not in results:
         return
     accounts, number = missed_curves(results)
@@ -384,7 +384,7 @@ def _hazard(results: xr.Dataset) -> Fact:
 
 
 def _run_levels(results: xr.Dataset) -> Fact:
-    """Check the share of annual rates from curves where nothing was run; above a half a rate is the form's."""
+    """Check the share of annual rates from parts of curves beyond the runs; above a half a rate depends on the form."""
     shares = extrapolated_shares(results)
     if not shares:
         return _missing("rate.extrapolated")
@@ -403,7 +403,7 @@ def _run_levels(results: xr.Dataset) -> Fact:
 
 
 def _levels_of_amounts(results: xr.Dataset) -> Fact:
-    """Check by how much annual amounts of an inventory may change for shaking that was not run."""
+    """Check the possible change of annual amounts of an inventory from motions beyond the runs."""
     if "annual_number_above" not in results:
         return _missing("rate.amounts_beyond_levels")
     changes = changes_beyond_levels(results)
@@ -418,7 +418,7 @@ def _levels_of_amounts(results: xr.Dataset) -> Fact:
 
 
 def _little_extrapolated(results: xr.Dataset) -> Fact:
-    """Return the check of rates that hardly depend on what curves do where nothing was run."""
+    """Return the check of rates that hardly depend on curves beyond the runs."""
     known = np.isfinite(results["rate"])
     sides = (("below", UNDER), ("above", BEYOND))
     shares = {side: _worst(results[name].where(known))[0] for side, name in sides if name in results}
@@ -430,7 +430,7 @@ def _little_extrapolated(results: xr.Dataset) -> Fact:
 
 
 def _beyond_hazard(shares: dict[str, xr.DataArray]) -> Fact:
-    """Check the shares of annual rates or values that come from shaking below and above a hazard curve's levels."""
+    """Check the shares of annual rates or values from below and above a hazard curve's levels."""
     side = max(shares, key=lambda end: _worst(shares[end])[0])
     return _of_shares("rate.beyond_hazard", shares[side], "remedy_hazard", side=side)
 
@@ -443,7 +443,7 @@ def _of_shares(what: str, shares: xr.DataArray, remedy: str, **more: object) -> 
 
 
 def _worst(shares: xr.DataArray) -> tuple[float, tuple[str, ...]]:
-    """Return the greatest of some shares, and the labels to which it belongs, without the law of a study of one."""
+    """Return the maximum of some shares, and its labels, without the law of a study of one."""
     at = _at_worst(shares)
     dims = [*zip(shares.dims, at, strict=True)]
     parts = [shares[dim][i] for dim, i in dims if dim in shares.coords and (dim != "model" or shares.sizes[dim] > 1)]
@@ -458,13 +458,13 @@ def _label(part: xr.DataArray) -> str:
 
 
 def _at_worst(shares: xr.DataArray) -> tuple[int, ...]:
-    """Return where the greatest of some shares is."""
+    """Return the position of the maximum of some shares."""
     values = shares.values.astype(float)
     filled = np.where(np.isnan(values), -np.inf, values)
     return tuple(int(i) for i in np.unravel_index(int(filled.argmax()), values.shape))
 
 
 def _of_all(results: xr.Dataset, which: NDArray[np.bool_]) -> dict[str, int]:
-    """Return how many of all pieces some blocks or lines are: a line of an inventory counts all of its pieces."""
+    """Return the number of pieces in some blocks or lines, and in all; a line counts all of its pieces."""
     counts = results["count"].values if "item" in results.dims else np.ones(which.size, np.int64)
     return {"number": int(counts[which].sum()), "pieces": int(counts.sum())}

@@ -1,4 +1,4 @@
-"""Measured coverage of 95 % intervals: what is known of those that contain the true value less often than they should.
+"""Measured coverage of 95 % intervals that contain the true value less often than they should.
 
 The values are the lowest and highest of docs/runs/coverage.csv over its truths, in per cent, by number of motions.
 """
@@ -44,13 +44,13 @@ COVERAGE: dict[str, dict[int, tuple[float, float]]] = {
     "ratio of totals": {10: (87.9, 90.6), 20: (90.7, 93.2), 40: (90.9, 94.2), 80: (92.4, 95.4), 400: (93.9, 95.2)},
 }
 ENOUGH = 93.0
-"""Least coverage of an interval that needs no remark, in per cent."""
+"""Minimum coverage of an interval that needs no remark, in per cent."""
 FAR_APART = 1.5
 """Dispersions between two levels from which on they are far apart (measured: 1.9)."""
 
 
 def coverage(kinds: Iterable[str], motions: int) -> Iterator[Fact]:
-    """Yield what intervals of these kinds contain, if it is too little at a measured number of motions beside theirs.
+    """Yield the coverage of these kinds of intervals, if it is too low at a measured number of motions near theirs.
 
     The nearest smaller number counts, and the nearest larger one if the smaller has enough.
     """
@@ -69,7 +69,7 @@ def coverage(kinds: Iterable[str], motions: int) -> Iterator[Fact]:
 
 
 def coverage_in(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield what the intervals of results contain, if it is too little."""
+    """Yield the coverage of the intervals of results, if it is too low."""
     if "confidence" in results.attrs and "motion" in results.dims:
         # (each floor and each stripe has motions of its own)
         dims = ("floor", "level") if results.attrs.get("design") == "stripes" else ("floor",)
@@ -100,7 +100,7 @@ def _kinds(results: xr.Dataset) -> list[str]:
 
 
 def _far_apart(results: xr.Dataset) -> bool:
-    """Return whether neighbouring levels of a study are far apart; those of a cloud have none."""
+    """Return True if neighbouring levels of a study are far apart; a cloud has none."""
     levels = np.unique(axis_of(results).values)
     if results.attrs.get("design") == "cloud" or levels.size < 2 or "dispersion" not in results:
         return False

@@ -24,20 +24,20 @@ POINTS = 12
 """Levels at which the curves of a cloud, which has no levels of its own, are compared."""
 
 Spans = list[tuple[float, float]]
-"""Levels between which something holds (SI), ends included."""
+"""Levels between which a condition is true (SI), ends included."""
 
 MIN_CURVES, MOST_COMPARED = 2, 12
 """Fewest curves that can cross, and the number of pieces, of those that fall first, whose curves are compared."""
 FEWEST_APART = 6
-"""Fewest motions that must tell two pieces apart, all the same way, to be no chance.
+"""Minimum number of motions that must distinguish two pieces, all the same way, to be no chance.
 
-Under one of two equal pieces each of them falls as often as the other: of six such motions all are of one piece in
-2 · 2⁻⁶ = 3 % of cases, of five in 6 %, which is more than 5 % (sign test).
+Under one of two equal pieces each of them falls as often as the other. Of six such motions all are of one piece in 2 ·
+2⁻⁶ = 3 % of cases. Of five it is 6 %, which is more than 5 % (sign test).
 """
 
 
 class Crossing(NamedTuple):
-    """The levels between which a curve is higher than another and those between which it is lower, each by how much."""
+    """The levels between which a curve is higher than another and lower than another, each with its difference."""
 
     higher: Spans
     lower: Spans
@@ -55,7 +55,7 @@ def levels_of(results: xr.Dataset) -> Array:
 
 
 def crossing(one: Array, other: Array, levels: Array) -> Crossing | None:
-    """Return where a curve (level,) is higher and where it is lower than another by `APART`; None unless both."""
+    """Return the levels at which a curve (level,) is higher and lower than another by `APART`; None unless both."""
     with np.errstate(invalid="ignore"):
         higher, lower = one - other > APART, other - one > APART
     if not higher.any() or not lower.any():
@@ -65,7 +65,7 @@ def crossing(one: Array, other: Array, levels: Array) -> Crossing | None:
 
 
 def _spans(here: Flags, levels: Array) -> Spans:
-    """Return the first and the last level of each run of levels at which something holds."""
+    """Return the first and the last level of each run of levels at which a condition is true."""
     at = np.flatnonzero(here)
     parts = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
     return [(float(levels[part[0]]), float(levels[part[-1]])) for part in parts]
@@ -116,7 +116,7 @@ def crossings_of_laws(case: xr.Dataset, results: xr.Dataset) -> list[Crossing]:
 
 
 def _by_chance(results: xr.Dataset) -> float:
-    """Return the least difference of two shares that is more than the chance of a few motions."""
+    """Return the minimum difference of two shares that exceeds chance with few motions."""
     return FEWEST_APART / fewest_motions(results)
 
 
@@ -127,6 +127,6 @@ def case_at(small: xr.Dataset, cases: xr.DataArray, place: int) -> xr.Dataset:
 
 
 def case_name(case: xr.Dataset) -> str:
-    """Return the name of a block, with its floor where there are several."""
+    """Return the name of a block, with its floor if there are several."""
     floor = f" on {floor_name(case['floor'].item())}" if "floor" in case.coords else ""
     return f"“{block_title(str(case['block'].item()))}”{floor}"

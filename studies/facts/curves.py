@@ -1,4 +1,4 @@
-"""Facts of fragility and uncertainty studies: levels, chances, laws, restraints, sliding and sizes, and what to do."""
+"""Facts of fragility and uncertainty studies: levels, probabilities, laws, restraints, sliding, sizes, and advice."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from .law_choice import damped_throughout
 RARE = 0.1
 """Probability of overturning, rare but still relevant to an owner, at whose level the answer also gives a count."""
 DISAGREE = 1.1
-"""Ratio of the results of two laws from which the answer says how far they lie apart."""
+"""Ratio of the results of two laws from which the answer gives their difference."""
 MANY = 12
 """Number of pieces above which the answer gives the spread of their levels and chances."""
 SPREAD = (0.1, 0.5, 0.9)
@@ -43,7 +43,7 @@ SPREAD = (0.1, 0.5, 0.9)
 CHANCES = (0.5, 0.1, 0.01)
 """Chances for which the answer counts the pieces that reach them."""
 MOST_SAID = 3
-"""Most comparisons, restraints and edges in the answer; tables hold all of them."""
+"""Maximum number of comparisons, restraints and edges in the answer; tables contain all of them."""
 HELD = 0.5
 """Share of falls that a restraint must prevent."""
 SAFER_LARGER = ("width", "alpha", "R")
@@ -105,7 +105,7 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def events(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield how much of a region falls in one event, at levels of about 10, 50 and 90 %."""
+    """Yield the share of a region that falls in one event, at levels of about 10, 50 and 90 %."""
     scale, unit = display_unit(axis_of(results))
     for level, mean, low, high, number in event_levels(results):
         share = float(np.ptp(results["event_quantile"].values[[0, -1]]))
@@ -114,7 +114,7 @@ def events(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def actions(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield what to do: sizes that meet a target, restraints that help or do not, a hazard curve."""
+    """Yield the recommended actions: sizes that meet a target, restraints that help or do not, a hazard curve."""
     if "size_along" in results.attrs:
         yield from _sizes(results)
     yield from _restraint_steps(results)
@@ -153,7 +153,7 @@ def _at_an_end(case: xr.Dataset, results: xr.Dataset, at: int = -1) -> Iterator[
 
 
 def _level(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
-    """Yield the level at which half of the motions bring down a block, and a lower one at which some 10 % do."""
+    """Yield the level at which half of the motions overturn a block, and a lower one at which about 10 % do."""
     scale, unit = display_unit(axis_of(results))
     half, low, high = range_of(case, HALF, scale)
     if not 0.0 < half < math.inf:
@@ -174,7 +174,7 @@ def _level(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
 
 
 def _chance(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
-    """Yield the chance of a block in the study's years, over branches where there are any."""
+    """Yield the chance of a block in the study's years, over branches if there are any."""
     years, names = float(results.attrs["years"]), (case_name(case),)
     more = {"years": years, **_what(results)}
     if "epistemic_rate" in case:
@@ -215,7 +215,7 @@ def _rank(small: xr.Dataset, cases: xr.DataArray, ranked: Index, by: str, result
 
 
 def _spread(small: xr.Dataset, cases: xr.DataArray, results: xr.Dataset) -> Iterator[Fact]:
-    """Yield the spread of many pieces' levels, infinite if not reached, and how many have a high chance."""
+    """Yield the spread of many pieces' levels, infinite if not reached, and the number with a high probability."""
     scale, unit = display_unit(axis_of(results))
     known = cases.values[~np.isnan(cases.values)]
     if known.size:
@@ -239,7 +239,7 @@ def _crossing(what: str, crossing: Crossing, results: xr.Dataset, others: int = 
 
 
 def _other_side(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield which pieces may fall the other way as well, where falls to one side alone are counted."""
+    """Yield the pieces that may fall the other way as well, if falls to one side alone are counted."""
     either = falling_both_ways(results)
     names = tuple(f"“{block_title(str(block))}”" for block in results["block"].values if str(block) in either)
     if names and len(names) < results.sizes["block"]:
@@ -260,7 +260,7 @@ def _gain(what: str, gain: Gain, results: xr.Dataset) -> Fact:
 
 
 def _restraints(results: xr.Dataset, at: int) -> Iterator[Fact]:
-    """Yield how often restraints break, and how strong they must be, of the first blocks."""
+    """Yield the frequency of ruptures of restraints, and their required strength, of the first blocks."""
     scale, unit = display_unit(axis_of(results))
     for name, share, low, high, level, design in breaks_of(results, at)[:MOST_SAID]:
         more = {"design": design, **_what(results)}
@@ -278,7 +278,7 @@ def _restraints(results: xr.Dataset, at: int) -> Iterator[Fact]:
 
 
 def _laws(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
-    """Yield what the other laws give where laws disagree: the chance, or the level without a hazard."""
+    """Yield the results of the other laws if laws disagree: the probability, or the level without a hazard."""
     if "branch" in results.dims or case.sizes["model"] == 1:
         return  # (branches hold the choice of law)
     at, _ = reference_law(results)
@@ -341,7 +341,7 @@ def _sizes(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def _restraint_steps(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield whether the restraints of blocks help, compared with the same blocks without."""
+    """Yield the effect of the restraints of blocks, compared with the same blocks without."""
     if SCENE not in results.coords:
         return
     blocks = blocks_of(results)
@@ -369,7 +369,7 @@ def _by_chance(results: xr.Dataset, blocks: Sequence[Block], pairs: Mapping[int,
 
 
 def _by_level(results: xr.Dataset, blocks: Sequence[Block], pairs: Mapping[int, int]) -> Iterator[Fact]:
-    """Yield whether restraints raise the level at which half of the motions bring a block down."""
+    """Yield the effect of restraints on the level at which half of the motions overturn a block."""
     at, _ = reference_law(results)
     small = without_motions(results).isel(model=at)
     if "floor" in small[HALF].dims or "level" not in small.coords:

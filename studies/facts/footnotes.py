@@ -1,4 +1,4 @@
-"""Footnotes of a page: what its ranges contain, what they leave out, and which law it is of."""
+"""Footnotes of a page: contents and omissions of its ranges, and its law."""
 
 from __future__ import annotations
 

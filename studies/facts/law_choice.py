@@ -1,4 +1,4 @@
-"""Which of several damping laws an answer is best taken from."""
+"""Choice of the damping law whose results answer a question best."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ CONSISTENT = "energy-consistent"
 
 
 def choice_of_law(results: xr.Dataset) -> Fact | None:
-    """Return which law of a study to use; None for one law, branches or an uncertain law."""
+    """Return the recommended law of a study; None for one law, branches or an uncertain law."""
     law = results.coords.get("law")
     if law is None or law.dims != ("model",) or "branch" in results.dims:
         return None

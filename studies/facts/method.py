@@ -28,7 +28,7 @@ MOST_LINES = 6
 
 
 def study_of(results: xr.Dataset) -> dict[str, object]:
-    """Return the study file as plain values; empty where the results do not hold it."""
+    """Return the study file as plain values; empty if the results do not contain it."""
     try:
         found = json.loads(str(results.attrs.get("study", "{}")))
     except ValueError:
@@ -37,7 +37,7 @@ def study_of(results: xr.Dataset) -> dict[str, object]:
 
 
 def lifted(study: Mapping[str, object]) -> bool:
-    """Return True if the motions of a study shake vertically, too."""
+    """Return True if the motions of a study have a vertical component, too."""
     motions, stripes = study.get("motions"), study.get("stripes")
     own = stripes.get("at", []) if isinstance(stripes, dict) else []
     tables = [table for table in (motions, *(at.get("motions") for at in own)) if isinstance(table, dict)]
@@ -45,7 +45,7 @@ def lifted(study: Mapping[str, object]) -> bool:
 
 
 def by_histories(study: Mapping[str, Any]) -> bool:
-    """Return whether the floors move by histories with levels of their own, or by others that are scaled."""
+    """Return True if the floors move by histories with levels of their own, or by others that are scaled."""
     motions = study.get("motions")
     return isinstance(motions, dict) and ("floors_index" in motions or bool(motions.get("elastic")))
 
@@ -131,7 +131,7 @@ def method_of(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def _one_way(results: xr.Dataset) -> bool:
-    """Return whether the curves are of falls to one side."""
+    """Return True if the curves are of falls to one side."""
     return str(results.attrs.get("state")) in {state_name(state) for state in DIRECTIONS}
 
 
@@ -202,7 +202,7 @@ def _law(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def _surroundings(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[Fact]:
-    """Yield what stands around blocks, holds them or carries them: buildings, supports, walls, restraints, beds."""
+    """Yield the surroundings and supports of blocks: buildings, supports, walls, restraints, beds."""
     buildings = _tables([study.get("building"), *(study.get("buildings") or [])])
     for what, holds in (
         ("building.elastic", any(map(scales, buildings))),
@@ -239,7 +239,7 @@ def _surroundings(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[Fac
 
 
 def _sliding(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield what is modelled of sliding, edges and round bases."""
+    """Yield the modelled parts of sliding, edges and round bases."""
     if FALLEN in results:
         yield Fact("sliding.upper_estimate")
     elif INSTEAD in results:
@@ -274,7 +274,7 @@ def _sliding(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def _on_the_roof(results: xr.Dataset, roof: str) -> Iterator[Fact]:
-    """Yield which pieces stand on the roof, so that a floor that was meant as the uppermost storey is noticed."""
+    """Yield the pieces on the roof, so that a floor that was meant as the uppermost storey is noticed."""
     if not roof or "item" not in results.dims or "floor" not in results.coords:
         return
     above = results["item"].values[results["floor"].values.astype(str) == roof]

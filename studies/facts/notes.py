@@ -1,4 +1,4 @@
-"""Notes of results: what a reader should know before relying on them, of the inputs and of the runs."""
+"""Notes of results, of the inputs and of the runs, for a reader who relies on them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SAID_BY = {
     "wall.base_no_slip": ("wall.model",),
     "validity.not_modelled": ("validity.left_out",),
 }
-"""Notes, and the facts of a page that say them, besides the facts of the same name."""
+"""Notes, and their facts on a page, in addition to the facts of the same name."""
 
 
 def notes_of(results: xr.Dataset) -> list[Fact]:
@@ -47,7 +47,7 @@ def of_branch(motions: str, notes: Iterable[Fact]) -> list[Fact]:
 
 
 def left_notes(results: xr.Dataset, said: Iterable[Fact]) -> list[Fact]:
-    """Return the notes that no fact of a page says."""
+    """Return the notes that are in no fact of a page."""
     names = {fact.what for fact in said}
     doubts = {str(sentence) for _, sentence, _ in json.loads(str(results.attrs.get("doubts", "[]")))}
     return [

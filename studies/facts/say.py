@@ -1,4 +1,4 @@
-"""Templates that say facts: one file of whole sentences for each register."""
+"""Templates of facts: one file of whole sentences for each register."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FALLBACKS = {
     "method": ("method", "screen"),
     "comparison": ("comparison", "page"),
 }
-"""Registers in which the sentences of a register are looked up, where it shares them with others."""
+"""Registers in which the sentences of a register are looked up, if it shares them with others."""
 
 SHARED = {
     **dict.fromkeys(("anchoring.outside", "anchoring.indicative"), "anchoring_no_advice"),
@@ -96,7 +96,7 @@ def say(fact: Fact, register: str) -> str:
 
 
 def remedy(fact: Fact, register: str) -> str:
-    """Return what to do about a fact; empty if there is nothing to do."""
+    """Return the remedy for a fact; empty if nothing is needed."""
     return sentences.sentence(fact.remedy, fact, _modules(register)) if fact.remedy else ""
 
 

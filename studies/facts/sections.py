@@ -1,4 +1,4 @@
-"""The facts of results by section: what the page prints, and what `report --json` gives to programs."""
+"""The facts of results by section: for the page, and as `report --json` gives them to programs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ REGISTERS = {
     "passed": "",
     "notes": "notes",
 }
-"""Sections in the order of a page, and the register that says each; passed checks are named only."""
+"""Sections in the order of a page, and the register of each; passed checks are named only."""
 
 
 def sections(results: xr.Dataset, state: str = "") -> dict[str, list[Fact]]:

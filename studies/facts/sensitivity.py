@@ -1,4 +1,4 @@
-"""Facts of sensitivity studies: how far levels move with a parameter, and how far laws lie apart."""
+"""Facts of sensitivity studies: changes of levels with a parameter, and differences of laws."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NOTABLE_SWING = 1.15
 
 
 def answer(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield how far the level that overturns half of the motions moves with the parameter, and how far laws differ."""
+    """Yield the change with the parameter of the level that overturns half of the motions, and differences of laws."""
     at = law_of_answer(results)
     scale, unit = display_unit(axis_of(results))
     symbol, measure = GREEK[str(results.attrs["parameter"])], quantity_name(axis_of(results))
@@ -58,7 +58,7 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def actions(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield what follows from a sensitivity study for studies of real pieces."""
+    """Yield the conclusions of a sensitivity study for studies of real pieces."""
     at = law_of_answer(results)
     swings = [max(first, last) / min(first, last) for _, _, _, first, last in swings_of(results, at)]
     if swings:

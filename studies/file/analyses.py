@@ -143,7 +143,7 @@ class LevelsTable(Table):
         return self
 
     def build(self, im: str) -> Array:
-        """Return the levels in SI; ValueError where the unit is not one of the measure's."""
+        """Return the levels in SI; ValueError if the unit is not one of the measure's."""
         factor, si = LEVEL_UNITS[self.unit]
         measure = intensity_measure(im)
         needed = DIMENSIONLESS if measure is None else measure.units
@@ -238,7 +238,7 @@ class EventsTable(Table):
 class NumberTable(Table):
     """Numbers of motions of an analysis at adaptive levels or with a pooled surface.
 
-    least: Motions before the first look at the precision.
+    least: Minimum number of motions before the first check of the precision.
     most: Motions in all.
     """
 
@@ -270,8 +270,8 @@ class UntilTable(Table):
     median: Half width of the 95 % interval of the level at which half overturn, as a share of it; of a pooled
         surface, of all blocks at once.
     dispersion: Half width of the 95 % interval of the dispersion, as a share of it.
-    rate: Half width of the 95 % interval of the annual rate, which is estimated without a form of curve, as a share of
-        it; needs [hazard] of the measure `ida.im`.
+    rate: Half width of the 95 % interval of the annual rate, as a share of it. The rate is estimated without a form of
+        curve; it needs [hazard] of the measure `ida.im`.
     probability: A probability at one level.
     motions: Bounds of the number of motions.
     seed: Seed of the levels and of the order of motions that are read; a generator has `motions.seed`.
@@ -295,7 +295,7 @@ class UntilTable(Table):
     seed: Annotated[int, Field(ge=0)] = 0
 
     def build(self, im: str, motions: int, usual: int = MOST) -> Until:
-        """Return the precision, for so many motions that there are; ValueError where there is none such."""
+        """Return the precision, for the number of motions; ValueError if it cannot be reached."""
         asked = self.model_dump(include=set(TARGETS), exclude_none=True)
         if len(asked) > 1:
             raise ValueError(f"until must name one of {', '.join(TARGETS)}, got {' and '.join(sorted(asked))}")
@@ -356,7 +356,7 @@ class StripesTable(Table):
         return self
 
     def levels(self) -> Array:
-        """Return the levels in SI; ValueError where the unit is not one of the measure's."""
+        """Return the levels in SI; ValueError if the unit is not one of the measure's."""
         return LevelsTable(values=[stripe.level for stripe in self.at], unit=self.unit).build(self.im)
 
 
@@ -427,7 +427,7 @@ class FrictionTable(Table):
         return contact_named(self.contact or "").friction.median if self.static is None else self.static
 
     def build(self, polarity: str = BOTH) -> Slides:
-        """Return the friction, and the slips whose chances are wanted, of motions in a polarity where sides differ."""
+        """Return the friction, and the slips whose chances are wanted, of motions in a polarity if sides differ."""
         friction: Friction
         ratio = 1.0
         if self.contact is not None:
@@ -479,7 +479,7 @@ class TargetTable(Table):
 
 
 class PerformanceTable(Table):
-    """Performance assessment: an inventory, shaken jointly.
+    """Performance assessment: an inventory, with joint outcomes under each motion.
 
     inventory: CSV or XLSX of the pieces and their places, relative to the study file.
     im: Intensity measure of the ground motion: by name, or with its period in s, as Sa(1.0).
@@ -494,7 +494,7 @@ class PerformanceTable(Table):
     consequence_correlation: Correlation of the normal scores of cost, downtime and injuries of one piece, where
         the inventory gives distributions.
     code: A building code.
-    budget: Money for anchoring: the best set for it is chosen, of kits where given.
+    budget: Money for anchoring: the best set for it is chosen, of kits if given.
     kits: Restraints that are tried on every piece that they fit and that is not anchored for good.
     target: Target of the cheapest set of kits, per year or at the level of the table.
     """
@@ -529,7 +529,7 @@ class PerformanceTable(Table):
     @model_validator(mode="before")
     @classmethod
     def _classed(cls, given: Any) -> Any:
-        """Take the modelling uncertainty of the class that is named where none is given."""
+        """Take the modelling uncertainty of the class that is named if none is given."""
         return with_class(given)
 
 
@@ -564,7 +564,7 @@ class FitTable(Table):
     @field_validator("state", mode="before")
     @classmethod
     def _named(cls, state: Any) -> Any:
-        """Refuse what is neither a state's word nor a number that |θ|/α exceeds, in one sentence for both."""
+        """Raise an error for a value that is neither a state's word nor a number that |θ|/α exceeds."""
         if isinstance(state, str):
             return checked(state, STATES)
         plain = isinstance(state, int | float) and not isinstance(state, bool)
@@ -576,7 +576,7 @@ class FitTable(Table):
     @model_validator(mode="before")
     @classmethod
     def _shaped(cls, given: Any) -> Any:
-        """Take the form that suits the state, and the modelling uncertainty of the class, where none is given."""
+        """Take the form that suits the state, and the modelling uncertainty of the class, if none is given."""
         given = with_class(given)
         if not isinstance(given, dict) or "form" in given or not isinstance(given.get("state"), str):
             return given
@@ -599,7 +599,7 @@ class FitTable(Table):
         return self
 
     def build(self) -> Fit:
-        """Make the options of the fit; ValueError where there is no such state of rocking blocks."""
+        """Make the options of the fit; ValueError if there is no such state of rocking blocks."""
         if self.state in (FALLEN_OFF, TRIPS):
             raise ValueError(
                 f"fit.state must be a state of rocking blocks, got {self.state!r}: with [friction] the chances of "

@@ -25,7 +25,7 @@ from .table import AMOUNT, KeyInfo, Spread, Static, Table, Trip, shown
 
 MOST_BLOCKS = 1_000_000
 MAKERS: dict[str, Any] = {kind: getattr(Restraint, kind) for kind in KINDS}
-"""What makes each kind of restraint."""
+"""Makers of each kind of restraint."""
 
 
 class RestraintTable(Derived):
@@ -33,9 +33,9 @@ class RestraintTable(Derived):
 
     kind: Kind of restraint; straps and cables act to the front only.
     cost: Cost of fixing one piece of an inventory with it.
-    target: Chance of falling, in `hazard.years` or at the one level, to be kept: the strength for it is looked
-        for, from an eighth to 32 times `strength_n`, within 5 %. For fragility studies on one floor at levels
-        that all motions share.
+    target: Probability of falling, in `hazard.years` or at the one level, that the strength must reach. The strength is
+        searched from an eighth to 32 times `strength_n`, within 5 %. For fragility studies on one floor at levels that
+        all motions share.
     """
 
     kind: str
@@ -79,7 +79,7 @@ PARTS: dict[str, tuple[Any, dict[str, str]]] = {
     "bed": (Bed, {"settlement": "bed_settlement"}),
     "edge": (Edge, {"front": "edge_distance", "back": "edge_distance_back"}),
 }
-"""What a block's table makes, with the names in the table of what has another name there."""
+"""Objects that a block's table makes, with the names in the table if they differ there."""
 FIELDS: dict[str, Any] = {}
 FACTORS: dict[str, dict[str, tuple[str, float]]] = {}
 for part, (make, names) in PARTS.items():
@@ -91,10 +91,10 @@ SIZES = ("width_m", "height_m", "cm_height_m", "inertia_factor")
 
 
 class _Piece(Table):
-    """A catalogue name or outer sizes, and what stands around a piece.
+    """A catalogue name or outer sizes, and the surroundings of a piece.
 
     catalogue: Name of a catalogue item (see `toppling catalogue`).
-    placed: The catalogue item as it usually stands, unfixed: back to a wall at the catalogue's gap, or free.
+    placed: The catalogue item in its usual place, unfixed: back to a wall at the catalogue's gap, or free.
     """
 
     catalogue: str | None = None
@@ -130,7 +130,7 @@ class _Piece(Table):
         return self
 
     def piece(self, name: str | None, restraint: Restraint | None = None) -> Block:
-        """Make the block; ValueError where its values do not go together."""
+        """Make the block; ValueError if its values do not go together."""
         scene, wall, bed, edge = (in_si(self, FACTORS[part]) for part in PARTS)
         sizes = self._sizes(
             {key: scene.pop(key) for key in ("width", "height", "cm_height", "inertia_factor") if key in scene}
@@ -150,7 +150,7 @@ class _Piece(Table):
 
     @property
     def _usual_wall(self) -> float | None:
-        """The gap (m) behind an item of the catalogue as it is usually placed; None where there is no wall."""
+        """The gap (m) behind an item of the catalogue as it is usually placed; None if there is no wall."""
         return catalogue.item(self.catalogue).wall_gap if self.placed and self.catalogue else None
 
     def _sizes(self, given: dict[str, Any]) -> Block:
@@ -216,7 +216,7 @@ class BlockTable(PieceTable):
         return self
 
     def build(self, restraints: Mapping[str, Restraint] | None = None) -> Block:
-        """Make the block; ValueError where its values are out of range, or a name is in no table."""
+        """Make the block; ValueError if its values are out of range, or a name is in no table."""
         name = self.name or (None if self.placed or self.catalogue is None else catalogue[self.catalogue].name)
         return self.piece(name, self._restraint(restraints or {}))
 
@@ -227,7 +227,7 @@ class BlockTable(PieceTable):
 
     @property
     def own_friction(self) -> tuple[Friction, float | None] | None:
-        """Its own coefficient of friction, and kinetic over static friction where a contact tells it; or None."""
+        """Its own coefficient of friction, and kinetic over static friction if a contact gives it; or None."""
         if self.contact is not None:
             contact = contact_named(self.contact)
             return contact.friction, contact.kinetic_ratio

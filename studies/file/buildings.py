@@ -1,4 +1,4 @@
-"""Tables of a study file for what stands between the ground and the blocks: buildings, elastic or not."""
+"""Tables of a study file for buildings between the ground and the blocks, elastic or not."""
 
 from __future__ import annotations
 
@@ -59,28 +59,28 @@ class BuildingTable(Derived):
     name: Annotated[str | None, Field(min_length=1, max_length=200)] = None
 
     def build(self) -> shaking.Building | shaking.YieldingBuilding:
-        """Make the building; ValueError where values do not go together."""
+        """Make the building; ValueError if values do not go together."""
         made: shaking.Building = type(self).makes(**self.options())
         return made
 
     @property
     def yields(self) -> bool:
-        """Whether storeys yield."""
+        """True if storeys yield."""
         return False
 
     @property
     def scales(self) -> bool:
-        """Whether floor motions scale with the ground motions; they belong to the strength of these if not."""
+        """True if floor motions scale with the ground motions; otherwise they belong to one amplitude of these."""
         return True
 
     @property
     def what(self) -> str:
-        """What it is where it does not scale."""
+        """Name of a building that does not scale."""
         return "a building that yields" if self.given("isolation") is None else "an isolated building"
 
     @property
     def strength_facts(self) -> list[Fact]:
-        """What is assumed or uncertain of its strength; ValueError as `build`."""
+        """Assumed or uncertain parts of its strength; ValueError as `build`."""
         return []
 
     @property
@@ -101,11 +101,11 @@ class BuildingTable(Derived):
     @property
     def floor_count(self) -> int:
         """The number of floors whose motions are computed; ValueError as `build`."""
-        every = self.build().floors  # (what is doubted of the building is said here)
+        every = self.build().floors  # input warnings on the building are given here
         return len(every if self.given("floors") is None else self.given("floors"))
 
     def yielding(self, ground: list[xr.DataArray], floors: list[xr.DataArray]) -> str:
-        """Return how far storeys and isolators go, and the last floor beside that of an elastic building."""
+        """Return the response of storeys and isolators, and of the last floor compared with an elastic building."""
         top = floors[0]["floor"].values[-1]
         with noted():  # (what is doubted of the elastic building is not of this one)
             beside = self.elastic.shake(ground)
@@ -158,7 +158,7 @@ class FloorsTable(BuildingTable):
 
 
 class GroundTable(BuildingTable):
-    """No building: blocks stand on the ground."""
+    """No building: blocks are on the ground."""
 
     @property
     def floor_count(self) -> int:
@@ -170,9 +170,9 @@ class GroundTable(BuildingTable):
 
 
 class StoreysTable(FloorsTable):
-    """A building of masses on springs, which may yield or stand on isolators.
+    """A building of masses on springs, which may yield or be on isolators.
 
-    system: Seismic force-resisting system: a default strength from the site's code hazard (judgement).
+    system: Seismic force-resisting system: a default strength from the site's code hazard (assumed).
     sds_g: S_DS of the site by ASCE 7, in g, for `system`.
     sd1_g: S_D1 of the site, in g, for `system`.
     importance: Importance factor I_e of the building, for `system`.

@@ -20,7 +20,7 @@ class CodeTable(Derived):
     standard: str
 
     def of(self, building: Building | None) -> Code:
-        """Make the code for a building; ValueError where values do not belong to it."""
+        """Make the code for a building; ValueError if values do not belong to it."""
         period = None if building is None else float(building.periods[0])
         code: Code = type(self).makes(**self.options(), building_period=period)
         return code

@@ -42,10 +42,10 @@ class TableKind(NamedTuple):
 class CsvTable:
     """The lines of a file below its header, which names the columns in any order.
 
-    A table in UTF-8 is separated by commas, semicolons or tabs; empty lines and lines that begin with # are skipped,
-    and empty cells are treated as if the column were not there.  A workbook's sheet is read as if it had been saved so.
-    Errors are of the kind's own type, one sentence that names the file, and line and column where there is one.  Lines
-    that a person may see otherwise in a spreadsheet program are doubts of the kind ``table``, once all lines are read.
+    A table in UTF-8 is separated by commas, semicolons or tabs. Empty lines and lines that begin with # are skipped,
+    and empty cells are treated as if the column were missing. A workbook's sheet is read as if it had been saved so.
+    Errors are of the kind's own type, one sentence that names the file, and line and column if known. Lines that a
+    spreadsheet program may show differently cause input warnings of the kind ``table``, once all lines are read.
     """
 
     def __init__(self, file: Path, kind: TableKind) -> None:
@@ -81,7 +81,7 @@ class CsvTable:
         self._odd += self._lines_left_out(raw)
 
     def at(self, number: int) -> str:
-        """Return the words that say where a line of the file is."""
+        """Return the words for the place of a line in the file."""
         return f"{self.file}, {self.word} {number}"
 
     @property
@@ -92,7 +92,7 @@ class CsvTable:
         return "" if last is None else self._whole[last.end() :]
 
     def _lines_left_out(self, raw: str) -> list[str]:
-        """Return the doubt in comments that are lines of the table in a spreadsheet program: ``#3 rack;0.5;1.8``."""
+        """Return the input warning on comments that a spreadsheet program shows as lines: ``#3 rack;0.5;1.8``."""
         found = []
         for n, line in enumerate(io.StringIO(raw, newline="") if "#" in raw else (), start=1):
             if n > self._header_line and _MARKED.match(line) and line.count(self.delimiter) >= len(self.columns) - 1:
@@ -103,7 +103,7 @@ class CsvTable:
         return f"{self.file.name}, {word}{'s' if len(numbers) > 1 else ''} {first_of(numbers)}"
 
     def _doubts(self) -> list[Doubt]:
-        """Return the doubts in what was read, once it is."""
+        """Return the input warnings on the table, once it is read."""
         odd = list(self._odd)
         if self._short:
             numbers = [str(number) for number in self._short]
@@ -161,7 +161,7 @@ class CsvTable:
                 yield reader.line_num, cells
 
     def _sheet(self, name: str) -> tuple[list[tuple[int, list[str]]], list[str]]:
-        """Return the number and the cells of each row of a workbook's sheet that is not empty, and what is odd."""
+        """Return the number and the cells of each nonempty row of a workbook's sheet, and notes on unusual parts."""
         content = self._content()
         try:
             rows, odd = sheet_rows(content, name, self.kind.most_bytes, self.kind.most_rows)
@@ -211,12 +211,12 @@ class CsvLine:
     cells: dict[str, str]
 
     def refuse(self, column: str, what: str) -> NoReturn:
-        """Raise an error about a cell, or about the line where no column is named."""
+        """Raise an error about a cell, or about the line if no column is named."""
         of = f", column {column!r}" if column else ""
         raise self.table.kind.error(f"{self.table.at(self.number)}{of}: {what}")
 
     def made(self, table: type[Made], make: Callable[[Made], Value]) -> Value:
-        """Return what is made of the table whose keys are columns; an error names the cell that it is about."""
+        """Return the object made of the table whose keys are columns; an error names its cell."""
         values = self._values(table)
         try:
             return make(table.model_validate(values))
@@ -230,7 +230,7 @@ class CsvLine:
         return self.refuse(column, what)
 
     def _column_of(self, said: str, given: Iterable[str]) -> tuple[str, str]:
-        """Return the column that a sentence begins with, or the first given one of what it names, and the rest."""
+        """Return the column at the start of a sentence, or the first given of several named columns, and the rest."""
         word, _, what = said.partition(" ")
         known = (*self.table.columns, *self.table.kind.columns)
         column = next((key for key in known if word.rstrip(":") in (key, bare(key))), "")
@@ -255,14 +255,14 @@ class CsvLine:
         return found
 
     def text(self, column: str) -> str:
-        """Return the text of a cell, '' where it is empty."""
+        """Return the text of a cell, '' if it is empty."""
         cell = self.cells.get(column, "")
         if len(cell) > MAX_TEXT or not cell.isprintable():
             self.refuse(column, f"must be at most {MAX_TEXT} printable characters, got {shown(cell)}")
         return str(cell)
 
     def name_in(self, column: str) -> str:
-        """Return the name of what a line describes, which is no line of totals."""
+        """Return the name of the object of a line, which is no line of totals."""
         name = self.text(column)
         if _TOTAL.fullmatch(name):
             self.refuse(column, f"must be a piece, got {shown(name)}: leave totals out")
@@ -271,7 +271,7 @@ class CsvLine:
     def number_in(
         self, column: str, *, above: float | None = None, at_least: float | None = None, at_most: float | None = None
     ) -> float | None:
-        """Return a cell as a number, None where it is empty."""
+        """Return a cell as a number, None if it is empty."""
         cell = self.text(column)
         if not cell:
             return None
@@ -305,7 +305,7 @@ class CsvLine:
         self.refuse(column, f"is ambiguous, write {whole}{fraction} or {whole}{mark}{fraction}0, got {shown(cell)}")
 
     def count_in(self, column: str) -> int | None:
-        """Return a cell as a whole number, None where it is empty."""
+        """Return a cell as a whole number, None if it is empty."""
         cell = self.text(column)
         if not cell:
             return None
@@ -314,7 +314,7 @@ class CsvLine:
         return int(cell)
 
     def yes_in(self, column: str) -> bool:
-        """Return True where a cell says yes, False where it says no or is empty."""
+        """Return True if a cell is yes, False if it is no or empty."""
         cell = self.text(column).lower()
         if cell not in {"", *YES, *NO}:
             self.refuse(column, f"must be yes or no, got {shown(cell)}")
@@ -331,7 +331,7 @@ class CsvLine:
 
 
 def _kind_of(annotation: Any) -> Any:
-    """Return the plain type of an annotation: that of a number, a word or yes and no."""
+    """Return the plain type of an annotation: of a number, a word or yes and no."""
     if annotation in (float, int, bool, str):
         return annotation
     return next((kind for kind in map(_kind_of, get_args(annotation)) if kind is not None), None)

@@ -1,8 +1,8 @@
 """Tables of study files that follow from the classes and functions that they describe, and choices among them.
 
-What is declared with a parameter (`core.parameters`) gives its key: the name with its unit, the type, the bounds, the
-sentence and the default. A choice, such as that of a generator, has one table for each of its words, so that a key of
-another word is refused where the file is read.
+A parameter's declaration (`core.parameters`) gives its key: the name with its unit, the type, the bounds, the sentence
+and the default. A choice, such as the choice of a generator, has one table for each of its words. A key of another word
+is then an error when the file is read.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def key_of(name: str, parameter: Parameter | None) -> str:
 
 
 class Derived(Table):
-    """A table whose keys are the parameters of what it makes."""
+    """A table whose keys are the parameters of the object that it makes."""
 
     makes: ClassVar[Callable[..., Any]]
     si_factors: ClassVar[dict[str, tuple[str, float]]]
@@ -45,7 +45,7 @@ class Derived(Table):
         return in_si(self, self.si_factors)
 
     def build(self) -> Any:
-        """Make what the table describes; ValueError where values do not go together."""
+        """Make the object that the table describes; ValueError if values do not go together."""
         return type(self).makes(**self.options())
 
 
@@ -65,8 +65,8 @@ def derived(
 ) -> Any:
     """Return the table of a class or function, as a subclass of `base`.
 
-    word: the key and the word that choose it; types: annotations of parameters that no `Parameter` declares, or None
-    for those that are no keys; defaults: in place of those of the parameters, in words or SI.
+    `word`: the key and the word that choose it. `types`: annotations of parameters that no `Parameter` declares, or
+    None for parameters that are no keys. `defaults`: instead of the parameters' own, in words or SI.
     """
     fields, factors = keys_of(make, types, defaults=defaults)
     fields = {key: field for key, field in fields.items() if key not in base.model_fields}
@@ -88,7 +88,7 @@ def keys_of(
 ) -> tuple[dict[str, Any], dict[str, tuple[str, float]]]:
     """Return the keys of a class or function as fields of a table, and each key's parameter and SI value of one unit.
 
-    types and defaults: as of `derived`; names: of parameters in the table, where they are others.
+    types and defaults: as of `derived`; names: of parameters in the table, if they are others.
     """
     fields: dict[str, Any] = {}
     factors: dict[str, tuple[str, float]] = {}
@@ -111,7 +111,7 @@ def in_si(table: Table, factors: Mapping[str, tuple[str, float]]) -> dict[str, A
 
 
 def _made(value: Any, factor: float) -> Any:
-    """Return the value of a key in SI, or what its table, or each of its tables by name, describes."""
+    """Return the value of a key in SI, or the object that its table, or each of its tables by name, describes."""
     if isinstance(value, Derived):
         return value.build()
     if isinstance(value, dict):
@@ -134,7 +134,7 @@ def _word_field(table: type[Table], key: str, word: str) -> dict[str, Any]:
 
 
 def default_of(field: FieldInfo) -> Any:
-    """Return the value of a key, in its unit, where it is not given."""
+    """Return the value of a key, in its unit, if it is not given."""
     return next(info.default for info in field.metadata if isinstance(info, KeyInfo))
 
 
@@ -170,12 +170,12 @@ def _field(about: Declared, given: Any) -> tuple[Any, Any]:
 
 
 def _plain(value: float) -> float:
-    """Return a number of a file's unit without what the conversion from SI adds behind its digits."""
+    """Return a number of a file's unit without the digits added by the conversion from SI."""
     return float(f"{value:.12g}")
 
 
 class By:
-    """What chooses one of several tables: the word of a key."""
+    """Choice of one of several tables by the word of a key."""
 
     def __init__(self, key: str, words: Sequence[str] = ()) -> None:
         self.key, self.words, self.__name__ = key, words, key  # (pydantic wants the name of a function)

@@ -1,4 +1,4 @@
-"""The index of floor histories of a user's own building model: a line for each history, with the file that holds it."""
+"""The index of floor histories of a user's own building model: a line for each history, with its file."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .csv_table import CsvLine, CsvTable, TableKind
 from .table import shown
 
 LEVELS = {f"level ({unit})": unit for unit in LEVEL_UNITS if unit != "1"}
-"""Columns that hold the level, with their units."""
+"""Columns of the level, with their units."""
 LEVEL = "level"
 COLUMNS = (*LEVELS, "motion", "floor", "direction", "file", "column")
 """Columns of an index, in any order."""
@@ -33,10 +33,10 @@ def read_floor_index(path: Path, dt: float | None = None, unit: str | float | No
     """Read floor histories from the files that an index names, with levels in the unit of their column.
 
     The index is a table in UTF-8, a line for each history in any order, with the columns ``motion``, ``floor`` and
-    ``file`` (relative to the index); ``level (g)`` or in another unit, the level at which the history is used, without
-    which all are of one earthquake; ``direction``, x or y, without which there is one; and ``column``, the heading of
-    the history's column in a file that holds several. `dt` (s) and `unit` are of files that state none, as for
-    `toppling.motions.read`.
+    ``file`` (relative to the index). Further columns are optional. ``level (g)``, or in another unit, is the level at
+    which the history is used; without it all are of one earthquake. ``direction`` is x or y; without it there is one.
+    ``column`` is the heading of the history's column in a file with several. `dt` (s) and `unit` are of files that
+    state none, as for `toppling.motions.read`.
     """
     table = CsvTable(path, KIND)
     for name in ("motion", "floor", "file"):

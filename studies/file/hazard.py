@@ -1,4 +1,4 @@
-"""The tables of a study file behind annual rates: hazard, the questions asked with it, and what weighs alternatives."""
+"""The tables of a study file for annual rates: hazard, its questions, and weights of alternatives."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class HazardTable(Table):
         return self
 
     def build(self, im: str, folder: Path) -> HazardCurve:
-        """Make the curve of a measure (of the base of a block-normalised one); ValueError where there is none."""
+        """Make the curve of a measure (of the base of a block-normalised one); ValueError if there is none."""
         name = BLOCK_MEASURES[im].measure.label if im in BLOCK_MEASURES else im
         if name == SCALE:
             raise ValueError("hazard needs levels of a measure, got im 'scale'")
@@ -58,7 +58,7 @@ class HazardTable(Table):
 
     @abstractmethod
     def _curve(self, measure: str, folder: Path) -> HazardCurve:
-        """Return the curve of a measure; ValueError where there is none."""
+        """Return the curve of a measure; ValueError if there is none."""
 
     def risk(self, im: str, folder: Path) -> Risk:
         """Return the curve with the questions asked of it."""
@@ -176,7 +176,7 @@ WAYS: dict[str, type[HazardTable]] = {
 
 
 class _ByWay(By):
-    """What chooses the table of a hazard: the way in which its curve is given."""
+    """Choice of the table of a hazard, by the form of its curve."""
 
     def __call__(self, value: Any) -> str:
         given = value if isinstance(value, dict) else getattr(value, "__dict__", {})
@@ -207,13 +207,13 @@ else:
 
 
 def hazard_table(content: Any) -> HazardTable:
-    """Return the table of a hazard of some content; pydantic's ValidationError where it is not valid."""
+    """Return the table of a hazard of some content; pydantic's ValidationError if it is not valid."""
     found: HazardTable = TypeAdapter(Hazards).validate_python(content)
     return found
 
 
 OF_MODELS, OF_MOTIONS, OF_HAZARD = OF = ("models", "motions", "hazard")
-"""What branches may be of; the last two are also the names of the study's own tables among the branches."""
+"""Kinds of branches; the last two are also the names of the study's own tables among the branches."""
 
 Named = Annotated[str, Field(min_length=1, max_length=200, description="Name among the branches.")]
 

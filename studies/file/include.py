@@ -56,7 +56,7 @@ class MergedContent:
 
 
 def read_content(path: Path, table: type[Table]) -> MergedContent:
-    """Read a study file merged with its included files; the fields of `table` tell which keys are paths."""
+    """Read a study file merged with its included files; the fields of `table` mark the keys that are paths."""
     own = _parsed(path)
     found: dict[str, Any] = {}
     origin: dict[tuple[str, ...], Path] = {}
@@ -95,7 +95,7 @@ def _origins(key: str, value: Any, path: Path) -> dict[tuple[str, ...], Path]:
 
 
 def _parsed(path: Path) -> dict[str, Any]:
-    """Return the content of one file; StudyError where no study can have such content."""
+    """Return the content of one file; StudyError if no study can have such content."""
     if os.path.isdir(path):  # (which raises nothing)
         raise StudyError(f"{path}: cannot be read (Is a directory)")
     text = text_of(path)
@@ -129,7 +129,7 @@ def _parsed(path: Path) -> dict[str, Any]:
 
 
 def text_of(path: Path) -> str:
-    """Return the text of one file; StudyError where it cannot be read."""
+    """Return the text of one file; StudyError if it cannot be read."""
     try:
         return whole_content(path, STUDY_BYTES, "study file", StudyError).decode("utf-8")
     except UnicodeDecodeError:
@@ -137,7 +137,7 @@ def text_of(path: Path) -> str:
 
 
 def line_of(text: str, location: tuple[int | str, ...]) -> int:
-    """Return the number of the line of a TOML text that begins with a key or its table; 0 where none does."""
+    """Return the number of the line of a TOML text that begins with a key or its table; 0 if none does."""
     above: tuple[int | str, ...] = ()
     several: dict[tuple[str, ...], int] = {}
     for number, line in enumerate(text.splitlines(), start=1):
@@ -223,7 +223,7 @@ def fields_of(annotation: Any, content: Any) -> dict[str, FieldInfo]:
 
 
 def table_of(annotation: Any, content: Any) -> type[Table] | None:
-    """Return the class of tables in an annotation that some content chooses, None where there is none."""
+    """Return the class of tables in an annotation that some content chooses, None if there is none."""
     tables = list(tables_of(annotation))
     if not tables or tables[0].alternative is None:
         return tables[0] if tables else None

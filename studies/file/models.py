@@ -28,7 +28,7 @@ class ModelTable(Derived):
     law: str
 
     def build(self, blocks: Sequence[Block] = ()) -> Law:
-        """Make the law; ValueError where options do not go together."""
+        """Make the law; ValueError if options do not go together."""
         found: Law = type(self).makes(**self.options())
         return found
 
@@ -49,14 +49,14 @@ class SupportedModelTable(ModelTable):
     body_frequency_hz: Annotated[float | None, KeyInfo("a rigid body"), Field(gt=0.0)] = None
 
     def build(self, blocks: Sequence[Block] = ()) -> Law:
-        """Make the law; ValueError for a wrong option. Soft supports of `blocks` give delta where it is not given."""
+        """Make the law; ValueError for a wrong option. Soft supports of `blocks` give delta if it is not given."""
         support = [name for name in SUPPORT if getattr(self, name) is not None]
         soft = {"delta": self._soft_delta(support, blocks), "rest": "soft"} if support else {}
         found: Law = type(self).makes(**{**self.options(), **soft})
         return found
 
     def _soft_delta(self, support: list[str], blocks: Sequence[Block]) -> float:
-        """Return delta of the study's blocks on their soft support; ValueError where they have no common one."""
+        """Return delta of the study's blocks on their soft support; ValueError if they have no common one."""
         if both := self.options().keys() & {"delta", "rest"}:
             raise ValueError(f"{support[0]} gives delta and rest = 'soft', got {min(both)} as well")
         if support == ["body_frequency_hz"]:
@@ -97,6 +97,6 @@ else:
 
 
 def model_table(content: Any) -> ModelTable:
-    """Return the table of a law of some content; pydantic's ValidationError where it is not valid."""
+    """Return the table of a law of some content; pydantic's ValidationError if it is not valid."""
     found: ModelTable = TypeAdapter(Models).validate_python(content)
     return found

@@ -30,11 +30,11 @@ RECORD_UNITS = ("g", "m/s2", "cm/s2", "mm/s2", "gal")
 PAIR = "pair"
 AXES = {"both": shaking.both_axes, "weak": shaking.weak_axis}
 SHAKES = {"both": BOTH_AXES, "weak": WEAK_AXIS}
-"""How both directions of floor histories shake, by the same words."""
+"""Axes of both directions of floor histories, by the same words."""
 PAIR_KEYS = ("axes", "azimuth", "correlation")
-"""Keys of components that shake together."""
+"""Keys of components that act together."""
 SOURCES = ("generator", "pulse", "records", "floors_file", "floors_index")
-"""Keys of which one says what shakes the blocks."""
+"""Keys of which one gives the source of the motions."""
 
 Axes = Annotated[
     str | None,
@@ -71,18 +71,18 @@ Unit = Annotated[
 
 
 class MotionsTable(Derived):
-    """What shakes the blocks: a generator, a pulse, records, or floor histories."""
+    """Ground or floor motions: a generator, a pulse, records, or floor histories."""
 
     source: ClassVar[str]
-    """The key that says what shakes."""
+    """The key of the source of the motions."""
 
     @property
     def pair(self) -> bool:
-        """Whether both components shake."""
+        """True if both components act."""
         return bool(self.given("component") == PAIR)
 
     def samples(self, folder: Path) -> float:
-        """The number of samples of all motions that are generated, 0 where they are read; ValueError as `build`."""
+        """The number of samples of all motions that are generated, 0 if they are read; ValueError as `build`."""
         return 0.0
 
     @abstractmethod
@@ -90,7 +90,7 @@ class MotionsTable(Derived):
         """The motions, from number `first` of a generator; ValueError for a wrong parameter or without a record."""
 
     def made_by(self, folder: Path) -> shaking.Generator | None:
-        """Return the generator or pulse of the motions; None of what is read."""
+        """Return the generator or pulse of the motions; None for motions that are read."""
         return None
 
     def refuse_moving(self, folder: Path, im: str) -> None:
@@ -103,7 +103,7 @@ class MotionsTable(Derived):
             )
 
     def _both(self, pairs: list[xr.DataArray], first: int = 0) -> list[xr.DataArray]:
-        """Return pairs that shake blocks along their axes, whose width has the azimuth of the table."""
+        """Return pairs that act on blocks along their axes, whose width has the azimuth of the table."""
         at = self.given("azimuth") or 0.0
         azimuth = at if isinstance(at, str) else math.radians(at)
         upward = self.source == "records" and bool(self.given("vertical"))
@@ -164,7 +164,7 @@ class SimulatedMotions(MotionsTable):
     def build(self, folder: Path = Path(), first: int = 0) -> list[xr.DataArray]:
         made, seed = self.made_by(folder), self.seed or 0
         refuse_samples(self.samples(folder), "motions")
-        with noted():  # (a study has doubts among its notes)
+        with noted():  # a study has input warnings among its notes
             if self.pair:
                 return self._both([made.sample_pairs(self.number, seed, first, self.correlation or 0.0)], first)
             array = made.sample(self.number, seed=seed, first=first)
@@ -274,7 +274,7 @@ class RecordMotions(MotionsTable):
         return self._both(found) if self.pair else found
 
     def _processed(self, record: xr.DataArray, what: str) -> xr.DataArray:
-        """Return a record after the corrections that are asked for, in the order of `PROCESSING`."""
+        """Return a record after the requested corrections, in the order of `PROCESSING`."""
         order = 4 if self.order is None else self.order
         low, high = self.highpass_hz, self.lowpass_hz
         steps: dict[str, Callable[[xr.DataArray], xr.DataArray]] = {}
@@ -360,7 +360,7 @@ AMPLIFICATION = list[Annotated[tuple[float, float], Field(strict=False)]]
 
 
 class _BySource(By):
-    """What chooses the table of motions: the generator, the pulse, or the key that names files."""
+    """Choice of the table of motions: the generator, the pulse, or the key that names files."""
 
     def __call__(self, value: Any) -> str:
         given = value if isinstance(value, dict) else getattr(value, "__dict__", {})
@@ -373,7 +373,7 @@ class _BySource(By):
 
 
 def _one_source(value: Any) -> Any:
-    """Raise a ValueError for a table that does not say, by one key, what shakes."""
+    """Raise a ValueError for a table that does not give the source of the motions by exactly one key."""
     if isinstance(value, dict):
         kinds = [key for key in SOURCES if value.get(key) is not None]
         if len(kinds) != 1:
@@ -398,7 +398,7 @@ TABLES: dict[str, type[MotionsTable]] = {
     },
     **{f"{table.source}=": table for table in (RecordMotions, FloorMotions, IndexedFloorMotions)},
 }
-"""The tables by what chooses them."""
+"""The tables by their key or word."""
 if TYPE_CHECKING:
     Motions = MotionsTable
 else:
@@ -406,7 +406,7 @@ else:
 
 
 def motions_table(content: Any) -> MotionsTable:
-    """Return the table of motions of some content; pydantic's ValidationError where it is not valid."""
+    """Return the table of motions of some content; pydantic's ValidationError if it is not valid."""
     found: MotionsTable = _reader().validate_python(content)
     return found
 
@@ -418,7 +418,7 @@ def _reader() -> TypeAdapter[Any]:
 
 @contextmanager
 def _named(what: str) -> Iterator[None]:
-    """Put what an error is about in front of it."""
+    """Put the subject of an error in front of it."""
     try:
         yield
     except RecordError:

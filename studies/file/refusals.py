@@ -1,4 +1,4 @@
-"""Validation errors of a study file as one sentence in a user's words: the key, the value and what is allowed."""
+"""Validation errors of a study file as one sentence in a user's words: the key, the value and the allowed values."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NO_NUMBER = ("float_type", "float_parsing", "finite_number")
 OUTSIDE = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
 MOST_WRITTEN = 1e9
 MOST_HOMES, MOST_WORDS = 6, 3
-"""Most tables, and words that choose tables, that are named as those of a key in the wrong one."""
+"""Maximum number of tables, and of words that choose tables, in the advice for a key in the wrong table."""
 DEPTHS = ("depth_m", "depth", "length_m", "length", "thickness_m")
 """Keys that are tried for the third size of a block."""
 """Bounds from here on are written with a power of ten."""
@@ -30,7 +30,7 @@ HINTS = {
     "models": "; a study has one [[models]] table for each damping law",
     "motions": "; the table [motions] says what shakes the blocks",
 }
-"""The advice for keys that must be given, where it is not obvious."""
+"""The advice for keys that must be given, if it is not obvious."""
 
 
 def refusal(
@@ -127,7 +127,7 @@ def _unknown(key: str, location: tuple[int | str, ...], table: Any, content: Any
 
 
 def _holds(field: FieldInfo, name: str) -> bool:
-    """Whether a table, or one of those among which a word chooses, has a key."""
+    """True if a table, or one of the tables among which a word chooses, has a key."""
     return any(name in table.model_fields for table in tables_of(field.annotation))
 
 
@@ -201,7 +201,7 @@ def _bounds(field: FieldInfo) -> str:
 
 
 def _limits(annotation: Any) -> Iterator[Any]:
-    """Yield what annotates the numbers of a type: those that may be left out, of lists, or one of several types."""
+    """Yield the annotations of the numbers of a type: optional numbers, numbers in lists, or one of several types."""
     for part in get_args(annotation):
         if isinstance(part, FieldInfo):
             yield from part.metadata
@@ -212,7 +212,7 @@ def _limits(annotation: Any) -> Iterator[Any]:
 
 
 def _field(table: Any, location: tuple[int | str, ...], content: Any) -> tuple[FieldInfo | None, str]:
-    """Return the field of the key at `location` (None where the table has none), and the name of the key."""
+    """Return the field of the key at `location` (None if the table has none), and the name of the key."""
     names = [i for i, part in enumerate(location) if isinstance(part, str)]
     if not names:
         return None, ""
@@ -236,14 +236,14 @@ def _at(table: Any, location: tuple[int | str, ...], content: Any) -> tuple[Any,
 
 
 def _as_written(value: Any) -> str:
-    """Return a value as text in the notation of TOML, where Python's differs."""
+    """Return a value as text in the notation of TOML, if Python's differs."""
     if isinstance(value, bool):
         return str(value).lower()
     return str(value) if hasattr(value, "isoformat") else shown(value)
 
 
 def _no_table(location: tuple[int | str, ...], key: str, value: Any) -> str:
-    """The advice where something else is given in place of a table."""
+    """The advice if a value is given instead of a table."""
     if location and location[-1] == "levels":
         values = shown(value) if isinstance(value, list) else "[0.1, 0.2]"
         return f'levels need their unit: write levels = {{ values = {values}, unit = "g" }}, or another unit'

@@ -1,4 +1,4 @@
-"""The table of a study file with what the cover of its report says."""
+"""The table of a study file for the cover of its report."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ from .uncertainty import SensitivityTable, UncertaintyTable
 
 
 class MotionSet(NamedTuple):
-    """Motions that shake the blocks, the ground motions of their levels, input warnings and the selection's fit."""
+    """Motions of the blocks, the ground motions of their levels, input warnings and the selection's fit."""
 
     motions: tuple[xr.DataArray, ...]
     ground: tuple[xr.DataArray, ...]
@@ -85,7 +85,7 @@ class MotionSet(NamedTuple):
 
 
 LOOKED_AT = 64
-"""Motions of a generator that are made before an adaptive or a pooled analysis runs, for what is odd about them."""
+"""Number of motions of a generator that are made before an adaptive or a pooled analysis runs, to check them."""
 
 
 class StudyFile(Table):
@@ -196,17 +196,17 @@ class StudyFile(Table):
 
     @property
     def scales(self) -> bool:
-        """Whether twice the ground motion gives twice the motion that shakes the blocks."""
+        """True if twice the ground motion gives twice the motion of the blocks' floor."""
         return all(building.scales for building in self.stand) and (self.support is None or self.support.scales)
 
     @property
     def _scaled_before(self) -> bool:
-        """Whether motions are scaled to their level before they go through what does not scale."""
+        """True if motions are scaled to their level before they pass a building or support that does not scale."""
         return self.stripes is not None and self.stripes.scale and not self.scales
 
     @property
     def adaptive(self) -> bool:
-        """Whether levels follow from the runs before."""
+        """True if levels follow from the runs before."""
         return self.ida is not None and isinstance(self.ida.levels, str)
 
     @property
@@ -219,7 +219,7 @@ class StudyFile(Table):
 
     @property
     def of_kind(self) -> str:
-        """What the study is, with its article."""
+        """Kind of the study, with its article."""
         return f"{with_article(self.kind)} study"
 
     @property
@@ -235,7 +235,7 @@ class StudyFile(Table):
 
     @property
     def analysis(self) -> IdaTable | StripesTable | CloudTable:
-        """The table of the one analysis that is asked for."""
+        """The table of the one requested analysis."""
         found = self.ida or self.stripes or self.cloud
         if found is None:
             raise ValueError("a performance study has no ida, stripes or cloud")
@@ -243,7 +243,7 @@ class StudyFile(Table):
 
     @property
     def stand(self) -> list[BuildingTable]:
-        """The tables of the buildings that blocks stand in."""
+        """The tables of the buildings of the blocks."""
         return [self.building] if self.building is not None else self.buildings or []
 
     def other(self, motions: MotionsTable) -> Self:
@@ -328,14 +328,14 @@ class StudyFile(Table):
         return self._in_buildings(*self._ground(motions, folder), level)
 
     def _ground(self, motions: MotionsTable, folder: Path) -> tuple[list[xr.DataArray], Reading]:
-        """Return the motions of a table as they are made or read, and what is to be said of them."""
+        """Return the motions of a table as they are made or read, and notes on them."""
         refuse_samples(motions.samples(folder) * (1 + sum(self._floor_counts())), "motions on all floors")
         motions.refuse_moving(folder, (self.performance or self.analysis).im)
         ground = motions.build(folder)
         return ground, Reading.of(ground, motions.made_by(folder))
 
     def _in_buildings(self, ground: list[xr.DataArray], reading: Reading, level: float = math.nan) -> MotionSet:
-        """Return what ground motions, of a stripe at a level (SI), make of the buildings that the blocks stand in."""
+        """Return the motions in the buildings of the blocks under ground motions, of a stripe at a level (SI)."""
         counts = self._floor_counts()
         if not self.stand and self.support is None:
             return MotionSet(tuple(ground), (), reading)
@@ -354,7 +354,7 @@ class StudyFile(Table):
         floors: list[xr.DataArray] = [] if self.stand else ground
         for i, building in enumerate(self.stand, start=1):
             try:
-                with noted():  # (a study has doubts among its notes)
+                with noted():  # a study has input warnings among its notes
                     moved = building.shake(ground)
             except ValueError as error:
                 raise ValueError(f"{self._called(i)}: {error}") from None
@@ -387,7 +387,7 @@ class StudyFile(Table):
         return "building" if self.buildings is None else f"buildings[{number}]"
 
     def both_ways(self, blocks: Iterable[Block]) -> bool:
-        """Return True if motions are run both ways: where the file says so, or by default where a block is sided."""
+        """Return True if motions are run both ways: by the file, or by default if a block is sided."""
         asked = self.analysis.polarity
         return any(block.sided for block in blocks) if asked is None else asked == BOTH
 
@@ -415,7 +415,7 @@ class StudyFile(Table):
     def _in_waves(self, folder: Path, both: bool) -> Waves:
         """Return the design of adaptive levels or of a pooled surface, without the hazard of its rates.
 
-        A generator makes its first motions now, for what is odd about them, and the others during the runs.
+        A generator makes its first motions now, to check them, and the others during the runs.
         """
         motions, asked = self.motions, self.until or UntilTable()
         plain = (
@@ -455,7 +455,7 @@ class StudyFile(Table):
         return Events(levels, (self.events.motions or EVENTS) if made else number, self.events.sample)
 
     def _levels(self) -> Array:
-        """Return the levels in SI, none for a cloud; ValueError where their unit is not the measure's."""
+        """Return the levels in SI, none for a cloud; ValueError if their unit is not the measure's."""
         if self.stripes is not None:
             return self.stripes.levels()
         if self.ida is None or isinstance(self.ida.levels, str):
@@ -464,7 +464,7 @@ class StudyFile(Table):
 
 
 def read_study_file(path: Path, target: float | None = None) -> StudyFile:
-    """Read and check a study file; StudyError where it is not valid. target: of all restraints, beyond the file."""
+    """Read and check a study file; StudyError if it is not valid. target: of all restraints, beyond the file."""
     merged = read_content(path, StudyFile)
     if target is not None:
         named, blocks = merged.content.get("restraints"), merged.content.get("blocks")
@@ -494,7 +494,7 @@ def read_study_file(path: Path, target: float | None = None) -> StudyFile:
 
 
 def _collapses(floors: Iterable[xr.DataArray]) -> list[Doubt]:
-    """Return the doubt in floor motions of a building that yields."""
+    """Return the input warning on floor motions of a building that yields."""
     parts = list(floors)
     labels = [label for part in parts for label in part["motion"].values.tolist()]
     return collapse_doubts(labels, np.concatenate([part["collapsed"].values for part in parts]))
@@ -502,7 +502,7 @@ def _collapses(floors: Iterable[xr.DataArray]) -> list[Doubt]:
 
 ANALYSES = ("ida", "stripes", "cloud", "performance")
 RULES: list[Callable[[StudyFile], None]] = []
-"""All rules, in the order in which their sentences are told; each raises a ValueError where it is broken."""
+"""All rules, in the order of their sentences; each raises a ValueError if it is broken."""
 
 
 def rule(check: Callable[[StudyFile], None]) -> Callable[[StudyFile], None]:
@@ -512,7 +512,7 @@ def rule(check: Callable[[StudyFile], None]) -> Callable[[StudyFile], None]:
 
 
 def broken(study: StudyFile) -> list[str]:
-    """Return the sentences of the rules that a study breaks; those of one analysis come before all others."""
+    """Return the sentences of the rules that a study breaks; rules of one analysis come before all others."""
     said: list[str] = []
     for check in RULES:
         try:

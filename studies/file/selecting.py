@@ -26,16 +26,16 @@ from .table import KeyInfo, RelativePath, Table, one_of
 
 LEAVE_OUT, KEEP = "leave-out", "keep"
 NEAR = 0.02
-"""Relative difference of the level of a disaggregation from that of its stripe which is not worth a note."""
+"""Relative difference between the level of a disaggregation and its stripe's level that needs no note."""
 OF_RUPTURES = ("vs30_m_s", "faulting", "model", "measures")
 """Keys of targets that come from a disaggregation and a ground-motion model."""
 
 
 class OwnTarget(Table):
-    """What a stripe's motions are to agree with, where that is not the same at all levels.
+    """Target of a stripe's motions, if it is not the same at all levels.
 
-    target: Of a selection: the target of this level, instead of that of all.
-    disaggregation: Of a selection: the disaggregation of this level, instead of that of all.
+    target: Of a selection: the target of this level, instead of the target of all.
+    disaggregation: Of a selection: the disaggregation of this level, instead of the one of all.
     """
 
     target: Annotated[str | None, KeyInfo("that of [stripes.select]"), RelativePath()] = None
@@ -47,8 +47,8 @@ class SelectTable(Table):
 
     number: Motions of each stripe; twice as many candidates must be within the factors.
     target: CSV `measure,unit,median,sigma` (of the logarithm) of the earthquake, not of the level, with
-        `rupture,weight` in front for several earthquakes; or OpenQuake's conditional spectra, which are of
-        their own levels. Relative to the study file.
+        `rupture,weight` in front for several earthquakes. Or OpenQuake's conditional spectra, which are
+        of their own levels. Relative to the study file.
     statistic: Curve of OpenQuake's file, or column of its disaggregation.
     correlations: CSV of correlations: a square table with the measures as heading and first column (a number is
         a period of Sa).
@@ -99,7 +99,7 @@ class SelectTable(Table):
         return self
 
     def refuse_without_target(self, stripes: Sequence[OwnTarget]) -> None:
-        """Raise a ValueError where a stripe has no target, or keys of stripes do not go with a selection."""
+        """Raise a ValueError if a stripe has no target, or keys of stripes do not go with a selection."""
         for i, stripe in enumerate(stripes, start=1):
             if stripe.target is not None and stripe.disaggregation is not None:
                 raise ValueError(f"stripes.at[{i}] has a target or a disaggregation, not both")
@@ -111,7 +111,7 @@ class SelectTable(Table):
                 raise ValueError(f"stripes.at[{i}].disaggregation needs stripes.select.vs30_m_s, the site's V_S30")
 
     def pool(self, table: MotionsTable, folder: Path) -> shaking.Candidates:
-        """Return the candidates: the motions of a table and the further ones; ValueError as of the tables."""
+        """Return the candidates: the motions of a table and of further tables; ValueError as of the tables."""
         found = table.build(folder)
         for k, further in enumerate(self.also or [], start=1):
             try:
@@ -131,14 +131,14 @@ class SelectTable(Table):
         return shaking.Candidates(found)
 
     def doubts_of_making(self, table: MotionsTable, folder: Path) -> list[Doubt]:
-        """Return the doubts in the generators of the candidates."""
+        """Return the input warnings on the generators of the candidates."""
         made = (one.made_by(folder) for one in (table, *(self.also or [])))
         return [doubt for generator in made if generator is not None for doubt in doubts_of_making(generator)]
 
     def chosen(
         self, candidates: shaking.Candidates, stripe: OwnTarget, levels: Levels, level: float, folder: Path
     ) -> tuple[shaking.Selection, list[Doubt]]:
-        """Return the selection for a stripe at a level (SI), and what is to be said of it; ValueError as `select`."""
+        """Return the selection for a stripe at a level (SI), and notes on it; ValueError as `select`."""
         target, said = self._target(stripe, levels, level, folder)
         low, high = self.factor or (0.25, 4.0)
         with warnings.catch_warnings():
@@ -191,7 +191,7 @@ class SelectTable(Table):
 
 
 SELECTION = "selection"
-"""Kind of doubts about selections."""
+"""Kind of input warnings on selections."""
 
 
 class Levels(NamedTuple):
@@ -209,7 +209,7 @@ class Levels(NamedTuple):
 
 
 class Stripe(NamedTuple):
-    """A stripe with its selection: the level (SI), the chosen ground motions, and how well they agree."""
+    """A stripe with its selection: the level (SI), the chosen ground motions, and their agreement."""
 
     level: float
     ground: list[xr.DataArray]
@@ -224,7 +224,7 @@ def selected(
     folder: Path,
     named: Callable[[int], AbstractContextManager[None]],
 ) -> tuple[list[Stripe], list[Doubt]]:
-    """Return stripes with their selections, and doubts, from the pools of motions; ValueError where none agrees."""
+    """Return stripes with their selections, and warnings, from the pools of motions; ValueError if none agrees."""
     pools: dict[str, shaking.Candidates] = {}
     found: list[Stripe] = []
     doubts: list[Doubt] = []

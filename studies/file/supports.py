@@ -16,7 +16,7 @@ from .derived import Derived, choice, derived
 class SupportTable(Derived):
     """Support of the blocks: a bench, or an isolated platform.
 
-    kind: A bench (or table, rack), or how a platform is isolated.
+    kind: A bench (or table, rack), or the type of isolation of a platform.
     """
 
     kind: str
@@ -37,14 +37,14 @@ class SupportTable(Derived):
 
     @property
     def scales(self) -> bool:
-        """Whether twice the motion below gives twice the motion on top."""
+        """True if twice the motion below gives twice the motion on top."""
         return self.kind == "bench" or (self.kind == "linear" and self.given("clearance_mm") is None)
 
     def carry(self, below: list[xr.DataArray]) -> tuple[list[xr.DataArray], list[Doubt]]:
-        """Return the motions on top of the support, and the doubt in them; ValueError as `build`."""
+        """Return the motions on top of the support, and the input warning on them; ValueError as `build`."""
         support = self.made()
         try:
-            with noted():  # (strikes are said below)
+            with noted():  # strikes are reported below
                 found = [support.motions(floor) for floor in below]
         except ValueError as error:
             raise ValueError(f"support: {error}") from None

@@ -19,7 +19,7 @@ from ...core.units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND,
 from ..text.error import StudyError
 
 MOST_ERRORS = 5
-"""Most errors of a study file that are told at once."""
+"""Maximum number of errors of a study file that are reported at once."""
 _MORE = {
     **{"s": (1.0, SECOND), "ms": (1e-3, SECOND), "rad": (1.0, RADIAN), "deg": (math.pi / 180.0, RADIAN)},
     **{"kg": (1.0, KILOGRAM), "N": (1.0, NEWTON), "kN": (1e3, NEWTON)},
@@ -37,7 +37,7 @@ _FACTORS = {
     **{"mm": (1e-3, "m"), "cm": (1e-2, "m"), "m": (1.0, "m"), "in": (0.0254, "m"), "ft": (0.3048, "m")},
     **{"n": (1.0, "n"), "kn": (1e3, "n"), "kg": (1.0, "kg"), "t": (1e3, "kg"), "s": (1.0, "s"), "ms": (1e-3, "s")},
 }
-"""SI value and SI unit, as names of keys end, of each unit that somebody may write there."""
+"""SI value and SI unit, as names of keys end, of each unit that a user may write there."""
 _WRITTEN = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 _EXAMPLES = {
     **{ACCELERATION: "0.4g or 3.9m/s2", METRE: "0.4m or 40cm", SECOND: "0.5s", RADIAN: "0.2rad or 12deg"},
@@ -49,7 +49,7 @@ def quantity(option: str, text: str, units: str, *, bare: float = 0.0, at_least:
     """Convert a number with its unit to its SI value, > 0 or at least a given value.
 
     `option` is the option as the user wrote it; `units` is the SI unit, ``m s-2``, ``m``, ``s``, ``rad``, ``kg``, ``N``
-    or ``N m-1``. A number without a unit is taken in that unit up to `bare`; 0 where the unit must always be given.
+    or ``N m-1``. A number without a unit is taken in that unit up to `bare`; 0 if the unit must always be given.
 
     >>> quantity("--width", "40cm", "m"), quantity("--width", "0.4", "m", bare=10.0)
     (0.4, 0.4)
@@ -81,7 +81,7 @@ def quantity(option: str, text: str, units: str, *, bare: float = 0.0, at_least:
 
 
 def nearest(value: str, words: Iterable[str]) -> str | None:
-    """Return the word that is most similar to `value`, ignoring capitals; None where none is similar."""
+    """Return the word that is most similar to `value`, ignoring capitals; None if none is similar."""
     known = {word.casefold(): word for word in words}
     near = difflib.get_close_matches(value[:100].casefold(), known, n=1, cutoff=SIMILAR)
     return known[near[0]] if near else None
@@ -100,7 +100,7 @@ def nearest_key(name: str, keys: Iterable[str]) -> str | None:
 
 
 def meant(name: str, keys: Sequence[str]) -> str:
-    """Return the question for another key that may be meant, with what its unit does to the numbers; '' without one.
+    """Return the question for another key that may be meant, with its unit's effect on the numbers; '' without one.
 
     >>> meant("width_mm", ["width_m"]), meant("Width (m)", ["width_m"]), meant("colour", ["width_m"])
     ("did you mean 'width_m'? Then divide by 1000", "did you mean 'width_m'?", '')
@@ -143,7 +143,7 @@ def shown(value: Any, most: int = 60) -> str:
 
 
 def unended(name: str) -> Doubt:
-    """Return the doubt in a file whose last line has no end and ends in a number."""
+    """Return the input warning on a file whose last line has no end and ends in a number."""
     said = f"{name}: the last line has no line end: if the file is cut, so is its last number"
     return Doubt("table", said, settled=True)
 
@@ -184,10 +184,10 @@ def one_of(names: Iterable[str]) -> WordChoice:
 
 @dataclass(frozen=True)
 class KeyInfo:
-    """Annotation of a key for the schema, beside its description.
+    """Annotation of a key for the schema, in addition to its description.
 
-    `default`: the value that holds where the key is not given, in words where it is no single value; `unit`: the unit
-    of a key whose name does not end with it.
+    `default`: the value if the key is not given, in words if it is no single value. `unit`: the unit of a key whose
+    name does not end with it.
     """
 
     default: Any = None
@@ -202,14 +202,14 @@ class RelativePath:
 
 
 class Table(BaseModel):
-    """A table of a study file: keys that it does not know are refused; its docstring has a line for each key."""
+    """A table of a study file: unknown keys are an error; its docstring has a line for each key."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
     alternative: ClassVar[tuple[Any, str] | None] = None
-    """Of a table that is one of several: what chooses it, and by which tag."""
+    """Choice of a table that is one of several: its key, and its tag."""
 
     def given(self, key: str) -> Any:
-        """Return the value of a key; None where it is not given, or belongs to another of several tables."""
+        """Return the value of a key; None if it is not given, or belongs to another of several tables."""
         return getattr(self, key, None)
 
 
@@ -217,19 +217,19 @@ _KEY = re.compile(r"^(\w+): (.+(?:\n    .+)*)", re.MULTILINE)
 
 
 def sentences_of(table: type[Table]) -> dict[str, str]:
-    """Return what the docstrings of a table and its bases say of its keys, a line ``key: sentence`` each."""
+    """Return the docstrings' sentences on the keys of a table and its bases, a line ``key: sentence`` each."""
     docs = [inspect.cleandoc(kind.__doc__ or "") for kind in reversed(table.__mro__) if issubclass(kind, Table)]
     return {key: " ".join(text.split()) for doc in docs for key, text in _KEY.findall(doc)}
 
 
 @dataclass(frozen=True)
 class PartialTable:
-    """Annotation of a table whose keys are those of another, all optional, checked when the two are merged."""
+    """Annotation of a table with the keys of another, all optional, checked when the two are merged."""
 
     table: Any
 
 
-# The unit that each ending of a key stands for, longest first.
+# The unit of each ending of a key, longest first.
 UNIT_SUFFIXES = {
     "_m2_s3": "m²/s³",
     "_rad_s2": "rad/s²",
@@ -256,7 +256,7 @@ _KINDS = {suffix: {"_mm": "_m", "_rad": "_deg"}.get(suffix, suffix) for suffix i
 
 
 def suffix_of(key: str) -> str:
-    """Return the ending of a key that is a unit, '' where there is none."""
+    """Return the ending of a key that is a unit, '' if there is none."""
     return next((suffix for suffix in UNIT_SUFFIXES if key.endswith(suffix)), "")
 
 

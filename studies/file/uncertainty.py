@@ -1,4 +1,4 @@
-"""Tables of a study file for what is not known: uncertain inputs and their indices, and values of delta or e to try."""
+"""Tables of a study file for uncertainty: uncertain inputs and their indices, and values of delta or e to try."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .table import Confidence, KeyInfo, Replicates, Seed, Table, bare, checked
 
 SUFFIXES = {METRE: "_m", RADIAN: "_rad", NEWTON: "_n", STIFFNESS: "_n_per_mm"}
 FACTORS = {STIFFNESS: 1000.0}
-"""SI value of the unit in which the names of inputs are, where it is not 1."""
+"""SI value of the unit in which the names of inputs are, if it is not 1."""
 INPUTS = {name + SUFFIXES.get(known.units, ""): name for name, known in KNOWN.items()}
 """Names of the inputs that can be uncertain, each with its unit, and without it."""
 
@@ -45,11 +45,11 @@ class InputTable(Table):
     makes: ClassVar[type[Distribution]]
 
     def build(self, factor: float = 1.0) -> Distribution:
-        """Make the distribution of the input in SI, `factor` times that of the file; ValueError for a wrong value."""
+        """Make the distribution of the input in SI, `factor` times the file's; ValueError for a wrong value."""
         return type(self).makes(**self._scaled(factor))
 
     def _scaled(self, factor: float) -> dict[str, Any]:
-        """Return what is given of the distribution, in SI."""
+        """Return the given values of the distribution, in SI."""
         given = self.model_dump(exclude={"distribution"}, exclude_none=True)
         in_unit = [key for key, field in type(self).model_fields.items() if OF_INPUT in field.metadata]
         return {key: _times(value, factor) if key in in_unit else value for key, value in given.items()}
@@ -178,7 +178,7 @@ class CorrelationTable(Table):
 
 
 def _known(name: str) -> str:
-    """Return an input without its unit; a name that is none is left to be refused."""
+    """Return an input without its unit; any other name is returned unchanged, and is an error later."""
     return INPUTS.get(name, name)
 
 
@@ -226,8 +226,8 @@ RIGID, OWN, GIVEN, PREVIOUS = "rigid", "own", "given", "previous"
 class Sweep(NamedTuple):
     """The varied parameter and the options of its evaluation.
 
-    parameter: delta or e; values: increasing; reference: `RIGID`, `OWN` or a value; friction: the coefficient of
-    friction between block and floor; replicates, seed, confidence: of the bootstrap over motions.
+    `parameter`: delta or e. `values`: increasing. `reference`: `RIGID`, `OWN` or a value. `friction`: the coefficient
+    of friction between block and floor. `replicates`, `seed`, `confidence`: of the bootstrap over motions.
     """
 
     parameter: str
@@ -240,7 +240,7 @@ class Sweep(NamedTuple):
 
 
 class SensitivityTable(Table):
-    """How results depend on delta or e.
+    """Dependence of results on delta or e.
 
     parameter: Varied parameter; the laws must not give it, nor `restitution_factor` over e.
     values: Values, increasing.

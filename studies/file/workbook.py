@@ -1,4 +1,4 @@
-"""Sheets of workbooks (XLSX) as rows of text, as a CSV of the sheet; cells without a text are marked to be refused."""
+"""Sheets of workbooks (XLSX) as rows of text, as a CSV of the sheet; cells without a text are marked as errors."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ UNPACKED = 3
 MOST_ROWS = 2**20
 """Rows of a sheet (the format's own limit)."""
 MOST_COLUMNS = 1024
-"""Columns that a row may reach, empty ones among them."""
+"""Columns that a row may reach, including empty columns."""
 _MULTIPLE = re.compile(
     r"%|‰|[.,' ]?0+|(?:k|t|m|tsd|thsd|thousands?|mio|mill|millions?|mn|mrd|bn)\.?\s?"
     r"(?:€|\$|£|¥|fr\.?|euro?|usd|gbp|chf|jpy|cny|inr|try|cad|aud|nzd|mxn|clp|sek|nok|dkk)?"
 )
-"""What formats write beside numbers that are a multiple of what is shown, in lower case."""
+"""Texts of formats for numbers that are a multiple of the shown number, in lower case."""
 _SCALED = re.compile(r"[0#?],+(?![0#?])")
 """Mark of a format that shows a number divided by thousands: then the number itself is whole."""
 CURRENCIES = {
@@ -45,7 +45,7 @@ CURRENCIES = {
     "euro": {"EUR"},
     "euros": {"EUR"},
 }
-"""Currencies that a sign or a word in a number format may stand for."""
+"""Possible currencies of a sign or a word in a number format."""
 _CODE = re.compile(r"(?<![A-Za-z])[A-Z]{3}(?![A-Za-z])")  # (of a currency)
 _COUNTED = ("pc", "pcs", "ea", "x", "stk", "stück", "pieces", "items", "persons", "people")  # no units
 _SPELLED = {"m": ("metre", "metres", "meter", "meters"), "days": ("d", "day"), "deg": ("°",)}  # of units
@@ -58,7 +58,7 @@ class WorkbookError(ValueError):
 
 
 class Unreadable(str):
-    """A cell that no text stands for: as much of it as a message shows, and what is wrong with it."""
+    """A cell without a text: its content as far as a message shows it, and its problem."""
 
     __slots__ = ("why",)
     why: str
@@ -106,14 +106,14 @@ class Numeric(str):
 def sheet_rows(
     content: bytes, sheet: str, most_bytes: int, most_rows: int
 ) -> tuple[list[tuple[int, list[str]]], list[str]]:
-    """Return the rows of a sheet that are neither empty nor comments, and sentences on what a person sees otherwise.
+    """Return the rows of a sheet that are neither empty nor comments, and sentences on differences from its display.
 
-    The sheet has the name `sheet`, in any case; where there is none of that name, the first sheet that is not hidden is
-    read. A table has at most `most_bytes`; a workbook may be UNPACKED times as large once it is unpacked. Reading ends
-    after `most_rows` rows below the header, and one more. Rows are numbers as the sheet counts them, from 1, with cells
-    up to the last that is not empty; a row whose first cell begins with # is a comment. Cells without a text are
-    `Unreadable`, numbers `Numeric`. The sentences are on hidden rows, columns and sheets that are read, and on visible
-    sheets that are not.
+    The sheet has the name `sheet`, in any case; without such a sheet, the first sheet that is not hidden is read. A
+    table has at most `most_bytes`; a workbook may be UNPACKED times as large once it is unpacked. Reading ends after
+    `most_rows` rows below the header, and one more. Rows are numbered as in the sheet, from 1, with cells up to the
+    last that is not empty. A row whose first cell begins with # is a comment. Cells without a text are `Unreadable`,
+    numbers `Numeric`. The sentences are on hidden rows, columns and sheets that are read, and on visible sheets that
+    are not.
     """
     if content.startswith(_OLD):
         raise WorkbookError("an old workbook (XLS), or one with a password; save it as XLSX without a password")
@@ -152,7 +152,7 @@ def _rows(content: bytes, name: str, most_rows: int) -> tuple[list[tuple[int, li
         if n > MOST_ROWS or len(row) > MOST_COLUMNS:
             raise WorkbookError(f"row {n} reaches beyond {MOST_ROWS:,} rows or {MOST_COLUMNS:,} columns of its sheet")
         if row and row[0].data_type != "e" and str(row[0].value or "").lstrip().startswith("#"):
-            # (a comment stands alone; in a table of pieces such a row would be a piece that is left out without a word)
+            # a comment is alone in its row; in a table of pieces such a row would be a piece that is left out silently
             if found and any(cell.value is not None for cell in row[1:]):
                 raise WorkbookError(
                     f"row {n} begins with #, as comments do, and has other cells: rename it or empty them"
@@ -201,7 +201,7 @@ def _is_filled(sheet: Any) -> bool:
 
 
 def _text(cell: Any, formulas: Worksheet, merged: dict[tuple[int, int], str]) -> str:
-    """Return the text of a cell, '' where it is empty."""
+    """Return the text of a cell, '' if it is empty."""
     value = cell.value
     if value is None:
         # (a formula whose value is the empty text has a type, and no value either)

@@ -32,13 +32,13 @@ def animate(
     Parameters
     ----------
     response : xarray.Dataset
-        Dataset that `toppling.simulate` returned; it also holds the block and the floor's acceleration.
+        Dataset that `toppling.simulate` returned; it also contains the block and the floor's acceleration.
     path : path
         File to write, .gif or .mp4 (which needs ffmpeg on the PATH); an existing file is replaced.
     speed : float
         1 plays in real time, 0.25 four times slower; 0.01 to 100.
     fps : int, optional
-        Frames a second, 5, 10, 20, 25 or 50; by default 25, or fewer where there would be more than 1,500 frames.
+        Frames a second, 5, 10, 20, 25 or 50; by default 25, or fewer if there would be more than 1,500 frames.
     size : int
         Width and height, pixels, 240 to 2,000, even.
     progress : callable, optional
@@ -47,23 +47,23 @@ def animate(
     Returns
     -------
     Path
-        The file, which is complete when this function returns; where it raises, no file is written.
+        The file, which is complete when this function returns; if it raises, no file is written.
 
     Raises
     ------
     TypeError, ValueError
-        The response is not the history of one run, the path has another ending, a value is out of range, or the film
+        The response is not the history of one run, the path has another ending, or a value is out of range. Or the film
         would be longer than 20 minutes.
     OSError
         The file cannot be written; ffmpeg is missing or fails.
 
     Notes
     -----
-    With θ > 0 the block turns about its right corner.  The floor's displacement is the integral of its acceleration
-    from rest, without correction: for a record as it was measured it may drift, and then the view moves with the floor.
+    With θ > 0 the block turns about its right corner. The floor's displacement is the integral of its acceleration from
+    rest, without correction. For an uncorrected record it may drift, and then the view moves with the floor.
 
-    After overturning the block lies on its side.  Where the record ends before that, the rest is drawn as the fall of a
-    rigid block on a quiet floor, θ'' = p² sin(|θ| − α) sgn θ, and labelled so.
+    After overturning the block lies on its side. If the record ends before that, the rest is drawn as the fall of a
+    rigid block on a quiet floor, θ'' = p² sin(|θ| − α) sgn θ. It is labelled so.
 
     Examples
     --------

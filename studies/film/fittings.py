@@ -15,11 +15,11 @@ from ...models.sides import sides, surroundings
 from .frames import rotated
 
 STANDS_OFF = 0.06
-"""Distance of what a restraint is fixed to where there is no wall, over the block's height."""
+"""Distance of the fixing of a restraint if there is no wall, over the block's height."""
 STUB = 0.11
 """Length of the loose ends of a broken restraint, over the block's height."""
 CEILING = 1.12
-"""Height of the ceiling that a pole stands against, over the block's height."""
+"""Height of the ceiling above a pole, over the block's height."""
 LEAST = 1e-3
 """Rotation (rad) from its wall at which a block counts as leaning on it."""
 
@@ -39,7 +39,7 @@ class Face(NamedTuple):
 
 
 class Strap(NamedTuple):
-    """Restraint as it is drawn, by its moment arm: its points on the block and what holds it, and whether it sags."""
+    """Restraint as it is drawn, by its moment arm: its points on the block and its fixing, and True if it sags."""
 
     restraint: Restraint
     on_block: Array
@@ -93,7 +93,7 @@ def straps(block: Block, walls: list[Face]) -> list[Strap]:
 
 
 def line(block: Block, strap: Strap, rotation: float) -> Array:
-    """Return the points (n, 2) of an intact restraint: straight where it is taut, a sagging curve where it is slack."""
+    """Return the points (n, 2) of an intact restraint: straight if it is taut, a sagging curve if it is slack."""
     end = rotated(block, rotation, 0.0, strap.on_block[None])[0]
     start = strap.fixed
     span = float(np.hypot(*(end - start)))
@@ -114,7 +114,7 @@ def ends(block: Block, strap: Strap, rotation: float) -> Array:
     down = np.array([0.0, -STUB * block.height])
     if strap.restraint.kind == "adhesive":  # (a part of the pad stays on the floor)
         down = np.zeros(2)
-    if strap.restraint.kind == "tendon":  # (what is left stands in the floor)
+    if strap.restraint.kind == "tendon":  # the rest is in the floor
         return np.stack([end, end + down, np.full(2, np.nan), strap.fixed, strap.fixed - down])
     return np.stack([end, end + down, np.full(2, np.nan), strap.fixed, strap.fixed + down])
 

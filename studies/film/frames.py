@@ -21,16 +21,16 @@ STAYS = 2.0
 MOST_FRAMES = 1500
 """Largest number of frames of a film at 25 a second; a longer film has fewer frames a second."""
 LONGEST = 1200.0
-"""Largest length of a film, s: nobody would watch a longer film, and its file would be large."""
+"""Maximum length of a film, s: a longer film would have no viewers, and a large file."""
 FALL_STEP = 1e-3
 SLOWEST, FASTEST = 0.01, 100.0
 VARIABLES = ("angular_velocity", "floor_acceleration", "overturned")
 ATTRIBUTES = ("alpha", "p", "block", "model", "configuration")
-"""Variables and attributes of a history that a film needs beside the rotation."""
+"""Variables and attributes of a history that a film needs in addition to the rotation."""
 
 
 class Frames(NamedTuple):
-    """The state at each frame of a film: time (s), rotation (rad), floor (m), and whether the fall is only drawn."""
+    """The state at each frame of a film: time (s), rotation (rad), floor (m), and True if the fall is only drawn."""
 
     time: Array
     rotation: Array
@@ -77,7 +77,7 @@ def frames_of(response: xr.Dataset, *, speed: float = 1.0, fps: int | None = Non
 
 
 def rigid_fall(theta: float, omega: float, block: Block) -> Array | None:
-    """Return the rotation (rad) of a rigid block that falls on a quiet floor, every ms; None where it turns back."""
+    """Return the rotation (rad) of a rigid block that falls on a quiet floor, every ms; None if it turns back."""
     side = math.copysign(1.0, theta)
     own = sides(block, "exact")[0 if side > 0.0 else 1]
     alpha, p2 = own.alpha, own.q2
@@ -106,7 +106,7 @@ def corners(block: Block, rotation: float, floor: float = 0.0) -> Array:
 
 
 def rotated(block: Block, rotation: float, floor: float, points: Array) -> Array:
-    """Return points of the upright block (n, 2), m, rotated about the corner on which the block stands."""
+    """Return points of the upright block (n, 2), m, rotated about the block's lower corner."""
     pivot = math.copysign(block.b, rotation)
     c, s = math.cos(rotation), math.sin(rotation)
     x, y = points[:, 0] - pivot, points[:, 1]

@@ -165,7 +165,7 @@ class Scene:
         for face in self._walls:
             near = face.x
             if face.rail:
-                # (the wall stands clear of the block's upper edge, which goes beyond the rail)
+                # the wall is clear of the block's upper edge, which goes beyond the rail
                 edge = np.array([[face.side * block.b, block.height]])
                 near = float(rotated(block, face.side * face.rotation, 0.0, edge)[0, 0]) + face.side * 0.5 * thick
                 top, bottom = face.height, face.height - 0.3 * thick
@@ -277,7 +277,7 @@ class Scene:
         self._point.set_data([time], [min(max(float(self._x[i]), -self._limit), self._limit)])
 
     def _move_straps(self, i: int, floor: float) -> None:
-        """Move the lines of the restraint to frame `i`, and say what it does."""
+        """Move the lines of the restraint to frame `i`, and write its state."""
         theta, broken = float(self._frames.rotation[i]), self._broken(i)
         for drawn, strap in zip(self._lines, self._straps, strict=True):
             shape = fittings.ends if broken else fittings.line
@@ -308,7 +308,7 @@ class Scene:
         return next((wall for wall in self._walls if wall.side * theta > 0.5 * wall.rotation), None)
 
     def _hold_text(self, i: int) -> str:
-        """Return what the restraint does in frame `i`; '' where there is none."""
+        """Return the state of the restraint in frame `i`; '' without a restraint."""
         if not self._straps:
             return ""
         restraint = self._straps[0].restraint
@@ -360,7 +360,7 @@ def _heading(response: xr.Dataset, block: Block) -> str:
 
 
 def _around(block: Block) -> list[str]:
-    """Return what makes a block other than symmetric and freestanding, in short words."""
+    """Return the features that make a block asymmetric or not freestanding, in short words."""
     found = []
     if block.cm_offset:
         found.append(f"mass {1000.0 * block.cm_offset:+.3g} mm")

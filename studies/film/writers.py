@@ -20,14 +20,14 @@ from ...core.writing import whole_file
 
 Pixels = NDArray[np.uint8]
 FRAME_RATES = (5, 10, 20, 25, 50)
-"""Frames a second that a GIF can hold, whose clock counts hundredths of a second."""
+"""Frame rates of a GIF, 1/s, whose clock counts hundredths of a second."""
 SUFFIXES = (".gif", ".mp4")
 MOST_COLOURS = 255
-"""Largest palette of a GIF, beside the transparent colour that leaves the previous frame visible."""
+"""Maximum palette of a GIF, without the transparent colour that leaves the previous frame visible."""
 
 
 def ffmpeg() -> str | None:
-    """Return the path of the ffmpeg program; None where it is not installed."""
+    """Return the path of the ffmpeg program; None if it is not installed."""
     return shutil.which("ffmpeg")
 
 
@@ -35,8 +35,8 @@ def ffmpeg() -> str | None:
 def film(path: Path, fps: int, size: tuple[int, int], colours: Sequence[str]) -> Iterator[_Gif | _Mp4]:
     """Open a film of `size` (width, height, both even) at `path`, .gif or .mp4; if the block fails, there is no file.
 
-    `add` appends a frame, RGB of shape (height, width, 3); OSError where it cannot be written.  `colours` are the
-    palette of a GIF (at most 255, ``#rrggbb``), of which every pixel gets the nearest.
+    `add` appends a frame, RGB of shape (height, width, 3); OSError if it cannot be written. `colours` are the palette
+    of a GIF (at most 255, ``#rrggbb``), of which every pixel gets the nearest.
     """
     with whole_file(path) as temporary:
         made = _Gif(temporary, fps, size, colours) if path.suffix == ".gif" else _Mp4(temporary, fps, size)

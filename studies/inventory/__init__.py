@@ -1,1 +1,1 @@
-"""Inventories: the pieces of a building as lines of a table, what their falling means, and the kits that hold them."""
+"""Inventories: the pieces of a building as lines of a table, the consequences of falls, and the kits that hold them."""

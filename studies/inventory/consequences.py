@@ -20,7 +20,7 @@ MOST_DISPERSION = {LOGNORMAL: 3.0, NORMAL: 0.5}
 """Largest dispersion of each distribution; of a normal one too much would lie below zero."""
 MOST = 1e15
 REALISATIONS = 20
-"""Realisations of the consequences under each motion, where no variability says how many."""
+"""Default number of realisations of the consequences under each motion, without variability."""
 MOST_DRAWN = 1_000_000
 """Most pieces of a line times realisations, which bounds the memory of a motion's draws."""
 DRAWN_BYTES = 300.0
@@ -76,7 +76,7 @@ class Consequence:
 
     @property
     def mean(self) -> float:
-        """Mean: median·exp(β²/2), or that of the normal distribution truncated at 0."""
+        """Mean: median·exp(β²/2), or of the normal distribution truncated at 0."""
         if self.dispersion == 0.0:
             return float(self.median)
         if self.distribution == LOGNORMAL:
@@ -86,10 +86,10 @@ class Consequence:
         return float(self.median * (1.0 + self.dispersion * density / scipy.special.ndtr(edge)))
 
     def of_several(self, pieces: int, greatest: bool = False) -> tuple[float, float]:
-        """Return the mean and the standard deviation over several independent pieces of the mean, or of the greatest.
+        """Return the mean and the standard deviation of the mean, or of the maximum, of several independent pieces.
 
-        Moments of the greatest of n are the integrals of its values times n Phi^(n-1)(z) phi(z), the density of the
-        greatest of n normal scores (trapezoids, whose error is that of rounding).
+        Moments of the maximum of n are the integrals of its values times n Phi^(n-1)(z) phi(z), the density of the
+        maximum of n normal scores. (Trapezoids, exact to rounding.)
         """
         if self.dispersion == 0.0:
             return float(self.median), 0.0
@@ -109,7 +109,7 @@ class Consequence:
         if self.distribution == LOGNORMAL:
             return np.asarray(self.median * exp(self.dispersion * scores))
         law = Normal(self.median, self.dispersion * self.median, lower=0.0)
-        # (the largest probability below 1 stands for scores above 8.2)
+        # the largest probability below 1 represents scores above 8.2
         return law.quantile(np.minimum(scipy.special.ndtr(scores), np.nextafter(1.0, 0.0)))
 
 
@@ -120,7 +120,7 @@ class Injury:
     Parameters
     ----------
     persons : float
-        Mean number of persons where the piece falls, over all hours, 0 to 10,000.
+        Mean number of persons in the area of the piece's fall, over all hours, 0 to 10,000.
     probability : float
         Probability that one of them is injured, 0 to 1.
 
@@ -164,9 +164,9 @@ class PieceScores:
     """The draws that decide the consequences of every piece: `realisations` under each motion.
 
     The scores of a piece are z_i = √ρ f + √(1 − ρ) ε_i with a factor f common to its three consequences, cost, downtime
-    and injuries (a Gaussian copula with one factor and the `correlation` ρ, 0 to 1). They depend on the seed, the name
-    of the line, the motion, and the number of the piece within the line alone: laws and levels see the same ones, in
-    any order of computation.
+    and injuries. This is a Gaussian copula with one factor and the `correlation` ρ, 0 to 1. They depend only on the
+    seed, the name of the line, the motion, and the number of the piece within the line. Laws and levels therefore have
+    the same scores, in any order of computation.
     """
 
     realisations: int = REALISATIONS
@@ -183,7 +183,7 @@ class PieceScores:
         return math.sqrt(self.correlation), math.sqrt(1.0 - self.correlation)
 
     def of_pieces(self, label: str, count: int, motion: int) -> Array:
-        """Return the scores (piece, realisation, 3) of a line's pieces under a motion, columns as `COLUMNS` says."""
+        """Return the scores (piece, realisation, 3) of a line's pieces under a motion, columns as in `COLUMNS`."""
         drawn = stream(self.seed, *key_of(label), motion).standard_normal((count, self.realisations, 4))
         common, own = self._shares
         return np.asarray(common * drawn[..., :1] + own * drawn[..., 1:])

@@ -29,14 +29,14 @@ from .consequences import Consequence, Injury
 
 @dataclass(frozen=True)
 class Stand:
-    """A bench or an isolated platform, which answers the motion of its floor alone and shakes what stands on it."""
+    """A bench or an isolated platform, which responds to the motion of its floor alone and moves the pieces on it."""
 
     name: str
     support: Support | Isolator
 
     @property
     def scales(self) -> bool:
-        """Whether twice the motion of the floor gives twice the motion on top."""
+        """True if twice the motion of the floor gives twice the motion on top."""
         return isinstance(self.support, Support)
 
     def carry(self, below: Sequence[Record]) -> list[Record]:
@@ -44,7 +44,7 @@ class Stand:
         return self._moved(below)[0]
 
     def strikes(self, below: Sequence[Record]) -> list[Doubt]:
-        """Return the doubt in its clearance under motions of its floor; an elastic one has no clearance."""
+        """Return the input warning on its clearance under motions of its floor; an elastic one has no clearance."""
         if not isinstance(self.support, Isolator):
             return []
         return self.support.stops.doubts(self._moved(below)[1])
@@ -58,7 +58,7 @@ class Stand:
             alike.setdefault((record.dt, record.acceleration.size), []).append(i)
         for (dt, _), lines in alike.items():
             array = from_array(np.stack([below[i].acceleration for i in lines]), dt)
-            with noted():  # (the motions of floors were looked at, and strikes are said by name)
+            with noted():  # the motions of floors were checked, and strikes are reported by name
                 top = self.support.motions(array)
             step = float(top["dt"].values[0])
             tops.append(top)
@@ -75,7 +75,7 @@ LEAST_TRIP, MAX_TRIP = 0.001, 10.0
 """Nearest and farthest obstacle, m."""
 MOST_PERSONS = 50.0
 MOST_INJURED = 1.0
-"""Mean number of persons whom one piece injures where it falls."""
+"""Mean number of persons injured by a fall of one piece."""
 LONGEST_DOWNTIME = 5.0 * 365.25
 """Days: buildings themselves are replaced in 1 to 3 years (FEMA P-58-1, recalled)."""
 DEAREST, MOST_SCATTER = 100.0, 1.5
@@ -83,7 +83,7 @@ DEAREST, MOST_SCATTER = 100.0, 1.5
 MAX_CONSEQUENCES = 40
 MOST_FLOORS = 12  # that a message lists
 HARMLESS = "none"
-"""The word, in place of consequences, that says that nobody is harmed where a piece falls."""
+"""The word, instead of consequences, that states that a fall harms no person."""
 NOTHING = re.compile(
     r"no|[-–0]|n[./]a\.?|nil|nothing|harmless|nein|keine?|nichts|aucune?|non|rien|ningun[oa]|nada|nessun[oa]|niente|geen|"
     r"nenhuma?|yok|нет|なし|无"
@@ -94,7 +94,7 @@ RESERVED = ("number", "loss", "any")
 
 
 def floor_text(known: Sequence[str], floor: object) -> str:
-    """Return why a floor cannot be used that is not among those known, and what to do."""
+    """Return the reason why an unknown floor cannot be used, and the remedy."""
     listed = ", ".join(known if len(known) <= MOST_FLOORS else [*known[:5], "…", known[-1]])
     hint = "; give a building, or floor motions" if list(known) == ["0"] else ""
     if str(floor) == "0":
@@ -111,61 +111,61 @@ class Contents:
     label : str
         Name in results.
     block : Block
-        The mechanical model of each piece, with its mass (kg) where that is known, and what stands around or holds it.
+        The mechanical model of each piece, with its mass (kg) if known, and its surroundings or restraint.
     floor : int or str
-        The floor that it stands on, by its name in the building (or the file of floor motions): 0 is the ground.
+        The floor of the pieces, by its name in the building (or the file of floor motions): 0 is the ground.
     count : int
         Number of pieces.
     e : float, optional
-        Restitution; that of the damping law where not given.
+        Restitution; by default the damping law's.
     value : float
         The loss when a piece overturns, without spread, in the inventory's currency.
     consequences : tuple of str
-        The consequences when at least one piece overturns, such as ``blocks-exit``; ``none`` alone says that there are
-        none, which an empty tuple does not.
+        The consequences when at least one piece overturns, such as ``blocks-exit``. The single word ``none`` excludes
+        consequences, which an empty tuple does not.
     anchored : bool
-        True where the pieces are fixed already, so that they do not overturn.
+        True if the pieces are fixed already, so that they do not overturn.
     kit : str
-        The name of the restraint that holds them already and can break, which is that of the block; '' for none.
+        The name of the restraint that holds them already and can break, which is the block's; '' for none.
     anchoring_cost : float, optional
         Cost of fixing a piece, in the inventory's currency.
     room : str
-        The room that it stands in, for tables.
+        The room of the pieces, for tables.
     direction : str
         The direction of the building, x or y, in which its width lies; of use with floor histories in two directions
         and with pairs of components.
     along_depth : bool
-        Whether it is run about its depth, too, under the other component (`studies.buildings.axes` decides).
+        True if it is run about its depth, too, under the other component (`studies.buildings.axes` decides).
     code_class : str
-        What a building code takes it for (`toppling.studies.codes.check.CLASSES`), '' where it is not known.
+        Class of the pieces in a building code (`toppling.studies.codes.check.CLASSES`), '' if it is not known.
     code_importance : float, optional
-        Its importance factor; that of the study's code where not given.
+        Its importance factor; by default the study's code has one.
     anchor_strength : float, optional
         Design strength of a piece's anchors against a horizontal force, N.
     anchor_height : float, optional
         Height of these anchors above the floor, m.
     cost : Consequence, optional
-        Cost of repairing or replacing a piece that overturned, in the inventory's currency, in place of `value`.
+        Cost of repairing or replacing a piece that overturned, in the inventory's currency, instead of `value`.
     downtime : Consequence, optional
         Days for which a piece that overturned is out of use.
     piece_class : str
         Its class, whose pieces have their modelling uncertainty in common; '' for all pieces of the same sizes.
     contact : str
-        What the pieces stand on, and with what: a name of `toppling.models.friction.CONTACTS`, ``castors`` (which roll,
-        which is not modelled) or ``castors locked``; '' where it is not known.
+        Contact of the pieces with their floor: a name of `toppling.models.friction.CONTACTS`, ``castors`` (whose
+        rolling is not modelled) or ``castors locked``; '' if it is not known.
     friction : Friction, optional
-        Static coefficient of friction between a piece and what it stands on; needed by blocks near an edge.
+        Static coefficient of friction between a piece and its floor; needed by blocks near an edge.
     kinetic_ratio : float
         Kinetic over static friction, above 0, at most 1.
     trip : float, optional
         Clear distance from the foot to an obstacle on either side (a joint, a cable, the edge of a carpet), m; needs a
         friction.
     stands_on : str
-        The label of the line whose piece it stands on, such as a pedestal on the same floor; '' for the floor itself.
+        The label of the line whose piece is below, such as a pedestal on the same floor; '' for the floor itself.
     stand : Stand, optional
         The bench or the isolated platform between the floor and it.
     injury : Injury, optional
-        The persons whom a piece injures; where their mean is above 0, ``injury`` is added to its consequences.
+        The persons whom a piece injures; if their mean is above 0, ``injury`` is added to its consequences.
 
     Raises
     ------
@@ -262,17 +262,17 @@ class Contents:
 
     @property
     def rolls(self) -> bool:
-        """Whether it stands on castors that are not locked."""
+        """True if it is on castors that are not locked."""
         return self.contact == ROLLING
 
     @property
     def obstacle(self) -> float | None:
-        """Clear distance to an obstacle that it may slide into, m; None where there is none, or it is anchored."""
+        """Clear distance to an obstacle that it may slide into, m; None if there is none, or it is anchored."""
         return None if self.anchored else self.trip
 
     @property
     def both_axes(self) -> bool:
-        """Whether it is run about its width and its depth, about which nothing holds it; not on a soft bed."""
+        """True if it is run about its width and its depth, about which nothing holds it; not on a soft bed."""
         return self.along_depth and self.block.bed is None
 
     @property
@@ -289,13 +289,13 @@ class Contents:
 
     @property
     def drawn(self) -> bool:
-        """Whether any consequence of a piece is drawn."""
+        """True if any consequence of a piece is drawn."""
         return any(one is not None for one in (self.cost, self.downtime, self.injury))
 
 
 @dataclass(frozen=True)
 class Inventory:
-    """All contents of a building, and the currency of their values ('' where it is not stated).
+    """All contents of a building, and the currency of their values ('' if it is not stated).
 
     Raises
     ------
@@ -338,7 +338,7 @@ class Inventory:
             )
 
     def check_supports(self) -> None:
-        """Raise a ValueError where pieces stand on a line that is not there, or may move in a way that is not known."""
+        """Raise a ValueError if pieces are on a missing line, or may move in a way that is not known."""
         by_label = {row.label: row for row in self.rows}
         for row in self.rows:
             if not row.stands_on:
@@ -364,7 +364,7 @@ class Inventory:
 
     @property
     def carried(self) -> dict[int, int]:
-        """Positions of lines that stand on another line, with the position of that line where it is there."""
+        """Positions of lines on another line, with the position of that line if it exists."""
         at = {row.label: i for i, row in enumerate(self.rows)}
         return {i: at[row.stands_on] for i, row in enumerate(self.rows) if row.stands_on in at}
 
@@ -391,7 +391,7 @@ def _text(name: str, value: Any) -> None:
 
 
 def row_doubts(rows: Sequence[Contents]) -> list[Doubt]:
-    """Return the doubts in the blocks of lines, in what their falls mean and cost, and in what stands on others."""
+    """Return the input warnings on the blocks of lines, on the consequences of falls, and on pieces on others."""
     injuries = [(row.label, row.injury) for row in rows if row.injury is not None]
     downtimes = [(row.label, row.downtime.median) for row in rows if row.downtime is not None]
     costs = [(row.label, row.anchoring_cost, row.loss) for row in rows if row.anchoring_cost and row.loss > 0.0]
@@ -422,7 +422,7 @@ def row_doubts(rows: Sequence[Contents]) -> list[Doubt]:
 
 
 def _crowded(rows: Sequence[Contents]) -> list[str]:
-    """Return the lines that are wider than what they stand on, or do not fit on it together."""
+    """Return the lines that are wider than the piece below, or do not fit on it together."""
     found: list[str] = []
     loads: dict[str, list[Contents]] = {}
     for row in rows:

@@ -26,9 +26,9 @@ AT_A_HEIGHT = [kind for kind, make in MAKERS.items() if "height" in declared(mak
 class Kit:
     """A restraint that can be bought for pieces of an inventory.
 
-    `cost` fixes one piece, in the inventory's currency, >= 0; `height` is that of its anchor, m, of a kit whose moment
-    arm is that height (straps, brackets, horizontal cables); `width` is that of the pieces that it is made for, m
-    (tendons, sloping cables).
+    `cost` fixes one piece, in the inventory's currency, >= 0. `height` is the height of its anchor, m, of a kit whose
+    moment arm is that height (straps, brackets, horizontal cables). `width` is the width of the pieces for which it is
+    made, m (tendons, sloping cables).
     """
 
     name: str
@@ -43,11 +43,11 @@ class Kit:
 
     @classmethod
     def of(cls, name: str, table: RestraintTable) -> Self:
-        """Return the kit of a study file's table; ValueError where its values are out of range."""
+        """Return the kit of a study file's table; ValueError if its values are out of range."""
         return cls(name, table.build(), table.cost, table.given("height_m"), table.given("width_m"))
 
     def misfit(self, block: Block, height: float | None = None) -> str:
-        """Return why a block cannot have the kit, '' where it can; height: of anchors on the block, m, if not own."""
+        """Return why a block cannot have the kit, '' if it can; height: of anchors on the block, m, if not own."""
         if block.bed is not None:
             return "cannot hold a piece on a soft bed, for which no restraint is modelled"
         if block.edge is not None:
@@ -70,7 +70,7 @@ class Kit:
         return ""
 
     def held(self, block: Block, height: float | None = None) -> Block:
-        """Return the block with the kit, at the height of its own anchors (m) where that is given."""
+        """Return the block with the kit, at the height of its own anchors (m) if that is given."""
         why = self.misfit(block, height)
         if why:
             raise ValueError(f"kit {self.name!r} {why}")
@@ -82,10 +82,10 @@ class Kit:
         return replace(block, restraint=own)
 
     def on(self, row: Contents) -> Contents:
-        """Return a line of an inventory with the kit in place of any that it has; ValueError as `held`."""
+        """Return a line of an inventory with the kit instead of any that it has; ValueError as `held`."""
         free = replace(row.block, restraint=None)
         return replace(row, block=self.held(free, row.anchor_height), kit=self.name)
 
     def fits(self, row: Contents) -> bool:
-        """Return whether the pieces of a line can get the kit: not fixed for good, nor by it already, and it fits."""
+        """Return True if the pieces of a line can get the kit: not fixed for good, nor by it already, and it fits."""
         return not row.anchored and row.kit != self.name and not self.misfit(row.block, row.anchor_height)

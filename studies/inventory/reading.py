@@ -42,13 +42,13 @@ else:
 
 
 class LineTable(ContentsTable):
-    """A line of an inventory: pieces of one kind on one floor, and what their fall means.
+    """A line of an inventory: pieces of one kind on one floor, and the consequences of their fall.
 
     item: Its name.
-    floor: The floor that it stands on: 0 is the ground.
+    floor: The floor of the pieces: 0 is the ground.
     restitution: As e.
     currency: Currency of all amounts.
-    consequence: What happens where one falls: words, or none.
+    consequence: Consequences of a fall: words, or none.
     anchored: Fixed: yes, no, or the name of a restraint.
     cost_median: Median cost of a fall.
     cost_dispersion: Dispersion of the cost.
@@ -56,11 +56,11 @@ class LineTable(ContentsTable):
     downtime_median_days: Median downtime, days.
     downtime_dispersion: Dispersion of the downtime.
     downtime_distribution: Of the downtime.
-    persons_exposed: Persons where it falls.
+    persons_exposed: Persons in the area of its fall.
     injury_probability: Chance that one is hurt.
     class: Class whose pieces share an uncertainty.
-    contact: What it stands on.
-    support: The bench or platform that it stands on.
+    contact: Contact of the pieces with their floor.
+    support: The bench or platform below.
     """
 
     item: str | None = None
@@ -107,7 +107,7 @@ class LineTable(ContentsTable):
     def contents(
         self, kits: Mapping[str, Kit], sliding: Slides | None, stands: Mapping[str, Stand], number: int
     ) -> Contents:
-        """Return the contents, with the study's kits, friction and stands; ValueError that names a column."""
+        """Return the contents, with the study's kits, friction and supports; ValueError that names a column."""
         options = in_si(self, FACTORS)
         held = (self.anchored or "").lower()
         kit = None if held in {"", *YES, *NO} else kits.get(self.anchored or "")
@@ -150,7 +150,7 @@ class LineTable(ContentsTable):
         )
 
     def _refuse_unknown_slides(self, rolls: bool) -> None:
-        """Raise a ValueError for an edge or an obstacle near a piece of which it is not known how far it slides."""
+        """Raise a ValueError for an edge or an obstacle near a piece whose slips are not known."""
         for column in ("edge_distance_mm", "edge_distance_back_mm", "trip_mm"):
             if self.given(column) is not None and rolls:
                 raise ValueError(f"{column} must be empty on castors: rolling is not modelled")
@@ -158,7 +158,7 @@ class LineTable(ContentsTable):
                 raise ValueError(f"{column} needs a friction: give contact or friction, or the study's [friction]")
 
     def _consequence(self, kind: str) -> Consequence | None:
-        """Return the cost or downtime of a piece, None where no median is given."""
+        """Return the cost or downtime of a piece, None if no median is given."""
         median = self.given(MEDIANS[kind])
         if median is None:
             return None
@@ -169,7 +169,7 @@ class LineTable(ContentsTable):
             raise ValueError(f"{kind}_{error}") from None
 
     def _slides(self, sliding: Slides | None) -> dict[str, Any]:
-        """Return what it stands on and its friction, that of the study where it gives neither."""
+        """Return its contact and its friction, by default the study's friction."""
         if self.contact in (ROLLING, UNLOCKED):
             return {"contact": ROLLING, "friction": None}
         if self.contact in CONTACTS:
@@ -195,7 +195,7 @@ COLUMNS = tuple(field.alias or key for key, field in LineTable.model_fields.item
 
 
 class InventoryError(StudyError):
-    """Error for an inventory that cannot be used: one sentence with file, line, column, value and what is allowed."""
+    """Error for an inventory that cannot be used: one sentence with file, line, column, value and allowed values."""
 
 
 KIND = TableKind("inventory", COLUMNS, MAX_ROWS, 16 * 2**20, InventoryError, "inventory")
@@ -213,10 +213,10 @@ def read_inventory(
     Parameters
     ----------
     path : path
-        A table in UTF-8 separated by commas, semicolons or tabs, one line for each kind of piece on a floor; or a
+        A table in UTF-8 separated by commas, semicolons or tabs, one line for each kind of piece on a floor. Or a
         workbook (``.xlsx``, ``.xlsm``) with such a table in the sheet ``inventory``, or in its first visible sheet.
     floors : sequence of str, optional
-        The existing floors; any floor is allowed where not given.
+        The existing floors; any floor is allowed if not given.
     kits : mapping of str to Kit, optional
         The kits that the column ``anchored`` can name.
     sliding : Slides, optional
@@ -228,16 +228,16 @@ def read_inventory(
     Raises
     ------
     InventoryError
-        One sentence that names file, line (row of a workbook), column, value and what is allowed.
+        One sentence that names file, line (row of a workbook), column, value and the allowed values.
 
     Notes
     -----
-    The header names the columns, in any order (docs/study_buildings.md explains them and workbooks); empty cells
-    are treated as if the column were not there, lines that start with # are comments.
+    The header names the columns, in any order (docs/study_buildings.md explains them and workbooks). Empty cells
+    are treated as if the column were not there. Lines that start with # are comments.
 
-    Warnings (`toppling.core.doubts.ImplausibleInput`), which are notes of studies, name other lines with fewer cells
-    than the header, lines that begin with # and a word, hidden rows, columns and sheets that are read, and visible
-    sheets that are not; and sizes that are not plausible.
+    Warnings (`toppling.core.doubts.ImplausibleInput`) are notes of studies. They name other lines with fewer cells than
+    the header, and lines that begin with # and a word. They name hidden rows, columns and sheets that are read, and
+    visible sheets that are not; and sizes that are not plausible.
 
     Examples
     --------
@@ -279,7 +279,7 @@ def read_inventory(
 
 
 def _currencies(money: str) -> set[str]:
-    """Return the currencies that a sign or a code may stand for, with itself."""
+    """Return the possible currencies of a sign or a code, with itself."""
     return {money, *CURRENCIES.get(money, ())}
 
 

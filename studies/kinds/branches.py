@@ -33,7 +33,7 @@ def weighted_laws(content: StudyFile, models: Sequence[Law]) -> dict[str, float]
 
 
 def weighted_motions(content: StudyFile, made: Callable[[StudyFile], Made]) -> dict[str, tuple[Made | None, float]]:
-    """Return what is made of each set of motions with its weight, by name; None for the study's own motions."""
+    """Return the object made of each set of motions with its weight, by name; None for the study's own motions."""
     others = {one.name: one.motions for one in content.motion_sets or []}
     found: dict[str, tuple[Made | None, float]] = {}
     for name, weight in _shares(content).get(OF_MOTIONS, {OF_MOTIONS: 1.0}).items():

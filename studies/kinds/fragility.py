@@ -69,20 +69,20 @@ if TYPE_CHECKING:
 RANKED_BYTES = 3e3
 # Bytes of a curve and its rate in the results, most of them the shares of 40 bins.
 STORED_BYTES = 1.2e3
-# Planning figures of a fit, measured on a current core: of a curve and of each of its motions, in one thread;
-# and of each replicate's levels and motions, in all threads.
+# Planning figures of a fit, measured on a current core. They are for a curve and each of its motions, in one thread,
+# and for each replicate's levels and motions, in all threads.
 SECONDS_A_CURVE = 2e-3
 SECONDS_A_MOTION = 2e-6
 SECONDS_A_REPLICATE = 2e-5
 SECONDS_A_LEVEL = 2e-7
 SECONDS_A_WEIGHT = 2e-9
-# Curves without parameters are probabilities, as the observed ones are, so they have other names in the results.
+# Curves without parameters are probabilities, like the observed probabilities, so they have other names in the results.
 OBSERVED = ("probability", "probability_lower", "probability_upper")
 SIZE = ("size_along", "size_probability")
 
 
 def _branches(content: StudyFile, folder: Path, study: FragilityStudy) -> Branches | None:
-    """Return the weighted branches of a study, None where it has none; ValueError for laws that it lacks."""
+    """Return the weighted branches of a study, None if it has none; ValueError for laws that it lacks."""
     modelling = 0.0 if study.fit.modelling == MEAN else study.fit.modelling_dispersion
     if study.risk is None or (content.branches is None and modelling == 0.0):
         return None
@@ -95,7 +95,7 @@ def _branches(content: StudyFile, folder: Path, study: FragilityStudy) -> Branch
 
 
 def slides_of(content: StudyFile, blocks: Iterable[Block]) -> Slides | None:
-    """Return the friction of a study, with that of blocks that have their own; None where it is not known."""
+    """Return the friction of a study, with the friction of blocks that have their own; None if it is not known."""
     if content.friction is None:
         return None
     own = {
@@ -127,7 +127,7 @@ def screening_with(
 
 
 def median_doubts(medians: Array, units: str) -> list[str]:
-    """Return what is doubted of medians whose levels nobody gave: levels that runs have found (SI, in such units)."""
+    """Return the input warnings on medians at levels that runs have found (SI, in such units)."""
     known = medians[np.isfinite(medians)]
     doubts = level_doubts(known, units)
     return [doubt.sentence.replace("the highest level", "the highest median").partition(": ")[0] for doubt in doubts]
@@ -141,7 +141,7 @@ def fit_of(content: StudyFile) -> Fit:
 
 
 def _targets(content: StudyFile, study: FragilityStudy) -> tuple[float, ...]:
-    """Return the chance that the restraint of each block is to keep, empty where none has a target."""
+    """Return the chance that the restraint of each block is to keep, empty if none has a target."""
     tables = {key: table for key, table in content.restraint_tables.items() if table.target is not None}
     if not tables:
         return ()
@@ -167,8 +167,8 @@ class Rated(NamedTuple):
 class FragilityStudy(BlockStudy):
     """Blocks x damping laws x motions.
 
-    `measures` are ranked beside the plain ones (None: no ranking); `outputs` are kept beside the outputs that the fit
-    needs.
+    `measures` are ranked in addition to the plain measures (None: no ranking); `outputs` are kept in addition to the
+    outputs that the fit needs.
     """
 
     measures: tuple[str, ...] | None = None
@@ -176,7 +176,7 @@ class FragilityStudy(BlockStudy):
     branches: Branches | None = None
     slides: Slides | None = None
     targets: tuple[float, ...] = ()
-    """Chance that the restraint of each block is to keep, NaN without one; empty where none has a target."""
+    """Chance that the restraint of each block is to keep, NaN without one; empty if none has a target."""
 
     @property
     def may_slide(self) -> bool:
@@ -220,7 +220,7 @@ class FragilityStudy(BlockStudy):
         return study
 
     def check_state(self) -> None:
-        """Raise a ValueError for a state of one axis where both components shake, and for what needs common levels."""
+        """Raise a ValueError for a state of one axis if both components act, and if options need common levels."""
         if self.design.about == 2 and not of_both_axes(self.fit.state):
             raise ValueError(
                 f"fit.state must be overturned or uplifted where both components shake, got {self.fit.state!r}"
@@ -235,7 +235,7 @@ class FragilityStudy(BlockStudy):
             )
 
     def check_sizes(self) -> None:
-        """Raise a ValueError where the size that a rate asks for cannot be found among the blocks."""
+        """Raise a ValueError if the size that a rate asks for cannot be found among the blocks."""
         if self.risk is None or self.risk.along is None:
             return
         if len(self.blocks) < 2:
@@ -272,7 +272,7 @@ class FragilityStudy(BlockStudy):
 
     @property
     def selections(self) -> xr.Dataset | None:
-        """How well the motions of stripes agree with the hazard; None where they are not selected."""
+        """Agreement of the motions of stripes with the hazard; None if they are not selected."""
         if not isinstance(self.design, Stripes) or not self.design.selections:
             return None
         return selection_variables(self.design.selections, self.design.motions)
@@ -295,7 +295,7 @@ class FragilityStudy(BlockStudy):
 
     @property
     def further(self) -> dict[str, Design]:
-        """The designs of branches beside the study's own, by name."""
+        """The designs of branches in addition to the study's own, by name."""
         return {} if self.branches is None else self.branches.designs
 
     @property
@@ -312,7 +312,7 @@ class FragilityStudy(BlockStudy):
     def doubts(self) -> list[Doubt]:
         others = [doubt for design in self.further.values() for doubt in design.doubts]
         named = {} if self.branches is None else {name: one for name, (one, _) in self.branches.hazards.items()}
-        # (the study's own hazard is among those of its branches; levels of block measures are not in its measure)
+        # the study's own hazard is among the hazards of its branches; levels of block measures are not in its measure
         apart = [] if self.design.im in BLOCK_MEASURES else branch_doubts(named, self.design.levels)
         hazards = chain.from_iterable(map(hazard_doubts, named.values()))
         return list(dict.fromkeys([*super().doubts, *others, *hazards, *apart]))
@@ -351,8 +351,8 @@ class FragilityStudy(BlockStudy):
 
     @property
     def stored_bytes(self) -> float:
-        # beside the kept outputs there are the screen's verdict, the chance of sliding (where friction is given),
-        # and the friction that a block needs, which is the same for all laws
+        # Further variables are the screen's outcome, the probability of sliding (if friction is given), and the
+        # friction that a block needs, which is the same for all laws.
         given = self.friction.values() if isinstance(self.friction, Mapping) else [self.friction]
         known = all(isinstance(one, FixedFriction) for one in given)
         slides = 0 if self.friction is None else 1 if known else 4
@@ -414,7 +414,7 @@ class FragilityStudy(BlockStudy):
     def _rated(
         self, risk: Risk, curves: xr.Dataset, results: xr.Dataset, client: Runner, progress: Progress | None
     ) -> Rated:
-        """Return the rates of fitted curves, over branches where there are any."""
+        """Return the rates of fitted curves, over branches if there are any."""
         highest = self.design.highest(results)
         modelled = self.fit.modelled(curves)
         lowest = self.design.lowest(results)

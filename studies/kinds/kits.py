@@ -1,4 +1,4 @@
-"""Kits of performance studies: which are tried on what, notes on them, and the sets that results hold."""
+"""Kits of performance studies: kits to try for each line, notes on them, and the sets in results."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ AMOUNT_WORDS = {
     "injuries": "expected injured persons",
     "loss": "expected loss",
 }
-"""What can be limited by a target, in words."""
+"""Amounts that a target can limit, in words."""
 
 
 def kits_of(content: StudyFile) -> dict[str, Kit]:
-    """Return all restraints of a study as kits; ValueError where one is wrong, or has a name that means yes or no."""
+    """Return all restraints of a study as kits; ValueError if one is wrong, or has a name that means yes or no."""
     restraints_of(content)
     found = {name: Kit.of(name, table) for name, table in (content.restraints or {}).items()}
     for name in found:
@@ -44,7 +44,7 @@ def kits_of(content: StudyFile) -> dict[str, Kit]:
 
 
 def candidates(asked: PerformanceTable, known: dict[str, Kit], inventory: Inventory) -> tuple[Kit, ...]:
-    """Return the kits that are tried; ValueError where they cannot be, or where restraints are not used."""
+    """Return the kits to try; ValueError if they cannot be tried, or if restraints are not used."""
     names = asked.kits or []
     for name in names:
         if name not in known:
@@ -84,7 +84,7 @@ def candidates(asked: PerformanceTable, known: dict[str, Kit], inventory: Invent
 
 
 def kit_doubts(inventory: Inventory, kits: Sequence[Kit], limits: Mapping[str, float]) -> list[Doubt]:
-    """Return the doubts in costs of kits beside what they save, and in targets that all pieces together meet."""
+    """Return the input warnings on costs of kits compared with the losses, and on targets that are already met."""
     found = unit_doubts((kit.name, kit.restraint) for kit in kits)
     dear = []
     for kit in kits:
@@ -121,7 +121,7 @@ def scenes_of(inventory: Inventory, kits: Sequence[Kit]) -> list[Block]:
 
 
 def kit_notes(inventory: Inventory, kits: Sequence[Kit]) -> list[Fact]:
-    """Return which kits do not fit which lines, and which have no cost."""
+    """Return facts on kits that do not fit some lines, and on kits without a cost."""
     priced = any(kit.cost is not None for kit in kits)
     found = [Fact("kit.no_cost", names=(kit.name,)) for kit in kits if kit.cost is None and priced]
     for kit in kits:

@@ -1,4 +1,4 @@
-"""Floor motions of an inventory at each level of shaking, of what yields between the ground and a piece."""
+"""Floor motions of an inventory at each level of the ground motion, through yielding parts below a piece."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ def arrays_of(motions: Motions) -> Sequence[xr.DataArray]:
 
 
 def reading_of(motions: Motions, generator: Generator | None, building: Building | None) -> Reading:
-    """Return what was read of motions, with what is doubted of them and of the building's motion under them."""
+    """Return the reading of motions, with the input warnings on them and on the building's motion under them."""
     arrays = arrays_of(motions)
     found = Reading.of(arrays, generator)
     if building is None:
         return found
-    with noted():  # (a study has doubts among its notes)
+    with noted():  # a study has input warnings among its notes
         roof = building.floor_motions(arrays, [building.floors[-1]])
     return found._replace(doubts=(*found.doubts, *ringing_doubts(roof)))
 
@@ -71,7 +71,7 @@ def motion_notes(motions: Motions, inventory: Inventory, elastic: bool, yields: 
 
 
 def refuse_scaling(table: MotionsTable, levels: str, about: bool = False) -> None:
-    """Raise a ValueError where floor histories would be scaled without saying that the building is elastic."""
+    """Raise a ValueError if floor histories would be scaled without saying that the building is elastic."""
     scales = f"{levels} scale" if levels else "performance.modelling_dispersion at a given level scales"
     if (levels or about) and table.given("floors_file") is not None and not table.given("elastic"):
         raise ValueError(
@@ -83,7 +83,7 @@ def refuse_scaling(table: MotionsTable, levels: str, about: bool = False) -> Non
 
 
 def read_histories(table: MotionsTable, asked: PerformanceTable, folder: Path) -> FloorHistories | None:
-    """Read the floor histories with levels of their own, in the unit of their index; None where there is no index."""
+    """Read the floor histories with levels of their own, in the unit of their index; None if there is no index."""
     if not isinstance(table, IndexedFloorMotions):
         return None
     path = folder / table.floors_index
@@ -109,17 +109,17 @@ def read_histories(table: MotionsTable, asked: PerformanceTable, folder: Path) -
 
 
 def named_levels(histories: FloorHistories) -> str:
-    """Return the first levels of histories as they were given, '' where they have none."""
+    """Return the first levels of histories as they were given, '' if they have none."""
     return ", ".join(histories.texts[:MOST_NAMED]) if histories.unit else ""
 
 
 def levels_of(histories: FloorHistories) -> LevelsTable:
-    """Return the levels of histories as those of a study file."""
+    """Return the levels of histories in the form of a study file."""
     return LevelsTable(values=histories.levels.tolist(), unit=histories.unit)
 
 
 def in_si(histories: FloorHistories, im: str, near: Array) -> FloorHistories:
-    """Return histories with their levels in SI: the levels `near` where they differ from these by rounding alone."""
+    """Return histories with their levels in SI: the levels `near` if they differ from these by rounding alone."""
     if not histories.unit:
         warn(history_doubts(histories, ""))
         return histories
@@ -137,11 +137,11 @@ STILL = (
 
 
 class LevelFloors(NamedTuple):
-    """Floor motions at each level, what is to be said of them, and the building's own response (level, motion).
+    """Floor motions at each level, notes on them, and the building's own response (level, motion).
 
-    ductility: greatest drift of a storey over its yield drift; collapsed: the storey that collapsed, 0 for none; both
-    None where the building scales.  strength: factor on its strengths (motion,), None where it is certain.  isolator:
-    greatest displacement of its isolators, m, None without any.
+    `ductility`: maximum drift of a storey over its yield drift. `collapsed`: the storey that collapsed, 0 for none.
+    Both are None if the building scales. `strength`: factor on its strengths (motion,), None if it is certain.
+    `isolator`: maximum displacement of its isolators, m, None without any.
     """
 
     histories: FloorHistories
@@ -152,7 +152,7 @@ class LevelFloors(NamedTuple):
     isolator: Array | None
 
     def variables(self, polarities: int) -> dict[str, xr.Variable]:
-        """Return the building's response as variables of the results; each motion has so many runs."""
+        """Return the building's response as variables of the results; each motion has `polarities` runs."""
         if self.ductility is None or self.collapsed is None:
             return {}
         drift = "greatest drift of a storey over its drift at yielding"
@@ -174,14 +174,14 @@ class LevelFloors(NamedTuple):
 
 
 def what_yields(building: BuildingTable | None, inventory: Inventory) -> str:
-    """Return in words what does not scale between the ground and the pieces of an inventory, '' for nothing."""
+    """Return in words the parts that do not scale between the ground and the pieces of an inventory, '' for none."""
     if building is not None and not building.scales:
         return building.what
     return "an isolator that yields" if any(row.stand and not row.stand.scales for row in inventory.rows) else ""
 
 
 def check_levels(what: str, asked: PerformanceTable, yearly: bool) -> None:
-    """Raise a ValueError where motions do not go through what yields at each level, or levels about it are needed."""
+    """Raise a ValueError if motions do not pass the yielding parts at each level, or levels about it are needed."""
     if asked.levels is not None and asked.im in (SCALE, *BLOCK_MEASURES):
         raise ValueError(f"{what} needs a measure of the ground motion, got performance.im {asked.im!r}")
     if asked.modelling_dispersion > 0.0 and not yearly:
@@ -232,7 +232,7 @@ def level_floors(
     histories = FloorHistories.of(found, unit)
     return LevelFloors(
         histories.at(levels) if unit else histories,
-        # (the strength of motions that are scaled says nothing)
+        # the strength of scaled motions has no meaning
         reading._replace(doubts=tuple(doubts), storeys=tuple(lines), far=() if unit else reading.far),
         np.array(ductility) if ductility else None,
         np.array(collapsed) if collapsed else None,
@@ -242,7 +242,7 @@ def level_floors(
 
 
 def strikes(inventory: Inventory, shaking: Shaking) -> list[Doubt]:
-    """Return the doubts in the clearances of the platforms that pieces stand on, one for each platform and level."""
+    """Return the input warnings on the clearances of platforms below pieces, one for each platform and level."""
     found = []
     for at in shaking.supports(inventory):
         if at.stand is None or at.stand.scales or shaking.histories is None:
@@ -261,7 +261,7 @@ def _moved(table: BuildingTable | None, ground: list[xr.DataArray]) -> list[xr.D
     if table is None:
         return ground
     try:
-        with noted():  # (a study has doubts among its notes)
+        with noted():  # a study has input warnings among its notes
             return table.shake(ground)
     except ValueError as error:
         raise ValueError(f"building: {error}") from None

@@ -1,4 +1,4 @@
-"""Performance studies: an inventory in a building, shaken jointly."""
+"""Performance studies: an inventory in a building, with joint outcomes under each motion."""
 
 from __future__ import annotations
 
@@ -110,14 +110,14 @@ DECIDED = ("code_", "budget_", "target_", "kit_cost")
 class PerformanceStudy(Study):
     """An inventory in a building under the same motions.
 
-    `motions` are of the ground, or histories of all floors.  `levels` are of the measure `im`, or a plain factor of 1
-    for a scenario; `hazard` is given where annual values are wanted.  `objective` is the quantity that anchoring saves,
-    given the level `at` where there is no hazard.  `undirected`: the inventory gives directions that no motion has.
-    `kits` are tried on all pieces that they fit, of which the cheapest set is chosen for the `target`.  `polarity`: how
-    motions are run, those of branches and under kits, too.  `axes`: how pairs of components shake, '' where one does;
-    `of_axes`: notes on the axes about which lines are run.  `of_levels`: where the building or a platform
-    yields, the floors at each level, which are `motions`; `building` is then the building before it yields, for codes
-    alone.  `struck`: the doubts in the clearances of platforms.
+    `motions` are of the ground, or histories of all floors. `levels` are of the measure `im`, or a plain factor of 1
+    for a scenario; `hazard` is given if annual values are wanted. `objective` is the quantity that anchoring saves,
+    given the level `at` without a hazard. `undirected`: the inventory gives directions that no motion has. `kits` are
+    tried on all pieces that they fit, of which the cheapest set is chosen for the `target`. `polarity`: polarity of the
+    motions, also of branches and under kits. `axes`: axes of pairs of components, '' for one component; `of_axes`:
+    notes on the axes about which lines are run. `of_levels`: if the building or a platform yields, the floors at each
+    level, which are `motions`; `building` is then the building before it yields, for codes alone. `struck`: the input
+    warnings on the clearances of platforms.
     """
 
     inventory: Inventory
@@ -187,7 +187,7 @@ class PerformanceStudy(Study):
         motions = motions if of_levels is None else of_levels.histories
         shaking = Shaking.of(None if of_levels is not None else building, motions, None, im == SCALE)
         if shaking.axes:
-            shaking.scaled(levels, im)  # (a measure of one component is refused before anything is run)
+            shaking.scaled(levels, im)  # a measure of one component is an error before any run
         if on_floors:
             inventory = read_inventory(folder / asked.inventory, shaking.known, known_kits, sliding, stands)
         unused = [name for name in stands if name not in {row.stand.name for row in inventory.rows if row.stand}]
@@ -308,7 +308,7 @@ class PerformanceStudy(Study):
 
     @property
     def sides(self) -> bool:
-        """Whether forward falls are told apart."""
+        """True if forward falls are distinguished."""
         return bool(self.kits) or tells_sides(self.inventory)
 
     def _runs_of(self, motions: Motions, inventory: Inventory) -> int:
@@ -332,7 +332,7 @@ class PerformanceStudy(Study):
 
     @property
     def further(self) -> dict[str, ShakenBy]:
-        """The motions of branches beside the study's own, by name."""
+        """The motions of branches in addition to the study's own, by name."""
         return {} if self.branches is None else self.branches.further
 
     @property
@@ -356,7 +356,7 @@ class PerformanceStudy(Study):
     @property
     def stored_bytes(self) -> float:
         sideways = any(row.both_axes for row in self.inventory.rows)
-        # flags of overturning are beside those of all falls where anything can fall off
+        # flags of overturning are kept in addition to flags of all falls if anything can fall off
         return (1.0 + self.sides + sideways + self._edges) * self._flags + 8.0 * self._outcomes
 
     @property
@@ -413,7 +413,7 @@ class PerformanceStudy(Study):
 
     @property
     def polarities(self) -> int:
-        """Outcomes of each motion: 2 where motions are run both ways, else 1."""
+        """Outcomes of each motion: 2 if motions are run both ways, else 1."""
         return 2 if self.both_ways else 1
 
     @property
@@ -439,7 +439,7 @@ class PerformanceStudy(Study):
 
     @property
     def draws(self) -> PieceDraws | None:
-        """How pieces are drawn from variants, None where pieces of a line are alike."""
+        """Rules for drawing pieces from variants, None if pieces of a line are alike."""
         return draws_of(self.inventory, self.variability, self.slipping, self.asked.seed)
 
     @property
@@ -449,7 +449,7 @@ class PerformanceStudy(Study):
 
     @property
     def _edges(self) -> int:
-        """1 where anything can fall off an edge, else 0."""
+        """1 if anything can fall off an edge, else 0."""
         return int(any(map(falls_off, self.inventory.rows)))
 
     @property
@@ -531,7 +531,7 @@ class PerformanceStudy(Study):
             *others,
             *([BOTH] if self.both_ways else []),
         ]
-        # (the levels of floor histories stand in their index)
+        # the levels of floor histories are in their index
         if isinstance(self.motions, FloorHistories):
             found.append(self.motions.levels.tolist())
         for one in self.further.values():
@@ -541,17 +541,17 @@ class PerformanceStudy(Study):
 
     @property
     def _elastic(self) -> Building | None:
-        """The building that ground motions go through as they are run; None where they went through it before."""
+        """The building that ground motions go through as they are run; None if they went through it before."""
         return self.building if self.of_levels is None else None
 
     @property
     def _in_mean(self) -> float:
-        """beta_m where means hold it, else 0."""
+        """beta_m if means include it, else 0."""
         return self.asked.modelling_dispersion if self.asked.modelling == IN_MEAN else 0.0
 
     @property
     def _assessment(self) -> Assessment:
-        """How the inventory is assessed, as it is and with each kit."""
+        """Options of the assessment of the inventory, as it is and with each kit."""
         return Assessment(
             self.models,
             self.motions,
@@ -570,7 +570,7 @@ class PerformanceStudy(Study):
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         asked = self.asked
-        with noted():  # (a study has doubts among its notes)
+        with noted():  # a study has input warnings among its notes
             told = part_of(progress, 0, self.work)
             found = assess(self.inventory, self._assessment, sides=self.sides, client=client, progress=told)
             held = self._with_kits(found, client, progress)
@@ -635,7 +635,7 @@ class PerformanceStudy(Study):
         return with_kit_sets(found.assign(kit_cost=variable(("kit",), costs, money, text)), asked.budget, self.target)
 
     def _with_kits(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
-        """Run the inventory with each kit, and return what that saves."""
+        """Run the inventory with each kit, and return the savings."""
         if not self.kits:
             return xr.Dataset()
         done = part_of(progress, self.runs - self.kit_runs, self.work)
@@ -676,7 +676,7 @@ class PerformanceStudy(Study):
 
 
 class ShakenBy(NamedTuple):
-    """The motions of a branch, their reading, the inventory on them, and whether histories are scaled as if elastic."""
+    """The motions of a branch, their reading, the inventory on them, and True if histories are scaled as if elastic."""
 
     motions: Motions
     reading: Reading
@@ -685,7 +685,7 @@ class ShakenBy(NamedTuple):
 
 
 class InventoryBranches(NamedTuple):
-    """All combinations of a study's branches, and the motions beside the study's own, by name."""
+    """All combinations of a study's branches, and the motions in addition to the study's own, by name."""
 
     every: list[InventoryBranch]
     further: dict[str, ShakenBy]
@@ -694,7 +694,7 @@ class InventoryBranches(NamedTuple):
 def _branches(
     content: StudyFile, folder: Path, study: PerformanceStudy, inventory: Inventory
 ) -> InventoryBranches | None:
-    """Return the weighted branches of a study, None where it has none; `inventory` has the directions as read."""
+    """Return the weighted branches of a study, None if it has none; `inventory` has the directions as read."""
     spread = study.asked.modelling != IN_MEAN and study.asked.modelling_dispersion > 0.0
     if study.hazard is None or (content.branches is None and not spread):
         return None
@@ -706,7 +706,7 @@ def _branches(
 
 
 def _shaken_by(content: StudyFile, folder: Path, study: PerformanceStudy, inventory: Inventory) -> ShakenBy:
-    """Make the motions of a branch; ValueError where they do not reach the study's levels as they are."""
+    """Make the motions of a branch; ValueError if they do not reach the study's levels as they are."""
     table, asked = content.motions, content.performance
     assert asked is not None  # (the table makes it this kind of study)
     table.refuse_moving(folder, study.im)
@@ -739,7 +739,7 @@ def _shaken_by(content: StudyFile, folder: Path, study: PerformanceStudy, invent
 def _of_levels(
     content: StudyFile, folder: Path, inventory: Inventory, motions: Motions, im: str, levels: Array
 ) -> LevelFloors | None:
-    """Return the floors of each level where the building or a platform yields, else None."""
+    """Return the floors of each level if the building or a platform yields, else None."""
     asked, what = content.performance, what_yields(content.building, inventory)
     assert asked is not None  # (the table makes it this kind of study)
     if what:
@@ -753,13 +753,13 @@ def _of_levels(
 
 
 def _polarity_of(inventory: Inventory, kits: Sequence[Kit]) -> str:
-    """Return how motions are run where the file does not say it: as `assess` does, of pieces with kits, too."""
+    """Return the default polarity of motions: as `assess` does, including pieces with kits."""
     held = any(kit.on(row).block.sided for kit in kits for row in inventory.rows if kit.fits(row))
     return BOTH if held else polarity_of(inventory)
 
 
 def _refuse_modelling(beta: float, inventory: Inventory, shaking: Shaking, yearly: bool) -> None:
-    """Refuse what `refuse_modelling` refuses, with the name of the key."""
+    """Raise the errors of `refuse_modelling`, with the name of the key."""
     try:
         refuse_modelling(beta, inventory, shaking, yearly)
     except ValueError as error:  # (its message begins with the name of an argument)
@@ -781,7 +781,7 @@ def _check_laws(pieces: Sequence[tuple[Contents, Law]]) -> None:
 
 
 def _smaller_zone(law: Law, rows: Sequence[Contents]) -> str:
-    """Return in words a half width of the elastic zone with which a law applies to all rows; '' where none does."""
+    """Return in words a half width of the elastic zone with which a law applies to all rows; '' if none does."""
     if not hasattr(law, "delta"):
         return ""
     for delta in SMALLER:
@@ -792,7 +792,7 @@ def _smaller_zone(law: Law, rows: Sequence[Contents]) -> str:
 
 
 def _law_error(law: Law, row: Contents) -> str:
-    """Return why a law does not apply to a line, '' where it does."""
+    """Return why a law does not apply to a line, '' if it does."""
     try:
         law.oscillator(row.block)
     except ValueError as error:
@@ -814,7 +814,7 @@ def _with_set(results: xr.Dataset, budget: float) -> xr.Dataset:
 
 
 def _level_of(levels: Array, asked: float, table: LevelsTable | None, im: str) -> float:
-    """Return the level of the ranking; ValueError where it is not among the levels."""
+    """Return the level of the ranking; ValueError if it is not among the levels."""
     if table is None:
         raise ValueError("performance.at_level needs performance.levels")
     at = float(LevelsTable(values=[asked], unit=table.unit).build(im)[0])

@@ -161,7 +161,7 @@ class PooledStudy(BlockStudy):
         )
 
     def _events(self, client: Runner, progress: Progress | None) -> xr.Dataset:
-        """Return how much of the region falls in one event, on axes of its own."""
+        """Return the share of the region that falls in one event, on its own axes."""
         falls = self.design.falls(self.region, self.models, client, progress)
         kept = falls.drop_vars([name for name in falls.coords if name not in {*falls.dims} - {"model"}])
         renamed = kept.rename({name: f"event_{name}" for name in ("level", "motion", "quantile")})
@@ -169,7 +169,7 @@ class PooledStudy(BlockStudy):
 
     @staticmethod
     def _chances(found: xr.Dataset, years: float) -> dict[str, Any]:
-        """Return the chances that the years hold an earthquake that overturns each block."""
+        """Return the probabilities of an earthquake within the years that overturns each block."""
         text = f"probability that {years_text(years)} hold an earthquake that overturns the block, 1 - exp(-rate years)"
         return {
             f"risk_probability{end}": (

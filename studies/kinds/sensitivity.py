@@ -1,4 +1,4 @@
-"""Sensitivity studies: every law at many values of delta or of e, under the same motions, beside the rigid block."""
+"""Sensitivity studies: every law at many values of delta or of e under the same motions, and the rigid block."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ OUTPUTS = ("overturned", "peak_rotation", "uplifted")
 
 @dataclass(frozen=True)
 class SensitivityStudy(BlockStudy):
-    """Blocks x laws x values x motions x levels; tornado of `inputs`, and Sobol' indices where `sobol` is a number."""
+    """Blocks x laws x values x motions x levels; tornado of `inputs`, and Sobol' indices if `sobol` is a number."""
 
     design: Incremental
     friction: Friction | None = None
@@ -151,7 +151,7 @@ class SensitivityStudy(BlockStudy):
         return len(self.blocks) * len(self.grid.laws) * self.design.runs
 
     def inputs_of(self, model: Law) -> RandomInputs | None:
-        """Return the inputs that apply to a law and its block; None where there are none."""
+        """Return the inputs that apply to a law and its block; None if there are none."""
         if self.inputs is None:
             return None
         of_laws = {"e", "restitution_factor", "delta", "zeta", "coefficient"}
@@ -182,7 +182,7 @@ class SensitivityStudy(BlockStudy):
         if self.inputs is not None:
             found = found.assign(self._indices(found, client, progress).data_vars)
         screened = self._screened(runs, client, part_of(progress, self.runs, self.work))
-        varied = screened.isel(model=np.unique(self.grid.at))  # (without the laws that stand beside them)
+        varied = screened.isel(model=np.unique(self.grid.at))  # without the accompanying laws
         return (
             found.assign(placed_screen(screened, self.grid).data_vars)
             .assign_coords(reason=screened["reason"])
@@ -199,7 +199,7 @@ class SensitivityStudy(BlockStudy):
         return found.assign_coords(model=runs["model"].variable)
 
     def _indices(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
-        """Tornado and Sobol' indices of P(overturn) at the level where its mean over values is nearest to 1/2."""
+        """Tornado and Sobol' indices of P(overturn) at the level at which its mean over values is nearest to 1/2."""
         assert self.inputs is not None
         done = self._shaken
         blocks = []
@@ -207,9 +207,7 @@ class SensitivityStudy(BlockStudy):
             rows = []
             for j, model in enumerate(self.models):
                 inputs = self.inputs_of(model)
-                assert (
-                    inputs is not None
-                )  # (a law with the parameter has its own inputs, other laws those of the block)
+                assert inputs is not None  # a law with the parameter has its own inputs, other laws the block's
                 at = middle_level(found["probability"].sel(block=block.label).isel(model=j))
                 level = self.design.levels[at : at + 1]
                 samples = self._samples(model)
@@ -260,12 +258,12 @@ def _has(model: Law, name: str) -> bool:
 
 
 def _at(model: Law, parameter: str, value: float | None) -> Law:
-    """Return the law at a value of the parameter; unchanged where it has no such parameter."""
+    """Return the law at a value of the parameter; unchanged if it has no such parameter."""
     return replace(model, **{parameter: value}) if _has(model, parameter) else model  # type: ignore[type-var]
 
 
 def _rigid(law: Law, sweep: Sweep, k: int) -> HousnerImpact:
-    """Return the rigid block that a law represents: with its e (or the study's, where e is varied) and lever arm."""
+    """Return the rigid block that a law represents: with its e (or the study's, if e is varied) and lever arm."""
     options = law.options
     e = float(sweep.values[k]) if sweep.parameter == "e" else options.get("e")
     factor = 1.0 if e is not None else float(options.get("restitution_factor", 1.0))

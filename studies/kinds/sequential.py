@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from ..plan.risk import Risk
 
 OF_ANALYSIS = ("dispersion", "rate", "probability")
-"""Variables of the analysis that results hold beside those of the fitted curve."""
+"""Variables of the analysis that results contain in addition to the fitted curve's."""
 OF_FIT = ("misfit", "misfit_low", *(f"half_level{end}" for end in ENDS))
 """Variables of the fit whose place is taken by the analysis, which made runs for them."""
 
@@ -87,7 +87,7 @@ class SequentialStudy(FragilityStudy):
         return Expected((few, usual, many), words, self._sliding(motions[1], least))
 
     def _shaken(self, motions: int, first: int) -> int:
-        """Return the number of planar runs under so many motions, of which so many look for the curve."""
+        """Return the number of planar runs under `motions` motions, of which `first` search for the curve."""
         return len(self.blocks) * len(self.models) * self.design.about * self.design.runs_of(motions, first)
 
     @property
@@ -99,7 +99,7 @@ class SequentialStudy(FragilityStudy):
         return self._sliding(self.design.until.most, self.design.until.least)
 
     def _sliding(self, motions: int, first: int) -> int:
-        """Return the number of runs of sliding blocks under so many motions, of which so many look for the curve."""
+        """Return the number of runs of sliding blocks under `motions` motions; `first` of them search for the curve."""
         if self.slides is None:
             return 0
         curves = len(self.slides.distances) * sum(map(len, groups(self.slides, self.blocks).values()))
@@ -108,7 +108,7 @@ class SequentialStudy(FragilityStudy):
     def _rated(
         self, risk: Risk, curves: xr.Dataset, results: xr.Dataset, client: Runner, progress: Progress | None
     ) -> Rated:
-        """Return the rates of fitted curves; until a rate, those without a form and the fitted ones beside."""
+        """Return the rates of fitted curves; until a rate, the rates without a form, with the fitted rates."""
         fitted = super()._rated(risk, curves, results, client, progress)
         if self.design.until.target != RATE:
             return fitted

@@ -69,21 +69,21 @@ if TYPE_CHECKING:
     from distributed import Client
 
 OF_TABLES = ("table", "building", "level", "scenario")
-"""Kinds of the doubts that reading a study raises and its motions do not."""
+"""Kinds of the input warnings that reading a study raises and its motions do not."""
 MOST_VARIED = 2000
 """Most blocks of a study that runs many samples or values of each block."""
 # Memory of a block and its curve, from the file to the results; and of each replicate of a curve.
 CURVE_BYTES = 3e3
 REPLICATE_BYTES = 50.0
 MEASURING = 10
-"""Arrays as long as a motion that its reading, its doubts and its measures take for a moment."""
+"""Number of arrays as long as a motion that its reading, its warnings and its measures need temporarily."""
 SLAB_BYTES_A_RUN = 100.0
 """Most memory for each run of a slab, which the ranking of measures needs."""
 __version__ = metadata.version("toppling")
 
 
 class Expected(NamedTuple):
-    """About how many runs adaptive levels take (few, usual, many), of motions in words, and usual runs of slides."""
+    """Approximate numbers of runs of adaptive levels (few, usual, many), motions in words, and usual runs of slides."""
 
     runs: tuple[int, int, int]
     words: str
@@ -94,9 +94,9 @@ class Expected(NamedTuple):
 class Study(ABC):
     """A study, ready to run.
 
-    `Study.from_toml` makes the kind of study that the file asks for; `configuration` is the file's content as plain
-    values; `of_tables`: the doubts in tables of other files, in buildings and supports, and in stripes that are not
-    scaled.
+    `Study.from_toml` makes the kind of study that the file requests. `configuration` is the file's content as plain
+    values. `of_tables`: the input warnings on tables of other files, on buildings and supports, and on stripes that are
+    not scaled.
     """
 
     title: str
@@ -104,18 +104,18 @@ class Study(ABC):
     of_tables: tuple[Doubt, ...] = field(default=(), kw_only=True)
     kind: ClassVar[str]
     results_are_of: ClassVar[str] = ""
-    """The kind that results are of, where it differs: they hold what that kind's do."""
+    """The kind of the results, if it differs: they contain the variables of that kind."""
 
     @staticmethod
     def from_toml(path: str | os.PathLike[str], target: float | None = None) -> Study:
         """Read the study in a TOML file; paths in it are relative to the file.
 
-        target: of all its restraints, in place of their own (`restraints.NAME.target`).
+        `target`: of all its restraints, instead of their own (`restraints.NAME.target`).
 
         Raises
         ------
         StudyError
-            One sentence that names the file, the key, the value and what is allowed.
+            One sentence that names the file, the key, the value and the allowed values.
         """
         file = checks.path(path)
         try:
@@ -123,7 +123,7 @@ class Study(ABC):
                 content = read_study_file(file, target)
                 module = import_module(f".{content.kind}", __package__)
                 study: Study = getattr(module, f"{content.kind.title()}Study").of(content, file.parent)
-            # (those of motions are among the study's own)
+            # warnings on motions are among the study's own
             tables = tuple(dict.fromkeys(doubt for doubt in found if doubt.kind in OF_TABLES))
             study = replace(study, of_tables=tables) if tables else study
             study._check_vertical()
@@ -140,7 +140,7 @@ class Study(ABC):
         return study
 
     def _check_vertical(self) -> None:
-        """Raise ValueError for vertical shaking under a law that is not in exact geometry."""
+        """Raise ValueError for a vertical component under a law that is not in exact geometry."""
         if any(LIFTS in array.coords for array in self.arrays) and not all(one.exact for one in self.of_each_law):
             raise ValueError(
                 'motions.vertical needs the exact geometry of the impact law: take law = "housner" with geometry = '
@@ -187,17 +187,17 @@ class Study(ABC):
 
     @property
     def expected(self) -> Expected | None:
-        """About how many runs there will be, where `work` is the most that there can be; None where it is known."""
+        """Expected number of runs, if `work` is only an upper bound; None if it is known."""
         return None
 
     @property
     def at_most(self) -> bool:
-        """Whether `work` is the most that there can be, and how many runs there are is known at the end."""
+        """True if `work` is an upper bound; the actual number of runs is known at the end."""
         return self.expected is not None
 
     @property
     def aside(self) -> int:
-        """About how many runs progress is not told of: those of sliding blocks."""
+        """Approximate number of sliding runs, which the progress count excludes."""
         return self.slide_runs if self.expected is None else self.expected.slides
 
     @property
@@ -207,7 +207,7 @@ class Study(ABC):
 
     @property
     def all_runs(self) -> int:
-        """Number of runs that are kept in the study's folder, those of sliding blocks among them, at most."""
+        """Maximum number of runs that are kept in the study's folder, including runs of sliding blocks."""
         return self.work + self.slide_runs
 
     @property
@@ -221,11 +221,11 @@ class Study(ABC):
 
     @property
     def curves(self) -> int:
-        """Number of curves that are fitted after the runs, where they are many."""
+        """Number of curves that are fitted after the runs, if they are many."""
         return 0
 
     def seconds_of_fits(self, threads: int) -> float:
-        """The approximate time of the fits on so many threads."""
+        """The approximate time of the fits on `threads` threads."""
         return 0.0
 
     @property
@@ -245,7 +245,7 @@ class Study(ABC):
 
     @property
     def together(self) -> float:
-        """Approximate bytes that are held in memory at once beside the chunks in flight."""
+        """Approximate number of bytes in memory at once in addition to the chunks in flight."""
         return SLAB_BYTES_A_RUN * min(self.runs, slabs.RUNS)
 
     @property
@@ -289,7 +289,7 @@ class Study(ABC):
 
     @property
     def in_plane(self) -> bool:
-        """Whether both horizontal components shake blocks."""
+        """True if both horizontal components act on blocks."""
         return any(shakes_of(array) in (BOTH_AXES, WEAK_AXIS) for array in self.arrays)
 
     def prepare(self) -> None:
@@ -304,7 +304,7 @@ class Study(ABC):
     @property
     @abstractmethod
     def doubts(self) -> list[Doubt]:
-        """The doubts in the inputs: what looks like a slip of units, an offset or a drift."""
+        """The input warnings: values that look like a slip of units, an offset or a drift."""
 
     @property
     @abstractmethod
@@ -314,22 +314,22 @@ class Study(ABC):
     @property
     @abstractmethod
     def reading(self) -> Reading:
-        """What was done to records, and what scenario the motions are of."""
+        """Processing of records, and scenario of the motions."""
 
     @property
     def accepted(self) -> list[str]:
-        """The kinds of doubts that the study file accepts."""
+        """The kinds of input warnings that the study file accepts."""
         return [str(kind) for kind in self.configuration.get("accept", [])]
 
     @property
     def facts(self) -> list[Fact]:
-        """What a user should know before anything runs."""
+        """Notes for a user before any run."""
         doubts = doubted(doubt.sentence for doubt in self.doubts if doubt.kind not in self.accepted)
         return [*self.squat, *stiffness_notes(self.configuration), *strength_notes(self.configuration), *doubts]
 
     @property
     def notes(self) -> list[str]:
-        """Notes that a user should know before anything runs, as sentences."""
+        """Notes for a user before any run, as sentences."""
         return notes_said(self.facts)
 
     @property
@@ -339,17 +339,17 @@ class Study(ABC):
 
     @property
     def both_ways(self) -> bool:
-        """Whether every motion is run both ways."""
+        """True if every motion is run both ways."""
         return any(REVERSE_OF in array.coords for array in self.arrays)
 
     @property
     def _read(self) -> list[Any]:
-        """Further data that the results depend on, from files beside the study file, as plain values."""
+        """Further data that determine the results, from other files than the study file, as plain values."""
         return []
 
     @property
     def site_hazard(self) -> HazardCurve | None:
-        """The hazard curve of the site, None where the study has none."""
+        """The hazard curve of the site, None if the study has none."""
         return None
 
     @abstractmethod
@@ -367,15 +367,16 @@ class Study(ABC):
     ) -> xr.Dataset:
         """Run the study.
 
-        Every chunk (about a second of work) is kept in `out` as it is finished: after a kill, a crash or a full disk
-        the same call computes the missing chunks and gives the same bytes.  One process at a time works in a folder.
+        Every chunk (about a second of work) is kept in `out` as it is finished. After a kill, a crash or a full disk
+        the same call computes the missing chunks and gives bit-identical results. One process at a time works in a
+        folder.
 
         Parameters
         ----------
         out : path, optional
-            Folder that gets ``results.nc`` and ``run.log`` (made where missing); nothing is written where not given.
+            Folder that gets ``results.nc`` and ``run.log`` (made if missing); nothing is written if not given.
         client : distributed.Client, optional
-            Where to run; threads of this process where not given.
+            Cluster that computes the runs; by default threads of this process.
         resume : bool
             Keep the parts of this study in `out` instead of computing them again, and refuse a folder of another study.
             With False, compute everything and replace the content of the folder.
@@ -393,15 +394,15 @@ class Study(ABC):
         Raises
         ------
         StudyError
-            `out` cannot be written or has too little room, another process runs a study there, or it holds another
+            `out` cannot be written or has too little room, or another process runs a study there. Or it has another
             study's results or parts, or results that were edited, and `resume` is set.
         ClusterError
             The cluster cannot do the work, or no longer.
         TypeError
             `progress` or `watching` is no function.
         KeyboardInterrupt
-            Interrupted (SIGINT, SIGTERM, SIGHUP): chunks in flight were finished and kept, if they take
-            no more than some 2 s; a second signal leaves them.
+            Interrupted (SIGINT, SIGTERM, SIGHUP): chunks in flight were finished and kept, if they take no more than
+            about 2 s; a second signal leaves them.
         """
         checks.callback("progress", progress)
         checks.callback("watching", watching)
@@ -412,7 +413,7 @@ class Study(ABC):
         stop = Stop()
         with folder_of_one(folder), stop.graceful():
             refuse_folder(folder / RESULT_NAME)
-            # (shards of this study are newer than results beside them: begun with resume=False, or just finished)
+            # shards of this study are newer than results in its folder: begun with resume=False, or just finished
             whole = resume and not belongs(folder, self.identity)
             target = folder / RESULT_NAME
             before = finished(target, self.identity, self.configuration) if whole else None
@@ -447,7 +448,7 @@ class Study(ABC):
         return results
 
     def refuse_occupied(self, folder: Path) -> None:
-        """Raise a StudyError where a folder holds the results or parts of another study."""
+        """Raise a StudyError if a folder contains the results or parts of another study."""
         if not belongs(folder, self.identity):
             finished(folder / RESULT_NAME, self.identity, self.configuration)
         refuse_other(folder, self._pinned)
@@ -478,7 +479,7 @@ class Study(ABC):
                 results = results.assign_attrs(processor=engine_identity()["processor"])
             except KeyboardInterrupt:
                 log.warning("interrupted: %s", watch.words)
-                # (of runs kept before, a study that goes on wave by wave may not have come to all yet)
+                # of runs kept before, a study that runs wave by wave may not have reached all yet
                 manifest = read_manifest(folder)
                 runs = watch.runs if manifest is None else kept_runs(folder, manifest)[1]
                 kept = f"{watch.count_of(runs)} kept in {folder}"
@@ -491,7 +492,7 @@ class Study(ABC):
         return results
 
     def _runner(self, client: Client | None, stop: Callable[[], bool]) -> Runner:
-        """Return the runner of the chunks; workers generate the motions themselves where no file is needed."""
+        """Return the runner of the chunks; workers generate the motions themselves if no file is needed."""
         client = default_client() if client is None else client
         if client is None:
             return ConfiguredScheduler(stop)
@@ -499,7 +500,7 @@ class Study(ABC):
 
     def _labelled(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         try:
-            with noted():  # (doubts of motions are among the notes)
+            with noted():  # warnings on motions are among the notes
                 found = self._compute(client, progress)
         except ValueError as error:
             client.refused(str(error))
@@ -520,12 +521,12 @@ class Study(ABC):
         return found.assign_attrs(**self._named, **read, kind=self.results_are_of or self.kind, identity=self.identity)
 
     def _decided(self, results: xr.Dataset) -> xr.Dataset:
-        """Return results with what `DECISIONS` compute from them, in place of what earlier ones gave."""
+        """Return results with the values of `DECISIONS` computed from them, instead of earlier values."""
         return results
 
     @property
     def _named(self) -> dict[str, str]:
-        """The attributes that title, accepted doubts, cover and `DECISIONS` decide."""
+        """The attributes that title, accepted input warnings, cover and `DECISIONS` determine."""
         return {
             INPUT_NOTES: stored(self.facts),
             "doubts": json.dumps(
@@ -558,7 +559,7 @@ LOGNORMAL = Fit()
 
 @dataclass(frozen=True)
 class BlockStudy(Study):
-    """A study that shakes known or uncertain blocks by a design.
+    """A study of known or uncertain blocks under the motions of a design.
 
     `friction` and `undecided` (share of the motions) are for the validity screen.
     """
@@ -572,7 +573,7 @@ class BlockStudy(Study):
     undecided: float = UNDECIDED
 
     def _check(self, content: StudyFile, laws: Sequence[Law] | None = None) -> None:
-        """Raise a ValueError where blocks, laws, motions, levels and hazard do not go together."""
+        """Raise a ValueError if blocks, laws, motions, levels and hazard do not go together."""
         check_laws(content, self.blocks, self.models if laws is None else laws)
         self.design.check(self.blocks)
         if self.risk is not None:
@@ -620,7 +621,7 @@ class BlockStudy(Study):
 
     @property
     def of_blocks(self) -> list[Doubt]:
-        """The doubts in the sizes of blocks and in their restraints."""
+        """The input warnings on the sizes of blocks and on their restraints."""
         return block_doubts(self.blocks)
 
     @property
@@ -706,13 +707,13 @@ def parts_of(content: StudyFile, folder: Path, blocks: tuple[Block, ...], key: s
 
 
 def check_one_floor(design: Design, key: str) -> None:
-    """Raise a ValueError where a study with the table `key` has the motions of several floors."""
+    """Raise a ValueError if a study with the table `key` has the motions of several floors."""
     if any(array.sizes.get("floor", 1) > 1 for array in design.arrays) or len(design.floors) > 1:
         raise ValueError(f"{key} needs the motions of one floor, got several")
 
 
 def check_laws(content: StudyFile, blocks: Iterable[Block], laws: Sequence[Law]) -> None:
-    """Raise a ValueError that names the block and the law where a law does not apply to a block."""
+    """Raise a ValueError that names the block and the law if a law does not apply to a block."""
     where = "blocks" if content.blocks_file is None else "blocks_file"
     said = []
     for block in blocks:
@@ -726,7 +727,7 @@ def check_laws(content: StudyFile, blocks: Iterable[Block], laws: Sequence[Law])
 
 
 def each(name: str, tables: Iterable[Any], *beside: Any) -> tuple[Any, ...]:
-    """Build each table, from what else it needs; an error names the table."""
+    """Build each table, from the other objects that it needs; an error names the table."""
     built, wrong = [], []
     for i, table in enumerate(tables, start=1):
         try:

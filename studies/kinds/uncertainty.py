@@ -68,7 +68,7 @@ REFUSED = {
     "measures": "measures are ranked for known blocks: leave uncertainty out to rank them",
     "outputs": "of so many runs only the outcomes are kept",
 }
-"""Keys that are refused in a study with uncertainty, and the reasons."""
+"""Keys that are not supported in a study with uncertainty, and the reasons."""
 FORMS = (LOGNORMAL, *LINKED)
 """Forms of curves that can be fitted to every sample."""
 OF_KNOWN_BLOCKS = ("probability", "along")
@@ -279,7 +279,7 @@ class UncertaintyStudy(BlockStudy):
 
 
 def _concatenated(parts: Sequence[xr.Variable], client: Runner) -> xr.Variable:
-    """Join the runs of each block into those of all blocks."""
+    """Join the runs of each block into the runs of all blocks."""
     first = parts[0]
     found = client.array((len(parts), *first.shape), first.dtype)
     for own, part in zip(found, parts, strict=True):

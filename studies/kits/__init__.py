@@ -1,1 +1,1 @@
-"""Kits on the pieces of an inventory: what falls with each and what it saves, and the sets that are best to buy."""
+"""Kits on the pieces of an inventory: falls and savings with each, and the best sets to buy."""

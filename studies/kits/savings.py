@@ -58,7 +58,7 @@ FLAGS = {"falls": "", "front_falls": "front"}
 
 
 def with_kit(inventory: Inventory, kit: Kit) -> Inventory | None:
-    """Return the lines of an inventory that a kit fits, with it and without consequences; None where it fits none."""
+    """Return the lines of an inventory that a kit fits, with it and without consequences; None if it fits none."""
     rows = [kit.on(row) for row in inventory.rows if kit.fits(row)]
     bare: dict[str, Any] = {"value": 0.0, "cost": None, "downtime": None, "injury": None, "consequences": ()}
     bare["stands_on"] = ""
@@ -74,13 +74,13 @@ def kit_savings(
     client: Client | Runner | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Run an inventory with each of several kits, and return what falls then and what that saves.
+    """Run an inventory with each of several kits, and return the falls and the savings.
 
-    Lines that are not anchored for good get each kit that fits them.  `assessment` is that of the inventory as it
-    is, with ``sides=True`` and the arguments in `asked`; `level` is one of its levels, for probabilities given this
-    level instead of annual rates.  Variables are on (model, kit, item), NaN where the kit does not fit; intervals
-    are paired over motions.  ``kit_peak_acceleration`` is the median over motions of the peak acceleration of the
-    item's floor at the level, or with a hazard at the level that is exceeded with 10 % in 50 years.
+    Lines that are not permanently anchored get each kit that fits them. `assessment` is of the inventory as it is, with
+    ``sides=True`` and the arguments in `asked`. `level` is one of its levels, for probabilities given this level
+    instead of annual rates. Variables are on (model, kit, item), NaN if the kit does not fit; intervals are paired over
+    motions. ``kit_peak_acceleration`` is the median over motions of the peak acceleration of the item's floor at the
+    level. With a hazard it is at the level that is exceeded with 10 % in 50 years.
     """
     if level is not None and asked.modelling_dispersion > 0.0:
         raise ValueError("savings of kits at a given level hold no modelling_dispersion: give a hazard curve")
@@ -151,7 +151,7 @@ def _named(yearly: bool) -> dict[str, tuple[str, str]]:
 def _falls(
     assessment: xr.Dataset, with_it: xr.Dataset, rows: Index, year: Year, precision: Precision
 ) -> dict[str, Array]:
-    """Return the falls of lines with a kit, and what it saves of them as they are (value and ends, model, line)."""
+    """Return the falls of lines with a kit, and its saving compared with the present (value and ends, model, line)."""
     shape = (3, with_it.sizes["model"], rows.size)
     found = {"kit_share_saved": np.empty(shape)}
     for name, flags in FLAGS.items():
@@ -169,7 +169,7 @@ def _falls(
 
 
 def _ruptures(with_it: xr.Dataset, level: float | None, hazard: HazardCurve | None) -> dict[str, Array]:
-    """Return how often a kit breaks (value and ends, model, line): in a year and in the design shaking, or at a level.
+    """Return the frequency of a kit's ruptures (value and ends, model, line): per year and at a level.
 
     All values are in the results with the kit.
     """
@@ -187,7 +187,7 @@ def _ruptures(with_it: xr.Dataset, level: float | None, hazard: HazardCurve | No
 
 
 def _share(saved: Array, before: Array, precision: Precision) -> Array:
-    """Return what is saved over what there was (value and ends, …), of values (…, motion) resampled together."""
+    """Return the saved share of an amount (value and ends, …), of values (…, motion) resampled together."""
     confidence = precision.confidence
     draws = precision.replicates, precision.seed, in_memory, precision.strata
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -204,7 +204,7 @@ def _share(saved: Array, before: Array, precision: Precision) -> Array:
 def _static(
     inventory: Inventory, kits: Sequence[Kit], assessment: xr.Dataset, asked: Assessment, level: float | None
 ) -> dict[str, xr.Variable]:
-    """Return the static checks of the kits: forces needed, static capacities, half weights, and what shaking."""
+    """Return the static checks of the kits: forces needed, static capacities, half weights, and the motion."""
     shaking = Shaking.of(asked.building, asked.motions, None, asked.im == SCALE)
     placed, scaled = shaking.placed(inventory), shaking.scaled(asked.levels, asked.im)
     peaks = np.empty(len(inventory))

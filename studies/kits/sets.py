@@ -22,7 +22,7 @@ TARGETS = (FALLS, FRONT_FALLS, INJURIES, LOSS)
 
 
 class KitSet(NamedTuple):
-    """The kit of every item ('' for none), their cost, gap, expected amounts of `TARGETS`, and whether they are met."""
+    """The kit of every item ('' for none), their cost, gap, expected amounts of `TARGETS`, and flags if met."""
 
     kits: NDArray[np.object_]
     cost: float
@@ -45,12 +45,12 @@ class _Options:
         self.strengths: Array = self.here["kit_strength"].values
 
     def saved(self, name: str) -> Array:
-        """Return what each option saves of an amount, of all pieces of its item (option,)."""
+        """Return the saving of each option in an amount, for all pieces of its item (option,)."""
         falls = self.here["kit_front_falls_saved" if name == FRONT_FALLS else "kit_falls_saved"].values
         return np.asarray(falls[self.kit, self.item] * self.weights(name)[self.item])
 
     def surely_saved(self, name: str) -> Array:
-        """Return what each option saves of an amount, none where the interval of what it saves does not exclude 0."""
+        """Return the saving of each option in an amount, 0 if the interval of the saving does not exclude 0."""
         saved = self.saved(name)
         lower = self.here[f"kit_{'front_' if name == FRONT_FALLS else ''}falls_saved_lower"].values
         return np.where((saved > 0.0) & (lower[self.kit, self.item] <= 0.0), 0.0, saved)
@@ -66,7 +66,7 @@ class _Options:
         return math.fsum(falls * self.weights(name))
 
     def weights(self, name: str) -> Array:
-        """Return what a rate of falls of one piece of each item adds to an amount (item,)."""
+        """Return the contribution of a rate of falls of one piece of each item to an amount (item,)."""
         if name == LOSS:
             return np.asarray(self.count * self.here["value"].values)
         if name == INJURIES:

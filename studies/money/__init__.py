@@ -1,1 +1,1 @@
-"""Money: what a later saving is worth today, and the best that a sum can buy."""
+"""Money: present value of later savings, and the best purchase for a sum."""

@@ -1,4 +1,4 @@
-"""The best lines of an inventory to anchor for a given sum of money, and the cheapest that reach what is needed."""
+"""The best lines of an inventory to anchor for a given sum of money, and the cheapest that reach a target."""
 
 from __future__ import annotations
 
@@ -14,17 +14,19 @@ from ...core import checks
 from ...core.aliases import Array, Index
 
 NODES = 20_000
-"""Most nodes of the search: lists of some hundred lines end long before, larger ones within the gap that is said."""
+"""Maximum number of nodes of the search: lists of some hundred lines end long before, larger lists within the stated
+gap.
+"""
 SCALE = 1e6
 """Sum of all gains of a goal in the search, whose tolerance is a millionth."""
 INFEASIBLE = 2
 """Status of a search in which no set meets all limits."""
 SAME = 1e-9
-"""Part of what a goal has reached that a later one may cost by rounding."""
+"""Part of a goal's value that a later goal may cost by rounding."""
 
 
 class Choice(NamedTuple):
-    """The chosen lines, and by how much the best of all sets can be better, relative to it, at each goal."""
+    """The chosen lines, and the possible relative improvement by the best of all sets, at each goal."""
 
     chosen: NDArray[np.bool_]
     gaps: tuple[float, ...]
@@ -33,11 +35,11 @@ class Choice(NamedTuple):
 def best_set(costs: Array, budget: float, goals: Sequence[Array], groups: Index | None = None) -> Choice:
     """Choose the lines whose cost is within the budget and that serve the first goal best, then the second, ….
 
-    Costs (line,) and what each line adds to each goal (line,) are >= 0; lines with a cost of NaN are not chosen.
+    Costs (line,) and gains of each line for each goal (line,) are >= 0; lines with a cost of NaN are not chosen.
     `groups` (line,) are numbers of groups of which at most one line is chosen, such as the kits for one piece; each
-    line by itself where not given. A knapsack problem for each goal, solved by branch and bound (scipy's HiGHS) with
-    what the goals before gain as a further constraint: exact where the search ends, which the gap says (0). A line that
-    adds to no goal is not chosen.
+    line by itself if not given. There is a knapsack problem for each goal, solved by branch and bound (scipy's HiGHS).
+    The gains of previous goals are further constraints. It is exact if the search ends, which a gap of 0 shows. A line
+    that adds to no goal is not chosen.
     """
     checks.number("budget", budget, at_least=0.0)
     gains = [np.asarray(goal, dtype=float) for goal in goals]
@@ -88,18 +90,18 @@ def best_set(costs: Array, budget: float, goals: Sequence[Array], groups: Index 
 
 
 class Cheapest(NamedTuple):
-    """The chosen lines, and by how much a cheaper set can be cheaper, relative to its cost; None: no set is enough."""
+    """The chosen lines, and the possible relative saving by a cheaper set; None: no set is enough."""
 
     chosen: NDArray[np.bool_] | None
     gap: float
 
 
 def cheapest_set(costs: Array, needs: Sequence[tuple[Array, float]], groups: Index) -> Cheapest:
-    """Choose the lines that cost least and add at least what is needed to each of several amounts.
+    """Choose the lines that cost the minimum and add the needed quantity to each of several amounts.
 
-    Costs (line,) are >= 0; lines with NaN are not chosen. A need is what each line adds to an amount (line,), which may
-    be negative, and what is needed of it; at most one line of each of the `groups` (line,) is chosen. `chosen` is None
-    where no set is enough; the gap is infinite where the search stopped before it had one. Branch and bound as in
+    Costs (line,) are >= 0; lines with NaN are not chosen. A need is each line's contribution to an amount (line,),
+    which may be negative, and the needed quantity. At most one line of each of the `groups` (line,) is chosen. `chosen`
+    is None if no set is enough; the gap is infinite if the search stopped before it had one. Branch and bound as in
     `best_set`, and exact in the same sense. A need is met to within a billionth of the sum of all amounts, for
     rounding.
     """
@@ -133,7 +135,7 @@ def cheapest_set(costs: Array, needs: Sequence[tuple[Array, float]], groups: Ind
 
 
 def _search(objective: Array, limits: Sequence[scipy.optimize.LinearConstraint]) -> Any:
-    """Return the least value of an objective of lines that are chosen or not, as HiGHS finds it."""
+    """Return the minimum of an objective of lines that are chosen or not, as found by HiGHS."""
     return scipy.optimize.milp(
         objective,
         integrality=np.ones(objective.size, dtype=np.int64),
@@ -155,7 +157,7 @@ def _one_of_each(groups: Index | None, open_: Index) -> list[scipy.optimize.Line
 
 
 def _affordable(taken: NDArray[np.bool_], gains: Array, price: Array, budget: float) -> NDArray[np.bool_]:
-    """Return a set within the budget, which the solver keeps to within a millionth; what matters least goes first."""
+    """Return a set within the budget, which the solver exceeds by up to a millionth, without the smallest gains."""
     taken = taken.copy()
     while math.fsum(price[taken]) > budget * (1.0 + 1e-12):
         inside = np.flatnonzero(taken)

@@ -1,4 +1,4 @@
-"""What sliding changes for the blocks of a study at adaptive levels: runs of its own for every slip."""
+"""Effect of sliding on the blocks of a study at adaptive levels: separate runs for every slip."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ if TYPE_CHECKING:
 SLIP_HALF, SLIP_DISPERSION = "slip_half_level", "slip_dispersion"
 """Variables: of the curve of a slip of a block that slides, on (block, slip)."""
 NEGLIGIBLE = 1e-6
-"""Chance of sliding up to which nothing is run: its share of a rate is below what any number here is known to."""
+"""Probability of sliding up to which nothing is run: its share of a rate is below the precision of any number here."""
 OUTPUTS = ("slide_peak",)
 MOST_SAID = 3
 """Most slips that have a note of their own."""
 
 
 class _Curve(NamedTuple):
-    """Numbers of the curve of one slip of one block, NaN where they are not known: estimates with their intervals."""
+    """Numbers of the curve of one slip of one block, NaN if they are not known: estimates with their intervals."""
 
     half: Array
     dispersion: Array
@@ -145,7 +145,7 @@ def adaptive_slides(
 
 
 def _curves(runs: xr.Dataset, fit: Fit, risk: Risk | None, design: Sequential) -> Iterator[_Curve]:
-    """Yield what the runs of blocks under one law say of their slips, block by block."""
+    """Yield the slips from the runs of blocks under one law, block by block."""
     fitted = fit.curves(runs, risk is not None)
     rates = None
     if risk is not None:

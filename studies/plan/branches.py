@@ -1,4 +1,4 @@
-"""Weighted branches of a study's laws, motions and hazards: what has to be run for them, and the rates over them."""
+"""Weighted branches of a study's laws, motions and hazards: their runs, and the rates over them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ RENAMED = {
     "fractile": "epistemic_fractile",
     "source": "epistemic_source",
 }
-"""Names in the results, where other variables have the plain names."""
+"""Names in the results, if other variables have the plain names."""
 BRANCH_COORDINATES = (
     "branch_model",
     "branch_motions",
@@ -42,7 +42,7 @@ BEYOND = "branch_share_beyond"
 
 
 class FittedCurves(NamedTuple):
-    """Curves of a design, the highest shaking of its runs in their measure, SI; and the curves without beta_m."""
+    """Curves of a design, the highest level of its runs in their measure, SI; and the curves without beta_m."""
 
     curves: xr.Dataset
     highest: xr.DataArray | float
@@ -60,11 +60,11 @@ class Branches:
 
     @property
     def designs(self) -> dict[str, Design]:
-        """The designs beside the study's own, by name."""
+        """The designs in addition to the study's own, by name."""
         return {name: design for name, (design, _) in self.motions.items() if design is not None}
 
     def of(self, own: FittedCurves, fitted: Callable[[str, Design], FittedCurves], risk: Risk, fit: Fit) -> xr.Dataset:
-        """Return the rates over all combinations from `own` curves and the `fitted` ones of each other design."""
+        """Return the rates over all combinations from `own` curves and the `fitted` curves of each other design."""
         every = {name: own if design is None else fitted(name, design) for name, (design, _) in self.motions.items()}
         branches = [
             Branch(

@@ -1,4 +1,4 @@
-"""The shaking that is exceeded with a probability of 10 % in 50 years, and values of runs interpolated to it."""
+"""The level that is exceeded with a probability of 10 % in 50 years, and values of runs interpolated to it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ...core.elementary import Array, exp, log
 from ...fragility import HazardCurve
 
 DESIGN_RATE = -math.log(0.9) / 50.0
-"""Annual rate of the design shaking: 10 % in 50 years."""
+"""Annual rate of the design level: 10 % in 50 years."""
 POINTS = 10_000
 """Points of the hazard curve between which the level is found."""
 

@@ -48,46 +48,46 @@ Motions = tuple[xr.DataArray, ...]
 POOLED_RUNS = 60.0
 """Runs under one law that a surface takes, times the square of the half width, as seen (docs/adaptive.md)."""
 MOST_CHECKS = 3
-"""Most checks of a surface as a rule: a degree more or an aim that is missed takes another one."""
+"""Usual maximum number of checks of a surface: a higher degree or a missed aim takes another one."""
 KEPT_BYTES = 2.0**28
 """Most memory of motions that are kept."""
 
 
 @dataclass(frozen=True)
 class Design(ABC):
-    """Motions and their analysis; `im` is the measure, taken of the `ground` motions where these are given."""
+    """Motions and their analysis; `im` is the measure, taken of the `ground` motions if these are given."""
 
     motions: tuple[Any, ...]
     ground: tuple[Any, ...]
     im: str
     levels: Array = field(default_factory=lambda: np.empty(0), kw_only=True)
-    """Levels of the measure; empty where every motion has an intensity of its own."""
+    """Levels of the measure; empty if every motion has an intensity of its own."""
     reading: Reading = field(default=UNREAD, kw_only=True)
     name: ClassVar[str] = "ida"
     """Its key in study files."""
 
     @property
     def doubts(self) -> list[Doubt]:
-        """The doubts in the records and in the measure."""
+        """The input warnings on the records and on the measure."""
         far = () if self.levels.size and getattr(self, "scale", True) else self.reading.far
         return [*self.reading.doubts, *far, *period_doubts(self.im)]
 
     @property
     def arrays(self) -> Motions:
-        """All motions that shake the blocks."""
+        """All motions of the blocks."""
         return self.motions
 
     @property
     def below(self) -> Motions:
-        """All ground motions whose measure defines the levels; none where the motions' own measure does."""
+        """All ground motions whose measure defines the levels; none if the motions' own measure does."""
         return self.ground
 
     def highest(self, runs: xr.Dataset) -> xr.DataArray | float:
-        """The highest shaking of the runs, in the measure; on block where the measure depends on the block."""
+        """The highest level of the runs, in the measure; on block if the measure depends on the block."""
         return float(self.levels[-1]) if self.levels.size else runs["intensity"].max("motion")
 
     def lowest(self, runs: xr.Dataset) -> xr.DataArray | float:
-        """The lowest shaking of the runs, in the measure; on block where the measure depends on the block."""
+        """The lowest level of the runs, in the measure; on block if the measure depends on the block."""
         return float(self.levels[0]) if self.levels.size else runs["intensity"].min("motion")
 
     @property
@@ -97,12 +97,12 @@ class Design(ABC):
 
     @property
     def both_ways(self) -> bool:
-        """Whether every motion is run both ways."""
+        """True if every motion is run both ways."""
         return any(REVERSE_OF in array.coords for array in self.arrays)
 
     @cached_property
     def axes(self) -> str:
-        """How pairs of components shake (`axes_of`), '' where one component does."""
+        """Axes along which pairs of components act (`axes_of`), '' for one component."""
         # (the motions of an array shake alike: reading one of them is a thousandth of the work)
         return axes_of([record for array in self.arrays for record in records(array.isel(motion=slice(1)))])
 
@@ -113,7 +113,7 @@ class Design(ABC):
 
     @property
     def floors(self) -> list[str]:
-        """The floors that the motions are of, each once; empty where the motions are of the ground."""
+        """The floors that the motions are of, each once; empty if the motions are of the ground."""
         every = [array["floor"].values for array in self.arrays if "floor" in array.dims]
         return list(dict.fromkeys(str(floor) for one in every for floor in one))
 
@@ -123,7 +123,7 @@ class Design(ABC):
         return self.shakes
 
     def tested(self, share: float) -> int:
-        """Return for how many runs of one block under one law it is tested whether their outcomes are undecided."""
+        """Return the number of runs of one block under one law whose outcomes are tested as undecided."""
         return 0 if share == 0.0 else self.runs // self.shakes * int(choose_motions(self.shakes, share).sum())
 
     @property
@@ -138,7 +138,7 @@ class Design(ABC):
 
     @abstractmethod
     def check(self, blocks: Sequence[Block]) -> None:
-        """Raise a ValueError where motions, levels and measure do not go together, before anything runs."""
+        """Raise a ValueError if motions, levels and measure do not go together, before anything runs."""
 
     def run(
         self,
@@ -150,14 +150,14 @@ class Design(ABC):
     ) -> xr.Dataset:
         """Return all runs of blocks under laws as a labelled dataset; of a pooled surface, its curves of all blocks."""
         ground = self.ground or None
-        with noted():  # (a study has doubts among its notes)
+        with noted():  # a study has input warnings among its notes
             found = self._analysed(
                 blocks, models, outputs, client=client, screen=False, ground=ground, progress=progress
             )
         return found.assign_coords(self._below())
 
     def _below(self) -> dict[str, xr.Variable]:
-        """Return how buildings and supports answered each motion, as coordinates of the runs; none where they scale."""
+        """Return the response of buildings and supports to each motion, as coordinates of the runs; none if scaling."""
         return {}
 
     @abstractmethod
@@ -218,7 +218,7 @@ class KeptMotions(Generator):
 
 @dataclass(frozen=True)
 class Waves(Design):
-    """Motion after motion, each with so many runs, until the answer is as precise as requested."""
+    """Motion after motion, each with `runs_per_motion` runs, until the answer is as precise as requested."""
 
     until: Until
     runs_per_motion: int
@@ -282,7 +282,7 @@ class Sequential(Waves):
         return self.runs_of(self.until.most, self.until.least)
 
     def runs_of(self, motions: int, first: int) -> int:
-        """Return the number of runs of one block under one law and so many motions, of which the `first` have more."""
+        """Return the number of runs of one block under one law and `motions` motions; the `first` have more."""
         each = 2 if self.both_ways else 1
         more = exploring(self.runs_per_motion) - self.runs_per_motion
         return each * (motions * self.runs_per_motion + more * first)
@@ -291,12 +291,12 @@ class Sequential(Waves):
         return self.tested_of(share, self.until.most, self.until.least)
 
     def tested_of(self, share: float, motions: int, first: int) -> int:
-        """Return how many of the runs under so many motions (`runs_of`) are tested."""
+        """Return the number of tested runs under `motions` motions (`runs_of`)."""
         return self.runs_of(math.ceil(share * motions), math.ceil(share * first))
 
     @property
     def expected(self) -> tuple[int, int, int]:
-        """About how many motions the precision takes: few, usual, many (`usual_motions`)."""
+        """Approximate number of motions for the precision: few, usual, many (`usual_motions`)."""
         return usual_motions(self.until, self.runs_per_motion)
 
     @property
@@ -332,7 +332,7 @@ class Events(NamedTuple):
     sample: int
 
     def runs_of(self, blocks: int) -> int:
-        """Return the number of runs of a region of so many blocks under one law."""
+        """Return the number of runs of a region of `blocks` blocks under one law."""
         return self.levels.size * self.motions * min(self.sample, blocks)
 
 
@@ -349,7 +349,7 @@ class Pooled(Waves):
         return MOST_CHECKS * self.runs_of(self.until.most)
 
     def runs_of(self, motions: int) -> int:
-        """Return the number of runs under one law and so many motions, those of one check and of its rates included."""
+        """Return the number of runs under one law and `motions` motions, including one check and its rates."""
         every = sum(array.sizes["motion"] for array in self.arrays)
         checked = every if self.generator is None else max(of_checks.MOTIONS, motions // CHECKED_SHARE)
         of_a_motion = of_checks.BLOCKS * sum(checked_runs(self.generator is not None, self.hazard is not None))
@@ -362,7 +362,7 @@ class Pooled(Waves):
 
     @property
     def expected(self) -> tuple[int, int, int]:
-        """About how many motions the precision takes: few, usual, many."""
+        """Approximate number of motions for the precision: few, usual, many."""
         usual = POOLED_RUNS / self.runs_per_motion / self.until.room**2
         return tuple(  # type: ignore[return-value]
             math.ceil(min(max(self.until.least, usual * factor), self.until.most)) for factor in (0.5, 1.0, 3.0)
@@ -393,7 +393,7 @@ class Pooled(Waves):
     def falls(
         self, blocks: BlockArray, models: Sequence[Law], client: Client | Runner | None, progress: Progress | None
     ) -> xr.Dataset:
-        """Return how much of the region falls in one event (`toppling.fragility.joint_falls`), under other motions."""
+        """Return the share of the region that falls in one event (`fragility.joint_falls`), under other motions."""
         assert self.events is not None
         motions: Any = list(self.motions)
         if self.generator is not None:
@@ -406,7 +406,7 @@ class Pooled(Waves):
 
 @dataclass(frozen=True)
 class Stripes(Design):
-    """A set of motions at each level, scaled to it where `scale` is set; `selections` says how well they agree."""
+    """A set of motions at each level, scaled to it if `scale` is set; `selections` gives their agreement."""
 
     scale: bool
     selections: tuple[xr.Dataset, ...] = ()
@@ -465,11 +465,11 @@ BELOW: dict[str, tuple[str, float]] = {
     "strikes": ("support_strikes", 0.0),
     "strike_acceleration": ("support_strike_acceleration", math.nan),
 }
-"""Coordinates of motions that tell how a building or a support answered: their names in results, and without one."""
+"""Coordinates of motions with the response of a building or a support: their names in results, and without one."""
 
 
 def answers_below(arrays: Sequence[xr.DataArray]) -> dict[str, xr.Variable]:
-    """Return how buildings and supports answered, on all motions of the arrays, floor by floor."""
+    """Return the response of buildings and supports to all motions of the arrays, floor by floor."""
     found = {}
     for name, (called, none) in BELOW.items():
         attributes = next((array[name].attrs for array in arrays if name in array.coords), None)

@@ -24,13 +24,13 @@ from ...fragility.runs.provenance import RUN, motions_by_floor
 from ..text.curve_notes import curve_notes, misfit_notes, spacing_notes
 
 RANK = "measure_"
-"""Prefix of the names of the ranking's variables, beside the other variables of the results."""
+"""Prefix of the names of the ranking's variables, to distinguish them from other variables of the results."""
 MEAN = "mean"
-"""Where the modelling uncertainty goes: into the mean rate, else into its fractiles."""
+"""Use of the modelling uncertainty: in the mean rate, else in its fractiles."""
 UNDECIDED = 0.08
-"""Share of the motions whose flags are tested under perturbations: some 30 % more work."""
+"""Share of the motions whose flags are tested under perturbations: about 30 % more work."""
 LOW_SHARE = 0.1
-"""Probability whose level is given beside the median where there is a hazard."""
+"""Probability whose level is given in addition to the median with a hazard."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Fit(CurveOptions):
 
     @property
     def in_mean(self) -> float:
-        """beta_m where the mean rate holds it, else 0."""
+        """beta_m if the mean rate includes it, else 0."""
         return self.modelling_dispersion if self.modelling == MEAN else 0.0
 
     @property
@@ -82,7 +82,7 @@ class Fit(CurveOptions):
         return gathered(fitted, runs)
 
     def modelled(self, curves: xr.Dataset) -> xr.Dataset:
-        """Return curves whose dispersions hold the modelling uncertainty where the mean rate is to hold it."""
+        """Return curves whose dispersions include the modelling uncertainty if the mean rate is to include it."""
         return with_modelling(curves, self.in_mean) if self.in_mean else curves
 
     def chances_of_range(self, curves: xr.Dataset, level: xr.DataArray) -> dict[str, xr.Variable]:
@@ -107,7 +107,7 @@ class Fit(CurveOptions):
         counted = gathered(self._counted, runs)
         said = curve_notes(curves, counted["fell"], counted["tried"], state_name(self.state))
         said += spacing_notes(curves)
-        # (what is off at adaptive levels is said with the precision)
+        # a misfit at adaptive levels is reported with the precision
         return said if RUN in runs.dims else said + misfit_notes(curves, state_name(self.state))
 
     def _counted(self, runs: xr.Dataset) -> xr.Dataset:

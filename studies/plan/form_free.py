@@ -1,4 +1,4 @@
-"""Annual rates of adaptive studies that stop at a rate: from weighted runs, with those of fitted curves as a check."""
+"""Annual rates of adaptive studies that stop at a rate: from weighted runs, with rates of fitted curves as a check."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .gains import GAIN, gains_of_rates
 from .risk import Risk
 
 FITTED = "fitted_"
-"""Prefix of the rate and the chance of the fitted curve, where those of the results are without a form of curve."""
+"""Prefix of the rate and the probability of the fitted curve, if the results' own are without a form of curve."""
 ENDS = ("", "_lower", "_upper")
 OF_THE_MEAN = Fact("rate.mean_hazard")
 """Fact of rates at the mean of several hazard curves."""
@@ -34,7 +34,7 @@ OF_CURVE = (
     "intensity_mode",
     "samples_used",
 )
-"""Variables that are of the fitted curve beside its rate."""
+"""Variables of the fitted curve in addition to its rate."""
 MOST_NAMED = 3
 
 
@@ -46,7 +46,7 @@ def form_free(
     fit: Fit,
     blocks: Sequence[Block],
 ) -> tuple[dict[Hashable, xr.DataArray], list[Fact]]:
-    """Return variables of annual rates without a form of curve, times `factor`, beside fitted ones, and notes."""
+    """Return variables of annual rates without a form of curve, times `factor`, with fitted rates, and notes."""
     found = dict(fitted)
     dims = fitted["rate"].dims
     for end in ENDS:

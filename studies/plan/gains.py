@@ -1,4 +1,4 @@
-"""Chances of blocks with walls and restraints over those of blocks that differ in these alone."""
+"""Probabilities of blocks with walls and restraints over probabilities of blocks that differ in these alone."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ...models import Block
 from .risk import Risk
 
 GAIN = "chance_ratio"
-"""Variable with the chance of a block over that of another, and beginning of the names of its interval."""
+"""Variable with the ratio of two blocks' probabilities, and beginning of the names of its interval."""
 OTHER = "compared_with"
 OTHER_TEXT = {"units": DIMENSIONLESS, "long_name": "block whose chance the ratio is of"}
 MOST = 100

@@ -32,11 +32,11 @@ COUNTS = ("tests", "fell", "records", "sources")
 
 
 class PieceClass(NamedTuple):
-    """What tests say of a class: counts, and true over computed capacities, NaN where the tests are too few.
+    """Test results of a class: counts, and true over computed capacities, NaN with too few tests.
 
-    fell, predicted: falls in its tests, observed and predicted blindly.  records: clusters of tests that depend on
-    each other.  ratio: the median of true over computed capacity, beta: the spread of its logarithm; brier, reference:
-    Brier's score of the blind predictions, and that of one share for all tests.
+    `fell`, `predicted`: falls in its tests, observed and predicted blindly. `records`: clusters of tests that depend on
+    each other. `ratio`: the median of true over computed capacity, `beta`: the spread of its logarithm. `brier`,
+    `reference`: Brier's score of the blind predictions, and of one share for all tests.
     """
 
     name: str
@@ -80,7 +80,7 @@ def _class_of(name: str, row: dict[str, str]) -> PieceClass:
 
 
 def with_class(given: Any) -> Any:
-    """Return a table of a study file with the modelling uncertainty of its class where it has none of its own."""
+    """Return a table of a study file with the modelling uncertainty of its class if it has none of its own."""
     if not isinstance(given, dict) or "modelling_dispersion" in given:
         return given
     own = piece_classes().get(str(given.get("modelling_class")))
@@ -88,5 +88,5 @@ def with_class(given: Any) -> Any:
 
 
 def class_notes(name: str | None) -> list[Fact]:
-    """Return what is known of a class; nothing where no class is named."""
+    """Return the facts on a class; nothing without a class."""
     return [] if name is None else [Fact("validity.tests", names=(name,), more=piece_classes()[name]._asdict())]

@@ -1,4 +1,4 @@
-"""What the ratio of two numbers, with its interval over motions, says of them."""
+"""Meaning of the ratio of two numbers, with its interval over motions."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ HIGHER, LOWER, SAME, OPEN, UNKNOWN = "higher", "lower", "the same", "not resolve
 
 
 def verdict_of(ratio: tuple[float, float, float]) -> str:
-    """Return in words what a ratio with its interval says of the second number against the first."""
+    """Return in words the meaning of a ratio with its interval for the second number compared with the first."""
     value, lower, upper = ratio
     if math.isnan(lower) or math.isnan(upper):
         return UNKNOWN

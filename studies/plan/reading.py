@@ -1,4 +1,4 @@
-"""What making or reading the motions of a study brought to light: doubts, processing, scenario, and variability."""
+"""Findings of making or reading the motions of a study: input warnings, processing, scenario, and variability."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FAR = 1.5
 
 
 class Reading(NamedTuple):
-    """Doubts in records, processing, scenarios, doubts in amplitudes (motions unscaled), spectra's spread, storeys."""
+    """Warnings on records, processing, scenarios, warnings on unscaled amplitudes, spectra's spread, storeys."""
 
     doubts: tuple[Doubt, ...] = ()
     processing: tuple[str, ...] = ()
@@ -52,7 +52,7 @@ class Reading(NamedTuple):
         return found if any("floor" in array.dims for array in arrays) else found._varied(plain)
 
     def _varied(self, plain: Sequence[Record]) -> Self:
-        """Return the reading with the variability of its motions, and the doubt in it."""
+        """Return the reading with the variability of its motions, and the input warning on it."""
         found = variability(plain)
         return self._replace(variability=found, doubts=(*self.doubts, *_alike(found)))
 
@@ -78,7 +78,7 @@ class Reading(NamedTuple):
 
     @classmethod
     def joined(cls, parts: Iterable[Reading]) -> Self:
-        """Return the reading of several sets of motions, with each doubt and line once."""
+        """Return the reading of several sets of motions, with each warning and line once."""
         every = list(parts)
         varied = [one.variability for one in every if one.variability is not None]
         joint = pooled(varied) if varied else None
@@ -99,7 +99,7 @@ def _alike(found: Variability) -> tuple[Doubt, ...]:
 
 
 def doubts_of_making(generator: Generator) -> list[Doubt]:
-    """Return the doubts in a generator: parameters of another unit, a scenario outside the data of its equations."""
+    """Return the input warnings on a generator: parameters of another unit, a scenario outside its equations' data."""
     what = f"the scenario lies outside the data behind its equations ({generator.outside})"
     return [*generator_doubts(generator), *([Doubt("scenario", what)] if generator.outside else [])]
 

@@ -18,12 +18,12 @@ from ...models import Block, Law, Restraint
 from .design_shaking import at_level, design_level
 
 FLAG = "ruptured"
-"""Output of a run that says whether its restraint broke."""
+"""Output of a run that is True if its restraint broke."""
 BROKEN = "broken_probability"
 """Variable with the share of the motions in which a restraint breaks, and beginning of the names of its interval."""
 AT_DESIGN = "broken_at_design"
 DESIGN = "design_level"
-"""Coordinate with the level of the design shaking."""
+"""Coordinate with the design level."""
 ENDS = {"": "probability", "_lower": "lower", "_upper": "upper"}
 WEAKER, STRONGER = 3, 5
 """Halvings and doublings of the given strength that are tried."""
@@ -35,7 +35,7 @@ TARGET, NEEDED, TRIED, CHANCE = "target_chance", "needed_strength", "tried_stren
 
 
 def any_held(blocks: Sequence[Block]) -> bool:
-    """Return whether a restraint holds any of some blocks."""
+    """Return True if a restraint holds any of some blocks."""
     return any(block.restraint is not None for block in blocks)
 
 
@@ -73,7 +73,7 @@ def needed_strengths(
 ) -> xr.Dataset:
     """Return the weakest tested strengths above the strongest that misses the target: inf if that is the strongest.
 
-    A stronger restraint may raise the chance, so all tested strengths above must meet the target.
+    A stronger restraint may raise the probability, so all tested strengths above must meet the target.
     """
     asked = np.flatnonzero(np.isfinite(targets)).tolist()
     needed = np.full((len(blocks), len(laws)), np.nan)
@@ -117,7 +117,7 @@ def _ends(known: dict[float, float], target: float) -> tuple[float, float]:
 
 
 def _next(restraint: Restraint, step: int, low: float, high: float) -> float:
-    """Return the strength to be tried next; 0 or inf where none is left between the ends."""
+    """Return the strength to be tried next; 0 or inf if none is left between the ends."""
     doublings = STEPS - BISECTIONS
     strength = restraint.strength * 2.0 ** (step - WEAKER) if step < doublings else math.sqrt(low * high)
     if not 0.0 < strength < math.inf:

@@ -91,7 +91,7 @@ class Risk:
     ) -> xr.Dataset:
         """Compute the rates of curves, and the size that meets the target, under the names that they have in results.
 
-        `highest` and `lowest` are the ends of the shaking that was run, in the measure of the curves, SI.
+        `highest` and `lowest` are the ends of the levels of the runs, in the measure of the curves, SI.
         """
         rates = self._slab_by_slab(curves, confidence, telling)
         found = rates.drop_vars("rate_sample", errors="ignore").rename(
@@ -134,7 +134,7 @@ class Risk:
     def notes(
         self, rates: xr.Dataset, curves: xr.Dataset, highest: xr.DataArray | float, study: Mapping[str, Any]
     ) -> list[Fact]:
-        """Return notes on rates that come from shaking beyond the hazard curve or beyond the runs of a study."""
+        """Return notes on rates from beyond the hazard curve or beyond the runs of a study."""
         run = levels_run(curves)[0], float(np.max(highest))
         ends = next((end for key, end in (("ida", "level"), ("stripes", "stripe")) if key in study), "motion")
         cures = other_levels(study, False, run), other_levels(study, True, run)
@@ -175,7 +175,7 @@ class Risk:
     ) -> dict[str, xr.Variable]:
         """Return rates and chances if all capacities are off by one factor, at both ends of its range (`with_ends`).
 
-        rate: that of the results where the runs correct the curves' own; the ends are corrected by the same factor.
+        `rate`: the results' rate if the runs correct the curves' own; the ends are corrected by the same factor.
         """
         rules = self.below, self.above, OUTSIDE
         ends = [rates_alone(curves, seen_by(self.hazard, factor), *rules) for factor in capacity_factors(modelling)]
@@ -193,7 +193,7 @@ class Risk:
     def _slab_by_slab(
         self, curves: xr.Dataset, confidence: float, telling: Callable[[str, int, int], None] | None
     ) -> xr.Dataset:
-        """Compute the rates of curves; those of the many replicates are kept only where a size is asked for."""
+        """Compute the rates of curves; rates of the many replicates are kept only if a size is requested."""
         done = 0
 
         def of(part: xr.Dataset) -> xr.Dataset:
@@ -215,29 +215,29 @@ class Risk:
         extended = replace(self, below=EXTEND, above=EXTEND)
         try:
             whole = extended.rates(without_replicates(curves), 0.9)["rate"]
-        except ValueError:  # (a curve whose last two rates are equal has no slope to go on with)
+        except ValueError:  # a curve whose last two rates are equal has no slope for its extension
             whole = replace(extended, above=HOLD).rates(without_replicates(curves), 0.9)["rate"]
         return (1.0 - rate / whole.where(whole > 0.0)).where(np.isfinite(rate))
 
     def _beyond(self, curves: xr.Dataset, highest: xr.DataArray | float) -> xr.DataArray:
-        """The share of each rate from shaking above the highest that was run."""
+        """The share of each rate from motions above the highest level of the runs."""
         rules = {"below": self.below, "above": self.above, "outside": OUTSIDE}
         return rate_share_above(curves, self.hazard, _levels_of(curves, highest), **rules)
 
 
 def _levels_of(curves: xr.Dataset, level: xr.DataArray | float) -> xr.DataArray | float:
-    """Return a level of the curves' measure as one of the hazard's, on block where it is another for every block."""
+    """Return a level of the curves' measure as one of the hazard's, on block if it is another for every block."""
     im = str(curves.attrs["im"])
     return level / per_block(curves, im) if im in BLOCK_MEASURES else level
 
 
 def without_replicates(curves: xr.Dataset) -> xr.Dataset:
-    """Curves as results hold them: without their replicates, and without the shares of their runs."""
+    """Curves as results contain them: without their replicates, and without the shares of their runs."""
     return curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims or name == OBSERVED])
 
 
 def _at_level(curves: xr.Dataset, level: xr.DataArray | float) -> xr.DataArray:
-    """Return the probability of curves at one level, block by block where each block has its own level."""
+    """Return the probability of curves at one level, block by block if each block has its own level."""
     if not isinstance(level, xr.DataArray) or not level.dims:
         return curve_probability(curves, [float(level)], LEAST)[..., 0]
     parts = [_at_level(curves.isel(block=[i]), float(value)) for i, value in enumerate(level.values)]
@@ -245,7 +245,7 @@ def _at_level(curves: xr.Dataset, level: xr.DataArray | float) -> xr.DataArray:
 
 
 def worded(rates: xr.Dataset, state: str) -> xr.Dataset:
-    """Return rates whose long names name the state that is counted, where it is not overturning."""
+    """Return rates whose long names name the state that is counted, if it is not overturning."""
     name, verb = state_name(OVERTURNED), verb_of(state_name(OVERTURNED))
     if state == name:
         return rates
@@ -257,7 +257,7 @@ def worded(rates: xr.Dataset, state: str) -> xr.Dataset:
 
 
 def bounded(rates: Array) -> Array:
-    """Return rates, NaN in place of infinite ones: nothing bounds them."""
+    """Return rates, NaN instead of infinite rates: nothing bounds them."""
     return np.where(np.isinf(rates), np.nan, rates)
 
 

@@ -95,7 +95,7 @@ def _alike(pairs: Sequence[Sequence[tuple[Block, Law]]]) -> list[Index]:
 
 
 def _factors_of(factors: Factors, samples: Index, motions: Flags) -> Factors:
-    """Return the factors of some samples, where each has its own, under some motions."""
+    """Return the factors of some samples, if each has its own, under some motions."""
     if isinstance(factors, BlockFactors):
         return factors._replace(measured=factors.measured[samples][:, motions])
     return (factors if factors.shape[0] == 1 else factors[samples])[:, :, motions]
@@ -114,7 +114,7 @@ def joined_screens(parts: Sequence[xr.Dataset], models: xr.DataArray) -> xr.Data
 QUANTILES = (0.05, 0.5, 0.95)
 FACTORS = ("motion", "model", "sample")
 NO_CAPACITY = "no_capacity_shares"
-"""Attribute that holds the reason why capacities are not known."""
+"""Attribute with the reason why capacities are not known."""
 
 
 def summary(runs: xr.Dataset, fit: Fit) -> xr.Dataset:
@@ -155,7 +155,7 @@ def fitted(runs: xr.Dataset, fit: Fit) -> xr.Dataset:
 
 
 def pooled_curves(runs: xr.Dataset, fit: Fit, keep: bool) -> xr.Dataset:
-    """Fit the curve of all samples, each a run of its motion, on model; with its replicates where `keep` is set."""
+    """Fit the curve of all samples, each a run of its motion, on model; with its replicates if `keep` is set."""
     of_one = runs[["overturned"]].drop_vars(
         [name for name, coordinate in runs.coords.items() if "sample" in coordinate.dims]
     )

@@ -1,4 +1,4 @@
-"""How well the selected motions of stripes agree with the hazard, as variables of a study's results and in words."""
+"""Agreement of the selected motions of stripes with the hazard, as variables of a study's results and in words."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _BY_STRIPE = {
 
 
 def selection_variables(reports: Sequence[xr.Dataset], motions: Sequence[Sequence[xr.DataArray]]) -> xr.Dataset:
-    """Return the reports of all stripes as variables on the stripes and measures; motions: those of each stripe."""
+    """Return the reports of all stripes as variables on the stripes and measures; `motions`: of each stripe."""
     levels = [report.attrs["level"] for report in reports]
     joined = xr.concat(
         [report.drop_vars("unit") for report in reports], "stripe", join="outer", combine_attrs="override"
@@ -76,7 +76,7 @@ def _shared(motions: Sequence[Sequence[xr.DataArray]]) -> list[float]:
 
 
 def selection_notes(found: xr.Dataset) -> list[Fact]:
-    """Return what is to be said of a study's selections: how well they agree, and what was not asked of them."""
+    """Return notes on a study's selections: their agreement, and properties that were not required."""
     given = str(found[STRIPE].attrs["long_name"])
     n = found.sizes[STRIPE]
     said = [Fact("selection.agreement", int(found[PREFIX + "consistent"].sum()), names=(given,), more={"stripes": n})]

@@ -7,7 +7,7 @@ MOST_NUMBERS = 500_000_000
 
 
 def refuse_samples(samples: float, what: str) -> None:
-    """Raise a ValueError where motions would hold more samples than fit into the memory of a computer."""
+    """Raise a ValueError if motions would have more samples than fit into the memory of a computer."""
     if not samples <= MOST_NUMBERS:
         raise ValueError(
             f"{what} would hold {samples:,.3g} samples, allowed are {MOST_NUMBERS:,} (4 GB): "
@@ -16,7 +16,7 @@ def refuse_samples(samples: float, what: str) -> None:
 
 
 def refuse_factors(factors: int) -> None:
-    """Raise a ValueError where there are too many motions at levels to be planned."""
+    """Raise a ValueError if there are too many motions at levels to be planned."""
     if factors > MOST_NUMBERS:
         raise ValueError(
             f"motions at levels are {_shown(factors)}, allowed are {MOST_NUMBERS:,}: fewer motions or levels, or "

@@ -1,4 +1,4 @@
-"""What sliding changes for the blocks of a study: whether they slide or rock, and how far they slide."""
+"""Effect of sliding on the blocks of a study: their mode, sliding or rocking, and their slips."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ MORE_RATE = "more_rate"
 OFF = "falling over an edge"
 EITHER = "falling over an edge or overturning"
 BAND = 1.3
-"""Coefficient of friction over b/h up to which verdicts were seen to change when rocking blocks may slide."""
+"""Coefficient of friction over b/h up to which outcomes changed in tests if rocking blocks may slide."""
 DAMAGE = {0.05: "touches a neighbour", 0.10: "tears its service line", 0.30: "blocks an aisle"}
-"""What a piece that slips further than so many m does (judgement)."""
+"""Effects of slips beyond these distances, m (assumed)."""
 DISTANCES = tuple(DAMAGE)
 LARGE = 0.1
 """Chance of a friction just above b/h from which on a block is named."""
@@ -79,11 +79,11 @@ class Slides:
         return self.kinetic_ratio if ratio is None else ratio
 
     def exact(self, blocks: Sequence[Block]) -> list[str]:
-        """Return the labels of the blocks that may slide and whose coefficient is taken as known exactly."""
+        """Return the labels of the blocks that may slide and whose coefficient is assumed to be known exactly."""
         return [blocks[i].label for i in free_of(blocks) if isinstance(self.friction_of(blocks[i]), FixedFriction)]
 
     def trip_of(self, block: Block) -> float | None:
-        """Return the distance from the foot of a block to an obstacle, m; None where there is none."""
+        """Return the distance from the foot of a block to an obstacle, m; None if there is none."""
         return self.own_trips.get(block.label, self.trip)
 
     def of(
@@ -96,12 +96,13 @@ class Slides:
         falls: Mapping[str, xr.DataArray],
         client: Runner,
     ) -> xr.Dataset:
-        """Return the chances of sliding and of slips, and those of overturning where blocks rock.
+        """Return the probabilities of sliding and of slips, and of overturning if blocks rock.
 
-        `runs` are those of blocks that cannot slide; `falls` is what is known of their falls, ``probability``
-        at levels, ``rate`` and its interval with a hazard; `client` is told of the further runs block by block.
-        ``slides_instead`` is the chance of a friction below b/h, with which the block slides and never rocks,
-        ``friction_near_uplift`` that of one between b/h and 1.3 b/h; NaN for blocks that are held or uneven.
+        `runs` are of blocks that cannot slide. `falls` are the results on their falls, ``probability`` at levels,
+        ``rate`` and its interval with a hazard. `client` receives the further runs block by block. ``slides_instead``
+        is the probability of a friction below b/h, with which the block slides and never rocks.
+        ``friction_near_uplift`` is the probability of a friction between b/h and 1.3 b/h; NaN for restrained or
+        asymmetric blocks.
         """
         free = free_of(blocks)
         parts: list[xr.Dataset] = []
@@ -119,7 +120,7 @@ class Slides:
                 tripped.append(self._trips(slid, fit, risk))
             if by_edge:
                 near.append(self._falls(slid, rocking, fit, risk))
-            del rocking, slid  # before those of the next block are there
+            del rocking, slid  # before the runs of the next block exist
             client.tell("slips", k + 1, len(free))
         found = self.chances(blocks, in_plane(runs))
         if tripped:
@@ -148,7 +149,7 @@ class Slides:
         )
 
     def _run(self, rocking: xr.Dataset, motions: Any, block: Block, client: Runner) -> xr.Dataset:
-        """Return the runs of one block with random friction; both ways where front and back differ."""
+        """Return the runs of one block with random friction; both ways if front and back differ."""
         edge = block.edge
         sided = edge is not None and edge.front != edge.back
         polarity = self.polarity if sided else AS_RECORDED
@@ -244,7 +245,7 @@ def free_of(blocks: Sequence[Block]) -> list[int]:
 
 
 def gated(slides: xr.DataArray, falls: Mapping[str, xr.DataArray]) -> dict[str, xr.Variable]:
-    """Return ``gated_probability`` and ``gated_rate`` (`Slides.of`) of what is known of falls."""
+    """Return ``gated_probability`` and ``gated_rate`` (`Slides.of`) of the results on falls."""
     rocks = 1.0 - slides.variable
     found = {}
     for name, ungated, text, units in (
@@ -291,7 +292,7 @@ def _difference(high: xr.Dataset, low: xr.Dataset, confidence: float) -> dict[st
 
 
 def in_plane(runs: xr.Dataset) -> bool:
-    """Return True for runs whose motions hold both horizontal components, under which blocks slide in the plane."""
+    """Return True for runs whose motions have both horizontal components, under which blocks slide in the plane."""
     return bool(configuration_of(runs).get(AXES))
 
 
@@ -306,14 +307,14 @@ def near_uplift(friction: Friction, blocks: Sequence[Block], plane: bool) -> Arr
 
 
 def of_near(plane: bool) -> str:
-    """Return what `near_uplift` is, for a long name."""
+    """Return the description of `near_uplift`, for a long name."""
     return "chance of a friction between b/h and 1.3 b/h" + (", along the width or the depth" if plane else "")
 
 
 def slide_notes(
     found: xr.Dataset, blocks: Sequence[Block], motions: Sequence[str] = (), plane: bool = False
 ) -> list[Fact]:
-    """Return what limits the results on sliding."""
+    """Return the limits of the results on sliding."""
     on = np.isin(np.arange(len(motions)), found.attrs.get(SLIDES_ON, []))
     said = doubted(doubt.sentence for doubt in end_doubts(on, motions))
     if TRIP in found:
@@ -339,7 +340,7 @@ def slide_notes(
 
 
 def edge_notes(results: xr.Dataset, blocks: Sequence[Block], known: bool, state: State) -> list[Fact]:
-    """Return why falls over the edges of blocks are not evaluated, or nothing; `known`: whether there is friction."""
+    """Return the reason why falls over the edges of blocks are not evaluated, or nothing; `known`: with friction."""
     near = tuple(block.label for block in blocks if block.edge is not None)
     cloud, one_way = not has_levels(results), state != OVERTURNED
     why = "friction" if not known else "cloud" if cloud else "state" if one_way else ""
@@ -356,7 +357,7 @@ def is_free(block: Block) -> bool:
 
 
 def _named(values: xr.DataArray, text: str, end: str) -> xr.DataArray:
-    """Return values without other coordinates, as the estimate or an end of the interval of what `text` says."""
+    """Return values without other coordinates, as the estimate or an end of the interval of `text`."""
     name = f"{end[1:]} end of the interval of the {text}" if end else text
     return bare(values).assign_attrs(units=values.attrs["units"], long_name=name)
 
@@ -369,7 +370,7 @@ def _stacked(values: Sequence[xr.DataArray], text: str, end: str) -> xr.DataArra
 
 
 def has_levels(runs: xr.Dataset) -> bool:
-    """Return True for runs whose probabilities are known at levels: all but those of a cloud."""
+    """Return True for runs whose probabilities are known at levels: all except runs of a cloud."""
     return "level" in runs.dims or "stripe" in runs.coords
 
 

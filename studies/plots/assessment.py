@@ -49,7 +49,7 @@ def inventory(
     Parameters
     ----------
     results : xarray.Dataset
-        A performance study's results, or what `toppling.studies.assess` or `toppling.studies.anchoring` returns.
+        A performance study's results, or a result of `toppling.studies.assess` or `toppling.studies.anchoring`.
     view : {"levels", "exceedance", "anchoring", "left"}
         Mean and quantiles by level; annual rates of exceedance; savings from anchoring each item; the remainder as the
         items are anchored one by one.
@@ -117,7 +117,7 @@ def _levels(results: xr.Dataset, laws: list[selection.DrawnLaw], quantity: str, 
         if quantity == "loss":
             top = _value(results, place)
             free = f"{short_digits(top)}\u00a0{currency_of(results)}".strip()
-        if _is_drawn(results, quantity):  # (without a greatest value)
+        if _is_drawn(results, quantity):  # without a maximum
             ends = results[f"{quantity}_quantile"], results[f"{quantity}_mean_upper"]
             top = max(0.0, *(float(end.sel(place=place).max()) for end in ends))
     ax.set_ylim(-0.03 * top, 1.06 * top if top > 0.0 else 1.0)

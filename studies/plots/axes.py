@@ -24,7 +24,7 @@ LINES = ("solid", "dotted", "dashdot")
 REFERENCE = ("#222222", "X", (0, (4, 2)))
 """Colour, marker and line of the reference: black and dashed."""
 GREY = "0.75"
-"""Grey of what a figure shows for comparison."""
+"""Grey of curves shown for comparison."""
 PAGE, COLUMN = 7.2, 3.5
 """Widths of figures for a page and for a column or a phone, inches."""
 PANEL_COLUMNS = 3
@@ -32,7 +32,7 @@ PANEL_COLUMNS = 3
 LETTERS = 13.0
 """Letters of 10 points that fit into one inch."""
 LONG_NUMBER = 1.2
-"""Width that a small number on an axis needs as a multiple of a power of ten, with the space beside it, inches."""
+"""Width that a small number on an axis needs as a multiple of a power of ten, with adjacent space, inches."""
 LOOK: dict[Any, Any] = {
     "axes.titlelocation": "left",
     "axes.titlesize": "medium",
@@ -65,7 +65,7 @@ _narrow: ContextVar[bool] = ContextVar("_narrow", default=False)
 
 @contextmanager
 def on_a_phone() -> Iterator[None]:
-    """Draw the figures within for the width of a phone: panels stand one below the other."""
+    """Draw the figures within for the width of a phone: panels are one below the other."""
     before = _narrow.set(True)
     try:
         yield
@@ -82,7 +82,7 @@ def style() -> Iterator[None]:
 
 
 def drawing(function: Drawing) -> Drawing:
-    """Draw a public function in the style of all figures, and add to its docstring what these functions share."""
+    """Draw a public function in the style of all figures, and add the common sections to its docstring."""
     optional = [name for name, given in signature(function).parameters.items() if given.default is not given.empty]
     text = (function.__doc__ or "").rstrip()
     for names, meaning in SHARED.items():
@@ -93,7 +93,7 @@ def drawing(function: Drawing) -> Drawing:
 
 
 def has_room() -> bool:
-    """Return True if two panels fit beside each other."""
+    """Return True if two panels fit side by side."""
     return not _narrow.get()
 
 
@@ -178,7 +178,7 @@ def heading(figure: Figure, title: str, *notes: str, legend: Sequence[Axes] = ()
 
 
 def alone(ax: Axes, title: str, *notes: str) -> Figure:
-    """Return the figure of axes that are its only ones, with its heading and legend."""
+    """Return the figure with these axes only, with its heading and legend."""
     figure = ax.figure
     assert isinstance(figure, Figure)
     heading(figure, title, *notes, legend=[ax])
@@ -232,7 +232,7 @@ def name(ax: Axes, text: str) -> None:
 
 def label(ax: Axes, x: str = "", y: str = "", along: Literal["both", "x", "y"] = "both") -> Axes:
     """Label both axes, draw pale grid lines, and return the axes; the parts without an axis have no frame."""
-    if x:  # (beside the names of rows there is about half of the width)
+    if x:  # next to the names of rows about half of the width is free
         ax.set_xlabel(wrapped(sentence(x), width_of(ax) * (0.65 if along == "x" else 1.0)))
     if y:
         ax.set_ylabel(wrapped(sentence(y), height_of(ax)))
@@ -291,7 +291,7 @@ def level_axis(ax: Axes, low: float, high: float, log: bool, text: str) -> None:
 
 
 def _size_of(ax: Axes, along: int) -> float:
-    """Return the approximate width (0) or height (1) of axes with all that is beside them, inches."""
+    """Return the approximate width (0) or height (1) of axes with all adjacent texts, inches."""
     spec, figure = ax.get_subplotspec(), ax.get_figure(root=True)
     whole = 6.0 if figure is None else float(figure.get_size_inches()[along])
     if spec is None:
@@ -329,7 +329,7 @@ def plain_log(ax: Axes) -> None:
 
 
 def plain_number(value: float) -> str:
-    """Return the number of a tick; small ones are written with powers of ten, which do not overlap."""
+    """Return the number of a tick; small numbers are written with powers of ten, which do not overlap."""
     if value < 1e-3:
         return str(LogFormatterSciNotation()(value))
     return f"{value:,.0f}" if value >= 1e3 else f"{value:g}"
@@ -350,7 +350,7 @@ def inverse(value: Any) -> Any:
 
 
 def years(ax: Axes, side: Literal["top", "right"]) -> None:
-    """Add an axis of return periods beside an axis of annual rates."""
+    """Add an axis of return periods parallel to an axis of annual rates."""
     make = ax.secondary_xaxis if side == "top" else ax.secondary_yaxis
     other = make(side, functions=(inverse, inverse))  # type: ignore[arg-type]
     axis = other.xaxis if side == "top" else other.yaxis

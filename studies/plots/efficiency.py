@@ -30,7 +30,7 @@ def measures(
 ) -> Axes:
     """Draw intensity measures ranked by the dispersion of the capacity in each measure, the best on top.
 
-    Full dots are measures that paired differences do not distinguish from the best; worse ones are hollow.  Each
+    Full dots are measures that paired differences do not distinguish from the best; worse measures are hollow. Each
     measure is taken to the power in which it grows with the motion's amplitude (Arias intensity as its root).
 
     Parameters

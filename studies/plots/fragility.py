@@ -27,7 +27,7 @@ from . import axes, selection
 MOST_TOGETHER = 4
 """Largest number of blocks and floors whose curves share a panel."""
 MOST_PANELS = 12
-"""Largest number of panels of a figure; the results hold all curves."""
+"""Maximum number of panels of a figure; the results contain all curves."""
 FAR = 3.0
 """Number of dispersions above the median beyond which a curve is flat."""
 FULL_BIN, MOST_BINS = 30, 8
@@ -59,11 +59,11 @@ class Frame(NamedTuple):
         scale, _ = display_unit(axis)
         low, high, log = _span(results, axis.values / scale, scale)
         x = np.geomspace(low, high, 400) if log else np.linspace(0.0, high, 401)[1:]
-        # (curves end at the highest level that was run)
+        # curves end at the highest level of the runs
         return cls(axis, scale, low, high, log, np.minimum(x, highest_level(results) / scale))
 
     def curves(self, here: xr.Dataset) -> Array:
-        """Return the fitted curves of one block (law, level), NaN where a law has none; no rows without curves."""
+        """Return the fitted curves of one block (law, level), NaN if a law has none; no rows without curves."""
         if not _has_curves(here):
             return np.empty((0, self.x.size))
         return np.atleast_2d(curves_at(here, self.x * self.scale).transpose(..., "level").values)
@@ -91,11 +91,11 @@ def fragility(
     Parameters
     ----------
     results : xarray.Dataset
-        A study's results, or what `toppling.fit_fragility` or `toppling.overturning_probability` returns.
+        A study's results, or a result of `toppling.fit_fragility` or `toppling.overturning_probability`.
     observed : bool
         True to draw the observed fractions (for a cloud: every motion, and fractions in bins) with the curves.
     legend : bool
-        True for a legend where there are several laws, or a label.
+        True for a legend if there are several laws, or a label.
     """
     if not _has_curves(selection.checked(results)) and not _observed(results) and "intensity" not in results.coords:
         raise ValueError("fragility needs curves (median and dispersion) or probability, lower and upper on level")
@@ -126,7 +126,7 @@ def _law(
     observed: bool = True,
     label: str | None = None,
 ) -> None:
-    """Draw one law, the curve `i` of its axes: what was observed, its curve, and its entry in a legend."""
+    """Draw one law, the curve `i` of its axes: observed values, its curve, and its entry in a legend."""
     cloud = _is_cloud(law.results)
     state = _state_of(law.results)
     if observed and cloud and state is not None:
@@ -263,7 +263,7 @@ def fragility_figure(results: xr.Dataset) -> Figure:
 
 
 def _drawn(results: xr.Dataset) -> xr.Dataset:
-    """Return only what the panels show, a tenth of a study's variables: selecting from all of them is slow."""
+    """Return only the variables of the panels, a tenth of a study's: selecting from all of them is slow."""
     cloud = "level" not in results.coords
     wanted = {f"{part}{name}" for part in ("", "uplift_") for name in ("median", "dispersion")}
     wanted |= {"probability", "lower", "upper", "curve_probability", "half_level"}
@@ -337,7 +337,7 @@ def _rail(ax: Axes, laws: list[selection.DrawnLaw], rows: list[Array], at: int, 
 
 
 def _reading_notes(results: xr.Dataset, floors: int, cases: int, every: int, at: int) -> list[str]:
-    """Return what the caption must say: what a reader must know to read the panels."""
+    """Return the caption's notes for reading the panels."""
     motions = number_of_motions(results) // floors
     confidence = percent(float(results.attrs.get("confidence", 0.95)))
     notes = [selection.motions(results, floors)]

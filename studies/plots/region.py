@@ -18,20 +18,20 @@ from ..text.words import display_unit, level_name
 from . import axes, selection
 
 MOST_POINTS = 3000
-"""Blocks of which a map is drawn, evenly among all; what lies between is interpolated."""
+"""Number of blocks of which a map is drawn, evenly among all; values between them are interpolated."""
 STEPS = 9
-"""Steps of colour where no round numbers serve."""
+"""Steps of colour if no round numbers serve."""
 LEAST_STEPS = 4
 """Round numbers between the ends of the values from which they are the steps of colour."""
 SLENDERNESS, SIZE = "height of the mass centre over half the width", "size R (m)"
 OWN = "own_e", "own_delta"
-"""What blocks may have of their own: neighbours on the map then differ."""
+"""Properties that blocks may have of their own: neighbours on the map then differ."""
 FLAT = 1e-3
 """Ratio of the narrow to the wide way of a region from which it is drawn as a line."""
 
 
 def maps(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
-    """Yield maps of the medians, and of the rates where there are any, each with its name."""
+    """Yield maps of the medians, and of the rates if there are any, each with its name."""
     scale, unit = display_unit(results["half_level"])
     level = f"{level_name(results)}{f' ({unit})' if unit else ''}"
     yield "map_half_level", _map(results, "half_level", "Medians by slenderness and size", f"median {level}", scale)
@@ -94,7 +94,7 @@ def _map(results: xr.Dataset, name: str, title: str, words: str, scale: float) -
         else:
             areas += 1
             _area(ax, figure, slender, size, values[i], words)
-            # (the blocks that were run to check the surface)
+            # the blocks of the surface's check
             p, alpha = (results[f"check_{size}"].isel(model=i).values for size in ("p", "alpha"))
             height = STANDARD_GRAVITY / (float(drawn["inertia_factor"].mean()) * p**2)
             ax.plot(1.0 / np.tan(alpha), height, "x", color="black", ms=5, mew=1.2)
@@ -109,7 +109,7 @@ def _map(results: xr.Dataset, name: str, title: str, words: str, scale: float) -
 
 
 def _is_line(slender: Array, size: Array) -> bool:
-    """Return whether blocks lie on a line, which has no area to colour."""
+    """Return True if blocks lie on a line, which has no area to colour."""
     if slender.size < 3:
         return True
     for both in (np.stack([np.log(slender), np.log(size)]), np.stack([slender, size])):
@@ -124,7 +124,7 @@ def _area(ax: Axes, figure: Figure, slender: Array, size: Array, values: Array, 
     shape = Triangulation(slender[known], size[known])
     low, high = float(values[known].min()), float(values[known].max())
     levels = np.geomspace(low, max(high, low * 1.0001), STEPS)
-    # (round numbers where there are enough of them: closer ones where the values vary little)
+    # round numbers if there are enough of them: closer numbers if the values vary little
     for subs in ((1.0, 1.5, 2.0, 3.0, 5.0, 7.0), (1.0, 1.2, 1.4, 1.7, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0)):
         ticks = [tick for tick in LogLocator(subs=subs).tick_values(low, high) if low < tick < high]
         if len(ticks) >= LEAST_STEPS:
@@ -140,7 +140,7 @@ def _area(ax: Axes, figure: Figure, slender: Array, size: Array, values: Array, 
 
 
 def _points(ax: Axes, figure: Figure, slender: Array, size: Array, values: Array, words: str) -> None:
-    """Draw each block, as neighbours differ in what they have of their own."""
+    """Draw each block, as neighbours differ in their own properties."""
     known = np.isfinite(values) & (values > 0.0)
     axes.label(ax, SLENDERNESS, SIZE)
     if not known.any():

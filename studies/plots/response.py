@@ -22,7 +22,7 @@ from . import axes, selection
 
 VARIABLES = ("angular_velocity", "restoring_moment", "damping_moment", "overturned", "overturning_time")
 ATTRIBUTES = ("alpha", "p", "configuration")
-"""Variables and attributes of a history that the figures need beside the rotation."""
+"""Variables and attributes of a history that the figures need in addition to the rotation."""
 ROTATION = "rotation over slenderness, θ/α (–)"
 HIGHEST = 1.6
 """|θ|/α at which the curve of a falling block leaves a figure of histories."""
@@ -46,8 +46,9 @@ def history(
     responses : xarray.Dataset or sequence of them
         Datasets that `toppling.simulate` or `toppling.free_rocking` returned, of any blocks and laws.
     labels, colors : sequence of str, optional
-        One label ("" for none) and one of matplotlib's colours for each response; by default the law, block or motion
-        that distinguishes the responses, and the palette, with the first Housner black and dashed.
+        One label ("" for none) and one of matplotlib's colours for each response. By default the label is the law,
+        block or motion that distinguishes the responses, and colours are the palette, with the first Housner black and
+        dashed.
     """
     several = isinstance(responses, Iterable) and not isinstance(responses, xr.Dataset)
     many: list[Any] = list(responses) if several else [responses]
@@ -99,7 +100,7 @@ def phase(response: xr.Dataset, ax: Axes | None = None, *, label: str | None = N
 
 
 def _one_each(name: str, values: Sequence[str] | None, many: Sequence[Any]) -> list[str] | None:
-    """Return the values as a list; ValueError where there is not one value for each response."""
+    """Return the values as a list; ValueError if there is not one value for each response."""
     if values is None:
         return None
     if isinstance(values, str) or len(values) != len(many):

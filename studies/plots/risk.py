@@ -1,4 +1,4 @@
-"""Figures of risk: annual rates of overturning, the contributing levels of shaking, and rates over branches."""
+"""Figures of risk: annual rates of overturning, the contributing levels, and rates over branches."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ def _window(every: xr.Dataset, edges: Array) -> tuple[float, float, dict[str, in
 
 
 def _outside_levels(here: xr.Dataset, scale: float) -> tuple[float, float] | None:
-    """Return the lowest and the highest level at which blocks were shaken; None if the hazard has another measure."""
+    """Return the lowest and the highest level of the blocks' runs; None if the hazard has another measure."""
     if "level" not in here.coords or here["level"].ndim != 1:
         return None
     level, bins = here["level"], here["bin"]
@@ -221,7 +221,7 @@ SEEN, NAMED = 0.005, 0.15
 
 @axes.style()
 def spread_figure(results: xr.Dataset) -> Figure:
-    """Return the figure of the rates over all branches: ranges of each block or piece beside the sources of spread."""
+    """Return the figure of the rates over all branches: ranges of each block or piece, and the sources of spread."""
     dims = results["epistemic_rate"].dims
     flat = results[["epistemic_rate", "epistemic_rate_fractile", "epistemic_spread", "branch_rate"]]
     flat = flat.stack(row=dims, create_index=False) if len(dims) > 1 else flat.rename({dims[0]: "row"})

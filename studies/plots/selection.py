@@ -83,13 +83,13 @@ def place(block: str, floor: int | str | None) -> str:
 
 
 def motions(results: xr.Dataset, floors: int = 1) -> str:
-    """Return the number of motions on each of some floors in words, and whether they were run both ways."""
+    """Return the number of motions on each of some floors in words, and True if they were run both ways."""
     ways = " both ways" if POLARITY in results.coords else ""
     return f"{counted(number_of_motions(results) // floors, 'motion')}{ways}{' per floor' if floors > 1 else ''}"
 
 
 def floors(results: xr.Dataset) -> list[int | str | None]:
-    """Return the floors of results; None alone where the results do not distinguish floors."""
+    """Return the floors of results; None alone if the results do not distinguish floors."""
     return list(results["floor"].values.tolist()) if "floor" in results.dims else [None]
 
 

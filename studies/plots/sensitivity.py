@@ -97,8 +97,8 @@ def sensitivity(
     quantity : {"median", "median_ratio", "dispersion", "probability", "excess", "flipped"}
         The quantity; differences are from the study's reference.
     level : float, optional
-        One of the study's levels (SI), for quantities that depend on the level; by default the level at which the rigid
-        block is nearest to falling under half of the motions.
+        One of the study's levels (SI), for quantities that depend on the level. By default it is the level at which the
+        rigid block is nearest to falling under half of the motions.
     """
     if "parameter" not in results.attrs or "comparison" not in results.dims:
         raise ValueError("results must be of a sensitivity study, which have a parameter and comparisons, got others")

@@ -1,4 +1,4 @@
-"""Map of the chance that a block slides instead of rocking, over its proportions and its friction."""
+"""Map of the probability that a block slides instead of rocking, over its proportions and its friction."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def sliding(blocks: Block | Sequence[Block] = (), ax: Axes | None = None, *, dis
     Thin lines are the assumed medians of kinds of contact.  In the dotted band, from b/h to 1.3 b/h, a rocking block
     also slides at its impacts.
 
-    From rest a block slides where its static friction is below b/h, whatever the shaking that moves it (Shenton, H. W.
-    (1996). Criteria for initiation of slide, rock, and slide-rock rigid-body modes. Journal of Engineering Mechanics
-    122(7), 690-693).  Whether it moves at all is not in the map.
+    From rest a block slides if its static friction is below b/h, for any motion strong enough to move it. (Shenton, H.
+    W. (1996). Criteria for initiation of slide, rock, and slide-rock rigid-body modes. Journal of Engineering Mechanics
+    122(7), 690-693.) The map does not show if it moves.
 
     Parameters
     ----------

@@ -185,7 +185,7 @@ def indices(
         An uncertainty study's results, or the dataset that `sobol_indices` or `tornado` of
         `toppling.fragility` returns, of one output (``isel(output=0)``).
     method : {"sobol", "tornado"}, optional
-        The method; needed where a study's results have several.
+        The method; needed if a study's results have several.
     level : float, optional
         One of a study's levels (SI); by default the level with a probability of overturning nearest to one half.
     """
@@ -211,7 +211,7 @@ def indices(
 
 
 def _reach(here: xr.Dataset, name: str) -> tuple[Array, Array] | None:
-    """Return how far the interval of an index extends below and above it; None where there is no interval."""
+    """Return the extent of the interval of an index below and above it; None without an interval."""
     value = here[name].values
     if f"{name}_lower" not in here:
         return None

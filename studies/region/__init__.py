@@ -1,1 +1,1 @@
-"""Regions: many blocks as columns, from the file that lists them to the tables of what was found."""
+"""Regions: many blocks as columns, from the file that lists them to the tables of the results."""

@@ -19,7 +19,7 @@ _NOT_A_NUMBER = re.compile(r"(?:^|[,;\t])\s*[-+]?nan\s*(?:[,;\t]|$)", re.IGNOREC
 
 NUMBERS = ("width_m", "height_m", "cm_height_m", "inertia_factor", "alpha_rad", "R_m")
 OWN = ("e", "delta")
-"""Columns of what blocks have of their own, instead of the damping laws."""
+"""Columns of properties that blocks have of their own, instead of the damping laws."""
 SIZES, SLENDERNESS = ("width_m", "height_m"), ("alpha_rad", "R_m")
 
 
@@ -67,7 +67,7 @@ def _by_column(table: CsvTable) -> BlockArray | None:
 
 
 def _columns(table: CsvTable) -> dict[str, Array] | None:
-    """Return the columns of a table that holds plain numbers and names in each line; None for others."""
+    """Return the columns of a table with plain numbers and names in each line; None for others."""
     import pandas as pd  # noqa: PLC0415 - only the files of regions are read by it
 
     text = table.text_below

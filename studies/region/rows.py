@@ -18,16 +18,16 @@ from ..text.words import reference_law
 MOST_SAID = 3
 """Most levels of events that a sentence names."""
 TELLING = (0.1, 0.5, 0.9)
-"""Mean shares of a region that fall, next to which levels are named where there are more."""
+"""Mean shares of a region that fall, next to which levels are named if there are more."""
 
 
 def is_pooled(results: xr.Dataset) -> bool:
-    """Return whether results are of a pooled surface."""
+    """Return True if results are of a pooled surface."""
     return str(results.attrs.get("design")) == POOLED
 
 
 def pooled_notes(results: xr.Dataset) -> list[Fact]:
-    """Return the notes on a region: what was not reached, surfaces cut or unlike their checks, and joint falls."""
+    """Return the notes on a region: missed precisions, surfaces cut or unlike their checks, and joint falls."""
     said = []
     for j in range(results.sizes["model"]):
         one = results.isel(model=j)
@@ -51,7 +51,7 @@ def examples(results: xr.Dataset) -> xr.Dataset:
 
 
 def event_levels(results: xr.Dataset) -> list[tuple[float, float, float, float, int]]:
-    """Return how much of a region falls in one event: level, mean share, its ends and the number of pieces.
+    """Return the share of a region that falls in one event: level, mean share, its ends and the number of pieces.
 
     If there are many levels: three, with shares of about 10, 50 and 90 % under the reference law.
     """

@@ -1,4 +1,4 @@
-"""A study's figures for a page, SVG in HTML and PNG beside Markdown: the same bytes."""
+"""A study's figures for a page, SVG in HTML and PNG for Markdown: bit-identical files."""
 
 from __future__ import annotations
 

@@ -51,8 +51,9 @@ _PLAIN_LIST = re.compile(r"\[\n\s*([^\[\]{}]*?)\n\s*\]")
 _BRACKETS = re.compile(r"(\([^()]{1,24}\))")
 _MARKDOWN = re.compile(r"([\\`*_{}\[\]|~$<>&]|(?<=.)#+$)")
 _LINE_START = re.compile(r"^(#|\+(?= |$)|-(?= |-|$)|=+$|\d+(?=[.)](?: |$)))")
-"""Characters with a meaning in Markdown: anywhere (round brackets have none without square ones) or at the end of a
-heading, which they close; at the start of a line."""
+"""Characters with a meaning in Markdown: anywhere (round brackets have none without square brackets) or at the start of
+a line. At the end of a heading there are characters that close it.
+"""
 MANY_COLUMNS = 7
 """Most columns that fit an upright sheet or a tablet; wider tables get a sheet across, or a card for each row."""
 PLAIN = "footnotes", "method"
@@ -68,7 +69,7 @@ MOST_WORDS = 60
 def write_report(
     result: Path, out: Path | None = None, format_: ReportFormat = "html", verify: bool = False
 ) -> list[Path]:
-    """Write the report of results to the file or folder `out`, beside the results by default; return the files."""
+    """Write the report of results to the file or folder `out`, by default next to the results; return the files."""
     target = result.parent if out is None else out
     if target.is_dir() or not target.suffix:
         target /= f"report.{format_}"
@@ -151,7 +152,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
 
 
 def facts_json(path: Path, verify: bool = False) -> dict[str, Any]:
-    """Return what the report of a result file says, as an object of JSON: facts by section, and tables."""
+    """Return the content of the report of a result file, as an object of JSON: facts by section, and tables."""
     with read_results(path) as results:
         state = check_content(path, results, verify)
         made = *tables(results, (*LEAD, *TABLES, *INPUTS)), provenance(results, path, state)
@@ -185,7 +186,7 @@ def texts(part: object) -> Iterator[str]:
 
 
 def _page_tables(results: xr.Dataset, names: Sequence[str]) -> list[Table]:
-    """Return the tables of some names, without the sentences that the page says elsewhere for all of them."""
+    """Return the tables of some names, without the sentences that the page has elsewhere for all of them."""
     said = intervals(results), model_note(results), code_note(results)
     return [table.without(*said).common().grouped("recommendation") for table in tables(results, names)]
 
@@ -230,7 +231,7 @@ def environment(*, escaping: bool) -> Environment:
 
 
 def write(path: Path, text: bytes) -> Path:
-    """Write a file completely or not at all, and return its path; StudyError where it cannot be written."""
+    """Write a file completely or not at all, and return its path; StudyError if it cannot be written."""
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_bytes(path, text)

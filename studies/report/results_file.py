@@ -24,7 +24,7 @@ KINDS = ("fragility", "uncertainty", "performance", "sensitivity")
 
 @contextmanager
 def read_results(path: Path) -> Iterator[xr.Dataset]:
-    """Open a study's results until the block ends; variables of single runs are read only where they are used."""
+    """Open a study's results until the block ends; variables of single runs are read only if they are used."""
     if not path.is_file():
         raise StudyError(f"{path}: no such file" if not path.exists() else f"{path}: is no file")
     with reading(path):
@@ -67,7 +67,7 @@ def read_results(path: Path) -> Iterator[xr.Dataset]:
 
 
 def _with_half_levels(stored: xr.Dataset) -> xr.Dataset:
-    """Return results of before `half_level` was stored with that of their counts."""
+    """Return results of before `half_level` was stored, with `half_level` from their counts."""
     if "half_level" in stored or "median" not in stored or not {"overturnings", "runs"} <= {*stored.data_vars}:
         return stored
     # (the fit loads the compiler, which pages of newer results do without)
@@ -82,7 +82,7 @@ def without_motions(results: xr.Dataset) -> xr.Dataset:
 
 
 def refuse_newer(path: Path, stored: xr.Dataset) -> int:
-    """Return the number of the layout, this version's where there is none; StudyError where a newer one is needed."""
+    """Return the number of the layout, this version's if there is none; StudyError if a newer one is needed."""
     layout = stored.attrs.get("schema", SCHEMA)
     try:
         number = int(layout)

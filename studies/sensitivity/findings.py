@@ -25,7 +25,7 @@ NOTHING_FELL, ALL_FELL = "no overturning", "all overturned"
 
 
 class Curves(NamedTuple):
-    """Curves of runs (block, law) and ln medians of replicates: inf where nothing fell, -inf where everything."""
+    """Curves of runs (block, law) and ln medians of replicates: inf if nothing fell, -inf if everything."""
 
     fit: xr.Dataset
     log_median: Array
@@ -47,7 +47,7 @@ class Curves(NamedTuple):
         return cls(without_replicates(fit), middle, samples)
 
     def ratio(self, one: Index, other: Index, confidence: float) -> tuple[Array, Array, Array]:
-        """Return medians of laws `one` over those of `other` (any shape, -1: none), (block, …), with intervals."""
+        """Return medians of laws `one` over medians of `other` (any shape, -1: none), (block, …), with intervals."""
         missing = (one < 0) | (other < 0)
         with np.errstate(invalid="ignore"):
             middle = self.log_median[:, one] - self.log_median[:, other]
@@ -81,7 +81,7 @@ def flipped(flags: Flags, one: Index, other: Index, confidence: float, ways: int
 def excess(
     flags: Flags, one: Index, other: Index, pairs: Index, replicates: int, seed: int, confidence: float
 ) -> tuple[Array, Array, Array]:
-    """Return probabilities of laws `one` less those of `other`, with paired bootstrap intervals, (block, …, level)."""
+    """Return probabilities of laws `one` less `other`, with paired bootstrap intervals, (block, …, level)."""
     weights = draw_clusters(pairs, replicates, seed) / flags.shape[-1]
     missing = (one < 0) | (other < 0)
     shape = (flags.shape[0], *one.shape, flags.shape[2])
@@ -200,7 +200,7 @@ def findings(
 
 
 def placed_screen(screened: xr.Dataset, grid: Grid) -> xr.Dataset:
-    """Return the screen of the runs of `grid.laws` on (block, model, value), without what is among the coordinates."""
+    """Return the screen of the runs of `grid.laws` on (block, model, value), without its coordinates."""
     own = screened.drop_vars(["friction_impact", "elastic_frequency", "model"])
     return own.map(lambda one: xr.DataArray(_placed(one, grid.at)) if "model" in one.dims else one, keep_attrs=True)
 
@@ -215,7 +215,7 @@ def usual(blocks: Sequence[Block], sweep: Sweep) -> Flags:
 
 
 def _sensitivity(curves: Curves, blocks: Sequence[Block], grid: Grid, sweep: Sweep) -> dict[str, Any]:
-    """Compute swing and trend of the medians, over all values and over the usual ones."""
+    """Compute swing and trend of the medians, over all values and over the usual values."""
     swings, slopes = swings_and_slopes(curves, blocks, grid, sweep)
     trends = exponentials(slopes[..., 0], slopes[..., 1:], sweep.confidence)
     step = "a tenfold delta" if sweep.parameter == "delta" else "0.1 more of e"

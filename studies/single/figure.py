@@ -32,7 +32,7 @@ def history_figure(
     time = response["time"].values
     first, last = float(time[0]), float(time[-1])
     lies = float(response["overturning_time"])
-    if lies < last:  # (NaN where the block stands)
+    if lies < last:  # NaN if the block does not overturn
         last = min(last, lies + max(AFTER, 0.1 * (lies - first)))
     _shaking(response, panels["shaking"], lifts)
     _rotation(response, panels["history"], walls)

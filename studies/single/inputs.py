@@ -29,15 +29,15 @@ from ..file.table import bare, checked, nearest, quantity, suffix_of
 from ..text.error import StudyError
 
 RECORD_KEYS = {"dt_s", "unit", *PROCESSING}
-"""Keys of ``[motions]`` for record files: what a file may not state, and corrections."""
+"""Keys of ``[motions]`` for record files: data that a file may lack, and corrections."""
 NAMES = (*shaking.GENERATORS, *shaking.PULSES)
 LARGEST = 10.0
-"""Size, m, above which a number without a unit is refused: no furniture is so large, so cm or mm is meant."""
+"""Size, m, above which a number must have a unit: no furniture is so large, so cm or mm is meant."""
 Built = TypeVar("Built")
 
 
 class _Word(NamedTuple):
-    """Key of a study file that a word of the command line gives: its SI unit, one of the key's units in it, a least."""
+    """Key of a study file for a word of the command line: its SI unit, one of the key's units in it, a minimum."""
 
     key: str
     units: str
@@ -50,7 +50,7 @@ CF = {"m": METRE, "N": NEWTON, "N/m": STIFFNESS, "rad": RADIAN, "kg": KILOGRAM, 
 
 
 def _word(key: str, parameter: Any) -> _Word:
-    """Return the word of a parameter: one above 0 has no least value."""
+    """Return the word of a parameter: one above 0 has no minimum."""
     least = None if parameter.above == 0.0 else -math.inf if parameter.at_least is None else parameter.at_least
     return _Word(key, CF[parameter.unit], WRITTEN.get(parameter.written, 1.0), least)
 
@@ -99,13 +99,13 @@ def block_of(
 
 
 def _keys(block: Block, around: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a plain block and what stands around it as keys of ``[[blocks]]``."""
+    """Return a plain block and its surroundings as keys of ``[[blocks]]``."""
     sizes = {"width_m": block.width, "height_m": block.height}
     return {**sizes, "cm_height_m": block.cm_height, "inertia_factor": block.inertia_factor, **around}
 
 
 def law_of(law: str, options: Mapping[str, Any]) -> Law:
-    """Return a damping law by its short name; StudyError where an option is not the law's own or out of range."""
+    """Return a damping law by its short name; StudyError if an option is not the law's own or out of range."""
     given = {name: value for name, value in options.items() if value is not None}
     content = {"law": law, **given}
     return built(f"--law {law}", lambda: model_table(content).build(), content, Models)
@@ -180,7 +180,7 @@ def factor_of(motion: xr.DataArray, scale: float | None, pga: str | None) -> flo
 
 
 def built(what: str, make: Callable[[], Built], content: Any = None, table: Any = Motions) -> Built:
-    """Return what `make` returns; its error becomes one sentence about `what`, or about keys of `content`."""
+    """Return the result of `make`; its error becomes one sentence about `what`, or about keys of `content`."""
     try:
         return make()
     except ValidationError as error:

@@ -59,7 +59,7 @@ COLUMNS = (
 
 
 class Shown(NamedTuple):
-    """Motions to be looked at, doubts in them, and ratios to ground-motion models, or in words of each stripe."""
+    """Motions to show, input warnings on them, and ratios to ground-motion models, or in words of each stripe."""
 
     motions: list[xr.DataArray]
     doubts: list[Doubt]
@@ -78,7 +78,7 @@ def read_motions(inputs: Sequence[str]) -> Shown:
             doubts = [*vertical_doubts(found, BY_ITSELF), *record_doubts(records(found))]
             return Shown(found, doubts, {})
         path = Path(studies[0])
-        with noted():  # (a study names the doubts in its files)
+        with noted():  # a study names the warnings on its files
             content = read_study_file(path)
         table = content.motions
         if content.performance is not None and isinstance(table, IndexedFloorMotions):
@@ -106,7 +106,7 @@ def read_motions(inputs: Sequence[str]) -> Shown:
 
 
 def _labelled_once(sets: Sequence[Sequence[xr.DataArray]]) -> list[xr.DataArray]:
-    """Return the motions of all stripes: one that several have only once, other ones of the same label renamed."""
+    """Return the motions of all stripes, each only once; different motions of the same label are renamed."""
     found: list[xr.DataArray] = []
     seen: dict[str, set[str]] = {}
     for number, arrays in enumerate(sets, start=1):
@@ -124,7 +124,7 @@ def _labelled_once(sets: Sequence[Sequence[xr.DataArray]]) -> list[xr.DataArray]
 
 
 def _over_models(ground: Sequence[xr.DataArray], at: shaking.Scenario) -> tuple[dict[str, xr.Dataset], tuple[str, ...]]:
-    """Return the ratios to ground-motion models; a line in their place where a scenario is beyond the models."""
+    """Return the ratios to ground-motion models; a line in their place if a scenario is beyond the models."""
     try:
         return over_models(list(ground), at), ()
     except ValueError as error:
@@ -152,7 +152,7 @@ def measures_table(values: xr.Dataset, rows: int = MOST_ROWS) -> Table:
 
 
 def scenario_table(ratios: Mapping[str, xr.Dataset]) -> Table:
-    """Return the medians of a scenario's motions over those of ground-motion models, with the dispersions."""
+    """Return the medians of a scenario's motions over ground-motion models' medians, with the dispersions."""
     first = next(iter(ratios.values()))
     of_all = Column("dispersion", "dispersion here", "hundredths")
     lines: list[Cells | str] = []
@@ -168,7 +168,7 @@ def scenario_table(ratios: Mapping[str, xr.Dataset]) -> Table:
 
 
 def measures_json(values: xr.Dataset, figures: Sequence[Path], shown: Shown) -> str:
-    """Return every measure of every motion as JSON, SI; null where a measure is undefined (durations of zeros)."""
+    """Return every measure of every motion as JSON, SI; null if a measure is undefined (durations of zeros)."""
     found = {
         str(name): {
             "units": array.attrs["units"],
@@ -201,7 +201,7 @@ def _over(ratios: xr.Dataset) -> dict[str, Any]:
 def draw_motions(
     motions: Sequence[xr.DataArray], folder: Path, damping: float = 0.05, target: TargetSpectrum | None = None
 ) -> list[Path]:
-    """Write histories.png, spectra.png and husid.png; StudyError where the folder cannot be written."""
+    """Write histories.png, spectra.png and husid.png; StudyError if the folder cannot be written."""
     plain = records(list(motions))
     figures = {
         "histories.png": histories_figure(plain),
@@ -295,7 +295,7 @@ def draw_spectra(
 
 
 def husid_figure(plain: Sequence[Record]) -> Figure:
-    """Return the Husid plot: the share of the Arias intensity over time, which shows how long shaking is strong."""
+    """Return the Husid plot: the share of the Arias intensity over time, which shows the duration of strong motion."""
     figure = Figure(figsize=(6.4, 4.0), layout="constrained")
     ax = figure.subplots()
     many = len(plain) > MOST_HISTORIES

@@ -48,7 +48,7 @@ from .inputs import built
 
 
 class Around(NamedTuple):
-    """A block with what stands around it, the walls and springs as its law meets them, and the response."""
+    """A block with its surroundings, the walls and springs as its law meets them, and the response."""
 
     block: Block
     met: Surroundings
@@ -67,7 +67,7 @@ class Around(NamedTuple):
 
     @property
     def stands(self) -> str:
-        """How a block ends that does not overturn: it stands, leans on a wall, or hangs on its restraint."""
+        """Final state of a block that does not overturn: upright, leaning on a wall, or hanging on its restraint."""
         if not self.held:
             return "stands"
         front = int(self.response["final_state"]) > 0
@@ -90,12 +90,12 @@ class Around(NamedTuple):
 
     @property
     def force(self) -> float | None:
-        """The largest force in one of the restraints, N; None where there is none or it is not known."""
+        """The largest force in one of the restraints, N; None if there is none or it is not known."""
         force = float(self.response["restraint_force"]) if "restraint_force" in self.response else math.nan
         return force if math.isfinite(force) else None
 
     def rows(self) -> list[tuple[str, str]]:
-        """Return what happened at the walls and to the restraint, as rows of a heading and a text."""
+        """Return the events at the walls and of the restraint, as rows of a heading and a text."""
         run, rows = self.response, []
         niche = self.met.front_wall is not None
         contacts = [
@@ -125,7 +125,7 @@ class Around(NamedTuple):
 
     @property
     def content(self) -> dict[str, Any]:
-        """What happened, for programs: SI, None where there is no number."""
+        """Results for programs: SI, None without a number."""
         run = self.response
         breaks = float(run["rupture_time"])
         return {
@@ -141,7 +141,7 @@ class Around(NamedTuple):
 
 
 def around_of(block: Block, model: Law, response: xr.Dataset) -> Around | None:
-    """Return what stands around a block, with what its law makes of it; None for a symmetric, freestanding block."""
+    """Return a block's surroundings, with their form in its law; None for a symmetric, freestanding block."""
     if "final_state" not in response:
         return None
     exact = model.options.get("geometry") == "exact"
@@ -153,9 +153,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 AFTER = 1.0
-"""Time that a history continues after overturning or coming to rest, s, where either happens after the record."""
+"""Time that a history continues after overturning or coming to rest, s, if either happens after the record."""
 QUIET, LONGEST_QUIET = 100.0, 60.0
-"""Largest time that a history continues after the record until the block stands: over 1/p, and in s."""
+"""Maximum time that a history continues after the record until the block is at rest: over 1/p, and in s."""
 UPRIGHT = 0.01
 """|θ|/α below which a rocking block is not seen to move: it counts as standing, as in its elastic zone."""
 HISTORY, FIGURE, FILMS = "history.csv", "history.png", ("animation.gif", "animation.mp4")
@@ -178,17 +178,17 @@ class Simulation:
 
     @cached_property
     def response(self) -> xr.Dataset:
-        """The response that `toppling.simulate` returns; StudyError where the block needs an explicit e."""
+        """The response that `toppling.simulate` returns; StudyError if the block needs an explicit e."""
         return built(self.block.label, lambda: simulate(self.block, self.model, self.shaken))
 
     @cached_property
     def around(self) -> Around | None:
-        """What walls, restraint, offset and lean did in the run; None for a symmetric, freestanding block."""
+        """Effects of walls, restraint, offset and lean in the run; None for a symmetric, freestanding block."""
         return around_of(self.block, self.model, self.response)
 
     @property
     def shown(self) -> xr.Dataset:
-        """The history that is shown: it continues in quiet until the block lies or stands, or until it is cut."""
+        """The shown history: it continues in quiet until the block lies or is at rest, or until it is cut."""
         return self._shown[0]
 
     @property
@@ -223,7 +223,7 @@ class Simulation:
 
     @cached_property
     def screened(self) -> xr.Dataset | None:
-        """The reasons against the validity of the run; None where the motion is zero."""
+        """The reasons against the validity of the run; None if the motion is zero."""
         if not bool(self.motion.any()):
             return None
         outputs = ("overturned", "peak_rotation", "uplifted")
@@ -258,7 +258,7 @@ class Simulation:
 
     @property
     def facts(self) -> list[Fact]:
-        """The reservations that a user should know before trusting the run."""
+        """The reservations on the validity of the run."""
         doubts = [
             *stated_restitution_doubts([self.model]),
             *record_doubts(records(self.motion)),
@@ -283,7 +283,7 @@ class Simulation:
 
     @property
     def notes(self) -> list[str]:
-        """The reservations that a user should know before trusting the run, as sentences."""
+        """The reservations on the validity of the run, as sentences."""
         return notes_said(self.facts)
 
     @property
@@ -358,7 +358,7 @@ class Simulation:
         return [f"{name + ':':<17}{text}" for name, text in rows]
 
     def content(self, files: Sequence[Path] = ()) -> dict[str, Any]:
-        """Return all results of the run for programs: SI, None where there is no number."""
+        """Return all results of the run for programs: SI, None if there is no number."""
         run, block, motion = self.response, self.block, records(self.motion)[0]
         at = float(run["overturning_time"])
         overturned = bool(run["overturned"])
@@ -408,7 +408,7 @@ class Simulation:
         return history_figure(self.shown, title, text, lifts=self.thresholds, ends=ends, walls=walls)
 
     def write(self, folder: Path) -> list[Path]:
-        """Write history.csv and history.png into a folder, and remove what an earlier run left, its films among it."""
+        """Write history.csv and history.png into a folder, and remove the files and films of an earlier run."""
         drawn = self.figure()
         with writing(folder):
             folder.mkdir(parents=True, exist_ok=True)

@@ -28,9 +28,10 @@ class EditedResults(UserWarning):
 def content_digest(results: xr.Dataset) -> str:
     """Return the SHA-256 of all variables and attributes, whatever the file's format.
 
-    For each variable and coordinate, by name: a line of JSON with its name, whether it is a coordinate, its dimensions,
-    shape, type and attributes, and its values in C order: whole numbers and flags as 64-bit integers and other numbers
-    as they are, little-endian, and texts as a line of JSON each; then the attributes of the dataset but this one.
+    The digest covers each variable and coordinate, by name: a line of JSON, and its values in C order. The line has its
+    name, a flag for a coordinate, its dimensions, shape, type and attributes. Whole numbers and flags are 64-bit
+    integers, other numbers are as they are, little-endian, and texts are a line of JSON each. The attributes of the
+    dataset follow, except this one.
     """
     found = hashlib.sha256()
     for name, one in sorted(results.variables.items(), key=lambda pair: str(pair[0])):
@@ -56,7 +57,7 @@ def sealed(results: xr.Dataset) -> xr.Dataset:
 
 
 def check_content(path: Path, results: xr.Dataset, verify: bool = False) -> str:
-    """Return whether results are as they were written, and warn where they are not; with `verify` refuse them."""
+    """Return the state of results, and warn if they were changed; with `verify` that is an error."""
     state = content_state(results)
     if verify and state != AS_WRITTEN:
         raise StudyError(f"{path}: was {state}: run its study again with --fresh")
@@ -66,21 +67,21 @@ def check_content(path: Path, results: xr.Dataset, verify: bool = False) -> str:
 
 
 def content_state(results: xr.Dataset) -> str:
-    """Return whether results are as they were written, by the checksum among their attributes."""
+    """Return the state of results: as written or edited, by the checksum among their attributes."""
     if ATTRIBUTE not in results.attrs:
         return UNSEALED
     return AS_WRITTEN if str(results.attrs[ATTRIBUTE]) == content_digest(results) else EDITED
 
 
 def _type_of(one: xr.Variable) -> str:
-    """Return the type of a variable, as all models of netCDF keep it: the classic one has no unsigned and long ones."""
+    """Return the type of a variable in all models of netCDF: the classic model has no unsigned or long integers."""
     if one.dtype.kind == "f":
         return f"float{8 * one.dtype.itemsize}"
     return {"b": "flag", "i": "integer", "u": "integer"}.get(one.dtype.kind, "text")
 
 
 def _plain(attributes: Mapping[Any, Any]) -> dict[str, Any]:
-    """Return attributes as plain values: what netCDF gives back of a number, a text or a list of them."""
+    """Return attributes as plain values, as netCDF returns a number, a text or a list of them."""
     arrays = {str(name): np.asarray(value) for name, value in attributes.items()}
     # (a list of one comes back as that one)
     return {name: array.item() if array.size == 1 else array.tolist() for name, array in arrays.items()}

@@ -1,4 +1,4 @@
-"""Differences between two study files in words, for a folder that holds the results of the other study."""
+"""Differences between two study files in words, for a folder with the results of the other study."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MOST_SAID = 3
 APART = ("title", "accept", "report")
 """Keys of a study file that change no result, and are no part of a study's identity."""
 DECISIONS = {"performance": ("sort", "safety", "code", "budget", "target", "discount_rate")}
-"""Keys by table that change no run: what they decide is computed from results, and they are no part of the identity."""
+"""Keys by table that change no run: their results are computed from results, and they are no part of the identity."""
 FILES = ("records", "floors_file", "floors_index", "target")
 """Keys of motions that name files."""
 
@@ -49,13 +49,13 @@ def makes_motions(study: Any) -> bool:
 
 
 def corrects(study: Any) -> bool:
-    """Return True if a study computes its motions from what it reads: corrections, or floors of a building."""
+    """Return True if a study computes its motions from its input: corrections, or floors of a building."""
     tables = _motions_of(study)
     return any(name in table for table in tables for name in PROCESSING) or "building" in study
 
 
 def _motions_of(study: Any) -> list[dict[str, Any]]:
-    """Return the tables of motions of a study; none where it is not one."""
+    """Return the tables of motions of a study; none if it is not one."""
     if not isinstance(study, dict):
         return []
     tables = [study.get("motions")]
@@ -66,10 +66,10 @@ def _motions_of(study: Any) -> list[dict[str, Any]]:
 
 
 def differences(before: Any, now: Any, same: bool = False) -> str:
-    """Return the keys of a study file whose values differ; where none differs, what else has changed.
+    """Return the keys of a study file whose values differ; if none differs, the other changes.
 
-    Both contents are plain values; what is no part of the identity is not compared. `same` is True where the inputs are
-    the same, and the motions alone differ (`same_inputs`).
+    Both contents are plain values; keys outside the identity are not compared. `same` is True if the inputs are the
+    same, and the motions alone differ (`same_inputs`).
 
     >>> differences({"motions": {"seed": 1}}, {"motions": {"seed": 2}})
     'motions.seed was 1, is 2'

@@ -25,16 +25,16 @@ if TYPE_CHECKING:
 RESULT_NAME = "results.nc"
 LOCK_NAME = ".lock"
 UNREADABLE = (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError)
-"""Errors of the libraries where a file is not what it should be, or its attributes make no sense."""
+"""Errors of the libraries for a damaged file, or for attributes that make no sense."""
 LOCK_SECONDS = 0.5
-"""Time to wait for a lock, since a process that only checks the lock holds it for a moment too."""
+"""Time to wait for a lock, since a process that only checks the lock has it for a moment too."""
 LOCK_ATTEMPTS = 20
 """Attempts to lock a folder that another process removes as it leaves."""
 
 
 @contextmanager
 def folder_of_one(folder: Path) -> Iterator[None]:
-    """Lock a folder, made where missing, for this process until the block ends; an empty new one is removed."""
+    """Lock a folder, made if missing, for this process until the block ends; an empty new one is removed."""
     name = str(folder)
     if os.sep != "\\" and "\\" in name:
         raise StudyError(f"{name}: the folder's name must hold no backslash, which netCDF takes for a slash")
@@ -57,7 +57,7 @@ def folder_of_one(folder: Path) -> Iterator[None]:
 
 
 def _locked(folder: Path) -> FileLock:
-    """Return the lock of a folder, made where missing; StudyError as `folder_of_one`."""
+    """Return the lock of a folder, made if missing; StudyError as `folder_of_one`."""
     from filelock import FileLock, Timeout  # noqa: PLC0415
 
     lock = FileLock(folder / LOCK_NAME)
@@ -103,7 +103,7 @@ def is_locked(folder: Path) -> bool:
 
 
 def _is_held(path: Path) -> bool:
-    """Return True if a process holds a lock that only another user may write; StudyError if it cannot be read."""
+    """Return True if a process has a lock that only another user may write; StudyError if it cannot be read."""
     import fcntl  # noqa: PLC0415 - Windows has none
 
     try:
@@ -117,7 +117,7 @@ def _is_held(path: Path) -> bool:
 
 
 def result_file(path: Path) -> Path:
-    """Return a file, or the results in a folder; StudyError where its study is not finished or it holds none."""
+    """Return a file, or the results in a folder; StudyError if its study is not finished or there is none."""
     if not path.is_dir():
         return path
     refuse_unfinished(path, path)
@@ -128,7 +128,7 @@ def result_file(path: Path) -> Path:
 
 
 def refuse_unfinished(named: Path, folder: Path) -> None:
-    """Raise a StudyError where the study of a folder runs or was interrupted; the error begins with `named`."""
+    """Raise a StudyError if the study of a folder runs or was interrupted; the error begins with `named`."""
     if is_locked(folder):
         raise StudyError(f"{named}: its study is running: wait until it is finished")
     if read_manifest(folder) is not None:
@@ -136,13 +136,13 @@ def refuse_unfinished(named: Path, folder: Path) -> None:
 
 
 def refuse_folder(target: Path) -> None:
-    """Raise a StudyError where a folder has the name of the result file."""
+    """Raise a StudyError if a folder has the name of the result file."""
     if target.is_dir():
         raise StudyError(f"{target}: is a folder; move it away")
 
 
 def finished(target: Path, identity: str, study: Mapping[str, Any]) -> xr.Dataset | None:
-    """Return the finished results of the study of this identity, or None where there are none."""
+    """Return the finished results of the study of this identity, or None if there are none."""
     with reading(target, "; move it away or use --fresh"):
         if not target.exists():
             return None
@@ -186,7 +186,7 @@ def damaged(path: Path) -> StudyError:
 
 
 def _other(about: Mapping[str, Any], study: Mapping[str, Any], identity: str) -> str:
-    """Return the differences of the study of the results, by their attributes; empty where these do not tell."""
+    """Return the differences of the study of the results, by their attributes; empty if these do not show any."""
     from importlib import metadata  # noqa: PLC0415
 
     from .differences import differences, same_inputs  # noqa: PLC0415
@@ -205,7 +205,7 @@ def _other(about: Mapping[str, Any], study: Mapping[str, Any], identity: str) ->
 
 @contextmanager
 def _writing(path: Path) -> Iterator[None]:
-    """Raise StudyError where a file of a study cannot be written in the block."""
+    """Raise StudyError if a file of a study cannot be written in the block."""
     try:
         yield
     except (OSError, RuntimeError) as error:  # (the HDF5 library reports a full disk as a RuntimeError)
@@ -217,17 +217,17 @@ def _writing(path: Path) -> Iterator[None]:
 
 
 def save(results: xr.Dataset, target: Path) -> None:
-    """Write a dataset whole or not at all; StudyError where this fails."""
+    """Write a dataset whole or not at all; StudyError if this fails."""
     with _writing(target), whole_file(target) as temporary:
         write(results, temporary)
 
 
 def write_whole(path: Path, content: bytes | memoryview) -> None:
-    """Write a file whole or not at all; StudyError where this fails."""
+    """Write a file whole or not at all; StudyError if this fails."""
     with _writing(path):
         write_bytes(path, content)
 
 
 def removed(path: Path) -> StudyError:
-    """Return the error of what was removed while its study ran."""
+    """Return the error for a folder that was removed while its study ran."""
     return StudyError(f"{path}: was removed while the study ran, with what was kept in it; use --fresh to start over")

@@ -1,4 +1,4 @@
-"""The manifest of a study's shards, and the files beside it: which study they are of, and which chunks are kept."""
+"""The manifest of a study's shards, and its accompanying files: their study, and the kept chunks."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ MANIFEST = "manifest.json"
 LAYOUT = 3
 """Number of the layout of manifest and shards."""
 MOST_RUNS = "most"
-"""Key that is true where the number of runs is the most that there may be, and how many is known at the end."""
+"""Key that is true if the number of runs is an upper bound; the actual number is known at the end."""
 REACHED = "reached"
-"""Key of the sentence on what an analysis at adaptive levels has reached so far; only such a study has it."""
+"""Key of the sentence on the reached precision of an analysis at adaptive levels; only such a study has it."""
 REACHED_AFTER = "reached_after"
 """Key of the number of calls after which it was true."""
 REFUSED = "refused"
-"""Key of the sentence that says why no result can be made of the runs that are kept, until they are gone on with."""
+"""Key of the sentence with the reason why no result can be made of the kept runs, until they are continued."""
 MOST = 10**18
 """Most runs that a manifest can count."""
 NAME = re.compile(r"([0-9]{3,})-([0-9]{6,})-([0-9a-f]{16})\.nc")
@@ -31,7 +31,7 @@ PART = re.compile(rf"({NAME.pattern}|{re.escape(MANIFEST)})\.toppling-[0-9]+-[0-
 
 
 def read_manifest(folder: Path) -> dict[str, Any] | None:
-    """Return the manifest in a study's folder, None where there is none; StudyError where it is not valid."""
+    """Return the manifest in a study's folder, None if there is none; StudyError if it is not valid."""
     path = folder / FOLDER / MANIFEST
     refuse_link(folder / FOLDER)
     try:
@@ -56,7 +56,7 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
 
 
 def _counts_of(one: Any) -> list[Any]:
-    """Return the counts in a manifest's entry of a call; [None] where it is no such entry."""
+    """Return the counts in a manifest's entry of a call; [None] if it is no such entry."""
     pairs = one.get("chunks") if isinstance(one, dict) else None
     if not isinstance(pairs, list) or not all(isinstance(pair, list) and len(pair) == 2 for pair in pairs):
         return [None]
@@ -82,6 +82,6 @@ def kept_runs(folder: Path, manifest: dict[str, Any]) -> tuple[int, int]:
 
 
 def refuse_link(shards: Path) -> None:
-    """Raise a StudyError where the folder of shards is a link, because the files behind it must not be removed."""
+    """Raise a StudyError if the folder of shards is a link, because the files behind it must not be removed."""
     if shards.is_symlink():
         raise StudyError(f"{shards}: is a link to another folder; remove the link, or use another folder")

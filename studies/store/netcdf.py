@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CHUNK_BYTES = 2**20
-"""Size of a chunk in the file, the least that is read of a variable of every run."""
+"""Size of a chunk in the file, the minimum that is read of a variable of every run."""
 SLAB_BYTES = 2**25
 """Size of a slab that is held in memory while a variable is written or checked."""
 WHOLE_BYTES = 2**25
@@ -76,8 +76,8 @@ def _write(results: xr.Dataset, path: Path) -> None:
     ]
     small = results.drop_vars(large)
     encoding = {name: _storage(variable) for name, variable in small.variables.items() if _checked(variable)}
-    # (`to_netcdf` asks dask whether there is a cluster, which loads all of its distributed part; this writes the same
-    # bytes, but no arrays of dask)
+    # `to_netcdf` asks dask if there is a cluster, which loads all of its distributed part; this writes a bit-identical
+    # file, but no arrays of dask
     assert all(variable.chunks is None for variable in small.variables.values())
     from xarray.backends import NetCDF4DataStore  # noqa: PLC0415 - a title is read without labelled arrays
 
@@ -116,7 +116,7 @@ def _write_slabs(file: netCDF4.Dataset, one: xr.DataArray) -> None:
 
 
 def opened(path: Path) -> xr.Dataset:
-    """Open results whose arrays are read when they are used; StudyError for a file that declares more than it holds."""
+    """Open results whose arrays are read when they are used; StudyError for a file that declares more than it has."""
     stored = open_netcdf(
         path, lambda problem: StudyError(f"{path}: {problem}: it is damaged, or no result file; run its study again")
     )
@@ -129,7 +129,7 @@ def opened(path: Path) -> xr.Dataset:
 
 
 def load_small(stored: xr.Dataset) -> None:
-    """Read the small variables into memory; OSError or RuntimeError where the file is damaged."""
+    """Read the small variables into memory; OSError or RuntimeError if the file is damaged."""
     for variable in stored.variables.values():
         if variable.nbytes <= WHOLE_BYTES:
             variable.load()

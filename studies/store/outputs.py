@@ -15,13 +15,13 @@ from ..text.error import StudyError, writing
 RECORD = ".toppling.json"
 """Name of the record: for each command the names of its files with their SHA-256."""
 BEING_WRITTEN = ""
-"""In place of a digest, while the file is written: a run that was killed leaves it."""
+"""Instead of a digest, while the file is written: a run that was killed leaves it."""
 Record = dict[str, dict[str, str]]
 
 
 @contextmanager
 def own_files(folder: Path, command: str, names: Collection[str]) -> Iterator[None]:
-    """Write files of these names within; afterwards `command`'s earlier ones are gone, and no other file is touched."""
+    """Write files of these names within; afterwards `command`'s earlier files are gone, and no other file changes."""
     made = not folder.exists()
     with system_errors(StudyError, f"{folder}: cannot be made a folder"):
         folder.mkdir(parents=True, exist_ok=True)
@@ -49,7 +49,7 @@ def own_files(folder: Path, command: str, names: Collection[str]) -> Iterator[No
 
 
 def _stamps(folder: Path, names: Collection[str]) -> dict[str, tuple[int, int]]:
-    """Return the files of these names that are there, each with what changes when it is written again."""
+    """Return the existing files of these names, each with its data that change when it is rewritten."""
     found = {}
     for name in names:
         with suppress(FileNotFoundError, NotADirectoryError):
@@ -72,7 +72,7 @@ def file_digest(path: Path) -> str:
 
 
 def _read(folder: Path) -> Record:
-    """Return the record of a folder; empty where there is none, or another content."""
+    """Return the record of a folder; empty if there is none, or another content."""
     path = folder / RECORD
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
@@ -88,7 +88,7 @@ def _read(folder: Path) -> Record:
 
 
 def _settle(folder: Path, others: Record, command: str, there: Collection[str], made: bool) -> None:
-    """Write the record of the files that are there; remove it, and a folder made here, where there are none."""
+    """Write the record of the files that are there; remove it, and a folder made here, if there are none."""
     own = {name: file_digest(folder / name) for name in sorted(there)}
     found = {**others, command: own} if own else others
     if found:

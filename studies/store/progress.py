@@ -40,7 +40,7 @@ class Display:
         watch.telling = self.telling
 
     def telling(self, what: str, done: int, total: int) -> None:
-        """Show the progress of the work that follows the runs, where it takes more than a moment."""
+        """Show the progress of the work that follows the runs, if it takes more than a moment."""
         if self.aside and self.watch is not None:
             self._show_runs(self.watch, self._all_runs(self.watch, done, total))
         now = time.monotonic()
@@ -58,21 +58,21 @@ class Display:
             self._show_runs(self.watch, total + self.aside)
 
     def _all_runs(self, watch: Watch, done: int, total: int) -> int:
-        """Return about how many runs there will be where `done` of `total` parts of those aside have been done."""
+        """Return the expected number of runs if `done` of `total` parts of the excluded runs are done."""
         further = watch.runs - self._told
         if further == 0 or done == 0:
             return self._shown[1]
         return self._told + math.ceil(further * total / done)
 
     def finished(self) -> None:
-        """Show that all runs are done, where that was not shown."""
+        """Show that all runs are done, if that was not shown."""
         watch = self.watch
         if watch is not None and self._shown != (watch.runs, watch.runs):
             self._shown = watch.runs, watch.runs
             self.show(self.what, *self._shown, "")
 
     def _show_runs(self, watch: Watch, expected: int) -> None:
-        """Show the runs that are done, of those that are expected or, where it is known, of all."""
+        """Show the runs that are done, of those that are expected or, if it is known, of all."""
         done = watch.runs
         total = max(done, expected if watch.most else watch.total)
         self._shown = done, total
@@ -85,7 +85,7 @@ class Display:
 
 @contextmanager
 def show_progress(console: Console, what: str, total: int | None, aside: int = 0) -> Iterator[Display]:
-    """Make the display of the progress: a bar on a terminal, lines elsewhere; total: None where it is not known yet."""
+    """Make the display of the progress: a bar on a terminal, lines elsewhere; total: None if it is not known yet."""
     if not console.is_terminal:
         last = time.monotonic()
 

@@ -16,17 +16,17 @@ from .manifest import FOLDER
 from .shards import IN_MEMORY
 
 BASE_BYTES = 400e6
-"""Memory of the loaded packages, and of figures: what small studies take."""
+"""Memory of the loaded packages, and of figures: the need of small studies."""
 SHARD_BYTES = 4e3
-"""Size of a shard beside its results."""
+"""Size of a shard without its results."""
 RESULT_BYTES = 2e6
-"""Size of the figures, and of the results beside the variables of every run."""
+"""Size of the figures, and of the results except the variables of every run."""
 HELD = 4
-"""Number of arrays of all runs, each of the largest size, that are held in memory before further ones are files."""
+"""Number of arrays of all runs, each of the largest size, in memory; further arrays are files."""
 
 
 class Resources(NamedTuple):
-    """Approximate bytes of memory, of disk during a study, of shards, of what is left; chunks and their time, s."""
+    """Approximate bytes of memory, of disk during a study, of shards, of remaining files; chunks and their time, s."""
 
     memory: float
     disk: float
@@ -50,7 +50,7 @@ class Resources(NamedTuple):
 
 
 def refuse_shortage(folder: Path, needs: Resources, resume: bool) -> None:
-    """Raise a StudyError where a study would fill the disk of its folder, less its kept shards, or the memory."""
+    """Raise a StudyError if a study would fill the disk of its folder, less its kept shards, or the memory."""
     kept = [path.stat().st_size for path in (folder / FOLDER).glob("*.nc")] if resume else []
     needed = needs.disk - min(sum(kept), needs.shards)
     free = free_bytes(folder)
@@ -69,7 +69,7 @@ def refuse_shortage(folder: Path, needs: Resources, resume: bool) -> None:
 
 
 def memory_bytes() -> float:
-    """Return the memory of this machine in bytes; infinite where the system does not tell."""
+    """Return the memory of this machine in bytes; infinite if it is not known."""
     try:
         return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (AttributeError, ValueError, OSError):

@@ -1,8 +1,8 @@
 """Crash safety: every finished chunk is a file of its own (a shard), and a manifest names the study of the chunks.
 
-`shards/manifest.json` identifies the study and the engine; `shards/CALL-CHUNK-CHECKSUM.nc` holds a chunk's results.  A
-file is written whole (temporary name, fsync, rename), and its name carries the checksum of its bytes, so that a damaged
-file is recognised before it is parsed, and its chunk is computed again.
+`shards/manifest.json` identifies the study and the engine; `shards/CALL-CHUNK-CHECKSUM.nc` contains a chunk's results.
+A file is written whole (temporary name, fsync, rename), and its name contains the checksum of its bytes. A damaged file
+is therefore recognised before it is parsed, and its chunk is computed again.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Shards(Runner):
                     _remove(path)
 
     def run(self, work: Work, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, ChunkResult]]:
-        """Yield every chunk with its results; StudyError where a chunk cannot be kept."""
+        """Yield every chunk with its results; StudyError if a chunk cannot be kept."""
         call = self._calls
         self._calls += 1
         whole = _digest_of(work)
@@ -86,7 +86,7 @@ class Shards(Runner):
             self._stop.waiting = False
 
     def array(self, shape: tuple[int, ...], dtype: Any) -> NDArray[Any]:
-        """Make an array for all runs, in a nameless file where large; StudyError if the disk is full."""
+        """Make an array for all runs, in a nameless file if large; StudyError if the disk is full."""
         size = math.prod(shape) * np.dtype(dtype).itemsize
         if size <= IN_MEMORY:
             return super().array(shape, dtype)
@@ -108,14 +108,14 @@ class Shards(Runner):
         self._watch.tell(what, done, total)
 
     def reached(self, what: str) -> None:
-        """Keep what an analysis has reached in the manifest for its status, unless a repeated call has reached less."""
+        """Keep the reached precision of an analysis in the manifest for its status, unless a repeated call has less."""
         manifest = _present(self._folder)
         before = manifest.get(REACHED_AFTER)
         if not isinstance(before, int) or self._calls > before:
             write_whole(self._folder / MANIFEST, _json({**manifest, REACHED: what, REACHED_AFTER: self._calls}))
 
     def refused(self, why: str) -> None:
-        """Keep in the manifest why no result can be made of the runs, where the status of the study finds it."""
+        """Keep in the manifest, for the status, the reason why no result can be made of the runs."""
         with suppress(StudyError):  # (that sentence counts, and not where it cannot be kept)
             write_whole(self._folder / MANIFEST, _json({**_present(self._folder), REFUSED: why}))
 
@@ -139,7 +139,7 @@ class Shards(Runner):
 
 
 def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool) -> tuple[Path, bool]:
-    """Return the folder for the shards of a study, and True if it holds shards of this study already."""
+    """Return the folder for the shards of a study, and True if it contains shards of this study already."""
     shards = folder / FOLDER
     refuse_link(shards)
     if shards.exists() and not fresh:
@@ -155,7 +155,7 @@ def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool) -> tuple[P
 
 
 def refuse_other(folder: Path, pinned: Mapping[str, Any]) -> bool:
-    """Return True if a folder holds parts of the study `pinned`; StudyError where they are of another study."""
+    """Return True if a folder contains parts of the study `pinned`; StudyError if they are of another study."""
     before = read_manifest(folder)
     if before is None:
         return False
@@ -172,7 +172,7 @@ def _manifest(pinned: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def belongs(folder: Path, identity: str) -> bool:
-    """Return True if the folder holds parts of the study of this identity, made by this engine."""
+    """Return True if the folder contains parts of the study of this identity, made by this engine."""
     try:
         found = read_manifest(folder)
     except StudyError:
@@ -181,7 +181,7 @@ def belongs(folder: Path, identity: str) -> bool:
 
 
 def remove_shards(folder: Path) -> None:
-    """Remove our files from the folder of shards, the manifest last; StudyError where this fails."""
+    """Remove our files from the folder of shards, the manifest last; StudyError if this fails."""
     shards = folder / FOLDER
     refuse_link(shards)
     if not shards.exists():
@@ -190,7 +190,7 @@ def remove_shards(folder: Path) -> None:
         ours = [path for path in shards.iterdir() if NAME.fullmatch(path.name) or PART.fullmatch(path.name)]
         for path in (*ours, shards / MANIFEST):
             _remove(path)
-        if not any(shards.iterdir()):  # (other files were put there by somebody else)
+        if not any(shards.iterdir()):  # other files are not toppling's
             shards.rmdir()
 
 
@@ -220,7 +220,7 @@ def _add_call(folder: Path, call: int, runs: Sequence[int]) -> None:
 
 
 def _present(shards: Path) -> dict[str, Any]:
-    """Return the manifest of a study that runs; StudyError where it was broken or removed meanwhile."""
+    """Return the manifest of a study that runs; StudyError if it was broken or removed meanwhile."""
     found = read_manifest(shards.parent)
     if found is None:
         raise removed(shards / MANIFEST)
@@ -232,7 +232,7 @@ def _json(manifest: Mapping[str, Any]) -> bytes:
 
 
 def _difference(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
-    """Return the differences of a study or of its engine from before; empty where there are none."""
+    """Return the differences of a study or of its engine from before; empty if there are none."""
     if before["engine"] != now["engine"]:
         names = sorted({*before["engine"], *now["engine"]})
         found = [(name, before["engine"].get(name), now["engine"].get(name)) for name in names]
@@ -278,7 +278,7 @@ def _packed(work: Work, done: ChunkResult, key: str) -> memoryview:
 
 
 def _read(path: Path, key: str, work: Work, chunk: Chunk) -> ChunkResult:
-    """Read a chunk from its shard, ValueError where damaged."""
+    """Read a chunk from its shard, ValueError if damaged."""
     content = path.read_bytes()
     name = NAME.fullmatch(path.name)
     if name is None or hashlib.sha256(content).hexdigest()[:16] != name[3]:

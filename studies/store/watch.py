@@ -26,7 +26,7 @@ LOG_SECONDS = 10.0
 
 
 class Interrupted(KeyboardInterrupt):
-    """An interrupt that knows the number of its signal."""
+    """An interrupt with the number of its signal."""
 
     def __init__(self, number: int, sentence: str = "") -> None:
         super().__init__(sentence)
@@ -122,7 +122,7 @@ class Watch:
         return (self.runs - self.kept) / max(time.monotonic() - self.started, 1e-9)
 
     def count_of(self, runs: int) -> str:
-        """Return a number of runs, of how many where that is known."""
+        """Return a number of runs, and their total if it is known."""
         return f"{runs:,} runs" if self.most else f"{runs:,} of {self.total:,} runs"
 
     @property
@@ -140,7 +140,7 @@ class Watch:
 
 
 class _LogFile(logging.FileHandler):
-    """A log that ignores write errors: a full disk is reported where it ends the study."""
+    """A log that ignores write errors: a full disk is reported if it ends the study."""
 
     def handleError(self, record: logging.LogRecord) -> None:
         pass
@@ -152,7 +152,7 @@ class _LogFile(logging.FileHandler):
 
 @contextmanager
 def run_log(folder: Path) -> Iterator[logging.Logger]:
-    """Open a log that appends to a file in the folder; StudyError where it cannot be written."""
+    """Open a log that appends to a file in the folder; StudyError if it cannot be written."""
     log = logging.getLogger(f"toppling.run.{folder.resolve()}")
     log.setLevel(logging.INFO)
     log.propagate = False

@@ -1,4 +1,4 @@
-"""Motions on the workers of a cluster: generated there from their seeds instead of sent, where no file is needed."""
+"""Motions on the workers of a cluster: generated there from their seeds instead of sent, if no file is needed."""
 
 from __future__ import annotations
 

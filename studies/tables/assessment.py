@@ -1,4 +1,4 @@
-"""Tables of a performance assessment: totals per year or at a level, consequences, and bounds of what never fell."""
+"""Tables of a performance assessment: totals per year or at a level, consequences, and bounds without any fall."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .table import Cells, Column, Row, Table, intervals, range_of
 DRAWN = {"downtime": "out of use, days", "injuries": "injured"}
 """Headings of amounts that only some inventories give; of amounts in a year with the `span` of time."""
 MARK, MARKED = "‡", "‡ outside the model, or on a support that moves: no ground for advice"
-"""After the name of a piece whose chance of falling is no ground for advice, and why."""
+"""Text after the name of a piece whose probability of falling is no basis for advice, with the reason."""
 TENTH = 0.1
 """Share of a value above which the error of its draws is written."""
 SELDOM = 0.1
@@ -102,7 +102,7 @@ def consequences(assessment: xr.Dataset, model: int = 0) -> Table:
 
 
 def doubtful_items(ranking: xr.Dataset) -> Flags:
-    """Return True for the items of a ranking on whose chance of falling no advice can rest."""
+    """Return True for the items of a ranking whose probability of falling is no basis for advice."""
     known = DOUBTFUL in ranking.coords
     return np.asarray(ranking[DOUBTFUL].values if known else np.zeros(ranking.sizes["item"], np.bool_))
 
@@ -113,7 +113,7 @@ def span(annual: xr.DataArray) -> tuple[float, str]:
 
 
 def fallen_word(results: xr.Dataset) -> str:
-    """Return what pieces have done that fell: overturned, or where any stands near an edge, fallen."""
+    """Return the word for pieces that fell: overturned, or fallen if any piece is near an edge."""
     return "fallen" if FALLEN in results else "overturned"
 
 
@@ -141,13 +141,13 @@ def objective_unit(ranking: xr.Dataset) -> tuple[float, str]:
 
 
 def _chance(values: xr.Dataset, name: str) -> Range | None:
-    """Return a chance at a level with its interval; None of what cannot be."""
+    """Return a probability at a level with its interval; None for an impossible event."""
     chance = range_of(values, name)
     return chance if chance.upper > 0.0 else None
 
 
 def _rate(values: xr.Dataset, name: str) -> Range:
-    """Return an annual rate with its interval; of what no motion showed 0 with the upper end, NaN of what cannot be."""
+    """Return an annual rate with its interval; without a fall in any motion 0 with the upper end, NaN if impossible."""
     rate = range_of(values, name)
     if rate.value > 0.0:
         return rate
@@ -157,7 +157,7 @@ def _rate(values: xr.Dataset, name: str) -> Range:
 
 
 def most_probability(results: xr.Dataset) -> float:
-    """Return the largest probability of what no motion showed: the upper end of Wilson's interval for 0 of n."""
+    """Return the largest probability of an event in no motion: the upper end of Wilson's interval for 0 of n."""
     trials = np.array([number_of_motions(results)])
     return float(wilson_interval(np.zeros(1, np.int64), trials, float(results.attrs["confidence"]))[1][0])
 
@@ -170,12 +170,12 @@ def most_rate(results: xr.Dataset) -> float:
 
 
 def bound_of(results: xr.Dataset) -> float:
-    """Return the largest chance of what none of the motions showed, in `YEARS` or at the study's level."""
+    """Return the largest probability of an event in no motion, in `YEARS` or at the study's level."""
     if "level_weight" in results:
         return float(probability_in(np.float64(most_rate(results)), YEARS))
     return most_probability(results)
 
 
 def at_most(results: xr.Dataset) -> str:
-    """Return the bound of the chance of what none of the motions showed, in words."""
+    """Return the bound of the probability of an event in no motion, in words."""
     return f"at most {about_percent(bound_of(results))}"

@@ -1,4 +1,4 @@
-"""The axes about which pieces fall, if both horizontal components shake."""
+"""The axes about which pieces fall, if both horizontal components act."""
 
 from __future__ import annotations
 

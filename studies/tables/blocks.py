@@ -26,7 +26,7 @@ ALL_BLOCKS = "“toppling export” writes all blocks."
 LEAD = "block", "floor", "level", "samples", "chance", "model_range"
 SHORT = "block", "floor", "level", "others", "chance", "model_range"
 NOT_FOUND = {ALL: "at every level", NONE: "never seen"}
-"""In place of a level, by the status of the curve."""
+"""Text instead of a level, by the status of the curve."""
 BEYOND = "{}: {} of the rate comes from shaking {}."
 BEYOND_CURVE, BEYOND_RUNS = "beyond the hazard curve", "outside the levels run"
 BOTH_WAYS = "†: it may also fall the other way; such falls are not counted, so half need not fall at any level."
@@ -110,7 +110,7 @@ def _level(curve: xr.Dataset, scale: float, highest: float) -> Value:
 
 
 def block_chance(curve: xr.Dataset, laws: xr.Dataset, years: float) -> Range:
-    """Return the chance in so many years, over all branches if there are any."""
+    """Return the probability in `years` years, over all branches if there are any."""
     if "epistemic_rate" in laws:
         ends = laws["epistemic_rate_fractile"].sel(epistemic_fractile=list(OUTER)).values.tolist()
         rates = (float(laws["epistemic_rate"]), *ends)
@@ -121,7 +121,7 @@ def block_chance(curve: xr.Dataset, laws: xr.Dataset, years: float) -> Range:
 
 
 def _model_range(curve: xr.Dataset, laws: xr.Dataset, name: str, scale: float, years: float) -> Range | None:
-    """Return the range of the chance in so many years, or of the level, if all capacities are off by one factor."""
+    """Return the range of the probability in `years` years, or of the level, under one factor on all capacities."""
     if name == "risk_probability" and "epistemic_rate" in laws:
         return chance_in((math.nan, *(float(laws[f"epistemic_rate{end}"]) for end in (LOWER, UPPER))), years)
     scale = scale if name == "half_level" else 1.0

@@ -23,7 +23,7 @@ _TIME = re.compile(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
 SMALL = 1e-3
 """Chances below which a workbook shows four decimals of a per cent."""
 LARGE = 10.0
-"""Numbers from which one decimal is shown; smaller ones have four, chances are in per cent."""
+"""Numbers from which one decimal is shown; smaller numbers have four, probabilities are in per cent."""
 WIDEST = 40
 """Widest column of a sheet, characters."""
 
@@ -79,7 +79,7 @@ def csv_bytes(table: Table) -> bytes:
 
 
 def workbook(tables: Mapping[str, Table]) -> bytes:
-    """Return a workbook of tables by the names of their sheets; the same tables give the same bytes."""
+    """Return a workbook of tables by the names of their sheets; the same tables give a bit-identical file."""
     from openpyxl import Workbook  # noqa: PLC0415 - for this format alone
 
     book = Workbook()
@@ -96,7 +96,7 @@ def workbook(tables: Mapping[str, Table]) -> bytes:
 
 
 def timeless(book: bytes) -> bytes:
-    """Return a workbook without the time of writing, so that the same results give the same bytes."""
+    """Return a workbook without the time of writing, so that the same results give a bit-identical file."""
     held = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(book)) as old, zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED) as new:
         for name in old.namelist():

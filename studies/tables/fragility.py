@@ -107,7 +107,7 @@ def _rates(curve: xr.Dataset, years: str) -> Cells:
 
 
 def curves_at(results: xr.Dataset, levels: Array) -> xr.DataArray:
-    """Return the probabilities of the fitted curves at levels that were run; NaN where there is no curve."""
+    """Return the probabilities of the fitted curves at the levels of the runs; NaN without a curve."""
     fit = results.assign_attrs(form=results.attrs.get("form", "lognormal"))
     if "curve_probability" in fit:
         fit = fit.drop_vars(["probability", "lower", "upper"], errors="ignore").rename(curve_probability="probability")
@@ -208,7 +208,7 @@ SAME = "≈: not distinguished from the best."
 
 
 def precision(results: xr.Dataset) -> Table:
-    """Return what was requested of each curve and what was reached."""
+    """Return the requested and the reached precision of each curve."""
     here = shown(results)
     target, allowed = asked_of(here)
     chance = target == PROBABILITY
@@ -291,7 +291,7 @@ def shares(results: xr.Dataset) -> Table:
 
 
 def indices(results: xr.Dataset) -> Table:
-    """Return Sobol' indices of the probability of overturning at the level where it is nearest to one half."""
+    """Return Sobol' indices of the probability of overturning at the level at which it is nearest to one half."""
     here = shown(results)
     rows: list[Cells | str] = []
     for block in here["block"].values:

@@ -1,4 +1,4 @@
-"""Tables of a page on the inputs of a study: what to anchor, the sizes of blocks, and the provenance."""
+"""Tables of a page on the inputs of a study: pieces to anchor, the sizes of blocks, and the provenance."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .table import Cells, Column, Row, Table, chosen
 
 
 def anchoring(results: xr.Dataset) -> Table:
-    """Return the table of what to anchor."""
+    """Return the table of pieces to anchor."""
     money, roof = currency_of(results), roof_of(results)
     lines = recommended_lines(results)
     rows: list[Row] = [
@@ -95,7 +95,7 @@ def _with_key(label: str) -> str:
 
 
 def _stands(block: Block) -> str:
-    """Return what stands around a block or holds it, with the numbers of the study file."""
+    """Return the surroundings and restraint of a block, with the numbers of the study file."""
     words = block.scene_words
     held = block.restraint
     if held is not None and block.mass is not None:

@@ -1,4 +1,4 @@
-"""Tables of kits: what falls with each kit and what that saves, and the static checks of their forces by hand."""
+"""Tables of kits: falls and savings with each kit, and the static checks of their forces by hand."""
 
 from __future__ import annotations
 
@@ -212,14 +212,14 @@ def _sets(here: xr.Dataset, sets: list[str], money: str) -> list[str]:
 
 
 def _chosen(item: xr.Dataset, kit: str) -> Row:
-    """Return whether a kit ('' for none) is the kit of a piece in the sets for the budget and for the target."""
+    """Return the membership of a kit ('' for none) of a piece in the sets for the budget and for the target."""
     sets = {name: f"{name}_kit" in item and str(item[f"{name}_kit"].item()) == kit for name in SETS}
     sets["target"] &= "target_met" not in item or bool(item["target_met"])
     return {f"for_{name}": "yes" if yes else "no" for name, yes in sets.items()}
 
 
 def _chance(rate: Value, yearly: bool, bound: float) -> Range | None:
-    """Return a chance with its interval; of what no motion showed 0 with the upper end of its interval."""
+    """Return a probability with its interval; for an event in no motion 0 with the upper end of its interval."""
     if not isinstance(rate, Range) or math.isnan(rate.value):
         return None
     return bounded(chance_in(rate, YEARS) if yearly else rate, bound)

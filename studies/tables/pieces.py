@@ -1,4 +1,4 @@
-"""The table of the pieces of a building: how likely each falls, what anchoring it costs and saves, and what to do."""
+"""The table of the pieces of a building: probability of falling, cost and saving of anchoring, and recommendation."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ CHANCES = {
     "overturning_alone": (OVERTURNING, OVERTURNING_RATE),
     "overturning_where_it_rocks": (GATED, GATED_RATE),
 }
-"""Chances of what sliding changes, by the beginning of their columns: at a level, and annual rates."""
+"""Probabilities that sliding changes, by the beginning of their columns: at a level, and annual rates."""
 IN_50, AT_LEVEL = "_in_50_years", "_at_level"
 EXPORTED = (
     *(Column(key) for key in ("item", "room", "floor", "pieces", "anchored_with", "damping_law")),
@@ -141,12 +141,12 @@ def short_pieces(results: xr.Dataset, most: int = MOST_SHORT) -> Table:
 
 
 def danger(results: xr.Dataset, model: int = 0) -> Table:
-    """Return how likely each piece falls, and what to do."""
+    """Return the probability of falling of each piece, and the recommendation."""
     return pieces(results, model).but(WORTH).first(MOST_ROWS)
 
 
 def worth(results: xr.Dataset, model: int = 0) -> Table:
-    """Return the levels at which each piece falls, its value, and what anchoring it costs and saves."""
+    """Return the levels at which each piece falls, its value, and the cost and saving of its anchoring."""
     table = pieces(results, model).apart("Levels and values", ("item",), WORTH)
     return table.first(MOST_SHORT)
 
@@ -158,7 +158,7 @@ WORTH = "level", "value", "anchoring_cost", "saves", "lost", *DRAWN
 
 
 def codes(results: xr.Dataset) -> Table:
-    """Return what the building code says of each piece, with the design forces."""
+    """Return the building code's result for each piece, with the design forces."""
     rows, unstated, moments = list[Cells](), 0, False
     for piece in pieces_of(results):
         code = piece.code
@@ -217,7 +217,7 @@ def exported_pieces(results: xr.Dataset, model: int = 0, readable: bool = False)
 
 
 def _sliding(here: xr.Dataset) -> dict[str, Row]:
-    """Return what is known of the sliding of each item, and its chance if all capacities are off, by column."""
+    """Return the results on sliding of each item, and its probability if all capacities are off, by column."""
     chance, end = ("chance", IN_50) if "item_rate" in here else ("probability", AT_LEVEL)
     found = {}
     for i, item in enumerate(here["item"].values.tolist()):
@@ -255,7 +255,7 @@ def over_branches(results: xr.Dataset) -> dict[str, Range]:
 
 
 def bounded(chance: Range, bound: float) -> Range:
-    """Return a chance; of what no motion showed 0 with the upper end of its interval."""
+    """Return a probability; for an event in no motion 0 with the upper end of its interval."""
     return chance if chance.value > 0.0 else Range(0.0, math.nan, bound)
 
 

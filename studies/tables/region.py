@@ -18,7 +18,7 @@ SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
 def surfaces(results: xr.Dataset) -> Table:
-    """Return what was requested of each surface and what was reached."""
+    """Return the requested and the reached precision of each surface."""
     requested = float(json.loads(str(results.attrs["until"]))[MEDIAN])
     rows: list[Cells] = []
     for j, model in enumerate(results["model"].values):
@@ -39,7 +39,7 @@ def surfaces(results: xr.Dataset) -> Table:
 
 
 def spread(results: xr.Dataset) -> Table:
-    """Return how levels, dispersions and chances of the blocks are distributed, the shares under each law together."""
+    """Return the distribution of levels, dispersions and probabilities of the blocks, by law."""
     scale, unit = display_unit(axis_of(results))
     years = years_text(float(results.attrs.get("years", 50.0)))
     columns = (
@@ -67,7 +67,7 @@ def spread(results: xr.Dataset) -> Table:
 
 
 def events(results: xr.Dataset) -> Table:
-    """Return how much of the region falls in one event at each level, the levels under each law together."""
+    """Return the share of the region that falls in one event at each level, the levels under each law together."""
     scale, unit = display_unit(axis_of(results))
     rows: list[Cells | str] = []
     for j, model in enumerate(results["model"].values):

@@ -1,4 +1,4 @@
-"""Tables by name, with the question whether they apply to some results, and the lists of tables in each place."""
+"""Tables by name, with a test if they apply to some results, and the lists of tables in each place."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ Question = Callable[[xr.Dataset], bool]
 
 
 class Entry(NamedTuple):
-    """A table: the question whether it applies, and the function that makes it, for each law if `by_law`."""
+    """A table: the test if it applies, and the function that makes it, for each law if `by_law`."""
 
     applies: Question
     make: Callable[..., Table]
@@ -45,7 +45,7 @@ class Entry(NamedTuple):
 
 
 def has(*names: str) -> Question:
-    """Return the question whether results have any of some variables, coordinates or attributes."""
+    """Return the test if results have any of some variables, coordinates or attributes."""
     return lambda results: any(name in results or name in results.attrs for name in names)
 
 

@@ -1,4 +1,4 @@
-"""Walls and restraints: chances compared with blocks without them, and how often restraints break."""
+"""Walls and restraints: probabilities compared with blocks without them, and frequency of ruptures."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .table import ENDS, Cells, Column, Table, intervals, range_of
 
 
 class Gain(NamedTuple):
-    """The chance of a block, that of another in the same place under the same law, and their ratio."""
+    """The probability of a block, the probability of another in the same place under the same law, and their ratio."""
 
     block: str
     other: str
@@ -32,7 +32,7 @@ class Gain(NamedTuple):
 
 
 def gains_of(results: xr.Dataset, laws: list[int]) -> Iterator[Gain]:
-    """Yield the comparisons of blocks under some laws, block by block; none where there are none."""
+    """Yield the comparisons of blocks under some laws, block by block; none if there are none."""
     if GAIN not in results:
         return
     labels = [str(block) for block in results["block"].values]
@@ -49,7 +49,7 @@ def gains_of(results: xr.Dataset, laws: list[int]) -> Iterator[Gain]:
 
 
 def gains(results: xr.Dataset) -> Table:
-    """Return the table of what walls and restraints change, under every law."""
+    """Return the table of the effects of walls and restraints, under every law."""
     every = [*gains_of(results, list(range(results.sizes["model"])))]
     rows: list[Cells] = [
         {
@@ -71,7 +71,7 @@ PAIRED = "Both blocks have the same motions."
 
 
 MOST_COLUMNS = 6
-"""Most restraints in a table of breaks by level; the results hold all of them."""
+"""Maximum number of restraints in a table of breaks by level; the results contain all of them."""
 HALF = 0.5
 
 
@@ -105,9 +105,9 @@ def breaks(results: xr.Dataset) -> Table:
 
 
 def breaks_of(results: xr.Dataset, at: int) -> list[tuple[str, float, float, float, float, bool]]:
-    """Return how often restraints break under a law: name, share of motions with its ends, level, at the design level.
+    """Return the ruptures of restraints under a law: name, share of motions with its ends, level, at the design level.
 
-    The level is the design shaking where it is known, else the lowest at which at least half of the motions break a
+    The level is the design level if it is known, else the lowest at which at least half of the motions break a
     restraint, or the highest.
     """
     found = []

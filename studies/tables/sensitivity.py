@@ -63,7 +63,7 @@ def law_of_answer(results: xr.Dataset) -> int:
 
 
 def law_name(results: xr.Dataset, at: int) -> str:
-    """Return the name of a law in words: without parameters, and with its rest where two laws differ in it alone."""
+    """Return the name of a law in words: without parameters, and with its rest if two laws differ in it alone."""
     laws = [str(value) for value in results["law"].values]
     name = LAW_NAMES.get(laws[at], laws[at])
     twice = laws.count(laws[at]) > 1 and "rest" in results.coords
@@ -107,7 +107,7 @@ def _values(results: xr.Dataset, format_: str) -> list[Column]:
 
 
 def own_restitution(results: xr.Dataset) -> Array | None:
-    """Return each block's own e_R (block,), NaN of a block too squat for one; None where e is not what is varied."""
+    """Return each block's own e_R (block,), NaN for a block too squat for one; None if e is not varied."""
     if str(results.attrs["parameter"]) != "e":
         return None
     return np.array([_restitution(block) for block in blocks_of(results)])

@@ -1,4 +1,4 @@
-"""Sliding of blocks and of the pieces of an inventory: how far, and falls over edges and obstacles."""
+"""Sliding of blocks and of the pieces of an inventory: slips, and falls over edges and obstacles."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ TRIPS = "Trips over obstacles: a criterion, not a simulation."
 
 
 def slides(results: xr.Dataset) -> Table:
-    """Return the table of sliding: in the years of a study with a hazard, else at the level where half fall."""
+    """Return the table of sliding: in the years of a study with a hazard, else at the level at which half fall."""
     here = results.isel(model=reference_law(results)[0])
     adaptive, rated = SLIP_HALF in results, SLIP_RATE in results
     halves = adaptive and not rated and SLIP not in here
@@ -105,7 +105,7 @@ def _when(results: xr.Dataset) -> str:
 
 
 def _chance(block: xr.Dataset, rate: str, chance: str, adaptive: bool = False) -> Range:
-    """Return a chance `_when`; of what no run showed 0 with the upper end of its interval."""
+    """Return a probability `_when`; for an event in no run 0 with the upper end of its interval."""
     if SLIP_RATE in block:
         found = chance_in(range_of(block, rate), float(block.attrs["years"]), 0.0)
     else:
@@ -116,7 +116,7 @@ def _chance(block: xr.Dataset, rate: str, chance: str, adaptive: bool = False) -
 
 
 def _seen(chance: Range, probability: xr.DataArray) -> Range:
-    """Return a chance; of what no run showed, whose rate lies above the highest level alone, as a bound."""
+    """Return a probability; for an event in no run, whose rate lies above the highest level alone, as a bound."""
     unseen = not bool((probability > 0.0).any()) and chance.value > 0.0
     return Range(0.0, math.nan, chance.value) if unseen else chance
 
@@ -208,12 +208,12 @@ def item_slides(results: xr.Dataset, model: int = 0) -> Table:
 
 
 def slips(results: xr.Dataset, model: int = 0) -> Table:
-    """Return how far pieces slide."""
+    """Return the slips of pieces."""
     return item_slides(results, model).but(OF_FALLS).first(MOST_LINES)
 
 
 def falls(results: xr.Dataset, model: int = 0) -> Table:
-    """Return how pieces that can slide fall: over an edge, over an obstacle or by overturning."""
+    """Return the falls of pieces that can slide: over an edge, over an obstacle or by overturning."""
     table = item_slides(results, model)
     return table.apart(table.title.replace("Sliding", "Falls"), ("item", "floor"), OF_FALLS).first(MOST_LINES)
 
@@ -223,7 +223,7 @@ OF_FALLS = "edge", "off", "obstacle", "trips", "alone", "rocking"
 
 
 def contacts_of(results: xr.Dataset) -> list[str]:
-    """Return what the pieces of each line stand on, '' where nothing is said of it."""
+    """Return the contacts of the pieces of each line with their floor, '' if not stated."""
     if "contact" in results.coords:
         return [str(contact) for contact in results["contact"].values]
     return [""] * results.sizes["item"]
@@ -238,6 +238,6 @@ def _item_edges(results: xr.Dataset) -> list[Edge | None]:
 
 
 def _item_chance(piece: xr.Dataset, name: str, rate: str) -> Range:
-    """Return a chance in 50 years, or at the level; of what no motion showed 0 with the upper end of its interval."""
+    """Return a probability in 50 years, or at the level; for an event in no motion 0 with the upper end."""
     chance = chance_of(piece, name, rate)
     return Range(0.0, math.nan, bound_of(piece)) if chance.value == 0.0 else chance

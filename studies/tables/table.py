@@ -57,8 +57,8 @@ Row = dict[str, Value]
 class Column(NamedTuple):
     """A column: key, title, format and unit of its values.
 
-    ends: suffixes of the keys of a range's value and ends in files.  priority: columns with higher numbers follow the
-    others on narrow screens.  note: a sentence of the table's note, if the table has the column.
+    `ends`: suffixes of the keys of a range's value and ends in files. `priority`: columns with higher numbers follow
+    the others on narrow screens. `note`: a sentence of the table's note, if the table has the column.
     """
 
     key: str
@@ -210,7 +210,7 @@ class Table:
         return replace(table, notes=[f"In all rows: {same}.", *self.notes]) if alike else self
 
     def grouped(self, key: str) -> Table:
-        """Return the table with a heading for each group of rows of one text in a column, in place of the column."""
+        """Return the table with a heading for each group of rows of one text in a column, instead of the column."""
         if key not in {column.key for column in self.columns}:
             return self
         rows: list[Row | str] = []
@@ -256,7 +256,7 @@ def range_of(values: xr.Dataset, name: str, scale: float = 1.0, ends: Sequence[s
 
 
 def chance_in(rate: Iterable[float], years: float, least: float = -math.inf) -> Range:
-    """Return the probabilities of at least one event in so many years; rates below `least` count as `least`."""
+    """Return the probabilities of at least one event in `years` years; rates below `least` count as `least`."""
     return Range(*(float(probability_in(np.maximum(least, end), years)) for end in rate))
 
 
@@ -317,7 +317,7 @@ def _share(value: float, low: float, high: float) -> str:
 
 
 def _level(write: Write) -> Format:
-    """Return the format of a level: in words above or below all levels that were run, if it is infinite or 0."""
+    """Return the format of a level: in words above or below all levels of the runs, if it is infinite or 0."""
     number = _number(write)
 
     def text(value: float, low: float, high: float) -> str:

@@ -1,4 +1,4 @@
-"""Notes on the horizontal components that shake blocks: along which axis they fall, and what levels are of."""
+"""Notes on the horizontal components that act on blocks: axis of the falls, and components of the levels."""
 
 from __future__ import annotations
 

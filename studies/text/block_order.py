@@ -9,9 +9,9 @@ from ...fragility.fitting.states import ALL
 from .words import reference_law
 
 MOST_BLOCKS = 30
-"""Most blocks in tables and in figures of fragility studies; the results hold all of them."""
+"""Maximum number of blocks in tables and in figures of fragility studies; the results contain all of them."""
 MOST_DRAWN = 12
-"""Most blocks in figures of the other kinds of studies, where each block takes a large panel or a figure."""
+"""Most blocks in figures of the other kinds of studies, if each block takes a large panel or a figure."""
 BLOCK_KINDS = ("fragility", "uncertainty", "sensitivity")
 """Kinds of studies whose results are curves of blocks."""
 HALF, RATE = "half_level", "rate"
@@ -49,7 +49,7 @@ def shown(results: xr.Dataset, by: str = HALF, most: int = MOST_BLOCKS) -> xr.Da
 
 
 def chosen_of(results: xr.Dataset) -> str:
-    """A phrase for the blocks that a table of `shown` results holds; empty where the table holds all of them."""
+    """A phrase for the blocks in a table of `shown` results; empty if the table contains all of them."""
     if "shown_of" not in results.attrs:
         return ""
     return f"the {results.sizes['block']:,} of {results.attrs['shown_of']:,} blocks {results.attrs['shown_by']}"

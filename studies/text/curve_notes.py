@@ -21,14 +21,14 @@ FEWEST = 5
 WIDEST = 2.0
 """Ratio of the ends of a median's interval above which it is worth a sentence."""
 BEYOND = "rate_share_above_levels"
-"""Variable with the share of a rate from shaking above the highest that was run."""
+"""Variable with the share of a rate from motions above the highest level of the runs."""
 UNDER = "rate_share_below_levels"
-"""Variable with the share of a rate from shaking below the lowest that was run."""
+"""Variable with the share of a rate from motions below the lowest level of the runs."""
 EXCEEDED = "rate_above_highest_level"
 LEFT_OUT = "rate_share_left_out"
-"""Variable with the annual rate of shaking above the highest that was run."""
+"""Variable with the annual rate of motions above the highest level of the runs."""
 AT_HIGHEST = "probability_at_highest_level"
-"""Variable with the probability of a curve at the highest shaking that was run."""
+"""Variable with the probability of a curve at the highest level of the runs."""
 NOTABLE = 0.05
 """Share of a rate from beyond the known range above which it is worth a sentence."""
 SETTLED = 0.95
@@ -67,7 +67,7 @@ def reached_of(state: str) -> str:
 
 
 def action_of(verb: str, name: str) -> str:
-    """What a motion does to a block, in the infinitive: overturn it, uplift it, bring it to a rotation."""
+    """Effect of a motion on a block, in the infinitive: overturn it, uplift it, bring it to a rotation."""
     if verb.startswith("falls "):
         return f"make {name} {infinitive_of(verb)}"
     return f"{verb[:-1]} {name}" if verb.endswith("s") else f"bring {name} to {verb.removeprefix('reaches ')}"
@@ -107,7 +107,7 @@ def misfit_notes(curves: xr.Dataset, state: str) -> list[Fact]:
 
 
 def _misses(what: str, off: xr.DataArray, **more: Any) -> list[Fact]:
-    """Return of which curves something is off, relative to the runs; 0 where nothing is."""
+    """Return of which curves something is off, relative to the runs; 0 if nothing is."""
     here = off.values != 0.0
     return [_of_curves(what, off, here, values=_first(here, off.values)[0].tolist(), **more)] if here.any() else []
 
@@ -123,7 +123,7 @@ def spacing_notes(curves: xr.Dataset) -> list[Fact]:
 
 
 def modelling_note(dispersion: float, where: str) -> Fact:
-    """Return what rates contain of modelling uncertainty."""
+    """Return the note on modelling uncertainty in rates."""
     if dispersion == 0.0:
         return Fact("uncertainty.modelling_none")
     return Fact("rate.modelling_included", dispersion, more={"yearly": True, "spread": where != "mean"})
@@ -134,12 +134,12 @@ SLIPS_WITHOUT_BRANCHES = Fact("sliding.without_branches")
 
 
 def level_modelling_note(dispersion: float) -> Fact:
-    """Return what chances at given levels contain of modelling uncertainty."""
+    """Return the note on modelling uncertainty in probabilities at given levels."""
     return Fact("chance.modelling_included", dispersion, upper=math.exp(3.0 * dispersion))
 
 
 def branches_beyond(results: xr.Dataset) -> str:
-    """Return how many branches rest on shaking beyond hazard curves or runs, for a title; empty without any."""
+    """Return the number of branches that depend on levels beyond hazard curves or runs, for a title."""
     if "branch_share_beyond" not in results:
         return ""
     share = results["branch_share_beyond"]
@@ -154,9 +154,9 @@ def branches_beyond(results: xr.Dataset) -> str:
 
 
 def branches_beyond_note(beyond: Sequence[float], names: Sequence[str]) -> list[Fact]:
-    """Return the note on branches whose rates come from shaking beyond hazard curves or levels.
+    """Return the note on branches whose rates are from beyond hazard curves or levels.
 
-    `beyond` is the share of each branch's rate (its largest over blocks) from such shaking.
+    `beyond` is that share of each branch's rate (its largest over blocks).
     """
     many = sum(share > NOTABLE for share in beyond)
     if not many:
@@ -175,9 +175,9 @@ def extrapolated_shares(results: xr.Dataset) -> dict[str, xr.DataArray]:
 
 
 def rate_bounds(results: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray] | None:
-    """Return the least and the greatest possible rate over the given one.
+    """Return the minimum and the maximum possible rate over the given one.
 
-    Above the highest level run it is P H to H: P its probability there, H the annual rate of such shaking.
+    Above the highest level run it is P H to H: P its probability there, H the annual rate of such motions.
     """
     if not {BEYOND, AT_HIGHEST, EXCEEDED} <= {*results}:
         return None
@@ -186,7 +186,7 @@ def rate_bounds(results: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray] | None
 
 
 def possible_change(results: xr.Dataset) -> xr.DataArray:
-    """Return by how much of itself a rate may be off for what its curve does above the highest shaking that was run."""
+    """Return the possible relative error of a rate from its curve above the highest level of the runs."""
     bounds = rate_bounds(results)
     if bounds is None:
         return results[BEYOND]
@@ -204,8 +204,8 @@ def rate_notes(
 ) -> list[Fact]:
     """Return notes on rates from beyond the hazard curve or the runs.
 
-    settled: probabilities at the strongest shaking run; cures: what reaches weaker and stronger shaking; run: what the
-    runs end with: a level, a stripe or a motion.
+    `settled`: probabilities at the highest level of the runs. `cures`: remedies that reach lower and higher levels.
+    `run`: ends of the runs: a level, a stripe or a motion.
     """
     found = []
     for side, end in zip(("below", "above"), hazard_ends, strict=True):
@@ -257,7 +257,7 @@ def infinitive_of(verb: str) -> str:
 
 
 def _of_curves(what: str, like: xr.DataArray, here: Flags, **more: Any) -> Fact:
-    """Return a fact of the curves where `here` is True: their number, and the names of the first."""
+    """Return a fact of the curves if `here` is True: their number, and the names of the first."""
     names = (_name(like, tuple(int(i) for i in at)) for at in np.argwhere(here)[:MOST_NAMED])
     return Fact(what, int(here.sum()), names=tuple(names), more={"of": here.size, **more})
 

@@ -24,7 +24,7 @@ ERRORS = "toppling.readable"
 
 
 def readable(text: str) -> str:
-    """Return a text in ASCII that can be read in place of it; a question mark where nothing better is known."""
+    """Return a readable text in ASCII instead of it; a question mark if nothing better is known."""
     return "".join(_ascii(character) for character in text)
 
 
@@ -54,7 +54,7 @@ codecs.register_error(ERRORS, _replaced)
 
 
 class _Kept(io.RawIOBase):
-    """A stream that takes what is written after one of some errors, and writes it nowhere."""
+    """A stream that takes text after some errors, and discards it."""
 
     def __init__(self, raw: io.RawIOBase, ignored: type[OSError]) -> None:
         self._raw, self._ignored = raw, ignored
@@ -101,6 +101,6 @@ def printable(text: str) -> str:
 
 
 def json_text(content: Any, **options: Any) -> str:
-    """Return JSON for standard output: with escapes where its encoding has not every character."""
+    """Return JSON for standard output: with escapes if its encoding has not every character."""
     encoding = str(getattr(sys.stdout, "encoding", None) or "ascii").lower().replace("-", "")
     return json.dumps(content, ensure_ascii=encoding not in ("utf8", "utf16"), **options)

@@ -1,4 +1,4 @@
-"""The one error of studies, apart from what reads them: it needs no library."""
+"""The one error of studies, apart from their readers: it needs no library."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MOST_CHARACTERS = 399
 
 
 class StudyError(ValueError):
-    """Error for a study that cannot be run: one sentence that names the file, the key, the value and what is allowed.
+    """Error for a study that cannot be run: one sentence with the file, the key, the value and the allowed values.
 
     Whatever a hostile file puts into the message, it is one printable line of fewer than 400 characters.
     """
@@ -27,7 +27,7 @@ class StudyError(ValueError):
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Raise StudyError where a file or a folder cannot be written in the block."""
+    """Raise StudyError if a file or a folder cannot be written in the block."""
     try:
         yield
     except OSError as error:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 
 class Term(NamedTuple):
-    """A term, its definition, the pattern by which a text is known to use it, and whether a page explains it."""
+    """A term, its definition, the pattern that finds it in a text, and True if a page explains it."""
 
     name: str
     definition: str

@@ -20,7 +20,7 @@ FLAT = 0.5 * math.pi
 
 
 def checked(response: Any, variables: Iterable[str], attributes: Iterable[str]) -> None:
-    """Check a response: TypeError if it is no dataset, ValueError if it holds no history of one run or lacks a part."""
+    """Check a response: TypeError if it is no dataset, ValueError if it is no history of one run or lacks a part."""
     if not isinstance(response, xr.Dataset):
         raise TypeError(f"a response must be a dataset as toppling.simulate returns it, got {checks.kind(response)}")
     lacks = sorted({"rotation", *variables} - {str(name) for name in response.data_vars})

@@ -11,7 +11,7 @@ REPLACEMENT = "\ufffd"
 # Marks that change the direction of the text that follows, beyond the name that holds them.
 _TURNING = {*range(0x202A, 0x202F), *range(0x2066, 0x206A)}
 LONGEST_LABEL = 60
-"""Most letters of a name in a figure: longer names are cut (tables hold them whole)."""
+"""Maximum length of a name in a figure: longer names are cut (tables contain them whole)."""
 NAMED = ("block", "model", "item", "place", "consequence", "floor", "motion_floor", "law")
 
 
@@ -49,7 +49,7 @@ def drawable(results: xr.Dataset) -> xr.Dataset:
 
 
 def _all_plain(labels: list[str]) -> bool:
-    """Return whether any figure can draw names as they are, and they are all different."""
+    """Return True if any figure can draw names as they are, and they are all different."""
     together = "".join(labels)
     plain = together.isascii() and together.isprintable() and "$" not in together and "  " not in together
     return (

@@ -52,7 +52,7 @@ def one_side_notes(blocks: Iterable[Block], state: State, form: str) -> list[Fac
 
 
 def uplift_notes(blocks: Iterable[Block], models: Iterable[Law], state: State, form: str) -> list[Fact]:
-    """Return the note on laws whose blocks are oscillators at rest, where the curves are of uplift."""
+    """Return the note on laws whose blocks are oscillators at rest, if the curves are of uplift."""
     if state != UPLIFTED and form != "uplift-lognormal":
         return []
     blocks = list(blocks)

@@ -19,12 +19,12 @@ from ...fragility.surfaces.gain import Gain, gain_words
 FITTED_RATE = "fitted_rate"
 """Rate of the fitted curve in results whose rates are without a form of curve."""
 SEQUENTIAL = "sequential_"
-"""Prefix, in a study's results, of what the analysis itself says of each curve, beside the curve fitted to all runs."""
+"""Prefix, in a study's results, of the analysis' own values of each curve, apart from the curve fitted to all runs."""
 
 SLIP_TARGET, SLIP_HALF_WIDTH = "slip_target", "slip_half_width"
 SLIP_MOTIONS, SLIP_RUNS = "slip_motions_run", "slip_runs"
 SLIP_STOPPED, SLIP_ACCOUNT = "slip_stopped_because", "slip_account"
-"""Variables, on (block, slip): what the analysis of a slip says, and why it stopped; none for blocks without runs."""
+"""Variables, on (block, slip): results of the analysis of a slip, and its reason to stop; none without runs."""
 
 
 def curves_of(results: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
@@ -43,7 +43,7 @@ def runs_of_curve(one: xr.Dataset) -> Index:
 
 
 class Reached(NamedTuple):
-    """What the analysis of one curve has reached: its target with the interval, half width, and why it stopped."""
+    """Results of the analysis of one curve: its target with the interval, half width, and reason to stop."""
 
     name: str
     target: tuple[float, float, float]
@@ -55,24 +55,24 @@ class Reached(NamedTuple):
 
 
 def asked_of(results: xr.Dataset) -> tuple[str, float]:
-    """Return what precision is asked of, and the half width that is allowed."""
+    """Return the quantity of the requested precision, and the allowed half width."""
     asked = json.loads(str(results.attrs["until"]))
     target = next(name for name in asked if name in TARGETS)
     return target, float(asked[target]["within"] if target == PROBABILITY else asked[target])
 
 
 def is_missed(stopped: str, half_width: float, allowed: float) -> bool:
-    """Return whether an interval is wider than asked: one that is not may have stopped before it was confirmed."""
+    """Return True if an interval is wider than requested; another may have stopped before it was confirmed."""
     return stopped != REACHED and not half_width <= allowed
 
 
 def slip_words(distance: float) -> str:
-    """Return what follows the name of a block in the name of the curve of its slip over a distance, m."""
+    """Return the words after the name of a block in the name of the curve of its slip over a distance, m."""
     return f", slip over {100.0 * distance:g} cm where it slides"
 
 
 def reached_by(results: xr.Dataset) -> list[Reached]:
-    """Return what was reached for the curve of each block under each law, and of each slip that was run."""
+    """Return the reached precision of the curve of each block under each law, and of each slip of the runs."""
     target, _ = asked_of(results)
 
     def ends(one: xr.Dataset, name: str) -> tuple[float, float, float]:

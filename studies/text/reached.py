@@ -17,9 +17,9 @@ EVERY = 0.0, math.inf
 
 
 def other_levels(study: Mapping[str, Any], higher: bool, run: tuple[float, float] = EVERY) -> str:
-    """Return what to change in a study file (plain values) so that the shaking reaches higher, or begins lower.
+    """Return the change of a study file (plain values) for higher levels, or for lower levels.
 
-    `run` is the lowest and the highest level that was run (SI): selected stripes beyond them were left out.
+    `run` is the lowest and the highest level of the runs (SI): selected stripes beyond them were left out.
     """
     name = next((name for name in ("ida", "performance") if "levels" in study.get(name, {})), "")
     if name:
@@ -40,7 +40,7 @@ def other_levels(study: Mapping[str, Any], higher: bool, run: tuple[float, float
 
 
 BELOW = "below all levels"
-"""In place of a level below the lowest one that was run."""
+"""Instead of a level below the lowest level of the runs."""
 ENDS = "", "_lower", "_upper"
 NO_LEVEL = {OK: "too few runs fell or stood near it"}  # why no level of half has been found, by status
 FLAT = 10.0
@@ -50,19 +50,19 @@ EDGE = 1.0 + 1e-9
 
 
 def levels_run(results: xr.Dataset) -> tuple[float, float]:
-    """Return the weakest and the strongest shaking run (SI); 0 and infinite where there are no levels (published)."""
+    """Return the lowest and the highest level of the runs (SI); 0 and infinite if there are no levels (published)."""
     if "level" not in results.coords and "intensity" not in results.coords:
         return 0.0, np.inf
     return float(axis_of(results).min()), float(axis_of(results).max())
 
 
 def highest_level(results: xr.Dataset) -> float:
-    """Return the strongest shaking that was run (SI), as `levels_run`."""
+    """Return the highest level of the runs (SI), as `levels_run`."""
     return levels_run(results)[1]
 
 
 def open_ends(low: float, high: float, results: xr.Dataset) -> tuple[float, float]:
-    """Return the ends of an interval of a fitted level, infinite where they lie beyond all levels that were run."""
+    """Return the ends of an interval of a fitted level, infinite if they lie beyond all levels of the runs."""
     least, most = levels_run(results)
     return -np.inf if low < least / EDGE else low, np.inf if high > EDGE * most else high
 
@@ -85,7 +85,7 @@ def within_levels(results: xr.Dataset) -> xr.Dataset:
 
 
 def _ratios(results: xr.Dataset, far: xr.DataArray, most: float) -> dict[str, xr.DataArray]:
-    """Return the ratios of medians of a sensitivity study, of what is not reached infinite, to what is not NaN."""
+    """Return the ratios of medians of a sensitivity study: infinite if not reached, NaN if not known."""
     ratio = results["median_ratio"]
     with np.errstate(divide="ignore", invalid="ignore"):
         unknown = results["median"] / ratio > EDGE * most

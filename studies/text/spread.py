@@ -19,18 +19,18 @@ SOURCES = {
 }
 """Sources of the spread of a rate, in headings of tables and in words."""
 OUTER = (0.05, 0.95)
-"""Fractiles between which the range is said."""
+"""Fractiles at the ends of the stated range."""
 MODEL_RANGE = "model range"
 """Heading of the column of ranges if all capacities are off by one factor, and their name in sentences."""
 
 
 def has_model_range(here: xr.Dataset, name: str) -> bool:
-    """Return whether any value has a range."""
+    """Return True if any value has a range."""
     return f"{name}{LOWER}" in here and bool(np.isfinite(here[f"{name}{LOWER}"]).any())
 
 
 def of_what(results: xr.Dataset) -> str:
-    """Return what a model range is, for a caption; '' for results without."""
+    """Return the description of a model range, for a caption; '' for results without one."""
     if RANGE not in results.attrs:
         return ""
     low, high = capacity_factors(float(results.attrs[RANGE]))
@@ -49,7 +49,7 @@ def branch_names(results: xr.Dataset) -> list[str]:
 
 
 def sample_range(here: xr.Dataset, quantity: str = "sample_median") -> tuple[float, float]:
-    """Return the 5 and 95 % quantiles of a quantity over samples, infinite above all levels; NaN where none has it."""
+    """Return the 5 and 95 % quantiles of a quantity over samples, infinite above all levels; NaN if none has it."""
     own = here[quantity].values.astype(float)
     known = own[~np.isnan(own)]
     if not known.size:
@@ -67,7 +67,7 @@ def sources(here: xr.Dataset) -> list[tuple[str, float]]:
 
 
 def rates_of_building(results: xr.Dataset) -> xr.Dataset:
-    """Return the rates over branches of a performance study as those of blocks: of any fall by place, and of pieces."""
+    """Return the rates over branches of a performance study in the form of blocks: any fall by place, and pieces."""
     item = _as_blocks(results, "item_rate", "item")
     item = item.isel(block=np.argsort(-item["epistemic_rate"].values, kind="stable"))
     item = item.isel(block=np.flatnonzero(item["epistemic_rate"].values > 0.0))
@@ -84,7 +84,7 @@ def building_spread(results: xr.Dataset, quantity: str, place: str) -> xr.Datase
 
 
 def rates_of_consequences(results: xr.Dataset, place: str) -> xr.Dataset | None:
-    """Return the rates of the consequences in a place over all branches as those of blocks, the most frequent first."""
+    """Return the rates of the consequences in a place over all branches in the form of blocks, most frequent first."""
     if "epistemic_consequence_rate" not in results:
         return None
     found = _as_blocks(results.sel(place=place), "consequence_rate", "consequence")

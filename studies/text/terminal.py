@@ -1,4 +1,4 @@
-"""Output of a command: on the terminal, or as plain lines where the output goes elsewhere."""
+"""Output of a command: on the terminal, or as plain lines if the output goes elsewhere."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def say(console: Console, *lines: str) -> None:
 
 
 def terminal(least: int = 100) -> Console:
-    """The console: of the terminal's width, or of at least `least` columns where the output goes elsewhere."""
+    """The console: of the terminal's width, or of at least `least` columns if the output goes elsewhere."""
     console = _Printable()
     return console if console.is_terminal else _Printable(width=max(least, console.width))
 

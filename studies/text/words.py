@@ -32,7 +32,7 @@ STRENGTHS = ("yield_coefficient", "system")
 """Keys of a building's table in a study file by which its storeys yield."""
 _PERIOD = re.compile(r"\b(S[avd]|FIV3)\((\d[\d.e+-]*)(?:, (\d[\d.e+-]*))?\)")
 _PERIODS = re.compile(r"\bAvgSa\((\d[\d.e+-]*):(\d[\d.e+-]*):(\d+)(?:, (\d[\d.e+-]*))?\)")
-"""Labels of spectral values at a period, and of averages over periods, with their damping where it is not 5 %."""
+"""Labels of spectral values at a period, and of averages over periods, with their damping if it is not 5 %."""
 REFERENCE_LAW = "housner"
 LAW_NAMES = {
     "discrete": "discrete damping",
@@ -90,7 +90,7 @@ def value_in(value: float, units: str) -> str:
 
 
 NOT_REACHED = "not reached"
-"""In place of a level that lies above the highest one that was run."""
+"""Text instead of a level above the highest level of the runs."""
 
 
 def axis_of(results: xr.Dataset) -> xr.DataArray:
@@ -105,7 +105,7 @@ def axis_name(axis: xr.DataArray, default: str = "level") -> str:
 
 
 def quantity_name(axis: xr.DataArray, default: str = "level") -> str:
-    """The name of the quantity of an axis in a sentence, where a number follows it."""
+    """The name of the quantity of an axis in a sentence, if a number follows it."""
     name, _, rest = str(axis.attrs.get("long_name", default)).partition(", ")
     return f"{name} ({rest})" if rest else name
 
@@ -153,7 +153,7 @@ def input_name(name: str) -> str:
 
 
 def block_title(name: str) -> str:
-    """The name of a block for people: the title of an item of the catalogue in place of its key."""
+    """The name of a block for people: the title of an item of the catalogue instead of its key."""
     key, comma, rest = name.partition(",")
     return f"{catalogue.item(key).title.removesuffix(', unanchored')}{comma}{rest}" if key in catalogue else name
 
@@ -172,7 +172,7 @@ def law_names(labels: Sequence[str]) -> list[str]:
 
 
 def with_law_names(results: xr.Dataset) -> xr.Dataset:
-    """Return results whose laws have their names in place of labels, for a page."""
+    """Return results whose laws have their names instead of labels, for a page."""
     names = dict(zip(map(str, results["model"].values), law_names([*map(str, results["model"].values)]), strict=True))
     of_laws = [name for name in ("model", "branch_model") if name in results.coords and results[name].ndim]
     words = {name: [names.get(str(label), str(label)) for label in results[name].values] for name in of_laws}
@@ -180,7 +180,7 @@ def with_law_names(results: xr.Dataset) -> xr.Dataset:
 
 
 def renamed(text: str, results: xr.Dataset) -> str:
-    """Return a text with names of laws and titles of blocks in place of their labels, for a page."""
+    """Return a text with names of laws and titles of blocks instead of their labels, for a page."""
     laws, blocks = ([*map(str, results[name].values)] if name in results.dims else [] for name in ("model", "block"))
     names = dict(zip(laws, law_names(laws), strict=True))
     for block in blocks:
@@ -192,7 +192,7 @@ def renamed(text: str, results: xr.Dataset) -> str:
 
 
 def consequence_name(word: str) -> str:
-    """The name of a consequence in a table or a list: the words of the default ones, any other as it is written."""
+    """The name of a consequence in a table or a list: words of the default consequences, others as they are."""
     return CONSEQUENCES.get(word, word)
 
 
@@ -203,7 +203,7 @@ def floor_name(floor: int | str) -> str:
 
 
 def by_place(results: xr.Dataset, dims: Iterable[Hashable]) -> Iterator[tuple[str, dict[str, int]]]:
-    """Yield the name and the position of each block, and each of its floors where the `dims` of some variable do."""
+    """Yield the name and the position of each block, and each of its floors if the `dims` of some variable do."""
     for i, block in enumerate(results["block"].values):
         if "floor" not in dims:
             yield block_title(str(block)), {"block": i}
@@ -213,19 +213,19 @@ def by_place(results: xr.Dataset, dims: Iterable[Hashable]) -> Iterator[tuple[st
 
 
 def roof_of(results: xr.Dataset) -> str:
-    """Return the floor that is the roof of the study's building, '' where that is not known."""
+    """Return the floor that is the roof of the study's building, '' if that is not known."""
     building = json.loads(str(results.attrs.get("study", "{}"))).get("building")
     storeys = building.get("storeys") if isinstance(building, dict) else None
     return "" if storeys is None else str(int(storeys))
 
 
 def is_one_piece(results: xr.Dataset) -> bool:
-    """Return whether all blocks have the same size: one piece in several places, or held in several ways."""
+    """Return True if all blocks have the same size: one piece in several places, or held in several ways."""
     return all(name in results.coords and bool(np.ptp(results[name].values) == 0.0) for name in ("alpha", "R"))
 
 
 def floor_cell(floor: int | str, roof: str = "") -> str:
-    """The floor in a column of floors, with a word where it is the roof."""
+    """The floor in a column of floors, with a word if it is the roof."""
     text = floor_name(floor).removeprefix("floor ")
     return f"{text} (roof)" if roof and str(floor) == roof else text
 
@@ -241,15 +241,15 @@ def reference_law(results: xr.Dataset) -> tuple[int, bool]:
 
 
 def reference_position(laws: Sequence[str]) -> tuple[int, bool]:
-    """Return what `reference_law` returns, of short names of laws."""
+    """Return the result of `reference_law` for short names of laws."""
     return (laws.index(REFERENCE_LAW), True) if REFERENCE_LAW in laws else (0, False)
 
 
 def scales(building: Mapping[str, Any]) -> bool:
-    """Return whether floors of a building scale with the ground motions, by its table as plain values."""
+    """Return True if floors of a building scale with the ground motions, by its table as plain values."""
     return not storeys_yield(building) and building.get("isolation") is None
 
 
 def storeys_yield(building: Mapping[str, Any]) -> bool:
-    """Return whether the storeys of a building yield, by its table in a study file as plain values."""
+    """Return True if the storeys of a building yield, by its table in a study file as plain values."""
     return any(building.get(key) is not None for key in STRENGTHS)

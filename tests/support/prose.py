@@ -27,7 +27,7 @@ AVOIDED = {
     r"the same (?:bytes|bits)": "bit-identical",
     r"doubts?|oddit(?:y|ies)": "input warning",
     r"judgements?": "assumption",
-    r"(?<!at )least": "minimum, smallest",
+    r"(?<!at )least(?![ -]squares)": "minimum, smallest",
     r"greatest": "maximum, largest",
     r"knows? no|says? nothing|stands? (?:for|above|below|again)": "is, has, uses",
     r"refused": "must be, not supported, an error",
@@ -37,7 +37,7 @@ AVOIDED = {
 
 
 def prose_of(text: str) -> str:
-    """Return a page without front matter, code blocks, directives' fences, comments and labels."""
+    """Return a page without front matter, code blocks, examples, directives' fences, comments and labels."""
     lines, fence = [], None
     for line in re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL).splitlines():
         found = FENCE.match(line.strip())
@@ -46,9 +46,22 @@ def prose_of(text: str) -> str:
         elif fence is not None:
             if line.strip() == fence:
                 fence = None
-        elif not found and not re.match(r"^\s*:[\w-]+:|^\([\w-]+\)=$", line):
+        elif not found and not re.match(r"^\s*:[\w-]+:|^\([\w-]+\)=$|^\s*>>>", line):
             lines.append(line)
     return "\n".join(lines)
+
+
+def prose_of_docstring(text: str) -> str:
+    """Return a docstring whose sections and entries (numpydoc) and keys are paragraphs, without their headings."""
+    lines = text.splitlines()
+    result = []
+    for before, line, following in zip(["", *lines], lines, [*lines, ""][1:], strict=False):
+        underlined = re.fullmatch(r"\s*-{3,}\s*", line) or re.fullmatch(r"\s*-{3,}\s*", following)
+        deeper = len(following) - len(following.lstrip()) > len(line) - len(line.lstrip())
+        entry = following.strip() and deeper and re.match(r"\s*[\w*(\"]", line) and not re.match(r"\s*\d+\.\s", line)
+        key = re.search(r"(?:^|[.?!])\s*$", before) and re.match(r"\s*[a-z]\w*: (?=[A-Z“\[`])", line)
+        result.append("" if underlined else "\n" + line[key.end() :] if key else "" if entry else line)
+    return "\n".join(result)
 
 
 def words(text: str) -> int:
@@ -64,7 +77,7 @@ def sentences(text: str) -> list[str]:
     result = []
     for paragraph in paragraphs:
         plain = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", " ".join(paragraph.split()))
-        plain = re.sub(r"\{[\w:-]+\}`[^`]*`|`[^`]*`|\$[^$]*\$", "CODE", plain)
+        plain = re.sub(r"\{[\w:-]+\}`[^`]*`|`+[^`]*`+|\$[^$]*\$", "CODE", plain)
         plain = re.sub(r"^(?:[-*]|\d+\.)\s|\*\*|__|(?<!\w)\*|\*(?!\w)", "", plain)
         plain = re.sub(r"\b(e\.g|i\.e|al|vs|approx|Fig|Eq|No|Sec|Ch)\.", lambda found: found[1].replace(".", ""), plain)
         parts = re.split(r"(?<=[.!?])[)\"”]?\s+(?=[A-ZCODE“\"(0-9])", plain)
@@ -78,7 +91,7 @@ def length(sentence: str) -> int:
 
 def avoided(text: str) -> list[tuple[str, str, str]]:
     """Return (words, what to write, surroundings) of each avoided expression outside code."""
-    plain = re.sub(r"`[^`]*`|\]\([^)]*\)|\$[^$]*\$", " ", prose_of(text))
+    plain = re.sub(r"`+[^`]*`+|\]\([^)]*\)|\$[^$]*\$", " ", prose_of(text))
     plain = " ".join(plain.split())
     return [
         (found[0], advice, plain[max(found.start() - 40, 0) : found.end() + 40])

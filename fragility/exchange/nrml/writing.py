@@ -1,7 +1,7 @@
-"""Writing of curves as OpenQuake's fragility models (NRML 0.5): lognormal functions, and discrete ones for all others.
+"""Writing of curves as OpenQuake's fragility models (NRML 0.5): lognormal functions, and discrete functions for others.
 
-NRML's mean and stddev are those of the lognormal variable itself, not its median and dispersion; PGA and SA are in g,
-PGV and PGD in cm/s and cm.  `reading` reads the models back.
+NRML's mean and stddev are of the lognormal variable itself, not its median and dispersion. PGA and SA are in g, PGV and
+PGD in cm/s and cm. The module `reading` reads the models back.
 """
 
 from __future__ import annotations
@@ -56,23 +56,23 @@ def write_nrml(
         The XML.
     tail : float
         Probability below which OpenQuake takes a continuous function as 0, and distance from 1 above which it takes the
-        function as constant, 1e-9 to 0.01: minIML (and noDamageLimit) and maxIML lie where the curve is that far from 0
-        and 1.
+        function as constant, 1e-9 to 0.01. Values minIML (and noDamageLimit) and maxIML are the levels at which the
+        curve is that far from 0 and 1.
     ids : sequence of str, optional
-        Ids of the components, one for each combination of labels other than the limit state (the last dimension of
-        the curves changes fastest): a letter, then letters, digits, ``_``, ``:`` and ``-``, at most 60 characters.
-        Where not given, the curves' own (coordinate ``id``), whose points become underscores because OpenQuake's
-        ids have none, or ids made of the labels.
+        Ids of the components, one for each combination of labels other than the limit state; the last dimension of the
+        curves changes fastest. An id has a letter, then letters, digits, ``_``, ``:`` and ``-``, at most 60 characters.
+        If not given, ids are the curves' own (coordinate ``id``) or made of the labels. Points of own ids become
+        underscores, because OpenQuake's ids have none.
 
     Returns
     -------
     Written
-        Files, ids, and the components without an estimate: NRML cannot hold them, its description names them.
+        Files, ids, and the components without an estimate: NRML cannot represent them, its description names them.
 
     Raises
     ------
     ExchangeError
-        Measures that OpenQuake does not know, floors other than the ground where the measure is the floor's own, no
+        Measures that OpenQuake does not know, floors other than the ground if the measure is the floor's own, no
         estimate at all, a file that cannot be written.
 
     Notes
@@ -82,7 +82,7 @@ def write_nrml(
     (errors below 1e-4).
 
     OpenQuake's classical calculations evaluate a continuous function at ``continuous_fragility_discretization`` levels
-    evenly spaced from minIML to maxIML (20 unless the job sets it): a job should set a larger number.
+    evenly spaced from minIML to maxIML. A job should set a number larger than the default 20.
     """
     file = checks.path(path)
     share = checks.number("tail", tail, at_least=1e-9, at_most=0.01)

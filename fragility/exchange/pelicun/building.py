@@ -1,7 +1,7 @@
-"""A building's contents for a whole assessment of pelicun: fragility, quantities by floor, and what a fall costs.
+"""A building's contents for a whole assessment of pelicun: fragility, quantities by floor, and costs of falls.
 
-Demands are those of the ground, of which the curves of a performance study are: every component takes its demand at
-location 0, whatever its own.
+Demands are ground motions, like the curves of a performance study: every component takes its demand at location 0,
+whatever its own location.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .metadata import metadata_text
 from .writing import csv_text, write_table
 
 FRAGILITY, QUANTITIES = "fragility.csv", "components.csv"
-"""Names of the tables; that of fragility has a JSON of the same name."""
+"""Names of the tables; the fragility table has a JSON of the same name."""
 FILES = (FRAGILITY, "fragility.json", QUANTITIES, TABLE, "consequence_repair.json", UNITS)
 """Names of all files of a building."""
 DIRECTION = "1"
@@ -38,15 +38,15 @@ def write_building(
 ) -> Written:
     """Write a building's contents for pelicun into a folder: ``fragility.csv``, ``components.csv`` and their metadata.
 
-    `curves` has probabilities on ``item`` and ``level`` (of a measure of the ground motion), `lines` one line for each
-    item; `ids` are made of the items' labels where not given. Costs and downtimes make ``consequence_repair.csv``, and
-    a currency that pelicun does not know ``units.json``.
+    `curves` has probabilities on ``item`` and ``level`` (of a measure of the ground motion), and `lines` has one line
+    for each item. `ids` are made of the items' labels if not given. Costs and downtimes make
+    ``consequence_repair.csv``; a currency that pelicun does not know makes ``units.json``.
 
-    What is on floor k is at location k + 1, as pelicun has the contents of a storey. Pieces that fall together are one
-    row of quantities, others a row each: pelicun draws a capacity for each row. Blocks, which serve the same purpose,
-    cannot: pelicun 3.10 stops at the second block of a component that has a ``multilinear_CDF``. One cost and one time
-    are drawn for each row, too, and multiplied by the pieces that fall: the unit of quantity of a downtime is therefore
-    the whole row.
+    Contents of floor k are at location k + 1, as pelicun has the contents of a storey. Pieces that fall together are
+    one row of quantities, others a row each: pelicun draws a capacity for each row. Blocks have the same purpose but
+    cannot be used: pelicun 3.10 stops at the second block of a component that has a ``multilinear_CDF``. One cost and
+    one time are drawn for each row, too, and multiplied by the number of fallen pieces. The unit of quantity of a
+    downtime is therefore the whole row.
     """
     rows = sum(1 if line.together else line.number for line in lines)
     if rows > MAX_CURVES:

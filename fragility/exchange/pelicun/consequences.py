@@ -1,4 +1,4 @@
-"""pelicun's table of consequences: what a fall costs, and for how long it puts a piece out of use."""
+"""pelicun's table of consequences: the cost of a fall, and the time for which a piece is out of use."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .writing import csv_text
 TABLE = "consequence_repair.csv"
 """Name of the table; a JSON of the same name describes it."""
 UNITS = "units.json"
-"""Name of the file of pelicun's option ``UnitsFile``, for a currency that it does not know."""
+"""Name of the file of pelicun's option ``UnitsFile``, for a currency that pelicun does not have."""
 _OTHER_UNITS = {
     "time": {"sec": 1.0, "minute": 60.0, "hour": 3600.0, "day": 86400.0},
     "area": {"m2": 1.0, "in2": 0.0254**2, "ft2": 0.3048**2, "SF": 0.3048**2},
@@ -24,7 +24,7 @@ _OTHER_UNITS = {
     "other": {"unitless": 1.0, "rad": 1.0, "loss_ratio": 1.0, "worker_day": 1.0, "kg": 1.0, "J": 1.0, "MJ": 1e6},
     "dollars": {"USD": 1.0, "USD_2011": 1.0},
 }
-# (pelicun reads such a file in place of its own units: those of FEMA P-58's components must be there, too)
+# pelicun reads such a file instead of its own units: the units of FEMA P-58's components must be there, too
 KNOWN_CURRENCY = "USD"
 DAY = "day"
 STATE = "overturned"
@@ -34,8 +34,8 @@ REPLACED = "Set up again, or replaced."
 class Amount(NamedTuple):
     """A cost or a time of a fall: median, dispersion and pelicun's family of its distribution.
 
-    Of a lognormal distribution the dispersion is the standard deviation of the logarithm, of a normal one, which
-    pelicun truncates at 0, the coefficient of variation; the family is empty where the amount is known.
+    The dispersion of a lognormal distribution is the standard deviation of the logarithm. The dispersion of a normal
+    one, which pelicun truncates at 0, is the coefficient of variation. The family is empty if the amount is known.
     """
 
     median: float
@@ -44,11 +44,11 @@ class Amount(NamedTuple):
 
 
 class Line(NamedTuple):
-    """Pieces of one kind on a floor: floor (0 is the ground), number, and what their fall costs, with comments.
+    """Pieces of one kind on a floor: floor (0 is the ground), number, and the cost of their fall, with comments.
 
-    together: whether all of them fall, or none.  cost: of one piece, drawn once for pieces that fall together, and once
-    for each otherwise; likewise the downtime, days, which is that of all pieces that fall together, None where none is
-    given.  note: on their fall; note_of_cost: on cost and downtime.
+    `together`: True if all of them fall, or none. `cost`: of one piece, drawn once for pieces that fall together, and
+    once for each otherwise. `downtime`: likewise, days, of all pieces that fall together, None if not given. `note`: on
+    their fall. `note_of_cost`: on cost and downtime.
     """
 
     floor: int
@@ -73,9 +73,9 @@ def currency_unit(currency: str) -> str:
 def write_consequences(
     folder: Path, found: Mapping[str, Line], labels: Mapping[str, str], currency: str, title: str, description: str
 ) -> list[Path]:
-    """Write the table of consequences, by ids of components, and its metadata; nothing where there is no consequence.
+    """Write the table of consequences, by ids of components, and its metadata; nothing if there is no consequence.
 
-    ``units.json`` is written where pelicun does not know the currency.
+    ``units.json`` is written if pelicun does not have the currency.
     """
     valued = any(one.cost.median > 0.0 for one in found.values())
     lasting = any(one.downtime is not None for one in found.values())

@@ -43,9 +43,9 @@ _SI = {"g": "m s-2", "mps": "m s-1", "m": "m"}
 
 
 def demand_of(found: CurveSet, located: bool = False) -> Demand:
-    """Return the demand of curves; ExchangeError where pelicun has none.
+    """Return the demand of curves; ExchangeError if pelicun has none.
 
-    located: offsets say where the demand is taken, so that a spectral demand can be that of the ground.
+    `located`: offsets give the place of the demand, so that a spectral demand can be of the ground.
     """
     spectral = spectral_period(found.im)
     if spectral is not None and (located or not found.ground):

@@ -1,4 +1,4 @@
-"""The JSON beside a fragility table of pelicun: what each id is, to people and to `read_pelicun`.
+"""JSON file of a fragility table of pelicun: description of each id, for people and for `read_pelicun`.
 
 Its keys are those that the Damage and Loss Model Library allows, and no others: our own record of a component is the
 last line of its comments.
@@ -19,7 +19,7 @@ from .multilinear import FINE, ROUGH
 
 GENERAL = "_GeneralInformation"
 RECORD = "Labels for toppling: "
-"""Beginning of the line of comments that holds our record of a component."""
+"""Beginning of the line of comments with our record of a component."""
 REPAIR = "To be given by the user."
 
 ADVICE = (
@@ -30,7 +30,7 @@ ADVICE = (
 
 
 def general_information(title: str, description: str, ids: Iterable[str]) -> dict[str, Any]:
-    """Return what the library asks of a whole table; groups are the parts of the ids before their last points."""
+    """Return the library's information on a whole table; groups are the parts of the ids before their last points."""
     groups = dict.fromkeys(number.rpartition(".")[0] for number in ids if "." in number)
     return {
         "ShortName": title,
@@ -43,7 +43,7 @@ def general_information(title: str, description: str, ids: Iterable[str]) -> dic
 def metadata_text(
     found: CurveSet, description: str = "", notes: Mapping[str, str] = MappingProxyType({}), repair: str = REPAIR
 ) -> str:
-    """Return the JSON beside a table.  notes: comments on components, by id."""
+    """Return the JSON of a table. `notes`: comments on components, by id."""
     components = found.components()
     about = f"{found.title}; made by toppling. {description}{ADVICE}"
     content = {
@@ -85,7 +85,7 @@ def _limit_states(found: CurveSet, rows: Sequence[CurveRow], repair: str) -> dic
 
 
 def _form(found: CurveSet, rows: Sequence[CurveRow]) -> list[str]:
-    """Return what the form of a component's curves is, and which parts their dispersions hold."""
+    """Return the description of the form of a component's curves, and the parts of their dispersions."""
     if any(row.probability is not None for row in rows):
         return [ROUGH]
     beta = next((row.numbers["modelling_dispersion"] for row in rows if "modelling_dispersion" in row.numbers), None)
@@ -98,7 +98,7 @@ def _form(found: CurveSet, rows: Sequence[CurveRow]) -> list[str]:
 
 
 def read_metadata(file: Path) -> tuple[str, dict[str, Component]]:
-    """Return the title of a table and our records of its components, by id, from the JSON beside it.
+    """Return the title of a table and our records of its components, by id, from the table's JSON.
 
     Both are empty without such a file; ExchangeError for any other JSON.
     """
@@ -119,7 +119,7 @@ def read_metadata(file: Path) -> tuple[str, dict[str, Component]]:
 
 
 def _record(entry: Mapping[str, Any]) -> Any:
-    """Return our record of a component; None where its comments hold none."""
+    """Return our record of a component; None if its comments have none."""
     comments = entry.get("Comments")
     if not isinstance(comments, str):
         return None

@@ -1,4 +1,4 @@
-"""Reading of pelicun's fragility tables, and of those of SimCenter's damage and loss library."""
+"""Reading of fragility tables of pelicun and of SimCenter's damage and loss library."""
 
 from __future__ import annotations
 
@@ -35,26 +35,27 @@ def read_pelicun(path: str | os.PathLike[str], ids: Collection[str] | None = Non
     Parameters
     ----------
     path : path
-        The CSV.  A JSON beside it, as `write_pelicun` writes it, gives the labels of its curves.
+        The CSV. A JSON with the same name, as written by `write_pelicun`, gives the labels of its curves.
     ids : collection of str, optional
-        The components to read; every one where not given.
+        The components to read; every one if not given.
     im : str, optional
-        The measure to read (``pga``, ``pgv``, ``Sa(1.0)``, …) where the table has several; ``pga of the ground`` or
-        ``pga of the floor`` where it has both.
+        The measure to read (``pga``, ``pgv``, ``Sa(1.0)``, …) if the table has several; ``pga of the ground`` or ``pga
+        of the floor`` if it has both.
 
     Returns
     -------
     xarray.Dataset
-        median (SI) and dispersion on the dimensions that were written, else on ``block``, labelled by ids; with
-        ``limit_state`` where a component has more than one; coordinates id and directional; attribute im.  Incomplete
-        rows are NaN, with that status.  Of curves of the family ``multilinear_CDF`` probability on ``level`` in place
-        of median and dispersion (form isotonic): all of them at the levels of all, linear between their own.
+        The median (SI) and dispersion on the written dimensions, else on ``block``, labelled by ids; with
+        ``limit_state`` if a component has more than one. Coordinates are id and directional; the attribute is im.
+        Incomplete rows are NaN, with that status. Curves of the family ``multilinear_CDF`` have probability on
+        ``level`` instead of median and dispersion (form isotonic). Each has the levels of all, and is linear between
+        its own.
 
     Raises
     ------
     ExchangeError
-        One sentence that names the file and the error: unknown measures or families, missing ids, several measures and
-        no choice of one, both families in the rows that are read.
+        One sentence that names the file and the error: unknown measures or families, missing ids, several measures
+        without a choice, or both families in the selected rows.
     """
     file, text = read_text(path)
     heading, rows = _table(file, text)
@@ -132,7 +133,7 @@ def _limit_states(file: Path, heading: Sequence[str]) -> list[int]:
 
 
 def _at_common_levels(file: Path, read: Sequence[Read]) -> tuple[Array | None, list[tuple[str, int, CurveRow]]]:
-    """Return the levels of all curves without parameters, None where there are none, and all curves at these levels."""
+    """Return the levels of all curves without parameters, None if there are none, and all curves at these levels."""
     tables = [own for _, _, _, own in read if own is not None]
     if not tables:
         return None, [(name, at, curve) for name, at, curve, _ in read]

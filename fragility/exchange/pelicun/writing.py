@@ -1,6 +1,6 @@
 """Writing of pelicun's fragility tables: a CSV of parameters and a JSON of descriptions.
 
-A row is a component: capacities of its limit states, in a demand with a unit.  The table holds ids and numbers alone;
+A row is a component: capacities of its limit states, in a demand with a unit. The table contains ids and numbers alone;
 the JSON describes each id to people and to `read_pelicun`.
 """
 
@@ -27,7 +27,7 @@ from .multilinear import FAMILY, theta
 def write_pelicun(
     curves: xr.Dataset, path: str | os.PathLike[str], directional: bool | None = None, ids: Sequence[str] | None = None
 ) -> Written:
-    """Write curves as a fragility table for pelicun, with its metadata beside it.
+    """Write curves as a fragility table for pelicun, with its metadata.
 
     Parameters
     ----------
@@ -37,40 +37,39 @@ def write_pelicun(
     path : path
         The CSV; the JSON gets its name with another suffix.
     directional : bool, optional
-        True if the demand is that of the component's own direction.  Where not given, as stated by the curves
-        (coordinate directional, which `read_pelicun` and `published.fema_p58` give), else True.
+        True if the demand is in the component's own direction. If not given, as stated by the curves (coordinate
+        directional, which `read_pelicun` and `published.fema_p58` give), else True.
     ids : sequence of str, optional
         Ids of the components, as `write_curve_csv` takes them.
 
     Returns
     -------
     Written
-        Files, ids, and the components without an estimate: they stand in the table as incomplete, as FEMA P-58's own.
+        Files, ids, and the components without an estimate: the table marks them as incomplete, as FEMA P-58 does.
 
     Raises
     ------
     ExchangeError
-        Curves that pelicun cannot hold: of a measure that it has no demand for, with levels closer than six digits
-        tell apart, two with like ids; a file that cannot be written.
+        Curves that pelicun cannot represent: a measure without a demand, levels that six digits do not distinguish, or
+        two with like ids. A file that cannot be written.
 
     Notes
     -----
     pelicun takes a demand without direction as 1.2 times the larger of the demands in both directions, which raises the
-    probabilities above the curve's: directional rows reproduce the curve's own probabilities (``make test-exchange``
-    reads them with the real program).  A component must then be given direction 1 or 2: direction 0 means no direction,
+    probabilities above the curve's. Directional rows reproduce the curve's own probabilities (``make test-exchange``
+    reads them with the real program). A component must then have direction 1 or 2: direction 0 means no direction,
     whatever the row states.
 
     Curves that are not lognormal are written as pelicun's ``multilinear_CDF`` (3.10 reads it): levels and probabilities
-    with lines between them, to six digits.  A log-logistic or Weibull curve, or a curve with a factor of uplift, then
-    errs by less than 0.0002 (dispersions below 0.003 more).  An isotonic curve has its own levels; below the lowest it
-    falls to 0 within one step, as in annual rates, and above the highest it is held constant.  `read_pelicun` reads
-    both forms, one at a time: what was not lognormal comes back as probabilities at levels.
+    with lines between them, to six digits. A log-logistic or Weibull curve, or a curve with a factor of uplift, then
+    errs by less than 0.0002 (dispersions below 0.003 more). An isotonic curve has its own levels. Below the lowest it
+    falls to 0 within one step, as in annual rates, and above the highest it is constant. `read_pelicun` reads both
+    forms, one at a time: curves that were not lognormal are read as probabilities at levels.
 
     The metadata have the keys that the Damage and Loss Model Library asks for, and no others.
 
-    Location of a demand in pelicun: for a component at location i, the demand of a floor is taken at location i - 1,
-    the floor that the contents of storey i stand on; demands of the ground and spectral demands are taken at the
-    component's own location.
+    Location of a demand in pelicun: a component at location i takes the demand of a floor at location i - 1, the floor
+    below its storey. It takes demands of the ground and spectral demands at its own location.
     """
     file = checks.path(path)
     found = curve_set(curves, TABLE_MARKS, ids)
@@ -80,9 +79,9 @@ def write_pelicun(
 def write_table(
     found: CurveSet, file: Path, metadata: str, directional: bool | None = None, located: bool = False
 ) -> Written:
-    """Write curves as a table, and its metadata beside it; `write_pelicun` says what it raises.
+    """Write curves as a table, and its metadata; errors as of `write_pelicun`.
 
-    located: the curves' offsets say where the demand is taken.
+    `located`: the curves' offsets give the place of the demand.
     """
     demand = demand_of(found, located)
     metadata_file = file.with_suffix(".json")
@@ -112,7 +111,7 @@ def csv_text(rows: Iterable[Sequence[str]]) -> str:
 
 
 def _thetas(found: CurveSet, row: CurveRow, demand: Demand) -> tuple[str, str, str]:
-    """Return family and parameters of a curve, these empty where there is none."""
+    """Return family and parameters of a curve, these empty if there is none."""
     if not row.estimated:
         return "lognormal", "", ""
     if row.lognormal:
