@@ -118,9 +118,14 @@ class Study(ABC):
             One sentence that names the file, the key, the value and what is allowed.
         """
         file = checks.path(path)
+        return Study.of_content(lambda: read_study_file(file, target), file)
+
+    @staticmethod
+    def of_content(read: Callable[[], StudyFile], file: Path) -> Study:
+        """Return the study of the content that `read` returns; paths in it are relative to `file`, named in errors."""
         try:
             with noted() as found:
-                content = read_study_file(file, target)
+                content = read()
                 module = import_module(f".{content.kind}", __package__)
                 study: Study = getattr(module, f"{content.kind.title()}Study").of(content, file.parent)
             # (those of motions are among the study's own)
