@@ -27,6 +27,8 @@ from ...fragility.curves.curve import LEAST
 from ...fragility.risk.modelling import LOWER, UPPER
 from ...models import Block
 from ...models.laws import LAWS
+from ..comparison.compare import Comparison, side_by_side
+from ..comparison.sides import Side
 from ..facts.say import remedy, say
 from ..facts.sections import REGISTERS, sections
 from ..file.blocks import RESTRAINTS
@@ -35,14 +37,16 @@ from ..file.refusals import refusals
 from ..file.schema import MotionSet, StudyFile
 from ..file.table import all_errors
 from ..kinds.fragility import FragilityStudy
-from ..kinds.study import Study
+from ..kinds.study import study_of as study_in
 from ..text.error import StudyError
 from ..text.reached import within_levels
 from ..text.words import display_unit, quantity_name, reference_law, reference_position
-from .state import EARTHQUAKE, FREE, PIECE, REMEDIES, piece_of
+from .state import EARTHQUAKE, FREE, PIECE, REMEDIES, VARIANT, piece_of
 
 POINTS = 60
 """Points of a drawn curve."""
+MATCHED = "the piece"
+"""Name of the block of both variants."""
 MOST_KEPT = 24
 """Most motions, and most results, that are kept."""
 Kept = TypeVar("Kept")
@@ -104,7 +108,7 @@ def study_of(content: Mapping[str, Any], path: Path) -> FragilityStudy:
             raise RefusalError(all_errors([sentence for sentence, _ in said]), where) from None
 
     try:
-        made = Study.of_content(checked, path)
+        made = study_in(checked, path)
     except RefusalError:
         raise
     except StudyError as error:
@@ -121,7 +125,9 @@ def contents_of(content: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     piece = {**copy.deepcopy(dict(content)), "models": applicable(content, [held] if held else [], block)}
     piece["restraints"] = {name: table for name, table in piece.get("restraints", {}).items() if table == held}
     piece = {key: table for key, table in piece.items() if table != {}}
-    earthquake = {key: table for key, table in copy.deepcopy(piece).items() if key not in ("hazard", "fit")}
+    # (what slides is a question to the study of the piece alone)
+    held_fast = {key: table for key, table in copy.deepcopy(piece).items() if key != "friction"}
+    earthquake = {key: table for key, table in copy.deepcopy(held_fast).items() if key not in ("hazard", "fit")}
     earthquake["title"] = f"{piece['title']}: one earthquake"
     earthquake["ida"] = {key: value for key, value in piece["ida"].items() if key in ("im_at", "polarity")}
     earthquake["ida"] |= {"im": "scale", "levels": {"values": [1.0], "unit": "1"}}
@@ -132,7 +138,7 @@ def contents_of(content: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         blocks = [{**free, "name": FREE}, *({**free, "name": name, "restraint": name} for name in tables)]
         models = applicable(content, [*tables.values()], block)[:1]
         found[REMEDIES] = {
-            **copy.deepcopy(piece),
+            **held_fast,
             "title": f"{piece['title']}: restraints",
             "restraints": copy.deepcopy(tables),
             "blocks": blocks,
@@ -326,9 +332,10 @@ class Full(NamedTuple):
 
     results: dict[str, xr.Dataset]
     curve: Curve
+    compared: Comparison | None = None
 
 
-def full_of(studies: Mapping[str, FragilityStudy], stopped: Callable[[], bool]) -> Full:
+def full_of(studies: Mapping[str, FragilityStudy], path: Path, stopped: Callable[[], bool]) -> Full:
     """Run all studies as `toppling run` does, in memory; SupersededError as soon as `stopped` says so."""
     found = {}
     for name, study in studies.items():
@@ -337,7 +344,19 @@ def full_of(studies: Mapping[str, FragilityStudy], stopped: Callable[[], bool]) 
     at, _ = reference_law(piece)
     case = within_levels(piece).isel(block=0, model=at)
     case = case.isel({dim: 0 for dim in ("floor",) if dim in case.dims})
-    return Full(found, _curve(case, case))
+    compared = compared_of(found[VARIANT], piece, path) if VARIANT in found else None
+    return Full(found, _curve(case, case), compared)
+
+
+def compared_of(variant: xr.Dataset, piece: xr.Dataset, path: Path) -> Comparison:
+    """Compare the piece with a variant of it, each under its reference law, as `toppling compare` does."""
+    sides = []
+    for name, results in (("A", variant), ("B", piece)):
+        # (blocks are matched by their names, which a variant may have changed)
+        renamed = results.assign_coords(block=[MATCHED])
+        sides.append(Side(name, path, renamed, json.loads(str(results.attrs["study"]))))
+    first, second = (str(side.results["model"].values[reference_law(side.results)[0]]) for side in sides)
+    return side_by_side(sides[0], sides[1], (first, second))
 
 
 _RESULTS: OrderedDict[str, Any] = OrderedDict()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import math
 import threading
@@ -20,16 +21,20 @@ from ...core.wording import about_percent, about_years, given_number, two_digits
 from ...fragility.hazard.rates import probability_in
 from ...fragility.runs.scaling import ground_of, scaling
 from ...models import Block, catalogue
+from ...models.friction import CONTACTS
 from ...motions import records
-from ..facts.say import environment, value_of
+from ..comparison.ratios import REGISTER
+from ..facts.say import environment, say, value_of
 from ..film import fittings
 from ..film.frames import corners, frames_of
 from ..single.run import Simulation
+from ..tables.registry import tables
+from ..tables.table import Table
 from ..text.error import StudyError
 from ..text.words import MEASURES, value_in, with_law_names
 from . import answers, state
 from .answers import Full, Quick, RefusalError, SupersededError
-from .state import EARTHQUAKE, PIECE, REMEDIES
+from .state import EARTHQUAKE, PIECE, REMEDIES, VARIANT
 
 TEMPLATES = Path(__file__).parent / "templates"
 PERSON = 1.75
@@ -74,6 +79,8 @@ class Page:
         content = state.read_state(source) if source.is_file() else state.start_state()
         page = cls(live, content)
         page.contents = answers.contents_of(content)
+        if (file := state.file_of(live, VARIANT)).is_file():
+            page.contents[VARIANT] = state.read_variant(file)
         # (wrong studies end the command, before anything is served)
         page.studies = {PIECE: answers.study_of(page.contents[PIECE], live)}
         return page
@@ -94,6 +101,8 @@ class Page:
             except StudyError as error:
                 raise RefusalError(str(error), path[:100]) from None
             contents = answers.contents_of(content)
+            if VARIANT in self.contents:
+                contents[VARIANT] = self.contents[VARIANT]
             studies = {PIECE: answers.study_of(contents[PIECE], self.path)}
             quick = answers.quick_of(studies[PIECE])
             # (the files of the other studies follow with the full answer)
@@ -129,7 +138,7 @@ class Page:
         try:
             for name in contents.keys() - studies.keys():
                 studies[name] = answers.study_of(contents[name], self.path)
-            full = answers.full_of(studies, stopped)
+            full = answers.full_of(studies, self.path, stopped)
             state.write_state(self.path, contents)
         except SupersededError:
             return None
@@ -137,9 +146,27 @@ class Page:
             if stopped():
                 return None
             self.studies, self.full, self.full_of = studies, full, version
-            names = ("answer", "curve", "remedies", "basis")
             made = {"answer": self.render("answer"), "curve": self.curve(), "remedies": self.remedies()}
-            return {name: made[name] if name in made else self.basis() for name in names}
+            return {**made, "basis": self.basis(), "variants": self.render("variants")}
+
+    def keep(self, what: str) -> dict[str, str]:
+        """Keep the piece as the variant that later ones are compared with, or forget that one."""
+        with self.lock:
+            file = state.file_of(self.path, VARIANT)
+            if what == "keep":
+                self.contents[VARIANT] = copy.deepcopy(self.contents[PIECE])
+                state.write_state(self.path, {VARIANT: self.contents[VARIANT]})
+                self.studies[VARIANT] = self.studies[PIECE]
+            elif what == "forget":
+                self.contents.pop(VARIANT, None)
+                self.studies.pop(VARIANT, None)
+                file.unlink(missing_ok=True)
+            else:
+                raise StudyError(f"variant: must be keep or forget, got {what[:20]!r}")
+            if self.full is not None:
+                self.full = self.full._replace(compared=None)
+            self.version += 1
+            return {"variants": self.render("variants")}
 
     def save(self, name: str) -> list[Path]:
         """Write the studies under a name into the folder of the page; StudyError for a name that is none."""
@@ -193,7 +220,7 @@ class Page:
 
     def form(self) -> str:
         """Return the form."""
-        return self.render("form", items=[*catalogue], sliders=SLIDERS)
+        return self.render("form", items=[*catalogue], contacts=CONTACTS)
 
     def value(self, path: str) -> Any:
         """Return the value of a key of the state."""
@@ -295,6 +322,22 @@ class Page:
             rate = answers.range_at(results, "rate", ("rate_lower", "rate_upper"))
             found += [("year", _in_a_year(rate)), ("years", chance)]
         return found
+
+    @property
+    def variant(self) -> str:
+        """The title of the variant that the piece is compared with; '' without one."""
+        return str(self.contents[VARIANT]["title"]) if VARIANT in self.contents else ""
+
+    @property
+    def comparison(self) -> list[str]:
+        """The sentences of the comparison with the variant."""
+        compared = None if self.full is None else self.full.compared
+        return [] if compared is None else [say(fact, REGISTER) for fact in (*compared.answer, *compared.notes)]
+
+    @property
+    def sliding(self) -> list[Table]:
+        """The table of what slides under the feet of the study; none if its friction is not known."""
+        return [] if self.full is None else [*tables(self.full.results[PIECE], ("slides",))]
 
     @property
     def years(self) -> float:

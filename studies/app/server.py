@@ -128,6 +128,11 @@ def application(page: Page, token: str, port: int) -> ASGIApp:
         made = await run_in_threadpool(page.change, path, text)
         return _answer({"parts": made, "version": page.version})
 
+    async def variant(request: Request) -> Response:
+        asked = await body_of(request)
+        made = await run_in_threadpool(page.keep, asked.get("what", ""))
+        return _answer({"parts": made, "version": page.version})
+
     async def complete(request: Request) -> Response:
         version = _count(request.query_params.get("version", ""), "version")
         made = await run_in_threadpool(page.complete, version)
@@ -153,6 +158,7 @@ def application(page: Page, token: str, port: int) -> ASGIApp:
         ("/static/{name}", static, "GET"),
         ("/begin", begin, "GET"),
         ("/change", change, "POST"),
+        ("/variant", variant, "POST"),
         ("/complete", complete, "GET"),
         ("/film", film, "GET"),
         ("/save", save, "POST"),

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 from ...core.writing import write_bytes
 from ...models import Block, catalogue
+from ...models.friction import CONTACTS
 from ..file.blocks import BlockTable
 from ..file.derived import WRITTEN
 from ..file.include import read_content
@@ -37,8 +38,8 @@ NUMBERS = (
 )
 """Keys of numbers that the page edits, beside those of restraints and of the hazard's levels."""
 OF_RESTRAINTS = ("height_m", "strength_n", "slack_mm", "cost")
-PIECE, EARTHQUAKE, REMEDIES = "piece", "earthquake", "remedies"
-"""Studies of the page."""
+PIECE, EARTHQUAKE, REMEDIES, VARIANT = "piece", "earthquake", "remedies", "a"
+"""Studies of the page; the last is the variant that the piece is compared with."""
 FREE = "free"
 """Name of the piece without a restraint among the remedies."""
 
@@ -168,6 +169,12 @@ def edited(content: Mapping[str, Any], path: str, text: str, length: str) -> dic
                 f"restraint: must be one of {', '.join(made.get('restraints', {})) or 'none'}, got {text!r}"
             )
         piece["restraint"] = text or None
+    elif path == "feet":
+        made.pop("friction", None)
+        if text:
+            if text not in CONTACTS:
+                raise StudyError(f"feet: must be one of {', '.join(CONTACTS)}, got {text[:40]!r}")
+            made["friction"] = {"contact": text}
     elif path == "building.floors":
         floors = _whole(text, "floor")
         if "building" not in made:
@@ -312,6 +319,15 @@ def read_state(path: Path) -> dict[str, Any]:
     if not isinstance(tried, dict) or not isinstance(content.get("restraints", {}), dict):
         raise StudyError(f"{path}: restraints must be tables")
     return {**content, "restraints": {**usual, **tried, **content.get("restraints", {})}}
+
+
+def read_variant(path: Path) -> dict[str, Any]:
+    """Return the content of the variant that was kept; StudyError if it is no study of the page."""
+    content = read_state(path)
+    held = content["blocks"][0].get("restraint")
+    restraints = {name: table for name, table in content["restraints"].items() if name == held}
+    others = {key: table for key, table in content.items() if key != "restraints"}
+    return {**others, "restraints": restraints} if restraints else others
 
 
 def start_state() -> dict[str, Any]:

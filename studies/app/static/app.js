@@ -51,7 +51,7 @@ function put(parts) {
 }
 
 function older(is) {
-  for (const id of ["answer", "curve", "remedies", "basis"]) {
+  for (const id of ["answer", "curve", "remedies", "variants", "basis"]) {
     part(id).setAttribute("aria-busy", is);
     part(id).classList.toggle("older", is);
   }
@@ -155,6 +155,16 @@ document.addEventListener("click", async (event) => {
   const button = event.target.closest("button");
   if (!button) return;
   if (button.id === "play") play();
+  if (button.classList.contains("variant")) {
+    const found = await ask("variant", { what: button.dataset.what });
+    if (!found) return;
+    say("");
+    version = found.version;
+    put(found.parts);
+    document.body.dataset.version = String(version);
+    older(true);
+    complete();
+  }
   if (button.id === "copy") await navigator.clipboard.writeText(part("text").textContent);
   if (button.classList.contains("show")) {
     const answer = await fetch(`${button.dataset.from}/${part("which").value}`);

@@ -240,6 +240,45 @@ def test_answers_are_those_of_the_command(app, page, folder, edits, capsys):
 
 
 @pytest.mark.slow
+def test_two_variants_are_compared_as_the_command_does(app, page, folder, capsys):
+    assert ask(app, f"/{TOKEN}/variant", {"what": "keep"})[0] == 200
+    assert ask(app, f"/{TOKEN}/change", {"path": "blocks.0.width_m", "value": "37"})[0] == 200
+    page.complete(page.version)
+    page.save("what if")
+    for name in ("what if", "what if.a"):
+        assert main(["run", str(folder / f"{name}.toml"), "--out", str(folder / f"{name} results")]) == 0
+    laws = [str(page.full.results[name]["model"].values[0]) for name in ("a", "piece")]
+    paths = [str(folder / f"{name} results") for name in ("what if.a", "what if")]
+    capsys.readouterr()
+    assert main(["compare", *paths, "--laws", *laws, "--out", str(folder / "compared"), "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    shown = page.full.compared.as_json
+    for tables in (said["tables"], shown["tables"]):
+        for table in tables:
+            assert table["title"]
+    plain = json.dumps(said["tables"]).replace("bookcase", "the piece")
+    assert json.loads(plain) == json.loads(json.dumps(shown["tables"]))
+    assert [fact["sentence"] for fact in said["answer"]] == [fact["sentence"] for fact in shown["answer"]]
+    assert ask(app, f"/{TOKEN}/variant", {"what": "forget"})[0] == 200
+    assert not (folder / "piece.live.a.toml").exists()
+    assert page.variant == ""
+
+
+@pytest.mark.slow
+def test_feet_show_what_slides(app, page):
+    assert ask(app, f"/{TOKEN}/change", {"path": "blocks.0.restraint", "value": ""})[0] == 200
+    assert ask(app, f"/{TOKEN}/change", {"path": "wall", "value": "no"})[0] == 200
+    before = page.complete(page.version)
+    assert page.sliding == []
+    assert ask(app, f"/{TOKEN}/change", {"path": "feet", "value": "vinyl"})[0] == 200
+    after = page.complete(page.version)
+    assert page.sliding[0].title in after["answer"]
+    assert page.full.results["piece"].attrs["title"]
+    assert "Sliding" not in before["answer"].split("</table>")[1]
+    assert ask(app, f"/{TOKEN}/change", {"path": "feet", "value": ""})[0] == 200
+
+
+@pytest.mark.slow
 def test_the_script_gives_the_same_results(page, folder, monkeypatch):
     page.complete(page.version)
     (folder / "script").mkdir()
