@@ -17,11 +17,13 @@ from jinja2 import ChoiceLoader, Environment, FileSystemLoader
 from markupsafe import Markup
 
 from ...core.doubts import noted
+from ...core.parameters import declared
 from ...core.wording import about_percent, about_years, given_number, two_digits
 from ...fragility.hazard.rates import probability_in
 from ...fragility.runs.scaling import ground_of, scaling
 from ...models import Block, catalogue
 from ...models.friction import CONTACTS
+from ...models.laws import LAWS
 from ...motions import records
 from ..comparison.ratios import REGISTER
 from ..facts.say import environment, say, value_of
@@ -31,7 +33,7 @@ from ..single.run import Simulation
 from ..tables.registry import tables
 from ..tables.table import Table
 from ..text.error import StudyError
-from ..text.words import MEASURES, value_in, with_law_names
+from ..text.words import LAW_NAMES, MEASURES, value_in, with_law_names
 from . import answers, state
 from .answers import Full, Quick, RefusalError, SupersededError
 from .state import EARTHQUAKE, PIECE, REMEDIES, VARIANT
@@ -109,7 +111,7 @@ class Page:
             state.write_state(self.path, {PIECE: contents[PIECE]})
             self.content, self.contents, self.studies, self.quick = content, contents, studies, quick
             self.version += 1
-            return self.parts(form=not path.startswith(("blocks.0.width", "blocks.0.height", "blocks.0.wall_gap")))
+            return self.parts(form=path not in (*SLIDERS, *state.OF_LAWS))
 
     def _aim(self, text: str) -> None:
         target = state.number_in(text.replace("%", ""), "chance") / 100.0
@@ -220,7 +222,22 @@ class Page:
 
     def form(self) -> str:
         """Return the form."""
-        return self.render("form", items=[*catalogue], contacts=CONTACTS)
+        return self.render("form", items=[*catalogue], contacts=CONTACTS, laws=self.laws)
+
+    @property
+    def laws(self) -> list[tuple[str, str, bool]]:
+        """The laws that need no option: short name, name, and whether the study has it."""
+        free = [law for law in LAWS if not any(about.needed for about in declared(LAWS[law]).values())]
+        chosen = {model.get("law") for model in self.content["models"]}
+        return [(law, LAW_NAMES.get(law, law), law in chosen) for law in free]
+
+    def of_laws(self, key: str) -> tuple[str, Any, str]:
+        """An option of all laws: its path, its value and its sentence; the value '' if laws have their own."""
+        places = state.laws_with(self.content, key)
+        given = {self.content["models"][i].get(key) for i in places}
+        about = state.declared_at(self.content, f"models.{places[0]}.{key}") if places else {}
+        value = given.pop() if len(given) == 1 else None
+        return f"models.{key}", "" if value is None else value, str(about.get("description", ""))
 
     def value(self, path: str) -> Any:
         """Return the value of a key of the state."""
@@ -340,6 +357,11 @@ class Page:
         return [] if self.full is None else [*tables(self.full.results[PIECE], ("slides",))]
 
     @property
+    def by_law(self) -> list[Table]:
+        """The table of the curves under all laws."""
+        return [] if self.full is None else [*tables(with_law_names(self.full.results[PIECE]), ("curves",))]
+
+    @property
     def years(self) -> float:
         """The years of the hazard."""
         return float(self.content.get("hazard", {}).get("years", 50.0))
@@ -386,11 +408,19 @@ class Page:
             for turn, moved in zip(frames.rotation, floor, strict=True)
         ]
         reach = max(block.width, block.height)
-        walls = [face.x for face in fittings.faces(response, block)]
+        faces = fittings.faces(response, block)
+        breaks = float(run.response["rupture_time"]) if block.restraint is not None else math.inf
+        ties = [
+            np.round(fittings.line(block, strap, float(turn))[[0, -1]] + [[moved, 0.0]], 3).ravel().tolist()
+            for strap in fittings.straps(block, faces)[:1]
+            for turn, moved, time in zip(frames.rotation, floor, frames.time, strict=True)
+            if not time >= breaks
+        ]
         return {
             "boxes": boxes,
             "floor": np.round(floor, 3).tolist(),
-            "walls": walls,
+            "walls": [face.x for face in faces],
+            "ties": ties,
             "fps": frames.fps,
             "view": [float(floor.min()) - reach - 0.1, float(floor.max()) + reach + 0.1, block.height * 1.25],
             "outcome": self.render("film", run=run.response, motion=motion + 1, at=at),

@@ -12,9 +12,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ...core.parameters import declared
 from ...core.writing import write_bytes
 from ...models import Block, catalogue
 from ...models.friction import CONTACTS
+from ...models.laws import LAWS
 from ..file.blocks import BlockTable
 from ..file.derived import WRITTEN
 from ..file.include import read_content
@@ -37,9 +39,12 @@ NUMBERS = (
     *("building.period_s", "building.storeys", "motions.magnitude", "motions.distance_m", "motions.vs30_m_s"),
 )
 """Keys of numbers that the page edits, beside those of restraints and of the hazard's levels."""
+SIZES = {"blocks.0.width_m": "width", "blocks.0.height_m": "height"}
 OF_RESTRAINTS = ("height_m", "strength_n", "slack_mm", "cost")
 PIECE, EARTHQUAKE, REMEDIES, VARIANT = "piece", "earthquake", "remedies", "a"
 """Studies of the page; the last is the variant that the piece is compared with."""
+OF_LAWS = {"models.e": "e", "models.delta": "delta"}
+"""Options that the page gives to all laws of a study."""
 FREE = "free"
 """Name of the piece without a restraint among the remedies."""
 
@@ -110,6 +115,8 @@ def field(content: Mapping[str, Any], path: str, length: str) -> Field:
     bounds = [about.get(key) for key in ("minimum", "exclusiveMinimum", "maximum", "exclusiveMaximum")]
     least, most = ((first if first is not None else other) for first, other in (bounds[:2], bounds[2:]))
     value = value_at(content, path)
+    if value is None and path in SIZES:
+        value = _plain(getattr(piece_of(content), SIZES[path]))  # (of an item of the catalogue)
     value = about.get("default") if value is None else value
     shown = _digits(value / factor) if isinstance(value, int | float) else ""
     ends = [None if end is None or end >= 1e6 else float(_digits(end / factor)) for end in (least, most)]
@@ -169,6 +176,10 @@ def edited(content: Mapping[str, Any], path: str, text: str, length: str) -> dic
                 f"restraint: must be one of {', '.join(made.get('restraints', {})) or 'none'}, got {text!r}"
             )
         piece["restraint"] = text or None
+    elif path.startswith("law.") and path.removeprefix("law.") in LAWS:
+        _take_law(made, path.removeprefix("law."), text == "yes")
+    elif path in OF_LAWS:
+        _set_of_laws(made, OF_LAWS[path], text, length)
     elif path == "feet":
         made.pop("friction", None)
         if text:
@@ -235,7 +246,7 @@ def _set_number(content: dict[str, Any], path: str, text: str, length: str) -> N
     if not text.strip() and key in ("mass_kg", "cost"):
         table.pop(key, None)
         return
-    if path in ("blocks.0.width_m", "blocks.0.height_m"):
+    if path in SIZES:
         before = piece_of(content)
         table.pop("catalogue", None)
         table |= {"width_m": _plain(before.width), "height_m": _plain(before.height)}
@@ -268,6 +279,32 @@ def _take_item(content: dict[str, Any], name: str) -> None:
     piece |= {"catalogue": name, "name": name}
     content["title"] = name
     _move_restraints(content, piece_of(content).height - before.height)
+
+
+def laws_with(content: Mapping[str, Any], key: str) -> list[int]:
+    """Return the positions of the laws of a study that have an option."""
+    models = enumerate(content["models"])
+    return [i for i, model in models if model.get("law") in LAWS and key in declared(LAWS[model["law"]])]
+
+
+def _set_of_laws(content: dict[str, Any], key: str, text: str, length: str) -> None:
+    """Give an option to all laws that have it; '' gives each law its usual one."""
+    for i in laws_with(content, key):
+        content["models"][i].pop(key, None)
+        if text.strip():
+            content["models"][i][key] = number_of(content, f"models.{i}.{key}", text, length)
+
+
+def _take_law(content: dict[str, Any], law: str, wanted: bool) -> None:
+    others = [model for model in content["models"] if model.get("law") != law]
+    content["models"] = [*others, *([{"law": law}] if wanted else [])]
+    if not content["models"]:
+        raise StudyError("law: a study needs one law at least")
+    # (options that all laws of the page share are those of the new law, too)
+    for key in OF_LAWS.values():
+        given = {model[key] for model in others if key in model}
+        if wanted and len(given) == 1 and key in declared(LAWS[law]):
+            content["models"][-1][key] = given.pop()
 
 
 def _build(content: dict[str, Any], wanted: bool) -> None:

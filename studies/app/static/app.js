@@ -119,7 +119,7 @@ document.addEventListener("change", (event) => {
   if (!field.name || field.type === "range") return;
   const slider = document.querySelector(`[data-for="${field.id}"]`);
   if (slider) slider.value = field.value;
-  change(field.name, field.value);
+  change(field.name, field.type === "checkbox" ? (field.checked ? "yes" : "no") : field.value);
 });
 
 async function play() {
@@ -132,13 +132,14 @@ async function play() {
   film.setAttribute("viewBox", `${left} ${-top} ${right - left} ${top + 0.12}`);
   film.innerHTML = `<g transform="scale(1 -1)"><g class="ground"><rect class="floor" x="${left - 5}" y="-0.1" width="${right - left + 10}" height="0.1"/>`
     + found.walls.map((x) => `<rect class="wall" x="${x < 0 ? x - 0.05 : x}" y="0" width="0.05" height="${top}"/>`).join("")
-    + `</g><polygon class="piece"/></g>`;
+    + `</g><polygon class="piece"/><polyline class="strap"/></g>`;
   part("film-said").innerHTML = found.outcome;
-  const ground = film.querySelector(".ground"), piece = film.querySelector(".piece");
+  const ground = film.querySelector(".ground"), piece = film.querySelector(".piece"), tie = film.querySelector(".strap");
   const own = ++playing, began = performance.now(), last = found.boxes.length - 1;
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
   const draw = (k) => {
     piece.setAttribute("points", found.boxes[k].join(" "));
+    tie.setAttribute("points", (found.ties[k] || []).join(" ")); // (none once it is broken)
     ground.setAttribute("transform", `translate(${found.floor[k]} 0)`);
   };
   const step = (now) => {

@@ -57,6 +57,7 @@ def test_an_item_of_the_catalogue_and_its_sizes(start):
     made = state.edited(start, "blocks.0.catalogue", name, "cm")
     piece, item = state.piece_of(made), catalogue[name]
     assert (piece.width, piece.height, piece.depth) == (item.width, item.height, item.depth)
+    assert float(state.field(made, "blocks.0.width_m", "cm").value) == pytest.approx(100.0 * item.width)
     own = state.edited(made, "blocks.0.width_m", "44", "cm")
     assert own["blocks"][0]["width_m"] == 0.44
     assert own["blocks"][0]["height_m"] == catalogue[name].height
@@ -113,3 +114,22 @@ def test_other_studies_are_refused(tmp_path, start):
     file.write_text(state.toml_of(two), encoding="utf-8")
     with pytest.raises(StudyError, match=r"one \[\[blocks\]\]"):
         state.read_state(file)
+
+
+def test_options_of_all_laws(start):
+    made = state.edited(start, "models.delta", "0.1", "cm")
+    assert {model["law"]: model.get("delta") for model in made["models"]} == {
+        "housner": None,
+        "energy-consistent": 0.1,
+        "discrete": 0.1,
+        "giannini-masiani": 0.1,
+    }
+    made = state.edited(made, "law.makris-konstantinidis", "yes", "cm")
+    assert made["models"][-1] == {"law": "makris-konstantinidis", "delta": 0.1}
+    assert len(state.edited(made, "law.housner", "no", "cm")["models"]) == 4
+    assert state.edited(made, "models.delta", "", "cm")["models"][:4] == start["models"]
+    alone = {**start, "models": [{"law": "housner"}]}
+    with pytest.raises(StudyError, match="one law"):
+        state.edited(alone, "law.housner", "no", "cm")
+    with pytest.raises(StudyError):
+        state.edited(start, "law.nothing", "yes", "cm")
