@@ -6,6 +6,7 @@ import secrets
 import socket
 import threading
 import webbrowser
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
@@ -72,4 +73,5 @@ def _serve(bound: socket.socket, study: Path | None, *, opens: bool) -> None:
     settings = uvicorn.Config(
         application(page, token, port), log_level="critical", access_log=False, timeout_graceful_shutdown=1
     )
-    uvicorn.Server(settings).run(sockets=[bound])
+    with suppress(KeyboardInterrupt):  # (the usual end: the state is on the disk)
+        uvicorn.Server(settings).run(sockets=[bound])
