@@ -29,7 +29,7 @@ from ...models import Block
 from ...models.laws import LAWS
 from ..comparison.compare import Comparison, side_by_side
 from ..comparison.sides import Side
-from ..facts.say import remedy, say
+from ..facts.say import remedy, say, value_of
 from ..facts.sections import REGISTERS, sections
 from ..file.blocks import RESTRAINTS
 from ..file.models import model_table
@@ -40,7 +40,7 @@ from ..kinds.fragility import FragilityStudy
 from ..kinds.study import study_of as study_in
 from ..text.error import StudyError
 from ..text.reached import within_levels
-from ..text.words import display_unit, quantity_name, reference_law, reference_position
+from ..text.words import display_unit, quantity_name, reference_law, reference_position, with_law_names
 from .state import EARTHQUAKE, FREE, PIECE, REMEDIES, VARIANT, piece_of
 
 POINTS = 60
@@ -313,9 +313,9 @@ class Basis(NamedTuple):
     badge: str
 
 
-def basis_of(results: xr.Dataset, titles: Mapping[str, str]) -> Basis:
+def basis_of(results: xr.Dataset) -> Basis:
     """Return the sentences that the report of a study has on its answer, its inputs, its method and its checks."""
-    facts = sections(results)
+    titles, facts = value_of("titles", "checks"), sections(with_law_names(results))
     names = ("answer", "footnotes", "inputs", "method")
     sentences = {name: [say(fact, REGISTERS[name]) for fact in facts[name]] for name in names}
     checks = [
@@ -332,6 +332,7 @@ class Full(NamedTuple):
 
     results: dict[str, xr.Dataset]
     curve: Curve
+    basis: dict[str, Basis]
     compared: Comparison | None = None
 
 
@@ -345,7 +346,8 @@ def full_of(studies: Mapping[str, FragilityStudy], path: Path, stopped: Callable
     case = within_levels(piece).isel(block=0, model=at)
     case = case.isel({dim: 0 for dim in ("floor",) if dim in case.dims})
     compared = compared_of(found[VARIANT], piece, path) if VARIANT in found else None
-    return Full(found, _curve(case, case), compared)
+    bases = {name: basis_of(found[name]) for name in (PIECE, EARTHQUAKE, REMEDIES) if name in found}
+    return Full(found, _curve(case, case), bases, compared)
 
 
 def compared_of(variant: xr.Dataset, piece: xr.Dataset, path: Path) -> Comparison:

@@ -26,7 +26,7 @@ from ...models.friction import CONTACTS
 from ...models.laws import LAWS
 from ...motions import records
 from ..comparison.ratios import REGISTER
-from ..facts.say import environment, say, value_of
+from ..facts.say import environment, say
 from ..film import fittings
 from ..film.frames import corners, frames_of
 from ..single.run import Simulation
@@ -50,8 +50,11 @@ SLIDERS = {
     "blocks.0.width_m": (0.1, 1.5),
     "blocks.0.height_m": (0.3, 3.0),
     "blocks.0.wall_gap_mm": (0.0, 300.0),
+    "motions.magnitude": (6.0, 7.7),
+    "motions.distance_m": (1e4, 1e5),
+    "strength_n": (50.0, 3000.0),
 }
-"""Ends of sliders, in units of the study file."""
+"""Ends of sliders, in units of the study file; the last is of restraints."""
 
 
 @dataclass
@@ -111,7 +114,7 @@ class Page:
             state.write_state(self.path, {PIECE: contents[PIECE]})
             self.content, self.contents, self.studies, self.quick = content, contents, studies, quick
             self.version += 1
-            return self.parts(form=path not in (*SLIDERS, *state.OF_LAWS))
+            return self.parts(form=not (path in SLIDERS or path in state.OF_LAWS or path.startswith("restraints.")))
 
     def _aim(self, text: str) -> None:
         target = state.number_in(text.replace("%", ""), "chance") / 100.0
@@ -249,10 +252,11 @@ class Page:
 
     def ends(self, path: str) -> tuple[float, float] | None:
         """Return the ends of the slider of a key in the unit shown; None if it has none."""
-        if path not in SLIDERS:
+        key = path.rpartition(".")[2] if path.startswith("restraints.") else path
+        if key not in SLIDERS:
             return None
-        factor, _ = state.factor_of(path, "mm" if path.endswith("_mm") else "m", self.length)
-        return SLIDERS[path][0] / factor, SLIDERS[path][1] / factor
+        factor, _ = state.factor_of(path, str(state.declared_at(self.content, path).get("unit", "")), self.length)
+        return SLIDERS[key][0] / factor, SLIDERS[key][1] / factor
 
     @property
     def block(self) -> Block:
@@ -376,13 +380,13 @@ class Page:
 
     def basis(self) -> str:
         """Return the facts and checks behind the numbers."""
-        return self.render("basis", basis=self.facts)
+        return self.render("basis")
 
     @property
-    def facts(self) -> answers.Basis:
-        """The facts and checks behind the numbers."""
+    def facts(self) -> dict[str, answers.Basis]:
+        """The facts and checks behind the numbers, by study."""
         assert self.full is not None
-        return answers.basis_of(self.full.results[PIECE], value_of("titles", "checks"))
+        return self.full.basis
 
     def film(self, level: int, motion: int) -> dict[str, Any]:
         """Return the frames of one run of the piece: the corners of the block and the floor, m, frame by frame."""

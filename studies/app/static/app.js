@@ -153,6 +153,9 @@ async function play() {
 }
 
 document.addEventListener("click", async (event) => {
+  const link = event.target.closest('a[href^="#basis-"]');
+  const basis = link && document.querySelector(link.getAttribute("href"));
+  if (basis) basis.open = true;
   const button = event.target.closest("button");
   if (!button) return;
   if (button.id === "play") play();
@@ -168,11 +171,13 @@ document.addEventListener("click", async (event) => {
   }
   if (button.id === "copy") await navigator.clipboard.writeText(part("text").textContent);
   if (button.classList.contains("show")) {
+    if (button.dataset.which) part("which").value = button.dataset.which;
     const answer = await fetch(`${button.dataset.from}/${part("which").value}`);
     const json = (answer.headers.get("Content-Type") || "").startsWith("application/json");
     if (!answer.ok) { say(json ? (await answer.json()).said : await answer.text()); return; }
     part("text").textContent = await answer.text();
     part("text").hidden = part("copy").hidden = false;
+    if (button.dataset.which) part("text").focus();
   }
 });
 

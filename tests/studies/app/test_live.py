@@ -175,6 +175,12 @@ def test_by_keyboard_alone(page):
     page.run("document.querySelector('#basis summary').focus()")
     page.press("Enter", "Enter", 13)
     assert page.run("document.querySelector('#basis details').open") is True
+    page.run("document.querySelector('#earthquake .rests').focus()")
+    page.press("Enter", "Enter", 13)
+    page.wait("document.querySelector('#basis-earthquake').open")
+    page.run("document.querySelector('#basis-earthquake .show').focus()")
+    page.press("Enter", "Enter", 13)
+    page.wait("document.getElementById('text').textContent.includes('one earthquake')")
 
 
 NAMES = """[...document.querySelectorAll('input, select, button, summary, [role="img"]')].filter((element) => {
