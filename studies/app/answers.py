@@ -336,8 +336,13 @@ class Full(NamedTuple):
     compared: Comparison | None = None
 
 
-def full_of(studies: Mapping[str, FragilityStudy], path: Path, stopped: Callable[[], bool]) -> Full:
-    """Run all studies as `toppling run` does, in memory; SupersededError as soon as `stopped` says so."""
+def full_of(
+    studies: Mapping[str, FragilityStudy], path: Path, before: Full | None, stopped: Callable[[], bool]
+) -> Full:
+    """Run studies as `toppling run` does, in memory; SupersededError as soon as `stopped` says so.
+
+    before: an earlier answer, whose facts are those of the same results.
+    """
     found = {}
     for name, study in studies.items():
         found[name] = results_of(study, stopped)
@@ -346,7 +351,12 @@ def full_of(studies: Mapping[str, FragilityStudy], path: Path, stopped: Callable
     case = within_levels(piece).isel(block=0, model=at)
     case = case.isel({dim: 0 for dim in ("floor",) if dim in case.dims})
     compared = compared_of(found[VARIANT], piece, path) if VARIANT in found else None
-    bases = {name: basis_of(found[name]) for name in (PIECE, EARTHQUAKE, REMEDIES) if name in found}
+    known = (
+        {}
+        if before is None
+        else {name: before.basis[name] for name in before.basis if before.results[name] is found.get(name)}
+    )
+    bases = {name: known.get(name) or basis_of(found[name]) for name in found if name != VARIANT}
     return Full(found, _curve(case, case), bases, compared)
 
 

@@ -43,6 +43,8 @@ PERSON = 1.75
 """Height of the person beside the piece, m."""
 TARGET = 0.01
 """Chance that a restraint is to keep, as the page begins."""
+RANGES, REST = STAGES = ("ranges", "rest")
+"""Stages of the full answer: the ranges of the chances, and then restraints and the variant."""
 FILM_SPEED, FILM_FRAMES = 1.0, 25
 WIDTH, HEIGHT, LEFT, BOTTOM = 640.0, 320.0, 76.0, 44.0
 """Size and margins of the curve's drawing."""
@@ -100,7 +102,9 @@ class Page:
                 return {"form": self.form()}
             if path == "target":
                 self._aim(text)
-                return {"remedies": self.remedies()} if self.full is not None else {}
+                known = self.full is not None and self.full_of == self.version
+                waits = known and self.full is not None and {*self.full.results} < {*self.contents}
+                return {"remedies": self.remedies()} if known and not waits else {}
             try:
                 content = state.edited(self.content, path, text, self.length)
             except StudyError as error:
@@ -130,8 +134,10 @@ class Page:
             made = {"scene": self.scene(), "answer": self.render("answer"), "curve": self.curve()}
             return {"form": self.form(), **made} if form else made
 
-    def complete(self, version: int) -> dict[str, str] | None:
-        """Compute the full answer of a version, and return its parts; None if a later change came."""
+    def complete(self, version: int, stage: str = REST) -> dict[str, str] | None:
+        """Compute the full answer of a version up to a stage, and return its parts; None if a later change came."""
+        if stage not in STAGES:
+            raise StudyError(f"stage: must be one of {', '.join(STAGES)}, got {stage[:20]!r}")
 
         def stopped() -> bool:
             return self.version != version
@@ -139,11 +145,13 @@ class Page:
         with self.lock:
             if stopped():
                 return None
-            contents, studies = self.contents, dict(self.studies)
+            contents, studies, before = self.contents, dict(self.studies), self.full
+        names = [name for name in contents if stage == REST or name in (PIECE, EARTHQUAKE)]
         try:
-            for name in contents.keys() - studies.keys():
-                studies[name] = answers.study_of(contents[name], self.path)
-            full = answers.full_of(studies, self.path, stopped)
+            for name in names:
+                if name not in studies:
+                    studies[name] = answers.study_of(contents[name], self.path)
+            full = answers.full_of({name: studies[name] for name in names}, self.path, before, stopped)
             state.write_state(self.path, contents)
         except SupersededError:
             return None
@@ -151,8 +159,10 @@ class Page:
             if stopped():
                 return None
             self.studies, self.full, self.full_of = studies, full, version
-            made = {"answer": self.render("answer"), "curve": self.curve(), "remedies": self.remedies()}
-            return {**made, "basis": self.basis(), "variants": self.render("variants")}
+            made = {"answer": self.render("answer"), "curve": self.curve(), "basis": self.render("basis")}
+            return (
+                made if stage == RANGES else {**made, "remedies": self.remedies(), "variants": self.render("variants")}
+            )
 
     def keep(self, what: str) -> dict[str, str]:
         """Keep the piece as the variant that later ones are compared with, or forget that one."""
@@ -377,10 +387,6 @@ class Page:
         found = [] if results is None else answers.remedies_in(results, self.content.get("restraints", {}))
         law = "" if results is None else str(with_law_names(results)["model"].values[0])
         return self.render("remedies", remedies=found, best=answers.cheapest(found, self.target), law=law)
-
-    def basis(self) -> str:
-        """Return the facts and checks behind the numbers."""
-        return self.render("basis")
 
     @property
     def facts(self) -> dict[str, answers.Basis]:

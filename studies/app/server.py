@@ -135,7 +135,7 @@ def application(page: Page, token: str, port: int) -> ASGIApp:
 
     async def complete(request: Request) -> Response:
         version = _count(request.query_params.get("version", ""), "version")
-        made = await run_in_threadpool(page.complete, version)
+        made = await run_in_threadpool(page.complete, version, request.query_params.get("stage", "rest"))
         return _answer({"parts": made or {}, "version": version, "superseded": made is None})
 
     async def film(request: Request) -> Response:

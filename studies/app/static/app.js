@@ -2,7 +2,7 @@
 "use strict";
 
 const part = (id) => document.getElementById(id);
-const REST = 250; // ms without a change after which the full answer begins
+const QUIET = 250; // ms without a change after which the full answer begins
 let version = -1, busy = false, waiting = new Map(), playing = 0, resting = 0;
 
 function say(text, path) {
@@ -50,8 +50,10 @@ function put(parts) {
   }
 }
 
-function older(is) {
-  for (const id of ["answer", "curve", "remedies", "variants", "basis"]) {
+const RANGES = ["answer", "curve", "basis"], REST = ["remedies", "variants"];
+
+function older(is, ids = [...RANGES, ...REST]) {
+  for (const id of ids) {
     part(id).setAttribute("aria-busy", is);
     part(id).classList.toggle("older", is);
   }
@@ -59,10 +61,13 @@ function older(is) {
 
 async function complete() {
   const wanted = version;
-  const found = await ask(`complete?version=${wanted}`);
-  if (!found || found.superseded || wanted !== version) return;
-  put(found.parts);
-  older(false);
+  for (const [stage, ids] of [["ranges", RANGES], ["rest", [...RANGES, ...REST]]]) {
+    const found = await ask(`complete?version=${wanted}&stage=${stage}`);
+    if (!found || found.superseded || wanted !== version) return;
+    put(found.parts);
+    older(false, ids);
+    document.body.dataset[stage] = String(version);
+  }
   document.body.dataset.complete = String(version);
 }
 
@@ -86,7 +91,7 @@ async function send() {
     part("answer").classList.remove("older");
     part("curve").classList.remove("older");
     clearTimeout(resting);
-    resting = setTimeout(complete, REST);
+    resting = setTimeout(complete, QUIET);
   }
   busy = false;
 }

@@ -288,6 +288,17 @@ def test_the_script_gives_the_same_results(page, folder, monkeypatch):
     assert scope["results"].identical(page.full.results["piece"])
 
 
+@pytest.mark.slow
+def test_ranges_come_before_restraints(page):
+    first = page.complete(page.version, "ranges")
+    assert {*first} == {"answer", "curve", "basis"}
+    assert {*page.full.results} == {"piece", "earthquake"}
+    rest = page.complete(page.version, "rest")
+    assert first["answer"] == rest["answer"]
+    assert "two brackets" in rest["remedies"]
+    assert page.complete(page.version - 1, "rest") is None
+
+
 def test_later_changes_stop_earlier_answers(page):
     assert page.complete(page.version - 1) is None
 
