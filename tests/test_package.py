@@ -82,7 +82,13 @@ class TestWheel:
         folders = [ROOT / package / "templates" for package in ("fragility", "studies")]
         templates = {f"toppling/{p.relative_to(ROOT)}" for folder in folders for p in folder.glob("*.j2")}
         starters = {f"toppling/studies/starters/{p.name}" for p in (ROOT / "studies/starters").iterdir()}
-        assert names == modules | data | examples | starters | templates
+        folder = ROOT / "studies/app"
+        page = {
+            f"toppling/{p.relative_to(ROOT)}"
+            for p in folder.rglob("*.*")
+            if p.suffix in (".toml", ".j2", ".css", ".js", ".svg")
+        }
+        assert names == modules | data | examples | starters | templates | page
         assert {"toppling/fragility/templates/screen.j2", "toppling/studies/templates/notes.j2"} <= templates
         assert starters
         assert any(n.endswith("licenses/LICENSE") for n in zipfile.ZipFile(wheel).namelist())

@@ -24,6 +24,7 @@ from cyclopts.exceptions import CycloptsError, MissingArgumentError
 
 from ...core.limits import memory_limit
 from ...core.wording import counted, system_reason
+from ..app.command import live_page
 from ..single.command import simulate_one
 from ..text.encoding import json_text, printable, write_anything
 from ..text.terminal import say, terminal
@@ -41,7 +42,7 @@ EXIT_SIGNAL = 128  # and the number of the signal that ended it
 Result = Annotated[Path, Parameter(help="Results file (results.nc) or its folder.")]
 Verify = Annotated[bool, Parameter(negative="", help="Exit with code 2 if the results were edited.")]
 LEAST_OF_ANY = 600_000  # kB of memory (ulimit -v): below, what any command loads may hang, or end it without a word
-COMMANDS = ("new", "run", "status", "simulate", "motions", "catalogue", "export", "report", "compare", "schema")
+COMMANDS = ("new", "run", "status", "app", "simulate", "motions", "catalogue", "export", "report", "compare", "schema")
 
 SCHEMA = Path(__file__).parents[1] / "reference" / "study.schema.json"
 """The schema of study files as `make schema` writes it, for the classes of all tables take a second to load."""
@@ -238,6 +239,8 @@ def new(kind: Starter, folder: Path, /) -> None:
         f"next: toppling run {study} --out {results}",
     )
 
+
+app.command(live_page, name="app", group=RUN)
 
 app.command(simulate_one, name="simulate", group=INPUTS)
 

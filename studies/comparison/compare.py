@@ -22,7 +22,7 @@ from .curves import compare_curves
 from .inputs import inputs_that_differ, notes_on_inputs
 from .pieces import compare_pieces
 from .ratios import MOST_ROWS, REGISTER, Found, answer, exported_lines, legend, table_of
-from .sides import PIECES, Side, titles_of, two_sides
+from .sides import PIECES, Side, refuse_different, titles_of, two_sides
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -88,6 +88,13 @@ def compare(
             write(folder / PAGE, page.encode("utf-8")),
         ]
     return compared._replace(written=written)
+
+
+def side_by_side(a: Side, b: Side, laws: tuple[str, str]) -> Comparison:
+    """Compare the curves of two results in memory, under a law of each, and write nothing."""
+    refuse_different(a, b)
+    found, _, _ = compare_curves(a, b, laws)
+    return _compared(a, b, found, confidence_text(a.results))
 
 
 def _compared(a: Side, b: Side, found: Found, sure: str) -> Comparison:

@@ -118,26 +118,7 @@ class Study(ABC):
             One sentence that names the file, the key, the value and the allowed values.
         """
         file = checks.path(path)
-        try:
-            with noted() as found:
-                content = read_study_file(file, target)
-                module = import_module(f".{content.kind}", __package__)
-                study: Study = getattr(module, f"{content.kind.title()}Study").of(content, file.parent)
-            # warnings on motions are among the study's own
-            tables = tuple(dict.fromkeys(doubt for doubt in found if doubt.kind in OF_TABLES))
-            study = replace(study, of_tables=tables) if tables else study
-            study._check_vertical()
-            refuse_endless_runs(study.cases, (record for array in study.arrays for record in records(array)))
-            for doubt in study.doubts:
-                if doubt.grave and doubt.kind not in study.accepted:
-                    raise ValueError(
-                        f'{doubt.sentence} (accept = ["{doubt.kind}"] at the top of the study file takes it as it is)'
-                    )
-        except StudyError:
-            raise
-        except (ValueError, ArithmeticError) as error:
-            raise StudyError(f"{file}: {error}") from None
-        return study
+        return study_of(lambda: read_study_file(file, target), file)
 
     def _check_vertical(self) -> None:
         """Raise ValueError for a vertical component under a law that is not in exact geometry."""
@@ -552,6 +533,30 @@ class Study(ABC):
     def _digests(self) -> list[str]:
         """The digest of the samples of each motion."""
         return [digest(record) for array in self.arrays for record in records(array)]
+
+
+def study_of(read: Callable[[], StudyFile], file: Path) -> Study:
+    """Return the study of the content that `read` returns; paths in it are relative to `file`, named in errors."""
+    try:
+        with noted() as found:
+            content = read()
+            module = import_module(f".{content.kind}", __package__)
+            study: Study = getattr(module, f"{content.kind.title()}Study").of(content, file.parent)
+        # (those of motions are among the study's own)
+        tables = tuple(dict.fromkeys(doubt for doubt in found if doubt.kind in OF_TABLES))
+        study = replace(study, of_tables=tables) if tables else study
+        study._check_vertical()
+        refuse_endless_runs(study.cases, (record for array in study.arrays for record in records(array)))
+        for doubt in study.doubts:
+            if doubt.grave and doubt.kind not in study.accepted:
+                raise ValueError(
+                    f'{doubt.sentence} (accept = ["{doubt.kind}"] at the top of the study file takes it as it is)'
+                )
+    except StudyError:
+        raise
+    except (ValueError, ArithmeticError) as error:
+        raise StudyError(f"{file}: {error}") from None
+    return study
 
 
 LOGNORMAL = Fit()

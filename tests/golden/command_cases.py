@@ -113,7 +113,7 @@ LONG = (
     .replace("number = 6", "number = 24")
 )
 
-COMMANDS = ("run", "status", "new", "simulate", "motions", "catalogue", "export", "report", "compare")
+COMMANDS = ("run", "status", "new", "app", "simulate", "motions", "catalogue", "export", "report", "compare")
 SIZES = ("--width", "0.4m", "--height", "180cm")
 CABINET = ("simulate", *SIZES)
 RICKER = ("--period", "0.8s", "--pga", "0.4g")

@@ -33,6 +33,7 @@ def commands():
         "new": [["--help"]],
         "run": [["study.toml"], ["study.toml", "--dry-run"], ["missing-é.toml"]],
         "status": [["results/study"], ["results/study", "--json"]],
+        "app": [["--help"]],
         "simulate": [simulate, [*simulate, "--json"]],
         "motions": [["study.toml", "--out", "motions"], ["study.toml", "--out", "motions", "--json"]],
         "catalogue": [[]],

@@ -283,7 +283,7 @@ class TestCommand:
     @pytest.mark.parametrize(
         ("arguments", "message"),
         [
-            (["run"], "study"),
+            (["run"], "usage: toppling run STUDY.toml"),
             (["run", "nothing.toml"], "nothing.toml: no such file"),
             (["run", "."], "cannot be read"),
             (["walk"], "walk"),

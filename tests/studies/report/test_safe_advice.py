@@ -44,4 +44,6 @@ def test_of_a_sensitivity_study(parameter):
 def test_no_advice_is_to_tilt_or_to_push():
     texts = [path.read_text(encoding="utf-8") for path in TEMPLATES.glob("*.j2")]
     assert sum("unloaded sample" in text for text in texts) == 1
-    assert not [text for text in texts if re.search(r"measure it on the piece|\b[Tt]ilt|\b[Pp]ush (it|the)\b", text)]
+    assert not [
+        text for text in texts if re.search(r"measure it on the piece|\b[Tt]ilt (?!of)|\b[Pp]ush (it|the)\b", text)
+    ]

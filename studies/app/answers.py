@@ -1,0 +1,391 @@
+"""Answers of the live page: a quick answer under the reference law, and full answers, by the steps of studies alone.
+
+The page has three studies of one state: the piece with its hazard, the piece in one unscaled earthquake, and the piece
+with each of its restraints. Motions and results of finished studies are kept from one change to the next.
+"""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple, TypeVar
+
+import numpy as np
+import xarray as xr
+from pydantic import ValidationError
+
+from ...core.aliases import Array
+from ...core.parameters import declared
+from ...fragility import curve_probability
+from ...fragility.curves.curve import LEAST
+from ...fragility.risk.modelling import LOWER, UPPER
+from ...models import Block
+from ...models.laws import LAWS
+from ..comparison.compare import Comparison, side_by_side
+from ..comparison.sides import Side
+from ..facts.say import remedy, say, value_of
+from ..facts.sections import REGISTERS, sections
+from ..file.blocks import RESTRAINTS
+from ..file.models import model_table
+from ..file.refusals import refusals
+from ..file.schema import MotionSet, StudyFile
+from ..file.table import all_errors
+from ..kinds.fragility import FragilityStudy
+from ..kinds.study import study_of as study_in
+from ..text.error import StudyError
+from ..text.reached import within_levels
+from ..text.words import display_unit, quantity_name, reference_law, reference_position, with_law_names
+from .state import EARTHQUAKE, FREE, PIECE, REMEDIES, VARIANT, piece_of
+
+POINTS = 60
+"""Points of a drawn curve."""
+MATCHED = "the piece"
+"""Name of the block of both variants."""
+MOST_KEPT = 24
+"""Most motions, and most results, that are kept."""
+Kept = TypeVar("Kept")
+
+
+class SupersededError(Exception):
+    """A later change makes this computation useless."""
+
+
+class LiveStudyFile(StudyFile):
+    """A study whose motions are kept from one change to the next."""
+
+    ground_kept: ClassVar[OrderedDict[str, Any]] = OrderedDict()
+    shaking_kept: ClassVar[OrderedDict[str, Any]] = OrderedDict()
+
+    def shaking(self, folder: Path) -> list[MotionSet]:
+        tables = ("motions", "building", "support", "stripes", "ida")
+        given = {name: table.model_dump_json() for name in tables if (table := self.given(name)) is not None}
+        given["ida"] = "" if self.ida is None else str(self.ida.im_at)
+        made: list[MotionSet] = kept(
+            self.shaking_kept, json.dumps([str(folder), given]), lambda: StudyFile.shaking(self, folder)
+        )
+        return made
+
+    def _ground(self, motions: Any, folder: Path) -> Any:
+        key = json.dumps([str(folder), motions.model_dump_json()])
+        return kept(self.ground_kept, key, lambda: StudyFile._ground(self, motions, folder))
+
+
+def kept(store: OrderedDict[str, Any], key: str, make: Callable[[], Kept]) -> Kept:
+    """Return the value of a key, made if it is not there; the oldest of too many values is forgotten."""
+    if key in store:
+        store.move_to_end(key)
+    else:
+        store[key] = make()
+        while len(store) > MOST_KEPT:
+            store.popitem(last=False)
+    found: Kept = store[key]
+    return found
+
+
+class RefusalError(StudyError):
+    """Errors in the keys of a study: all of them as one sentence, and the first key's path."""
+
+    def __init__(self, message: str, path: str = "") -> None:
+        super().__init__(message)
+        self.path = path
+
+
+def study_of(content: Mapping[str, Any], path: Path) -> FragilityStudy:
+    """Return the study of a content as if it stood in a file; RefusalError names the key of what is wrong."""
+
+    def checked() -> StudyFile:
+        try:
+            return LiveStudyFile.model_validate(content)
+        except ValidationError as error:
+            said = refusals(error, content, StudyFile)
+            where = ".".join(map(str, said[0][1]))
+            raise RefusalError(all_errors([sentence for sentence, _ in said]), where) from None
+
+    try:
+        made = study_in(checked, path)
+    except RefusalError:
+        raise
+    except StudyError as error:
+        raise RefusalError(str(error).removeprefix(f"{path}: ")) from None
+    if not isinstance(made, FragilityStudy):
+        raise RefusalError(f"the page shows fragility studies, got a {made.kind} study")
+    return made
+
+
+def contents_of(content: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the contents of the page's studies by name: only studies that the keys of the state allow."""
+    block = piece_of(content)
+    held = _restraint_of(content)
+    piece = {**copy.deepcopy(dict(content)), "models": applicable(content, [held] if held else [], block)}
+    piece["restraints"] = {name: table for name, table in piece.get("restraints", {}).items() if table == held}
+    piece = {key: table for key, table in piece.items() if table != {}}
+    # (what slides is a question to the study of the piece alone)
+    held_fast = {key: table for key, table in copy.deepcopy(piece).items() if key != "friction"}
+    earthquake = {key: table for key, table in copy.deepcopy(held_fast).items() if key not in ("hazard", "fit")}
+    earthquake["title"] = f"{piece['title']}: one earthquake"
+    earthquake["ida"] = {key: value for key, value in piece["ida"].items() if key in ("im_at", "polarity")}
+    earthquake["ida"] |= {"im": "scale", "levels": {"values": [1.0], "unit": "1"}}
+    found = {PIECE: piece, EARTHQUAKE: earthquake}
+    tables = content.get("restraints", {})
+    if tables and "hazard" in content and "mass_kg" in content["blocks"][0]:
+        free = {key: value for key, value in content["blocks"][0].items() if key != "restraint"}
+        blocks = [{**free, "name": FREE}, *({**free, "name": name, "restraint": name} for name in tables)]
+        models = applicable(content, [*tables.values()], block)[:1]
+        found[REMEDIES] = {
+            **held_fast,
+            "title": f"{piece['title']}: restraints",
+            "restraints": copy.deepcopy(tables),
+            "blocks": blocks,
+            "models": models,
+        }
+    return found
+
+
+def _restraint_of(content: Mapping[str, Any]) -> Any:
+    given = content["blocks"][0].get("restraint")
+    return content.get("restraints", {}).get(given) if isinstance(given, str) else given
+
+
+def applicable(content: Mapping[str, Any], restraints: list[Any], block: Block) -> list[dict[str, Any]]:
+    """Return the laws of a study that apply to its piece with each restraint; of none, a law in another geometry."""
+    given: list[dict[str, Any]] = [dict(model) for model in content["models"]]
+    fitting = [model for model in given if _applies(model, block, restraints)]
+    if fitting:
+        return fitting
+    others = [
+        {**model, "geometry": word}
+        for model in given
+        if model.get("law") in LAWS and (about := declared(LAWS[model["law"]]).get("geometry")) and about.parameter
+        for word in about.parameter.words
+    ]
+    return [model for model in others if _applies(model, block, restraints)][:1] or given
+
+
+def _applies(model: Mapping[str, Any], block: Block, restraints: list[Any]) -> bool:
+    """Return True if a law applies to a block without and with each of some tables of restraints.
+
+    A table that makes no restraint of the block is left out; reading the study gives its error.
+    """
+    try:
+        law = model_table(dict(model)).build([block])
+        law.oscillator(block)
+        for held in filter(None, (_held(block, table) for table in restraints)):
+            law.oscillator(held)
+    except ValueError:
+        return False
+    return True
+
+
+def _held(block: Block, table: Any) -> Block | None:
+    try:
+        return replace(block, restraint=RESTRAINTS[table["kind"]].model_validate(table).build())
+    except (ValueError, KeyError, TypeError):
+        return None
+
+
+class Curve(NamedTuple):
+    """A fragility curve in the unit shown: points of the line, and share, interval and level of the runs."""
+
+    levels: list[float]
+    shares: list[float]
+    at: list[float]
+    seen: list[float]
+    lower: list[float]
+    upper: list[float]
+    unit: str
+    measure: str
+
+
+class Quick(NamedTuple):
+    """The answer under the reference law alone, without what only further runs give."""
+
+    curve: Curve
+    rate: float
+    chance: float
+    years: float
+
+
+def reference_of(study: FragilityStudy) -> FragilityStudy:
+    """Return a study with its reference law alone."""
+    words = [str(model.get("law")) for model in study.configuration["models"]]
+    return replace(study, models=(study.models[reference_position(words)[0]],))
+
+
+def quick_of(piece: FragilityStudy) -> Quick:
+    """Return the quick answer: the steps of the study that give curve and chance, under the reference law."""
+    one_law = reference_of(piece)
+    runs = one_law.design.run(one_law.blocks, one_law.models, one_law.fit.outputs, None, None)
+    # (intervals of the parameters take most of the time, and come with the full answer)
+    fit = replace(one_law.fit, intervals="wald") if piece.fit.intervals is None else piece.fit
+    curves = fit.curves(runs, False)
+    seen = fit.probabilities(runs).isel(block=0, model=0)
+    case = curves.isel(block=0, model=0)
+    rate = chance = years = math.nan
+    if piece.risk is not None:
+        rates = piece.risk.rates(fit.modelled(curves), fit.confidence)
+        rate, chance = float(rates["rate"].squeeze()), float(rates["probability"].squeeze())
+        years = piece.risk.years
+    return Quick(_curve(case, seen), rate, chance, years)
+
+
+def _curve(case: xr.Dataset, seen: xr.Dataset) -> Curve:
+    scale, unit = display_unit(seen["level"])
+    at = seen["level"].values
+    levels = np.geomspace(at[0], at[-1], POINTS)
+    shares = curve_probability(case, levels, LEAST).values.ravel()
+    share, lower, upper = (_plain(seen[name].values) for name in ("probability", "lower", "upper"))
+    line = (levels / scale).tolist(), np.nan_to_num(shares).tolist()
+    return Curve(*line, (at / scale).tolist(), share, lower, upper, unit, quantity_name(seen["level"]))
+
+
+def _plain(values: Array) -> list[float]:
+    found: list[float] = values.ravel().tolist()
+    return found
+
+
+class Range(NamedTuple):
+    """A chance with its ranges: of the motions, of the laws (by name), and if all capacities are off by one factor."""
+
+    value: float
+    motions: tuple[float, float]
+    laws: dict[str, float]
+    model: tuple[float, float]
+
+    @property
+    def of_laws(self) -> tuple[float, float]:
+        """The lowest and the highest chance of the laws."""
+        known = [chance for chance in self.laws.values() if math.isfinite(chance)]
+        return (min(known), max(known)) if known else (math.nan, math.nan)
+
+
+def range_at(results: xr.Dataset, name: str, ends: tuple[str, str]) -> Range:
+    """Return the range of a variable of results of one block."""
+    at, _ = reference_law(results)
+    case = results.isel(block=0)
+    case = case.isel({dim: 0 for dim in ("level", "floor") if dim in case[name].dims})
+    law = case.isel(model=at)
+    model = [float(law[f"{name}{end}"]) if f"{name}{end}" in law else math.nan for end in (LOWER, UPPER)]
+    laws = zip(map(str, case["model"].values), case[name].values.tolist(), strict=True)
+    return Range(float(law[name]), (float(law[ends[0]]), float(law[ends[1]])), dict(laws), (model[0], model[1]))
+
+
+class Remedy(NamedTuple):
+    """A restraint of the study: its cost, and the chance of the piece with it, with its interval."""
+
+    name: str
+    cost: float
+    chance: float
+    lower: float
+    upper: float
+
+
+def remedies_in(results: xr.Dataset, tables: Mapping[str, Any]) -> list[Remedy]:
+    """Return the piece without and with each restraint."""
+    case = results.isel(model=0)
+    case = case.isel({dim: 0 for dim in ("floor",) if dim in case["risk_probability"].dims})
+    found = []
+    for i, name in enumerate(map(str, case["block"].values)):
+        values = [float(case[f"risk_probability{end}"][i]) for end in ("", "_lower", "_upper")]
+        cost = tables.get(name, {}).get("cost", math.nan) if name != FREE else 0.0
+        found.append(Remedy(name, float(cost), *values))
+    return found
+
+
+def cheapest(remedies: list[Remedy], target: float) -> Remedy | None:
+    """Return the cheapest remedy of known cost whose interval of the chance is at most a target."""
+    enough = [remedy for remedy in remedies if remedy.upper <= target and math.isfinite(remedy.cost)]
+    return min(enough, key=lambda remedy: (remedy.cost, remedy.upper), default=None)
+
+
+class Basis(NamedTuple):
+    """The facts below the numbers of a study, as sentences by section, and its checks."""
+
+    sentences: dict[str, list[str]]
+    checks: list[tuple[str, str, str]]
+    passed: list[str]
+    verdict: str
+    badge: str
+
+
+def basis_of(results: xr.Dataset) -> Basis:
+    """Return the sentences that the report of a study has on its answer, its inputs, its method and its checks."""
+    titles, facts = value_of("titles", "checks"), sections(with_law_names(results))
+    names = ("answer", "footnotes", "inputs", "method")
+    sentences = {name: [say(fact, REGISTERS[name]) for fact in facts[name]] for name in names}
+    checks = [
+        (titles[check.what], check.word, f"{say(check, 'checks')} {remedy(check, 'checks')}".strip())
+        for check in facts["checks"]
+    ]
+    passed = list(dict.fromkeys(titles[check.what] for check in facts["passed"]))
+    (badge,) = facts["validity"]
+    return Basis(sentences, checks, passed, say(badge, "checks"), badge.word)
+
+
+class Full(NamedTuple):
+    """The full answer: results of each study of the page."""
+
+    results: dict[str, xr.Dataset]
+    curve: Curve
+    basis: dict[str, Basis]
+    compared: Comparison | None = None
+
+
+def full_of(
+    studies: Mapping[str, FragilityStudy], path: Path, before: Full | None, stopped: Callable[[], bool]
+) -> Full:
+    """Run studies as `toppling run` does, in memory; SupersededError as soon as `stopped` says so.
+
+    before: an earlier answer, whose facts are kept for the same results.
+    """
+    found = {}
+    for name, study in studies.items():
+        found[name] = results_of(study, stopped)
+    piece = found[PIECE]
+    at, _ = reference_law(piece)
+    case = within_levels(piece).isel(block=0, model=at)
+    case = case.isel({dim: 0 for dim in ("floor",) if dim in case.dims})
+    compared = compared_of(found[VARIANT], piece, path) if VARIANT in found else None
+    known = (
+        {}
+        if before is None
+        else {name: before.basis[name] for name in before.basis if before.results[name] is found.get(name)}
+    )
+    bases = {name: known.get(name) or basis_of(found[name]) for name in found if name != VARIANT}
+    return Full(found, _curve(case, case), bases, compared)
+
+
+def compared_of(variant: xr.Dataset, piece: xr.Dataset, path: Path) -> Comparison:
+    """Compare the piece with a variant of it, each under its reference law, as `toppling compare` does."""
+    sides = []
+    for name, results in (("A", variant), ("B", piece)):
+        # (blocks are matched by their names, which a variant may have changed)
+        renamed = results.assign_coords(block=[MATCHED])
+        sides.append(Side(name, path, renamed, json.loads(str(results.attrs["study"]))))
+    first, second = (str(side.results["model"].values[reference_law(side.results)[0]]) for side in sides)
+    return side_by_side(sides[0], sides[1], (first, second))
+
+
+_RESULTS: OrderedDict[str, Any] = OrderedDict()
+_RUNNING = threading.Lock()
+
+
+def results_of(study: FragilityStudy, stopped: Callable[[], bool]) -> xr.Dataset:
+    """Return the results of a study, which are kept; SupersededError as soon as `stopped` says so."""
+
+    def watched(*_: int) -> None:
+        if stopped():
+            raise SupersededError
+
+    def run() -> xr.Dataset:
+        watched()
+        return study.run(progress=watched)
+
+    key = f"{study.identity} {study.title} {json.dumps(study.configuration, sort_keys=True)}"
+    with _RUNNING:
+        return kept(_RESULTS, key, run)

@@ -1,0 +1,78 @@
+"""The command `toppling app`: serves the live page on this machine until it is interrupted."""
+
+from __future__ import annotations
+
+import secrets
+import socket
+import threading
+import webbrowser
+from contextlib import suppress
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+NEEDED = ("starlette", "uvicorn")
+"""Packages of the extra `app` that no other part of toppling needs."""
+LOOPBACK = "127.0.0.1"
+STATE = "piece.live.toml"
+"""File of the state if no study is given, in the current folder."""
+
+
+def live_page(
+    study: Path | None = None,
+    /,
+    *,
+    port: int = 0,
+    browser: Annotated[bool, Parameter(negative="--no-browser")] = True,
+) -> None:
+    """Open a page on this machine that answers as you change a piece: its chance of falling, with its ranges.
+
+    Nothing leaves this machine. It keeps its state in study files in the folder of STUDY, or in the current folder.
+
+    Parameters
+    ----------
+    study
+        Study file with one block; default a bookcase.
+    port
+        Port of the page; default any free port.
+    browser
+        Open the page in a browser.
+    """
+    from ..text.error import StudyError  # noqa: PLC0415 - loads nothing before it is needed
+
+    if any(find_spec(name) is None for name in NEEDED):
+        raise StudyError("the live page needs further packages: pip install 'toppling[app]'")
+    if not 0 <= port < 65536:
+        raise StudyError(f"--port {port}: must be from 0 to 65535")
+    bound = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        bound.bind((LOOPBACK, port))
+        bound.listen(128)  # (a browser that is faster than the page waits)
+    except OSError as error:
+        bound.close()
+        raise StudyError(f"--port {port}: cannot be used ({error.strerror})") from None
+    with bound:
+        _serve(bound, study, opens=browser)
+
+
+def _serve(bound: socket.socket, study: Path | None, *, opens: bool) -> None:
+    import uvicorn  # noqa: PLC0415 - of the extra
+
+    from .page import Page  # noqa: PLC0415
+    from .server import application  # noqa: PLC0415
+
+    page = Page.opened(Path.cwd() / STATE if study is None else study, given=study is not None)
+    token, port = secrets.token_urlsafe(24), bound.getsockname()[1]
+    address = f"http://{LOOPBACK}:{port}/{token}/"
+    print(address, flush=True)
+    print(f"The state of the page is in {page.path}; end the page with Ctrl-C.", flush=True)
+    if opens:
+        threading.Timer(0.2, webbrowser.open, [address]).start()
+    settings = uvicorn.Config(
+        application(page, token, port), log_level="critical", access_log=False, timeout_graceful_shutdown=1
+    )
+    with suppress(KeyboardInterrupt):  # (the usual end: the state is on the disk)
+        uvicorn.Server(settings).run(sockets=[bound])

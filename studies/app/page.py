@@ -1,0 +1,458 @@
+"""The live page: its state, its computations one after the other, and its parts as HTML."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jinja2 import ChoiceLoader, Environment, FileSystemLoader
+from markupsafe import Markup
+
+from ...core.doubts import noted
+from ...core.parameters import declared
+from ...core.wording import about_percent, about_years, given_number, two_digits
+from ...fragility.hazard.rates import probability_in
+from ...fragility.runs.scaling import ground_of, scaling
+from ...models import Block, catalogue
+from ...models.friction import CONTACTS
+from ...models.laws import LAWS
+from ...motions import records
+from ..comparison.ratios import REGISTER
+from ..facts.say import environment, say
+from ..film import fittings
+from ..film.frames import corners, frames_of
+from ..single.run import Simulation
+from ..tables.registry import tables
+from ..tables.table import Table
+from ..text.error import StudyError
+from ..text.words import LAW_NAMES, MEASURES, value_in, with_law_names
+from . import answers, state
+from .answers import Full, Quick, RefusalError, SupersededError
+from .state import EARTHQUAKE, PIECE, REMEDIES, VARIANT
+
+TEMPLATES = Path(__file__).parent / "templates"
+PERSON = 1.75
+"""Height of the person beside the piece, m."""
+TARGET = 0.01
+"""Chance that a restraint is to keep, as the page begins."""
+RANGES, REST = STAGES = ("ranges", "rest")
+"""Stages of the full answer: the ranges of the chances, and then restraints and the variant."""
+FILM_SPEED, FILM_FRAMES = 1.0, 25
+WIDTH, HEIGHT, LEFT, BOTTOM = 640.0, 320.0, 76.0, 44.0
+"""Size and margins of the curve's drawing."""
+SLIDERS = {
+    "blocks.0.width_m": (0.1, 1.5),
+    "blocks.0.height_m": (0.3, 3.0),
+    "blocks.0.wall_gap_mm": (0.0, 300.0),
+    "motions.magnitude": (6.0, 7.7),
+    "motions.distance_m": (1e4, 1e5),
+    "strength_n": (50.0, 3000.0),
+}
+"""Ends of sliders, in units of the study file; the last is of restraints."""
+
+
+@dataclass
+class Page:
+    """The state of the page and of its answers; one change at a time."""
+
+    path: Path
+    content: dict[str, Any]
+    length: str = "cm"
+    target: float = TARGET
+    version: int = 0
+    quick: Quick | None = None
+    full: Full | None = None
+    full_of: int = -1
+    """The version that the full answer is of."""
+    studies: dict[str, Any] = field(default_factory=dict)
+    contents: dict[str, dict[str, Any]] = field(default_factory=dict)
+    lock: threading.RLock = field(default_factory=threading.RLock)
+
+    @classmethod
+    def opened(cls, path: Path, *, given: bool) -> Page:
+        """Return the page of a study file, or of the state kept in its folder; StudyError if it shows neither."""
+        live = state.live_file(path)
+        if given and not path.is_file():
+            raise StudyError(f"{path}: no such file")
+        source = live if live.is_file() else path
+        content = state.read_state(source) if source.is_file() else state.start_state()
+        page = cls(live, content)
+        page.contents = answers.contents_of(content)
+        if (file := state.file_of(live, VARIANT)).is_file():
+            page.contents[VARIANT] = state.read_variant(file)
+        # (wrong studies end the command, before anything is served)
+        page.studies = {PIECE: answers.study_of(page.contents[PIECE], live)}
+        return page
+
+    def change(self, path: str, text: str) -> dict[str, str]:
+        """Change one key, and return the parts of the page that change at once; StudyError if it is wrong."""
+        with self.lock:
+            if path == "length":
+                if text not in state.LENGTHS:
+                    raise StudyError(f"length: must be one of {', '.join(state.LENGTHS)}, got {text[:20]!r}")
+                self.length = text
+                return {"form": self.form()}
+            if path == "target":
+                self._aim(text)
+                known = self.full is not None and self.full_of == self.version
+                waits = known and self.full is not None and {*self.full.results} < {*self.contents}
+                return {"remedies": self.remedies()} if known and not waits else {}
+            try:
+                content = state.edited(self.content, path, text, self.length)
+            except StudyError as error:
+                raise RefusalError(str(error), path[:100]) from None
+            contents = answers.contents_of(content)
+            if VARIANT in self.contents:
+                contents[VARIANT] = self.contents[VARIANT]
+            studies = {PIECE: answers.study_of(contents[PIECE], self.path)}
+            quick = answers.quick_of(studies[PIECE])
+            # (the files of the other studies follow with the full answer)
+            state.write_state(self.path, {PIECE: contents[PIECE]})
+            self.content, self.contents, self.studies, self.quick = content, contents, studies, quick
+            self.version += 1
+            return self.parts(form=not (path in SLIDERS or path in state.OF_LAWS or path.startswith("restraints.")))
+
+    def _aim(self, text: str) -> None:
+        target = state.number_in(text.replace("%", ""), "chance") / 100.0
+        if not 0.0 < target < 1.0:
+            raise StudyError(f"chance: must be between 0 and 100 %, got {text[:20]!r}")
+        self.target = target
+
+    def parts(self, *, form: bool = True) -> dict[str, str]:
+        """Return the parts of the page that show its quick answer."""
+        with self.lock:
+            if self.quick is None:
+                self.quick = answers.quick_of(self.studies[PIECE])
+            made = {"scene": self.scene(), "answer": self.render("answer"), "curve": self.curve()}
+            return {"form": self.form(), **made} if form else made
+
+    def complete(self, version: int, stage: str = REST) -> dict[str, str] | None:
+        """Compute the full answer of a version up to a stage, and return its parts; None if a later change came."""
+        if stage not in STAGES:
+            raise StudyError(f"stage: must be one of {', '.join(STAGES)}, got {stage[:20]!r}")
+
+        def stopped() -> bool:
+            return self.version != version
+
+        with self.lock:
+            if stopped():
+                return None
+            contents, studies, before = self.contents, dict(self.studies), self.full
+        names = [name for name in contents if stage == REST or name in (PIECE, EARTHQUAKE)]
+        try:
+            for name in names:
+                if name not in studies:
+                    studies[name] = answers.study_of(contents[name], self.path)
+            full = answers.full_of({name: studies[name] for name in names}, self.path, before, stopped)
+            state.write_state(self.path, contents)
+        except SupersededError:
+            return None
+        with self.lock:
+            if stopped():
+                return None
+            self.studies, self.full, self.full_of = studies, full, version
+            made = {"answer": self.render("answer"), "curve": self.curve(), "basis": self.render("basis")}
+            return (
+                made if stage == RANGES else {**made, "remedies": self.remedies(), "variants": self.render("variants")}
+            )
+
+    def keep(self, what: str) -> dict[str, str]:
+        """Keep the piece as the variant for later comparisons, or forget the variant."""
+        with self.lock:
+            file = state.file_of(self.path, VARIANT)
+            if what == "keep":
+                self.contents[VARIANT] = copy.deepcopy(self.contents[PIECE])
+                state.write_state(self.path, {VARIANT: self.contents[VARIANT]})
+                self.studies[VARIANT] = self.studies[PIECE]
+            elif what == "forget":
+                self.contents.pop(VARIANT, None)
+                self.studies.pop(VARIANT, None)
+                file.unlink(missing_ok=True)
+            else:
+                raise StudyError(f"variant: must be keep or forget, got {what[:20]!r}")
+            if self.full is not None:
+                self.full = self.full._replace(compared=None)
+            self.version += 1
+            return {"variants": self.render("variants")}
+
+    def save(self, name: str) -> list[Path]:
+        """Write the studies under a name into the folder of the page; StudyError for a name that is none."""
+        stem = name.strip().removesuffix(".toml")
+        plain = stem.replace(" ", "").replace("-", "").replace("_", "")
+        if not (plain.isalnum() and plain.isascii() and len(stem) <= 60):
+            raise StudyError(f"name: must have letters, digits, spaces, - and _ only, got {name[:40]!r}")
+        with self.lock:
+            path = self.path.parent / f"{stem}.toml"
+            taken = next((file for kind in self.contents if (file := state.file_of(path, kind)).exists()), None)
+            if taken is not None:
+                raise StudyError(f"{taken.name}: there is a file of that name already; choose another name")
+            return state.write_state(path, self.contents)
+
+    def text(self, name: str) -> str:
+        """Return the text of one of the page's study files."""
+        if name not in self.contents:
+            raise StudyError(f"the page has no study {name[:40]!r}")
+        return state.toml_of(self.contents[name])
+
+    def python(self, name: str) -> str:
+        """Return a script that reproduces the results of one of the studies."""
+        file = state.file_of(Path("piece.toml"), name).name
+        return self.render("python", text=_literal(self.text(name)), file=file, study=name)
+
+    # --- parts
+
+    @cached_property
+    def _environment(self) -> Environment:
+        made = environment(escaping=True)
+        assert made.loader is not None
+        made.loader = ChoiceLoader([FileSystemLoader(TEMPLATES), made.loader])
+        made.filters |= {
+            "percent_of": about_percent,
+            "about_years": about_years,
+            "digits": two_digits,
+            "as_given": given_number,
+        }
+        return made
+
+    def render(self, name: str, **more: Any) -> str:
+        """Return a part of the page, or a page, from its template."""
+        ending = "py" if name == "python" else "html"
+        whole = {"page": self, "current": self.full is not None and self.full_of == self.version, **more}
+        if name == "python":
+            made = environment(escaping=False)
+            made.loader = FileSystemLoader(TEMPLATES)
+            return made.get_template(f"{name}.{ending}.j2").render(whole)
+        with noted():  # (what is doubted of a rate is among the checks)
+            return Markup(self._environment.get_template(f"{name}.{ending}.j2").render(whole))
+
+    def form(self) -> str:
+        """Return the form."""
+        return self.render("form", items=[*catalogue], contacts=CONTACTS, laws=self.laws)
+
+    @property
+    def laws(self) -> list[tuple[str, str, bool]]:
+        """The laws that need no option: short name, name, and whether the study has it."""
+        free = [law for law in LAWS if not any(about.needed for about in declared(LAWS[law]).values())]
+        chosen = {model.get("law") for model in self.content["models"]}
+        return [(law, LAW_NAMES.get(law, law), law in chosen) for law in free]
+
+    def of_laws(self, key: str) -> tuple[str, Any, str]:
+        """An option of all laws: its path, its value and its sentence; the value '' if laws have their own."""
+        places = state.laws_with(self.content, key)
+        given = {self.content["models"][i].get(key) for i in places}
+        about = state.declared_at(self.content, f"models.{places[0]}.{key}") if places else {}
+        value = given.pop() if len(given) == 1 else None
+        return f"models.{key}", "" if value is None else value, str(about.get("description", ""))
+
+    def value(self, path: str) -> Any:
+        """Return the value of a key of the state."""
+        return state.value_at(self.content, path)
+
+    def field(self, path: str) -> state.Field:
+        """Return a key with its declaration."""
+        return state.field(self.content, path, self.length)
+
+    def ends(self, path: str) -> tuple[float, float] | None:
+        """Return the ends of the slider of a key in the unit shown; None if it has none."""
+        key = path.rpartition(".")[2] if path.startswith("restraints.") else path
+        if key not in SLIDERS:
+            return None
+        factor, _ = state.factor_of(path, str(state.declared_at(self.content, path).get("unit", "")), self.length)
+        return SLIDERS[key][0] / factor, SLIDERS[key][1] / factor
+
+    @property
+    def block(self) -> Block:
+        """The piece, with its restraint."""
+        block: Block = self.studies[PIECE].blocks[0]
+        return block
+
+    @property
+    def motions(self) -> int:
+        """Number of motions."""
+        return int(self.studies[PIECE].design.motions[0].sizes["motion"])
+
+    @property
+    def floors(self) -> int:
+        """Number of the highest floor if the page lets one choose, else 0."""
+        about = self.value("building") or {}
+        one_floor = isinstance(about.get("floors"), list) and len(about["floors"]) == 1
+        return int(about["storeys"]) if one_floor and isinstance(about.get("storeys"), int) else 0
+
+    @property
+    def measure(self) -> str:
+        """The measure of the levels."""
+        name = str(self.value("ida.im") or "pga")
+        return MEASURES.get(name, name)
+
+    @property
+    def hazard(self) -> list[tuple[str, str, float]]:
+        """The points of the hazard curve that the page edits: path, return period and level."""
+        table = self.content.get("hazard", {})
+        pairs = zip(table.get("levels", []), table.get("rates", []), strict=False)
+        return [(f"hazard.levels.{i}", about_years(rate), level) for i, (level, rate) in enumerate(pairs)]
+
+    def scene(self) -> str:
+        """Return the drawing of the piece next to a person, in metres."""
+        block = self.block
+        gap = None if block.wall is None else block.wall.gap
+        level = None if block.restraint is None else block.restraint.front or block.restraint.back or block.height
+        size = " × ".join(f"{value / state.LENGTHS[self.length]:.4g}" for value in (block.width, block.height))
+        top = max(PERSON, block.height) * 1.1
+        behind = 0.12 if gap is None and level is not None else gap
+        left = -(0.08 + (behind or 0.0))
+        right = block.width + 0.95
+        more = {"gap": gap, "behind": behind, "level": level, "size": f"{size} {self.length}", "top": top}
+        return self.render("scene", block=block, left=left, right=right, person=PERSON, **more)
+
+    def curve(self) -> str:
+        """Return the drawing of the curve with the runs behind it."""
+        current = self.full is not None and self.full_of == self.version
+        curve = self.full.curve if current and self.full is not None else self.quick.curve if self.quick else None
+        assert curve is not None
+        low, high = math.log(curve.at[0]), math.log(curve.at[-1])
+
+        def x(level: float) -> float:
+            return round(LEFT + (WIDTH - LEFT - 12.0) * (math.log(level) - low) / (high - low), 1)
+
+        def y(share: float) -> float:
+            return round(8.0 + (HEIGHT - BOTTOM - 8.0) * (1.0 - share), 1)
+
+        band = [(x(level), y(share)) for level, share in zip(curve.at, curve.upper, strict=True)]
+        band += [(x(level), y(share)) for level, share in zip(curve.at[::-1], curve.lower[::-1], strict=True)]
+        runs = zip(curve.at, curve.seen, curve.lower, curve.upper, strict=True)
+        steps = [10.0**power * k for power in range(-4, 5) for k in (1, 2, 5)]
+        return self.render(
+            "curve",
+            curve=curve,
+            line=" ".join(f"{x(at)},{y(p)}" for at, p in zip(curve.levels, curve.shares, strict=True)),
+            band=" ".join(f"{at},{p}" for at, p in band),
+            points=[(x(at), y(seen), y(lower), y(upper)) for at, seen, lower, upper in runs],
+            ticks=[(x(step), step) for step in steps if curve.at[0] <= step <= curve.at[-1]],
+            shares=[(y(share), share) for share in (0.0, 0.25, 0.5, 0.75, 1.0)],
+            levels=[*zip(curve.at, curve.seen, curve.lower, curve.upper, strict=True)],
+            size=(WIDTH, HEIGHT, LEFT, HEIGHT - BOTTOM),
+        )
+
+    @property
+    def ranges(self) -> list[tuple[str, Any]]:
+        """The chances with their ranges: in the earthquake, in a year, in the years of the hazard."""
+        assert self.full is not None
+        shaken = answers.range_at(with_law_names(self.full.results[EARTHQUAKE]), "probability", ("lower", "upper"))
+        found: list[tuple[str, Any]] = [("earthquake", shaken)]
+        results = with_law_names(self.full.results[PIECE])
+        if "risk_probability" in results:
+            chance = answers.range_at(results, "risk_probability", ("risk_probability_lower", "risk_probability_upper"))
+            rate = answers.range_at(results, "rate", ("rate_lower", "rate_upper"))
+            found += [("year", _in_a_year(rate)), ("years", chance)]
+        return found
+
+    @property
+    def variant(self) -> str:
+        """The title of the variant that the piece is compared with; '' without one."""
+        return str(self.contents[VARIANT]["title"]) if VARIANT in self.contents else ""
+
+    @property
+    def comparison(self) -> list[str]:
+        """The sentences of the comparison with the variant."""
+        compared = None if self.full is None else self.full.compared
+        return [] if compared is None else [say(fact, REGISTER) for fact in (*compared.answer, *compared.notes)]
+
+    @property
+    def sliding(self) -> list[Table]:
+        """The table of what slides under the feet of the study; none if its friction is not known."""
+        return [] if self.full is None else [*tables(self.full.results[PIECE], ("slides",))]
+
+    @property
+    def by_law(self) -> list[Table]:
+        """The table of the curves under all laws."""
+        return [] if self.full is None else [*tables(with_law_names(self.full.results[PIECE]), ("curves",))]
+
+    @property
+    def years(self) -> float:
+        """The years of the hazard."""
+        return float(self.content.get("hazard", {}).get("years", 50.0))
+
+    def remedies(self) -> str:
+        """Return the table of restraints."""
+        assert self.full is not None
+        results = self.full.results.get(REMEDIES)
+        found = [] if results is None else answers.remedies_in(results, self.content.get("restraints", {}))
+        law = "" if results is None else str(with_law_names(results)["model"].values[0])
+        return self.render("remedies", remedies=found, best=answers.cheapest(found, self.target), law=law)
+
+    @property
+    def facts(self) -> dict[str, answers.Basis]:
+        """The facts and checks behind the numbers, by study."""
+        assert self.full is not None
+        return self.full.basis
+
+    def film(self, level: int, motion: int) -> dict[str, Any]:
+        """Return the frames of one run of the piece: the corners of the block and the floor, m, frame by frame."""
+        with self.lock:
+            study = answers.reference_of(self.studies[PIECE])
+        array = study.design.motions[0]
+        if not (0 <= level < study.design.levels.size and 0 <= motion < array.sizes["motion"]):
+            raise StudyError("film: no such level or motion")
+        design = study.design
+        plain = records(design.motions)
+        below = ground_of(plain, records(design.ground)) if design.ground else None
+        scaled = scaling(design.levels, plain, design.im, study.blocks, below)
+        factor = float(np.asarray(scaled.factors)[0, level, motion])
+        at = value_in(float(design.levels[level]), scaled.units)
+        chosen = array.isel({"motion": [motion], **{dim: 0 for dim in ("floor",) if dim in array.dims}})
+        run = Simulation(study.blocks[0], study.models[0], chosen, factor)
+        response = run.shown
+        frames = frames_of(response, speed=FILM_SPEED, fps=FILM_FRAMES)
+        block = study.blocks[0]
+        floor = frames.displacement - frames.displacement[0]
+        boxes = [
+            np.round(corners(block, float(turn), float(moved)), 3).ravel().tolist()
+            for turn, moved in zip(frames.rotation, floor, strict=True)
+        ]
+        reach = max(block.width, block.height)
+        faces = fittings.faces(response, block)
+        breaks = float(run.response["rupture_time"]) if block.restraint is not None else math.inf
+        ties = [
+            np.round(fittings.line(block, strap, float(turn))[[0, -1]] + [[moved, 0.0]], 3).ravel().tolist()
+            for strap in fittings.straps(block, faces)[:1]
+            for turn, moved, time in zip(frames.rotation, floor, frames.time, strict=True)
+            if not time >= breaks
+        ]
+        return {
+            "boxes": boxes,
+            "floor": np.round(floor, 3).tolist(),
+            "walls": [face.x for face in faces],
+            "ties": ties,
+            "fps": frames.fps,
+            "view": [float(floor.min()) - reach - 0.1, float(floor.max()) + reach + 0.1, block.height * 1.25],
+            "outcome": self.render("film", run=run.response, motion=motion + 1, at=at),
+        }
+
+
+def _literal(text: str) -> str:
+    """Return a text as a literal of Python, in lines if it can be."""
+    return repr(text) if "'''" in text else f"r'''\n{text}'''"
+
+
+def _in_a_year(rate: answers.Range) -> answers.Range:
+    """Return the chances in a year of annual rates."""
+
+    def chance(value: float) -> float:
+        return float(probability_in(np.float64(value), 1.0))
+
+    laws = {law: chance(value) for law, value in rate.laws.items()}
+    ends = [(chance(low), chance(high)) for low, high in (rate.motions, rate.model)]
+    return answers.Range(chance(rate.value), ends[0], laws, ends[1])
+
+
+def as_json(parts: Mapping[str, Any]) -> bytes:
+    """Return parts of the page as JSON."""
+    return json.dumps(parts, ensure_ascii=False, allow_nan=False).encode("utf-8")

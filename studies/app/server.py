@@ -1,0 +1,209 @@
+"""The server of the live page: loopback only, a token in every address, bounded bodies, a sentence for each error."""
+
+from __future__ import annotations
+
+import hmac
+import json
+import sys
+import traceback
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from typing import Any
+
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import PlainTextResponse, Response
+from starlette.routing import Route
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from ..text.error import StudyError
+from .answers import RefusalError
+from .page import Page
+
+STATIC = Path(__file__).parent / "static"
+FILES = {"app.css": "text/css; charset=utf-8", "app.js": "text/javascript; charset=utf-8", "icon.svg": "image/svg+xml"}
+MOST_BYTES = 16_384
+"""Most bytes of a request's body."""
+HEADERS = {
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
+        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    ),
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
+"""Headers of every answer."""
+Handler = Callable[[Request], Awaitable[Response]]
+
+
+class TooLargeError(Exception):
+    """A body has more bytes than a request may have."""
+
+
+class Guard:
+    """Refuses what does not come from the page itself: other hosts and origins, other addresses, large bodies."""
+
+    def __init__(self, app: ASGIApp, token: str, port: int) -> None:
+        self._app, self._token = app, token
+        self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request, or refuse it with one sentence."""
+        if scope["type"] != "http":
+            return
+        refused = self._refused(scope)
+        if refused is not None:
+            await refused(scope, receive, send)
+            return
+        inner = {**scope, "path": scope["path"][len(self._token) + 1 :], "raw_path": None}
+
+        async def headed(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                message["headers"] += [(key.lower().encode(), value.encode()) for key, value in HEADERS.items()]
+            await send(message)
+
+        await self._app(inner, receive, headed)
+
+    def _refused(self, scope: Scope) -> Response | None:
+        headers = {key.decode("latin-1"): value.decode("latin-1") for key, value in scope["headers"]}
+        host, origin = headers.get("host", ""), headers.get("origin")
+        if host not in self._hosts:
+            return sentence("This page is served on this machine alone.", 403)
+        if origin is not None and origin not in {f"http://{name}" for name in self._hosts}:
+            return sentence("This page takes requests from itself alone.", 403)
+        begins = f"/{self._token}/".encode()
+        if not hmac.compare_digest(scope["path"].encode("utf-8", "replace")[: len(begins)], begins):
+            return sentence("The address needs the token that toppling app prints.", 403)
+        if not headers.get("content-length", "0").isdecimal() or int(headers.get("content-length", "0")) > MOST_BYTES:
+            return sentence(f"A request may have at most {MOST_BYTES:,} bytes.", 413)
+        return None
+
+
+def sentence(text: str, status: int) -> Response:
+    """Return an answer of one sentence."""
+    return PlainTextResponse(text, status, headers=HEADERS)
+
+
+async def body_of(request: Request) -> dict[str, Any]:
+    """Return the JSON object of a request; StudyError if it is none, TooLargeError if it has too many bytes."""
+    content = b""
+    async for part in request.stream():
+        content += part
+        if len(content) > MOST_BYTES:
+            raise TooLargeError
+    try:
+        found = json.loads(content)
+    except (ValueError, RecursionError):
+        found = None
+    if not isinstance(found, dict) or not all(isinstance(value, str) for value in found.values()):
+        raise StudyError("the request must be an object of JSON whose values are texts")
+    return found
+
+
+def application(page: Page, token: str, port: int) -> ASGIApp:
+    """Return the application that serves a page at a port of this machine under a token."""
+
+    async def whole(_: Request) -> Response:
+        made = await run_in_threadpool(lambda: page.render("page"))
+        return Response(made, media_type="text/html")
+
+    async def static(request: Request) -> Response:
+        name = request.path_params["name"]
+        if name not in FILES:
+            return sentence("There is no such page.", 404)
+        return Response((STATIC / name).read_bytes(), media_type=FILES[name])
+
+    async def begin(_: Request) -> Response:
+        made = await run_in_threadpool(page.parts)
+        return _answer({"parts": made, "version": page.version})
+
+    async def change(request: Request) -> Response:
+        asked = await body_of(request)
+        path, text = asked.get("path", ""), asked.get("value", "")
+        made = await run_in_threadpool(page.change, path, text)
+        return _answer({"parts": made, "version": page.version})
+
+    async def variant(request: Request) -> Response:
+        asked = await body_of(request)
+        made = await run_in_threadpool(page.keep, asked.get("what", ""))
+        return _answer({"parts": made, "version": page.version})
+
+    async def complete(request: Request) -> Response:
+        version = _count(request.query_params.get("version", ""), "version")
+        made = await run_in_threadpool(page.complete, version, request.query_params.get("stage", "rest"))
+        return _answer({"parts": made or {}, "version": version, "superseded": made is None})
+
+    async def film(request: Request) -> Response:
+        level, motion = (_count(request.query_params.get(name, ""), name) for name in ("level", "motion"))
+        return _answer(await run_in_threadpool(page.film, level, motion))
+
+    async def save(request: Request) -> Response:
+        asked = await body_of(request)
+        files = await run_in_threadpool(page.save, asked.get("name", ""))
+        return _answer({"said": page.render("saved", files=[file.name for file in files], folder=files[0].parent)})
+
+    async def study(request: Request) -> Response:
+        return PlainTextResponse(page.text(request.path_params["name"]))
+
+    async def python(request: Request) -> Response:
+        return PlainTextResponse(page.python(request.path_params["name"]))
+
+    routes = [
+        ("/", whole, "GET"),
+        ("/static/{name}", static, "GET"),
+        ("/begin", begin, "GET"),
+        ("/change", change, "POST"),
+        ("/variant", variant, "POST"),
+        ("/complete", complete, "GET"),
+        ("/film", film, "GET"),
+        ("/save", save, "POST"),
+        ("/study/{name}", study, "GET"),
+        ("/python/{name}", python, "GET"),
+    ]
+    app = Starlette(
+        routes=[Route(path, _one_sentence(handler), methods=[method]) for path, handler, method in routes],
+        exception_handlers={HTTPException: _refuse, Exception: _refuse},
+    )
+    return Guard(app, token, port)
+
+
+def _count(text: str, name: str) -> int:
+    if not (text.isascii() and text.isdecimal() and len(text) <= 9):
+        raise StudyError(f"{name}: must be a whole number, got {text[:40]!r}")
+    return int(text)
+
+
+def _answer(parts: dict[str, Any]) -> Response:
+    content = json.dumps(parts, ensure_ascii=False, allow_nan=False).encode("utf-8", "replace")
+    return Response(content, media_type="application/json")
+
+
+def _one_sentence(handler: Handler) -> Handler:
+    """Return a handler that answers what is wrong in a request with one sentence."""
+
+    async def handled(request: Request) -> Response:
+        try:
+            return await handler(request)
+        except RefusalError as error:
+            return Response(json.dumps({"said": str(error), "path": error.path}), 422, media_type="application/json")
+        except StudyError as error:
+            return Response(json.dumps({"said": str(error), "path": ""}), 422, media_type="application/json")
+        except TooLargeError:
+            return sentence(f"A request may have at most {MOST_BYTES:,} bytes.", 413)
+        except ClientDisconnect:
+            return sentence("The request ended early.", 400)
+
+    return handled
+
+
+async def _refuse(_: Request, error: Exception) -> Response:
+    status = error.status_code if isinstance(error, HTTPException) else 500
+    if status == 500:
+        traceback.print_exception(error, file=sys.stderr)
+    said = {404: "There is no such page.", 405: "This address does not take such a request."}
+    return sentence(said.get(status, "The request cannot be answered."), status)

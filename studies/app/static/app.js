@@ -1,0 +1,203 @@
+// The live page: each change is sent to the server, which answers with parts of the page.
+"use strict";
+
+const part = (id) => document.getElementById(id);
+const QUIET = 250; // ms without a change after which the full answer begins
+let version = -1, busy = false, waiting = new Map(), playing = 0, resting = 0;
+
+function say(text, path) {
+  part("message").textContent = text;
+  part("message").hidden = !text;
+  document.querySelectorAll("[aria-invalid]").forEach((field) => field.removeAttribute("aria-invalid"));
+  if (text && path) {
+    document.querySelectorAll(`[name="${CSS.escape(path)}"]`).forEach((field) => field.setAttribute("aria-invalid", "true"));
+  }
+}
+
+async function ask(address, body) {
+  const options = body ? { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) } : {};
+  let answer;
+  try {
+    answer = await fetch(address, options);
+  } catch {
+    say("toppling app has ended; start it again.");
+    return null;
+  }
+  const json = (answer.headers.get("Content-Type") || "").startsWith("application/json");
+  const found = json ? await answer.json() : { said: await answer.text() };
+  if (answer.ok) return found;
+  say(found.said, found.path);
+  return null;
+}
+
+function put(parts) {
+  const open = [...document.querySelectorAll("details[open] > summary")].map((summary) => summary.textContent);
+  const level = part("level") && part("level").value;
+  for (const [id, html] of Object.entries(parts)) {
+    const focus = part(id).contains(document.activeElement) ? document.activeElement : null;
+    const kept = focus && { id: focus.id, name: focus.getAttribute("data-for"), typed: focus.value };
+    part(id).innerHTML = html;
+    if (!kept) continue;
+    const again = kept.id ? part(kept.id) : document.querySelector(`[data-for="${kept.name}"]`);
+    if (again) again.focus();
+  }
+  document.querySelectorAll("details > summary").forEach((summary) => {
+    if (open.includes(summary.textContent)) summary.parentNode.open = true;
+  });
+  if ("curve" in parts) {
+    if (level !== null && level !== undefined) part("level").value = level;
+    mark();
+  }
+}
+
+const RANGES = ["answer", "curve", "basis"], REST = ["remedies", "variants"];
+
+function older(is, ids = [...RANGES, ...REST]) {
+  for (const id of ids) {
+    part(id).setAttribute("aria-busy", is);
+    part(id).classList.toggle("older", is);
+  }
+}
+
+async function complete() {
+  const wanted = version;
+  for (const [stage, ids] of [["ranges", RANGES], ["rest", [...RANGES, ...REST]]]) {
+    const found = await ask(`complete?version=${wanted}&stage=${stage}`);
+    if (!found || found.superseded || wanted !== version) return;
+    put(found.parts);
+    older(false, ids);
+    document.body.dataset[stage] = String(version);
+  }
+  document.body.dataset.complete = String(version);
+}
+
+async function send() {
+  if (busy) return;
+  busy = true;
+  while (waiting.size) {
+    const [path, value] = waiting.entries().next().value;
+    waiting.delete(path);
+    const began = performance.now();
+    const found = await ask("change", { path, value });
+    if (!found) continue;
+    say("");
+    const changed = found.version !== version;
+    version = found.version;
+    put(found.parts);
+    document.body.dataset.version = String(version);
+    document.body.dataset.took = String(performance.now() - began);
+    if (!changed) continue;
+    older(true);
+    part("answer").classList.remove("older");
+    part("curve").classList.remove("older");
+    clearTimeout(resting);
+    resting = setTimeout(complete, QUIET);
+  }
+  busy = false;
+}
+
+function change(path, value) {
+  waiting.set(path, value);
+  send();
+}
+
+function mark() {
+  const k = Number(part("level").value);
+  [...part("levels").children].forEach((sentence, i) => { sentence.hidden = i !== k; });
+  const x = part("mark").dataset.places.trim().split(" ")[k];
+  part("mark").setAttribute("x1", x);
+  part("mark").setAttribute("x2", x);
+  part("level").setAttribute("aria-valuetext", part("levels").children[k].textContent);
+}
+
+document.addEventListener("input", (event) => {
+  const field = event.target;
+  if (field.id === "level") mark();
+  if (field.type !== "range" || !field.dataset.for) return;
+  const text = Number(field.value).toPrecision(3);
+  part(field.dataset.for).value = String(Number(text));
+  change(field.name, String(Number(text)));
+});
+
+document.addEventListener("change", (event) => {
+  const field = event.target;
+  if (!field.name || field.type === "range") return;
+  const slider = document.querySelector(`[data-for="${field.id}"]`);
+  if (slider) slider.value = field.value;
+  change(field.name, field.type === "checkbox" ? (field.checked ? "yes" : "no") : field.value);
+});
+
+async function play() {
+  const found = await ask(`film?level=${part("level").value}&motion=${Number(part("motion").value) - 1}`);
+  if (!found) return;
+  say("");
+  const [left, right, top] = found.view;
+  const film = part("film");
+  film.removeAttribute("hidden");
+  film.setAttribute("viewBox", `${left} ${-top} ${right - left} ${top + 0.12}`);
+  film.innerHTML = `<g transform="scale(1 -1)"><g class="ground"><rect class="floor" x="${left - 5}" y="-0.1" width="${right - left + 10}" height="0.1"/>`
+    + found.walls.map((x) => `<rect class="wall" x="${x < 0 ? x - 0.05 : x}" y="0" width="0.05" height="${top}"/>`).join("")
+    + `</g><polygon class="piece"/><polyline class="strap"/></g>`;
+  part("film-said").innerHTML = found.outcome;
+  const ground = film.querySelector(".ground"), piece = film.querySelector(".piece"), tie = film.querySelector(".strap");
+  const own = ++playing, began = performance.now(), last = found.boxes.length - 1;
+  const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  const draw = (k) => {
+    piece.setAttribute("points", found.boxes[k].join(" "));
+    tie.setAttribute("points", (found.ties[k] || []).join(" ")); // (none once it is broken)
+    ground.setAttribute("transform", `translate(${found.floor[k]} 0)`);
+  };
+  const step = (now) => {
+    if (own !== playing) return;
+    const k = Math.min(last, Math.max(0, Math.floor((now - began) / 1000 * found.fps)));
+    draw(k);
+    film.dataset.frame = String(k);
+    if (k < last) requestAnimationFrame(step);
+  };
+  if (still) draw(last); else requestAnimationFrame(step);
+}
+
+document.addEventListener("click", async (event) => {
+  const link = event.target.closest('a[href^="#basis-"]');
+  const basis = link && document.querySelector(link.getAttribute("href"));
+  if (basis) basis.open = true;
+  const button = event.target.closest("button");
+  if (!button) return;
+  if (button.id === "play") play();
+  if (button.classList.contains("variant")) {
+    const found = await ask("variant", { what: button.dataset.what });
+    if (!found) return;
+    say("");
+    version = found.version;
+    put(found.parts);
+    document.body.dataset.version = String(version);
+    older(true);
+    complete();
+  }
+  if (button.id === "copy") await navigator.clipboard.writeText(part("text").textContent);
+  if (button.classList.contains("show")) {
+    if (button.dataset.which) part("which").value = button.dataset.which;
+    const answer = await fetch(`${button.dataset.from}/${part("which").value}`);
+    const json = (answer.headers.get("Content-Type") || "").startsWith("application/json");
+    if (!answer.ok) { say(json ? (await answer.json()).said : await answer.text()); return; }
+    part("text").textContent = await answer.text();
+    part("text").hidden = part("copy").hidden = false;
+    if (button.dataset.which) part("text").focus();
+  }
+});
+
+document.addEventListener("submit", async (event) => {
+  event.preventDefault();
+  if (event.target.id !== "save") return;
+  const found = await ask("save", { name: part("name").value });
+  if (found) { say(""); part("saved").innerHTML = found.said; }
+});
+
+(async () => {
+  const found = await ask("begin");
+  if (!found) return;
+  version = found.version;
+  put(found.parts);
+  document.body.dataset.version = String(version);
+  complete();
+})();

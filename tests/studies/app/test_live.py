@@ -1,0 +1,223 @@
+"""The live page in headless Chromium: typing, sliding, saving, by keyboard, at three widths, in light and dark."""
+
+import json
+import re
+import subprocess
+import sys
+import tomllib
+
+import pytest
+
+pytest.importorskip("starlette", reason="needs the extra app")
+
+from browser import CHROMIUM
+from live_page import LivePage, served
+
+from toppling.studies.app import answers, state
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium or Chrome"),
+]
+WIDTHS = (380, 768, 1440)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    made = tmp_path_factory.mktemp("live")
+    content = state.start_state()
+    content["motions"] |= {"number": 10, "dt_s": 0.02}
+    content["ida"]["levels"]["number"] = 8
+    state.write_state(made / "piece.live.toml", answers.contents_of(content))
+    return made
+
+
+@pytest.fixture(scope="module")
+def address(folder):
+    with served(folder) as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def browser():
+    made = LivePage()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def page(browser, address):
+    browser.visit(address)
+    browser.complete(0)
+    return browser
+
+
+def numbers(page):
+    """Every number of the answer, the curve's sentences and the restraints."""
+    return page.run("['answer', 'levels', 'remedies'].map((id) => document.getElementById(id).innerText).join(' ')")
+
+
+def test_the_page_and_the_command_give_the_same_numbers(page, folder):
+    """Typed and slid values, saved as a study that the command runs in a process of its own."""
+    page.change("blocks-0-width_m", "35")
+    page.change("wall", "yes")
+    page.run(
+        "(() => { const slider = document.querySelector('[data-for=\"blocks-0-wall_gap_mm\"]'); slider.value = '1.5';"
+        "slider.dispatchEvent(new Event('input', {bubbles: true})); })()"
+    )
+    page.wait("document.getElementById('blocks-0-wall_gap_mm').value === '1.5'")
+    page.wait("Number(document.body.dataset.version) >= 3")
+    page.wait("document.body.dataset.complete === document.body.dataset.version")
+    page.run("document.getElementById('name').value = 'shelf one'; document.querySelector('#save button').click()")
+    page.wait("document.getElementById('saved').textContent.includes('shelf one.toml')")
+    content = tomllib.loads((folder / "shelf one.toml").read_text("utf-8"))
+    assert content["blocks"][0] | {"name": ""} == {
+        "name": "",
+        "width_m": 0.35,
+        "height_m": 1.8,
+        "mass_kg": 100,
+        "wall_gap_mm": 15.0,
+    }
+    code = (
+        "import sys, toppling as tp\n"
+        "from pathlib import Path\n"
+        "from toppling.studies.app import state\n"
+        "keys = {'piece': 'risk_probability', 'earthquake': 'probability', 'remedies': 'risk_probability'}\n"
+        "files = {name: state.file_of(Path(sys.argv[1]), name) for name in keys}\n"
+        "results = {name: tp.Study.from_toml(file).run() for name, file in files.items()}\n"
+        "print(repr({name: float(results[name][key].values.ravel()[0]) for name, key in keys.items()}))\n"
+    )
+    file = folder / "shelf one.toml"
+    ran = subprocess.run(
+        [sys.executable, "-c", code, str(file)], capture_output=True, text=True, check=True, cwd=folder
+    )
+    from toppling.core.wording import about_percent
+
+    said = eval(ran.stdout)
+    shown = numbers(page).replace("\xa0", " ")
+    for name, chance in said.items():
+        assert about_percent(chance).replace("\xa0", " ") in shown, (name, chance)
+    out = folder / "results"
+    subprocess.run([sys.executable, "-m", "toppling", "run", file, "--out", out], check=True, capture_output=True)
+    done = subprocess.run(
+        [sys.executable, "-m", "toppling", "report", out, "--json"], check=True, capture_output=True, text=True
+    )
+    facts = json.loads(done.stdout)
+    basis = page.run("document.getElementById('basis').textContent")
+    assert facts["answer"]
+    for fact in [*facts["answer"], *facts["inputs"], *facts["method"], *facts["footnotes"]]:
+        assert fact["sentence"] in basis
+
+
+def test_what_is_wrong_is_said_at_its_field(page):
+    before = page.run("document.body.dataset.version")
+    page.change("blocks-0-width_m", "abc")
+    assert "width_m" in page.run("document.getElementById('message').textContent")
+    assert page.run("document.getElementById('blocks-0-width_m').getAttribute('aria-invalid')") == "true"
+    assert page.run("document.body.dataset.version") == before
+    page.change("blocks-0-width_m", "41")
+    page.wait("document.getElementById('message').hidden")
+    assert page.run("document.querySelectorAll('[aria-invalid]').length") == 0
+
+
+def test_units_and_the_scale_of_the_drawing(page):
+    page.change("blocks-0-width_m", "40")
+    page.run(
+        "(() => { const unit = document.getElementById('length'); unit.value = 'in';"
+        "unit.dispatchEvent(new Event('change', {bubbles: true})); })()"
+    )
+    page.wait("document.getElementById('blocks-0-width_m').value === '15.748'")
+    assert float(page.run("document.querySelector('#scene .piece').getAttribute('width')")) == pytest.approx(40.0)
+    page.run(
+        "(() => { const unit = document.getElementById('length'); unit.value = 'cm';"
+        "unit.dispatchEvent(new Event('change', {bubbles: true})); })()"
+    )
+    page.wait("document.getElementById('blocks-0-width_m').value === '40'")
+
+
+def test_levels_film_and_target(page):
+    last = page.run("document.getElementById('level').max")
+    page.run(
+        f"(() => {{ const level = document.getElementById('level'); level.value = {last};"
+        "level.dispatchEvent(new Event('input', {bubbles: true})); })()"
+    )
+    shown = page.run("[...document.querySelectorAll('#levels p')].map((sentence) => sentence.hidden)")
+    assert shown == [True] * int(last) + [False]
+    page.run("document.getElementById('play').click()")
+    page.wait("Number(document.getElementById('film').dataset.frame) > 5")
+    said = page.run("document.getElementById('film-said').textContent")
+    assert re.search(r"the piece (falls|does not fall)", said)
+    corners = page.run("document.querySelector('#film .piece').getAttribute('points').split(' ').length")
+    assert corners == 8
+    page.run(
+        "(() => { const target = document.getElementById('target'); target.value = '99';"
+        "target.dispatchEvent(new Event('change', {bubbles: true})); })()"
+    )
+    page.wait("document.getElementById('best').textContent.includes('needs no restraint')")
+
+
+def test_by_keyboard_alone(page):
+    """Tab reaches every control, in order, with a name; Enter and arrows work."""
+    page.run("document.activeElement.blur()")
+    reached = []
+    for _ in range(60):
+        page.press("Tab", "Tab", 9)
+        reached.append(page.run("document.activeElement.id || document.activeElement.textContent.trim().slice(0, 30)"))
+    assert reached[0] == "Skip to the answer"
+    for control in ("item", "blocks-0-width_m", "wall", "floor", "level", "motion", "play", "target", "name", "which"):
+        assert control in reached, control
+    order = [reached.index(control) for control in ("item", "blocks-0-width_m", "wall", "level", "play", "name")]
+    assert order == sorted(order)
+    page.run("document.getElementById('level').focus()")
+    before = page.run("document.getElementById('level').value")
+    page.press("ArrowLeft", "ArrowLeft", 37)
+    assert int(page.run("document.getElementById('level').value")) == int(before) - 1
+    page.run("document.querySelector('#basis summary').focus()")
+    page.press("Enter", "Enter", 13)
+    assert page.run("document.querySelector('#basis details').open") is True
+    page.run("document.querySelector('#earthquake .rests').focus()")
+    page.press("Enter", "Enter", 13)
+    page.wait("document.querySelector('#basis-earthquake').open")
+    page.run("document.querySelector('#basis-earthquake .show').focus()")
+    page.press("Enter", "Enter", 13)
+    page.wait("document.getElementById('text').textContent.includes('one earthquake')")
+
+
+NAMES = """[...document.querySelectorAll('input, select, button, summary, [role="img"]')].filter((element) => {
+  const label = element.labels && element.labels.length ? element.labels[0].textContent : '';
+  return !(label || element.getAttribute('aria-label') || element.textContent).trim();
+}).map((element) => element.outerHTML)"""
+IDS = (
+    "(() => { const ids = [...document.querySelectorAll('[id]')].map((element) => element.id); "
+    "return ids.length - new Set(ids).size; })()"
+)
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("dark", [False, True])
+def test_widths_names_and_policy(browser, address, width, dark):
+    browser.visit(address, width, dark=dark)
+    browser.complete(0)
+    assert browser.run("document.documentElement.scrollWidth") <= width
+    assert browser.run(NAMES) == []
+    assert browser.run(IDS) == 0
+    assert browser.run("[...document.querySelectorAll('h1, h2, h3')].map((h) => h.tagName)")[:2] == ["H1", "H2"]
+    dark_page = browser.run("getComputedStyle(document.body).backgroundColor")
+    assert dark_page == ("rgb(20, 24, 28)" if dark else "rgb(255, 255, 255)")
+    assert browser.complaints == []
+    asked = [
+        event["params"]["request"]["url"] for event in browser.events if event["method"] == "Network.requestWillBeSent"
+    ]
+    assert asked
+    assert all(url.startswith(address) for url in asked)
+
+
+def test_the_state_outlives_the_process(folder, browser):
+    """What was changed is there after the process was killed."""
+    with served(folder) as first:
+        browser.visit(first)
+        browser.wait("document.body.dataset.version")
+        browser.change("blocks-0-height_m", "165")
+    with served(folder) as second:
+        browser.visit(second)
+        assert browser.run("document.getElementById('blocks-0-height_m').value") == "165"
