@@ -7,6 +7,7 @@ purpose have a name each, and their docstrings state the difference. The reason 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from os import getcwd
@@ -236,12 +237,15 @@ def years_text(years: float) -> str:
 
 
 def with_article(noun: str) -> str:
-    """A noun after its indefinite article; Sa(T) is spoken as a word that begins with a vowel.
+    """A noun or number after its indefinite article; Sa(T) is spoken as a word that begins with a vowel.
 
     >>> with_article("bench"), with_article("adhesive"), with_article("Sa(1 s)")
     ('a bench', 'an adhesive', 'an Sa(1 s)')
+    >>> with_article("8 %"), with_article("11 %"), with_article("1.1 %"), with_article("81 %")
+    ('an 8 %', 'an 11 %', 'a 1.1 %', 'an 81 %')
     """
-    return f"{'an' if noun[:1].lower() in 'aeiou' or noun.startswith('Sa') else 'a'} {noun}"
+    spoken = re.match(r"[aeiou]|sa\(|8|1[18](?!\d)", noun.lower())
+    return f"{'a' if spoken is None else 'an'} {noun}"
 
 
 def size_text(size: float) -> str:

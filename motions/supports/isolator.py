@@ -163,7 +163,7 @@ class Isolator:
         strength : float
             Force at zero displacement, Q, over the weight.
         yield_displacement : float
-            Displacement at which it yields, m (assumed: 5 to 15 mm).
+            Displacement at which it yields (assumed: 5 to 15 mm), m.
         clearance, stop_frequency, stop_restitution, mass_ratio, one_way
             As of the class; isolated buildings have no mass ratio.
         """

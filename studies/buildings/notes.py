@@ -41,7 +41,8 @@ APART = 10.0
 NEAR = 0.7
 """Similarity of a consequence to one that is a matter of safety, from which it may be a slip of the pen."""
 ABROAD = {
-    "injury": "verletz|bless|l[eé]si|ferit|herid|feriment|yaral|травм|harm(?!less)|hurt|casualt",
+    "injury": "verletz|bless|l[eé]si|ferit|herid|feriment|yaral|травм|harm(?!less)|hurt|casualt|wound|victim|"
+    "danger|fatal|kill|death|gefahr|mort|muert|pelig|p[eé]ril|pericol|perigo|tehlike|ölüm|опас|people|person|life",
     "blocks-exit": "ausgang|fluchtweg|sortie|salida|uscita|saída|çıkış|выход|exit|egress|escape",
     "release": "freisetz|gefahrstoff|fuite|fuga|rilascio|утечк|spill|leak",
 }
@@ -120,7 +121,7 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) ->
     words = [word for word in inventory.consequences if word not in safety]
     for word in words:
         parts = set(re.split(r"[^\w-]+", word.lower()))
-        near = [known for known in safety if known in parts or re.search(ABROAD.get(known, "$^"), word)]
+        near = [known for known in safety if known in parts or re.search(ABROAD.get(known, "$^"), word.lower())]
         near = near or difflib.get_close_matches(word, safety, 1, NEAR)
         if near:
             found.append(Fact("consequence.misspelt", names=(word, *near)))

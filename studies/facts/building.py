@@ -179,7 +179,7 @@ def _afterwards(results: xr.Dataset, now: float) -> Iterator[Fact]:
     if little and len(little) == len(rest):
         more = {
             "number": sum(piece.number for piece in little),
-            "unstated": any(not piece.stated for piece in little),
+            "unstated": sum(piece.number for piece in little if not piece.stated),
             "others": bool(lines),
             "priced": all(math.isfinite(piece.cost) for piece in little),
         }

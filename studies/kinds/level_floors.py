@@ -131,8 +131,8 @@ def in_si(histories: FloorHistories, im: str, near: Array) -> FloorHistories:
 
 
 STILL = (
-    "where the building collapses, a piece counts as fallen only where its floor's motion until then makes it fall: "
-    "what a collapse itself destroys is in no number of this study"
+    "where the building collapses, a piece counts as fallen only if its floor's motion before makes it fall; damage by "
+    "the collapse itself is not included"
 )
 
 

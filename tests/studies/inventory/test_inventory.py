@@ -915,6 +915,8 @@ class TestNotes:
         [
             ("verletzung", "injury"),
             ("blessure", "injury"),
+            ("danger", "injury"),
+            ("fatalities", "injury"),
             ("blockiert ausgang", "blocks-exit"),
             ("sortie bloquée", "blocks-exit"),
             ("freisetzung", "release"),
