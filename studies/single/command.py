@@ -34,7 +34,6 @@ Flag = Annotated[bool, Parameter(group=OUTPUT, negative="")]
 def simulate_one(
     block: str | None = None,
     motion: str | None = None,
-    /,
     *,
     width: Size = None,
     height: Size = None,

@@ -278,7 +278,7 @@ class TestCommand:
     @pytest.mark.parametrize(
         ("arguments", "message"),
         [
-            ([], "INPUTS requires"),
+            ([], "usage: toppling motions INPUTS"),
             (["nothing.AT2"], "records: no file matches 'nothing.AT2'"),
             (["nothing.toml"], "nothing.toml: no such file"),
             (["study.toml", "x.AT2"], "a study file must stand alone, got 2 files"),
