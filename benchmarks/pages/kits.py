@@ -359,7 +359,7 @@ WORSE = 0.99
 
 
 def ratios_of(amplitudes: np.ndarray) -> np.ndarray:
-    """Return amplitudes of the anchored blocks over those of the free one (strength, omega/p)."""
+    """Return amplitudes of the anchored blocks over amplitudes of the free block (strength, omega/p)."""
     return np.asarray(amplitudes[1:] / amplitudes[0])
 
 

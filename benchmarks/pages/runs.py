@@ -272,7 +272,7 @@ def main() -> None:
     write_csv(
         "runs",
         "spacings",
-        ("spacing of levels, %", "intervals per motion", "median first fall, % above that of the coarsest"),
+        ("spacing of levels, %", "intervals per motion", "median first fall, % above the coarsest spacing"),
         (
             (f"{100 * spacing:.3g}", f"{number:.1f}", f"{100 * (np.exp(at - first[0]) - 1.0):.0f}")
             for spacing, number, at in zip(SPACINGS, intervals, first, strict=True)

@@ -161,7 +161,7 @@ class HazardCurve:
     def power_law(cls, k0: float, k: float, im: str | Measure, units: str | None = None) -> HazardCurve:
         """Return the curve H(x) = k0 x**-k, with x in `units` (SI if not given); k0 1/year, > 0; k from 0.1 to 100.
 
-        The curve is stored as two points, at rates of 1 and 1e-8 a year, and continues beyond them if tails are
+        The curve is stored as two points, at rates of 1 and 1e-8 per year, and continues beyond them if tails are
         extended.
 
         References
@@ -180,7 +180,9 @@ class HazardCurve:
         rates = (HIGHEST_RATE, LOWEST_RATE)
         levels = power(scale / np.array(rates), 1.0 / slope)
         if not np.all(np.isfinite(levels) & (levels > 0.0)):
-            raise ValueError(f"k0 = {scale:g} per year with k = {slope:g} puts no level at rates of 1 and 1e-8 a year")
+            raise ValueError(
+                f"k0 = {scale:g} per year with k = {slope:g} puts no level at rates of 1 and 1e-8 per year"
+            )
         return cls.from_points(levels.tolist(), rates, im, units, "power law")
 
     @classmethod

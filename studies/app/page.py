@@ -343,7 +343,7 @@ class Page:
 
     @property
     def ranges(self) -> list[tuple[str, Any]]:
-        """The chances with their ranges: in the earthquake, in a year, in the years of the hazard."""
+        """The chances with their ranges: in the earthquake, per year, in the years of the hazard."""
         assert self.full is not None
         shaken = answers.range_at(with_law_names(self.full.results[EARTHQUAKE]), "probability", ("lower", "upper"))
         found: list[tuple[str, Any]] = [("earthquake", shaken)]
@@ -443,7 +443,7 @@ def _literal(text: str) -> str:
 
 
 def _in_a_year(rate: answers.Range) -> answers.Range:
-    """Return the chances in a year of annual rates."""
+    """Return the chances per year of annual rates."""
 
     def chance(value: float) -> float:
         return float(probability_in(np.float64(value), 1.0))

@@ -38,7 +38,7 @@ NUMBERS = (
     *("blocks.0.width_m", "blocks.0.height_m", "blocks.0.mass_kg", "blocks.0.wall_gap_mm"),
     *("building.period_s", "building.storeys", "motions.magnitude", "motions.distance_m", "motions.vs30_m_s"),
 )
-"""Keys of numbers that the page edits, beside those of restraints and of the hazard's levels."""
+"""Keys of numbers that the page edits, in addition to keys of restraints and the hazard's levels."""
 SIZES = {"blocks.0.width_m": "width", "blocks.0.height_m": "height"}
 OF_RESTRAINTS = ("height_m", "strength_n", "slack_mm", "cost")
 PIECE, EARTHQUAKE, REMEDIES, VARIANT = "piece", "earthquake", "remedies", "a"
@@ -300,7 +300,7 @@ def _take_law(content: dict[str, Any], law: str, wanted: bool) -> None:
     content["models"] = [*others, *([{"law": law}] if wanted else [])]
     if not content["models"]:
         raise StudyError("law: a study needs one law at least")
-    # (options that all laws of the page share are those of the new law, too)
+    # (the new law has the options that all laws of the page share)
     for key in OF_LAWS.values():
         given = {model[key] for model in others if key in model}
         if wanted and len(given) == 1 and key in declared(LAWS[law]):
@@ -350,7 +350,7 @@ def read_state(path: Path) -> dict[str, Any]:
     tried = read_content(remedies, StudyFile).content.get("restraints", {}) if remedies.is_file() else {}
     usual = {} if tried else start_state()["restraints"]
     height = piece_of(content).height
-    # (the files of the other studies are written after that of the piece, which may have another height)
+    # (the file of remedies is written later, and may still have the height of an earlier piece)
     for table in [*usual.values(), *(table for table in dict(tried).values() if table.get("height_m", 0.0) > height)]:
         table["height_m"] = _plain(0.95 * height)
     if not isinstance(tried, dict) or not isinstance(content.get("restraints", {}), dict):

@@ -49,7 +49,7 @@ def slide_variables(
     year: Year | None,
     modelled: Modelled | None = None,
 ) -> Variables:
-    """Compute the effects of sliding, line by line, with annual rates if there is a year; NaN if it is not known."""
+    """Compute the effects of sliding, line by line, with annual rates if there is a hazard; NaN if unknown."""
     rows = joint.inventory.rows
     rocks = np.array([runs.rocks(rows[i]) for i in runs.rows]).reshape(len(runs.rows), runs.variants)
 
