@@ -9,7 +9,6 @@ from .page import RESULTS, example, folder
 
 FIGURES = {
     "branches": ("branches",),
-    "clinic": ("number", "exceedance", "anchoring"),
     "uncertainty": ("sobol",),
 }
 """Figures of each study that pages show."""

@@ -49,7 +49,7 @@ def log_ticks(ax: Axes, ticks: Sequence[float], form: str = "{x:g}") -> None:
 def shares_axis(ax: Axes, top: float = 1.02, bottom: float = 0.0) -> None:
     """Make the y axis one of shares."""
     ax.set_ylim(bottom, top)
-    ax.yaxis.set_major_formatter(PercentFormatter(1.0))
+    ax.yaxis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
 
 
 def curve(

@@ -23,7 +23,7 @@ from .page import Table, some
 from .shares import clustered, decidable, decided, share, share_of_free
 from .tables import body, span
 
-FALLS = "P(falls into the room)"
+FALLS = "Probability of falling into the room"
 LAW = tp.HousnerImpact(geometry="linear")
 """Restraints need linearised geometry."""
 

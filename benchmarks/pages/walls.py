@@ -169,7 +169,7 @@ def map_figure(gaps: Gaps) -> Figure:
         heading = PIECES[i] if k == 0 else ""
         ax.set_title(f"{[*KINDS][k]}\n{heading}" if i == 0 else heading, loc="left", fontsize=9.5)
     bar = figure.colorbar(mesh, ax=axes, location="bottom", shrink=0.8, aspect=30, pad=0.06)
-    bar.set_label("P(falls into the room): before the wall minus free")
+    bar.set_label("Change in the probability of falling into the room")
     axes[-1, 1].set_xlabel("peak velocity, p PGV/(g tan α) (–)")
     return figure
 
