@@ -27,6 +27,7 @@ from case import HERE, ROOT, Case
 from changes import read_changes, sort_out
 from compare import Difference, compare_case
 from corpus import cases, renames, with_old_keys
+from script_cases import RENAMED
 from worker import DIED, ENDS, HUNG, LONGEST, PLAN, REPORT
 
 PLACE = ROOT / ".golden"
@@ -111,7 +112,7 @@ def lay_out(corpus: Sequence[Case], side: Path, old: bool, applies: Callable[[st
     keys = renames("keys", applies) if old else []
     for case in corpus:
         folder = side / case.name
-        (case._replace(files={**case.files, **case.twins}) if old else case).write(folder)
+        (case._replace(files={**case.files, **case.twins}) if old and applies(RENAMED) else case).write(folder)
         for path in folder.rglob("*.toml") if keys else ():
             content = path.read_bytes().decode("utf-8", "surrogateescape")  # (some refused files are no text)
             path.write_bytes(with_old_keys(content, keys).encode("utf-8", "surrogateescape"))

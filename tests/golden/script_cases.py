@@ -5,6 +5,7 @@ from __future__ import annotations
 from case import HERE, Case
 
 SCRIPTS = HERE / "scripts"
+RENAMED = "e725edd8"
 BEFORE = {
     "fragility": (
         ("tp.adaptive_ida(", "fragility.adaptive_ida("),
@@ -16,7 +17,7 @@ BEFORE = {
         ("FRAME, hazard, replicates=50))", "FRAME, hazard, replicates=50)"),
     ),
 }
-"""What the scripts called functions by at e725edd8 (issue *Runs are a table*)."""
+"""What the scripts called functions by until `RENAMED` (issue *Runs are a table*)."""
 NAMES = ("models", "motions", "fragility", "studies")
 
 
