@@ -136,8 +136,8 @@ def anchoring(
 
 def interval_options(assessment: xr.Dataset, year: Year, replicates: int, seed: int) -> Precision:
     """Return the options of intervals of sums over the levels of an assessment, with its confidence."""
-    found = Precision.checked(0.5, float(assessment.attrs["confidence"]), replicates, seed)
-    return replace(found, strata=year.strata(assessment.sizes["motion"]))
+    precision = Precision.checked(0.5, float(assessment.attrs["confidence"]), replicates, seed)
+    return replace(precision, strata=year.strata(assessment.sizes["motion"]))
 
 
 def _free(assessment: xr.Dataset, objective: str, year: Year, chosen: Index, array: Allocator) -> FreeItems:
@@ -168,7 +168,7 @@ def _objective(assessment: xr.Dataset, objective: str, yearly: bool) -> tuple[Fl
     what = "at least one piece overturns"
     if objective != ANY:
         lists = [str(value).split(JOINT) for value in assessment["consequences"].values]
-        everything = np.array([objective in one for one in lists])
+        everything = np.array([objective in words_of_item for words_of_item in lists])
         what = f"at least one piece with {objective!r} overturns"
     if yearly:
         return everything, PER_YEAR, f"annual rate at which {what}"
@@ -214,12 +214,12 @@ def _savings(
     ends = np.empty((2, models, items), np.int64)
     at = [round(q * (replicates - 1)) for q in (0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence)]
     for where in slabs({"model": models, "item": items, "sample": replicates}, ("model", "item")):
-        here = where.get("model", slice(None)), where.get("item", slice(None))
-        ends[:, *here] = np.moveaxis(np.sort(ranks[here], axis=-1)[..., at], -1, 0)
+        part_of = where.get("model", slice(None)), where.get("item", slice(None))
+        ends[:, *part_of] = np.moveaxis(np.sort(ranks[part_of], axis=-1)[..., at], -1, 0)
     first, last = ends[0], ends[1]
     by = "saving over cost" if per_cost else "saving"
     share = np.divide(mean, total[:, None], out=np.full(mean.shape, np.nan), where=total[:, None] > 0.0)
-    each = {
+    columns = {
         "saving": (mean, units, f"saved by anchoring it alone of: {text}"),
         "saving_lower": (lower, units, f"lower end of the {percent} interval of the saving"),
         "saving_upper": (upper, units, f"upper end of the {percent} interval of the saving"),
@@ -230,10 +230,10 @@ def _savings(
         "rank_upper": (last, DIMENSIONLESS, f"last rank of the {percent} interval of the rank"),
     }
     with np.errstate(divide="ignore", invalid="ignore"):
-        each["saving_per_cost"] = (mean / cost, _over(units, money), "saving over cost")
-    found = {name: variable(("model", "item"), *one) for name, one in each.items()}
-    found["cost"] = variable(("item",), cost, money, "cost of anchoring its pieces")
-    return found
+        columns["saving_per_cost"] = (mean / cost, _over(units, money), "saving over cost")
+    variables = {name: variable(("model", "item"), *column) for name, column in columns.items()}
+    variables["cost"] = variable(("item",), cost, money, "cost of anchoring its pieces")
+    return variables
 
 
 def _stepped(
@@ -253,14 +253,14 @@ def _stepped(
     names = np.concatenate([np.full((models, 1), "", dtype=object), labels[order]], axis=1)
     spent = np.concatenate([np.zeros((models, 1)), np.cumsum(cost[order], axis=1)], axis=1)
     money = assessment["anchoring_cost"].attrs["units"]
-    each = {
+    columns = {
         "anchored_item": (names, DIMENSIONLESS, "item anchored at the step"),
         "left": (mean, units, f"what is left: {text}"),
         "left_lower": (lower, units, f"lower end of the {percent} interval of what is left"),
         "left_upper": (upper, units, f"upper end of the {percent} interval of what is left"),
         "total_cost": (spent, money, "cost of all that is anchored then"),
     }
-    return {name: variable(("model", "step"), *one) for name, one in each.items()}
+    return {name: variable(("model", "step"), *column) for name, column in columns.items()}
 
 
 def _ranks(score: Array, alone: Array) -> Index:

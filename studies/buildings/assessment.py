@@ -346,13 +346,13 @@ def assess(
     }
     at = np.searchsorted(run.levels, scaled.levels)
     for name in falls.keys() & texts:
-        own = falls[name] if mixture is None else falls[name][:, :, :, at]
+        kept = falls[name] if mixture is None else falls[name][:, :, :, at]
         text = f"whether a piece {texts[name]}"
-        if variability is None and own.shape[2] == 1:
-            variables[name] = variable(("model", "item", "level", "motion"), own[:, :, 0], DIMENSIONLESS, text)
+        if variability is None and kept.shape[2] == 1:
+            variables[name] = variable(("model", "item", "level", "motion"), kept[:, :, 0], DIMENSIONLESS, text)
         else:
             dims = ("model", "item", "variant", "level", "motion")
-            variables[name] = variable(dims, own, DIMENSIONLESS, f"{text}, of each variant")
+            variables[name] = variable(dims, kept, DIMENSIONLESS, f"{text}, of each variant")
     configuration = {
         "inventory": [described(row) for row in inventory.rows],
         "currency": inventory.currency,
@@ -445,8 +445,8 @@ def _run(
         if (sides or name == SIDEWAYS) and any(map(can, inventory.rows)):
             falls[name] = runner.array(of_all, np.bool_)
     for every in falls.values():
-        for own in every.reshape(-1, *every.shape[2:]):
-            own[...] = False
+        for flags in every.reshape(-1, *every.shape[2:]):
+            flags[...] = False
     plans = {at: _runs_on(at, inventory, laws, shaking, variability) for at in shaking.supports(inventory)}
     cells = shape[0] * shape[1]
     total = sum(cells // run.stands_for * run.number for runs in plans.values() for run in runs)
@@ -460,34 +460,36 @@ def _run(
             report = part_of(progress, done, total)
             motions, factors = shaken.motions[:: run.stands_for], shaken.factors[:, :, :: run.stands_for]
             of_runs = motions, factors, runner, report
-            found: NDArray[Any]
+            sided: NDArray[Any]
             axes = ruptured = None
             if sides or run.across is not None:
-                found, axes, ruptured = falls_of_axes(run.oscillators, run.across, *of_runs, held=RUPTURE in falls)
+                sided, axes, ruptured = falls_of_axes(run.oscillators, run.across, *of_runs, held=RUPTURE in falls)
             else:
-                found = overturning_flags(run.oscillators, *of_runs)
+                sided = overturning_flags(run.oscillators, *of_runs)
             for i, start in run.rows.items():
                 rows = slice(start, start + len(laws) * variants)
-                own = found[rows].reshape(len(laws), variants, shape[0], -1, 1)
+                flags = sided[rows].reshape(len(laws), variants, shape[0], -1, 1)
                 if run.stands_for > 1:
                     # (of runs that leave the floor no side is known: they have the value 2 both ways)
-                    mirrored = np.where(np.abs(own) == 1, own * np.int8(-1), own) if sides or axes is not None else own
-                    own = np.concatenate([own, mirrored], axis=-1)
-                own = own.reshape(len(laws), variants, *shape)
-                falls[OVERTURNED][:, i] = own != 0
+                    mirrored = (
+                        np.where(np.abs(flags) == 1, flags * np.int8(-1), flags) if sides or axes is not None else flags
+                    )
+                    flags = np.concatenate([flags, mirrored], axis=-1)
+                flags = flags.reshape(len(laws), variants, *shape)
+                falls[OVERTURNED][:, i] = flags != 0
                 if axes is None:
                     deep = np.zeros((), np.bool_)
                 else:
                     along = np.repeat(axes[rows].reshape(len(laws), variants, shape[0], -1), run.stands_for, -1)
-                    deep = along.reshape(own.shape) == ALONG_DEPTH
+                    deep = along.reshape(flags.shape) == ALONG_DEPTH
                 if SIDEWAYS in falls:
                     falls[SIDEWAYS][:, i] = deep
                 if FORWARD in falls:
-                    falls[FORWARD][:, i] = (own > 0) & ~deep
+                    falls[FORWARD][:, i] = (flags > 0) & ~deep
                 if RUPTURE in falls and ruptured is not None:
                     # (what a reverse breaks is broken under the motion, too)
                     breaks = np.repeat(ruptured[rows].reshape(len(laws), variants, shape[0], -1), run.stands_for, -1)
-                    falls[RUPTURE][:, i] = breaks.reshape(own.shape)
+                    falls[RUPTURE][:, i] = breaks.reshape(flags.shape)
             done += cells // run.stands_for * run.number
     return falls
 
@@ -511,7 +513,7 @@ def _runs_on(
 ) -> list[_Runs]:
     """Return the runs of the pieces that can fall on a support: under every motion, and mirrored runs."""
     rows = {i: row for i, row in enumerate(inventory.rows) if support_of(row) == at and not row.anchored}
-    found = []
+    plans = []
     for stands_for, both in itertools.product(range(1, shaking.polarities + 1), (False, True)):
         oscillators: list[Oscillator] = []
         across: list[Oscillator] = []
@@ -527,8 +529,8 @@ def _runs_on(
                     across.extend(_named(row, law, variability, across=True) if both else ())
             starts[i] = first[kind_of(row)]
         if starts:
-            found.append(_Runs(oscillators, starts, stands_for, across if both else None))
-    return found
+            plans.append(_Runs(oscillators, starts, stands_for, across if both else None))
+    return plans
 
 
 def shaking_of(asked: Assessment, inventory: Inventory) -> Shaking:
@@ -619,7 +621,7 @@ def _losses(losses: Any, inventory: Inventory) -> Array:
     if losses is None:
         rows = inventory.rows
         tails = [row.loss if row.cost is None else upper_tail(row.cost) for row in rows]
-        found = thresholds_up_to(math.fsum(row.count * tail for row, tail in zip(rows, tails, strict=True)))
+        thresholds = thresholds_up_to(math.fsum(row.count * tail for row, tail in zip(rows, tails, strict=True)))
         # (a loss without spread steps at the values of pieces, which a grid misses by up to a tenth)
         exact = {
             k * row.loss
@@ -627,7 +629,7 @@ def _losses(losses: Any, inventory: Inventory) -> Array:
             if row.cost is None and (not row.anchored or row.stands_on)
             for k in range(1, row.count + 1)
         }
-        return np.union1d(found, list(exact)) if len(exact) <= MOST_THRESHOLDS else found
+        return np.union1d(thresholds, list(exact)) if len(exact) <= MOST_THRESHOLDS else thresholds
     values = checks.finite_array("losses", np.atleast_1d(np.asarray(losses)), unit=inventory.currency)
     if values[0] < 0.0 or np.any(np.diff(values) <= 0.0):
         raise ValueError(f"losses must be >= 0 and strictly increasing, got {values.tolist()!r:.60}")
@@ -723,19 +725,19 @@ def _item_coordinates(inventory: Inventory, laws: list[Law], both_axes: bool) ->
         columns[TRIP_DISTANCE] = [row.obstacle for row in rows], METRE, "clear distance to an obstacle"
     if both_axes:
         columns["both_axes"] = [row.both_axes for row in rows], DIMENSIONLESS, "whether it is run about its depth, too"
-    found = {}
+    coordinates = {}
     for name, (values, units, text) in (columns | optional).items():
         if name in columns or any(value not in (None, "") for value in values):
             texts = any(isinstance(value, str) for value in values)
             given = [("" if texts else np.nan) if value is None else value for value in values]
-            found[name] = variable(("item",), np.array(given, object if texts else None), units, text)
+            coordinates[name] = variable(("item",), np.array(given, object if texts else None), units, text)
     used = [[with_restitution(law, row.e).restitution(row.block) for row in rows] for law in laws]
     e = np.array([[np.nan if value is None else value for value in line] for line in used])
-    found["e"] = variable(("model", "item"), e, DIMENSIONLESS, "coefficient of restitution used")
-    for name, one in (block_coordinates(blocks) | (depth_coordinate(blocks) if both_axes else {})).items():
+    coordinates["e"] = variable(("model", "item"), e, DIMENSIONLESS, "coefficient of restitution used")
+    for name, coordinate in (block_coordinates(blocks) | (depth_coordinate(blocks) if both_axes else {})).items():
         if name != "block":  # (items have their own labels)
-            found[name] = xr.Variable("item", one.values, one.attrs)
-    return found
+            coordinates[name] = xr.Variable("item", coordinate.values, coordinate.attrs)
+    return coordinates
 
 
 def _measured(scaled: Scaling, shaking: Shaking) -> dict[str, xr.Variable]:
@@ -748,11 +750,11 @@ def _measured(scaled: Scaling, shaking: Shaking) -> dict[str, xr.Variable]:
 def _thresholds(joint: JointFlags, precision: Precision) -> dict[str, xr.Variable]:
     """Return quantiles, consequences and thresholds as coordinates."""
     text = "probability of the quantile"
-    found = {"quantile": variable(("quantile",), precision.quantiles, DIMENSIONLESS, text)}
+    coordinates = {"quantile": variable(("quantile",), precision.quantiles, DIMENSIONLESS, text)}
     for quantity in joint.quantities:
         name = f"{quantity.name}_threshold"
         text = f"{quantity.text}, {'more than' if quantity.strictly else 'at least'}"
-        found[name] = variable((name,), quantity.thresholds, quantity.units, text)
+        coordinates[name] = variable((name,), quantity.thresholds, quantity.units, text)
     if joint.inventory.consequences:
-        found["consequence"] = _labels("consequence", joint.inventory.consequences, "what an overturning means")
-    return found
+        coordinates["consequence"] = _labels("consequence", joint.inventory.consequences, "what an overturning means")
+    return coordinates

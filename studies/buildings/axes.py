@@ -71,19 +71,19 @@ def axes_notes(inventory: Inventory, as_read: Inventory, axes: str) -> list[Fact
         return []
     free = [row for row in inventory.rows if not row.anchored]
     if axes == WEAK_AXIS:
-        found = [Fact("axis.weak_axis", WEAK_RATIO)]
+        facts = [Fact("axis.weak_axis", WEAK_RATIO)]
     else:
         held = [row.label for row in free if row.both_axes and row.block.surrounded]
-        found = [Fact("axis.both_axes"), *held_notes(held)]
+        facts = [Fact("axis.both_axes"), *held_notes(held)]
         soft = tuple(row.label for row in free if row.block.bed is not None)
         if soft:
-            found.append(Fact("axis.bed_along_width", names=soft))
+            facts.append(Fact("axis.bed_along_width", names=soft))
         deep = tuple(row.label for row in free if not row.both_axes and row.block.bed is None)
         if deep:
-            found.append(Fact("axis.too_deep", WEAK_RATIO, names=deep))
+            facts.append(Fact("axis.too_deep", WEAK_RATIO, names=deep))
     rows = zip(inventory.rows, as_read.rows, strict=True)
     undirected = tuple(row.label for row, given in rows if not given.direction and not row.anchored)
-    return [*found, Fact("axis.direction_not_given", names=undirected)] if undirected else found
+    return [*facts, Fact("axis.direction_not_given", names=undirected)] if undirected else facts
 
 
 def sideways_notes(assessment: xr.Dataset) -> list[Fact]:

@@ -130,7 +130,7 @@ def rates_over_branches(
     members = np.array([np.ones(len(inventory), bool), *(floors == place for place in places[1:])])
     every = [_Branch(branch, assessments[branch.motions], inventory, members, sampling) for branch in branches]
     weights = np.array([branch.weight for branch in branches])
-    found = _Found({}, branches, weights)
+    weighed = _Found({}, branches, weights)
     amounts = {NUMBER: np.array([float(row.count) for row in inventory.rows])}
     if inventory.value > 0.0:
         amounts[LOSS] = np.array([row.count * row.loss for row in inventory.rows])
@@ -141,26 +141,30 @@ def rates_over_branches(
     slabs = list(_slabs(len(inventory), every))
     parts = []
     for rows in slabs:
-        sampled = [one.of_items(rows) for one in every]
+        sampled = [annual.of_items(rows) for annual in every]
         lost = [chances.of_items(rows, lost=True) for chances in every] if inventory.carried else sampled
-        parts.append(found.of(sampled))
+        parts.append(weighed.of(sampled))
         for name, amount in amounts.items():
             share = members[:, rows] * amount[rows]
             of_slab = [drawn.summed(share) for drawn in (lost if name == LOSS else sampled)]
             before = totals.get(name)
             totals[name] = of_slab if before is None else [a.plus(b) for a, b in zip(before, of_slab, strict=True)]
-    found.keep(ITEM_RATE, ("item",), [np.concatenate(each) for each in zip(*parts, strict=True)], PER_YEAR)
+    weighed.keep(ITEM_RATE, ("item",), [np.concatenate(pieces) for pieces in zip(*parts, strict=True)], PER_YEAR)
     money = inventory.currency or DIMENSIONLESS
     for name, units in ((NUMBER, PER_YEAR), (LOSS, per_year(money)), (INJURIES, PER_YEAR)):
         if name in totals:
-            found.keep(name, ("place",), found.of(totals[name]), units)
-    found.keep(ANY_RATE, ("place",), found.of([one.of_joined(one.event()) for one in every]), PER_YEAR)
+            weighed.keep(name, ("place",), weighed.of(totals[name]), units)
+    weighed.keep(ANY_RATE, ("place",), weighed.of([annual.of_joined(annual.event()) for annual in every]), PER_YEAR)
     if inventory.consequences:
-        of_words = [found.of([one.of_joined(one.event(word)) for one in every]) for word in inventory.consequences]
-        stacked = [np.stack(each, axis=1) for each in zip(*of_words, strict=True)]
-        found.keep(CONSEQUENCE_RATE, ("place", "consequence"), stacked, PER_YEAR)
+        of_words = [
+            weighed.of([annual.of_joined(annual.event(word)) for annual in every]) for word in inventory.consequences
+        ]
+        stacked = [np.stack(words, axis=1) for words in zip(*of_words, strict=True)]
+        weighed.keep(CONSEQUENCE_RATE, ("place", "consequence"), stacked, PER_YEAR)
     if any(row.downtime is not None for row in inventory.rows):
-        found.keep(DOWNTIME, ("place",), found.of([one.of_joined(one.downtime) for one in every]), per_year(DAY))
+        weighed.keep(
+            DOWNTIME, ("place",), weighed.of([annual.of_joined(annual.downtime) for annual in every]), per_year(DAY)
+        )
     ranges = [
         range_of_a_year(
             assessments[branch.motions].sel(model=branch.model).data_vars, every[0].levels, branch.hazard, sampling.beta
@@ -169,12 +173,12 @@ def rates_over_branches(
     ]
     for name, first_of_branches in ranges[0].items():
         mean = times(np.stack([of_branch[name].values for of_branch in ranges], axis=-1), weights)
-        found.variables[f"epistemic_{name}"] = first_of_branches.copy(data=mean)
-    beyond = np.array([one.beyond for one in every])
+        weighed.variables[f"epistemic_{name}"] = first_of_branches.copy(data=mean)
+    beyond = np.array([annual.beyond for annual in every])
     text = "share of the expected falls from shaking beyond the hazard curve's or above the highest level"
-    found.variables[BEYOND] = variable(("branch",), beyond, DIMENSIONLESS, text)
+    weighed.variables[BEYOND] = variable(("branch",), beyond, DIMENSIONLESS, text)
     return xr.Dataset(
-        found.variables,
+        weighed.variables,
         coords={
             name: variable((dim,), np.array(values), DIMENSIONLESS, text)
             for name, dim, values, text in (
@@ -209,8 +213,8 @@ class _Sampled(NamedTuple):
     def summed(self, share: Array) -> _Sampled:
         """Return sums over rows with their shares (place, row)."""
         given = (self.mean, self.rates.mean, self.rates.samples, self.rates.modelled)
-        mean, own, plain, modelled = (np.einsum("pr,r...->p...", share, values) for values in given)
-        return _Sampled(mean, SampledRates(own, plain, modelled, self.rates.weights))
+        mean, rates, plain, modelled = (np.einsum("pr,r...->p...", share, values) for values in given)
+        return _Sampled(mean, SampledRates(rates, plain, modelled, self.rates.weights))
 
     def plus(self, other: _Sampled) -> _Sampled:
         """Return the sums with the rates of other items."""
@@ -229,19 +233,19 @@ class _Found:
 
     def of(self, sampled: Sequence[_Sampled]) -> tuple[Array, Array, Array, Array]:
         """Weigh the rates of all branches: means, fractiles, shares of the spread and values of branches, by row."""
-        found = [one.rates for one in sampled]
-        own = np.stack([one.mean for one in found], axis=-1)
+        rates = [values.rates for values in sampled]
+        of_branches = np.stack([rate.mean for rate in rates], axis=-1)
         names = [(branch.model, branch.motions, branch.hazard_name) for branch in self.branches]
         return (
-            times(np.stack([one.mean for one in sampled], axis=-1), self.weights),
-            fractiles_of(found, self.weights, FRACTILES),
-            shares_of_spread(names, found, self.weights),
-            own,
+            times(np.stack([values.mean for values in sampled], axis=-1), self.weights),
+            fractiles_of(rates, self.weights, FRACTILES),
+            shares_of_spread(names, rates, self.weights),
+            of_branches,
         )
 
     def keep(self, name: str, dims: tuple[str, ...], weighed: Sequence[Array], units: str) -> None:
         """Keep the results of one value."""
-        mean, fractiles, shares, own = weighed
+        mean, fractiles, shares, of_branches = weighed
         text = TEXTS[name]
         self.variables |= {
             f"epistemic_{name}": variable(dims, mean, units, f"{text}, mean over all branches"),
@@ -251,7 +255,7 @@ class _Found:
             f"epistemic_{name}_spread": variable(
                 (*dims, "epistemic_source"), shares, DIMENSIONLESS, f"share of the variance of ln({name})"
             ),
-            f"branch_{name}": variable((*dims, "branch"), own, units, f"{text}, of the branch alone"),
+            f"branch_{name}": variable((*dims, "branch"), of_branches, units, f"{text}, of the branch alone"),
         }
 
 
@@ -274,8 +278,8 @@ class _Branch:
         self.inventory, self.classes = inventory, np.array([row.class_label for row in inventory.rows], dtype=object)
         self.standing = np.array([not row.anchored for row in inventory.rows])
         rows = (branch.hazard.rates,) if branch.hazard.realisations is None else branch.hazard.realisations
-        one = replace(branch.hazard, realisations=None, weights=None, fractile=None)
-        self.curves = [replace(one, rates=tuple(row)) for row in rows]
+        single_curve = replace(branch.hazard, realisations=None, weights=None, fractile=None)
+        self.curves = [replace(single_curve, rates=tuple(row)) for row in rows]
         self.shares = np.ones(1) if branch.hazard.weights is None else np.asarray(branch.hazard.weights)
         self.number = np.zeros(self.levels.size)
         self._shifted = [self._states(curve) for curve in self.curves] if sampling.beta > 0.0 else []
@@ -306,10 +310,10 @@ class _Branch:
         resampled = self.every.resampled(given, self.drawn)
         mean = self._year(self.hazard, beta).total(given).mean(axis=-1)
         inside = 0.0 if spread else beta
-        own = self._year(self.hazard, inside).total(given).mean(axis=-1)
+        mean_rates = self._year(self.hazard, inside).total(given).mean(axis=-1)
         plain = np.stack([self._year(curve, inside).total(resampled) for curve in self.curves], axis=-1)
         if not spread:
-            return _Sampled(mean, SampledRates(own, plain, plain, self.shares))
+            return _Sampled(mean, SampledRates(mean_rates, plain, plain, self.shares))
         modelled = np.empty_like(plain)
         for label in dict.fromkeys(labels):
             of_class = np.flatnonzero(labels == label)
@@ -319,7 +323,7 @@ class _Branch:
                 rates = curve.pieces()[0].rate(states.positions[:, None] + beta * scores)
                 weights = rates - np.concatenate([rates[1:], np.zeros((1, scores.size))])
                 modelled[of_class, :, r] = np.einsum("ils,ls->is", resampled[of_class], weights)
-        return _Sampled(mean, SampledRates(own, plain, modelled, self.shares))
+        return _Sampled(mean, SampledRates(mean_rates, plain, modelled, self.shares))
 
     def of_joined(self, rows: JoinedClasses) -> _Sampled:
         """Return the annual values of joint results of pieces."""
@@ -334,15 +338,15 @@ class _Branch:
                 year = self._year(hazard, dispersion)
                 return year.total(together).mean(axis=-1), year.total(resampled)
             states = self._states(hazard)
-            each = self._year_at(states.rates).total(rows.blurred(states))
-            return each.mean(axis=-1), times(each, self.drawn.T) / self.motions
+            totals = self._year_at(states.rates).total(rows.blurred(states))
+            return totals.mean(axis=-1), times(totals, self.drawn.T) / self.motions
 
         mean, _ = of(self.hazard, beta)
         inside = 0.0 if spread else beta
-        own, _ = of(self.hazard, inside)
+        mean_rates, _ = of(self.hazard, inside)
         plain = np.stack([of(curve, inside)[1] for curve in self.curves], axis=-1)
         if not spread:
-            return _Sampled(mean, SampledRates(own, plain, plain, self.shares))
+            return _Sampled(mean, SampledRates(mean_rates, plain, plain, self.shares))
         number = min(JOINT_SAMPLES, self.drawn.shape[0])
         scores = {label: self.sampling.scores(label, number) for label in rows.classes}
         modelled = np.empty((mean.size, number, len(self.curves)))
@@ -350,7 +354,7 @@ class _Branch:
             for s in range(number):
                 cases, rates = _cases(states, {label: beta * score[s] for label, score in scores.items()})
                 modelled[:, s, r] = times(self._year_at(rates).total(rows.at(cases)), self.drawn[s]) / self.motions
-        return _Sampled(mean, SampledRates(own, plain, modelled, self.shares))
+        return _Sampled(mean, SampledRates(mean_rates, plain, modelled, self.shares))
 
     def event(self, word: str = "") -> JoinedClasses:
         """Return the fall of anything in each place, or of anything with a consequence."""
@@ -358,11 +362,11 @@ class _Branch:
         if word:
             sets = sets & np.array([word in row.consequences for row in self.inventory.rows])
         shape = (self.members.shape[0], 1 + self.levels.size, self.runs)
-        found: dict[str, Array] = {}
+        stays: dict[str, Array] = {}
         for i in np.flatnonzero(sets.any(axis=0)):
-            none = found.setdefault(str(self.classes[i]), np.ones(shape))
+            none = stays.setdefault(str(self.classes[i]), np.ones(shape))
             none[sets[:, i], 1:] *= 1.0 - self.chances.any_piece_of(self.at, int(i))
-        return JoinedClasses(found or {"": np.ones(shape)})
+        return JoinedClasses(stays or {"": np.ones(shape)})
 
     @property
     def downtime(self) -> JoinedClasses:
@@ -378,13 +382,13 @@ class _Branch:
             scores=PieceScores(realisations, sampling.correlation, sampling.seed),
             polarities=self.every.polarities,
         )
-        found = {}
+        stays = {}
         for label in dict.fromkeys(self.classes):
             part = joint.part(np.flatnonzero((self.classes == label) & self.standing))
             if part is not None and any(row.downtime is not None for row in part.inventory.rows):
                 longest = part.results.outcomes[LONGEST][0]
-                found[str(label)] = np.concatenate([np.zeros_like(longest[:, :1]), longest], axis=1)
-        return JoinedClasses(found or {"": np.zeros((len(self.members), 1 + self.levels.size, self.runs, 1))}, joint)
+                stays[str(label)] = np.concatenate([np.zeros_like(longest[:, :1]), longest], axis=1)
+        return JoinedClasses(stays or {"": np.zeros((len(self.members), 1 + self.levels.size, self.runs, 1))}, joint)
 
     @property
     def beyond(self) -> float:

@@ -38,7 +38,7 @@ def covering(hazard: HazardCurve, levels: Array, modelling: float = 0.0) -> Haza
         return blurred(hazard, modelling, np.array([lowest, highest]))
     # (between points this close a second-order curve is nearly straight)
     bent = geomspace(lowest, highest, 2000) if hazard.curvature > 0.0 else np.empty(0)
-    ends = [one for one in (lowest, highest) if one not in hazard.levels]
+    ends = [level for level in (lowest, highest) if level not in hazard.levels]
     return hazard.resampled(np.unique(np.concatenate([ends, hazard.levels, bent])))
 
 
@@ -57,11 +57,11 @@ class Mixture(ABC):
     def of(self, values: Array, nothing: float = 0.0) -> Array:
         """Return the means (…, point, motion) of values (…, level, motion) that are `nothing` if nothing falls."""
         shares = self.shares
-        found = np.empty((*values.shape[:-2], shares.shape[0], values.shape[-1]))
-        found[...] = nothing * shares[:, 0][:, None]
+        means = np.empty((*values.shape[:-2], shares.shape[0], values.shape[-1]))
+        means[...] = nothing * shares[:, 0][:, None]
         for level in range(values.shape[-2]):  # (in the order of the levels, whatever the other dimensions are)
-            found += shares[:, level + 1][:, None] * values[..., level, :][..., None, :]
-        return found
+            means += shares[:, level + 1][:, None] * values[..., level, :][..., None, :]
+        return means
 
 
 @dataclass(frozen=True)
@@ -122,9 +122,9 @@ class ScoredLevels(Mixture):
 
     @property
     def shares(self) -> Array:
-        found = np.zeros((self.runs.shape[0], 2 + int(self.runs.max())))
-        np.add.at(found, (np.arange(self.runs.shape[0])[:, None], self.runs + 1), self.weights)
-        return found
+        shares = np.zeros((self.runs.shape[0], 2 + int(self.runs.max())))
+        np.add.at(shares, (np.arange(self.runs.shape[0])[:, None], self.runs + 1), self.weights)
+        return shares
 
     def states(self, shares: Array) -> Index:
         score = np.minimum(np.searchsorted(np.cumsum(self.weights), shares), SCORES.size - 1)
@@ -147,11 +147,11 @@ def positions_of(weights: Array, hazard: HazardCurve) -> Array:
     """Return ln x (level,) at which a hazard curve has the rates of the weights from each level on."""
     u, fall = log(hazard.levels), -log(hazard.rates)
     wanted = -log(np.cumsum(weights[::-1])[::-1])
-    found = np.interp(wanted, fall, u)
+    positions = np.interp(wanted, fall, u)
     for outside, a, b in ((wanted < fall[0], 0, 1), (wanted > fall[-1], -1, -2)):
         slope = (u[b] - u[a]) / (fall[b] - fall[a])
-        found = np.where(outside, u[a] + slope * (wanted - fall[a]), found)
-    return np.asarray(found)
+        positions = np.where(outside, u[a] + slope * (wanted - fall[a]), positions)
+    return np.asarray(positions)
 
 
 def several_classes(inventory: Inventory) -> bool:
@@ -174,7 +174,7 @@ def joined(joint: JointFlags, mixture: Mixture) -> JointOutcomes:
     models, motions, points = flags.shape[0], flags.shape[-1], mixture.shares.shape[0]
     of_places = (models, joint.members.shape[0], points, motions)
     quantities, events = joint.quantities, joint.events
-    found = JointOutcomes(
+    outcomes_at = JointOutcomes(
         {quantity.name: joint.filled(of_places, 0.0) for quantity in quantities},
         {quantity.name: joint.filled((*of_places, DRAWS), 0.0) for quantity in quantities},
         {event.name: joint.filled((models, *event.sets.shape[:-1], points, motions), 1.0) for event in events},
@@ -185,32 +185,32 @@ def joined(joint: JointFlags, mixture: Mixture) -> JointOutcomes:
         part = joint.part(np.flatnonzero((labels == label) & (joint.exposed)))
         if part is None:
             continue
-        own = part.results
+        joint_part = part.results
         for event in part.events:
-            stays = mixture.of(1.0 - own.happens[event.name], 1.0)
+            stays = mixture.of(1.0 - joint_part.happens[event.name], 1.0)
             if event.name == ANY:
-                found.happens[ANY] *= stays
+                outcomes_at.happens[ANY] *= stays
                 continue
             for i, word in enumerate(part.inventory.consequences):
-                found.happens[event.name][:, :, words.index(word)] *= stays[:, :, i]
+                outcomes_at.happens[event.name][:, :, words.index(word)] *= stays[:, :, i]
         named = {quantity.name for quantity in part.quantities}
         scores = _scores(str(label), motions // joint.polarities, joint.scores.seed)
         for quantity in quantities:
             if quantity.name not in named:
                 continue
             if not quantity.greatest:
-                found.expected[quantity.name] += mixture.of(own.expected[quantity.name])
-            outcomes = own.outcomes[quantity.name]
+                outcomes_at.expected[quantity.name] += mixture.of(joint_part.expected[quantity.name])
+            outcomes = joint_part.outcomes[quantity.name]
             for motion in range(motions):
                 of_motion = motion // joint.polarities  # (both polarities of a motion have the same draws)
                 states = mixture.states(scores[of_motion])
                 fillings = (of_motion * DRAWS + np.arange(DRAWS)) % outcomes.shape[-1]
                 of_state = np.concatenate([np.zeros_like(outcomes[:, :, :1, motion]), outcomes[:, :, :, motion]], 2)
                 drawn = of_state[:, :, states, fillings]
-                here = found.outcomes[quantity.name][:, :, :, motion]
-                (np.maximum if quantity.greatest else np.add)(here, drawn, out=here)
-    found.complete(quantities)
-    return found
+                outcomes_of = outcomes_at.outcomes[quantity.name][:, :, :, motion]
+                (np.maximum if quantity.greatest else np.add)(outcomes_of, drawn, out=outcomes_of)
+    outcomes_at.complete(quantities)
+    return outcomes_at
 
 
 def _scores(label: str, motions: int, seed: int) -> Array:

@@ -55,24 +55,24 @@ MOST_NAMED = 6
 
 def notes(assessment: xr.Dataset) -> list[Fact]:
     """Return notes for a reader who relies on the numbers."""
-    found = _anchored(assessment)
+    facts = _anchored(assessment)
     amounts = _amounts(assessment)
     below = [(amount, _share(amount, "below")) for amount in amounts]
     above = [(amount, _share(amount, "above")) for amount in amounts if amount.more > 0.0]
-    found += _from("rate.share_below_levels", below, NOTABLE_BELOW)
-    found += _from("rate.share_above_levels", above, NOTABLE)
+    facts += _from("rate.share_below_levels", below, NOTABLE_BELOW)
+    facts += _from("rate.share_above_levels", above, NOTABLE)
     if not bool(fall_flags(assessment).any()):
-        found.append(Fact("building.no_fall"))
+        facts.append(Fact("building.no_fall"))
     if FALLEN in assessment:
-        found.append(Fact("sliding.upper_estimate"))
+        facts.append(Fact("sliding.upper_estimate"))
     if levels_have_own_motions(assessment) and "level_weight" in assessment:
-        found += _untried(assessment)
+        facts += _untried(assessment)
     several = int(assessment["count"].max()) > 1
     if assessment.attrs["pieces"] == "alike" and several:
-        found.append(Fact("consequence.pieces_alike", more={"friction": False}))
+        facts.append(Fact("consequence.pieces_alike", more={"friction": False}))
     if FALLEN in assessment and assessment.attrs["pieces"] == TOGETHER and several:
-        found.append(Fact("consequence.pieces_alike", more={"friction": True}))
-    return found
+        facts.append(Fact("consequence.pieces_alike", more={"friction": True}))
+    return facts
 
 
 def _untried(assessment: xr.Dataset) -> list[Fact]:
@@ -88,21 +88,21 @@ def _untried(assessment: xr.Dataset) -> list[Fact]:
     return [Fact("precision.levels_without_falls", most, names=named, more={"motions": n})]
 
 
-def _anchored(here: xr.Dataset) -> list[Fact]:
+def _anchored(results: xr.Dataset) -> list[Fact]:
     """Return the notes on the pieces that are anchored already, for good or with kits that can break."""
-    kits = here["anchored_with"].values if "anchored_with" in here.coords else np.full(here.sizes["item"], "")
-    counts, items = here["count"].values, here["item"].values
-    found = []
+    kits = results["anchored_with"].values if "anchored_with" in results.coords else np.full(results.sizes["item"], "")
+    counts, items = results["count"].values, results["item"].values
+    facts = []
     for what, which in (
-        ("anchoring.already", here["anchored"].values.astype(bool)),
+        ("anchoring.already", results["anchored"].values.astype(bool)),
         ("anchoring.with_kit", kits != ""),
     ):
         at = np.flatnonzero(which)
         lines = [[int(counts[i]), listed_name(str(items[i])), str(kits[i])] for i in at[:MOST_NAMED]]
         more = {"of": int(counts.sum()), "lines": lines, "others": max(0, at.size - MOST_NAMED)}
         if at.size:
-            found.append(Fact(what, int(counts[at].sum()), more=more))
-    return found
+            facts.append(Fact(what, int(counts[at].sum()), more=more))
+    return facts
 
 
 def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) -> list[Fact]:
@@ -117,17 +117,17 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) ->
     >>> inventory_notes(Inventory((shelf,)), ("injury", "release"), False)[0].names
     ('injury and release', 'injury', 'release')
     """
-    found = []
+    facts = []
     words = [word for word in inventory.consequences if word not in safety]
     for word in words:
         parts = set(re.split(r"[^\w-]+", word.lower()))
         near = [known for known in safety if known in parts or re.search(ABROAD.get(known, "$^"), word.lower())]
         near = near or difflib.get_close_matches(word, safety, 1, NEAR)
         if near:
-            found.append(Fact("consequence.misspelt", names=(word, *near)))
+            facts.append(Fact("consequence.misspelt", names=(word, *near)))
     if words and len(words) == len(inventory.consequences):
         more = {"safety": list(safety), "value": inventory.value > 0.0}
-        found.append(Fact("consequence.none_of_safety", names=tuple(words), more=more))
+        facts.append(Fact("consequence.none_of_safety", names=tuple(words), more=more))
     rows = inventory.rows
     named = {
         "support.rolls": [row for row in rows if row.rolls and not row.anchored],
@@ -135,7 +135,7 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) ->
         "code.mass_not_given": [row for row in rows if coded and row.block.mass is None],
         "code.class_not_given": [row for row in rows if coded and not row.code_class],
     }
-    return [*found, *(Fact(what, names=tuple(row.label for row in of)) for what, of in named.items() if of)]
+    return [*facts, *(Fact(what, names=tuple(row.label for row in of)) for what, of in named.items() if of)]
 
 
 def polarity_notes(blocks: Sequence[Block], polarity: str) -> list[Fact]:
@@ -155,14 +155,14 @@ PROPORTIONAL = Fact("motion.floors_scaled_elastic")
 def history_notes(histories: FloorHistories, inventory: Inventory) -> list[Fact]:
     """Return notes on floor histories of a user's own building model, and on their unused parts."""
     how = "one" if not histories.unit else "elastic" if histories.elastic else "levels"
-    found = [Fact("motion.floor_histories", names=tuple(histories.texts) if histories.unit else (), more={"how": how})]
+    facts = [Fact("motion.floor_histories", names=tuple(histories.texts) if histories.unit else (), more={"how": how})]
     if histories.own_motions:
-        found.append(Fact("motion.levels_independent"))
+        facts.append(Fact("motion.levels_independent"))
     used = {row.direction for row in inventory.rows if not row.anchored}
     if used - {""} and not histories.axes:
         lines = [[sum(row.direction == axis for row in inventory.rows), axis] for axis in sorted(used)]
-        found.append(Fact("axis.across_not_included", more={"lines": lines}))
-    return found
+        facts.append(Fact("axis.across_not_included", more={"lines": lines}))
+    return facts
 
 
 def hazard_shares(assessment: xr.Dataset, hazard: HazardCurve) -> dict[str, xr.Variable]:
@@ -176,7 +176,7 @@ def hazard_shares(assessment: xr.Dataset, hazard: HazardCurve) -> dict[str, xr.V
 
     # where other events are left out the curve is flat: below its own first level, or all the way up to its last
     shaking, known, rarer = (weights(np.minimum(rates, most)) for most in (np.inf, hazard.rates[0], hazard.rates[-1]))
-    found = {}
+    shares = {}
     for amount in _amounts(assessment):
         given = assessment[f"{amount.name}_mean"].sel(place=BUILDING)
         whole = (given * shaking).sum("level")
@@ -187,8 +187,8 @@ def hazard_shares(assessment: xr.Dataset, hazard: HazardCurve) -> dict[str, xr.V
                 f"share of the building's {assessment[f'annual_{amount.name}'].attrs['long_name']} from shaking {side} "
             )
             text += "the hazard curve's levels"
-            found[f"annual_{amount.name}_share_{side}"] = variable(("model",), share.values, DIMENSIONLESS, text)
-    return found
+            shares[f"annual_{amount.name}_share_{side}"] = variable(("model",), share.values, DIMENSIONLESS, text)
+    return shares
 
 
 def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[Fact]:
@@ -199,7 +199,7 @@ def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[Fact]:
     amounts = _amounts(assessment)
     rates = xr.DataArray(curve.rate_at(levels), dims="level")
     events = rates - rates.shift(level=-1)  # (between each level and the next one)
-    apart, found = [], []
+    apart, facts = [], []
     for amount in amounts:
         given = assessment[f"{amount.name}_mean"].sel(place=BUILDING).reset_coords(drop=True).drop_vars("level")
         known = amount.annual.where(amount.annual > 0.0)
@@ -208,13 +208,13 @@ def hazard_notes(assessment: xr.Dataset, hazard: HazardCurve) -> list[Fact]:
         least, most = (((amount * events).sum("level") + beyond) / known for amount in (given, given.shift(level=-1)))
         if bool((most > APART * least).any()):
             ends = float(least.min()), float(most.max())
-            found.append(Fact("hazard.levels_apart", lower=ends[0], upper=ends[1], names=(amount.text,)))
-    found = [*sorted(found, key=lambda fact: -fact.upper)[:1], *_from("hazard.levels_coarse", apart, COARSE)]
+            facts.append(Fact("hazard.levels_apart", lower=ends[0], upper=ends[1], names=(amount.text,)))
+    facts = [*sorted(facts, key=lambda fact: -fact.upper)[:1], *_from("hazard.levels_coarse", apart, COARSE)]
     for side, end in (("below", hazard.levels[0]), ("above", hazard.levels[-1])):
         shares = [(amount, float(assessment[f"annual_{amount.name}_share_{side}"].max())) for amount in amounts]
         level = level_text(float(end), assessment["level"])
-        found += _from("rate.share_beyond_hazard", shares, NOTABLE, side=side, end=level, formula=hazard.of_formula)
-    return found
+        facts += _from("rate.share_beyond_hazard", shares, NOTABLE, side=side, end=level, formula=hazard.of_formula)
+    return facts
 
 
 def changes_beyond_levels(assessment: xr.Dataset) -> dict[str, dict[str, float]]:
@@ -248,14 +248,14 @@ def _amounts(assessment: xr.Dataset) -> list[_Amount]:
     """Return number, loss, downtime and injuries, if their annual values are known."""
     free = (~assessment["anchored"].astype(bool)) * assessment["count"]
     fallen = assessment["probability"].isel(level=-1)
-    found = []
+    amounts = []
     for name, text in AMOUNTS.items():
         if f"annual_{name}" in assessment:
-            each = free * _of_a_piece(assessment, name)
-            down, whole = float((fallen * each).sum("item").min()), float(each.sum())
+            amount = free * _of_a_piece(assessment, name)
+            down, whole = float((fallen * amount).sum("item").min()), float(amount.sum())
             more = 0.0 if down >= SETTLED * whole else min(whole / max(down, 1e-300) - 1.0, 1e300)
-            found.append(_Amount(name, text, assessment[f"annual_{name}"].sel(place=BUILDING), more, assessment))
-    return found
+            amounts.append(_Amount(name, text, assessment[f"annual_{name}"].sel(place=BUILDING), more, assessment))
+    return amounts
 
 
 def _of_a_piece(assessment: xr.Dataset, name: str) -> xr.DataArray | float:
@@ -269,14 +269,14 @@ def _of_a_piece(assessment: xr.Dataset, name: str) -> xr.DataArray | float:
     return (assessment["persons_exposed"] * assessment["injury_probability"]).fillna(0.0)
 
 
-def _share(one: _Amount, side: str) -> float:
+def _share(amount: _Amount, side: str) -> float:
     """Return the share of an annual amount from one side of the levels, the largest of the laws; 0 of an amount 0."""
-    part = one.assessment[f"annual_{one.name}_{side}"].sel(place=BUILDING)
+    part = amount.assessment[f"annual_{amount.name}_{side}"].sel(place=BUILDING)
     # (the weight of cubics for the last level may be less than the rate above it)
-    return float((part / one.annual.where(one.annual > 0.0)).fillna(0.0).clip(max=1.0).max())
+    return float((part / amount.annual.where(amount.annual > 0.0)).fillna(0.0).clip(max=1.0).max())
 
 
 def _from(what: str, shares: Sequence[tuple[_Amount, float]], least: float, **more: object) -> list[Fact]:
     """Return one fact on the shares of annual amounts above `least`, if there are any."""
-    told = [[share, one.text] for one, share in shares if share > least]
-    return [Fact(what, more={"shares": told, **more})] if told else []
+    named = [[share, amount.text] for amount, share in shares if share > least]
+    return [Fact(what, more={"shares": named, **more})] if named else []

@@ -144,37 +144,37 @@ class JointFlags:
     def quantities(self) -> list[Quantity]:
         """The number of pieces and, if lines give them, the loss, the downtime and the injured persons."""
         rows = self.inventory.rows
-        found = [Quantity("number", np.ones(len(rows)), DIMENSIONLESS, f"pieces {self.fell}", self.numbers, False)]
+        quantities = [Quantity("number", np.ones(len(rows)), DIMENSIONLESS, f"pieces {self.fell}", self.numbers, False)]
         if self.losses.size:
             values = np.array([row.loss for row in rows])
             units = self.inventory.currency or DIMENSIONLESS
             spread = any(row.cost is not None for row in rows)
             text = f"cost of what {self._has_fallen}" if spread else f"value {self.fell}"
             drawn = "cost" if spread else ""
-            found.append(Quantity("loss", values, units, text, self.losses, True, drawn, taken=True))
+            quantities.append(Quantity("loss", values, units, text, self.losses, True, drawn, taken=True))
         days = np.array([0.0 if row.downtime is None else row.downtime.mean for row in rows])
         if days.any():
             thresholds = thresholds_up_to(max(upper_tail(row.downtime) for row in rows))
             text = f"longest downtime of what {self._has_fallen}"
-            found.append(Quantity("downtime", days, DAY, text, thresholds, True, "downtime", greatest=True))
+            quantities.append(Quantity("downtime", days, DAY, text, thresholds, True, "downtime", greatest=True))
         persons = np.array([0.0 if row.injury is None else row.injury.mean for row in rows])
         if persons.any():
             mean = float(times(persons, self.counts))
             whole = whole_thresholds(math.ceil(mean + 4.0 * math.sqrt(mean)))
-            found.append(Quantity("injuries", persons, DIMENSIONLESS, "injured persons", whole, False, "injury"))
-        return found
+            quantities.append(Quantity("injuries", persons, DIMENSIONLESS, "injured persons", whole, False, "injury"))
+        return quantities
 
     @property
     def events(self) -> list[Event]:
         """The event that anything overturns and, if there are consequences, the event of each."""
-        found = [Event(ANY, self.members, ("place",), f"at least one piece {self.falls}")]
+        events = [Event(ANY, self.members, ("place",), f"at least one piece {self.falls}")]
         words = self.inventory.consequences
         if words:
             has = np.array([[word in row.consequences for row in self.inventory.rows] for word in words])
             sets = self.members[:, None, :] & has
             text = f"at least one piece with the consequence {self.falls}"
-            found.append(Event("consequence", sets, ("place", "consequence"), text))
-        return found
+            events.append(Event("consequence", sets, ("place", "consequence"), text))
+        return events
 
     def possible(self, event: Event) -> Flags:
         """Return True if any standing piece can cause an event, shape (…) of its sets."""
@@ -195,7 +195,7 @@ class JointFlags:
         independent = self.variability is not None and self.variability.pieces == INDEPENDENT
         quantities, events = self.quantities, self.events
         of_places = (models, self.members.shape[0], *shaken)
-        found = JointOutcomes(
+        joint = JointOutcomes(
             {quantity.name: self.filled(of_places, 0.0) for quantity in quantities},
             {quantity.name: self.filled((*of_places, self.realisations(quantity)), 0.0) for quantity in quantities},
             {event.name: self.filled((models, *event.sets.shape[:-1], *shaken), 1.0) for event in events},
@@ -205,17 +205,17 @@ class JointFlags:
             for quantity in quantities:
                 if not quantity.greatest:
                     of_one = lost if quantity.taken else chance
-                    expected_totals(of_one, quantity.amounts[rows] * counts, members, found.expected[quantity.name][of])
-            outcomes = {quantity.name: found.outcomes[quantity.name][of] for quantity in quantities}
+                    expected_totals(of_one, quantity.amounts[rows] * counts, members, joint.expected[quantity.name][of])
+            outcomes = {quantity.name: joint.outcomes[quantity.name][of] for quantity in quantities}
             for i in np.flatnonzero(lost.any(axis=(0, 2, 3))):
                 self._add(range(items)[rows][i], of, outcomes)
             any_piece = chances_of_any(chance, counts, independent)
             for event in events:
-                none = found.happens[event.name][of]
+                none = joint.happens[event.name][of]
                 sets = event.sets.reshape(-1, items)[:, rows]
                 chances_of_none(any_piece, sets, none.reshape(none.shape[0], -1, *shaken))
-        found.complete(quantities)
-        return found
+        joint.complete(quantities)
+        return joint
 
     def realisations(self, quantity: Quantity) -> int:
         """Number of realisations of a quantity under each motion."""
@@ -243,12 +243,14 @@ class JointFlags:
                 outcomes[quantity.name][:, place] += quantity.amounts[i] * fallen[quantity.taken]
         for motion in np.flatnonzero(lost.any(axis=(0, 1, 2))) if spread else ():
             scores = self.scores.of_pieces(row.label, row.count, int(motion) // self.polarities)
-            for one in spread:
-                which = fallen[one.taken][:, :, motion].astype(np.int64), np.arange(self.scores.realisations)
-                amounts = one.running(getattr(row, one.drawn).at(scores[..., COLUMNS[one.drawn]]))[which]
+            for of_spread in spread:
+                which = fallen[of_spread.taken][:, :, motion].astype(np.int64), np.arange(self.scores.realisations)
+                amounts = of_spread.running(getattr(row, of_spread.drawn).at(scores[..., COLUMNS[of_spread.drawn]]))[
+                    which
+                ]
                 for place in places:
-                    here = outcomes[one.name][:, place, :, motion]
-                    (np.maximum if one.greatest else np.add)(here, amounts, out=here)
+                    outcome = outcomes[of_spread.name][:, place, :, motion]
+                    (np.maximum if of_spread.greatest else np.add)(outcome, amounts, out=outcome)
 
     def part(self, rows: Index) -> JointFlags | None:
         """Return the flags of some lines, None if there are none."""
@@ -260,20 +262,20 @@ class JointFlags:
 
     def filled(self, shape: tuple[int, ...], value: float) -> Array:
         """Allocate an array of one value."""
-        found = self.array(shape, np.float64)
-        found[...] = value
-        return found
+        array = self.array(shape, np.float64)
+        array[...] = value
+        return array
 
 
 def lost_flags(flags: Flags, carried: Mapping[int, int], array: Allocator = in_memory) -> Flags | None:
     """Return the flags of pieces that fell or whose support did, None if nothing is carried."""
     if not carried:
         return None
-    found = array(flags.shape, np.bool_)
-    found[...] = flags
+    lost = array(flags.shape, np.bool_)
+    lost[...] = flags
     for line, support in carried.items():
-        found[:, line] |= flags[:, support].astype(bool)
-    return found
+        lost[:, line] |= flags[:, support].astype(bool)
+    return lost
 
 
 def thresholds_up_to(most: float) -> Array:

@@ -55,12 +55,17 @@ def code_variables(
     inventory: Inventory, code: Code, building: Building | None, safety: tuple[str, ...]
 ) -> dict[str, xr.Variable]:
     """Return the statements of a code on every line, on item; `safety` are consequences that are a risk to persons."""
-    found = [code.check(component_of(row, building, safety)) for row in inventory.rows]
-    texts = {name: (np.array([getattr(one, name) for one in found], object), text) for name, text in TEXTS.items()}
+    verdicts = [code.check(component_of(row, building, safety)) for row in inventory.rows]
+    texts = {
+        name: (np.array([getattr(verdict, name) for verdict in verdicts], object), text) for name, text in TEXTS.items()
+    }
     return {
-        **{f"code_{name}": variable(("item",), each, DIMENSIONLESS, text) for name, (each, text) in texts.items()},
         **{
-            f"code_{name}": variable(("item",), np.array([getattr(one, name) for one in found]), units, text)
+            f"code_{name}": variable(("item",), texts_of, DIMENSIONLESS, text)
+            for name, (texts_of, text) in texts.items()
+        },
+        **{
+            f"code_{name}": variable(("item",), np.array([getattr(verdict, name) for verdict in verdicts]), units, text)
             for name, (units, text) in NUMBERS.items()
         },
     }
@@ -92,7 +97,7 @@ def checks_of_items(results: xr.Dataset) -> list[CodeCheck] | None:
     if "code_status" not in results:
         return None
     columns = [results[f"code_{name}"].values.tolist() for name in CodeCheck._fields]
-    return [CodeCheck(*one) for one in zip(*columns, strict=True)]
+    return [CodeCheck(*row) for row in zip(*columns, strict=True)]
 
 
 SAFETY = ("injury", "blocks-exit", "release")
@@ -121,38 +126,38 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
     *indicative only* if more than 5 % of its falls are in runs in which its support moves. The support is then `fix
     before what stands on it`, unless a rule of safety or code applies to it.
     """
-    here = results.isel(model=model)
-    yearly = "item_rate" in here
-    of, name = here, "item_rate"
+    of_law = results.isel(model=model)
+    yearly = "item_rate" in of_law
+    of, name = of_law, "item_rate"
     if not yearly:
-        of, name = here.sel(level=float(results.attrs["at_level"])), "probability"
+        of, name = of_law.sel(level=float(results.attrs["at_level"])), "probability"
     chances = np.stack([of[f"{name}{end}"].values for end in ("", "_lower", "_upper")], axis=-1)
     safety = str(results.attrs.get("safety", JOINT.join(SAFETY))).split(JOINT)
-    observed = here["probability"].transpose("item", "level").values
-    levels = here["level"].values
+    observed = of_law["probability"].transpose("item", "level").values
+    levels = of_law["level"].values
     runs = np.ones(levels.size)
     checks = checks_of_items(results)
-    chosen = here["budget_chosen"].values if "budget_chosen" in here else None
-    kits = here["anchored_with"].values if "anchored_with" in here.coords else np.full(here.sizes["item"], "")
+    chosen = of_law["budget_chosen"].values if "budget_chosen" in of_law else None
+    kits = of_law["anchored_with"].values if "anchored_with" in of_law.coords else np.full(of_law.sizes["item"], "")
     squat, uncertain = squat_items(results), on_moving_supports(results)
     discount = float(results.attrs.get("discount_rate", DISCOUNT))
-    found = []
-    for i, item in enumerate(here["item"].values):
-        one = {name: here[name].values[i] for name in ("floor", "count", "anchored", "value", "anchoring_cost")}
-        words = tuple(word for word in str(here["consequences"].values[i]).split(JOINT) if word)
+    pieces = []
+    for i, item in enumerate(of_law["item"].values):
+        values = {name: of_law[name].values[i] for name in ("floor", "count", "anchored", "value", "anchoring_cost")}
+        words = tuple(word for word in str(of_law["consequences"].values[i]).split(JOINT) if word)
         curve = isotonic_probabilities(levels, observed[i], runs)[None]
         chance = Range(*chances[i].tolist())
-        count, value, cost = int(one["count"]), float(one["value"]), float(one["anchoring_cost"])
-        carried = _carried(here, str(item))
+        count, value, cost = int(values["count"]), float(values["value"]), float(values["anchoring_cost"])
+        carried = _carried(of_law, str(item))
         lost = count * value + carried
         saving = chance.times(lost) if yearly and lost > 0.0 else UNKNOWN
-        if ITEM_SAVING in here and lost > 0.0 and not one["anchored"]:
-            saving = _range(here, ITEM_SAVING, i)
-        found.append(
+        if ITEM_SAVING in of_law and lost > 0.0 and not values["anchored"]:
+            saving = _range(of_law, ITEM_SAVING, i)
+        pieces.append(
             Piece(
                 item=str(item),
-                room=str(here["room"].values[i]) if "room" in here.coords else "",
-                floor=str(one["floor"]),
+                room=str(of_law["room"].values[i]) if "room" in of_law.coords else "",
+                floor=str(values["floor"]),
                 number=count,
                 chance=chance,
                 levels=(float(crossings(levels, curve, SHARES[0])[0]), float(crossings(levels, curve, SHARES[1])[0])),
@@ -162,26 +167,26 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
                 saving=saving,
                 payback=math.nan,
                 safety=bool({*words} & {*safety}),
-                recommendation=settled(bool(one["anchored"]), bool(kits[i]), None if checks is None else checks[i]),
+                recommendation=settled(bool(values["anchored"]), bool(kits[i]), None if checks is None else checks[i]),
                 code=None if checks is None else checks[i],
                 chosen=None if chosen is None else bool(chosen[i]),
-                downtime=_a_year(here, "downtime", i),
-                injuries=_a_year(here, "injuries", i),
+                downtime=_a_year(of_law, "downtime", i),
+                injuries=_a_year(of_law, "injuries", i),
                 kit=str(kits[i]),
                 carried=carried,
                 discount=discount,
-                tried=_tried(here, i, count, count * value if yearly and value > 0.0 else math.nan),
+                tried=_tried(of_law, i, count, count * value if yearly and value > 0.0 else math.nan),
                 doubt=OUTSIDE if squat[i] else INDICATIVE if uncertain[i] else "",
             )
         )
-    moving = {str(below) for below in here["stands_on"].values[uncertain]} if uncertain.any() else set()
-    return _sorted(carriers(recommended(found), moving), str(results.attrs.get("sort", SORTS[0])))
+    moving = {str(below) for below in of_law["stands_on"].values[uncertain]} if uncertain.any() else set()
+    return _sorted(carriers(recommended(pieces), moving), str(results.attrs.get("sort", SORTS[0])))
 
 
 def ranking_of(results: xr.Dataset) -> xr.Dataset:
     """Return the ranking held by a performance study's results, as `anchoring` returns it."""
-    own = [str(name) for name in results.data_vars if str(name).startswith(RANKING)]
-    ranked = results[own].rename({name: name.removeprefix(RANKING) for name in own})
+    names = [str(name) for name in results.data_vars if str(name).startswith(RANKING)]
+    ranked = results[names].rename({name: name.removeprefix(RANKING) for name in names})
     keep = np.flatnonzero(np.isfinite(ranked["rank"].values).all(axis=0))
     doubtful = squat_items(results) | on_moving_supports(results)
     ranked = ranked.assign_coords({DOUBTFUL: ("item", doubtful)})
@@ -206,25 +211,25 @@ def on_moving_supports(results: xr.Dataset) -> Flags:
     return np.asarray(shares_with_moving_supports(results) > NOTABLE_MOVES)
 
 
-def _tried(here: xr.Dataset, i: int, count: int, value: float) -> tuple[KitEffect, ...]:
+def _tried(results: xr.Dataset, i: int, count: int, value: float) -> tuple[KitEffect, ...]:
     """Return the effects of the kits tried on a line; `value`: of all its pieces, NaN if savings are not known."""
-    if "kit_falls_saved" not in here:
+    if "kit_falls_saved" not in results:
         return ()
-    one = here.isel(item=i)
-    found = []
-    for name in one["kit"].values[one["kit_fits"].values.astype(bool)]:
-        kit = one.sel(kit=name)
+    of_item = results.isel(item=i)
+    effects = []
+    for name in of_item["kit"].values[of_item["kit_fits"].values.astype(bool)]:
+        kit = of_item.sel(kit=name)
         saved, share = _range(kit, "kit_falls_saved"), _range(kit, "kit_share_saved")
         cost = count * float(kit["kit_cost"]) if "kit_cost" in kit else math.nan
-        found.append(KitEffect(str(name), cost, saved, share, saved.times(value)))
-    return tuple(found)
+        effects.append(KitEffect(str(name), cost, saved, share, saved.times(value)))
+    return tuple(effects)
 
 
-def _carried(here: xr.Dataset, support: str) -> float:
+def _carried(results: xr.Dataset, support: str) -> float:
     """Return the value of pieces on the pieces of a line that is lost if these fall, even if it is anchored."""
-    if "stands_on" not in here.coords:
+    if "stands_on" not in results.coords:
         return 0.0
-    above = here.isel(item=np.flatnonzero(here["stands_on"].values == support))
+    above = results.isel(item=np.flatnonzero(results["stands_on"].values == support))
     return float((above["count"].values * np.nan_to_num(above["value"].values)).sum())
 
 
@@ -233,12 +238,12 @@ def _range(values: xr.Dataset, name: str, at: int | tuple[()] = ()) -> Range:
     return Range(*(float(values[f"{name}{end}"].values[at]) for end in ("", "_lower", "_upper")))
 
 
-def _a_year(here: xr.Dataset, quantity: str, i: int) -> Range:
+def _a_year(results: xr.Dataset, quantity: str, i: int) -> Range:
     """Return the annual amount of a line, unknown if the line does not state it or there is no hazard."""
     name, stated = f"item_annual_{quantity}", {"downtime": "downtime_median", "injuries": "persons_exposed"}[quantity]
-    if name not in here or (stated in here.coords and math.isnan(here[stated].values[i])):
+    if name not in results or (stated in results.coords and math.isnan(results[stated].values[i])):
         return UNKNOWN
-    return _range(here, name, i)
+    return _range(results, name, i)
 
 
 def budget_set(results: xr.Dataset, budget: float, model: int = 0) -> Choice:
@@ -249,7 +254,7 @@ def budget_set(results: xr.Dataset, budget: float, model: int = 0) -> Choice:
     values, their loss or falls. Pieces whose probabilities are no basis for advice are chosen only if the code requires
     it.
     """
-    named = {one.item: one for one in pieces_of(results, model)}
+    named = {piece.item: piece for piece in pieces_of(results, model)}
     pieces = [named[str(item)] for item in results["item"].values]
     valued = any(piece.value > 0.0 for piece in pieces)
     priced = any(math.isfinite(piece.saving.value) for piece in pieces)
@@ -276,28 +281,28 @@ def _sorted(pieces: list[Piece], by: str) -> list[Piece]:
 
     harm = harm_of(pieces)
 
-    def falls(one: Piece) -> float:
-        return -one.number * one.chance.value
+    def falls(piece: Piece) -> float:
+        return -piece.number * piece.chance.value
 
     if by == "recommendation":
         pieces = sorted(pieces, key=falls)
-        pieces.sort(key=lambda one: last(-one.saving.value) if not one.safety else (False, -harm(one)))
+        pieces.sort(key=lambda piece: last(-piece.saving.value) if not piece.safety else (False, -harm(piece)))
         return sorted(
             pieces,
-            key=lambda one: (
-                one.recommendation == ANCHORED,
-                one.recommendation not in (DUTY, WEAK),
-                not one.safety,
-                ORDER.index(one.recommendation),
+            key=lambda piece: (
+                piece.recommendation == ANCHORED,
+                piece.recommendation not in (DUTY, WEAK),
+                not piece.safety,
+                ORDER.index(piece.recommendation),
             ),
         )
     keys = {
-        "chance": lambda one: (one.held, *last(-one.chance.value)),
-        "loss": lambda one: (one.held, *last(-one.saving.value)),
-        "payback": lambda one: (one.held, *last(one.payback)),
-        "value": lambda one: -one.value,
-        "cost": lambda one: last(one.cost),
-        "floor": lambda one: one.floor.zfill(10) if one.floor.isdecimal() else one.floor,
-        "item": lambda one: one.item,
+        "chance": lambda piece: (piece.held, *last(-piece.chance.value)),
+        "loss": lambda piece: (piece.held, *last(-piece.saving.value)),
+        "payback": lambda piece: (piece.held, *last(piece.payback)),
+        "value": lambda piece: -piece.value,
+        "cost": lambda piece: last(piece.cost),
+        "floor": lambda piece: piece.floor.zfill(10) if piece.floor.isdecimal() else piece.floor,
+        "item": lambda piece: piece.item,
     }
     return sorted(pieces, key=keys[by])

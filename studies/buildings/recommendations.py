@@ -68,7 +68,7 @@ class Range(NamedTuple):
 
     def times(self, factor: float) -> Range:
         """Return all three multiplied."""
-        return Range(*(one * factor for one in self))
+        return Range(*(value * factor for value in self))
 
 
 UNKNOWN = Range(math.nan, math.nan, math.nan)
@@ -163,17 +163,17 @@ class Piece(NamedTuple):
     @property
     def meant(self) -> KitEffect | None:
         """The kit for a piece: of most (sure) worth, or the cheapest that prevents as many falls as the best."""
-        good = [one for one in self.tried if one.effect == HELPS]
+        good = [kit for kit in self.tried if kit.effect == HELPS]
         if not good:
             return None
         factor = present_value(self.discount, YEARS)
-        priced = [one for one in good if math.isfinite(factor * one.saving.value - one.cost)]
+        priced = [kit for kit in good if math.isfinite(factor * kit.saving.value - kit.cost)]
         if not self.safety and self.recommendation != DUTY and priced:
-            sure = [one for one in priced if factor * one.saving.lower >= one.cost]
-            return max(sure or priced, key=lambda one: factor * one.saving.value - one.cost)
-        most = max(good, key=lambda one: one.share.value)
-        like = [one for one in good if one.share.upper >= most.share.value]
-        return min(like, key=lambda one: one.cost if math.isfinite(one.cost) else math.inf)
+            sure = [kit for kit in priced if factor * kit.saving.lower >= kit.cost]
+            return max(sure or priced, key=lambda kit: factor * kit.saving.value - kit.cost)
+        most = max(good, key=lambda kit: kit.share.value)
+        like = [kit for kit in good if kit.share.upper >= most.share.value]
+        return min(like, key=lambda kit: kit.cost if math.isfinite(kit.cost) else math.inf)
 
 
 def settled(anchored: bool, held: bool, code: CodeCheck | None) -> str:
@@ -188,38 +188,39 @@ def settled(anchored: bool, held: bool, code: CodeCheck | None) -> str:
 def recommended(pieces: Sequence[Piece]) -> list[Piece]:
     """Return the pieces with their recommendations, and with the paybacks that go with these."""
     free = [piece for piece in pieces if not piece.recommendation and piece.judged and piece.chance.value > 0.0]
-    safety = _most([one for one in free if one.safety], harm_of(pieces))
-    others = [one for one in free if not one.safety]
+    safety = _most([piece for piece in free if piece.safety], harm_of(pieces))
+    others = [piece for piece in free if not piece.safety]
     known = any(map(_options, others))
     valued = any(other.value > 0.0 or other.carried > 0.0 for other in others)
     # money is never called the largest risk if a piece can injure people
     first = (SAVES if valued else PREVENTS) if any(piece.safety and not piece.held for piece in pieces) else REDUCES
     most = _most(
-        others, lambda one: one.chance.value * ((one.number * one.value + one.carried) if valued else one.number)
+        others,
+        lambda piece: piece.chance.value * ((piece.number * piece.value + piece.carried) if valued else piece.number),
     )
 
-    def words(one: Piece) -> str:
-        if one.doubt:
-            return one.doubt
-        if one.chance.value == 0.0:
+    def words(piece: Piece) -> str:
+        if piece.doubt:
+            return piece.doubt
+        if piece.chance.value == 0.0:
             return UNRESOLVED
-        if one.safety:
-            return REDUCES if one.item in safety else SAFER
+        if piece.safety:
+            return REDUCES if piece.item in safety else SAFER
         if known:
-            if math.isnan(one.saving.value):
+            if math.isnan(piece.saving.value):
                 return UNVALUED
-            options = _options(one)
+            options = _options(piece)
             if not options:
                 return UNPRICED
-            factor = present_value(one.discount, YEARS)
+            factor = present_value(piece.discount, YEARS)
             if any(saving.lower > 0.0 and factor * saving.lower >= cost for cost, saving in options):
                 return WORTH
             if all(factor * saving.upper < cost for cost, saving in options):
-                return SMALL if one.stated else UNSTATED
+                return SMALL if piece.stated else UNSTATED
             return UNRESOLVED
-        if one.item in most:
+        if piece.item in most:
             return first
-        return SMALL if one.stated else UNSTATED if valued else FEW_UNSTATED
+        return SMALL if piece.stated else UNSTATED if valued else FEW_UNSTATED
 
     return [_paid(piece if piece.recommendation else piece._replace(recommendation=words(piece))) for piece in pieces]
 
@@ -237,40 +238,40 @@ def carriers(pieces: Sequence[Piece], moving: set[str]) -> list[Piece]:
 def harm_of(pieces: Sequence[Piece]) -> Callable[[Piece], float]:
     """Return the contribution of a piece to the danger to people: expected injuries if known of all, else falls."""
     of = [piece for piece in pieces if piece.safety and piece.judged and not piece.held and piece.chance.value > 0.0]
-    if of and all(one.injuries.value > 0.0 for one in of):
-        return lambda one: one.injuries.value if one.injuries.value > 0.0 else 0.0
-    return lambda one: one.number * one.chance.value
+    if of and all(piece.injuries.value > 0.0 for piece in of):
+        return lambda piece: piece.injuries.value if piece.injuries.value > 0.0 else 0.0
+    return lambda piece: piece.number * piece.chance.value
 
 
 def _most(pieces: Sequence[Piece], contribution: Callable[[Piece], float]) -> set[str]:
     """Return the names of the pieces that contribute most, and together `MOST` of all."""
     whole = sum(map(contribution, pieces))
-    found, part = set(), 0.0
+    names, part = set(), 0.0
     for piece in sorted(pieces, key=contribution, reverse=True):
         if part >= MOST * whole:
             break
-        found.add(piece.item)
+        names.add(piece.item)
         part += contribution(piece)
-    return found
+    return names
 
 
-def _options(one: Piece) -> list[tuple[float, Range]]:
+def _options(piece: Piece) -> list[tuple[float, Range]]:
     """Return the costs and savings that are known of a piece: of its own anchors, else of the kits that were tried."""
-    own = [(one.cost_of_all, one.saving)]
-    tried = [(kit.cost, kit.saving) for kit in one.tried]
+    anchors = [(piece.cost_of_all, piece.saving)]
+    tried = [(kit.cost, kit.saving) for kit in piece.tried]
     return [
         (cost, saving)
-        for cost, saving in (own if math.isfinite(one.cost) else tried)
+        for cost, saving in (anchors if math.isfinite(piece.cost) else tried)
         if math.isfinite(cost) and math.isfinite(saving.value)
     ]
 
 
-def _paid(one: Piece) -> Piece:
+def _paid(piece: Piece) -> Piece:
     """Return a piece with its payback: of its own anchors, or if these have no cost of the kit that is meant."""
-    if not one.judged:
-        return one._replace(saving=UNKNOWN, payback=math.nan)
-    if one.recommendation == ANCHORED or not one.chance.value > 0.0:
-        return one
-    kit = None if math.isfinite(one.cost) else one.meant
-    cost, saving = (one.cost_of_all, one.saving) if kit is None else (kit.cost, kit.saving)
-    return one._replace(payback=payback(cost, saving.value, one.discount))
+    if not piece.judged:
+        return piece._replace(saving=UNKNOWN, payback=math.nan)
+    if piece.recommendation == ANCHORED or not piece.chance.value > 0.0:
+        return piece
+    kit = None if math.isfinite(piece.cost) else piece.meant
+    cost, saving = (piece.cost_of_all, piece.saving) if kit is None else (kit.cost, kit.saving)
+    return piece._replace(payback=payback(cost, saving.value, piece.discount))

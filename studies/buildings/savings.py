@@ -52,12 +52,12 @@ class AdditiveItems:
         """The saving by anchoring each item while all others are free (model, item, motion)."""
         if not self._twice:
             return self.alone
-        found = self.array(self.alone.shape, np.float64)
-        found[...] = self.alone
+        savings = self.array(self.alone.shape, np.float64)
+        savings[...] = self.alone
         for pair, both in self._twice.items():
             for item in pair:
-                found[:, item] -= both
-        return np.maximum(found, 0.0, out=found)  # (rounding)
+                savings[:, item] -= both
+        return np.maximum(savings, 0.0, out=savings)  # (rounding)
 
     def steps(self, cost: Array | None) -> tuple[Index, Array]:
         """Anchor items in the order of saving (for the cost): order (model, item), rest (model, step, motion)."""
@@ -104,17 +104,17 @@ class EventItems:
 
     @property
     def whole(self) -> Array:
-        found = np.empty((self.alone.shape[0], self.alone.shape[2]))
+        whole = np.empty((self.alone.shape[0], self.alone.shape[2]))
         for k, part, chance in self._parts():
-            found[k, self._values(part)] = self._together(chance)
-        return found
+            whole[k, self._values(part)] = self._together(chance)
+        return whole
 
     @property
     def savings(self) -> Array:
-        found = self.array(self.alone.shape, np.float64)
+        savings = self.array(self.alone.shape, np.float64)
         for k, part, chance in self._parts():
-            found[k, :, self._values(part)] = self._saved(chance)
-        return found
+            savings[k, :, self._values(part)] = self._saved(chance)
+        return savings
 
     def steps(self, cost: Array | None) -> tuple[Index, Array]:
         models, items, values = self.alone.shape
@@ -127,9 +127,9 @@ class EventItems:
             whole = self._chance(k, parts[0]) if len(parts) == 1 else None
             for step in range(items):
                 for part in parts:
-                    here = self._chance(k, part)[standing] if whole is None else whole[standing]
-                    left[k, step, self._values(part)] = self._together(here)
-                    saved[: len(standing), self._values(part)] = self._saved(here)
+                    chance_left = self._chance(k, part)[standing] if whole is None else whole[standing]
+                    left[k, step, self._values(part)] = self._together(chance_left)
+                    saved[: len(standing), self._values(part)] = self._saved(chance_left)
                 prices = None if cost is None else cost[standing]
                 score = score_of(saved[: len(standing)].mean(axis=-1), prices)
                 if not score.max() > 0.0:
@@ -183,9 +183,9 @@ FreeItems = AdditiveItems | EventItems
 def _nothing_left(items: FreeItems) -> Array:
     """Allocate zeros (model, step, motion)."""
     models, number, motions = items.alone.shape
-    found = items.array((models, number + 1, motions), np.float64)
-    found[...] = 0.0
-    return found
+    zeros = items.array((models, number + 1, motions), np.float64)
+    zeros[...] = 0.0
+    return zeros
 
 
 class ItemChances:
@@ -226,14 +226,14 @@ class ItemChances:
     def any_piece(self, k: int, levels: Index, part: slice) -> Array:
         """P(at least one piece of an item overturns | motion) under one law (item, level, motion)."""
         flags = self._flags.isel(model=[k], item=self._chosen, level=levels, motion=part).values
-        found: Array = chances_of_any(chances(flags), self._counts, self._independent)[0]
-        return found
+        any_falls: Array = chances_of_any(chances(flags), self._counts, self._independent)[0]
+        return any_falls
 
     def any_piece_of(self, k: int, i: int) -> Array:
         """P(at least one piece of item i overturns | motion) under one law (level, motion)."""
         flags = self._flags.isel(model=[k], item=self._chosen[[i]]).values
-        found: Array = chances_of_any(chances(flags), self._counts[[i]], self._independent)[0, 0]
-        return found
+        any_falls: Array = chances_of_any(chances(flags), self._counts[[i]], self._independent)[0, 0]
+        return any_falls
 
 
 def score_of(saving: Array, cost: Array | None) -> Array:

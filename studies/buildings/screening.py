@@ -95,8 +95,8 @@ def _by_level(screened: xr.Dataset, shaking: Shaking) -> xr.Dataset:
     """Return a screen with `perturbed` on (level, motion) if the motions of all levels follow one another."""
     if "perturbed" not in screened or screened.sizes["motion"] == shaking.runs:
         return screened
-    one = screened["perturbed"]
-    shaped = xr.Variable(("level", "motion"), one.values.reshape(-1, shaking.runs), one.attrs)
+    perturbed = screened["perturbed"]
+    shaped = xr.Variable(("level", "motion"), perturbed.values.reshape(-1, shaking.runs), perturbed.attrs)
     return screened.drop_dims("motion").assign(perturbed=shaped)
 
 
@@ -138,7 +138,7 @@ class _Tests:
             if not first:
                 continue
             lines, places = [rows[i] for i in first.values()], np.array(at)[list(first.values())]
-            found = count_flips_of(
+            flips = count_flips_of(
                 lines,
                 self._pairs_of,
                 near,
@@ -153,8 +153,8 @@ class _Tests:
             numbers = {kind: k for k, kind in enumerate(first)}
             for i, row in enumerate(rows):
                 if not row.anchored and row.both_axes == both:
-                    own = found[numbers[kind_of(row)]].reshape(models, variants, levels, -1)
-                    counts[i] = np.moveaxis(own, 1, 2)
+                    of_line = flips[numbers[kind_of(row)]].reshape(models, variants, levels, -1)
+                    counts[i] = np.moveaxis(of_line, 1, 2)
         return FlipCounts(chosen, counts)
 
     def _pairs_of(self, row: Contents, across: bool) -> list[tuple[Block, Law]]:
@@ -165,8 +165,8 @@ class _Tests:
 
 def _flags_of(flags: Flags, places: Index, chosen: Flags, part: slice) -> Flags:
     """Return the flags (line, model and variant, level, chosen motion) of a part of the lines at some places."""
-    own: Flags = flags[places[part]][..., chosen]
-    return own.reshape(len(own), -1, *own.shape[3:])
+    chosen_flags: Flags = flags[places[part]][..., chosen]
+    return chosen_flags.reshape(len(chosen_flags), -1, *chosen_flags.shape[3:])
 
 
 def _joined_friction(parts: Sequence[Any]) -> Any:
@@ -190,13 +190,17 @@ def _joined(parts: Sequence[xr.Dataset], overturned: xr.DataArray, standing: Fla
     if any(BED in part.coords for part in parts):  # (of floors with a piece on a soft bed)
         none = [np.full(part.sizes["item"], np.nan) for part in parts]
         parts = [
-            part if BED in part.coords else part.assign_coords({BED: ("item", one)})
-            for part, one in zip(parts, none, strict=True)
+            part if BED in part.coords else part.assign_coords({BED: ("item", bed)})
+            for part, bed in zip(parts, none, strict=True)
         ]
-    found = xr.concat(parts, "item", data_vars="minimal", coords="minimal", compat="equals", combine_attrs="override")
-    found = found.sel(item=overturned["item"].values)
+    screened = xr.concat(
+        parts, "item", data_vars="minimal", coords="minimal", compat="equals", combine_attrs="override"
+    )
+    screened = screened.sel(item=overturned["item"].values)
     free = xr.DataArray(standing, dims="item")
-    masked = [name for name, variable in found.data_vars.items() if "item" in variable.dims and name not in OF_BLOCKS]
-    found = found.assign({name: found[name].where(free).assign_attrs(found[name].attrs) for name in masked})
-    found = found.assign_coords(model=overturned["model"].variable)
-    return found.assign_attrs(screen=json.dumps({**settings[0], "friction": friction}, ensure_ascii=False))
+    masked = [
+        name for name, variable in screened.data_vars.items() if "item" in variable.dims and name not in OF_BLOCKS
+    ]
+    screened = screened.assign({name: screened[name].where(free).assign_attrs(screened[name].attrs) for name in masked})
+    screened = screened.assign_coords(model=overturned["model"].variable)
+    return screened.assign_attrs(screen=json.dumps({**settings[0], "friction": friction}, ensure_ascii=False))

@@ -104,18 +104,18 @@ class Shaking:
         if len(on_floors) < len(arrays):
             raise ValueError("motions must be all ground motions or all floor motions, got both")
         named = [_floors_of(array) for array in arrays]
-        known = [floor for floor in named[0] if all(floor in one for one in named)]
+        known = [floor for floor in named[0] if all(floor in floors for floors in named)]
         if not known:
             raise ValueError("motions must hold the same floors, got arrays that have none in common")
-        lowest = [array.isel(floor=[one.index(known[0])]) for array, one in zip(arrays, named, strict=True)]
+        lowest = [array.isel(floor=[floors.index(known[0])]) for array, floors in zip(arrays, named, strict=True)]
         first = records_under(lowest, polarity)
         if ground is not None:
             return cls(ground_of(first, records_under(ground, polarity)), known, arrays, None, polarity=polarity)
         if "0" in known:
-            at = [array.isel(floor=one.index("0"), drop=True) for array, one in zip(arrays, named, strict=True)]
+            at = [array.isel(floor=floors.index("0"), drop=True) for array, floors in zip(arrays, named, strict=True)]
             return cls(records_under(at, polarity), known, arrays, None, polarity=polarity)
         if scaled_plainly:
-            return cls([_bare(one) for one in first], known, arrays, None, polarity=polarity)
+            return cls([_bare(array) for array in first], known, arrays, None, polarity=polarity)
         raise ValueError(
             f"ground must be given with floor motions that do not hold floor 0, the ground (they hold "
             f"{', '.join(known[:12])}): the levels are of its measure"
@@ -145,7 +145,7 @@ class Shaking:
         if row.stand is None:
             return
         what = f"support {row.stand.name!r} of {row.label!r}"
-        if self.axes or any(one.vertical is not None for one in self.ground):
+        if self.axes or any(motion.vertical is not None for motion in self.ground):
             raise ValueError(f"{what} is shaken by one horizontal component, got pairs or vertical shaking")
         if not row.stand.scales and (self.histories is None or self.histories.elastic):
             raise ValueError(f"{what} yields, and needs motions of each level that are not scaled")
@@ -196,7 +196,7 @@ class Shaking:
     def given(self) -> list[Record]:
         """The ground motions; if they are not known the floor histories, with all that may be odd in them."""
         if self.histories is None:
-            return [one for one in self.ground if not one.reverse_of]
+            return [motion for motion in self.ground if not motion.reverse_of]
         return records(self.arrays)
 
     @property
@@ -218,16 +218,16 @@ class Shaking:
                 known["azimuth"].attrs["long_name"] = "azimuth of the building's direction x, clockwise from north"
             return known
         attributes = {"units": DIMENSIONLESS, "long_name": "motion"}
-        found = {"motion": xr.Variable("motion", np.array(self.labels, dtype=object), attributes)}
+        coordinates = {"motion": xr.Variable("motion", np.array(self.labels, dtype=object), attributes)}
         given = np.array(self.histories.given, dtype=object)
         if self.own_motions:
             attributes = {"units": DIMENSIONLESS, "long_name": "motion of the level"}
-            found[RECORD] = xr.Variable(("level", "motion"), given, attributes)
+            coordinates[RECORD] = xr.Variable(("level", "motion"), given, attributes)
         if self.polarities > 1:
             if not self.own_motions:
-                found[RECORD] = xr.Variable("motion", given[0], AS_GIVEN)
-            found[POLARITY] = polarity_coordinate(np.arange(self.runs) % 2 == 1)
-        return found
+                coordinates[RECORD] = xr.Variable("motion", given[0], AS_GIVEN)
+            coordinates[POLARITY] = polarity_coordinate(np.arange(self.runs) % 2 == 1)
+        return coordinates
 
     def run_shape(self, levels: int) -> tuple[int, int]:
         """Return the numbers of levels and motions of the runs of a piece at this number of levels."""
@@ -242,31 +242,33 @@ class Shaking:
                     f"RotD100(…) or GeometricMean(…), got {im!r}"
                 )
             return scaling(levels, self.ground, im, (), self.ground)
-        one = intensity_measure(im)
-        values = increasing(levels, one)
-        own = self.histories.levels
+        measure = intensity_measure(im)
+        values = increasing(levels, measure)
+        fixed = self.histories.levels
         if self.histories.elastic:
-            if own.size != 1 or one is None:
+            if fixed.size != 1 or measure is None:
                 raise ValueError("histories that are scaled as of an elastic building must be one set of one level")
-            assert isinstance(one, Measure)  # measures of blocks are an error before
-            measured = np.broadcast_to(own, self.runs)
-            factors = one.factors(values[:, None] / measured[None, None, :])
-            name = long_name_at(one.long_name, GROUND)
-            return Scaling(values, factors, one.label, one.units, name, measured, True, one)
-        if not np.array_equal(values, own):
-            shown = ", ".join(f"{level:.6g}" for level in own)
+            assert isinstance(measure, Measure)  # measures of blocks are an error before
+            measured = np.broadcast_to(fixed, self.runs)
+            factors = measure.factors(values[:, None] / measured[None, None, :])
+            name = long_name_at(measure.long_name, GROUND)
+            return Scaling(values, factors, measure.label, measure.units, name, measured, True, measure)
+        if not np.array_equal(values, fixed):
+            shown = ", ".join(f"{level:.6g}" for level in fixed)
             raise ValueError(f"levels must be those of the floor histories, which are not scaled: {shown}")
-        ones = np.ones((1, 1, own.size * self.runs))
-        if one is None:
+        ones = np.ones((1, 1, fixed.size * self.runs))
+        if measure is None:
             return Scaling(values, ones, SCALE, DIMENSIONLESS, "scale factor")
-        return Scaling(values, ones, one.label, one.units, long_name_at(one.long_name, GROUND), None, True)
+        return Scaling(values, ones, measure.label, measure.units, long_name_at(measure.long_name, GROUND), None, True)
 
     def shaken(self, at: Support, scaled: Scaling, im: str | Measure) -> Shaken:
         """Return the motions of a floor with their factors."""
         plain = self.on(at)
         if self.histories is None:
-            own = scaling(scaled.levels, plain, im, (), self.ground)
-            return Shaken(plain, dense(own.factors), own.factors_at(xr.Variable("level", own.levels), len(plain)))
+            scales = scaling(scaled.levels, plain, im, (), self.ground)
+            return Shaken(
+                plain, dense(scales.factors), scales.factors_at(xr.Variable("level", scales.levels), len(plain))
+            )
         if self.histories.elastic:
             factors = scaled.factors_at(xr.Variable("level", scaled.levels), len(plain))
             return Shaken(plain, dense(scaled.factors), factors)
@@ -275,13 +277,13 @@ class Shaking:
 
     def on(self, at: Support) -> list[Record]:
         """Return the motions of one floor in the direction of the support, others as companions; histories by level."""
-        found = self.below(at)
+        motions = self.below(at)
         if at.stand is not None:
-            return at.stand.carry(found)
+            return at.stand.carry(motions)
         if not self.axes:
-            return found
+            return motions
         turned = self.histories is None and at.direction == DIRECTIONS[1]
-        return [along_depth(one) if turned else along_width(one) for one in found]
+        return [along_depth(motion) if turned else along_width(motion) for motion in motions]
 
     def below(self, at: Support) -> list[Record]:
         """Return the motions of the floor itself, as `on` orders them."""
@@ -292,8 +294,8 @@ class Shaking:
             return records_under(self.building.floor_motions(self.arrays, [int(floor)]), self.polarity)
         if not any("floor" in array.dims for array in self.arrays):
             return self.ground
-        own = [array.isel(floor=[_floors_of(array).index(floor)]) for array in self.arrays]
-        return records_under(own, self.polarity)
+        at_floor = [array.isel(floor=[_floors_of(array).index(floor)]) for array in self.arrays]
+        return records_under(at_floor, self.polarity)
 
 
 def _bare(record: Record) -> Record:

@@ -147,17 +147,17 @@ class SlidingRuns:
 
     def run(self, at: Support, shaken: Shaken) -> None:
         """Run the lines of a support under its motions."""
-        here, above = (
+        rows, above = (
             [i for i in lines if support_of(self.inventory.rows[i]) == at] for lines in (self.rows, self.above)
         )
-        if not here and not above:
+        if not rows and not above:
             return
         motions, factors = shaken.motions[:: self.polarities], shaken.factors[0, :, :: self.polarities]
         needed = _Needed(motions, factors, self.shape[0], self.polarities, self.plane)
         for i in above:
             below = self._by_label[self.inventory.rows[i].stands_on]
             self.moving[self._above_at[i]] = _moves(below, needed)
-        for (friction, ratio, obstacle), lines in _alike(self.inventory, here).items():
+        for (friction, ratio, obstacle), lines in _alike(self.inventory, rows).items():
             coefficients = coefficients_of(friction, self.variants)
             blocks = {i: self.blocks_of(self.inventory.rows[i]) for i in lines}
             for i in lines:
@@ -166,7 +166,7 @@ class SlidingRuns:
                     self.off[self._edge_at[i]] = 0
                 if i in self._near_at:
                     self.tripped[self._near_at[i]] = np.where(np.isinf(needed.along), self.variants, 0)
-            sliding = _sliding(coefficients, (block for own in blocks.values() for block in own), self.plane)
+            sliding = _sliding(coefficients, (block for variants in blocks.values() for block in variants), self.plane)
             step = max(1, RUNS // factors.size)  # slips are kept for this number of runs at a time
             for first in range(0, sliding.size, step):
                 part = sliding[first : first + step]
@@ -184,11 +184,11 @@ class SlidingRuns:
     def _slips(self, sliders: Sequence[Specimen], motions: Sequence[Record], factors: Array, near: bool) -> _Slips:
         """Return the slips (slider, level, motion) of all runs; `near`: towards an obstacle."""
         names = (*SLIPS, AFTER, *((TRIP_VELOCITY,) if near else ()))
-        found = slips_of(sliders, motions, factors, self.runner, names)
-        for motion, on in zip(motions, cut_slides(found["slide_peak"], found[AFTER]).tolist(), strict=True):
+        slips = slips_of(sliders, motions, factors, self.runner, names)
+        for motion, on in zip(motions, cut_slides(slips["slide_peak"], slips[AFTER]).tolist(), strict=True):
             self.cut[motion.label] = on or self.cut.get(motion.label, False)
-        peak, *sides = (np.nan_to_num(found[name], nan=math.inf) for name in SLIPS)
-        met = found[TRIP_VELOCITY] if near else peak
+        peak, *sides = (np.nan_to_num(slips[name], nan=math.inf) for name in SLIPS)
+        met = slips[TRIP_VELOCITY] if near else peak
         # the reverse of a motion moves the piece as far to the other side; motions of each level are adjacent
         pairs = (sides, sides[::-1], (peak, peak), (met, met))
         forward, backward, peak, met = (
@@ -229,44 +229,44 @@ class SlidingRuns:
 
     def _joined(self, flags: Flags, overturned: Flags | None, side: int) -> Flags:
         models, items, _, *shape = flags.shape
-        found = self.runner.array((models, items, self.variants, *shape), np.bool_)
+        flags_with = self.runner.array((models, items, self.variants, *shape), np.bool_)
         for k in range(models):
             for i in range(items):
-                found[k, i] = flags[k, i]
+                flags_with[k, i] = flags[k, i]
                 if i in self._edge_at:
-                    own = self.off[self._edge_at[i]]
-                    gone = own != 0 if side == 0 else own == side
-                    found[k, i] |= gone if overturned is None else gone & ~overturned[k, i]
-        return found
+                    sides = self.off[self._edge_at[i]]
+                    gone = sides != 0 if side == 0 else sides == side
+                    flags_with[k, i] |= gone if overturned is None else gone & ~overturned[k, i]
+        return flags_with
 
 
 def number_of_slides(inventory: Inventory, law: Law, variability: Variability | None, plane: bool) -> int:
     """Return the number of runs of sliding of an inventory under each motion at each level."""
-    variants, found = COEFFICIENTS if variability is None else variability.variants, 0
+    variants, number = COEFFICIENTS if variability is None else variability.variants, 0
     lines = [i for i, row in enumerate(inventory.rows) if slides(row)]
     for at in {support_of(inventory.rows[i]) for i in lines}:
-        here = [i for i in lines if support_of(inventory.rows[i]) == at]
-        for (friction, _, _), alike in _alike(inventory, here).items():
+        rows = [i for i in lines if support_of(inventory.rows[i]) == at]
+        for (friction, _, _), alike in _alike(inventory, rows).items():
             blocks = (block for i in alike for block in _blocks_of(inventory.rows[i], law, variability))
-            found += _sliding(coefficients_of(friction, variants), blocks, plane).size
-    return found
+            number += _sliding(coefficients_of(friction, variants), blocks, plane).size
+    return number
 
 
 def _blocks_of(row: Contents, law: Law, variability: Variability | None) -> list[Block]:
     """Return the block of each variant of a line."""
-    found = [block for block, _ in pieces_of(row.block, law, row.e, variability)]
-    return found if variability is not None else found * COEFFICIENTS
+    blocks = [block for block, _ in pieces_of(row.block, law, row.e, variability)]
+    return blocks if variability is not None else blocks * COEFFICIENTS
 
 
 def _alike(inventory: Inventory, lines: Iterable[int]) -> dict[tuple[Friction, float, float], list[int]]:
     """Return lines by their friction, its kinetic ratio and the distance to an obstacle: groups that slide alike."""
-    found: dict[tuple[Friction, float, float], list[int]] = {}
+    groups: dict[tuple[Friction, float, float], list[int]] = {}
     for i in lines:
         row = inventory.rows[i]
         assert row.friction is not None
         obstacle = math.inf if row.obstacle is None else row.obstacle
-        found.setdefault((row.friction, row.kinetic_ratio, obstacle), []).append(i)
-    return found
+        groups.setdefault((row.friction, row.kinetic_ratio, obstacle), []).append(i)
+    return groups
 
 
 def _sliding(coefficients: Array, blocks: Iterable[Block], plane: bool) -> Array:
@@ -290,7 +290,7 @@ class _Slips(NamedTuple):
 
     def where(self, moves: Flags) -> _Slips:
         """Return the slips of runs in which a piece moves, 0 elsewhere."""
-        return _Slips(*(np.where(moves, one, 0.0) for one in self[:3]))
+        return _Slips(*(np.where(moves, slip, 0.0) for slip in self[:3]))
 
 
 class _Needed:

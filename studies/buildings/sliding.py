@@ -79,10 +79,10 @@ def slide_variables(
             MOVES, MOVES_RATE, ("item",), "what it stands on slides or rocks", runs.above, runs.moving.__getitem__
         ),
     ]
-    found = _chances_of_friction(rows, runs, rocks) if runs.rows else {}
+    variables = _chances_of_friction(rows, runs, rocks) if runs.rows else {}
     if runs.above:
-        found |= _shares_with_moving_supports(joint, runs, year, modelled)
-    return found | line_variables(joint, (event for event in events if event.rows), precision, year, modelled)
+        variables |= _shares_with_moving_supports(joint, runs, year, modelled)
+    return variables | line_variables(joint, (event for event in events if event.rows), precision, year, modelled)
 
 
 def _shares_with_moving_supports(
@@ -96,15 +96,15 @@ def _shares_with_moving_supports(
         for k, i in enumerate(runs.above):
             fell = joint.flags[:, i].mean(axis=1)
             both = fell * runs.moving[k]
-            of_each = [one if modelled is None else modelled.mixture.of(one) for one in (both, fell)]
+            of_each = [falls if modelled is None else modelled.mixture.of(falls) for falls in (both, fell)]
             given[:, i] = of_each[0].sum(axis=-1) / of_each[1].sum(axis=-1)
             if year is not None:
                 yearly[:, i] = year.total(both).sum(axis=-1) / year.total(fell).sum(axis=-1)
     text = "share of the falls in runs in which what it stands on slides or rocks"
-    found = {MOVES_SHARE: variable(("model", "item", "level"), given, DIMENSIONLESS, text)}
+    variables = {MOVES_SHARE: variable(("model", "item", "level"), given, DIMENSIONLESS, text)}
     if year is not None:
-        found[ITEM_MOVES_SHARE] = variable(("model", "item"), yearly, DIMENSIONLESS, f"{text}, of those of a year")
-    return found
+        variables[ITEM_MOVES_SHARE] = variable(("model", "item"), yearly, DIMENSIONLESS, f"{text}, of those of a year")
+    return variables
 
 
 def _chances_of_friction(rows: Sequence[Contents], runs: SlidingRuns, rocks: Array) -> Variables:
@@ -124,11 +124,11 @@ def _chances_of_friction(rows: Sequence[Contents], runs: SlidingRuns, rocks: Arr
 def _weighted(flags: Flags, rows: Sequence[int], weights: Array) -> Array:
     """Return means over variants of flags of some lines (model, line, level, motion) times weights (line, variant)."""
     models, _, variants, *shape = flags.shape
-    found = np.empty((models, len(rows), *shape))
+    means = np.empty((models, len(rows), *shape))
     for k, i in enumerate(rows):
         share = weights[k] if variants > 1 else weights[k].mean(keepdims=True)
-        found[:, k] = np.einsum("v,mvle->mle", share, flags[:, i].astype(np.float64)) / variants
-    return found
+        means[:, k] = np.einsum("v,mvle->mle", share, flags[:, i].astype(np.float64)) / variants
+    return means
 
 
 def item_slide_notes(assessment: xr.Dataset, inventory: Inventory) -> list[Fact]:
@@ -137,20 +137,20 @@ def item_slide_notes(assessment: xr.Dataset, inventory: Inventory) -> list[Fact]
     if INSTEAD not in assessment or not at:
         return []
     blocks = [replace(inventory.rows[i].block, name=inventory.rows[i].label) for i in at]
-    said = doubted(str(assessment.attrs.get(SLIDES_ON, "")).splitlines())
+    facts = doubted(str(assessment.attrs.get(SLIDES_ON, "")).splitlines())
     names = [name for name in (INSTEAD, NEAR, TRIP) if name in assessment]
-    found = assessment[names].isel(item=at).rename(item="block")
-    said += slide_notes(found, blocks, plane=AXES in configuration_of(assessment))
+    chances = assessment[names].isel(item=at).rename(item="block")
+    facts += slide_notes(chances, blocks, plane=AXES in configuration_of(assessment))
     exact = [row.label for row in inventory.rows if slides(row) and isinstance(row.friction, FixedFriction)]
-    said += exact_friction_notes(exact)
+    facts += exact_friction_notes(exact)
     if MOVES in assessment:
         moving = shares_with_moving_supports(assessment)
         above = [i for i, row in enumerate(inventory.rows) if row.stands_on]
         worst = max(above, key=lambda i: moving[i])
         more = {"several": bool((moving > 0.0).sum() > 1)}
         name = str(assessment["item"].values[worst])
-        said.append(Fact("support.pedestals_as_floor", float(moving[worst]), names=(name,), more=more))
-    return said
+        facts.append(Fact("support.pedestals_as_floor", float(moving[worst]), names=(name,), more=more))
+    return facts
 
 
 def shares_with_moving_supports(results: xr.Dataset) -> Array:

@@ -69,11 +69,11 @@ class Precision:
     @classmethod
     def checked(cls, which: Any, confidence: Any, replicates: Any, seed: Any) -> Precision:
         """Check the arguments; TypeError or ValueError if one is out of range."""
-        found = checks.finite_array("quantiles", np.atleast_1d(np.asarray(which)))
-        if found[0] <= 0.0 or found[-1] >= 1.0 or np.any(np.diff(found) <= 0.0):
-            raise ValueError(f"quantiles must lie between 0 and 1 and increase, got {found.tolist()!r:.60}")
+        quantiles_at = checks.finite_array("quantiles", np.atleast_1d(np.asarray(which)))
+        if quantiles_at[0] <= 0.0 or quantiles_at[-1] >= 1.0 or np.any(np.diff(quantiles_at) <= 0.0):
+            raise ValueError(f"quantiles must lie between 0 and 1 and increase, got {quantiles_at.tolist()!r:.60}")
         return cls(
-            found,
+            quantiles_at,
             CONFIDENCE.number("confidence", confidence),
             checks.count("replicates", replicates, at_least=50),
             checks.count("seed", seed),
@@ -95,8 +95,8 @@ class Precision:
     def of_means(self, values: Array, most: Any = None, signed: bool = False) -> tuple[Array, Array, Array]:
         """Return the mean over motions (last axis, each once) and its interval; `signed` values may be negative."""
         options = self.confidence, self.replicates, self.seed
-        found = mean_interval(values, *options, most, self.drawn, self.strata, signed)
-        return values.mean(axis=-1), found.lower, found.upper
+        interval = mean_interval(values, *options, most, self.drawn, self.strata, signed)
+        return values.mean(axis=-1), interval.lower, interval.upper
 
     def of_probabilities(self, values: Array, possible: Flags) -> tuple[Array, Array, Array]:
         """Return the mean over motions of P(event | motion), and Wilson's interval; 0 if it is not `possible`."""
@@ -113,7 +113,7 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
     """Compute all variables given the level; with `modelled` they are means over the modelling uncertainty."""
     results = joint.results if modelled is None else modelled.results
     falls = LineEvent.of_flags("probability", "", f"a piece {joint.falls}", joint.flags, range(joint.flags.shape[1]))
-    found = line_variables(joint, [falls], precision, modelled=modelled)
+    variables = line_variables(joint, [falls], precision, modelled=modelled)
     for quantity in joint.quantities:
         # at most everything overturns that is not anchored
         can_fall = joint.exposed if quantity.taken else joint.standing
@@ -122,7 +122,7 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
         # the maximum of drawn values is a mean of draws, which may exceed the maximum of all pieces
         means = precision.of_means(expected, np.maximum(most, expected.max(axis=-1)) if quantity.greatest else most)
         dims: tuple[str, ...] = ("model", "place", "level")
-        found |= with_interval(
+        variables |= with_interval(
             f"{quantity.name}_mean", dims, means, quantity.units, f"mean of {quantity.text}", precision
         )
         outcomes = results.outcomes[quantity.name]
@@ -135,24 +135,24 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
         drawn = outcomes.shape[-1] > 1 or joint.variability is not None
         dims = ("model", "place", "level", "quantile")
         text = f"quantile of {quantity.text}"
-        found |= with_interval(f"{quantity.name}_quantile", dims, at[:3], quantity.units, text, precision)
+        variables |= with_interval(f"{quantity.name}_quantile", dims, at[:3], quantity.units, text, precision)
         if drawn:
-            found[f"{quantity.name}_quantile{DRAWING}"] = variable(
+            variables[f"{quantity.name}_quantile{DRAWING}"] = variable(
                 dims, errors * at[3], quantity.units, f"{OF_DRAWS}: {text}"
             )
         dims = ("model", "place", "level", f"{quantity.name}_threshold")
         text = f"probability of {quantity.bound}"
-        found[f"{quantity.name}_exceedance"] = variable(dims, above[0], DIMENSIONLESS, text)
+        variables[f"{quantity.name}_exceedance"] = variable(dims, above[0], DIMENSIONLESS, text)
         if drawn:
-            found[f"{quantity.name}_exceedance{DRAWING}"] = variable(
+            variables[f"{quantity.name}_exceedance{DRAWING}"] = variable(
                 dims, errors * above[1], DIMENSIONLESS, f"{OF_DRAWS}: {text}"
             )
         dims = ("model", "place", "level", "motion", "realisation")
         if not drawn:
             dims, outcomes = dims[:-1], outcomes[..., 0]
-        found[quantity.name] = variable(dims, outcomes, quantity.units, quantity.text)
+        variables[quantity.name] = variable(dims, outcomes, quantity.units, quantity.text)
     for event in joint.events:
-        found |= with_interval(
+        variables |= with_interval(
             f"{event.name}_probability",
             ("model", *event.dims, "level"),
             precision.of_probabilities(
@@ -162,7 +162,7 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
             f"probability that {event.text}",
             precision,
         )
-    return found
+    return variables
 
 
 class LineEvent(NamedTuple):
@@ -195,13 +195,13 @@ class LineEvent(NamedTuple):
         """Return a value and its ends on all lines, NaN if it is not known; lines are computed slab by slab."""
         step = max(1, RUNS // (1 + runs // lines))
         parts = [of(self, slice(first, first + step)) for first in range(0, len(self.rows), step)]
-        found = []
+        ends = []
         for values in zip(*parts, strict=True):
             known = np.moveaxis(np.concatenate(values, axis=self.item), self.item, 0)
             every = np.full((lines, *known.shape[1:]), np.nan)
             every[list(self.rows)] = known
-            found.append(np.moveaxis(every, 0, self.item))
-        return found
+            ends.append(np.moveaxis(every, 0, self.item))
+        return ends
 
 
 FORWARD, RUPTURE, SIDEWAYS = "front", "broken", "sideways"
@@ -223,7 +223,7 @@ def line_variables(
 ) -> Variables:
     """Compute the probabilities of events and, with a year, their annual rates, line by line; NaN of other lines."""
     lines, runs = joint.flags.shape[1], joint.flags.size
-    found: Variables = {}
+    variables: Variables = {}
 
     def at_levels(event: LineEvent, part: slice) -> tuple[Array, Array, Array]:
         chance = event.chance(part)
@@ -237,11 +237,11 @@ def line_variables(
 
     for event in events:
         values, text = event.of_lines(at_levels, lines, runs), f"probability that {event.text}"
-        found |= with_interval(event.name, (*event.dims, "level"), values, DIMENSIONLESS, text, precision)
+        variables |= with_interval(event.name, (*event.dims, "level"), values, DIMENSIONLESS, text, precision)
         if year is not None and event.rate:
             values, text = event.of_lines(in_a_year, lines, runs), f"annual rate at which {event.text}"
-            found |= with_interval(event.rate, event.dims, values, PER_YEAR, text, precision)
-    return found
+            variables |= with_interval(event.rate, event.dims, values, PER_YEAR, text, precision)
+    return variables
 
 
 class Modelled(NamedTuple):
@@ -252,19 +252,21 @@ class Modelled(NamedTuple):
     rates: Array
 
 
-def _spread(outcomes: Array, one: Quantity, most: Array, precision: Precision, polarities: int) -> tuple[Array, Array]:
+def _spread(
+    outcomes: Array, quantity: Quantity, most: Array, precision: Precision, polarities: int
+) -> tuple[Array, Array]:
     """Return quantiles and exceedances with ends and errors; both polarities of a motion are its realisations."""
     of_level = outcomes.shape[:3]
-    at, above = np.empty((4, *of_level, precision.quantiles.size)), np.empty((2, *of_level, one.thresholds.size))
+    at, above = np.empty((4, *of_level, precision.quantiles.size)), np.empty((2, *of_level, quantity.thresholds.size))
     sizes = dict(zip(("model", "place", "level", "motion", "realisation"), outcomes.shape, strict=True))
     for where in slabs(sizes, ("model", "place", "level")):
-        here = where.get("model", slice(None)), where.get("place", slice(None)), where.get("level", slice(None))
-        bound = most[:, here[1]]
-        own = outcomes[here]
-        each = own.reshape(*own.shape[:3], own.shape[3] // polarities, -1)
-        at[:, *here] = quantiles(each, precision.quantiles, bound, precision.confidence, ways=polarities)
-        for i, reached in enumerate(exceedances(each, one.thresholds, one.strictly)):
-            above[:, *here, i] = reached.mean(axis=(-2, -1)), share_error(reached, polarities)
+        cells = where.get("model", slice(None)), where.get("place", slice(None)), where.get("level", slice(None))
+        bound = most[:, cells[1]]
+        of_cells = outcomes[cells]
+        by_motion = of_cells.reshape(*of_cells.shape[:3], of_cells.shape[3] // polarities, -1)
+        at[:, *cells] = quantiles(by_motion, precision.quantiles, bound, precision.confidence, ways=polarities)
+        for i, reached in enumerate(exceedances(by_motion, quantity.thresholds, quantity.strictly)):
+            above[:, *cells, i] = reached.mean(axis=(-2, -1)), share_error(reached, polarities)
     return at, above
 
 
@@ -276,30 +278,32 @@ def annual_variables(
     if modelled is not None:
         results, of_points = modelled.results, Year(modelled.rates, polarities=joint.polarities)
     precision = precision.of_year(year, joint.flags.shape[-1])
-    found: Variables = {
+    variables: Variables = {
         "level_weight": variable(("level",), weights.weights, PER_YEAR, "annual rate that the level stands for"),
         "level_weight_below": variable((), weights.below, PER_YEAR, "part of the first one from below the levels"),
         "level_weight_above": variable((), weights.above, PER_YEAR, "part of the last one from above the levels"),
     }
     rates, amounts = _of_items(joint, year, precision)
     text = f"annual rate at which a piece {joint.falls}"
-    found |= with_interval("item_rate", ("model", "item"), rates, PER_YEAR, text, precision)
+    variables |= with_interval("item_rate", ("model", "item"), rates, PER_YEAR, text, precision)
     for quantity in joint.quantities:
         units = per_year(quantity.units)
         text = f"expected annual {quantity.text}"
         name = f"item_annual_{quantity.name}"
         of_item = "expected annual downtime of a piece" if quantity.greatest else text
-        found |= with_interval(name, ("model", "item"), amounts[quantity.name], units, of_item, precision)
+        variables |= with_interval(name, ("model", "item"), amounts[quantity.name], units, of_item, precision)
         given = joint.results.expected[quantity.name]
         name = f"annual_{quantity.name}"
         means = precision.of_means(
             of_points.total(results.expected[quantity.name]) if quantity.greatest else year.total(given)
         )
-        found |= with_interval(name, ("model", "place"), means, units, text, precision)
+        variables |= with_interval(name, ("model", "place"), means, units, text, precision)
         for side, weight, at in (("below", weights.below, 0), ("above", weights.above, -1)):
             values = weight * of_motions(given[:, :, at], joint.polarities).mean(axis=-1)
-            found[f"{name}_{side}"] = variable(("model", "place"), values, units, f"part of it from {side} the levels")
-        found |= with_interval(
+            variables[f"{name}_{side}"] = variable(
+                ("model", "place"), values, units, f"part of it from {side} the levels"
+            )
+        variables |= with_interval(
             f"{quantity.name}_rate",
             ("model", "place", f"{quantity.name}_threshold"),
             _rates_of(results.outcomes[quantity.name], quantity, of_points, precision),
@@ -310,8 +314,8 @@ def annual_variables(
     for event in joint.events:
         happens = precision.of_means(of_points.total(results.happens[event.name]))
         text = f"annual rate at which {event.text}"
-        found |= with_interval(f"{event.name}_rate", ("model", *event.dims), happens, PER_YEAR, text, precision)
-    return found
+        variables |= with_interval(f"{event.name}_rate", ("model", *event.dims), happens, PER_YEAR, text, precision)
+    return variables
 
 
 def _of_items(joint: JointFlags, year: Year, precision: Precision) -> tuple[Array, dict[str, Array]]:
@@ -323,22 +327,22 @@ def _of_items(joint: JointFlags, year: Year, precision: Precision) -> tuple[Arra
         gone = pieces if lost is chance else year.total(lost)
         rates[:, of, rows] = precision.of_means(pieces)
         for quantity in joint.quantities:
-            each = quantity.amounts if quantity.greatest else quantity.amounts * joint.counts
+            amount_of = quantity.amounts if quantity.greatest else quantity.amounts * joint.counts
             amounts[quantity.name][:, of, rows] = precision.of_means(
-                (gone if quantity.taken else pieces) * each[rows, None]
+                (gone if quantity.taken else pieces) * amount_of[rows, None]
             )
     return rates, amounts
 
 
-def _rates_of(outcomes: Array, one: Quantity, year: Year, precision: Precision) -> Array:
+def _rates_of(outcomes: Array, quantity: Quantity, year: Year, precision: Precision) -> Array:
     """Return the annual rates at which thresholds are exceeded (value and ends, model, place, threshold)."""
-    found = np.empty((3, *outcomes.shape[:2], one.thresholds.size))
+    rates = np.empty((3, *outcomes.shape[:2], quantity.thresholds.size))
     sizes = dict(zip(("model", "place", "level", "motion", "realisation"), outcomes.shape, strict=True))
     for where in slabs(sizes, ("model", "place")):
-        here = where.get("model", slice(None)), where.get("place", slice(None))
-        for i, reached in enumerate(exceedances(outcomes[here], one.thresholds, one.strictly)):
-            found[:, *here, i] = precision.of_means(year.total(reached.mean(axis=-1)))
-    return found
+        cells = where.get("model", slice(None)), where.get("place", slice(None))
+        for i, reached in enumerate(exceedances(outcomes[cells], quantity.thresholds, quantity.strictly)):
+            rates[:, *cells, i] = precision.of_means(year.total(reached.mean(axis=-1)))
+    return rates
 
 
 @dataclass(frozen=True)
@@ -386,13 +390,13 @@ class Year:
         values = of_motions(values, self.polarities)
         if self.own_motions:
             factors = self.weights[self.levels] * self.parts
-            each = np.moveaxis(values[..., self.levels, :], -2, -1) * factors
-            return np.ascontiguousarray(each.reshape(*values.shape[:-2], -1))
-        found = np.zeros((*values.shape[:-2], values.shape[-1]))
+            scaled = np.moveaxis(values[..., self.levels, :], -2, -1) * factors
+            return np.ascontiguousarray(scaled.reshape(*values.shape[:-2], -1))
+        totals = np.zeros((*values.shape[:-2], values.shape[-1]))
         # (summed in the order of the levels, whatever the other dimensions are)
         for level, weight in enumerate(self.weights):
-            found += weight * values[..., level, :]
-        return found
+            totals += weight * values[..., level, :]
+        return totals
 
     def resampled(self, values: Array, drawn: Array) -> Array:
         """Return means (…, level, replicate) over motions drawn as (replicate, motion), jointly or level by level."""
@@ -442,10 +446,10 @@ def level_index(assessment: xr.Dataset, level: float) -> int:
     """Return the index of a level; ValueError if it is not among the levels."""
     levels = assessment["level"].values
     wanted = checks.number("level", level)
-    found = np.flatnonzero(np.isclose(levels, wanted, rtol=1e-6, atol=0.0))
-    if not found.size:
+    at = np.flatnonzero(np.isclose(levels, wanted, rtol=1e-6, atol=0.0))
+    if not at.size:
         raise ValueError(f"level must be one of {', '.join(f'{level:.6g}' for level in levels)}, got {wanted:g}")
-    return int(found[0])
+    return int(at[0])
 
 
 def per_year(units: str) -> str:
@@ -454,13 +458,13 @@ def per_year(units: str) -> str:
 
 
 def with_interval(
-    name: str, dims: tuple[str, ...], found: Any, units: str, long_name: str, precision: Precision
+    name: str, dims: tuple[str, ...], values: Any, units: str, long_name: str, precision: Precision
 ) -> Variables:
     """Make a variable and the ends of its interval; no place has a higher end than the first, the building.
 
     No farther slip and no larger amount has a higher end than a shorter or smaller one, which it implies.
     """
-    value, lower, upper = found
+    value, lower, upper = values
     if "place" in dims:
         ends = np.moveaxis(np.stack([lower, upper]), 1 + dims.index("place"), 0)
         most = np.fmax.reduce(ends[:, 0])
@@ -490,16 +494,16 @@ WHOLES = {
 """Variables of events or amounts that another variable contains, the parts of parts first."""
 
 
-def consistent(found: Variables) -> Variables:
+def consistent(variables: Variables) -> Variables:
     """Return variables of which no part has a higher end of its interval than its whole (`WHOLES`)."""
-    ends = dict(found)
-    pairs = [pair for pair in WHOLES.items() if found.keys() >= {*pair}]
+    ends = dict(variables)
+    pairs = [pair for pair in WHOLES.items() if variables.keys() >= {*pair}]
     for part, whole in pairs:
         lower, least = ends[f"{part}_lower"], ends[f"{whole}_lower"].copy()
-        here = _building(least, lower)
-        own = least[here]
-        larger = _like(lower.max([dim for dim in lower.dims if dim not in least.dims]), own)
-        least[here] = own.copy(data=np.where(larger > own.values, larger, own.values))
+        building = _building(least, lower)
+        of_building = least[building]
+        larger = _like(lower.max([dim for dim in lower.dims if dim not in least.dims]), of_building)
+        least[building] = of_building.copy(data=np.where(larger > of_building.values, larger, of_building.values))
         ends[f"{whole}_lower"] = least
     for part, whole in reversed(pairs):
         upper, most = ends[f"{part}_upper"], ends[f"{whole}_upper"]
@@ -511,8 +515,8 @@ def consistent(found: Variables) -> Variables:
 
 def _like(values: xr.Variable, other: xr.Variable) -> Array:
     """Return values on all dimensions of another variable."""
-    found: Array = spread(values, {str(dim): size for dim, size in other.sizes.items()})
-    return found
+    shaped: Array = spread(values, {str(dim): size for dim, size in other.sizes.items()})
+    return shaped
 
 
 def _building(whole: xr.Variable, part: xr.Variable) -> dict[str, int]:
@@ -536,19 +540,19 @@ def range_of_a_year(means: Mapping[Any, Any], levels: Array, hazard: HazardCurve
         level_weights(levels, covering(seen_by(hazard, factor), levels)).weights
         for factor in capacity_factors(dispersion)
     ]
-    found: Variables = {}
+    variables: Variables = {}
     for name, given in OF_A_YEAR.items():
         if given in means:
             mean = means[given].transpose(..., "level")
             units = per_year(mean.attrs["units"])
             ends = [times(mean.values, weight) for weight in weights]
-            found |= with_ends(name, mean.dims[:-1], ends, units, dispersion)
-    return found
+            variables |= with_ends(name, mean.dims[:-1], ends, units, dispersion)
+    return variables
 
 
 def range_at_levels(means: Mapping[Any, Any], run: Array, levels: Array, dispersion: float) -> Variables:
     """Return both ends of the values at levels (`with_ends`), between the levels that were `run`; NaN outside."""
-    found: Variables = {}
+    variables: Variables = {}
     for name in OF_A_YEAR.values():
         if name in means:
             mean = means[name].transpose(..., "level")
@@ -557,5 +561,5 @@ def range_at_levels(means: Mapping[Any, Any], run: Array, levels: Array, dispers
                 seen = levels / factor
                 known = np.where((seen >= run[0] * (1.0 - 1e-9)) & (seen <= run[-1] * (1.0 + 1e-9)), seen, np.nan)
                 ends.append(np.stack([at_level(level, run, mean.values) for level in known.tolist()], axis=-1))
-            found |= with_ends(name, mean.dims, ends, mean.attrs["units"], dispersion)
-    return found
+            variables |= with_ends(name, mean.dims, ends, mean.attrs["units"], dispersion)
+    return variables

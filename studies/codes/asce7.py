@@ -96,56 +96,56 @@ class Asce7(Code):
     def held_down(self) -> float:
         return 0.9 - 0.2 * self.sds_g
 
-    def duty(self, one: Component) -> tuple[str, str]:
-        importance = one.importance or self.importance
+    def duty(self, component: Component) -> tuple[str, str]:
+        importance = component.importance or self.importance
         if self.design_category == "A":
             return EXEMPT, "11.7: category A"
-        if not one.kind:
+        if not component.kind:
             return UNCHECKED, "code_class not given"
-        if one.kind == "furniture":
+        if component.kind == "furniture":
             return EXEMPT, "13.1.4: furniture"
-        if one.kind == "movable":
+        if component.kind == "movable":
             return EXEMPT, "13.1.4: temporary or movable"
-        if one.kind == "storage" and one.height <= TALL:
+        if component.kind == "storage" and component.height <= TALL:
             return EXEMPT, f"13.1.4: furniture, up to {TALL:g} m tall"
-        if one.kind == "equipment":
-            return self._equipment(one, importance)
+        if component.kind == "equipment":
+            return self._equipment(component, importance)
         if self.design_category == "B" and importance == 1.0:
             return EXEMPT, "13.1.4: architectural, category B, I_p = 1"
         return REQUIRED, "13.4, table 13.5-1"
 
-    def _equipment(self, one: Component, importance: float) -> tuple[str, str]:
+    def _equipment(self, component: Component, importance: float) -> tuple[str, str]:
         required = REQUIRED, "13.4, table 13.6-1"
         if self.design_category == "B":
             return EXEMPT, "13.1.4: category B"
-        if importance != 1.0 or not one.anchored:
+        if importance != 1.0 or not component.anchored:
             return required
         if self.design_category == "C":
             return EXEMPT, "13.1.4: category C, I_p = 1, attached"
-        if one.weight <= VERY_LIGHT or (one.weight <= LIGHT and one.cm_height <= LOW):
+        if component.weight <= VERY_LIGHT or (component.weight <= LIGHT and component.cm_height <= LOW):
             return UNCHECKED, "13.1.4: light and low: exempt where its connections are flexible"
         return required
 
-    def coefficient(self, one: Component) -> tuple[float, str]:
-        factors = (self.factors or {}).get(one.kind)
+    def coefficient(self, component: Component) -> tuple[float, str]:
+        factors = (self.factors or {}).get(component.kind)
         if factors is None:
-            return math.nan, f"C_AR and R_po of {one.kind} are not given"
-        importance = one.importance or self.importance
-        if one.at_grade:
+            return math.nan, f"C_AR and R_po of {component.kind} are not given"
+        importance = component.importance or self.importance
+        if component.at_grade:
             height, r_mu, c_ar = 1.0, 1.0, factors.c_ar_at_grade or factors.c_ar
-        elif one.z is None or one.h is None:
+        elif component.z is None or component.h is None:
             return math.nan, "the height of the floor is not known"
         else:
-            height, r_mu, c_ar = height_factor(one.z / one.h, self.building_period), self.r_mu, factors.c_ar
+            height, r_mu, c_ar = height_factor(component.z / component.h, self.building_period), self.r_mu, factors.c_ar
         plain = 0.4 * (height / r_mu) * (c_ar / factors.r_po)
         least, most = 0.3, 1.6
-        found = min(max(plain, least), most)
-        limit = "" if found == plain else f", limited to {found:g} S_DS I_p"
+        coefficient = min(max(plain, least), most)
+        limit = "" if coefficient == plain else f", limited to {coefficient:g} S_DS I_p"
         words = (
             f"0.4 S_DS I_p (H_f/R_μ)(C_AR/R_po) with S_DS = {self.sds_g:g}, I_p = {importance:g}, H_f = {height:.3g}, "
             f"R_μ = {r_mu:.3g}, C_AR = {c_ar:g}, R_po = {factors.r_po:g}{limit}"
         )
-        return found * self.sds_g * importance, words
+        return coefficient * self.sds_g * importance, words
 
 
 def height_factor(height: float, period: float | None = None) -> float:

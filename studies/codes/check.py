@@ -100,33 +100,33 @@ class Code(ABC):
         """Share of the weight that may be counted against overturning."""
 
     @abstractmethod
-    def duty(self, one: Component) -> tuple[str, str]:
+    def duty(self, component: Component) -> tuple[str, str]:
         """Return True if a piece must be anchored, and the clause that requires it."""
 
     @abstractmethod
-    def coefficient(self, one: Component) -> tuple[float, str]:
+    def coefficient(self, component: Component) -> tuple[float, str]:
         """Return the design force over the weight, and its factors in words; NaN with the missing data."""
 
-    def check(self, one: Component) -> CodeCheck:
+    def check(self, component: Component) -> CodeCheck:
         """Check a piece; forces are computed if it must be anchored."""
-        status, clause = self.duty(one)
+        status, clause = self.duty(component)
         if status != REQUIRED:
             return CodeCheck(status, clause, "", math.nan, math.nan, math.nan, math.nan)
-        found, factors = self.coefficient(one)
-        force = found * one.weight
-        demand = anchor_demand(force, self.held_down, one)
-        ratio = demand / one.strength if one.strength else math.nan
-        return CodeCheck(status, clause, factors, found, force, demand, ratio)
+        coefficient, factors = self.coefficient(component)
+        force = coefficient * component.weight
+        demand = anchor_demand(force, self.held_down, component)
+        ratio = demand / component.strength if component.strength else math.nan
+        return CodeCheck(status, clause, factors, coefficient, force, demand, ratio)
 
 
-def anchor_demand(force: float, held_down: float, one: Component) -> float:
+def anchor_demand(force: float, held_down: float, component: Component) -> float:
     """Return the horizontal force on the anchor of a piece, N.
 
     Let h_a be the height of the anchor. By moments about the edge of the base, the force is (F h_cm - w W b)/h_a, at
     least 0. Here b is half the width and w the share of the weight W that counts. The rest of F acts at the base, which
     is not checked here. Without that height the whole force F acts on the anchor.
     """
-    if one.anchor_height is None:
+    if component.anchor_height is None:
         return force
-    turning = force * one.cm_height - held_down * one.weight * one.width / 2.0
-    return max(turning, 0.0) / one.anchor_height
+    turning = force * component.cm_height - held_down * component.weight * component.width / 2.0
+    return max(turning, 0.0) / component.anchor_height

@@ -56,20 +56,20 @@ class Eurocode8(Code):
     def held_down(self) -> float:
         return 1.0
 
-    def duty(self, one: Component) -> tuple[str, str]:
+    def duty(self, component: Component) -> tuple[str, str]:
         if self.ag_g <= VERY_LOW or self.ag_g * self.soil_factor <= VERY_LOW_ON_SOIL:
             return EXEMPT, "3.2.1(5)P: very low seismicity, where the national annex keeps its values"
-        if one.safety or (one.importance or self.importance) > 1.0:
+        if component.safety or (component.importance or self.importance) > 1.0:
             return REQUIRED, "4.3.5.1(1)P"
         return UNCHECKED, f"4.3.5.1(1)P: {UNSTATED_DANGER}"
 
-    def coefficient(self, one: Component) -> tuple[float, str]:
-        if one.at_grade:
+    def coefficient(self, component: Component) -> tuple[float, str]:
+        if component.at_grade:
             height = 0.0
-        elif one.z is None or one.h is None:
+        elif component.z is None or component.h is None:
             return math.nan, "the height of the floor is not known"
         else:
-            height = one.z / one.h
+            height = component.z / component.h
         if self.component_period == 0.0:
             ratio = 0.0
         elif self.building_period is None:
@@ -78,11 +78,11 @@ class Eurocode8(Code):
             ratio = self.component_period / self.building_period
         amplified = max(3.0 * (1.0 + height) / (1.0 + (1.0 - ratio) * (1.0 - ratio)) - 0.5, 1.0)
         spectral = self.ag_g * self.soil_factor * amplified
-        importance = one.importance or self.importance
-        q = self.q_a or (2.0 if one.kind == "storage" else 1.0)
+        importance = component.importance or self.importance
+        q = self.q_a or (2.0 if component.kind == "storage" else 1.0)
         words = (
             f"S_a γ_a/q_a with S_a = {spectral:.3g} g (α = {self.ag_g:g}, S = {self.soil_factor:g}, "
             f"z/H = {height:.3g}, T_a/T_1 = {ratio:.3g}), γ_a = {importance:g}, q_a = {q:g}"
-            f"{'' if self.q_a or one.kind else ' (code_class is not given)'}"
+            f"{'' if self.q_a or component.kind else ' (code_class is not given)'}"
         )
         return spectral * importance / q, words

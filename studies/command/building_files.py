@@ -46,16 +46,16 @@ def write_building_files(
     """Write pieces of a performance study under one law for a whole assessment of pelicun; return lines to print."""
     with read_results(result) as results:
         check_content(result, results, verify)
-        found = np.arange(results.sizes["model"]) if model is None else laws_of(results, model, result)
-        if found.size > 1:
-            named = ", ".join(repr(str(value)) for value in results["model"].values[found])
-            why = "is needed" if model is None else f"{model} names {found.size} laws"
+        laws = np.arange(results.sizes["model"]) if model is None else laws_of(results, model, result)
+        if laws.size > 1:
+            named = ", ".join(repr(str(value)) for value in results["model"].values[laws])
+            why = "is needed" if model is None else f"{model} names {laws.size} laws"
             raise StudyError(f"--model {why}: pelicun's tables are of one law, and {result} holds {named:.300}")
-        one = results.isel(model=int(found[0]))
-        law = str(one["model"].values)
-        items = [str(item) for item in one["item"].values]
-        curves, smoothed = _curves(one)
-        lines = [_line(one, i, smoothed[i]) for i in range(len(items))]
+        of_law = results.isel(model=int(laws[0]))
+        law = str(of_law["model"].values)
+        items = [str(item) for item in of_law["item"].values]
+        curves, smoothed = _curves(of_law)
+        lines = [_line(of_law, i, smoothed[i]) for i in range(len(items))]
         currency = currency_of(results)
         correlation = _correlation(results)
     description = f"Damping law: {law}. Probabilities are those of a study that found them by simulation. {LIMITS}"
@@ -69,54 +69,58 @@ def write_building_files(
         raise StudyError(str(error)) from None
     never = sum(bool((row == 0.0).all()) for row in curves["probability"].values)
     pieces = sum(line.number for line in lines)
-    said = [f"{counted(len(items), 'component')} of {counted(pieces, 'piece')} for pelicun, damping law {law}"]
+    lines_said = [f"{counted(len(items), 'component')} of {counted(pieces, 'piece')} for pelicun, damping law {law}"]
     if never:
-        said.append(f"{counted(never, 'component')} without a fall at any level (anchored, or under no motion)")
+        lines_said.append(f"{counted(never, 'component')} without a fall at any level (anchored, or under no motion)")
     if correlation is not None:
-        said.append(
+        lines_said.append(
             f"cost and downtime of a piece are correlated: give {correlation:g} as pelicun's option "
             "RepairCostAndTimeCorrelation"
         )
     if any(line.downtime is not None for line in lines):
-        said.append(OF_TIME)
+        lines_said.append(OF_TIME)
     if any(path.name == UNITS for path in written.paths):
-        said.append(f"values in {currency_unit(currency)}: give units.json as pelicun's option UnitsFile")
-    said.append(
+        lines_said.append(f"values in {currency_unit(currency)}: give units.json as pelicun's option UnitsFile")
+    lines_said.append(
         "demands are of the ground motion, at location 0 in direction 1; a piece on floor k is at location k + 1"
     )
-    return [*said, LIMITS.strip(), *(f"written: {path}" for path in written.paths)]
+    return [*lines_said, LIMITS.strip(), *(f"written: {path}" for path in written.paths)]
 
 
-def _curves(one: xr.Dataset) -> tuple[xr.Dataset, list[float]]:
+def _curves(results: xr.Dataset) -> tuple[xr.Dataset, list[float]]:
     """Return the curves of the pieces, and the difference of each from the observed probabilities."""
-    level = one["level"]
-    observed = one["probability"].transpose("item", "level").values
+    level = results["level"]
+    observed = results["probability"].transpose("item", "level").values
     runs = np.ones(level.size)
     table = np.array([isotonic_probabilities(level.values, row, runs) for row in observed])
     table = np.clip(table, 0.0, 1.0)
     curves = xr.Dataset(
         {"probability": (("item", "level"), table, {"units": "1"})},
-        {"item": one["item"].values, "level": ("level", level.values, dict(level.attrs))},
-        {"im": str(one.attrs["im"]), "form": ISOTONIC, "title": str(one.attrs.get("title", "Contents of a building"))},
+        {"item": results["item"].values, "level": ("level", level.values, dict(level.attrs))},
+        {
+            "im": str(results.attrs["im"]),
+            "form": ISOTONIC,
+            "title": str(results.attrs.get("title", "Contents of a building")),
+        },
     )
     return curves, np.abs(table - observed).max(axis=1).tolist()
 
 
-def _line(one: xr.Dataset, i: int, smoothed: float) -> Line:
+def _line(results: xr.Dataset, i: int, smoothed: float) -> Line:
     """Return a line of the inventory."""
-    values: dict[str, Any] = {name: one[name].values[i] for name in ("floor", "count", "value", "anchored")}
+    values: dict[str, Any] = {name: results[name].values[i] for name in ("floor", "count", "value", "anchored")}
     floor = str(values["floor"])
     if not floor.isdecimal():
         raise StudyError(
-            f"pelicun's locations are numbers, and {one['item'].values[i]!s:.80} stands on floor {floor!r}"
+            f"pelicun's locations are numbers, and {results['item'].values[i]!s:.80} stands on floor {floor!r}"
         )
-    room = str(one["room"].values[i]) if "room" in one.coords else ""
-    meant = str(one["consequences"].values[i]).split(JOINT)
-    together = str(one.attrs.get("pieces", "")) != INDEPENDENT
+    room = str(results["room"].values[i]) if "room" in results.coords else ""
+    meant = str(results["consequences"].values[i]).split(JOINT)
+    together = str(results.attrs.get("pieces", "")) != INDEPENDENT
     note = [f"On floor {floor}{f', {room}' if room else ''}."]
     if bool(values["anchored"]):
         note.append("Anchored in the inventory: it falls under no motion.")
-    elif not one["probability"].values[i].any():
+    elif not results["probability"].values[i].any():
         note.append("It fell under no motion at any level.")
     if any(meant):
         note.append(f"Its fall means: {', '.join(filter(None, meant))}.")
@@ -128,7 +132,7 @@ def _line(one: xr.Dataset, i: int, smoothed: float) -> Line:
     note.append("The pieces of this line fall together." if together else "Each piece has a capacity of its own.")
     number = int(values["count"])
     at_once = number if together else 1
-    cost, downtime = (_consequence(one, i, kind) for kind in ("cost", "downtime"))
+    cost, downtime = (_consequence(results, i, kind) for kind in ("cost", "downtime"))
     return Line(
         int(floor),
         number,
@@ -140,35 +144,36 @@ def _line(one: xr.Dataset, i: int, smoothed: float) -> Line:
     )
 
 
-def _consequence(one: xr.Dataset, i: int, kind: str) -> Consequence | None:
+def _consequence(results: xr.Dataset, i: int, kind: str) -> Consequence | None:
     """Return the cost or the downtime of a piece of a line as a distribution, None if the line gives none."""
-    if f"{kind}_median" not in one.coords or np.isnan(one[f"{kind}_median"].values[i]):
+    if f"{kind}_median" not in results.coords or np.isnan(results[f"{kind}_median"].values[i]):
         return None
     median, dispersion, distribution = (
-        one[f"{kind}_{name}"].values[i] for name in ("median", "dispersion", "distribution")
+        results[f"{kind}_{name}"].values[i] for name in ("median", "dispersion", "distribution")
     )
     return Consequence(float(median), float(dispersion), str(distribution))
 
 
-def _amount(one: Consequence, pieces: int, greatest: bool = False) -> Amount:
+def _amount(consequence: Consequence, pieces: int, greatest: bool = False) -> Amount:
     """Return a consequence as pelicun draws it, once for pieces that fall together: mean cost, longest downtime."""
-    if one.dispersion == 0.0:
-        return Amount(float(one.median))
+    if consequence.dispersion == 0.0:
+        return Amount(float(consequence.median))
     if pieces == 1:
-        return Amount(float(one.median), float(one.dispersion), one.distribution)
-    mean, deviation = one.of_several(pieces, greatest)
+        return Amount(float(consequence.median), float(consequence.dispersion), consequence.distribution)
+    mean, deviation = consequence.of_several(pieces, greatest)
     beta = math.sqrt(math.log1p((deviation / mean) ** 2))
     return Amount(mean * math.exp(-0.5 * beta**2), beta, LOGNORMAL)
 
 
-def _said(kind: str, one: Consequence | None, pieces: int) -> list[str]:
+def _said(kind: str, consequence: Consequence | None, pieces: int) -> list[str]:
     """Return the notes on a cost or a downtime of several pieces that fall together."""
-    if one is None or one.dispersion == 0.0 or pieces == 1:
+    if consequence is None or consequence.dispersion == 0.0 or pieces == 1:
         return []
-    spread = "dispersion" if one.distribution == LOGNORMAL else "coefficient of variation"
+    spread = "dispersion" if consequence.distribution == LOGNORMAL else "coefficient of variation"
     what = "mean cost" if kind == "cost" else "longest downtime"
     return [
-        f"The {kind} of one piece is {one.distribution} with median {one.median:g} and {spread} {one.dispersion:g}. "
+        f"The {kind} of one piece is {consequence.distribution} with median {consequence.median:g} and {spread} "
+        f"{consequence.dispersion:g}. "
         f"The {pieces:,} pieces of this row fall together and pelicun draws once for all of them: the row gives a "
         f"lognormal distribution with the mean and the standard deviation of their {what}, each piece drawn "
         "independently."

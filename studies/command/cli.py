@@ -120,9 +120,9 @@ def run(
         raise MemoryError
     plan = Study.from_toml(study, target)
     doubts = [doubt.sentence for doubt in plan.doubts if doubt.kind not in plan.accepted]
-    told = [note for note in plan.notes if dry_run or verbose or note in doubts]
+    printed = [note for note in plan.notes if dry_run or verbose or note in doubts]
     size = plan.words if dry_run or verbose else plan.size
-    say(console, f"{plan.title}: {size}", *(f"note: {note}" for note in told))
+    say(console, f"{plan.title}: {size}", *(f"note: {note}" for note in printed))
     if dry_run:
         say(console, *forecast(plan, folder))
         if folder.is_dir() and any(folder.iterdir()) and not fresh:
@@ -154,7 +154,7 @@ def run(
         say(console, f"went on from {display.watch.kept:,} runs that were kept")
     try:
         with noted():  # (rates are computed, and not given)
-            _show(console, told, results, folder, verbose)
+            _show(console, printed, results, folder, verbose)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(
             f"interrupted: the results are written ({folder / RESULT_NAME}), not all of the figures"
@@ -166,14 +166,14 @@ def _stamp(folder: Path) -> tuple[int, int] | None:
     from ..store.folder import RESULT_NAME
 
     try:
-        found = (folder / RESULT_NAME).stat()
+        stat = (folder / RESULT_NAME).stat()
     except OSError:
         return None
-    return found.st_ino, found.st_mtime_ns
+    return stat.st_ino, stat.st_mtime_ns
 
 
-def _show(console: Console, told: list[str], results: Dataset, folder: Path, verbose: bool) -> None:
-    """Print a study's answer, or all its tables and notes, and write its figures; `told`: notes that are printed."""
+def _show(console: Console, printed: list[str], results: Dataset, folder: Path, verbose: bool) -> None:
+    """Print a study's answer, or all its tables and notes, and write its figures; `printed`: notes that are printed."""
     from .. import show
     from ..facts.notes import notes_of
     from ..facts.say import notes_said
@@ -188,7 +188,7 @@ def _show(console: Console, told: list[str], results: Dataset, folder: Path, ver
         say(console, *answer)
     for table in tables:
         console.print(*rendered(table, console.width), sep="\n", end="")
-    notes = [note for note in notes_said(notes_of(results)) if note not in told]
+    notes = [note for note in notes_said(notes_of(results)) if note not in printed]
     say(console, *remedies, *([f"note: {note}" for note in notes] if verbose else validity))
     more = f" ({counted(len(notes), 'further note')}; --verbose prints them)" if notes and not verbose else ""
     written = show.draw(results, folder)
@@ -209,11 +209,11 @@ def status(folder: Path, /, *, json: Annotated[bool, Parameter(negative="")] = F
     """
     from .status import status_of
 
-    found = status_of(folder, verify)
+    state = status_of(folder, verify)
     if json:
-        sys.stdout.write(json_text(found._asdict()) + "\n")
+        sys.stdout.write(json_text(state._asdict()) + "\n")
     else:
-        say(terminal(), *found.lines(folder))
+        say(terminal(), *state.lines(folder))
 
 
 @app.command(group=RUN)
@@ -471,16 +471,16 @@ def compare(
         raise StudyError(f"{a}: name a second result to compare it with, or two of its laws with --laws")
     console = terminal(least=120)
     with console.status("fitting the curves again to resampled motions"):
-        found = compared(a, a if b is None else b, out, laws, verify)
+        comparison = compared(a, a if b is None else b, out, laws, verify)
     if json:
-        sys.stdout.write(json_text(found.as_json, allow_nan=False) + "\n")
+        sys.stdout.write(json_text(comparison.as_json, allow_nan=False) + "\n")
         return
-    say(console, *found.head)
-    for table in found.tables:
+    say(console, *comparison.head)
+    for table in comparison.tables:
         console.print(*rendered(table, console.width), sep="\n", end="")
-    say(console, *(said(fact, REGISTER) for fact in found.answer))
-    say(console, *(f"note: {said(fact, REGISTER)}" for fact in found.notes))
-    say(console, *(f"written: {path}" for path in found.written))
+    say(console, *(said(fact, REGISTER) for fact in comparison.answer))
+    say(console, *(f"note: {said(fact, REGISTER)}" for fact in comparison.notes))
+    say(console, *(f"written: {path}" for path in comparison.written))
 
 
 @app.command(group=INPUTS)

@@ -110,12 +110,12 @@ def laws_of(results: xr.Dataset, model: str, path: Path) -> Index:
 
 def _of_all_samples(stored: xr.Dataset) -> xr.Dataset:
     """Return the pooled curves of an uncertainty study, which are of all samples together."""
-    own = [
+    own_curves = [
         name
         for name, variable in stored.data_vars.items()
         if {"sample", "motion"} & {*variable.dims} or "level" in variable.dims
     ]
-    rest = stored.drop_vars(own)
+    rest = stored.drop_vars(own_curves)
     law = rest.coords.get("law")
     if law is not None and "sample" in law.dims and bool((law == law.isel(sample=0)).all()):
         rest = rest.assign_coords(law=law.isel(sample=0, drop=True))  # one law for all samples

@@ -25,8 +25,8 @@ def forecast(study: Study, folder: Path | None = None) -> list[str]:
         runs = f"about {usual:,} ({few:,} to {many:,}), at most {work:,}, {expected.words}"
         if slides:
             runs += f"; and about {expected.slides:,} runs of sliding blocks"
-        each = duration / max(work, 1)
-        few_seconds, most_seconds = time_text(each * usual), time_text(each * many)
+        per_run = duration / max(work, 1)
+        few_seconds, most_seconds = time_text(per_run * usual), time_text(per_run * many)
         seconds = few_seconds if few_seconds == most_seconds else f"{few_seconds} or so, up to {most_seconds}"
         seconds += " of runs"
     return [

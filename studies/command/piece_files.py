@@ -39,8 +39,8 @@ def write_pieces(result: Path, folder: Path, format_: str, model: str | None = N
     else:
         files = {f"{of}.csv": csv_bytes(table) for of, table in tables.items() if of != ABOUT}
     with writing(path), own_files(folder, f"export {format_} {name}", [*files]):
-        for own, written in files.items():
-            write_bytes(folder / own, written)
+        for file, written in files.items():
+            write_bytes(folder / file, written)
     return path
 
 

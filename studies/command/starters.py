@@ -71,7 +71,7 @@ def write_starter(kind: Starter, folder: Path) -> list[str]:
         raise StudyError(f"{folder}: cannot be written ({system_reason(error)})") from None
     except RecordError as error:
         raise StudyError(str(error).replace(str(staged), str(folder))) from None
-    return sorted((one.name for one in folder.iterdir()), key=lambda name: (name != STUDY, name))
+    return sorted((file.name for file in folder.iterdir()), key=lambda name: (name != STUDY, name))
 
 
 def _fill(kind: Starter, folder: Path) -> None:
@@ -98,11 +98,11 @@ def _move(staged: Path, folder: Path, there: bool) -> None:
         return
     moved: list[Path] = []
     try:
-        for one in sorted(staged.iterdir(), key=lambda path: path.name == STUDY):
-            target = folder / one.name
+        for file in sorted(staged.iterdir(), key=lambda path: path.name == STUDY):
+            target = folder / file.name
             if os.path.lexists(target):
                 raise StudyError(f"{target}: there is a file of that name already; nothing was written")
-            one.rename(target)
+            file.rename(target)
             moved.append(target)
     except BaseException:
         for target in moved:

@@ -32,10 +32,10 @@ class StudyStatus(NamedTuple):
             kept = f"{self.runs:,} runs kept, at most {self.runs_total:,}"
         else:
             kept = f"{self.runs:,} of {self.runs_total:,} runs kept ({part_text(self.runs, self.runs_total)})"
-        said = f"{self.title}: {self.state}, about {kept}"
+        state = f"{self.title}: {self.state}, about {kept}"
         if self.runs >= self.runs_total:
-            said += "; what is made of them follows: curves, tables and figures"
-        lines = [said, *([self.reached] if self.reached else [])]
+            state += "; what is made of them follows: curves, tables and figures"
+        lines = [state, *([self.reached] if self.reached else [])]
         if self.state == "running":
             return lines
         if self.refused:
@@ -77,7 +77,7 @@ def status_of(folder: Path, verify: bool = False) -> StudyStatus:
 def _title(path: Path, verify: bool) -> str:
     """Return the title of results; with `verify`, results of a later version and edited results are an error."""
     with reading(path):
-        found = _printable(title_of(path))
+        title = _printable(title_of(path))
         if verify:
             # labelled arrays take half a second to load, which only the checksum of contents needs
             from ..report.results_file import refuse_newer  # noqa: PLC0415
@@ -87,7 +87,7 @@ def _title(path: Path, verify: bool) -> str:
                 load_small(stored)
                 refuse_newer(path, stored)
                 check_content(path, stored, True)
-        return found
+        return title
 
 
 def _printable(title: object) -> str:

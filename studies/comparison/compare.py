@@ -73,17 +73,17 @@ def compare(
         # (figures name the laws themselves)
         drawn_titles = (a.title, b.title) if same else titles
         if a.kind == PIECES:
-            found = compare_pieces(a, b, laws)
-            draw = partial(figures.of_pieces, found, drawn_titles, sure)
+            findings = compare_pieces(a, b, laws)
+            draw = partial(figures.of_pieces, findings, drawn_titles, sure)
         else:
-            found, curves, places = compare_curves(a, b, laws)
-            draw = partial(figures.of_curves, found, curves, places, drawn_titles, sure)
-        compared = _compared(a, b, found, sure)
+            findings, curves, places = compare_curves(a, b, laws)
+            draw = partial(figures.of_curves, findings, curves, places, drawn_titles, sure)
+        compared = _compared(a, b, findings, sure)
         page = _html_page((a, b), titles, compared, draw)
         drawn = list(draw())
     with own_files(folder, "compare", NAMES):
         written = [
-            write(folder / TABLE, csv_bytes(exported_lines(found.lines, found.quantities))),
+            write(folder / TABLE, csv_bytes(exported_lines(findings.lines, findings.quantities))),
             *save_figures(drawn, folder),
             write(folder / PAGE, page.encode("utf-8")),
         ]
@@ -93,30 +93,30 @@ def compare(
 def side_by_side(a: Side, b: Side, laws: tuple[str, str]) -> Comparison:
     """Compare the curves of two results in memory, under a law of each, and write nothing."""
     refuse_different(a, b)
-    found, _, _ = compare_curves(a, b, laws)
-    return _compared(a, b, found, confidence_text(a.results))
+    findings, _, _ = compare_curves(a, b, laws)
+    return _compared(a, b, findings, confidence_text(a.results))
 
 
-def _compared(a: Side, b: Side, found: Found, sure: str) -> Comparison:
+def _compared(a: Side, b: Side, findings: Found, sure: str) -> Comparison:
     """Return the tables and facts of a comparison."""
-    names = {line.quantity for line in found.lines}
-    shown = [quantity for quantity in found.quantities if quantity.shown and quantity.name in names]
+    names = {line.quantity for line in findings.lines}
+    shown = [quantity for quantity in findings.quantities if quantity.shown and quantity.name in names]
     whole = [quantity for quantity in shown if quantity.whole]
     groups = [[quantity] for quantity in shown if not quantity.whole] + ([whole] if whole else [])
-    lines = [line for line in found.lines if any(line.quantity == quantity.name for quantity in shown)]
-    inputs = [*inputs_that_differ(a, b, found.matched)]
+    lines = [line for line in findings.lines if any(line.quantity == quantity.name for quantity in shown)]
+    inputs = [*inputs_that_differ(a, b, findings.matched)]
     resampled = any(not math.isnan(line.ratio.lower) for line in lines)
-    of = "item" if a.kind == PIECES else "block" if len(found.matched["floor"].pairs) == 1 else "curve"
+    of = "item" if a.kind == PIECES else "block" if len(findings.matched["floor"].pairs) == 1 else "curve"
     return Comparison(
         [f"{side.name}: {side.title} ({side.path})" for side in (a, b)],
         inputs,
-        [*_table_of_inputs(inputs), *(table_of(found.lines, group, sure) for group in groups)],
+        [*_table_of_inputs(inputs), *(table_of(findings.lines, group, sure) for group in groups)],
         [*answer(lines, shown, of)],
         [
             Fact("comparison.ratio", more={"resampled": resampled}),
             *notes_on_inputs(a, b, bool(inputs), resampled),
             *legend(lines),
-            *found.notes,
+            *findings.notes,
         ],
         [],
     )

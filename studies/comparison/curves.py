@@ -69,8 +69,8 @@ class Curves(NamedTuple):
     def status(self, at: Place) -> str:
         """Return why there is no curve."""
         i, j, k = at
-        one = self.side.results["status"].isel(block=i, model=j)
-        return str((one.isel(floor=k) if "floor" in one.dims else one).item())
+        status = self.side.results["status"].isel(block=i, model=j)
+        return str((status.isel(floor=k) if "floor" in status.dims else status).item())
 
 
 def compare_curves(
@@ -86,25 +86,25 @@ def compare_curves(
         raise StudyError("A and B have no floor in common")
     paired = same_motions(a, b)
     number = len(blocks.pairs) * len(models.pairs) * len(floors.pairs)
-    surface = any(one.results.attrs.get("design") == POOLED for one in (a, b))
+    surface = any(side.results.attrs.get("design") == POOLED for side in (a, b))
     again = number <= MOST_RESAMPLED and not surface
     options = fit_of(a)
     seeds = (options.seed, options.seed if paired else options.seed + 1)
     sides = []
     for k, (side, seed) in enumerate(zip((a, b), seeds, strict=True)):
-        chosen = [sorted({pair[k] for pair in one.pairs}) for one in (blocks, models)]
+        chosen = [sorted({pair[k] for pair in dim.pairs}) for dim in (blocks, models)]
         sides.append(_resampled(side, seed, options.replicates, chosen) if again else Curves(side, None, None))
     of_a, of_b = sides
     years = {float(side.results.attrs["years"]) for side in (a, b) if "years" in side.results.attrs}
     time = years.pop() if len(years) == 1 else YEARS
     places = [((i[0], j[0], k[0]), (i[1], j[1], k[1])) for i, k, j in product(blocks.pairs, floors.pairs, models.pairs)]
-    lines = [line for one, other in places for line in _lines(of_a, of_b, one, other, time)]
+    lines = [line for place, other in places for line in _lines(of_a, of_b, place, other, time)]
     notes = [*_notes(a, b, of_a, of_b)]
     if not again:
         more = {"most": MOST_RESAMPLED}
         notes.append(Fact("comparison.surface") if surface else Fact("comparison.too_many", number, more=more))
-    found = Found({"model": models, "block": blocks, "floor": floors}, lines, _quantities(a, time), notes)
-    return found, (of_a, of_b), places
+    findings = Found({"model": models, "block": blocks, "floor": floors}, lines, _quantities(a, time), notes)
+    return findings, (of_a, of_b), places
 
 
 def _quantities(side: Side, years: float) -> list[Quantity]:
@@ -131,37 +131,37 @@ def fit_of(side: Side) -> Fit:
 def _resampled(side: Side, seed: int, replicates: int, chosen: list[list[int]]) -> Curves:
     """Fit the curves of some blocks and laws again with replicates; arrays keep the places of all."""
     fit = replace(fit_of(side), seed=seed, replicates=replicates)
-    own = {name for name, variable in side.results.data_vars.items() if RUN in variable.dims}
-    runs = side.results.drop_vars([name for name in side.results.data_vars if name not in {*fit.outputs, *own}])
+    of_runs = {name for name, variable in side.results.data_vars.items() if RUN in variable.dims}
+    runs = side.results.drop_vars([name for name in side.results.data_vars if name not in {*fit.outputs, *of_runs}])
     if "motion_floor" in runs.coords:  # (the curves took the name)
         runs = runs.drop_vars("floor").rename(motion_floor="floor")
     # (the new curves hold no modelling uncertainty yet)
     runs.attrs.pop(MODELLING, None)
     runs = runs.isel(block=chosen[0], model=chosen[1])
     if side.kind == "uncertainty":
-        each = [pooled_curves(runs.isel(block=i), fit, keep=True) for i in range(len(chosen[0]))]
-        found = xr.concat(each, "block", combine_attrs="override", coords="minimal", compat="override")
+        of_blocks = [pooled_curves(runs.isel(block=i), fit, keep=True) for i in range(len(chosen[0]))]
+        curves = xr.concat(of_blocks, "block", combine_attrs="override", coords="minimal", compat="override")
     else:
-        found = fit.curves(runs, True)
+        curves = fit.curves(runs, True)
     every = {dim: side.results[dim].values for dim in ("block", "model")}
-    found = found.assign_coords({dim: every[dim][own] for dim, own in zip(every, chosen, strict=True)})
+    curves = curves.assign_coords({dim: every[dim][places] for dim, places in zip(every, chosen, strict=True)})
     hazard = side.study.get("hazard")
     # a curve in a file next to the study is not known
     known = hazard is not None and "file" not in hazard and "rate" in side.results
     risk = hazard_table(hazard).risk(measure_of(side), Path()) if known else None
     rates = None
     if risk is not None:
-        yearly = risk.rates(fit.modelled(found), fit.confidence)
+        yearly = risk.rates(fit.modelled(curves), fit.confidence)
         rates = yearly.get("rate_sample")
         if rates is not None and "realisation" in rates.dims:
             rates = rates.weighted(yearly["weight"]).mean("realisation")
     if FITTED_RATE in side.results and (risk is not None or not fit.in_mean):
         # rates without a form of curve are from the runs' own weights, which need no hazard curve
-        labels = {dim: found[dim].values for dim in every}
+        labels = {dim: curves[dim].values for dim in every}
         rates = weighted_rate_samples(runs.assign_coords(labels), replicates, seed, fit.state)
-        rates = rates * (1.0 if risk is None else modelling_factor(found, risk, fit))
+        rates = rates * (1.0 if risk is None else modelling_factor(curves, risk, fit))
     drawn = None if rates is None else np.asarray(_spread(rates.reindex(every), "replicate").values)
-    return Curves(side, found.reindex(every), drawn)
+    return Curves(side, curves.reindex(every), drawn)
 
 
 def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Line]:
@@ -179,15 +179,15 @@ def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Lin
         if not all(quantity in curves.side.results for curves, _ in sides):
             continue
         samples = [curves.samples(quantity, where) for curves, where in sides]
-        values, said = zip(*(_reached(curves, quantity, where) for curves, where in sides), strict=True)
+        values, words = zip(*(_reached(curves, quantity, where) for curves, where in sides), strict=True)
         if quantity != RATE:
-            lines.append(line_of((quantity, *of), values, samples, said, confidence))
+            lines.append(line_of((quantity, *of), values, samples, words, confidence))
             continue
         runs = np.array([curves.value(OF_RUNS, where).value for curves, where in sides])
-        lines.append(line_of((RATE, *of), values, samples, said, confidence, runs))
+        lines.append(line_of((RATE, *of), values, samples, words, confidence, runs))
         chances = [chance_in(value, years) for value in values]
         of_samples = [None if rates is None else probability_in(rates, years) for rates in samples]
-        lines.append(line_of((CHANCE, *of), chances, of_samples, said, confidence, probability_in(runs, years)))
+        lines.append(line_of((CHANCE, *of), chances, of_samples, words, confidence, probability_in(runs, years)))
     return lines
 
 
@@ -198,10 +198,10 @@ def _reached(curves: Curves, quantity: str, at: Place) -> tuple[Range, str]:
         return UNKNOWN, NOT_REACHED
     if quantity == DISPERSION and value.value > FLAT:
         return UNKNOWN, f"above {FLAT:g}"
-    said = "" if math.isfinite(value.value) else curves.status(at)
+    words = "" if math.isfinite(value.value) else curves.status(at)
     if quantity == MEDIAN:
-        return Range(value.value, *open_ends(value.lower, value.upper, results)), said
-    return value._replace(upper=math.inf) if quantity == DISPERSION and value.upper > FLAT else value, said
+        return Range(value.value, *open_ends(value.lower, value.upper, results)), words
+    return value._replace(upper=math.inf) if quantity == DISPERSION and value.upper > FLAT else value, words
 
 
 def _notes(a: Side, b: Side, of_a: Curves, of_b: Curves) -> Iterator[Fact]:

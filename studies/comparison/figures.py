@@ -29,26 +29,28 @@ LEAST_CHANCE = 1e-7
 
 
 def of_curves(
-    found: Found,
+    findings: Found,
     curves: tuple[Curves, Curves],
     places: list[tuple[Place, Place]],
     titles: tuple[str, str],
     confidence: str,
 ) -> Iterator[tuple[str, Figure]]:
     """Yield the figures of a comparison of curves, each with the name of its file."""
-    medians = [line for line in found.lines if line.quantity == MEDIAN]
+    medians = [line for line in findings.lines if line.quantity == MEDIAN]
     if medians and same_measure(curves[0].side, curves[1].side):
         chosen = furthest(medians, MOST_PANELS)
         drawn = [(line, places[medians.index(line)]) for line in chosen]
         yield "curves", _panels(curves, drawn, medians, titles, confidence)
-    yield from of_pieces(found, titles, confidence)
+    yield from of_pieces(findings, titles, confidence)
 
 
-def of_pieces(found: Found, titles: tuple[str, str], confidence: str) -> Iterator[tuple[str, Figure]]:
+def of_pieces(findings: Found, titles: tuple[str, str], confidence: str) -> Iterator[tuple[str, Figure]]:
     """Yield the figure of the chances of both sides if there are any, with the name of its file."""
-    chances = [line for line in found.lines if line.quantity == CHANCE and (line.a.value > 0.0 or line.b.value > 0.0)]
+    chances = [
+        line for line in findings.lines if line.quantity == CHANCE and (line.a.value > 0.0 or line.b.value > 0.0)
+    ]
     if chances:
-        yield "chances", _dots(chances, found.quantities[0], titles, confidence)
+        yield "chances", _dots(chances, findings.quantities[0], titles, confidence)
 
 
 @axes.style()
@@ -88,31 +90,31 @@ def _curve(curves: Curves, at: Place, ax: Axes, x: Array, scale: float) -> None:
     label = curves.side.name
     ax.plot([], [], color=colour, ls=line, lw=1.8, label=label)
     if curves.fit is None:
-        one = curves.value(MEDIAN, at)
-        if one.value <= EDGE * highest_level(curves.side.results):
-            ax.axvline(one.value / scale, color=colour, ls=line, lw=1.2)
+        median = curves.value(MEDIAN, at)
+        if median.value <= EDGE * highest_level(curves.side.results):
+            ax.axvline(median.value / scale, color=colour, ls=line, lw=1.2)
         return
-    here = curves.fit.isel(block=at[0], model=at[1])
-    here = here.isel(floor=at[2]) if "floor" in here.dims else here
+    curve = curves.fit.isel(block=at[0], model=at[1])
+    curve = curve.isel(floor=at[2]) if "floor" in curve.dims else curve
     x = np.minimum(x, highest_level(curves.side.results) / scale)  # (a curve ends where its runs do)
     log_x = np.log(x * scale)
-    ax.plot(x, np.ravel(curve_arrays(here)[0].probability(log_x, LEAST)), color=colour, ls=line, lw=1.8)
-    if has_replicates(here):
-        drawn = curve_arrays(here, replicates=True)[0].probability(log_x, LEAST)
+    ax.plot(x, np.ravel(curve_arrays(curve)[0].probability(log_x, LEAST)), color=colour, ls=line, lw=1.8)
+    if has_replicates(curve):
+        drawn = curve_arrays(curve, replicates=True)[0].probability(log_x, LEAST)
         low, high, _ = percentile_interval(drawn.reshape(-1, x.size).T, float(curves.side.results.attrs["confidence"]))
         ax.fill_between(x, low, high, color=colour, alpha=0.18, lw=0.0)
 
 
 def _span(sides: tuple[Side, Side], chosen: list[Line]) -> tuple[float, float, bool]:
     """Return the ends of the axis of levels that includes the levels of both sides, and True for a logarithmic axis."""
-    found = [axis_of(side.results) for side in sides]
-    scale, _ = display_unit(found[0])
+    levels = [axis_of(side.results) for side in sides]
+    scale, _ = display_unit(levels[0])
     if all("level" in side.results.coords for side in sides):
-        x = np.unique(np.concatenate([axis.values for axis in found])) / scale
-        log = all(axes.log_spaced(axis.values) for axis in found)
+        x = np.unique(np.concatenate([axis.values for axis in levels])) / scale
+        log = all(axes.log_spaced(axis.values) for axis in levels)
         return float(x[0]), float(x[-1]), log
     high = max((end.value for line in chosen for end in (line.a, line.b) if math.isfinite(end.value)), default=1.0)
-    return 0.0, min(3.0 * high, max(float(axis.max()) for axis in found)) / scale, False
+    return 0.0, min(3.0 * high, max(float(axis.max()) for axis in levels)) / scale, False
 
 
 @axes.style()
@@ -136,9 +138,9 @@ def _dots(lines: list[Line], quantity: Quantity, titles: tuple[str, str], confid
     ax.set_xscale("log")
     ax.set_xlim(0.7 * min(ends), 1.4 * max(ends))
     for i, line in enumerate(chosen):
-        for name, said, shift in (("A", line.said_a, -0.14), ("B", line.said_b, 0.14)):
-            if said:
-                at, text = ax.get_xlim()[0], f" {name}: {said}"
+        for name, words, shift in (("A", line.said_a, -0.14), ("B", line.said_b, 0.14)):
+            if words:
+                at, text = ax.get_xlim()[0], f" {name}: {words}"
                 ax.annotate(text, (at, i + shift), color=LOOKS[name][0], va="center")
     for name, (colour, marker, _) in LOOKS.items():
         ax.plot([], [], marker, color=colour, ms=5.5, mew=0.0, label=name)
@@ -157,7 +159,7 @@ def _dots(lines: list[Line], quantity: Quantity, titles: tuple[str, str], confid
 def _titles(titles: tuple[str, str], lines: list[Line]) -> list[str]:
     """Return the titles of both studies, with their laws if these differ and there is one pair."""
     laws = {line.laws for line in lines}
-    said = next(iter(laws)) if len(laws) == 1 else ("", "")
-    said = said if said[0] != said[1] else ("", "")
-    parts = zip("AB", map(short_name, titles), map(axes.model_name, said), strict=True)
+    names = next(iter(laws)) if len(laws) == 1 else ("", "")
+    names = names if names[0] != names[1] else ("", "")
+    parts = zip("AB", map(short_name, titles), map(axes.model_name, names), strict=True)
     return [f"{name}: {', '.join(filter(None, (title, law)))}" for name, title, law in parts]

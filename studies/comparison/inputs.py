@@ -32,13 +32,13 @@ OF_PIECES = (
 
 def inputs_that_differ(a: Side, b: Side, matched: Mapping[str, Matched]) -> Iterator[Fact]:
     """Yield each input that differs, with its values in A and in B: labels, keys of study files, sizes, versions."""
-    for dim, found in matched.items():
-        for i, j in found.pairs:
+    for dim, pairing in matched.items():
+        for i, j in pairing.pairs:
             labels = [str(side.results[dim].values[at]) for side, at in ((a, i), (b, j)) if dim in side.results.coords]
             if len({*labels}) == 2:
                 yield Fact("comparison.input", names=(dim, *labels))
-        if found.only_a or found.only_b:
-            yield _alone(dim, found.only_a, found.only_b)
+        if pairing.only_a or pairing.only_b:
+            yield _alone(dim, pairing.only_a, pairing.only_b)
     yield from _keys(a, b)
     for key in ("toppling_version", "processor"):
         values = [str(side.results.attrs.get(key, "")) for side in (a, b)]
@@ -74,7 +74,7 @@ def _alone(what: str, of_a: list[str], of_b: list[str]) -> Fact:
     return Fact("comparison.input_of_one", names=(what, first_names(of_a), first_names(of_b)))
 
 
-def _numbers(a: Side, b: Side, found: Matched, laws: Matched) -> Iterator[Fact]:
+def _numbers(a: Side, b: Side, matched: Matched, laws: Matched) -> Iterator[Fact]:
     """Yield the sizes and other numbers of blocks or pieces that differ, under the first laws that are compared."""
     dim = "item" if a.kind == PIECES else "block"
     for name in OF_PIECES if dim == "item" else OF_BLOCKS:
@@ -88,8 +88,8 @@ def _numbers(a: Side, b: Side, found: Matched, laws: Matched) -> Iterator[Fact]:
             continue
         # (money has the unit of its inventory)
         units = ["" if values.attrs.get("units", "1") == "1" else f" {values.attrs['units']}" for values in both]
-        before, after = (values.values[[pair[k] for pair in found.pairs]] for k, values in enumerate(both))
-        labels = [str(a.results[dim].values[i]) for i, _ in found.pairs]
+        before, after = (values.values[[pair[k] for pair in matched.pairs]] for k, values in enumerate(both))
+        labels = [str(a.results[dim].values[i]) for i, _ in matched.pairs]
         if name == "anchored":
             alone = [[labels[i] for i in np.flatnonzero(more)] for more in (before > after, after > before)]
             if any(alone):
@@ -122,16 +122,16 @@ def _keys(a: Side, b: Side) -> Iterator[Fact]:
         yield Fact("comparison.input", names=("content", *(curve[:8] for curve in curves)), more={"of": files[0]})
 
 
-def _equal(one: object, other: object) -> bool:
-    if isinstance(one, float | np.floating) and isinstance(other, float | np.floating):
-        return bool(np.isclose(one, other, rtol=ROUNDING, atol=0.0, equal_nan=True))
-    return str(one) == str(other)
+def _equal(value: object, other: object) -> bool:
+    if isinstance(value, float | np.floating) and isinstance(other, float | np.floating):
+        return bool(np.isclose(value, other, rtol=ROUNDING, atol=0.0, equal_nan=True))
+    return str(value) == str(other)
 
 
-def _values(one: object, other: object) -> tuple[str, str]:
+def _values(value: object, other: object) -> tuple[str, str]:
     """Return two values as texts, with all digits if fewer are equal."""
-    short = _value(one), _value(other)
-    return short if short[0] != short[1] else (f"{one:.12g}", f"{other:.12g}")
+    short = _value(value), _value(other)
+    return short if short[0] != short[1] else (f"{value:.12g}", f"{other:.12g}")
 
 
 def _value(value: object) -> str:

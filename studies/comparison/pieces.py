@@ -89,15 +89,15 @@ def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Fou
                 lines.append(_line((a, b), (name, WHOLE, "", laws), stored, of_motions, drawn, yearly and name == ANY))
         pieces = [{piece.item: piece for piece in pieces_of(side.results, law)} for side, law in sides]
         for pair in items.pairs:
-            each = zip(pieces, (a, b), pair, strict=True)
-            both = [by_item[str(side.results["item"].values[at])] for by_item, side, at in each]
+            sides_of = zip(pieces, (a, b), pair, strict=True)
+            both = [by_item[str(side.results["item"].values[at])] for by_item, side, at in sides_of]
             chances = [UNKNOWN if piece.held else piece.chance for piece in both]
             name = pair_text(*(piece.item for piece in both))
             place = pair_text(*(", ".join(filter(None, (piece.room, floor_name(piece.floor)))) for piece in both))
             of_motions = [of_side[CHANCE][at] for of_side, at in zip(falls, pair, strict=True)]
             line = _line((a, b), (CHANCE, name, place, laws), chances, of_motions, drawn, yearly)
             held = [piece.held for piece in both]
-            said_a, said_b = ("anchored" if fixed else said for fixed, said in zip(held, line[-2:], strict=True))
+            said_a, said_b = ("anchored" if fixed else words for fixed, words in zip(held, line[-2:], strict=True))
             verdict = ANCHORED_IN["both" if all(held) else "A" if held[0] else "B"] if any(held) else line.verdict
             lines.append(line._replace(verdict=verdict, said_a=said_a, said_b=said_b))
     notes = [Fact("comparison.totals")] if items.only_a or items.only_b else []
@@ -121,12 +121,12 @@ def _quantities(side: Side, yearly: bool) -> list[Quantity]:
     per, in_a = (PER_YEAR, f"{money} a year".strip()) if yearly else (DIMENSIONLESS, money)
     # (few pieces fall in one year)
     rare = (PERIOD, 1e-3, per, of) if yearly else ("", 1.0, per, of)
-    each = " per year" if yearly else ""
-    days = f"{DAY}s{each}", 1.0, per_year(DAY) if yearly else DAY, of
+    per_year_text = " per year" if yearly else ""
+    days = f"{DAY}s{per_year_text}", 1.0, per_year(DAY) if yearly else DAY, of
     return [
         Quantity(CHANCE, "", 1.0, DIMENSIONLESS, of, chance=True),
         Quantity(NUMBER, *rare, whole=True),
-        Quantity(LOSS, f"{money}{each}".strip(), 1.0, in_a, of, whole=True),
+        Quantity(LOSS, f"{money}{per_year_text}".strip(), 1.0, in_a, of, whole=True),
         Quantity(DOWNTIME, *days, whole=True),
         Quantity(INJURIES, *rare, whole=True),
         Quantity(ANY, "", 1.0, DIMENSIONLESS, of, chance=True, whole=True),
@@ -151,11 +151,11 @@ def _line(
     ranges = [chance_in(rate, YEARS) if yearly and not math.isnan(rate.value) else rate for rate in stored]
     samples = [number @ weights.T for number, weights in zip(of_motions, drawn, strict=True)]
     samples = [probability_in(rates, YEARS) for rates in samples] if yearly else samples
-    said = [
+    words = [
         "" if number.value != 0.0 else at_most(side.results) if of[0] in (CHANCE, ANY) else NEVER
         for number, side in zip(ranges, sides, strict=True)
     ]
-    return line_of(of, ranges, samples, said, float(sides[0].results.attrs["confidence"]))
+    return line_of(of, ranges, samples, words, float(sides[0].results.attrs["confidence"]))
 
 
 def _lossy(a: Side, b: Side) -> bool:
@@ -165,11 +165,11 @@ def _lossy(a: Side, b: Side) -> bool:
 
 def _stored(side: Side, quantity: str, law: int, yearly: bool) -> Range:
     """Return a total of the building with its interval from the results."""
-    here = side.results.isel(model=law).sel(place=BUILDING)
+    totals = side.results.isel(model=law).sel(place=BUILDING)
     name = YEARLY[quantity] if yearly else AT_LEVEL[quantity]
     if not yearly:
-        here = here.isel(level=level_index(side.results, float(side.results.attrs["at_level"])))
-    return range_of(here, name)
+        totals = totals.isel(level=level_index(side.results, float(side.results.attrs["at_level"])))
+    return range_of(totals, name)
 
 
 def _valued(side: Side) -> bool:

@@ -127,14 +127,14 @@ def line_of(
     of: tuple[str, str, str, tuple[str, str]],
     values: Sequence[Range],
     samples: Sequence[Array | None],
-    said: Sequence[str],
+    words: Sequence[str],
     confidence: float,
     of_runs: Sequence[float] | Array = (math.nan, math.nan),
 ) -> Line:
     """Return the line of two values with their ratio and its outcome; `of`: quantity, name, place and laws."""
     (a, b), (of_a, of_b) = values, samples
     ratio = Range(*ratio_of(a.value, b.value, of_a, of_b, confidence, of_runs))
-    return Line(*of, a, b, ratio, verdict_of(ratio), *said)
+    return Line(*of, a, b, ratio, verdict_of(ratio), *words)
 
 
 class Quantity(NamedTuple):

@@ -67,14 +67,14 @@ def titles_of(a: Side, b: Side, laws: tuple[str, str] | None = None) -> tuple[st
     titles = a.title or "A study", b.title or "A study"
     if titles[0] != titles[1]:
         return titles
-    folders = [one.path.resolve().parent for one in (a, b)]
-    beside: Sequence[str] = [folder.name for folder in folders]
-    if beside[0] == beside[1]:
-        beside = [folder.as_posix() for folder in folders]
+    folders = [side.path.resolve().parent for side in (a, b)]
+    words: Sequence[str] = [folder.name for folder in folders]
+    if words[0] == words[1]:
+        words = [folder.as_posix() for folder in folders]
     if folders[0] == folders[1]:
-        beside = [one.path.name for one in (a, b)] if a.path.resolve() != b.path.resolve() else laws or ("A", "B")
-    one, other = (f"{titles[0]} ({word})" for word in beside)
-    return one, other
+        words = [side.path.name for side in (a, b)] if a.path.resolve() != b.path.resolve() else laws or ("A", "B")
+    first_title, other = (f"{titles[0]} ({word})" for word in words)
+    return first_title, other
 
 
 def result_of(path: Path) -> Path:
@@ -104,21 +104,21 @@ def result_of(path: Path) -> Path:
 @contextmanager
 def two_sides(first: Path, second: Path, same: bool = False, verify: bool = False) -> Iterator[tuple[Side, Side]]:
     """Open two results until the block ends: folders of finished studies, their results, or their study files."""
-    paths = [result_of(one) for one in (first, second)]
+    paths = [result_of(path) for path in (first, second)]
     if not same and paths[0].resolve() == paths[1].resolve():
         raise StudyError(f"{first} and {second} are the same results: name another folder, or two laws with --laws")
-    with read_results(paths[0]) as one, read_results(paths[1]) as other:
+    with read_results(paths[0]) as first_results, read_results(paths[1]) as other:
         sides = []
-        for name, path, results in zip("AB", paths, (one, other), strict=True):
+        for name, path, results in zip("AB", paths, (first_results, other), strict=True):
             if not (same and name == "B"):  # (the same file is checked once)
                 check_content(path, results, verify)
             try:
-                found = json.loads(str(results.attrs.get("study")))
+                study = json.loads(str(results.attrs.get("study")))
             except (ValueError, RecursionError):
-                found = None
-            if not isinstance(found, dict):
+                study = None
+            if not isinstance(study, dict):
                 raise StudyError(f"{path}: does not hold its study (attribute study): run it again")
-            sides.append(Side(name, path, results, found))
+            sides.append(Side(name, path, results, study))
         a, b = sides
         alike = a.identity(0) and [a.identity(i) for i in (0, 1)] == [b.identity(i) for i in (0, 1)]
         if not same and alike and not any(changes(a.study, b.study)):
@@ -148,16 +148,16 @@ def refuse_different(a: Side, b: Side) -> None:
     if a.kind == PIECES:
         _refuse_pieces(a, b)
     elif not same_measure(a, b) and not ("rate" in a.results and "rate" in b.results):
-        found = [level_name(one.results) for one in (a, b)]
+        levels = [level_name(side.results) for side in (a, b)]
         raise StudyError(
-            f"the curves of A are in {found[0]} and those of B in {found[1]}: medians of two measures cannot be "
+            f"the curves of A are in {levels[0]} and those of B in {levels[1]}: medians of two measures cannot be "
             "compared, and there are no annual rates of both (give both studies one im, or both a [hazard])"
         )
 
 
 def _refuse_pieces(a: Side, b: Side) -> None:
     """Raise StudyError if the chances of pieces are not of the same thing."""
-    yearly = ["item_rate" in one.results for one in (a, b)]
+    yearly = ["item_rate" in side.results for side in (a, b)]
     if yearly[0] != yearly[1]:
         has, lacks = ("A", "B") if yearly[0] else ("B", "A")
         raise StudyError(
@@ -165,14 +165,15 @@ def _refuse_pieces(a: Side, b: Side) -> None:
         )
     if yearly[0]:
         return
-    at = [float(one.results.attrs["at_level"]) for one in (a, b)]
+    at = [float(side.results.attrs["at_level"]) for side in (a, b)]
     if not same_measure(a, b) or not np.isclose(at[0], at[1], rtol=1e-9, atol=0.0):
-        said = [
-            f"{level_name(one.results)} = {level:g} {one.results['level'].attrs['units']}"
-            for one, level in zip((a, b), at, strict=True)
+        levels = [
+            f"{level_name(side.results)} = {level:g} {side.results['level'].attrs['units']}"
+            for side, level in zip((a, b), at, strict=True)
         ]
         raise StudyError(
-            f"chances of A are at {said[0]} and those of B at {said[1]}: give both one im and one performance.at_level"
+            f"chances of A are at {levels[0]} and those of B at {levels[1]}: give both one im and one "
+            "performance.at_level"
         )
 
 
@@ -202,7 +203,7 @@ def same_motions(a: Side, b: Side) -> bool:
         return False
     if a.results.attrs.get("design") == POOLED:  # (whose results have no list of motions)
         return True
-    first, second = (one.results["motion"].values[as_given(one.results)] for one in (a, b))
+    first, second = (side.results["motion"].values[as_given(side.results)] for side in (a, b))
     if not np.array_equal(first, second):
         return False
     # (stripes draw motions level by level)
@@ -218,7 +219,9 @@ def matched(of_a: Sequence[str], of_b: Sequence[str]) -> Matched:
     if not pairs and len(of_a) == len(of_b) == 1:
         return Matched([(0, 0)], [], [])
     common = {of_a[i] for i, _ in pairs}
-    return Matched(pairs, [one for one in of_a if one not in common], [one for one in of_b if one not in common])
+    return Matched(
+        pairs, [label for label in of_a if label not in common], [label for label in of_b if label not in common]
+    )
 
 
 def matched_laws(a: Side, b: Side, laws: tuple[str, str] | None) -> Matched:
@@ -231,10 +234,10 @@ def matched_laws(a: Side, b: Side, laws: tuple[str, str] | None) -> Matched:
 def matched_names(a: Side, b: Side, dim: str, noun: str, cure: str = "") -> Matched:
     """Match laws, blocks or pieces of two sides by their labels; StudyError if there is none in common."""
     labels = [_labels(side, dim) for side in (a, b)]
-    found = matched(*labels)
-    if not found.pairs:
+    pairs = matched(*labels)
+    if not pairs.pairs:
         raise StudyError(f"A and B have no {noun} in common (A: {_listed(labels[0])}; B: {_listed(labels[1])}){cure}")
-    return found
+    return pairs
 
 
 def floors_of(side: Side) -> list[str]:
@@ -253,11 +256,13 @@ def law_at(side: Side, name: str) -> int:
         short = [str(value) for value in law.values]
     else:
         short = [label.partition(" ")[0] for label in labels]
-    found = [i for i, label in enumerate(labels) if label == name] or [i for i, one in enumerate(short) if one == name]
-    if len(found) != 1:
-        several = "several" if found else "no"
+    places = [i for i, label in enumerate(labels) if label == name] or [
+        i for i, name_short in enumerate(short) if name_short == name
+    ]
+    if len(places) != 1:
+        several = "several" if places else "no"
         raise StudyError(f"--laws {name}: {side.name} holds {several} such law among {_listed(labels)}")
-    return found[0]
+    return places[0]
 
 
 def _labels(side: Side, dim: str) -> list[str]:

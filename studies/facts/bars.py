@@ -83,9 +83,11 @@ def _of_pieces(results: xr.Dataset) -> Bars | None:
         "other": [bar(piece) for piece in kept if piece.stated],
     }
     hidden = [bar(piece).value for piece in others[len(kept) :]]
-    found = {name: bars for name, bars in groups.items() if bars}
+    shown_groups = {name: bars for name, bars in groups.items() if bars}
     highest = max(hidden, default=math.nan)
-    return Bars("chance", found, _top(found), YEARS if yearly else 0.0, left_out=len(hidden), highest=highest)
+    return Bars(
+        "chance", shown_groups, _top(shown_groups), YEARS if yearly else 0.0, left_out=len(hidden), highest=highest
+    )
 
 
 def _of_blocks(results: xr.Dataset) -> Bars | None:
@@ -93,14 +95,14 @@ def _of_blocks(results: xr.Dataset) -> Bars | None:
     at, _ = reference_law(results)
     yearly = "risk_probability" in results and bool(np.isfinite(results["risk_probability"].isel(model=at)).any())
     name = "risk_probability" if yearly else HALF
-    here = (shown(results, RATE, MOST) if yearly else shown(results, most=MOST)).isel(model=at)
+    of_law = (shown(results, RATE, MOST) if yearly else shown(results, most=MOST)).isel(model=at)
     scale, unit = display_unit(axis_of(results))
     bars = []
-    for label, place in by_place(here, here[name].dims):
-        case = here.isel(place)
+    for label, place in by_place(of_law, of_law[name].dims):
+        case = of_law.isel(place)
         values = block_chance(case, case, float(results.attrs["years"])) if yearly else range_of(case, HALF, scale)
         if math.isfinite(values.value):
-            block, _, rest = label.rpartition(", ") if "floor" in here[name].dims else (label, "", "")
+            block, _, rest = label.rpartition(", ") if "floor" in of_law[name].dims else (label, "", "")
             bars.append(Bar(block, rest, *values))
     if not bars:
         return None

@@ -91,12 +91,12 @@ def rate_without(results: xr.Dataset, lines: Sequence[str]) -> float:
 def answer(results: xr.Dataset) -> Iterator[Fact]:
     """Yield the answer, the most important fact first."""
     at, _ = reference_law(results)
-    here = results.isel(model=at)
-    whole = here.sel(place=BUILDING)
+    of_law = results.isel(model=at)
+    whole = of_law.sel(place=BUILDING)
     more = {"pieces": pieces_at(results, BUILDING), "years": YEARS, "edges": fallen_word(results) != "overturned"}
     if "branch" in results.dims:
         yield _spread("building.over_branches", building_spread(results, "any_rate", BUILDING), more)
-    elif "any_rate" in here:
+    elif "any_rate" in of_law:
         rate = range_of(whole, "any_rate")
         yield Fact("building.any_fall" if rate.value > 0.0 else "building.nothing_falls", *rate, more=more)
     else:
@@ -128,21 +128,21 @@ def details(results: xr.Dataset) -> Iterator[Fact]:
     yield from _carried(results)
 
 
-def _spread(what: str, here: xr.Dataset, more: Mapping[str, object]) -> Fact:
+def _spread(what: str, results: xr.Dataset, more: Mapping[str, object]) -> Fact:
     """Return an annual value over branches: its mean and the ends of nine tenths, with the largest source."""
-    low, high = (float(here["epistemic_rate_fractile"].sel(epistemic_fractile=end)) for end in OUTER)
-    more = {**more, "branches": here.sizes.get("branch", 0), "largest": sources(here)[:1]}
-    return Fact(what, float(here["epistemic_rate"]), low, high, more=more)
+    low, high = (float(results["epistemic_rate_fractile"].sel(epistemic_fractile=end)) for end in OUTER)
+    more = {**more, "branches": results.sizes.get("branch", 0), "largest": sources(results)[:1]}
+    return Fact(what, float(results["epistemic_rate"]), low, high, more=more)
 
 
 def _at_level(results: xr.Dataset, whole: xr.Dataset, more: Mapping[str, object]) -> Iterator[Fact]:
     """Yield the chance of any fall and the number of falls at the study's level."""
     level = float(results.attrs["at_level"])
-    here = whole.sel(level=level)
+    at_level = whole.sel(level=level)
     measure = "" if str(results.attrs["im"]) == "scale" else quantity_name(results["level"], str(results.attrs["im"]))
     more = {**more, "measure": measure, "units": str(results["level"].attrs.get("units", "1"))}
     for what, name in (("building.any_at_level", "any_probability"), ("building.number_at_level", "number_mean")):
-        yield Fact(what, *range_of(here, name), level=level, more=more)
+        yield Fact(what, *range_of(at_level, name), level=level, more=more)
 
 
 def _afterwards(results: xr.Dataset, now: float) -> Iterator[Fact]:
@@ -303,36 +303,40 @@ def _budget(pieces: Sequence[Piece], results: xr.Dataset, at: int, money: Mappin
 
 def _kit_sets(results: xr.Dataset, pieces: Sequence[Piece], money: Mapping[str, object]) -> Iterator[Fact]:
     """Yield the kits to buy for the study's budget, and the cheapest that meet its target."""
-    here = results.isel(model=reference_law(results)[0])
+    of_law = results.isel(model=reference_law(results)[0])
     yearly = "item_rate" in results
     for name in ("budget", "target"):
         if f"{name}_kit" not in results:
             continue
         target = json.loads(str(results.attrs.get("target", "{}")))
         more = {**money, "target": target, "yearly": yearly}
-        if name == "target" and not bool(here["target_met"]):
+        if name == "target" and not bool(of_law["target_met"]):
             yield Fact("kit.target_missed", more=more)
             continue
-        kits = {str(item): str(kit) for item, kit in zip(here["item"].values, here[f"{name}_kit"].values, strict=True)}
+        kits = {
+            str(item): str(kit) for item, kit in zip(of_law["item"].values, of_law[f"{name}_kit"].values, strict=True)
+        }
         pairs = tuple((kits[piece.item], piece.item) for piece in pieces if kits[piece.item])
-        surely = [here[f"kit_{side}falls_saved_lower"] for side in ("", "front_")]
+        surely = [of_law[f"kit_{side}falls_saved_lower"] for side in ("", "front_")]
         shown = {
             item for item, kit in kits.items() if kit and any(least.sel(item=item, kit=kit) > 0.0 for least in surely)
         }
-        falls = here if yearly else here.sel(level=float(here.attrs["at_level"]))
-        now = [falls[f"item_{side}rate" if yearly else f"{side}probability"] * here["count"] for side in ("", "front_")]
+        falls = of_law if yearly else of_law.sel(level=float(of_law.attrs["at_level"]))
+        now = [
+            falls[f"item_{side}rate" if yearly else f"{side}probability"] * of_law["count"] for side in ("", "front_")
+        ]
         more |= {"pairs": pairs, "unclear": tuple(item for item, kit in kits.items() if kit and item not in shown)}
         more["now"] = [math.fsum(number.values.ravel()) for number in now]
-        more["then"] = [float(here[f"{name}_{side}falls"]) for side in ("", "front_")]
-        yield Fact(f"kit.for_{name}", float(here[f"{name}_cost"]), more=more)
+        more["then"] = [float(of_law[f"{name}_{side}falls"]) for side in ("", "front_")]
+        yield Fact(f"kit.for_{name}", float(of_law[f"{name}_cost"]), more=more)
         if name == "budget":
-            saved, lower = (here[f"kit_falls_saved{end}"].transpose("item", "kit") for end in ("", "_lower"))
+            saved, lower = (of_law[f"kit_falls_saved{end}"].transpose("item", "kit") for end in ("", "_lower"))
             open_ = ((saved > 0.0) & (lower <= 0.0)).any("kit") & ~(lower > 0.0).any("kit")
             names = tuple(f"“{item}”" for item, kit in kits.items() if not kit and bool(open_.sel(item=item)))
             if names:
                 yield Fact("kit.too_few_motions", number_of_motions(results), names=names)
-        if float(here[f"{name}_gap"]) > 0.0:
-            yield Fact("budget.not_optimal", float(here[f"{name}_gap"]))
+        if float(of_law[f"{name}_gap"]) > 0.0:
+            yield Fact("budget.not_optimal", float(of_law[f"{name}_gap"]))
 
 
 def _kits(results: xr.Dataset, pieces: Sequence[Piece]) -> Iterator[Fact]:
@@ -340,12 +344,12 @@ def _kits(results: xr.Dataset, pieces: Sequence[Piece]) -> Iterator[Fact]:
     motions = number_of_motions(results) if "kit_falls" in results else 0
     for kit in dict.fromkeys(tried.kit for piece in pieces for tried in piece.tried):
         for word, what in ((WORSE, "kit.worse"), (NOTHING, "kit.no_effect"), (TOO_LITTLE, "kit.too_weak")):
-            found = [
+            effects = [
                 (piece, tried) for piece in pieces for tried in piece.tried if (tried.kit, tried.effect) == (kit, word)
             ]
-            if found:
-                shares = [tried.share.value for _, tried in found]
-                names = _names([piece for piece, _ in found])
+            if effects:
+                shares = [tried.share.value for _, tried in effects]
+                names = _names([piece for piece, _ in effects])
                 more = {"kit": kit, "motions": motions}
                 yield Fact(what, lower=min(shares), upper=max(shares), names=names, more=more)
 

@@ -278,19 +278,19 @@ def _spectra(results: xr.Dataset) -> Fact:
     if "spectral_variability" not in results.attrs:
         made = results.attrs.keys() & {"processor", "machines"}
         return Fact("motion.spectra_not_compared", word=UNKNOWN) if made else _missing("motion.spectra_alike")
-    found = Variability(*json.loads(str(results.attrs["spectral_variability"])))
+    varied = Variability(*json.loads(str(results.attrs["spectral_variability"])))
     rates = any(name in results for name in RATES)
     accepted = any(kind == SPECTRA and yes for kind, _, yes in json.loads(str(results.attrs.get("doubts", "[]"))))
     more = {
-        "velocity": found.velocity,
-        "shape": found.shape,
+        "velocity": varied.velocity,
+        "shape": varied.shape,
         "of_earthquakes": (NATURAL_VELOCITY, NATURAL_SHAPE),
         "rates": rates,
         "curves": "half_level" in results,
     }
-    if not found.low:
+    if not varied.low:
         return Fact("motion.spectra_alike", word=GOOD)
-    if not found.narrow:
+    if not varied.narrow:
         return Fact("motion.spectra_may_be_chance", word=CARE, remedy="remedy_spectra", more=more)
     if accepted:
         return Fact("motion.spectra_accepted", word=CARE if rates else GOOD, remedy="remedy_spectra", more=more)
@@ -408,10 +408,10 @@ def _levels_of_amounts(results: xr.Dataset) -> Fact:
         return _missing("rate.amounts_beyond_levels")
     changes = changes_beyond_levels(results)
     side = max(changes, key=lambda end: max(changes[end].values()))
-    found = changes[side]
-    most = max(found.values())
-    names = tuple(f"annual {text}" for text, change in found.items() if change == most > NOTABLE)
-    word = GOOD if most <= NOTABLE else INVALID if MOST < min(found.values()) < np.inf else CARE
+    change_of = changes[side]
+    most = max(change_of.values())
+    names = tuple(f"annual {text}" for text, change in change_of.items() if change == most > NOTABLE)
+    word = GOOD if most <= NOTABLE else INVALID if MOST < min(change_of.values()) < np.inf else CARE
     study = json.loads(str(results.attrs.get("study", "{}")))
     more = {"side": side, "advice": other_levels(study, side == "above", levels_run(results))}
     return Fact("rate.amounts_beyond_levels", most, names=names, word=word, remedy="remedy_levels", more=more)

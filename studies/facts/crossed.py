@@ -54,32 +54,32 @@ def levels_of(results: xr.Dataset) -> Array:
     return values if "level" in results.coords else np.geomspace(values[0], values[-1], POINTS)
 
 
-def crossing(one: Array, other: Array, levels: Array) -> Crossing | None:
+def crossing(curve: Array, other: Array, levels: Array) -> Crossing | None:
     """Return the levels at which a curve (level,) is higher and lower than another by `APART`; None unless both."""
     with np.errstate(invalid="ignore"):
-        higher, lower = one - other > APART, other - one > APART
+        higher, lower = curve - other > APART, other - curve > APART
     if not higher.any() or not lower.any():
         return None
-    most = float(np.nanmax(one - other)), float(np.nanmax(other - one))
+    most = float(np.nanmax(curve - other)), float(np.nanmax(other - curve))
     return Crossing(_spans(higher, levels), _spans(lower, levels), *most)
 
 
-def _spans(here: Flags, levels: Array) -> Spans:
+def _spans(condition: Flags, levels: Array) -> Spans:
     """Return the first and the last level of each run of levels at which a condition is true."""
-    at = np.flatnonzero(here)
+    at = np.flatnonzero(condition)
     parts = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
     return [(float(levels[part[0]]), float(levels[part[-1]])) for part in parts]
 
 
 def crossings_of(probability: Array, levels: Array, places: Sequence[int]) -> Iterator[tuple[int, int, Crossing]]:
     """Yield the pairs of curves (curve, level) that cross, those with the first curve first, then by difference."""
-    found = []
+    pairs = []
     for i, j in combinations(range(len(places)), 2):
-        one, other = probability[places[i]], probability[places[j]]
-        where = crossing(one, other, levels)
+        curve, other = probability[places[i]], probability[places[j]]
+        where = crossing(curve, other, levels)
         if where is not None:
-            found.append((i > 0, -min(where.most_higher, where.most_lower), (places[i], places[j], where)))
-    yield from (pair for *_, pair in sorted(found, key=lambda each: each[:2]))
+            pairs.append((i > 0, -min(where.most_higher, where.most_lower), (places[i], places[j], where)))
+    yield from (pair for *_, pair in sorted(pairs, key=lambda pair: pair[:2]))
 
 
 def crossings_between(
@@ -94,8 +94,8 @@ def crossings_between(
     names = {place: case_name(case_at(small, cases, place)) for place in first}
     chance = _by_chance(results)
     return [
-        where._replace(names=(names[one], names[other]), by_chance=chance)
-        for one, other, where in crossings_of(probability.reshape(cases.size, -1), levels, first)
+        where._replace(names=(names[first_piece], names[other]), by_chance=chance)
+        for first_piece, other, where in crossings_of(probability.reshape(cases.size, -1), levels, first)
     ]
 
 
@@ -107,12 +107,12 @@ def crossings_of_laws(case: xr.Dataset, results: xr.Dataset) -> list[Crossing]:
         return []
     levels = levels_of(results)
     probability = curves_at(without_motions(case), levels).transpose("model", "level").values
-    found = []
+    pairs = []
     for i in range(probability.shape[0]):
         where = crossing(probability[at], probability[i], levels)
         if where is not None:
-            found.append(where._replace(names=(names_of([str(law.values[i])]),), by_chance=_by_chance(results)))
-    return sorted(found, key=lambda where: -min(where.most_higher, where.most_lower))
+            pairs.append(where._replace(names=(names_of([str(law.values[i])]),), by_chance=_by_chance(results)))
+    return sorted(pairs, key=lambda where: -min(where.most_higher, where.most_lower))
 
 
 def _by_chance(results: xr.Dataset) -> float:

@@ -134,9 +134,9 @@ def _what(results: xr.Dataset) -> dict[str, object]:
 def _unknown(cases: xr.DataArray, status: Array) -> Fact:
     reasons = [NO_LEVEL.get(str(word), str(word)) for word in status]
     reasons = ["" if level == np.inf else reason for level, reason in zip(cases.values.ravel(), reasons, strict=True)]
-    found = Counter(reason for reason in reasons if reason)
-    more = {"cases": cases.size, "counts": tuple(found.values())}
-    return Fact("curve.unknown", reasons.count(""), names=tuple(found), more=more)
+    counts = Counter(reason for reason in reasons if reason)
+    more = {"cases": cases.size, "counts": tuple(counts.values())}
+    return Fact("curve.unknown", reasons.count(""), names=tuple(counts), more=more)
 
 
 def _at_an_end(case: xr.Dataset, results: xr.Dataset, at: int = -1) -> Iterator[Fact]:
@@ -285,12 +285,12 @@ def _laws(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
     scale, unit = display_unit(axis_of(results))
     yearly = "risk_probability" in case
     values = case["risk_probability"].values if yearly else case[HALF].values / scale
-    own, others = float(values[at]), np.delete(values, at)
-    known = [float(value) for value in (own, *others.tolist()) if math.isfinite(value) and value > 0.0]
+    reference, others = float(values[at]), np.delete(values, at)
+    known = [float(value) for value in (reference, *others.tolist()) if math.isfinite(value) and value > 0.0]
     finite = others[np.isfinite(others)]
     if len(known) > 1 and max(known) >= DISAGREE * min(known) and finite.size:
         with np.errstate(invalid="ignore"):
-            fewer = values < own / DISAGREE if yearly else values > own * DISAGREE
+            fewer = values < reference / DISAGREE if yearly else values > reference * DISAGREE
         more = {"laws": others.size, "yearly": yearly, "throughout": damped_throughout(results, fewer)}
         more["verb"] = verb_in(results)
         yield Fact("law.range", lower=float(finite.min()), upper=float(finite.max()), unit=unit, more=more)
@@ -316,18 +316,18 @@ def _scatter(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
 def _sizes(results: xr.Dataset) -> Iterator[Fact]:
     """Yield the size that meets the target on each floor, and the pieces that miss it."""
     along = str(results.attrs["size_along"])
-    found, target = results[f"size_{along}"], float(results.attrs["size_probability"])
-    unit = f" {found.attrs['units']}".removesuffix(" 1")
+    size_of, target = results[f"size_{along}"], float(results.attrs["size_probability"])
+    unit = f" {size_of.attrs['units']}".removesuffix(" 1")
     at, _ = reference_law(results)
-    for floor in found["floor"].values.tolist() if "floor" in found.dims else [None]:
-        here = results if floor is None else results.sel(floor=floor)
-        size = range_of(here.isel(model=at), f"size_{along}")
-        others = np.delete(here[f"size_{along}"].values, at)
+    for floor in size_of["floor"].values.tolist() if "floor" in size_of.dims else [None]:
+        of_floor = results if floor is None else results.sel(floor=floor)
+        size = range_of(of_floor.isel(model=at), f"size_{along}")
+        others = np.delete(of_floor[f"size_{along}"].values, at)
         others = others[np.isfinite(others)]
-        chance = here["risk_probability"].isel(model=at).values
-        worst = here["risk_probability"].max("model").values
-        missed = tuple(f"“{block_title(str(block))}”" for block in here["block"].values[chance > target])
-        only = here["block"].values[(chance <= target) & (worst > target)]
+        chance = of_floor["risk_probability"].isel(model=at).values
+        worst = of_floor["risk_probability"].max("model").values
+        missed = tuple(f"“{block_title(str(block))}”" for block in of_floor["block"].values[chance > target])
+        only = of_floor["block"].values[(chance <= target) & (worst > target)]
         more = {
             "size": along,
             "least": along in SAFER_LARGER,
@@ -350,9 +350,9 @@ def _restraint_steps(results: xr.Dataset) -> Iterator[Fact]:
         for i, j in comparable(blocks).items()
         if blocks[i].restraint is not None and blocks[j].restraint is None and blocks[i].wall == blocks[j].wall
     }
-    found = list(_by_chance(results, blocks, pairs) if GAIN in results else _by_level(results, blocks, pairs))
-    yield from found
-    if any(fact.what.startswith("restraint.helps") for fact in found):
+    steps = list(_by_chance(results, blocks, pairs) if GAIN in results else _by_level(results, blocks, pairs))
+    yield from steps
+    if any(fact.what.startswith("restraint.helps") for fact in steps):
         yield Fact("restraint.check")
 
 
@@ -377,18 +377,18 @@ def _by_level(results: xr.Dataset, blocks: Sequence[Block], pairs: Mapping[int, 
     scale, unit = display_unit(axis_of(results))
     either = falling_both_ways(results)
     for i, j in pairs.items():
-        here, other = small.isel(block=i), small.isel(block=j)
-        levels = [float(case[HALF]) / scale for case in (here, other)]
+        held, other = small.isel(block=i), small.isel(block=j)
+        levels = [float(case[HALF]) / scale for case in (held, other)]
         if {blocks[i].label, blocks[j].label} & either or not math.isfinite(levels[1]):
             continue
         names = tuple(f"“{block_title(blocks[k].label)}”" for k in (i, j))
-        seldom = (small["level"].values > float(other[f"{HALF}_upper"])) & (here["upper"].values < HELD)
+        seldom = (small["level"].values > float(other[f"{HALF}_upper"])) & (held["upper"].values < HELD)
         if seldom.any():
             level, above, what = float(small["level"].values[seldom].max()) / scale, True, "helps"
         elif math.isfinite(levels[0]):
             # (fitted medians have narrower intervals than half levels)
-            helps = float(here["median_lower"]) > float(other["median_upper"])
-            hurts = float(here["median_upper"]) < float(other["median_lower"])
+            helps = float(held["median_lower"]) > float(other["median_upper"])
+            hurts = float(held["median_upper"]) < float(other["median_lower"])
             level, above, what = levels[0], False, "helps" if helps else "hurts" if hurts else "no_effect"
         else:
             continue

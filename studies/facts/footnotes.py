@@ -50,23 +50,23 @@ def _model_range(results: xr.Dataset) -> Iterator[Fact]:
         return
     beta, at = float(results.attrs[RANGE]), reference_law(results)[0]
     more = {"beta": beta, "factors": capacity_factors(beta), "chance": True}
-    here, unit, scale = results.isel(model=at), "", 1.0
+    of_law, unit, scale = results.isel(model=at), "", 1.0
     if "item" in results.dims:
-        here = here.sel(place=BUILDING)
-        name = "any_rate" if "any_rate" in here else "any_probability"
-        here = here if name == "any_rate" else here.sel(level=float(results.attrs["at_level"]))
+        of_law = of_law.sel(place=BUILDING)
+        name = "any_rate" if "any_rate" in of_law else "any_probability"
+        of_law = of_law if name == "any_rate" else of_law.sel(level=float(results.attrs["at_level"]))
     else:
-        rated = "rate" in here and bool(np.isfinite(here["rate"]).any())
+        rated = "rate" in of_law and bool(np.isfinite(of_law["rate"]).any())
         name, by = ("risk_probability", RATE) if rated else (HALF, HALF)
         more["chance"] = rated
         first = np.argwhere(places(results, by).values == 0)[0]
-        dims = here[name].transpose("block", ...).dims
-        here = here.isel({str(dim): int(i) for dim, i in zip(dims, first, strict=True)})
+        dims = of_law[name].transpose("block", ...).dims
+        of_law = of_law.isel({str(dim): int(i) for dim, i in zip(dims, first, strict=True)})
         scale, unit = (1.0, "") if rated else display_unit(axis_of(results))
-    if f"{name}{LOWER}" not in here:
+    if f"{name}{LOWER}" not in of_law:
         return
-    ends = range_of(here, name, scale, ("", LOWER, UPPER))
+    ends = range_of(of_law, name, scale, ("", LOWER, UPPER))
     ends = chance_in(ends, YEARS) if name == "any_rate" else ends
-    known = has_model_range(here, name) and ends.upper > 0.0
+    known = has_model_range(of_law, name) and ends.upper > 0.0
     low, high = ends[1:] if known else (np.nan, np.nan)
     yield Fact("rate.model_range", np.nan, low, high, unit, more=more)

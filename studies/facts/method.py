@@ -30,17 +30,17 @@ MOST_LINES = 6
 def study_of(results: xr.Dataset) -> dict[str, object]:
     """Return the study file as plain values; empty if the results do not contain it."""
     try:
-        found = json.loads(str(results.attrs.get("study", "{}")))
+        study = json.loads(str(results.attrs.get("study", "{}")))
     except ValueError:
         return {}
-    return found if isinstance(found, dict) else {}
+    return study if isinstance(study, dict) else {}
 
 
 def lifted(study: Mapping[str, object]) -> bool:
     """Return True if the motions of a study have a vertical component, too."""
     motions, stripes = study.get("motions"), study.get("stripes")
-    own = stripes.get("at", []) if isinstance(stripes, dict) else []
-    tables = [table for table in (motions, *(at.get("motions") for at in own)) if isinstance(table, dict)]
+    of_stripes = stripes.get("at", []) if isinstance(stripes, dict) else []
+    tables = [table for table in (motions, *(at.get("motions") for at in of_stripes)) if isinstance(table, dict)]
     return any(table.get("component") for table in tables) and any(table.get("vertical") for table in tables)
 
 

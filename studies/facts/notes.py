@@ -36,9 +36,9 @@ SAID_BY = {
 
 def notes_of(results: xr.Dataset) -> list[Fact]:
     """Return the notes of results, those on the inputs first, those on their intervals last."""
-    known, found = (facts_in(str(results.attrs.get(name, ""))) for name in (INPUT_NOTES, "notes"))
-    said = {(fact.what, fact.names) for fact in known}
-    return [*known, *(fact for fact in found if (fact.what, fact.names) not in said), *coverage_in(results)]
+    known, facts = (facts_in(str(results.attrs.get(name, ""))) for name in (INPUT_NOTES, "notes"))
+    known_names = {(fact.what, fact.names) for fact in known}
+    return [*known, *(fact for fact in facts if (fact.what, fact.names) not in known_names), *coverage_in(results)]
 
 
 def of_branch(motions: str, notes: Iterable[Fact]) -> list[Fact]:
@@ -46,9 +46,9 @@ def of_branch(motions: str, notes: Iterable[Fact]) -> list[Fact]:
     return [replace(note, more={**note.more, "branch": motions}) for note in notes]
 
 
-def left_notes(results: xr.Dataset, said: Iterable[Fact]) -> list[Fact]:
+def left_notes(results: xr.Dataset, facts: Iterable[Fact]) -> list[Fact]:
     """Return the notes that are in no fact of a page."""
-    names = {fact.what for fact in said}
+    names = {fact.what for fact in facts}
     doubts = {str(sentence) for _, sentence, _ in json.loads(str(results.attrs.get("doubts", "[]")))}
     return [
         note

@@ -53,9 +53,9 @@ def sections(results: xr.Dataset, state: str = "") -> dict[str, list[Fact]]:
     }
 
 
-def as_json(found: dict[str, list[Fact]]) -> dict[str, list[dict[str, Any]]]:
+def as_json(by_section: dict[str, list[Fact]]) -> dict[str, list[dict[str, Any]]]:
     """Return facts by section as objects of JSON, each with its sentence and its remedy's."""
-    return {section: [fact_json(fact, REGISTERS[section]) for fact in facts] for section, facts in found.items()}
+    return {section: [fact_json(fact, REGISTERS[section]) for fact in facts] for section, facts in by_section.items()}
 
 
 def fact_json(fact: Fact, register: str) -> dict[str, Any]:

@@ -300,9 +300,9 @@ class UntilTable(Table):
         if len(asked) > 1:
             raise ValueError(f"until must name one of {', '.join(TARGETS)}, got {' and '.join(sorted(asked))}")
         if self.probability is not None:
-            one = self.probability
-            level = LevelsTable(values=[one.level], unit=one.unit).build(im)
-            asked = {PROBABILITY: {"level": float(level[0]), "within": one.within}}
+            probability = self.probability
+            level = LevelsTable(values=[probability.level], unit=probability.unit).build(im)
+            asked = {PROBABILITY: {"level": float(level[0]), "within": probability.within}}
         bounds = self.motions or NumberTable()
         most = min(motions, usual) if bounds.most is None else bounds.most
         if most > motions:
@@ -411,8 +411,8 @@ class FrictionTable(Table):
     @model_validator(mode="after")
     def _one_friction(self) -> Self:
         if (self.static is None) == (self.contact is None):
-            found = "neither" if self.static is None else "both"
-            raise ValueError(f"friction needs static or contact, got {found}")
+            given = "neither" if self.static is None else "both"
+            raise ValueError(f"friction needs static or contact, got {given}")
         if self.contact is not None:
             if self.dispersion is not None:
                 raise ValueError("dispersion goes with static: a contact has its own")
@@ -474,8 +474,8 @@ class TargetTable(Table):
     @property
     def limits(self) -> dict[str, float]:
         """The limits that are given."""
-        found: dict[str, float] = self.model_dump(exclude_none=True)
-        return found
+        limits: dict[str, float] = self.model_dump(exclude_none=True)
+        return limits
 
 
 class PerformanceTable(Table):

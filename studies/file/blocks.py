@@ -260,16 +260,16 @@ KIND = TableKind(
 def read_blocks(file: Path, restraints: Mapping[str, Restraint] | None = None) -> tuple[Block, ...]:
     """Read ``[[blocks]]`` from the lines of a CSV file; StudyError names the file, the line and the column."""
     table = CsvTable(file, KIND)
-    found: dict[str, tuple[int, Block]] = {}
+    blocks_by_label: dict[str, tuple[int, Block]] = {}
     for line in table:
         line.name_in("name")
         block = line.made(BlockTable, lambda made: made.build(restraints))
-        if block.label in found:
-            before = f"{block.label!r} is taken by line {found[block.label][0]}"
+        if block.label in blocks_by_label:
+            before = f"{block.label!r} is taken by line {blocks_by_label[block.label][0]}"
             line.refuse("name", f"must be another name, {before}" if line.text("name") else f"is needed: {before}")
-        found[block.label] = (line.number, block)
-    if not found:
+        blocks_by_label[block.label] = (line.number, block)
+    if not blocks_by_label:
         raise KIND.error(f"{file}: has a header but no blocks")
-    blocks = tuple(block for _, block in found.values())
+    blocks = tuple(block for _, block in blocks_by_label.values())
     warn(block_doubts(blocks))
     return blocks

@@ -92,11 +92,11 @@ class BuildingTable(Derived):
         """Make the only building of a study, as elastic as it is before it yields; an error names the table."""
         try:
             self.build()  # (what is wrong with its strength is raised here)
-            found = self.elastic.build()
+            building = self.elastic.build()
         except ValueError as error:
             raise ValueError(f"building: {error}") from None
-        assert isinstance(found, shaking.Building)
-        return found
+        assert isinstance(building, shaking.Building)
+        return building
 
     @property
     def floor_count(self) -> int:
@@ -108,7 +108,7 @@ class BuildingTable(Derived):
         """Return the response of storeys and isolators, and of the last floor compared with an elastic building."""
         top = floors[0]["floor"].values[-1]
         with noted():  # (what is doubted of the elastic building is not of this one)
-            beside = self.elastic.shake(ground)
+            elastic_floors = self.elastic.shake(ground)
 
         def medians(arrays: list[xr.DataArray]) -> tuple[float, float]:
             moves = [record for array in arrays for record in shaking.records(array.sel(floor=[top]))]
@@ -120,17 +120,17 @@ class BuildingTable(Derived):
             ends = f"{short_digits(float(values.min()))} to {short_digits(float(values.max()))}"
             return short_digits(float(np.median(values))), ends
 
-        said = []
+        texts = []
         if self.given("isolation") is not None:
             middle, ends = extent("isolator_displacement")
-            said.append(f"isolators move {middle} m ({ends})")
+            texts.append(f"isolators move {middle} m ({ends})")
         if self.yields:
             middle, ends = extent("ductility")
-            said.append(f"drifts reach {middle} times those at yielding ({ends})")
+            texts.append(f"drifts reach {middle} times those at yielding ({ends})")
         base = "" if self.given("isolation") is None else " on a fixed base"
-        (pfa, pfv), (elastic_pfa, elastic_pfv) = medians(floors), medians(beside)
+        (pfa, pfv), (elastic_pfa, elastic_pfv) = medians(floors), medians(elastic_floors)
         return (
-            f"{', '.join(said)}; floor {top}: PGA {short_digits(pfa)} g (elastic{base} {short_digits(elastic_pfa)}), "
+            f"{', '.join(texts)}; floor {top}: PGA {short_digits(pfa)} g (elastic{base} {short_digits(elastic_pfa)}), "
             f"PGV {short_digits(pfv)} m/s (elastic{base} {short_digits(elastic_pfv)}), medians"
         )
 
@@ -212,13 +212,13 @@ class StoreysTable(FloorsTable):
 
     @property
     def strength_facts(self) -> list[Fact]:
-        found, strength, name = [], self.default_strength, self.name or ""
+        facts, strength, name = [], self.default_strength, self.name or ""
         if strength is not None:
-            found.append(Fact("building.default_strength", names=(name, strength.text)))
+            facts.append(Fact("building.default_strength", names=(name, strength.text)))
         if self.given("strength_dispersion"):
             more = {"seed": self.given("seed") or 0}
-            found.append(Fact("building.random_strength", self.given("strength_dispersion"), names=(name,), more=more))
-        return found
+            facts.append(Fact("building.random_strength", self.given("strength_dispersion"), names=(name,), more=more))
+        return facts
 
     @property
     def elastic(self) -> Self:

@@ -93,11 +93,11 @@ class CsvTable:
 
     def _lines_left_out(self, raw: str) -> list[str]:
         """Return the input warning on comments that a spreadsheet program shows as lines: ``#3 rack;0.5;1.8``."""
-        found = []
+        lines = []
         for n, line in enumerate(io.StringIO(raw, newline="") if "#" in raw else (), start=1):
             if n > self._header_line and _MARKED.match(line) and line.count(self.delimiter) >= len(self.columns) - 1:
-                found.append(str(n))
-        return [f"{self._named('line', found)}: left out, since # begins a comment"] if found else []
+                lines.append(str(n))
+        return [f"{self._named('line', lines)}: left out, since # begins a comment"] if lines else []
 
     def _named(self, word: str, numbers: list[str]) -> str:
         return f"{self.file.name}, {word}{'s' if len(numbers) > 1 else ''} {first_of(numbers)}"
@@ -176,7 +176,7 @@ class CsvTable:
             raise self.kind.error(
                 f"{self.where}: the heading {shown(heading)} {heading.why}; titles above begin with #"
             )
-        name = next((one for one in known if one.lower() == heading.lower()), None)
+        name = next((column for column in known if column.lower() == heading.lower()), None)
         if name is not None or not heading:
             return name or ""
         hint = meant(heading[:MAX_TEXT], known) or f"allowed are {', '.join(known)}: rename it, or leave it out"
@@ -223,25 +223,25 @@ class CsvLine:
         except self.table.kind.error:
             raise
         except ValidationError as error:
-            said = refusal(error, values, table)[0]
+            words = refusal(error, values, table)[0]
         except ValueError as error:
-            said = str(error)
-        column, what = self._column_of(said, values)
+            words = str(error)
+        column, what = self._column_of(words, values)
         return self.refuse(column, what)
 
-    def _column_of(self, said: str, given: Iterable[str]) -> tuple[str, str]:
+    def _column_of(self, sentence: str, given: Iterable[str]) -> tuple[str, str]:
         """Return the column at the start of a sentence, or the first given of several named columns, and the rest."""
-        word, _, what = said.partition(" ")
+        word, _, what = sentence.partition(" ")
         known = (*self.table.columns, *self.table.kind.columns)
         column = next((key for key in known if word.rstrip(":") in (key, bare(key))), "")
         if column:
             return column, what
         things = {key.partition("_")[0]: key for key in given}
-        return next((things[word] for word in re.findall(r"\w+", said) if word in things), ""), said
+        return next((things[word] for word in re.findall(r"\w+", sentence) if word in things), ""), sentence
 
     def _values(self, table: type[Table]) -> dict[str, Any]:
         """Return the cells that are not empty, as the keys of a table are."""
-        found: dict[str, Any] = {}
+        cells: dict[str, Any] = {}
         for name, field in table.model_fields.items():
             key = field.alias or name
             if self.cells.get(key):
@@ -251,8 +251,8 @@ class CsvLine:
                     read = self.number_in if kind is float else self.yes_in if kind is bool else self.count_in
                     value = read(key)
                 words = [part.allowed for part in field.metadata if isinstance(part, WordChoice)]
-                found[key] = value.lower() if words and value.lower() in words[0] else value
-        return found
+                cells[key] = value.lower() if words and value.lower() in words[0] else value
+        return cells
 
     def text(self, column: str) -> str:
         """Return the text of a cell, '' if it is empty."""

@@ -142,9 +142,9 @@ def _field(about: Declared, given: Any) -> tuple[Any, Any]:
     """Return the annotation and the default of a key."""
     parameter = about.parameter or Parameter()
     factor = WRITTEN.get(parameter.written, 1.0)
-    told = any(isinstance(part, FieldInfo) and part.description for part in get_args(given)[1:])
+    described = any(isinstance(part, FieldInfo) and part.description for part in get_args(given)[1:])
     unit = rf", {re.escape(parameter.unit)}(?=[.:;,)])" if parameter.unit else "$^"
-    more = [] if told else [Field(description=re.sub(unit, "", about.sentence, count=1))]
+    more = [] if described else [Field(description=re.sub(unit, "", about.sentence, count=1))]
     if given is None:
         bounds: dict[str, Any] = {
             _CONSTRAINTS[bound]: _plain(value / factor) for bound, value in parameter.bounds.items()

@@ -86,8 +86,8 @@ def _histories(table: CsvTable, of_level: str, dt: float | None, unit: str | flo
             files[file] = read_file(file, dt, unit)
             samples += sum(array.size for array in files[file])
             refuse_samples(samples, "the floor histories")
-        one = _chosen(line, files[file], texts["file"])
-        (record,) = records(one)
+        chosen = _chosen(line, files[file], texts["file"])
+        (record,) = records(chosen)
         yield History(level, texts["motion"], floor, direction, record.acceleration, record.dt, texts["file"])
     if again:
         what = f"{table.file}: a motion has the same history at two levels ({first_of([*again])})"
@@ -96,15 +96,15 @@ def _histories(table: CsvTable, of_level: str, dt: float | None, unit: str | flo
 
 def _chosen(line: CsvLine, arrays: list[xr.DataArray], file: str) -> xr.DataArray:
     """Return the one history of a file that a line means."""
-    each = [array.isel(motion=[i]) for array in arrays for i in range(array.sizes["motion"])]
-    headings = [str(one["component"].values[0]) if "component" in one.coords else "" for one in each]
+    histories = [array.isel(motion=[i]) for array in arrays for i in range(array.sizes["motion"])]
+    headings = [str(history["component"].values[0]) if "component" in history.coords else "" for history in histories]
     named = ", ".join(filter(None, headings[:MOST_NAMED])) or "none"
     wanted = line.text("column")
     if not wanted:
-        if len(each) > 1:
-            line.refuse("file", f"{file} holds {len(each)} histories ({named}): name one in the column 'column'")
-        return each[0]
-    found = [i for i, name in enumerate(headings) if wanted in (name, _BRACKETS.sub(" ", name).strip())]
-    if len(found) != 1:
+        if len(histories) > 1:
+            line.refuse("file", f"{file} holds {len(histories)} histories ({named}): name one in the column 'column'")
+        return histories[0]
+    at = [i for i, name in enumerate(headings) if wanted in (name, _BRACKETS.sub(" ", name).strip())]
+    if len(at) != 1:
         line.refuse("column", f"must be one of the headings of {file} ({named}), got {shown(wanted)}")
-    return each[found[0]]
+    return histories[at[0]]

@@ -186,7 +186,7 @@ class _ByWay(By):
 def _one_way(value: Any) -> Any:
     """Raise a ValueError for a table that gives no curve, or more than one."""
     if isinstance(value, dict):
-        given = {key for key, one in value.items() if one is not None} - COMMON
+        given = {key for key, entry in value.items() if entry is not None} - COMMON
         needed = [{name for name, field in way.model_fields.items() if field.is_required()} for way in WAYS.values()]
         ways = [keys - {"unit"} for keys in needed]
         known = set[str]().union(*ways)
@@ -208,8 +208,8 @@ else:
 
 def hazard_table(content: Any) -> HazardTable:
     """Return the table of a hazard of some content; pydantic's ValidationError if it is not valid."""
-    found: HazardTable = TypeAdapter(Hazards).validate_python(content)
-    return found
+    table: HazardTable = TypeAdapter(Hazards).validate_python(content)
+    return table
 
 
 OF_MODELS, OF_MOTIONS, OF_HAZARD = OF = ("models", "motions", "hazard")

@@ -57,10 +57,10 @@ class MergedContent:
 
 def read_content(path: Path, table: type[Table]) -> MergedContent:
     """Read a study file merged with its included files; the fields of `table` mark the keys that are paths."""
-    own = _parsed(path)
-    found: dict[str, Any] = {}
+    content = _parsed(path)
+    merged: dict[str, Any] = {}
     origin: dict[tuple[str, ...], Path] = {}
-    names = own.pop(INCLUDE, [])
+    names = content.pop(INCLUDE, [])
     if not isinstance(names, list) or not all(isinstance(name, str) and name for name in names):
         raise StudyError(f'{path}: include must be a list of files, as include = ["common.toml"], got {shown(names)}')
     for name in names:
@@ -71,22 +71,22 @@ def read_content(path: Path, table: type[Table]) -> MergedContent:
         if INCLUDE in part:
             raise StudyError(f"{path}: include: {shown(name)} includes files itself: list them here")
         for key, value in rebased(part, table, os.path.dirname(name)).items():
-            if key in found:
+            if key in merged:
                 raise StudyError(f"{path}: include: {shown(key)} is given by {origin[key,]} and by {file}")
-            found[key] = value
+            merged[key] = value
             origin |= _origins(key, value, file)
-    for key, value in own.items():
-        before = found.get(key, {})
+    for key, value in content.items():
+        before = merged.get(key, {})
         if isinstance(before, dict) and isinstance(value, dict):
-            found[key] = {**before, **value}
-        elif key in found:
+            merged[key] = {**before, **value}
+        elif key in merged:
             raise StudyError(
                 f"{path}: {shown(key)} is given here and by {origin[key,]}: only keys of tables can be given anew"
             )
         else:
-            found[key] = value
+            merged[key] = value
         origin |= _origins(key, value, path)
-    return MergedContent(found, origin)
+    return MergedContent(merged, origin)
 
 
 def _origins(key: str, value: Any, path: Path) -> dict[tuple[str, ...], Path]:
@@ -113,12 +113,12 @@ def _parsed(path: Path) -> dict[str, Any]:
             most = KEYS if isinstance(value, dict) else ENTRIES
             if len(value) > most:
                 raise StudyError(f"{where} holds {len(value):,} entries, allowed are {most:,}")
-            pairs = value.items() if isinstance(value, dict) else ((f"[{i + 1}]", one) for i, one in enumerate(value))
-            for name, one in pairs:
+            pairs = value.items() if isinstance(value, dict) else ((f"[{i + 1}]", part) for i, part in enumerate(value))
+            for name, part in pairs:
                 if isinstance(value, dict):
                     _refuse_text(f"{where}: a key", name)
                 dot = "." if key and isinstance(value, dict) else ""
-                left.append((f"{key}{dot}{name}", one, depth + 1))
+                left.append((f"{key}{dot}{name}", part, depth + 1))
         elif isinstance(value, str):
             _refuse_text(where, value)
         elif isinstance(value, int) and not -(2**63) <= value < 2**63:
@@ -162,21 +162,24 @@ def _reason(error: Exception, text: str) -> str:
         return "nested too deeply"
     if not isinstance(error, tomllib.TOMLDecodeError):
         return "a number that is none"
-    said, _, where = str(error).partition(" (at ")
+    words_of_parser, _, where = str(error).partition(" (at ")
     place = re.match(r"line (\d+)", where)
     lines = text.splitlines()
     number = int(place[1]) if place else len(lines)
     line = lines[number - 1].strip() if 0 < number <= len(lines) else ""
-    words = next((cure for start, cure in _TOML_WORDS if said.startswith(start)), f"{said[:1].lower()}{said[1:]}")
+    words = next(
+        (cure for start, cure in _TOML_WORDS if words_of_parser.startswith(start)),
+        f"{words_of_parser[:1].lower()}{words_of_parser[1:]}",
+    )
     return f"line {number}{f', {shown(line)}' if line else ''}: {words}"
 
 
 def _refuse_text(where: str, text: str) -> None:
     if len(text) > MOST_TEXT:
         raise StudyError(f"{where} holds {len(text):,} characters, allowed are {MOST_TEXT:,}")
-    for one in text:
-        if one in _DIRECTING or unicodedata.category(one) in {"Cc", "Cs", "Zl", "Zp"}:
-            raise StudyError(f"{where} holds the control character U+{ord(one):04X}: {shown(text)}")
+    for character in text:
+        if character in _DIRECTING or unicodedata.category(character) in {"Cc", "Cs", "Zl", "Zp"}:
+            raise StudyError(f"{where} holds the control character U+{ord(character):04X}: {shown(text)}")
 
 
 def _is_file(file: Path) -> bool:
@@ -194,7 +197,7 @@ def rebased(content: Mapping[str, Any], table: Any, folder: str) -> dict[str, An
     if not folder:
         return dict(content)
     fields = fields_of(table, content)
-    found = dict(content)
+    moved = dict(content)
     for key, value in content.items():
         if key not in fields:
             continue
@@ -203,12 +206,15 @@ def rebased(content: Mapping[str, Any], table: Any, folder: str) -> dict[str, An
         inner = fields[key].annotation if partial is None else partial
         if located is not None:
             before = glob.escape(folder) if located.pattern else folder
-            found[key] = [_in(before, one) for one in value] if isinstance(value, list) else _in(before, value)
+            moved[key] = [_in(before, path) for path in value] if isinstance(value, list) else _in(before, value)
         elif isinstance(value, dict):
-            found[key] = rebased(value, inner, folder)
+            moved[key] = rebased(value, inner, folder)
         elif isinstance(value, list):
-            found[key] = [rebased(one, inner, folder) if isinstance(one, dict) else one for one in value]
-    return found
+            moved[key] = [
+                rebased(inner_table, inner, folder) if isinstance(inner_table, dict) else inner_table
+                for inner_table in value
+            ]
+    return moved
 
 
 def _in(folder: str, value: Any) -> Any:

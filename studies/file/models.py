@@ -29,8 +29,8 @@ class ModelTable(Derived):
 
     def build(self, blocks: Sequence[Block] = ()) -> Law:
         """Make the law; ValueError if options do not go together."""
-        found: Law = type(self).makes(**self.options())
-        return found
+        law: Law = type(self).makes(**self.options())
+        return law
 
 
 class SupportedModelTable(ModelTable):
@@ -52,8 +52,8 @@ class SupportedModelTable(ModelTable):
         """Make the law; ValueError for a wrong option. Soft supports of `blocks` give delta if it is not given."""
         support = [name for name in SUPPORT if getattr(self, name) is not None]
         soft = {"delta": self._soft_delta(support, blocks), "rest": "soft"} if support else {}
-        found: Law = type(self).makes(**{**self.options(), **soft})
-        return found
+        law: Law = type(self).makes(**{**self.options(), **soft})
+        return law
 
     def _soft_delta(self, support: list[str], blocks: Sequence[Block]) -> float:
         """Return delta of the study's blocks on their soft support; ValueError if they have no common one."""
@@ -98,5 +98,5 @@ else:
 
 def model_table(content: Any) -> ModelTable:
     """Return the table of a law of some content; pydantic's ValidationError if it is not valid."""
-    found: ModelTable = TypeAdapter(Models).validate_python(content)
-    return found
+    table: ModelTable = TypeAdapter(Models).validate_python(content)
+    return table

@@ -263,15 +263,15 @@ class RecordMotions(MotionsTable):
         if self.component is None or self.component == VERTICAL:
             chosen = horizontal_motions(read, patterns, folder, self.component == VERTICAL, ON_PURPOSE)
             return [self._processed(array, str(array["source"].values[0])) for array in chosen]
-        found = []
+        prepared = []
         for pair in pair_up(of_the_ground(read, patterns, folder)):
             # (a window is common to the components, which stay simultaneous)
             done = correct_together(pair, partial(self._processed, what=str(pair["motion"].values[0])))
             if self.vertical and VERTICAL not in done["component"].values:
                 name = str(pair["motion"].values[0])
                 raise ValueError(f"motions.vertical needs a vertical component of each recording, {name} has none")
-            found.append(done if self.pair else shaking.as_recorded(done, self.component, self.vertical or False))
-        return self._both(found) if self.pair else found
+            prepared.append(done if self.pair else shaking.as_recorded(done, self.component, self.vertical or False))
+        return self._both(prepared) if self.pair else prepared
 
     def _processed(self, record: xr.DataArray, what: str) -> xr.DataArray:
         """Return a record after the requested corrections, in the order of `PROCESSING`."""
@@ -308,11 +308,11 @@ class FloorMotions(MotionsTable):
     elastic: Elastic = None
 
     def build(self, folder: Path = Path(), first: int = 0) -> list[xr.DataArray]:
-        found: list[xr.DataArray] = []
+        arrays: list[xr.DataArray] = []
         for path in expand(self.floors_file, folder, "floors_file"):
-            found.append(shaking.read_floors(path))
-            refuse_samples(sum(array.size for array in found), "floors_file")
-        return found
+            arrays.append(shaking.read_floors(path))
+            refuse_samples(sum(array.size for array in arrays), "floors_file")
+        return arrays
 
 
 class IndexedFloorMotions(MotionsTable):
@@ -407,8 +407,8 @@ else:
 
 def motions_table(content: Any) -> MotionsTable:
     """Return the table of motions of some content; pydantic's ValidationError if it is not valid."""
-    found: MotionsTable = _reader().validate_python(content)
-    return found
+    table: MotionsTable = _reader().validate_python(content)
+    return table
 
 
 @cache

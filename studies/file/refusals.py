@@ -44,9 +44,9 @@ def refusals(
     errors: ValidationError, content: Any, table: Any, above: tuple[int | str, ...] = ()
 ) -> list[tuple[str, tuple[int | str, ...]]]:
     """Return a sentence and the location for each error of `content`, unknown keys first; `above` locates the table."""
-    found = errors.errors(include_url=False)
-    unknown = [error for error in found if error["type"] == "extra_forbidden"]
-    others = [error for error in found if error not in unknown and not (unknown and error["type"] == "missing")]
+    all_of_them = errors.errors(include_url=False)
+    unknown = [error for error in all_of_them if error["type"] == "extra_forbidden"]
+    others = [error for error in all_of_them if error not in unknown and not (unknown and error["type"] == "missing")]
     of_keys: dict[str, tuple[str, tuple[int | str, ...]]] = {}
     for error in (*unknown, *others):
         location = _stated(error["loc"], content, error["type"])
@@ -247,7 +247,7 @@ def _no_table(location: tuple[int | str, ...], key: str, value: Any) -> str:
     if location and location[-1] == "levels":
         values = shown(value) if isinstance(value, list) else "[0.1, 0.2]"
         return f'levels need their unit: write levels = {{ values = {values}, unit = "g" }}, or another unit'
-    if isinstance(value, list) and value and all(isinstance(one, dict) for one in value):
+    if isinstance(value, list) and value and all(isinstance(entry, dict) for entry in value):
         return f"there is one only: write [{key}], not [[{key}]]"
     if location and isinstance(location[-1], int):
         several = _written(location[:-1])

@@ -189,9 +189,9 @@ class StudyFile(Table):
     @model_validator(mode="after")
     def _rules(self) -> Self:
         """Raise one ValueError for all broken rules, a line each."""
-        said = broken(self)
-        if said:
-            raise ValueError("\n".join(said))
+        sentences = broken(self)
+        if sentences:
+            raise ValueError("\n".join(sentences))
         return self
 
     @property
@@ -236,10 +236,10 @@ class StudyFile(Table):
     @property
     def analysis(self) -> IdaTable | StripesTable | CloudTable:
         """The table of the one requested analysis."""
-        found = self.ida or self.stripes or self.cloud
-        if found is None:
+        table = self.ida or self.stripes or self.cloud
+        if table is None:
             raise ValueError("a performance study has no ida, stripes or cloud")
-        return found
+        return table
 
     @property
     def stand(self) -> list[BuildingTable]:
@@ -262,30 +262,30 @@ class StudyFile(Table):
             with self._of_stripe(i):
                 samples += table.samples(folder)
         refuse_samples(samples * (1 + sum(self._floor_counts())), "the motions of all stripes")
-        found: list[MotionSet] = []
+        sets: list[MotionSet] = []
         held, levels = 0, self.stripes.levels().tolist()
         for i, table in enumerate(tables, start=1):
             with self._of_stripe(i):
                 ground, reading = self._ground(table, folder)
-            found.append(self._in_buildings(ground, reading, levels[i - 1]))
-            held += sum(array.size for array in found[-1].motions)
+            sets.append(self._in_buildings(ground, reading, levels[i - 1]))
+            held += sum(array.size for array in sets[-1].motions)
             # (the size of records is known only once they are read)
             refuse_samples(held, "the motions of all stripes")
-        return found
+        return sets
 
     @contextmanager
     def _of_stripe(self, number: int) -> Iterator[None]:
         """Name the table that an error of a stripe's motions comes from: the stripe's own keys, or [motions]."""
         assert self.stripes is not None
-        own = self.stripes.at[number - 1].motions or {}
+        own_keys = self.stripes.at[number - 1].motions or {}
         try:
             yield
         except ValueError as error:
             text = str(error).removeprefix("motions: ")
             words = [bare(word) for word in re.findall(r"\w+", text)]
             known = {"stripes", *map(bare, self.motions.model_fields_set)}
-            elsewhere = not known.isdisjoint(words[:1]) and not {*words} & {*map(bare, own)}
-            if own and not elsewhere:
+            elsewhere = not known.isdisjoint(words[:1]) and not {*words} & {*map(bare, own_keys)}
+            if own_keys and not elsewhere:
                 raise ValueError(f"stripes.at[{number}].motions: {text}") from None
             raise
 
@@ -301,28 +301,28 @@ class StudyFile(Table):
             )
         hazard = None if self.hazard is None else self.hazard.build(stripes.im, folder)
         levels = Levels(stripes.im, stripes.unit, LEVEL_UNITS[stripes.unit][0], stripes.levels().tolist(), hazard)
-        found, doubts = selected(select, stripes.at, tables, levels, folder, self._of_stripe)
+        chosen, doubts = selected(select, stripes.at, tables, levels, folder, self._of_stripe)
         sets = []
-        for i, stripe in enumerate(found):
+        for i, stripe in enumerate(chosen):
             reading = Reading.of(stripe.ground)
             reading = reading._replace(doubts=(*(doubts if i == 0 else ()), *reading.doubts))
             level = float(stripe.report.attrs["level"])
             sets.append(self._in_buildings(stripe.ground, reading, level)._replace(selection=stripe.report))
-        refuse_samples(sum(array.size for one in sets for array in one.motions), "the motions of all stripes")
+        refuse_samples(sum(array.size for of_set in sets for array in of_set.motions), "the motions of all stripes")
         return sets
 
     def _stripes_motions(self, stripes: StripesTable) -> list[MotionsTable]:
         """Return the table of motions of each level: [motions] with the keys that differ there."""
         common = self.motions.model_dump(by_alias=True, exclude_unset=True)
-        found = []
+        tables = []
         for i, stripe in enumerate(stripes.at, start=1):
             together = {**common, **(stripe.motions or {})}
             try:
-                found.append(motions_table(together))
+                tables.append(motions_table(together))
             except ValidationError as error:
                 where = ("stripes", "at", i - 1, "motions")
                 raise ValueError(refusal(error, together, Motions, where)[0]) from None
-        return found
+        return tables
 
     def _shaking(self, motions: MotionsTable, folder: Path, level: float = math.nan) -> MotionSet:
         return self._in_buildings(*self._ground(motions, folder), level)
@@ -362,26 +362,26 @@ class StudyFile(Table):
             if not building.scales:
                 line = f"{where}{building.yielding(ground, moved)}"
                 doubts = [collapse._replace(sentence=f"{where}{collapse.sentence}") for collapse in _collapses(moved)]
-                said = (*reading.storeys, *notes_said(building.strength_facts), line)
-                reading = reading._replace(doubts=(*reading.doubts, *doubts), storeys=said)
+                storeys = (*reading.storeys, *notes_said(building.strength_facts), line)
+                reading = reading._replace(doubts=(*reading.doubts, *doubts), storeys=storeys)
             elif building.kind != "ground":
                 reading = reading._replace(doubts=(*reading.doubts, *ringing_doubts(moved)))
         if self.support is not None:
             floors, struck = self.support.carry(floors)
-            struck = [one._replace(sentence=f"{where}{one.sentence}") for one in struck]
+            struck = [doubt._replace(sentence=f"{where}{doubt.sentence}") for doubt in struck]
             reading = reading._replace(doubts=(*reading.doubts, *struck))
         at_ground = self.performance is None and self.analysis.im_at == "ground"
         return MotionSet(tuple(floors), tuple(ground) if at_ground else (), reading)
 
     def _floor_counts(self) -> list[int]:
         """Return the number of floors of each building whose motions are wanted; ValueError for an invalid building."""
-        found = []
+        counts = []
         for i, building in enumerate(self.stand, start=1):
             try:
-                found.append(building.floor_count)
+                counts.append(building.floor_count)
             except ValueError as error:
                 raise ValueError(f"{self._called(i)}: {error}") from None
-        return found
+        return counts
 
     def _called(self, number: int) -> str:
         return "building" if self.buildings is None else f"buildings[{number}]"
@@ -396,15 +396,15 @@ class StudyFile(Table):
         levels = self._levels()  # (errors of the levels are raised before motions are made)
         if self.adaptive:
             return self._in_waves(folder, both)
-        sets = [one.both_ways if both else one for one in self.shaking(folder)]
+        sets = [of_set.both_ways if both else of_set for of_set in self.shaking(folder)]
         if self.ida is not None:
             refuse_factors(levels.size * sum(array.size // array.sizes["time"] for array in sets[0].motions))
         first = sets[0]
         if self.stripes is not None:
-            ground = tuple(one.ground for one in sets) if self.stripes.im_at == "ground" else ()
-            reading = Reading.joined([one.reading for one in sets])
-            shaken = tuple(one.motions for one in sets)
-            selections = tuple(one.selection for one in sets if one.selection is not None)
+            ground = tuple(of_set.ground for of_set in sets) if self.stripes.im_at == "ground" else ()
+            reading = Reading.joined([of_set.reading for of_set in sets])
+            shaken = tuple(of_set.motions for of_set in sets)
+            selections = tuple(of_set.selection for of_set in sets if of_set.selection is not None)
             scale = self.stripes.scale and not self._scaled_before
             if selections:  # (stripes that do not agree with the hazard may be left out)
                 levels = np.array([selection.attrs["level"] for selection in selections])
@@ -479,18 +479,18 @@ def read_study_file(path: Path, target: float | None = None) -> StudyFile:
     try:
         return StudyFile.model_validate(merged.content)
     except ValidationError as error:
-        said = []
-        found = refusals(error, merged.content, StudyFile)
-        for message, location in found:
+        sentences = []
+        refused = refusals(error, merged.content, StudyFile)
+        for message, location in refused:
             key = tuple(part for part in location if isinstance(part, str))
             origin = merged.origin.get(key[:2]) or merged.origin.get(key[:1]) or path
             unknown = message.startswith("unknown key")
             line = line_of(text_of(origin), location) if unknown else 0
             # (several errors leave no room for lists of keys)
-            brief = message.partition(", allowed are ")[0] if unknown and len(found) > 1 else message
+            brief = message.partition(", allowed are ")[0] if unknown and len(refused) > 1 else message
             where = [f"in {origin}"] * (origin != path) + [f"line {line}"] * (line > 0)
-            said.append(f"{brief} ({', '.join(where)})" if where else brief)
-        raise StudyError(f"{path}: {all_errors(said)}") from None
+            sentences.append(f"{brief} ({', '.join(where)})" if where else brief)
+        raise StudyError(f"{path}: {all_errors(sentences)}") from None
 
 
 def _collapses(floors: Iterable[xr.DataArray]) -> list[Doubt]:
@@ -513,23 +513,23 @@ def rule(check: Callable[[StudyFile], None]) -> Callable[[StudyFile], None]:
 
 def broken(study: StudyFile) -> list[str]:
     """Return the sentences of the rules that a study breaks; rules of one analysis come before all others."""
-    said: list[str] = []
+    sentences: list[str] = []
     for check in RULES:
         try:
             check(study)
         except ValueError as error:
-            said.append(str(error))
+            sentences.append(str(error))
             if check is _one_analysis:
                 break
-    return said
+    return sentences
 
 
 @rule
 def _one_analysis(study: StudyFile) -> None:
     analyses = [name for name in ANALYSES if study.given(name) is not None]
     if len(analyses) != 1:
-        found = " and ".join(analyses) or "none"
-        raise ValueError(f"a study needs exactly one of {', '.join(ANALYSES)}, got {found}")
+        given = " and ".join(analyses) or "none"
+        raise ValueError(f"a study needs exactly one of {', '.join(ANALYSES)}, got {given}")
 
 
 @rule
@@ -699,11 +699,11 @@ def _shared_friction(study: StudyFile) -> None:
 
 @rule
 def _friction_of_blocks(study: StudyFile) -> None:
-    own = next((i for i, block in enumerate(study.blocks or [], start=1) if block.own_friction is not None), None)
-    if own is not None and study.kind not in ("fragility", "sequential"):
-        raise ValueError(f"blocks[{own}]: its own friction is for fragility studies, not for {study.of_kind}")
-    if own is not None and study.friction is None:
-        raise ValueError(f"blocks[{own}]: its own friction needs [friction], which is that of the other blocks")
+    with_own = next((i for i, block in enumerate(study.blocks or [], start=1) if block.own_friction is not None), None)
+    if with_own is not None and study.kind not in ("fragility", "sequential"):
+        raise ValueError(f"blocks[{with_own}]: its own friction is for fragility studies, not for {study.of_kind}")
+    if with_own is not None and study.friction is None:
+        raise ValueError(f"blocks[{with_own}]: its own friction needs [friction], which is that of the other blocks")
 
 
 @rule

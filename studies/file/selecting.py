@@ -112,54 +112,56 @@ class SelectTable(Table):
 
     def pool(self, table: MotionsTable, folder: Path) -> shaking.Candidates:
         """Return the candidates: the motions of a table and of further tables; ValueError as of the tables."""
-        found = table.build(folder)
+        arrays = table.build(folder)
         for k, further in enumerate(self.also or [], start=1):
             try:
                 built = further.build(folder)
             except ValueError as error:
                 raise ValueError(f"stripes.select.also[{k}]: {error}") from None
-            found += [
-                one.assign_coords(motion=("motion", [f"{name} ({k})" for name in one["motion"].values]))
-                for one in built
+            arrays += [
+                array.assign_coords(motion=("motion", [f"{name} ({k})" for name in array["motion"].values]))
+                for array in built
             ]
-            refuse_samples(sum(array.size for array in found), "the candidates of a selection")
-        for one in found:
-            if "component" in one.dims or "floor" in one.dims:
+            refuse_samples(sum(array.size for array in arrays), "the candidates of a selection")
+        for array in arrays:
+            if "component" in array.dims or "floor" in array.dims:
                 raise ValueError(
                     "stripes.select chooses ground motions of one component: no pairs and no floor motions"
                 )
-        return shaking.Candidates(found)
+        return shaking.Candidates(arrays)
 
     def doubts_of_making(self, table: MotionsTable, folder: Path) -> list[Doubt]:
         """Return the input warnings on the generators of the candidates."""
-        made = (one.made_by(folder) for one in (table, *(self.also or [])))
+        made = (generator.made_by(folder) for generator in (table, *(self.also or [])))
         return [doubt for generator in made if generator is not None for doubt in doubts_of_making(generator)]
 
     def chosen(
         self, candidates: shaking.Candidates, stripe: OwnTarget, levels: Levels, level: float, folder: Path
     ) -> tuple[shaking.Selection, list[Doubt]]:
         """Return the selection for a stripe at a level (SI), and notes on it; ValueError as `select`."""
-        target, said = self._target(stripe, levels, level, folder)
+        target, doubts = self._target(stripe, levels, level, folder)
         low, high = self.factor or (0.25, 4.0)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", shaking.InconsistentSelection)  # (said among the notes)
-            found = shaking.select(
+            selection = shaking.select(
                 candidates, target, self.number, level=level, factor=(low, high), weights=self.weights, seed=self.seed
             )
-        return found, said
+        return selection, doubts
 
     def _target(self, stripe: OwnTarget, levels: Levels, level: float, folder: Path) -> tuple[Any, list[Doubt]]:
         im = levels.im
         own_table = None if self.correlations is None else correlations_in(folder / self.correlations)
         correlations: Any = {} if own_table is None else {"correlations": own_table}
-        own = stripe.target is not None or stripe.disaggregation is not None
-        path = stripe.target if own else self.target
+        of_stripe = stripe.target is not None or stripe.disaggregation is not None
+        path = stripe.target if of_stripe else self.target
         if path is not None:
-            with noted() as said:
-                return shaking.read_target(folder / path, im, statistic=self.statistic or "mean", **correlations), said
-        file = folder / str(stripe.disaggregation if own else self.disaggregation)
+            with noted() as doubts:
+                return shaking.read_target(
+                    folder / path, im, statistic=self.statistic or "mean", **correlations
+                ), doubts
+        file = folder / str(stripe.disaggregation if of_stripe else self.disaggregation)
         column = self.statistic or "mean"
-        with noted() as said:
+        with noted() as doubts:
             try:
                 parts = shaking.read_disaggregation(file, im=im, level=level, column=column)
             except shaking.TargetError as error:
@@ -168,10 +170,10 @@ class SelectTable(Table):
                 except shaking.TargetError:
                     raise error from None
         if levels.hazard is not None:
-            said += disaggregation_doubts(levels.hazard, parts.level, parts.rate, Path(file).name)
+            doubts += disaggregation_doubts(levels.hazard, parts.level, parts.rate, Path(file).name)
         if abs(parts.level / level - 1.0) > NEAR:
             name = Path(file).name
-            said.append(
+            doubts.append(
                 Doubt(
                     SELECTION,
                     f"the disaggregation in {name} is of {levels.text(parts.level)} and is used for the stripe at "
@@ -187,7 +189,7 @@ class SelectTable(Table):
             model=self.model or "BSSA14",
             **correlations,
         )
-        return target, said
+        return target, doubts
 
 
 SELECTION = "selection"
@@ -226,7 +228,7 @@ def selected(
 ) -> tuple[list[Stripe], list[Doubt]]:
     """Return stripes with their selections, and warnings, from the pools of motions; ValueError if none agrees."""
     pools: dict[str, shaking.Candidates] = {}
-    found: list[Stripe] = []
+    chosen_stripes: list[Stripe] = []
     doubts: list[Doubt] = []
     for i, (stripe, table, level) in enumerate(zip(stripes, tables, levels.values, strict=True), start=1):
         key = table.model_dump_json()
@@ -237,24 +239,24 @@ def selected(
                     candidates.refuse_moving(folder, levels.im)
             doubts += select.doubts_of_making(table, folder)
         try:
-            chosen, said = select.chosen(pools[key], stripe, levels, level, folder)
+            chosen, of_choice = select.chosen(pools[key], stripe, levels, level, folder)
         except ValueError as error:
             raise ValueError(f"stripes.at[{i}]: {error}") from None
-        doubts += said
+        doubts += of_choice
         if not chosen.consistent:
             kept = select.outside == KEEP
             doubts.append(Doubt(SELECTION, _inconsistent(levels.text(level), chosen.why, kept)))
             if not kept:
                 continue
         ground = chosen.motions if isinstance(chosen.motions, list) else [chosen.motions]
-        bare = [one.drop_vars(["factor", "candidate", "event"]) for one in ground]
-        found.append(Stripe(level, bare, chosen.report))
-    if not found:
+        bare = [array.drop_vars(["factor", "candidate", "event"]) for array in ground]
+        chosen_stripes.append(Stripe(level, bare, chosen.report))
+    if not chosen_stripes:
         raise ValueError(
             "stripes.select: no stripe agrees with the hazard (a median off by more than 10 %, or a scatter outside "
             f"{LOW_RATIO:g} to {HIGH_RATIO:g} times the target's): {doubts[-1].sentence}"
         )
-    return found, list(dict.fromkeys(doubts))
+    return chosen_stripes, list(dict.fromkeys(doubts))
 
 
 def _inconsistent(level: str, why: str, kept: bool) -> str:

@@ -25,10 +25,10 @@ class SupportTable(Derived):
     def made(self) -> shaking.Support | shaking.Isolator:
         """Make the support; as `build`, but an error names the table."""
         try:
-            found: shaking.Support | shaking.Isolator = self.build()
+            support: shaking.Support | shaking.Isolator = self.build()
         except ValueError as error:
             raise ValueError(f"{self.where}: {error}") from None
-        return found
+        return support
 
     @property
     def where(self) -> str:
@@ -45,10 +45,10 @@ class SupportTable(Derived):
         support = self.made()
         try:
             with noted():  # strikes are reported below
-                found = [support.motions(floor) for floor in below]
+                arrays = [support.motions(floor) for floor in below]
         except ValueError as error:
             raise ValueError(f"support: {error}") from None
-        return found, support.stops.doubts(found) if isinstance(support, shaking.Isolator) else []
+        return arrays, support.stops.doubts(arrays) if isinstance(support, shaking.Isolator) else []
 
 
 class NamedSupportTable(SupportTable):

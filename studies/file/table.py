@@ -56,26 +56,26 @@ def quantity(option: str, text: str, units: str, *, bare: float = 0.0, at_least:
     """
     factors = {name: factor for name, (factor, si) in {**UNITS, **_MORE}.items() if si == units and " " not in name}
     example = _EXAMPLES[units]
-    found = _WRITTEN.fullmatch(text)
-    if found is None or "," in text:
+    match = _WRITTEN.fullmatch(text)
+    if match is None or "," in text:
         hint = " (a decimal point, no comma)" if "," in text else ""
         raise StudyError(f"{option} {text[:40]}: must be a number with its unit, such as {example}{hint}")
-    name = _SPELLINGS.get(found[2], found[2])
+    name = _SPELLINGS.get(match[2], match[2])
     if not name and not bare:
         raise StudyError(f"{option} {text[:40]}: say the unit, such as {example}")
     if name and name not in factors:
         near = difflib.get_close_matches(name.lower(), factors, n=1, cutoff=0.5)
-        hint = f"; did you mean {found[1]}{near[0]}?" if near else ""
+        hint = f"; did you mean {match[1]}{near[0]}?" if near else ""
         raise StudyError(f"{option} {text[:40]}: unit must be one of {', '.join(factors)}, got {name[:20]!r}{hint}")
-    value = float(found[1]) * (factors[name] if name else 1.0)
+    value = float(match[1]) * (factors[name] if name else 1.0)
     enough = value > 0.0 if at_least is None else value >= at_least
     if not enough or not abs(value) < math.inf:
         least = "> 0" if at_least is None else f">= {at_least:g}"
         raise StudyError(f"{option} {text[:40]}: must be finite{'' if at_least == -math.inf else f' and {least}'}")
     if not name and abs(value) > bare:
-        fits = [unit for unit in ("cm", "mm") if float(found[1]) * factors.get(unit, math.inf) <= bare]
-        hint = f"; did you mean {float(found[1]) * factors[fits[0]]:g} ({found[1]}{fits[0]})?" if fits else ""
-        alone = f"a number alone is in {units}, up to {bare:g} (beyond that {found[1]}{units})"
+        fits = [unit for unit in ("cm", "mm") if float(match[1]) * factors.get(unit, math.inf) <= bare]
+        hint = f"; did you mean {float(match[1]) * factors[fits[0]]:g} ({match[1]}{fits[0]})?" if fits else ""
+        alone = f"a number alone is in {units}, up to {bare:g} (beyond that {match[1]}{units})"
         raise StudyError(f"{option} {text[:40]}: {alone}{hint}")
     return value
 
@@ -109,13 +109,15 @@ def meant(name: str, keys: Sequence[str]) -> str:
     stem, _, unit = plain.rpartition("_")
     factor, si = _FACTORS.get(unit, (0.0, ""))
     for key in keys:
-        own, of = _FACTORS.get(suffix_of(key)[1:], (0.0, ""))
-        if of == si != "" and own != factor and bare(key) in (stem, _SAME.get(stem)):
-            less = f"divide by {own / factor:g}" if own > factor and unit not in {"in", "ft"} else ""
-            return f"did you mean {key!r}? Then {less or f'multiply by {factor / own:g}'}"
+        factor_of_key, of = _FACTORS.get(suffix_of(key)[1:], (0.0, ""))
+        if of == si != "" and factor_of_key != factor and bare(key) in (stem, _SAME.get(stem)):
+            less = (
+                f"divide by {factor_of_key / factor:g}" if factor_of_key > factor and unit not in {"in", "ft"} else ""
+            )
+            return f"did you mean {key!r}? Then {less or f'multiply by {factor / factor_of_key:g}'}"
     # (a unit of no key in brackets, as EUR)
     tried = (name, plain) if si else (name, plain, re.split(r"[\[(]", name)[0].strip())
-    near = next((key for key in (nearest_key(one, keys) for one in tried) if key), None)
+    near = next((key for key in (nearest_key(word, keys) for word in tried) if key), None)
     whole = " Then write thousands in full" if near and _THOUSANDS.search(name) else ""
     return f"did you mean {near!r}?{whole}" if near else ""
 
@@ -123,14 +125,14 @@ def meant(name: str, keys: Sequence[str]) -> str:
 _THOUSANDS = re.compile(r"(?i)(?<![a-z])(?:[ktm](?=€|\$|£|eur|usd|chf|gbp)|tsd|thousand|1[ .,']?000|mio|mln|mill)")
 
 
-def checked(value: str, allowed: Iterable[str], beside: str = "") -> str:
+def checked(value: str, allowed: Iterable[str], further: str = "") -> str:
     """Return a word that must be one of those allowed; the ValueError suggests the nearest one."""
     words = list(allowed)
     if value in words:
         return value
     near = nearest(value, words)
     hint = f"; did you mean {near!r}?" if near else ""
-    raise ValueError(f"must be one of {', '.join(words)}{beside}, got {shown(value)}{hint}")
+    raise ValueError(f"must be one of {', '.join(words)}{further}, got {shown(value)}{hint}")
 
 
 def shown(value: Any, most: int = 60) -> str:
@@ -144,8 +146,8 @@ def shown(value: Any, most: int = 60) -> str:
 
 def unended(name: str) -> Doubt:
     """Return the input warning on a file whose last line has no end and ends in a number."""
-    said = f"{name}: the last line has no line end: if the file is cut, so is its last number"
-    return Doubt("table", said, settled=True)
+    sentence = f"{name}: the last line has no line end: if the file is cut, so is its last number"
+    return Doubt("table", sentence, settled=True)
 
 
 @dataclass(frozen=True)
@@ -172,9 +174,9 @@ def all_errors(sentences: Sequence[str]) -> str:
     """
     if len(sentences) == 1:
         return sentences[0]
-    said = "; ".join(f"({i}) {sentence}" for i, sentence in enumerate(sentences[:MOST_ERRORS], start=1))
+    listed = "; ".join(f"({i}) {sentence}" for i, sentence in enumerate(sentences[:MOST_ERRORS], start=1))
     more = len(sentences) - MOST_ERRORS
-    return f"{len(sentences)} errors: {said}{f'; and {more} more' if more > 0 else ''}"
+    return f"{len(sentences)} errors: {listed}{f'; and {more} more' if more > 0 else ''}"
 
 
 def one_of(names: Iterable[str]) -> WordChoice:

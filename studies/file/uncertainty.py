@@ -204,17 +204,20 @@ class UncertaintyTable(Table):
 
     def build(self) -> RandomInputs:
         """Make the inputs; ValueError for a distribution or correlation that is invalid, or a name without its unit."""
-        found = {}
+        distributions = {}
         for name, table in self.inputs.items():
             try:
                 checked(name, tuple(INPUTS))
-                own = INPUTS[name]
-                found[own] = table.build(FACTORS.get(KNOWN[own].units, 1.0))
+                canonical = INPUTS[name]
+                distributions[canonical] = table.build(FACTORS.get(KNOWN[canonical].units, 1.0))
             except (TypeError, ValueError) as error:
                 raise ValueError(f"uncertainty.inputs.{name}: {error}") from None
-        pairs = {(_known(one.of[0]), _known(one.of[1])): one.rank for one in self.correlations or []}
+        pairs = {
+            (_known(correlation.of[0]), _known(correlation.of[1])): correlation.rank
+            for correlation in self.correlations or []
+        }
         try:
-            return RandomInputs(found, pairs)
+            return RandomInputs(distributions, pairs)
         except (TypeError, ValueError) as error:
             raise ValueError(f"uncertainty: {error}") from None
 
@@ -261,11 +264,11 @@ class SensitivityTable(Table):
     def _in_range(self) -> Self:
         low, high = (MIN_DELTA, 1.0) if self.parameter == "delta" else (0.0, 1.0)
         given = [*self.values, *([self.reference] if isinstance(self.reference, float | int) else [])]
-        for one in given:
-            inside = low <= one < high if self.parameter == "delta" else low < one <= high
+        for number in given:
+            inside = low <= number < high if self.parameter == "delta" else low < number <= high
             if not inside:
                 allowed = f">= {low:g} and < 1" if self.parameter == "delta" else "> 0 and <= 1"
-                raise ValueError(f"values and reference of {self.parameter} must be {allowed}, got {one:g}")
+                raise ValueError(f"values and reference of {self.parameter} must be {allowed}, got {number:g}")
         if any(after <= before for before, after in zip(self.values, self.values[1:], strict=False)):
             raise ValueError(f"values must increase, got {', '.join(f'{value:g}' for value in self.values)}")
         if len({f"{value:g}" for value in self.values}) < len(self.values):
@@ -293,15 +296,15 @@ class SensitivityTable(Table):
         """Make the inputs of tornado and indices; ValueError for an invalid distribution or a choice of laws."""
         if self.inputs is None:
             return None
-        found = {}
+        distributions = {}
         for name, table in self.inputs.items():
             try:
-                found[bare(name)] = table.build()
+                distributions[bare(name)] = table.build()
             except (TypeError, ValueError) as error:
                 raise ValueError(f"sensitivity.inputs.{name}: {error}") from None
-        if "law" in found:
+        if "law" in distributions:
             raise ValueError("sensitivity.inputs has no law: every law stands by itself")
         try:
-            return RandomInputs(found)
+            return RandomInputs(distributions)
         except (TypeError, ValueError) as error:
             raise ValueError(f"sensitivity.inputs: {error}") from None

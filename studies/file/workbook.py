@@ -144,16 +144,16 @@ def _rows(content: bytes, name: str, most_rows: int) -> tuple[list[tuple[int, li
         raise WorkbookError("a workbook without a sheet to be seen")
     title = titles.get(name.lower()) or seen[0]
     formulas = load_workbook(io.BytesIO(content), keep_links=False)[title]
-    merged = {(one.min_row, one.min_col): one.coord for one in formulas.merged_cells.ranges}
+    merged = {(merge.min_row, merge.min_col): merge.coord for merge in formulas.merged_cells.ranges}
     sheet = values[title]
     sheet.reset_dimensions()  # (stated sizes are wrong in files of some programs)
-    found: list[tuple[int, list[str]]] = []
+    rows: list[tuple[int, list[str]]] = []
     for n, row in enumerate(sheet.iter_rows(), start=1):
         if n > MOST_ROWS or len(row) > MOST_COLUMNS:
             raise WorkbookError(f"row {n} reaches beyond {MOST_ROWS:,} rows or {MOST_COLUMNS:,} columns of its sheet")
         if row and row[0].data_type != "e" and str(row[0].value or "").lstrip().startswith("#"):
             # a comment is alone in its row; in a table of pieces such a row would be a piece that is left out silently
-            if found and any(cell.value is not None for cell in row[1:]):
+            if rows and any(cell.value is not None for cell in row[1:]):
                 raise WorkbookError(
                     f"row {n} begins with #, as comments do, and has other cells: rename it or empty them"
                 )
@@ -163,11 +163,11 @@ def _rows(content: bytes, name: str, most_rows: int) -> tuple[list[tuple[int, li
             while not cells[-1]:
                 cells.pop()
             number = next(cell.row for cell in row if hasattr(cell, "row"))
-            found.append((number or n, cells))
-            if len(found) > most_rows + 1:
+            rows.append((number or n, cells))
+            if len(rows) > most_rows + 1:
                 break
     others = [other.title for other in values.worksheets if other.title in seen and other.title != title]
-    return found, _hidden(formulas, found) + _unread(title, [other for other in others if _is_filled(values[other])])
+    return rows, _hidden(formulas, rows) + _unread(title, [other for other in others if _is_filled(values[other])])
 
 
 def _hidden(sheet: Worksheet, rows: list[tuple[int, list[str]]]) -> list[str]:

@@ -56,12 +56,12 @@ def faces(response: xr.Dataset, block: Block) -> list[Face]:
     exact = options.get("geometry") == "exact"
     around = surroundings(block, *sides(block, "exact" if exact else "linear"), exact)
     height = block.height if wall.height is None else wall.height
-    found = []
+    met = []
     for side, contact in ((-1.0, around.back_wall), (1.0, around.front_wall)):
         if contact is not None:
             x = float(_meets(block, side, height, side * contact.rotation)[0])
-            found.append(Face(x, side, height, contact.rotation, height < block.height))
-    return found
+            met.append(Face(x, side, height, contact.rotation, height < block.height))
+    return met
 
 
 def _meets(block: Block, side: float, height: float, rotation: float) -> Array:
@@ -138,5 +138,5 @@ def strikes(response: xr.Dataset, walls: list[Face]) -> Array:
         out, inward = face.side * omega[:-1], face.side * omega[1:]
         reaches = face.side * theta[:-1] + out * dt >= face.rotation - 0.1 * out * dt
         struck |= (out > 0.0) & (inward <= 0.0) & reaches
-    found: Array = time[1:][struck]
-    return found
+    times: Array = time[1:][struck]
+    return times

@@ -60,7 +60,7 @@ def frames_of(response: xr.Dataset, *, speed: float = 1.0, fps: int | None = Non
     if length > LONGEST:
         raise ValueError(f"a film must be at most {LONGEST:g} s long, got {length:.0f} s at speed {rate:g}")
     if fps is None:
-        fps = next((one for one in (25, 20, 10) if one * length <= MOST_FRAMES), 5)
+        fps = next((rate for rate in (25, 20, 10) if rate * length <= MOST_FRAMES), 5)
     elif checks.count("fps", fps) not in FRAME_RATES:
         raise ValueError(f"fps must be one of {', '.join(map(str, FRAME_RATES))}, got {fps}")
     moments: Array = begin + np.arange(math.floor(length * fps + 1e-9) + 1, dtype=np.float64) * (rate / fps)
@@ -79,20 +79,20 @@ def frames_of(response: xr.Dataset, *, speed: float = 1.0, fps: int | None = Non
 def rigid_fall(theta: float, omega: float, block: Block) -> Array | None:
     """Return the rotation (rad) of a rigid block that falls on a quiet floor, every ms; None if it turns back."""
     side = math.copysign(1.0, theta)
-    own = sides(block, "exact")[0 if side > 0.0 else 1]
-    alpha, p2 = own.alpha, own.q2
+    side_of_fall = sides(block, "exact")[0 if side > 0.0 else 1]
+    alpha, p2 = side_of_fall.alpha, side_of_fall.q2
     x, v = side * theta, side * omega
-    found = [x]
+    rotations = [x]
     # the block falls if it is past its balance, or moves outwards fast enough to reach it
-    while x < FLAT and (x > alpha or v > 0.0) and len(found) < 20_000:
+    while x < FLAT and (x > alpha or v > 0.0) and len(rotations) < 20_000:
         # midpoint rule: its error is 1e-6 of the rotation at these steps, and a picture needs 1e-3
         push = p2 * math.sin(x - alpha)
         half = p2 * math.sin(x + 0.5 * FALL_STEP * v - alpha)
         x, v = x + FALL_STEP * (v + 0.5 * FALL_STEP * push), v + FALL_STEP * half
-        found.append(x)
+        rotations.append(x)
     if x < FLAT:
         return None
-    return np.asarray(side * np.minimum(np.array(found), FLAT))
+    return np.asarray(side * np.minimum(np.array(rotations), FLAT))
 
 
 def corners(block: Block, rotation: float, floor: float = 0.0) -> Array:

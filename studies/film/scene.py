@@ -40,9 +40,9 @@ SEEN = 0.16
 """Time that the mark of an impact at a wall is shown, s of the film."""
 
 
-def _blend(one: str, other: str, steps: int) -> list[str]:
+def _blend(first_colour: str, other: str, steps: int) -> list[str]:
     """Return colours between two colours, as they occur at the smoothed edges of shapes."""
-    first, last = np.array(to_rgb(one)), np.array(to_rgb(other))
+    first, last = np.array(to_rgb(first_colour)), np.array(to_rgb(other))
     return [to_hex(first + (last - first) * i / (steps - 1)).upper() for i in range(steps)]
 
 
@@ -160,7 +160,7 @@ class Scene:
 
     def _slab_shapes(self) -> list[Array]:
         """Return the corners (4, 2) of walls, rails and the ceiling, m, in the frame of the floor."""
-        block, found = self._block, []
+        block, shapes = self._block, []
         thick, high = THICK * block.height, HIGH * block.height
         for face in self._walls:
             near = face.x
@@ -169,20 +169,20 @@ class Scene:
                 edge = np.array([[face.side * block.b, block.height]])
                 near = float(rotated(block, face.side * face.rotation, 0.0, edge)[0, 0]) + face.side * 0.5 * thick
                 top, bottom = face.height, face.height - 0.3 * thick
-                found.append(np.array([[face.x, bottom], [near, bottom], [near, top], [face.x, top]]))
+                shapes.append(np.array([[face.x, bottom], [near, bottom], [near, top], [face.x, top]]))
             far = near + face.side * thick
-            found.append(np.array([[near, 0.0], [far, 0.0], [far, high], [near, high]]))
+            shapes.append(np.array([[near, 0.0], [far, 0.0], [far, high], [near, high]]))
         for strap in self._straps:
             x, y = strap.fixed
             if strap.restraint.kind == "pole":
                 ends = x - block.width, x + block.width
-                found.append(np.array([[ends[0], y], [ends[1], y], [ends[1], y + thick], [ends[0], y + thick]]))
+                shapes.append(np.array([[ends[0], y], [ends[1], y], [ends[1], y + thick], [ends[0], y + thick]]))
             elif strap.restraint.kind in ("strap", "cable", "bracket") and not any(
                 wall.side < 0 for wall in self._walls
             ):
                 half = 0.5 * thick
-                found.append(np.array([[x, y - half], [x - half, y - half], [x - half, y + half], [x, y + half]]))
-        return found
+                shapes.append(np.array([[x, y - half], [x - half, y - half], [x - half, y + half], [x, y + half]]))
+        return shapes
 
     def _history(self, response: xr.Dataset) -> None:
         """Draw the lower part: rotation over slenderness against time, with a moving marker."""
@@ -214,9 +214,9 @@ class Scene:
         if first <= self._breaks <= last:
             ax.axvline(self._breaks, color=HOLDS, lw=1.2, ls=(0, (4, 3)))
             late = self._breaks > 0.6 * first + 0.4 * last
-            beside = {**words, "ha": "right" if late else "left", "color": HOLDS}
+            style = {**words, "ha": "right" if late else "left", "color": HOLDS}
             text = f" {self._straps[0].restraint.kind} breaks "
-            ax.text(self._breaks, 0.02, text, transform=ax.get_xaxis_transform(), **beside)
+            ax.text(self._breaks, 0.02, text, transform=ax.get_xaxis_transform(), **style)
         ax.set_xlabel("time (s)", fontsize=10.0, labelpad=1.0)
         ax.set_ylabel("rotation θ/α", fontsize=10.0, labelpad=1.0)
         ax.tick_params(labelsize=9.0)
@@ -361,10 +361,10 @@ def _heading(response: xr.Dataset, block: Block) -> str:
 
 def _around(block: Block) -> list[str]:
     """Return the features that make a block asymmetric or not freestanding, in short words."""
-    found = []
+    features = []
     if block.cm_offset:
-        found.append(f"mass {1000.0 * block.cm_offset:+.3g} mm")
+        features.append(f"mass {1000.0 * block.cm_offset:+.3g} mm")
     if block.lean:
-        found.append(f"lean {math.degrees(block.lean):+.2g}°")
-    found = [word.replace("-", "−") for word in found]
-    return [*found, *(part.label for part in (block.wall, block.restraint, block.bed) if part is not None)]
+        features.append(f"lean {math.degrees(block.lean):+.2g}°")
+    features = [word.replace("-", "−") for word in features]
+    return [*features, *(part.label for part in (block.wall, block.restraint, block.bed) if part is not None)]

@@ -185,8 +185,8 @@ class PieceScores:
     def of_pieces(self, label: str, count: int, motion: int) -> Array:
         """Return the scores (piece, realisation, 3) of a line's pieces under a motion, columns as in `COLUMNS`."""
         drawn = stream(self.seed, *key_of(label), motion).standard_normal((count, self.realisations, 4))
-        common, own = self._shares
-        return np.asarray(common * drawn[..., :1] + own * drawn[..., 1:])
+        common, alone = self._shares
+        return np.asarray(common * drawn[..., :1] + alone * drawn[..., 1:])
 
     def check_size(self, label: str, count: int) -> None:
         """Raise ValueError for a line of more pieces than are drawn."""

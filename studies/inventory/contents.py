@@ -51,7 +51,7 @@ class Stand:
 
     def _moved(self, below: Sequence[Record]) -> tuple[list[Record], list[xr.DataArray]]:
         """Return the motions on top, in the order of those below, and as arrays of motions of one length."""
-        found = list(below)
+        carried = list(below)
         tops = []
         alike: dict[tuple[float, int], list[int]] = {}
         for i, record in enumerate(below):
@@ -64,8 +64,8 @@ class Stand:
             tops.append(top)
             for k, i in enumerate(lines):
                 source = f"{self.support!r} on {below[i].source}"
-                found[i] = below[i]._replace(acceleration=top.values[k], dt=step, source=source)
-        return found, tops
+                carried[i] = below[i]._replace(acceleration=top.values[k], dt=step, source=source)
+        return carried, tops
 
 
 MAX_ROWS = 10_000
@@ -290,7 +290,7 @@ class Contents:
     @property
     def drawn(self) -> bool:
         """True if any consequence of a piece is drawn."""
-        return any(one is not None for one in (self.cost, self.downtime, self.injury))
+        return any(drawn is not None for drawn in (self.cost, self.downtime, self.injury))
 
 
 @dataclass(frozen=True)
@@ -416,14 +416,14 @@ def row_doubts(rows: Sequence[Contents]) -> list[Doubt]:
         ],
         "pieces do not fit on what they stand on, as if square where no depth is given": _crowded(rows),
     }
-    found = block_doubts([replace(row.block, name=row.label) for row in rows])
-    found += restitution_doubts((row.label, row.e) for row in rows)
-    return [*found, *(Doubt(UNITS, f"{what} ({first_of(named)})") for what, named in odd.items() if named)]
+    doubts = block_doubts([replace(row.block, name=row.label) for row in rows])
+    doubts += restitution_doubts((row.label, row.e) for row in rows)
+    return [*doubts, *(Doubt(UNITS, f"{what} ({first_of(named)})") for what, named in odd.items() if named)]
 
 
 def _crowded(rows: Sequence[Contents]) -> list[str]:
     """Return the lines that are wider than the piece below, or do not fit on it together."""
-    found: list[str] = []
+    crowded: list[str] = []
     loads: dict[str, list[Contents]] = {}
     for row in rows:
         loads.setdefault(row.stands_on, []).append(row)
@@ -432,10 +432,10 @@ def _crowded(rows: Sequence[Contents]) -> list[str]:
         wide = [row.label for row in above if row.block.width > support.block.width * (1.0 + 1e-9)]
         area = sum(map(_plan, above))
         if wide:
-            found.append(f"{first_of(wide)} on {support.label}: wider")
+            crowded.append(f"{first_of(wide)} on {support.label}: wider")
         elif area > _plan(support) * (1.0 + 1e-9):
-            found.append(f"on {support.label}: {area:.3g} m² on {_plan(support):.3g} m²")
-    return found
+            crowded.append(f"on {support.label}: {area:.3g} m² on {_plan(support):.3g} m²")
+    return crowded
 
 
 def _plan(row: Contents) -> float:

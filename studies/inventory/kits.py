@@ -52,8 +52,8 @@ class Kit:
             return "cannot hold a piece on a soft bed, for which no restraint is modelled"
         if block.edge is not None:
             return "cannot hold a piece near an edge, over which it may slide once the kit breaks: not modelled"
-        own, sloping = self.restraint, self.width is not None and self.restraint.kind == "cable"
-        if own.kind in AT_A_HEIGHT:
+        restraint, sloping = self.restraint, self.width is not None and self.restraint.kind == "cable"
+        if restraint.kind in AT_A_HEIGHT:
             if sloping and height is not None:
                 return "is a sloping cable, whose anchor has a height of its own"
             at = self.height if height is None else height
@@ -61,10 +61,10 @@ class Kit:
                 return f"is fixed at {at:g} m, above its top at {block.height:g} m"
         if self.width is not None and not math.isclose(self.width, block.width, rel_tol=SAME_WIDTH):
             return f"is made for pieces {self.width:g} m wide, not {block.width:g} m"
-        arms = [arm for arm in (own.front, own.back) if arm is not None]
-        if own.kind in ("pole", "adhesive") and max(arms) > block.width:
+        arms = [arm for arm in (restraint.front, restraint.back) if arm is not None]
+        if restraint.kind in ("pole", "adhesive") and max(arms) > block.width:
             return f"acts {max(arms):g} m from an edge, beyond its width of {block.width:g} m"
-        if own.kind == "pole" and not math.isclose(sum(arms), block.width, rel_tol=POLE_WIDTH):
+        if restraint.kind == "pole" and not math.isclose(sum(arms), block.width, rel_tol=POLE_WIDTH):
             both = " and ".join(f"{arm:g}" for arm in arms)
             return f"stands {both} m from the edges of a piece {block.width:g} m wide"
         return ""
@@ -76,10 +76,10 @@ class Kit:
             raise ValueError(f"kit {self.name!r} {why}")
         if block.mass is None:
             raise ValueError(f"kit {self.name!r} needs the mass of the piece (mass_kg)")
-        own = self.restraint
-        if own.kind in AT_A_HEIGHT and height is not None:
-            own = replace(own, front=height, back=None if own.back is None else height, height=height)
-        return replace(block, restraint=own)
+        restraint = self.restraint
+        if restraint.kind in AT_A_HEIGHT and height is not None:
+            restraint = replace(restraint, front=height, back=None if restraint.back is None else height, height=height)
+        return replace(block, restraint=restraint)
 
     def on(self, row: Contents) -> Contents:
         """Return a line of an inventory with the kit instead of any that it has; ValueError as `held`."""

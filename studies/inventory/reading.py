@@ -173,8 +173,8 @@ class LineTable(ContentsTable):
         if self.contact in (ROLLING, UNLOCKED):
             return {"contact": ROLLING, "friction": None}
         if self.contact in CONTACTS:
-            own = CONTACTS[self.contact]
-            return {"contact": self.contact, "friction": own.friction, "kinetic_ratio": own.kinetic_ratio}
+            contact = CONTACTS[self.contact]
+            return {"contact": self.contact, "friction": contact.friction, "kinetic_ratio": contact.kinetic_ratio}
         friction = None if sliding is None else sliding.friction
         if self.friction is not None:
             friction = friction_from(self.friction, self.friction_dispersion)
@@ -252,11 +252,11 @@ def read_inventory(
         raise InventoryError(f"{table.where}: column 'floor' is missing")
     if "catalogue" not in table.columns and not {"width_m", "height_m"} <= set(table.columns):
         raise InventoryError(f"{table.where}: columns must name catalogue, or width_m and height_m")
-    found: list[tuple[CsvLine, Contents]] = []
+    read: list[tuple[CsvLine, Contents]] = []
     currency = sign_above = ""
     for line in table:
-        found.append((line, _contents(line, kits or {}, sliding, stands or {})))
-        if floors is not None and str(found[-1][1].floor) not in floors:
+        read.append((line, _contents(line, kits or {}, sliding, stands or {})))
+        if floors is not None and str(read[-1][1].floor) not in floors:
             line.refuse("floor", floor_text(floors, line.text("floor")))
         stated = line.text("currency")
         if stated and currency and stated != currency:
@@ -267,10 +267,10 @@ def read_inventory(
             if sign and wanted and not _currencies(sign) & _currencies(wanted):
                 line.refuse(column, f"must be in {wanted} as the others are, got {cell} shown in {sign}")
             sign_above = sign or sign_above
-    if not found:
+    if not read:
         raise InventoryError(f"{file}: has a header but no items")
     try:
-        inventory = Inventory(tuple(_told_apart(found)), currency)
+        inventory = Inventory(tuple(_told_apart(read)), currency)
         inventory.check_supports()
     except ValueError as error:
         raise InventoryError(f"{file}: {error}") from None
@@ -288,13 +288,13 @@ def example_path() -> str:
     return str(Path(__file__).parents[1] / "examples" / "inventory.csv")
 
 
-def _told_apart(found: Sequence[tuple[CsvLine, Contents]]) -> Iterator[Contents]:
+def _told_apart(rows_read: Sequence[tuple[CsvLine, Contents]]) -> Iterator[Contents]:
     """Yield the rows with unique labels: the floor is added to labels that several lines have."""
     lines: dict[str, list[CsvLine]] = {}
-    for line, row in found:
+    for line, row in rows_read:
         lines.setdefault(row.label, []).append(line)
     taken: dict[str, CsvLine] = {}
-    for line, row in found:
+    for line, row in rows_read:
         label = row.label if len(lines[row.label]) == 1 else f"{row.label}, floor {row.floor}"
         if label in taken:
             line.refuse("item", f"must be another name, {label!r} is taken by {line.table.word} {taken[label].number}")

@@ -98,7 +98,7 @@ def slides_of(content: StudyFile, blocks: Iterable[Block]) -> Slides | None:
     """Return the friction of a study, with the friction of blocks that have their own; None if it is not known."""
     if content.friction is None:
         return None
-    own = {
+    own_frictions = {
         block.label: table.own_friction
         for block, table in zip(blocks, content.blocks or [], strict=False)
         if table.own_friction is not None
@@ -108,7 +108,7 @@ def slides_of(content: StudyFile, blocks: Iterable[Block]) -> Slides | None:
         for block, table in zip(blocks, content.blocks or [], strict=False)
         if table.trip_mm is not None
     }
-    return replace(content.friction.build(content.analysis.polarity or BOTH), own=own, own_trips=near)
+    return replace(content.friction.build(content.analysis.polarity or BOTH), own=own_frictions, own_trips=near)
 
 
 def screening_with(
@@ -135,9 +135,9 @@ def median_doubts(medians: Array, units: str) -> list[str]:
 
 def fit_of(content: StudyFile) -> Fit:
     """Return the options of the fit; with a hazard the table of rates gives the level of a probability, too."""
-    found = LOGNORMAL if content.fit is None else content.fit.build()
+    fit = LOGNORMAL if content.fit is None else content.fit.build()
     asked = content.fit is not None and content.fit.fractiles is not None
-    return found if asked or content.hazard is None else replace(found, fractiles=(LOW_SHARE,))
+    return fit if asked or content.hazard is None else replace(fit, fractiles=(LOW_SHARE,))
 
 
 def _targets(content: StudyFile, study: FragilityStudy) -> tuple[float, ...]:
@@ -250,9 +250,9 @@ class FragilityStudy(BlockStudy):
     def words(self) -> str:
         other = f", and {self.further_runs:,} under the motions of {counted(len(self.further), 'branch')}"
         searched = f", and up to {self.searched_runs:,} that look for strengths of restraints"
-        own = f"{self.pairs_words} × {self.design.words} = {counted(self.runs, 'run')}"
+        of_study = f"{self.pairs_words} × {self.design.words} = {counted(self.runs, 'run')}"
         return (
-            f"{own}{perturbed_words(self.perturbed_runs)}"
+            f"{of_study}{perturbed_words(self.perturbed_runs)}"
             f"{other if self.further_runs else ''}{searched if self.searched_runs else ''}"
         )
 
@@ -286,12 +286,12 @@ class FragilityStudy(BlockStudy):
     def slide_runs(self) -> int:
         if self.slides is None or isinstance(self.design, Cloud):
             return 0
-        each = (
+        runs_of_blocks = (
             number_of_slides(block, self.slides.friction_of(block), self.in_plane)
             for block in self.blocks
             if is_free(block)
         )
-        return sum(each) * self.design.runs
+        return sum(runs_of_blocks) * self.design.runs
 
     @property
     def further(self) -> dict[str, Design]:
@@ -301,7 +301,7 @@ class FragilityStudy(BlockStudy):
     @property
     def further_runs(self) -> int:
         """Number of runs under the motions of branches."""
-        return len(self.blocks) * len(self.models) * sum(one.runs * one.about for one in self.further.values())
+        return len(self.blocks) * len(self.models) * sum(design.runs * design.about for design in self.further.values())
 
     @property
     def arrays(self) -> Iterable[xr.DataArray]:
@@ -311,7 +311,7 @@ class FragilityStudy(BlockStudy):
     @property
     def doubts(self) -> list[Doubt]:
         others = [doubt for design in self.further.values() for doubt in design.doubts]
-        named = {} if self.branches is None else {name: one for name, (one, _) in self.branches.hazards.items()}
+        named = {} if self.branches is None else {name: curve for name, (curve, _) in self.branches.hazards.items()}
         # the study's own hazard is among the hazards of its branches; levels of block measures are not in its measure
         apart = [] if self.design.im in BLOCK_MEASURES else branch_doubts(named, self.design.levels)
         hazards = chain.from_iterable(map(hazard_doubts, named.values()))
@@ -330,8 +330,8 @@ class FragilityStudy(BlockStudy):
         for design in (self.design, *self.further.values()):
             alone = SECONDS_A_CURVE + SECONDS_A_MOTION * design.shakes
             motions = design.shakes / max(1, len(design.floors))
-            each = SECONDS_A_REPLICATE + design.levels.size * (SECONDS_A_LEVEL + SECONDS_A_WEIGHT * motions)
-            seconds += self._curves_of(design) * (alone + drawn * each / threads)
+            per_replicate = SECONDS_A_REPLICATE + design.levels.size * (SECONDS_A_LEVEL + SECONDS_A_WEIGHT * motions)
+            seconds += self._curves_of(design) * (alone + drawn * per_replicate / threads)
         return seconds
 
     @property
@@ -354,31 +354,33 @@ class FragilityStudy(BlockStudy):
         # Further variables are the screen's outcome, the probability of sliding (if friction is given), and the
         # friction that a block needs, which is the same for all laws.
         given = self.friction.values() if isinstance(self.friction, Mapping) else [self.friction]
-        known = all(isinstance(one, FixedFriction) for one in given)
+        known = all(isinstance(friction, FixedFriction) for friction in given)
         slides = 0 if self.friction is None else 1 if known else 4
         of_blocks = 8.0 * self.runs / len(self.models)
         of_curves = (STORED_BYTES + (0.0 if self.measures is None else RANKED_BYTES)) * self._curves_of(self.design)
         return (self.bytes_a_run + 1 + slides) * float(self.runs) + of_blocks + of_curves
 
-    def _spread(self, own: FittedCurves, client: Runner, progress: Progress | None) -> tuple[xr.Dataset, list[Fact]]:
+    def _spread(
+        self, of_study: FittedCurves, client: Runner, progress: Progress | None
+    ) -> tuple[xr.Dataset, list[Fact]]:
         """Run the motions of branches, and return the rates over all branches, with notes on the branches' curves."""
         assert self.branches is not None
         assert self.risk is not None
         done = super().work
-        said: list[Fact] = []
+        facts: list[Fact] = []
 
         def fitted(name: str, design: Design) -> FittedCurves:
             nonlocal done
-            each = part_of(progress, done, self.work)
-            runs = design.run(self.blocks, self.models, self.fit.outputs, client, each)
+            told_part = part_of(progress, done, self.work)
+            runs = design.run(self.blocks, self.models, self.fit.outputs, client, told_part)
             done += len(self.blocks) * len(self.models) * design.runs * design.about
-            found = self.fit.curves(runs, True, telling=client.tell)
-            said.extend(of_branch(name, self.fit.notes(found, runs)))
-            return FittedCurves(self.fit.modelled(found), design.highest(runs), found)
+            curves = self.fit.curves(runs, True, telling=client.tell)
+            facts.extend(of_branch(name, self.fit.notes(curves, runs)))
+            return FittedCurves(self.fit.modelled(curves), design.highest(runs), curves)
 
-        spread = self.branches.of(own, fitted, self.risk, self.fit)
+        spread = self.branches.of(of_study, fitted, self.risk, self.fit)
         beyond = spread[BEYOND].max([dim for dim in spread[BEYOND].dims if dim != "branch"]).values.tolist()
-        return spread, [*said, *branches_beyond_note(beyond, branch_names(spread))]
+        return spread, [*facts, *branches_beyond_note(beyond, branch_names(spread))]
 
     def _strengths(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         """Return the strengths that restraints need, from runs under the motions of the study."""
@@ -419,23 +421,23 @@ class FragilityStudy(BlockStudy):
         modelled = self.fit.modelled(curves)
         lowest = self.design.lowest(results)
         rates = risk.of(modelled, self.fit.confidence, highest, self.fit.state, client.tell, lowest=lowest)
-        said = risk.notes(rates, modelled, highest, self.configuration)
-        said += component_notes(self.configuration["motions"].get("component"), self.design.im)
-        found = dict(rates.assign(risk.modelling_range(curves, self.fit.modelling_dispersion)).data_vars)
+        facts = risk.notes(rates, modelled, highest, self.configuration)
+        facts += component_notes(self.configuration["motions"].get("component"), self.design.im)
+        variables = dict(rates.assign(risk.modelling_range(curves, self.fit.modelling_dispersion)).data_vars)
         coordinates: dict[Hashable, xr.DataArray] = {}
         compared = gains(modelled, risk, self.blocks, self.fit.confidence)
         if compared is not None:
-            found |= compared.data_vars
+            variables |= compared.data_vars
             coordinates |= compared[[OTHER]].coords
         if self.branches is not None:
             spread, of_branches = self._spread(FittedCurves(modelled, highest, curves), client, progress)
-            said += [*of_branches, *([SLIPS_WITHOUT_BRANCHES] if self.slides is not None else [])]
-            found |= spread.data_vars
+            facts += [*of_branches, *([SLIPS_WITHOUT_BRANCHES] if self.slides is not None else [])]
+            variables |= spread.data_vars
             coordinates |= {name: spread.coords[name] for name in BRANCH_COORDINATES}
-        said.append(modelling_note(self.fit.modelling_dispersion, self.fit.modelling))
-        said += class_notes(self.fit.modelling_class)
+        facts.append(modelling_note(self.fit.modelling_dispersion, self.fit.modelling))
+        facts += class_notes(self.fit.modelling_class)
         return Rated(
-            found, coordinates, {name: rates.attrs[name] for name in ("years", *SIZE) if name in rates.attrs}, said
+            variables, coordinates, {name: rates.attrs[name] for name in ("years", *SIZE) if name in rates.attrs}, facts
         )
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
@@ -449,16 +451,16 @@ class FragilityStudy(BlockStudy):
             progress=part_of(progress, self.runs * self.design.about, self.work),
         )
         curves = self.fit.curves(results, self.risk is not None, telling=client.tell)
-        found = dict(screened.data_vars)
+        variables = dict(screened.data_vars)
         attributes = self._fit_attributes(curves)
         forced = forced_to_1(self.blocks, self.fit.state, self.fit.form)
         if forced:
             attributes[FORCED] = forced
         if self.measures is not None:
             ranking = ranked(results, self.design.motions, self.measures, self.fit.state)
-            found |= ranking.data_vars
+            variables |= ranking.data_vars
             attributes["ranking"] = ranking.attrs["ranking"]
-        said = [
+        facts = [
             *axis_notes(results),
             *held_notes([block.label for block in self.blocks if self.design.about == 2 and block.surrounded]),
             *self.fit.notes(curves, results),
@@ -468,54 +470,56 @@ class FragilityStudy(BlockStudy):
         coordinates: dict[Hashable, xr.DataArray] = {}
         if self.risk is not None:
             rated = self._rated(self.risk, curves, results, client, progress)
-            found |= rated.variables
+            variables |= rated.variables
             coordinates |= rated.coordinates
             attributes |= rated.attributes
-            said += rated.notes
+            facts += rated.notes
         if self.targets:
             strengths = self._strengths(client, progress)
-            found |= strengths.data_vars
+            variables |= strengths.data_vars
             coordinates[TARGET] = strengths[TARGET]
         chosen = self.selections
         if chosen is not None:
-            found |= chosen.data_vars
+            variables |= chosen.data_vars
             coordinates |= chosen.coords
-            said += selection_notes(chosen)
+            facts += selection_notes(chosen)
         elif isinstance(self.design, Stripes):
-            said.append(Fact("selection.none"))
+            facts.append(Fact("selection.none"))
         kept = without_replicates(curves).assign(range_of_half_levels(curves, self.fit.modelling_dispersion))
-        found |= kept.rename({name: f"curve_{name}" for name in OBSERVED if name in kept}).data_vars
+        variables |= kept.rename({name: f"curve_{name}" for name in OBSERVED if name in kept}).data_vars
         if self.design.levels.size:
             observed = self.fit.probabilities(results)
-            found |= observed.assign(self.fit.chances_of_range(kept, observed["level"])).data_vars
+            variables |= observed.assign(self.fit.chances_of_range(kept, observed["level"])).data_vars
             if any_held(self.blocks):
                 # (a hazard curve of a measure of each block is of no single level)
                 hazard = None if self.risk is None or self.design.im in BLOCK_MEASURES else self.risk.hazard
                 broken = ruptures(results, self.blocks, self.fit.confidence, hazard)
-                found |= broken.data_vars
+                variables |= broken.data_vars
                 coordinates |= {name: broken.coords[name] for name in (DESIGN,) if name in broken.coords}
         if self.slides is not None:
             falls: dict[str, xr.DataArray] = {
-                name: found[name] for name in ("probability", "rate", "rate_lower", "rate_upper") if name in found
+                name: variables[name]
+                for name in ("probability", "rate", "rate_lower", "rate_upper")
+                if name in variables
             }
             slid = self.slides.of(results, self.design.motions, self.blocks, self.fit, self.risk, falls, client)
-            found |= slid.data_vars
+            variables |= slid.data_vars
             coordinates |= {name: slid.coords[name] for name in ("slip",) if name in slid.coords}
-            said += slide_notes(
+            facts += slide_notes(
                 slid, self.blocks, [str(value) for value in results["motion"].values], in_plane(results)
             )
-            said += exact_friction_notes(self.slides.exact(self.blocks))
-        said += edge_notes(results, self.blocks, self.slides is not None, self.fit.state)
+            facts += exact_friction_notes(self.slides.exact(self.blocks))
+        facts += edge_notes(results, self.blocks, self.slides is not None, self.fit.state)
         if "floor" in curves.dims:  # (the dimension of the curves takes the name)
             results = results.rename(floor="motion_floor")
         return (
             results.assign_coords(coordinates)
-            .assign(found)
+            .assign(variables)
             .assign_attrs(
                 **attributes,
                 confidence=self.fit.confidence,
                 state=state_name(self.fit.state),
                 screen=screened.attrs["screen"],
-                notes=stored([*said, *screen_facts(screened, self.slides is not None)]),
+                notes=stored([*facts, *screen_facts(screened, self.slides is not None)]),
             )
         )

@@ -36,11 +36,11 @@ AMOUNT_WORDS = {
 def kits_of(content: StudyFile) -> dict[str, Kit]:
     """Return all restraints of a study as kits; ValueError if one is wrong, or has a name that means yes or no."""
     restraints_of(content)
-    found = {name: Kit.of(name, table) for name, table in (content.restraints or {}).items()}
-    for name in found:
+    kits = {name: Kit.of(name, table) for name, table in (content.restraints or {}).items()}
+    for name in kits:
         if name.lower() in (*YES, *NO):
             raise ValueError(f"restraints.{name}: {name!r} says whether a piece is anchored, and cannot name a kit")
-    return found
+    return kits
 
 
 def candidates(asked: PerformanceTable, known: dict[str, Kit], inventory: Inventory) -> tuple[Kit, ...]:
@@ -85,7 +85,7 @@ def candidates(asked: PerformanceTable, known: dict[str, Kit], inventory: Invent
 
 def kit_doubts(inventory: Inventory, kits: Sequence[Kit], limits: Mapping[str, float]) -> list[Doubt]:
     """Return the input warnings on costs of kits compared with the losses, and on targets that are already met."""
-    found = unit_doubts((kit.name, kit.restraint) for kit in kits)
+    doubts = unit_doubts((kit.name, kit.restraint) for kit in kits)
     dear = []
     for kit in kits:
         loss = max((row.loss for row in inventory.rows if kit.fits(row)), default=0.0)
@@ -93,7 +93,7 @@ def kit_doubts(inventory: Inventory, kits: Sequence[Kit], limits: Mapping[str, f
             dear.append(f"{kit.name}: {kit.cost:,.12g} for {loss:,.12g}")
     if dear:
         what = f"kits cost more than {DEAREST:g} times what is lost ({first_of(dear)})"
-        found.append(Doubt(UNITS, f"{what}: another unit or the cost of all pieces?"))
+        doubts.append(Doubt(UNITS, f"{what}: another unit or the cost of all pieces?"))
     free = [row for row in inventory.rows if not row.anchored]
     injured = sum(row.count * row.injury.mean for row in free if row.injury is not None)
     pieces = float(sum(row.count for row in free))
@@ -103,50 +103,50 @@ def kit_doubts(inventory: Inventory, kits: Sequence[Kit], limits: Mapping[str, f
     ]
     if loose:
         what = f"performance.target holds without a kit ({first_of(loose)})"
-        found.append(Doubt(UNITS, f"{what}: per cent, or another unit?"))
-    return found
+        doubts.append(Doubt(UNITS, f"{what}: per cent, or another unit?"))
+    return doubts
 
 
 def scenes_of(inventory: Inventory, kits: Sequence[Kit]) -> list[Block]:
     """Return the blocks of all lines by their names, those that get kits with the stiffest that fits."""
-    found = []
+    blocks = []
     for row in inventory.rows:
         if row.anchored:
             continue
         fitting = [kit for kit in kits if kit.fits(row)]
         stiffest = max(fitting, key=lambda kit: kit.restraint.stiffness, default=None)
         block = row.block if stiffest is None else stiffest.on(row).block
-        found.append(replace(block, name=row.label))
-    return found
+        blocks.append(replace(block, name=row.label))
+    return blocks
 
 
 def kit_notes(inventory: Inventory, kits: Sequence[Kit]) -> list[Fact]:
     """Return facts on kits that do not fit some lines, and on kits without a cost."""
     priced = any(kit.cost is not None for kit in kits)
-    found = [Fact("kit.no_cost", names=(kit.name,)) for kit in kits if kit.cost is None and priced]
+    facts = [Fact("kit.no_cost", names=(kit.name,)) for kit in kits if kit.cost is None and priced]
     for kit in kits:
         left = [row for row in inventory.rows if not row.anchored and row.kit != kit.name and not kit.fits(row)]
         if left:
             more = {"kit": kit.name, "why": kit.misfit(left[0].block, left[0].anchor_height)}
-            found.append(Fact("kit.not_tried", names=tuple(row.label for row in left), more=more))
-    return found
+            facts.append(Fact("kit.not_tried", names=tuple(row.label for row in left), more=more))
+    return facts
 
 
 def with_kit_sets(results: xr.Dataset, budget: float | None, target: dict[str, float] | None) -> xr.Dataset:
     """Return the results with the best kits for the budget and the cheapest for the target, under each law."""
-    found: dict[str, Any] = {}
+    variables: dict[str, Any] = {}
     attributes: dict[str, Any] = {}
     laws = range(results.sizes["model"])
     if budget is not None:
-        found |= _set_variables("budget", [budget_kits(results, budget, k) for k in laws], results)
+        variables |= _set_variables("budget", [budget_kits(results, budget, k) for k in laws], results)
         attributes["budget"] = budget
     if target is not None:
         sets = [target_kits(results, target, k) for k in laws]
-        met = np.array([one.met for one in sets])
-        found |= _set_variables("target", sets, results)
-        found["target_met"] = variable(("model",), met, DIMENSIONLESS, "whether any set of kits meets the target")
+        met = np.array([of_law.met for of_law in sets])
+        variables |= _set_variables("target", sets, results)
+        variables["target_met"] = variable(("model",), met, DIMENSIONLESS, "whether any set of kits meets the target")
         attributes["target"] = json.dumps(target)
-    return results.assign(found).assign_attrs(attributes)
+    return results.assign(variables).assign_attrs(attributes)
 
 
 def _set_variables(what: str, sets: Sequence[KitSet], results: xr.Dataset) -> dict[str, xr.Variable]:
@@ -157,12 +157,18 @@ def _set_variables(what: str, sets: Sequence[KitSet], results: xr.Dataset) -> di
     loss = results["value"].attrs["units"]
     units = dict.fromkeys(TARGETS, PER_YEAR if yearly else DIMENSIONLESS) | {LOSS: per_year(loss) if yearly else loss}
     text = "by how much another set can be better, relative to this one"
-    found = {
-        f"{what}_kit": variable(("model", "item"), np.stack([one.kits for one in sets]), DIMENSIONLESS, f"kit {of}"),
-        f"{what}_cost": variable(("model",), np.array([one.cost for one in sets]), money, f"cost of all kits {of}"),
-        f"{what}_gap": variable(("model",), np.array([one.gap for one in sets]), DIMENSIONLESS, text),
+    variables = {
+        f"{what}_kit": variable(
+            ("model", "item"), np.stack([of_law.kits for of_law in sets]), DIMENSIONLESS, f"kit {of}"
+        ),
+        f"{what}_cost": variable(
+            ("model",), np.array([of_law.cost for of_law in sets]), money, f"cost of all kits {of}"
+        ),
+        f"{what}_gap": variable(("model",), np.array([of_law.gap for of_law in sets]), DIMENSIONLESS, text),
     }
     for name in TARGETS:
-        values = np.array([one.amounts[name] for one in sets])
-        found[f"{what}_{name}"] = variable(("model",), values, units[name], f"{AMOUNT_WORDS[name]} with the kits {of}")
-    return found
+        values = np.array([of_law.amounts[name] for of_law in sets])
+        variables[f"{what}_{name}"] = variable(
+            ("model",), values, units[name], f"{AMOUNT_WORDS[name]} with the kits {of}"
+        )
+    return variables

@@ -53,12 +53,12 @@ def arrays_of(motions: Motions) -> Sequence[xr.DataArray]:
 def reading_of(motions: Motions, generator: Generator | None, building: Building | None) -> Reading:
     """Return the reading of motions, with the input warnings on them and on the building's motion under them."""
     arrays = arrays_of(motions)
-    found = Reading.of(arrays, generator)
+    reading = Reading.of(arrays, generator)
     if building is None:
-        return found
+        return reading
     with noted():  # a study has input warnings among its notes
         roof = building.floor_motions(arrays, [building.floors[-1]])
-    return found._replace(doubts=(*found.doubts, *ringing_doubts(roof)))
+    return reading._replace(doubts=(*reading.doubts, *ringing_doubts(roof)))
 
 
 def motion_notes(motions: Motions, inventory: Inventory, elastic: bool, yields: bool = False) -> list[Fact]:
@@ -88,24 +88,24 @@ def read_histories(table: MotionsTable, asked: PerformanceTable, folder: Path) -
         return None
     path = folder / table.floors_index
     axes = "" if table.component is None else SHAKES[table.axes or "both"]
-    found = replace(read_floor_index(path, table.dt_s, table.unit), axes=axes)
+    histories = replace(read_floor_index(path, table.dt_s, table.unit), axes=axes)
     if not table.elastic:
         if asked.levels is not None:
-            named = named_levels(found)
-            own = f" ({named})" if named else ""
+            named = named_levels(histories)
+            own_levels = f" ({named})" if named else ""
             raise ValueError(
                 f"performance.levels do not go with motions.floors_index: its histories are used as they are, at their "
-                f"own levels{own}; motions.elastic = true scales one set of them to other levels"
+                f"own levels{own_levels}; motions.elastic = true scales one set of them to other levels"
             )
-        return found
-    if not found.unit:
+        return histories
+    if not histories.unit:
         raise ValueError(f"motions.elastic needs the level of the set that is scaled, such as 'level (g)' in {path}")
-    if found.levels.size > 1:
+    if histories.levels.size > 1:
         raise ValueError(
-            f"motions.elastic scales one set of histories, {path} has sets at {found.levels.size} levels: leave "
+            f"motions.elastic scales one set of histories, {path} has sets at {histories.levels.size} levels: leave "
             "motions.elastic and performance.levels out, and they are used as they are"
         )
-    return replace(found, elastic=True)
+    return replace(histories, elastic=True)
 
 
 def named_levels(histories: FloorHistories) -> str:
@@ -123,11 +123,11 @@ def in_si(histories: FloorHistories, im: str, near: Array) -> FloorHistories:
     if not histories.unit:
         warn(history_doubts(histories, ""))
         return histories
-    own = levels_of(histories).build(im)
-    alike = own.shape == near.shape and np.allclose(own, near, rtol=1e-9, atol=0.0)
-    found = histories.at(near if alike else own)
-    warn(history_doubts(found, im))
-    return found
+    own_levels = levels_of(histories).build(im)
+    alike = own_levels.shape == near.shape and np.allclose(own_levels, near, rtol=1e-9, atol=0.0)
+    near_histories = histories.at(near if alike else own_levels)
+    warn(history_doubts(near_histories, im))
+    return near_histories
 
 
 STILL = (
@@ -157,10 +157,10 @@ class LevelFloors(NamedTuple):
             return {}
         drift = "greatest drift of a storey over its drift at yielding"
         storey = "storey that collapses, from 1; 0 for none"
-        found = {"building_ductility": (self.ductility, drift), "building_collapsed": (self.collapsed, storey)}
+        responses = {"building_ductility": (self.ductility, drift), "building_collapsed": (self.collapsed, storey)}
         variables = {
             name: variable(("level", "motion"), np.repeat(values, polarities, axis=1), DIMENSIONLESS, text)
-            for name, (values, text) in found.items()
+            for name, (values, text) in responses.items()
         }
         if self.isolator is not None:
             text = "greatest displacement of the isolators below the building"
@@ -203,33 +203,35 @@ def level_floors(
     """Scale ground motions (m s-2) to each level (level,), and send them through the building, if there is one."""
     floors = sorted({int(row.floor) for row in inventory.rows})
     table = None if building is None else building.model_copy(update={"floors": floors, "name": None})
-    own = levels if unit else np.ones(1)
-    refuse_samples(len(floors) * own.size * sum(array.size for array in ground), "motions on all floors at all levels")
+    factors = levels if unit else np.ones(1)
+    refuse_samples(
+        len(floors) * factors.size * sum(array.size for array in ground), "motions on all floors at all levels"
+    )
     reading = reading_of(tuple(ground), generator, None if building is None or not building.scales else building.made())
     doubts, lines = list(reading.doubts), []
-    found: list[History] = []
+    histories_of: list[History] = []
     ductility, collapsed, isolator = [], [], []
     strength = None
     if table is not None:
         lines += notes_said(table.strength_facts)
-    for level in own.tolist():
+    for level in factors.tolist():
         given = level / LEVEL_UNITS[unit][0] if unit else 1.0
         where = f"at {im} of {given:.4g} {unit} " if unit else ""
         scaled = [scale_to(array, level, im) for array in ground] if unit else list(ground)
         moved = _moved(table, scaled)
         if table is not None and not table.scales:
-            labels = [str(label) for one in moved for label in one["motion"].values]
-            ductility.append(np.concatenate([one["ductility"].values for one in moved]))
-            collapsed.append(np.concatenate([one["collapsed"].values for one in moved]))
+            labels = [str(label) for array in moved for label in array["motion"].values]
+            ductility.append(np.concatenate([array["ductility"].values for array in moved]))
+            collapsed.append(np.concatenate([array["collapsed"].values for array in moved]))
             if table.given("isolation") is not None:
-                isolator.append(np.concatenate([one["isolator_displacement"].values for one in moved]))
+                isolator.append(np.concatenate([array["isolator_displacement"].values for array in moved]))
             if "strength_factor" in moved[0].coords:  # (the same at every level)
-                strength = np.concatenate([one["strength_factor"].values for one in moved])
+                strength = np.concatenate([array["strength_factor"].values for array in moved])
             lines.append(f"{where}{table.yielding(scaled, moved)}")
             of_level = collapse_doubts(labels, collapsed[-1])
-            doubts += [one._replace(sentence=f"{where}{one.sentence}; {STILL}") for one in of_level]
-        found += [_history(given, record) for array in moved for record in records(array)]
-    histories = FloorHistories.of(found, unit)
+            doubts += [doubt._replace(sentence=f"{where}{doubt.sentence}; {STILL}") for doubt in of_level]
+        histories_of += [_history(given, record) for array in moved for record in records(array)]
+    histories = FloorHistories.of(histories_of, unit)
     return LevelFloors(
         histories.at(levels) if unit else histories,
         # the strength of scaled motions has no meaning
@@ -243,18 +245,18 @@ def level_floors(
 
 def strikes(inventory: Inventory, shaking: Shaking) -> list[Doubt]:
     """Return the input warnings on the clearances of platforms below pieces, one for each platform and level."""
-    found = []
+    doubts = []
     for at in shaking.supports(inventory):
         if at.stand is None or at.stand.scales or shaking.histories is None:
             continue
         below = shaking.below(at)
-        each = len(below) // len(shaking.histories.texts)
+        per_level = len(below) // len(shaking.histories.texts)
         for k, text in enumerate(shaking.histories.texts):
-            of_level = at.stand.strikes(below[k * each : (k + 1) * each])
+            of_level = at.stand.strikes(below[k * per_level : (k + 1) * per_level])
             where = f" at {text}" if shaking.histories.unit else ""
             named = f"support {at.stand.name!r} on floor {at.floor}{where}"
-            found += [one._replace(sentence=f"{named}: {one.sentence}") for one in of_level]
-    return found
+            doubts += [doubt._replace(sentence=f"{named}: {doubt.sentence}") for doubt in of_level]
+    return doubts
 
 
 def _moved(table: BuildingTable | None, ground: list[xr.DataArray]) -> list[xr.DataArray]:
@@ -267,9 +269,9 @@ def _moved(table: BuildingTable | None, ground: list[xr.DataArray]) -> list[xr.D
         raise ValueError(f"building: {error}") from None
 
 
-def _history(level: float, one: Record) -> History:
+def _history(level: float, record: Record) -> History:
     """Return a motion of the ground or of a floor as a history of its level."""
-    if one.axes or one.vertical is not None:
+    if record.axes or record.vertical is not None:
         raise ValueError("what yields between the ground and a piece needs motions of one horizontal component")
-    name = one.label.removesuffix(f" floor {one.floor}") if one.floor else one.label
-    return History(level, name, one.floor or "0", "", one.acceleration, one.dt, one.source)
+    name = record.label.removesuffix(f" floor {record.floor}") if record.floor else record.label
+    return History(level, name, record.floor or "0", "", record.acceleration, record.dt, record.source)

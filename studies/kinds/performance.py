@@ -154,7 +154,7 @@ class PerformanceStudy(Study):
         building = None if content.building is None else content.building.made()
         known_kits = kits_of(content)
         sliding = None if content.friction is None else content.friction.build()
-        stands = {one.name: Stand(one.name, one.made()) for one in content.supports or []}
+        stands = {support.name: Stand(support.name, support.made()) for support in content.supports or []}
         if asked.kits and content.hazard is None and asked.modelling_dispersion > 0.0:
             raise ValueError("performance.kits with modelling_dispersion need a [hazard]: savings at a level hold none")
         on_floors = any(content.motions.given(key) is not None for key in ("floors_file", "floors_index"))
@@ -247,8 +247,8 @@ class PerformanceStudy(Study):
             slipping=slipping,
         )
         study = replace(study, branches=_branches(content, folder, study, as_read))
-        used = [inventory, *(one.inventory for one in study.further.values())]
-        directed = any(row.direction for one in used for row in one.rows)
+        used = [inventory, *(contents.inventory for contents in study.further.values())]
+        directed = any(row.direction for contents in used for row in contents.rows)
         study = replace(study, undirected=given_directions and not directed)
         allowed = (*(["loss"] if inventory.value > 0.0 else []), "number", "any", *inventory.consequences)
         if study.objective not in allowed:
@@ -303,8 +303,10 @@ class PerformanceStudy(Study):
     @cached_property
     def kit_runs(self) -> int:
         """Number of runs with kits."""
-        held = [one for one in (with_kit(self.inventory, kit) for kit in self.kits) if one is not None]
-        return sum(self._runs_of(self.motions, one) for one in held) * int(self.levels.size)
+        held = [
+            with_kits for with_kits in (with_kit(self.inventory, kit) for kit in self.kits) if with_kits is not None
+        ]
+        return sum(self._runs_of(self.motions, with_kits) for with_kits in held) * int(self.levels.size)
 
     @property
     def sides(self) -> bool:
@@ -316,15 +318,17 @@ class PerformanceStudy(Study):
 
     @property
     def slide_runs(self) -> int:
-        held = [one for one in (with_kit(self.inventory, kit) for kit in self.kits) if one is not None]
-        own = self._slides_of(self.motions, self.inventory) * self.levels_run
-        others = sum(self._slides_of(self.motions, one) for one in held)
-        others += sum(self._slides_of(one.motions, one.inventory) for one in self.further.values())
-        return own + others * int(self.levels.size)
+        held = [
+            with_kits for with_kits in (with_kit(self.inventory, kit) for kit in self.kits) if with_kits is not None
+        ]
+        of_study = self._slides_of(self.motions, self.inventory) * self.levels_run
+        others = sum(self._slides_of(self.motions, with_kits) for with_kits in held)
+        others += sum(self._slides_of(branch.motions, branch.inventory) for branch in self.further.values())
+        return of_study + others * int(self.levels.size)
 
     def _slides_of(self, motions: Motions, inventory: Inventory) -> int:
-        each = number_of_slides(inventory, self.models[0], self.variability, self.in_plane)
-        return each * number_of(motions)
+        per_motion = number_of_slides(inventory, self.models[0], self.variability, self.in_plane)
+        return per_motion * number_of(motions)
 
     @property
     def in_plane(self) -> bool:
@@ -338,7 +342,9 @@ class PerformanceStudy(Study):
     @property
     def further_runs(self) -> int:
         """Number of runs under the motions of branches."""
-        return sum(self._runs_of(one.motions, one.inventory) for one in self.further.values()) * int(self.levels.size)
+        return sum(self._runs_of(branch.motions, branch.inventory) for branch in self.further.values()) * int(
+            self.levels.size
+        )
 
     @property
     def perturbed_runs(self) -> int:
@@ -387,25 +393,25 @@ class PerformanceStudy(Study):
         anchored = [of_motions] * 4 + [of_lines * self.asked.replicates] * 2
         # flips of all lines, and of those that are run
         flips = [self.undecided * self._flags, *super().arrays_aside]
-        found = flips + [of_places] * (3 + self._drawn)
-        found += ([of_places * consequences] if consequences else []) + anchored
+        arrays = flips + [of_places] * (3 + self._drawn)
+        arrays += ([of_places * consequences] if consequences else []) + anchored
         # runs with kits: flags, and expectations in each place, kit after kit
-        found += [self._flags] * 2 + [of_places] * 3 if self.kits else []
+        arrays += [self._flags] * 2 + [of_places] * 3 if self.kits else []
         # slips: counts of variants that slide and slip so far, and flags of variants that fall off
         sliding = sum(map(slides, self.inventory.rows)) / len(self.inventory)
         if sliding:
             of_flags = sliding * self._flags / self.variants / len(self.models)
-            found += [2.0 * (1 + len(self.slipping.distances)) * of_flags, self._edges * self.variants * of_flags]
+            arrays += [2.0 * (1 + len(self.slipping.distances)) * of_flags, self._edges * self.variants * of_flags]
             near = sum(slides(row) and row.obstacle is not None for row in self.inventory.rows)
-            found.append(2.0 * near / sum(map(slides, self.inventory.rows)) * of_flags)
+            arrays.append(2.0 * near / sum(map(slides, self.inventory.rows)) * of_flags)
         # the motions of branches: flags and outcomes of each; classes of pieces joined in draws of their capacities
-        for one in self.further.values():
-            share = number_of(one.motions) / self.shakes
-            found += [share * self._flags, 8.0 * share * self._outcomes]
+        for branch in self.further.values():
+            share = number_of(branch.motions) / self.shakes
+            arrays += [share * self._flags, 8.0 * share * self._outcomes]
         if self.asked.modelling_dispersion > 0.0:
             points = max(self.levels_run, MOST_POINTS) / self.levels.size
-            found += [of_places * points * DRAWS] * (2 + self._drawn)
-        return found
+            arrays += [of_places * points * DRAWS] * (2 + self._drawn)
+        return arrays
 
     @property
     def _shaken(self) -> int:
@@ -475,17 +481,17 @@ class PerformanceStudy(Study):
     @property
     def facts(self) -> list[Fact]:
         scenes = scenes_of(self.inventory, self.kits)
-        said = inventory_notes(self.inventory, self.safety, self.code is not None)
-        said += scene_facts(scenes)
-        said += kit_notes(self.inventory, self.kits)
-        said += polarity_notes(scenes, self.polarity)
+        facts = inventory_notes(self.inventory, self.safety, self.code is not None)
+        facts += scene_facts(scenes)
+        facts += kit_notes(self.inventory, self.kits)
+        facts += polarity_notes(scenes, self.polarity)
         elastic, yields = bool(self.configuration["motions"].get("elastic")), self.of_levels is not None
-        said += motion_notes(self.motions, self.inventory, elastic, yields)
-        for name, one in self.further.items():
-            said += of_branch(name, motion_notes(one.motions, one.inventory, one.elastic, yields))
+        facts += motion_notes(self.motions, self.inventory, elastic, yields)
+        for name, branch in self.further.items():
+            facts += of_branch(name, motion_notes(branch.motions, branch.inventory, branch.elastic, yields))
         if self.undirected:
-            said.append(UNDIRECTED)
-        return [*super().facts, *said, *self.of_axes]
+            facts.append(UNDIRECTED)
+        return [*super().facts, *facts, *self.of_axes]
 
     @property
     def squat(self) -> list[Fact]:
@@ -495,15 +501,25 @@ class PerformanceStudy(Study):
     def doubts(self) -> list[Doubt]:
         others = [doubt for shaken in self.further.values() for doubt in shaken.reading.doubts]
         far = self.reading.far if self.im == SCALE else ()
-        own = (*self.reading.doubts, *self.struck)
+        of_motions = (*self.reading.doubts, *self.struck)
         named = {} if self.branches is None else {branch.hazard_name: branch.hazard for branch in self.branches.every}
         hazards = [] if self.hazard is None else [self.hazard, *named.values()]
         # (branches share hazards)
-        said = dict.fromkeys(doubt for hazard in hazards for doubt in hazard_doubts(hazard))
+        of_hazards = dict.fromkeys(doubt for hazard in hazards for doubt in hazard_doubts(hazard))
         pieces = [*stated_restitution_doubts(self.models), *row_doubts(self.inventory.rows)]
         kits = kit_doubts(self.inventory, self.kits, self.target or {})
         apart = [] if self.im == SCALE else branch_doubts(named, self.levels)
-        return [*self.of_tables, *pieces, *kits, *period_doubts(self.im), *own, *far, *said, *apart, *others]
+        return [
+            *self.of_tables,
+            *pieces,
+            *kits,
+            *period_doubts(self.im),
+            *of_motions,
+            *far,
+            *of_hazards,
+            *apart,
+            *others,
+        ]
 
     @cached_property
     def reading(self) -> Reading:
@@ -513,7 +529,7 @@ class PerformanceStudy(Study):
 
     @property
     def arrays(self) -> Sequence[xr.DataArray]:
-        further = [array for one in self.further.values() for array in arrays_of(one.motions)]
+        further = [array for branch in self.further.values() for array in arrays_of(branch.motions)]
         return [*arrays_of(self.motions), *further]
 
     @property
@@ -523,8 +539,8 @@ class PerformanceStudy(Study):
     @property
     def _read(self) -> list[Any]:
         rows = [described(row) for row in self.inventory.rows]
-        others = [] if self.branches is None else [asdict(one.hazard) for one in self.branches.every]
-        found: list[Any] = [
+        others = [] if self.branches is None else [asdict(branch.hazard) for branch in self.branches.every]
+        read: list[Any] = [
             rows,
             self.inventory.currency,
             None if self.hazard is None else asdict(self.hazard),
@@ -533,11 +549,11 @@ class PerformanceStudy(Study):
         ]
         # the levels of floor histories are in their index
         if isinstance(self.motions, FloorHistories):
-            found.append(self.motions.levels.tolist())
-        for one in self.further.values():
-            if isinstance(one.motions, FloorHistories):
-                found += [one.motions.levels.tolist(), [row.direction for row in one.inventory.rows]]
-        return found
+            read.append(self.motions.levels.tolist())
+        for branch in self.further.values():
+            if isinstance(branch.motions, FloorHistories):
+                read += [branch.motions.levels.tolist(), [row.direction for row in branch.inventory.rows]]
+        return read
 
     @property
     def _elastic(self) -> Building | None:
@@ -571,44 +587,46 @@ class PerformanceStudy(Study):
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         asked = self.asked
         with noted():  # a study has input warnings among its notes
-            told = part_of(progress, 0, self.work)
-            found = assess(self.inventory, self._assessment, sides=self.sides, client=client, progress=told)
-            held = self._with_kits(found, client, progress)
-            screened = self._screened(found, client, progress)
-            spread, said = self._spread(found, client, progress)
+            part = part_of(progress, 0, self.work)
+            assessed = assess(self.inventory, self._assessment, sides=self.sides, client=client, progress=part)
+            held = self._with_kits(assessed, client, progress)
+            screened = self._screened(assessed, client, progress)
+            spread, facts = self._spread(assessed, client, progress)
         drawn: dict[str, Any] = {"replicates": asked.replicates, "seed": asked.seed}
-        ranked = anchoring(found, self.objective, level=self.at, **drawn, array=client.array)
-        if self.inventory.carried and "annual_loss" in found:
-            of_money = anchoring(found, "loss", **drawn, array=client.array)
-            of_all = of_money.reindex(item=found["item"])
-            found = found.assign({f"{ITEM_SAVING}{end}": of_all[f"saving{end}"] for end in ("", "_lower", "_upper")})
-        whole = ranked.reindex(item=found["item"])
-        said = [*notes(found), *sideways_notes(found), *item_slide_notes(found, self.inventory), *said]
+        ranked = anchoring(assessed, self.objective, level=self.at, **drawn, array=client.array)
+        if self.inventory.carried and "annual_loss" in assessed:
+            of_money = anchoring(assessed, "loss", **drawn, array=client.array)
+            of_all = of_money.reindex(item=assessed["item"])
+            assessed = assessed.assign(
+                {f"{ITEM_SAVING}{end}": of_all[f"saving{end}"] for end in ("", "_lower", "_upper")}
+            )
+        whole = ranked.reindex(item=assessed["item"])
+        facts = [*notes(assessed), *sideways_notes(assessed), *item_slide_notes(assessed, self.inventory), *facts]
         if self.hazard is not None:
             if self._in_mean != asked.modelling_dispersion:
-                ends = range_of_a_year(found.data_vars, self.levels, self.hazard, asked.modelling_dispersion)
-                found = found.assign(ends)
-            found = found.assign(hazard_shares(found, self.hazard))
-            said += [*hazard_notes(found, self.hazard), modelling_note(asked.modelling_dispersion, asked.modelling)]
+                ends = range_of_a_year(assessed.data_vars, self.levels, self.hazard, asked.modelling_dispersion)
+                assessed = assessed.assign(ends)
+            assessed = assessed.assign(hazard_shares(assessed, self.hazard))
+            facts += [*hazard_notes(assessed, self.hazard), modelling_note(asked.modelling_dispersion, asked.modelling)]
         elif asked.modelling_dispersion > 0.0:
-            said.append(level_modelling_note(asked.modelling_dispersion))
-        said += class_notes(asked.modelling_class)
+            facts.append(level_modelling_note(asked.modelling_dispersion))
+        facts += class_notes(asked.modelling_class)
         if self.at is not None and self.levels.size > 1 and "at_level" not in self.configuration["performance"]:
-            middle = level_text(self.at, found["level"])
-            said.append(Fact("building.middle_level", names=(middle,)))
+            middle = level_text(self.at, assessed["level"])
+            facts.append(Fact("building.middle_level", names=(middle,)))
         if self.of_levels is not None:
-            found = found.assign(self.of_levels.variables(self.polarities))
-        beside = {f"{RANKING}{name}": variable for name, variable in whole.data_vars.items()}
-        ways = {POLARITY: found[POLARITY]} if POLARITY in found.coords else {}
+            assessed = assessed.assign(self.of_levels.variables(self.polarities))
+        rankings = {f"{RANKING}{name}": variable for name, variable in whole.data_vars.items()}
+        ways = {POLARITY: assessed[POLARITY]} if POLARITY in assessed.coords else {}
         results = (
-            found.assign({**beside, **screened.data_vars, **spread.data_vars, **held.data_vars})
+            assessed.assign({**rankings, **screened.data_vars, **spread.data_vars, **held.data_vars})
             .assign_coords(held.coords)
             .assign_coords(reason=screened["reason"])
             .assign_coords({name: spread.coords[name] for name in BRANCH_COORDINATES if name in spread.coords})
             .assign_attrs(
-                ranking=json.dumps({name: ranked.attrs[name] for name in ranked.attrs if name not in found.attrs}),
+                ranking=json.dumps({name: ranked.attrs[name] for name in ranked.attrs if name not in assessed.attrs}),
                 screen=screened.attrs["screen"],
-                notes=stored([*said, *screen_facts(screened.assign_coords(ways), INSTEAD in found)]),
+                notes=stored([*facts, *screen_facts(screened.assign_coords(ways), INSTEAD in assessed)]),
                 modelling_dispersion=asked.modelling_dispersion,
                 modelling_range=asked.modelling_dispersion or USUAL_DISPERSION,
                 modelling=asked.modelling,
@@ -620,55 +638,55 @@ class PerformanceStudy(Study):
     def _decided(self, results: xr.Dataset) -> xr.Dataset:
         asked = self.asked
         earlier = [name for name in results.data_vars if str(name).startswith(DECIDED)]
-        found = results.drop_vars(earlier).assign_attrs(
+        kept = results.drop_vars(earlier).assign_attrs(
             safety=JOINT.join(self.safety), sort=asked.sort, discount_rate=asked.discount_rate
         )
         for name in ("code", "code_site", "budget", "target"):
-            found.attrs.pop(name, None)
+            kept.attrs.pop(name, None)
         if self.code is not None:
             coded = code_variables(self.inventory, self.code, self.building, (*SAFETY, *self.safety))
-            found = found.assign(coded).assign_attrs(code=self.code.title, code_site=self.code.site)
+            kept = kept.assign(coded).assign_attrs(code=self.code.title, code_site=self.code.site)
         if not self.kits:
-            return found if asked.budget is None else _with_set(found, asked.budget)
+            return kept if asked.budget is None else _with_set(kept, asked.budget)
         costs = np.array([np.nan if kit.cost is None else kit.cost for kit in self.kits])
-        text, money = "cost of fixing a piece with the kit", found["anchoring_cost"].attrs["units"]
-        return with_kit_sets(found.assign(kit_cost=variable(("kit",), costs, money, text)), asked.budget, self.target)
+        text, money = "cost of fixing a piece with the kit", kept["anchoring_cost"].attrs["units"]
+        return with_kit_sets(kept.assign(kit_cost=variable(("kit",), costs, money, text)), asked.budget, self.target)
 
-    def _with_kits(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
+    def _with_kits(self, assessed: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
         """Run the inventory with each kit, and return the savings."""
         if not self.kits:
             return xr.Dataset()
         done = part_of(progress, self.runs - self.kit_runs, self.work)
-        return kit_savings(self.inventory, self.kits, found, self._assessment, self.at, client, done)
+        return kit_savings(self.inventory, self.kits, assessed, self._assessment, self.at, client, done)
 
-    def _spread(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> tuple[xr.Dataset, list[Fact]]:
+    def _spread(self, of_study: xr.Dataset, client: Runner, progress: Progress | None) -> tuple[xr.Dataset, list[Fact]]:
         """Run the motions of branches, and return the rates over all branches, with notes on the branches."""
         if self.branches is None:
             return xr.Dataset(), []
         asked = self.asked
         done = self.runs + self.perturbed_runs
-        assessed = {OF_MOTIONS: found}
-        said: list[Fact] = []
-        for name, one in self.further.items():
-            of_branch_alone = replace(self._assessment, motions=one.motions, hazard=None, modelling_dispersion=0.0)
-            told = part_of(progress, done, self.work)
-            assessed[name] = assess(one.inventory, of_branch_alone, client=client, progress=told)
-            done += self._runs_of(one.motions, one.inventory) * int(self.levels.size)
+        assessed = {OF_MOTIONS: of_study}
+        facts: list[Fact] = []
+        for name, branch in self.further.items():
+            of_branch_alone = replace(self._assessment, motions=branch.motions, hazard=None, modelling_dispersion=0.0)
+            part = part_of(progress, done, self.work)
+            assessed[name] = assess(branch.inventory, of_branch_alone, client=client, progress=part)
+            done += self._runs_of(branch.motions, branch.inventory) * int(self.levels.size)
             if not bool(fall_flags(assessed[name]).any()):
-                said.append(Fact("rate.no_falls_under", names=(name,)))
+                facts.append(Fact("rate.no_falls_under", names=(name,)))
         spread, beta = asked.modelling != IN_MEAN, asked.modelling_dispersion
         correlation = asked.consequence_correlation
         sampling = Sampling(asked.replicates, asked.seed, beta, spread, self.draws, correlation)
         rates = rates_over_branches(self.branches.every, assessed, self.inventory, sampling)
         of_slips = [SLIPS_WITHOUT_BRANCHES] if self.may_slide else []
-        return rates, [*said, *branches_beyond_note(rates[BEYOND].values.tolist(), branch_names(rates)), *of_slips]
+        return rates, [*facts, *branches_beyond_note(rates[BEYOND].values.tolist(), branch_names(rates)), *of_slips]
 
-    def _screened(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
+    def _screened(self, assessed: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
         """Screen the lines of the inventory."""
         return screen_inventory(
             self.inventory,
             self._assessment,
-            found["overturned"],
+            assessed["overturned"],
             self.undecided,
             client,
             part_of(progress, self.runs, self.work),
@@ -772,11 +790,13 @@ def _check_laws(pieces: Sequence[tuple[Contents, Law]]) -> None:
     if not wrong:
         return
     row, law, why = wrong[0]
-    alike = [one for one, other, _ in wrong if other is law]
-    labels = dict.fromkeys(f"{one.label!r} with kit {one.kit!r}" if one.kit else repr(one.label) for one in alike)
+    alike = [faulty for faulty, other, _ in wrong if other is law]
+    labels = dict.fromkeys(
+        f"{faulty.label!r} with kit {faulty.kit!r}" if faulty.kit else repr(faulty.label) for faulty in alike
+    )
     works, of = "", ""
     if len(labels) > 1:
-        works, of = _smaller_zone(law, [one for one, other in pieces if other is law]), f"{row.label!r}: "
+        works, of = _smaller_zone(law, [faulty for faulty, other in pieces if other is law]), f"{row.label!r}: "
     raise ValueError(f"inventory: {', '.join(labels)} under {law.label}{works}: {of}{why}")
 
 
@@ -806,11 +826,11 @@ def _with_set(results: xr.Dataset, budget: float) -> xr.Dataset:
     chosen = np.stack([choice.chosen for choice in choices])
     gaps = np.array([max(choice.gaps) for choice in choices])
     text = "by how much the best of all sets can be better, relative to this one"
-    found = {
+    variables = {
         "budget_chosen": variable(("model", "item"), chosen, DIMENSIONLESS, "whether it is anchored for the budget"),
         "budget_gap": variable(("model",), gaps, DIMENSIONLESS, text),
     }
-    return results.assign(found).assign_attrs(budget=budget)
+    return results.assign(variables).assign_attrs(budget=budget)
 
 
 def _level_of(levels: Array, asked: float, table: LevelsTable | None, im: str) -> float:
@@ -818,7 +838,7 @@ def _level_of(levels: Array, asked: float, table: LevelsTable | None, im: str) -
     if table is None:
         raise ValueError("performance.at_level needs performance.levels")
     at = float(LevelsTable(values=[asked], unit=table.unit).build(im)[0])
-    found = levels[np.isclose(levels, at, rtol=1e-9)]
-    if not found.size:
+    near = levels[np.isclose(levels, at, rtol=1e-9)]
+    if not near.size:
         raise ValueError(f"performance.at_level must be one of the levels, got {asked:g} {table.unit}")
-    return float(found[0])
+    return float(near[0])

@@ -118,11 +118,11 @@ class PooledStudy(BlockStudy):
     @property
     def _read(self) -> list[Any]:
         columns = self.region.width, self.region.height, self.region.cm_height, self.region.inertia
-        own = list(self.region.own.values())
-        found = hashlib.sha256("\n".join([*self.region.own, *self.region.names.tolist()]).encode())
-        for one in (*columns, *own):
-            found.update(np.ascontiguousarray(one).tobytes())
-        return [*super()._read, found.hexdigest()]
+        columns_of_file = list(self.region.own.values())
+        digest = hashlib.sha256("\n".join([*self.region.own, *self.region.names.tolist()]).encode())
+        for column in (*columns, *columns_of_file):
+            digest.update(np.ascontiguousarray(column).tobytes())
+        return [*super()._read, digest.hexdigest()]
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         surfaces = 0
@@ -133,21 +133,21 @@ class PooledStudy(BlockStudy):
             if progress is not None:
                 progress(done, total + self.event_runs)
 
-        found = self.design.run(self.region, self.models, (), client, told)
-        dims, shape = ("block", "model"), (found.sizes["block"], found.sizes["model"])
-        run = found["run_level"].variable
-        named = {"im": self.design.im, "units": run.attrs["units"], "long_name": found.attrs["level_name"]}
-        found = found.assign_coords(intensity=(run.dims, run.values, named)).assign(
+        curves = self.design.run(self.region, self.models, (), client, told)
+        dims, shape = ("block", "model"), (curves.sizes["block"], curves.sizes["model"])
+        run = curves["run_level"].variable
+        named = {"im": self.design.im, "units": run.attrs["units"], "long_name": curves.attrs["level_name"]}
+        curves = curves.assign_coords(intensity=(run.dims, run.values, named)).assign(
             status=(dims, np.full(shape, OK), {"units": DIMENSIONLESS, "long_name": "status of the curve"}),
             converged=(dims, np.ones(shape, np.bool_), {"units": DIMENSIONLESS, "long_name": "whether the fit ended"}),
         )
         if self.risk is not None:
-            found = found.assign(self._chances(found, self.risk.years)).assign_attrs(years=self.risk.years)
-            found = found.assign(self.risk.modelling_range(found, 0.0, found["rate"].values))
+            curves = curves.assign(self._chances(curves, self.risk.years)).assign_attrs(years=self.risk.years)
+            curves = curves.assign(self.risk.modelling_range(curves, 0.0, curves["rate"].values))
         if self.design.events is not None:
             events = self._events(client, part_of(progress, surfaces, surfaces + self.event_runs))
-            found = found.merge(events, combine_attrs="no_conflicts")
-        return found.assign(range_of_half_levels(found, 0.0)).assign_attrs(
+            curves = curves.merge(events, combine_attrs="no_conflicts")
+        return curves.assign(range_of_half_levels(curves, 0.0)).assign_attrs(
             fit_method=FORM,
             form="lognormal",
             modelling_dispersion=0.0,
@@ -156,7 +156,7 @@ class PooledStudy(BlockStudy):
             confidence=CONFIDENCE,
             state=state_name(OVERTURNED),
             notes=stored(
-                [*pooled_notes(found), *doubted(median_doubts(found["half_level"].values, run.attrs["units"]))]
+                [*pooled_notes(curves), *doubted(median_doubts(curves["half_level"].values, run.attrs["units"]))]
             ),
         )
 
@@ -168,13 +168,13 @@ class PooledStudy(BlockStudy):
         return xr.Dataset(renamed.variables, attrs={"event_sample": falls.attrs["sample"]})
 
     @staticmethod
-    def _chances(found: xr.Dataset, years: float) -> dict[str, Any]:
+    def _chances(curves: xr.Dataset, years: float) -> dict[str, Any]:
         """Return the probabilities of an earthquake within the years that overturns each block."""
         text = f"probability that {years_text(years)} hold an earthquake that overturns the block, 1 - exp(-rate years)"
         return {
             f"risk_probability{end}": (
                 ("block", "model"),
-                -expm1(-years * found[f"rate{end}"].values),
+                -expm1(-years * curves[f"rate{end}"].values),
                 {"units": DIMENSIONLESS, "long_name": text + words},
             )
             for end, words in (("", ""), ("_lower", ", lower end"), ("_upper", ", upper end"))

@@ -87,9 +87,9 @@ class SensitivityStudy(BlockStudy):
         study._check(content, study.grid.laws)
         for block in study.blocks:
             for model in study.models:
-                own = study.inputs_of(model)
-                if own is not None:
-                    own.realise(block, model, own.sample(2))
+                inputs = study.inputs_of(model)
+                if inputs is not None:
+                    inputs.realise(block, model, inputs.sample(2))
         return study
 
     @property
@@ -155,19 +155,19 @@ class SensitivityStudy(BlockStudy):
         if self.inputs is None:
             return None
         of_laws = {"e", "restitution_factor", "delta", "zeta", "coefficient"}
-        own = {
+        distributions = {
             name: distribution
             for name, distribution in self.inputs.distributions.items()
             if name not in of_laws or _has(model, name)
         }
-        return RandomInputs(own) if own else None
+        return RandomInputs(distributions) if distributions else None
 
     def _samples(self, model: Law) -> tuple[int, int]:
         """The numbers of samples of the tornado and of the indices of a law."""
-        own = self.inputs_of(model)
-        if own is None:
+        inputs = self.inputs_of(model)
+        if inputs is None:
             return 0, 0
-        d = len(own.names)
+        d = len(inputs.names)
         return 2 * d + 1, 0 if self.sobol is None else self.sobol * (d + 2)
 
     @property
@@ -178,13 +178,13 @@ class SensitivityStudy(BlockStudy):
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         laws = self.grid.laws
         runs = self.design.run(self.blocks, laws, OUTPUTS, client, part_of(progress, 0, self.work))
-        found = findings(runs, self.blocks, self.models, self.grid, self.sweep, client.array)
+        results = findings(runs, self.blocks, self.models, self.grid, self.sweep, client.array)
         if self.inputs is not None:
-            found = found.assign(self._indices(found, client, progress).data_vars)
+            results = results.assign(self._indices(results, client, progress).data_vars)
         screened = self._screened(runs, client, part_of(progress, self.runs, self.work))
         varied = screened.isel(model=np.unique(self.grid.at))  # without the accompanying laws
         return (
-            found.assign(placed_screen(screened, self.grid).data_vars)
+            results.assign(placed_screen(screened, self.grid).data_vars)
             .assign_coords(reason=screened["reason"])
             .assign_attrs(screen=screened.attrs["screen"], notes=stored(screen_facts(varied)))
         )
@@ -195,10 +195,10 @@ class SensitivityStudy(BlockStudy):
         if self.undecided > 0.0:
             flips = count_flips(runs, self.design.motions, self.undecided, client, progress)
         shaking = Characteristics.of(records_of(runs, self.design.motions))
-        found = summary_screen(screen_input(runs), shaking, self.friction, flips)
-        return found.assign_coords(model=runs["model"].variable)
+        screened = summary_screen(screen_input(runs), shaking, self.friction, flips)
+        return screened.assign_coords(model=runs["model"].variable)
 
-    def _indices(self, found: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
+    def _indices(self, results: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
         """Tornado and Sobol' indices of P(overturn) at the level at which its mean over values is nearest to 1/2."""
         assert self.inputs is not None
         done = self._shaken
@@ -208,7 +208,7 @@ class SensitivityStudy(BlockStudy):
             for j, model in enumerate(self.models):
                 inputs = self.inputs_of(model)
                 assert inputs is not None  # a law with the parameter has its own inputs, other laws the block's
-                at = middle_level(found["probability"].sel(block=block.label).isel(model=j))
+                at = middle_level(results["probability"].sel(block=block.label).isel(model=j))
                 level = self.design.levels[at : at + 1]
                 samples = self._samples(model)
                 parts = {}
@@ -232,25 +232,25 @@ class SensitivityStudy(BlockStudy):
                         assert self.sobol is not None
                         parts[name] = sobol_indices(inputs, response, self.sobol, seed=self.sweep.seed)
                     done += size * self.design.shakes
-                rows.append(_row(parts, self.inputs.names, float(level[0]), found["level"].attrs))
-            blocks.append(xr.concat(rows, found["model"], combine_attrs="override"))
-        return xr.concat(blocks, found["block"], combine_attrs="override", coords="minimal")
+                rows.append(_row(parts, self.inputs.names, float(level[0]), results["level"].attrs))
+            blocks.append(xr.concat(rows, results["model"], combine_attrs="override"))
+        return xr.concat(blocks, results["block"], combine_attrs="override", coords="minimal")
 
 
 def _row(parts: dict[str, xr.Dataset], names: tuple[str, ...], level: float, attrs: dict[str, Any]) -> xr.Dataset:
     """Tornado and indices of one block and law on all inputs; inputs that do not apply to the law have no effect."""
-    found: dict[str, Any] = {}
+    variables: dict[str, Any] = {}
     for name, part in parts.items():
-        one = part.isel(output=0).reindex(input=np.array(names, dtype=object))
+        of_output = part.isel(output=0).reindex(input=np.array(names, dtype=object))
         missing = [which not in part["input"].values for which in names]
-        for key, array in one.data_vars.items():
+        for key, array in of_output.data_vars.items():
             bare = array.drop_vars([c for c in array.coords if c != "input"])
             if "input" in bare.dims:
-                held = one["base"].item() if key in ("low", "high") else 0.0
+                held = of_output["base"].item() if key in ("low", "high") else 0.0
                 bare = bare.where(~xr.DataArray(missing, dims="input"), held).assign_attrs(array.attrs)
-            found[f"{name}_{key}"] = bare
-    found["index_level"] = ((), level, {**attrs, "long_name": f"{attrs.get('long_name', 'level')} of the indices"})
-    return xr.Dataset(found)
+            variables[f"{name}_{key}"] = bare
+    variables["index_level"] = ((), level, {**attrs, "long_name": f"{attrs.get('long_name', 'level')} of the indices"})
+    return xr.Dataset(variables)
 
 
 def _has(model: Law, name: str) -> bool:

@@ -113,44 +113,44 @@ class SequentialStudy(FragilityStudy):
         if self.design.until.target != RATE:
             return fitted
         factor = modelling_factor(curves, risk, self.fit)
-        found, said = form_free(fitted.variables, results, factor, risk, self.fit, self.blocks)
-        return fitted._replace(variables=found, notes=[*said, *fitted.notes])
+        variables, facts = form_free(fitted.variables, results, factor, risk, self.fit, self.blocks)
+        return fitted._replace(variables=variables, notes=[*facts, *fitted.notes])
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         design = self.design if self.slides is None else self.design.keeping
         runs = design.run(self.blocks, self.models, self.kept_outputs, client, progress)
         curves = self.fit.curves(runs, self.risk is not None, telling=client.tell)
-        found: dict[Any, Any] = {}
+        variables: dict[Any, Any] = {}
         attributes = self._fit_attributes(curves)
-        said = [*axis_notes(runs), *self.fit.notes(curves, runs), *precision_notes(runs), *measure_notes(runs)]
-        said += uplift_notes(self.blocks, self.models, self.fit.state, self.fit.form)
+        facts = [*axis_notes(runs), *self.fit.notes(curves, runs), *precision_notes(runs), *measure_notes(runs)]
+        facts += uplift_notes(self.blocks, self.models, self.fit.state, self.fit.form)
         coordinates: dict[Any, Any] = {}
         if self.risk is not None:
             rated = self._rated(self.risk, curves, runs, client, progress)
-            found |= rated.variables
+            variables |= rated.variables
             coordinates |= rated.coordinates
             attributes |= rated.attributes
-            said += rated.notes
+            facts += rated.notes
         units, medians = str(runs["level"].attrs["units"]), runs["half_level"].values
         if self.slides is not None:
-            falls = {"rate": found["rate"]} if "rate" in found else {}
+            falls = {"rate": variables["rate"]} if "rate" in variables else {}
             slid, noted = adaptive_slides(self.slides, design, self.blocks, self.fit, self.risk, falls, units, client)
-            found |= {name: variable.variable for name, variable in slid.data_vars.items()}
+            variables |= {name: variable.variable for name, variable in slid.data_vars.items()}
             coordinates["slip"] = slid["slip"]
             medians = np.append(medians, slid[SLIP_HALF].values)
-            said += [*noted, *slide_notes(slid, self.blocks, plane=in_plane(runs))]
-            said += exact_friction_notes(self.slides.exact(self.blocks))
-        said += [*doubted(median_doubts(medians, units)), *screen_facts(runs, self.slides is not None)]
-        found |= without_replicates(curves).drop_vars(OF_FIT).data_vars
-        found |= range_of_half_levels(runs, self.fit.modelling_dispersion)
-        own = [f"{name}{end}" for name in OF_ANALYSIS for end in ENDS]
-        renamed = runs.rename({name: f"{SEQUENTIAL}{name}" for name in own if name in runs})
+            facts += [*noted, *slide_notes(slid, self.blocks, plane=in_plane(runs))]
+            facts += exact_friction_notes(self.slides.exact(self.blocks))
+        facts += [*doubted(median_doubts(medians, units)), *screen_facts(runs, self.slides is not None)]
+        variables |= without_replicates(curves).drop_vars(OF_FIT).data_vars
+        variables |= range_of_half_levels(runs, self.fit.modelling_dispersion)
+        names = [f"{name}{end}" for name in OF_ANALYSIS for end in ENDS]
+        renamed = runs.rename({name: f"{SEQUENTIAL}{name}" for name in names if name in runs})
         # (figures and sentences take the axis of runs that have no common levels from there, as of a cloud)
         renamed = renamed.assign_coords(intensity=renamed["level"].variable)
         return (
             renamed.assign_coords(coordinates)
-            .assign(found)
+            .assign(variables)
             .assign_attrs(
-                **attributes, confidence=self.fit.confidence, state=state_name(self.fit.state), notes=stored(said)
+                **attributes, confidence=self.fit.confidence, state=state_name(self.fit.state), notes=stored(facts)
             )
         )

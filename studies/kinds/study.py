@@ -122,7 +122,9 @@ class Study(ABC):
 
     def _check_vertical(self) -> None:
         """Raise ValueError for a vertical component under a law that is not in exact geometry."""
-        if any(LIFTS in array.coords for array in self.arrays) and not all(one.exact for one in self.of_each_law):
+        if any(LIFTS in array.coords for array in self.arrays) and not all(
+            oscillator.exact for oscillator in self.of_each_law
+        ):
             raise ValueError(
                 'motions.vertical needs the exact geometry of the impact law: take law = "housner" with geometry = '
                 f'"exact" alone, got {", ".join(map(repr, dict.fromkeys(self._laws)))}'
@@ -197,8 +199,8 @@ class Study(ABC):
         if not self.slide_runs:
             return 0.0
         samples = [record.acceleration.size for array in self.arrays for record in records(array)]
-        each = SECONDS_PER_PLANE_SAMPLE if self.in_plane else SECONDS_PER_SAMPLE
-        return self.slide_runs * float(np.mean(samples)) * each
+        per_sample = SECONDS_PER_PLANE_SAMPLE if self.in_plane else SECONDS_PER_SAMPLE
+        return self.slide_runs * float(np.mean(samples)) * per_sample
 
     @property
     def curves(self) -> int:
@@ -388,8 +390,8 @@ class Study(ABC):
         checks.callback("progress", progress)
         checks.callback("watching", watching)
         if out is None:
-            found = self._labelled(self._runner(client, never), progress)
-            return sealed(found.assign_attrs(processor=engine_identity()["processor"]))
+            computed = self._labelled(self._runner(client, never), progress)
+            return sealed(computed.assign_attrs(processor=engine_identity()["processor"]))
         folder = Path(out)
         stop = Stop()
         with folder_of_one(folder), stop.graceful():
@@ -482,7 +484,7 @@ class Study(ABC):
     def _labelled(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         try:
             with noted():  # warnings on motions are among the notes
-                found = self._compute(client, progress)
+                results = self._compute(client, progress)
         except ValueError as error:
             client.refused(str(error))
             raise StudyError(f"{self.title}: {error}") from None
@@ -499,7 +501,9 @@ class Study(ABC):
             # (where the curve came from does not change it)
             curve = json.dumps({**asdict(self.site_hazard), "source": ""}, sort_keys=True).encode()
             read["hazard_sha256"] = hashlib.sha256(curve).hexdigest()
-        return found.assign_attrs(**self._named, **read, kind=self.results_are_of or self.kind, identity=self.identity)
+        return results.assign_attrs(
+            **self._named, **read, kind=self.results_are_of or self.kind, identity=self.identity
+        )
 
     def _decided(self, results: xr.Dataset) -> xr.Dataset:
         """Return results with the values of `DECISIONS` computed from them, instead of earlier values."""
@@ -523,11 +527,11 @@ class Study(ABC):
         """Hashes of all that decides the runs: of the tables and the version, and of the motions' samples."""
         content = identifying(self.configuration)
         inputs = hashlib.sha256(json.dumps([__version__, content, self._read], sort_keys=True).encode())
-        found = hashlib.sha256()
+        digest_of_all = hashlib.sha256()
         plain = (record for array in self.arrays for record in records(array))
         for record, samples in zip(plain, self._digests, strict=True):
-            found.update(json.dumps([record.label, record.source, samples]).encode())
-        return f"{inputs.hexdigest()[:32]}-{found.hexdigest()[:32]}"
+            digest_of_all.update(json.dumps([record.label, record.source, samples]).encode())
+        return f"{inputs.hexdigest()[:32]}-{digest_of_all.hexdigest()[:32]}"
 
     @cached_property
     def _digests(self) -> list[str]:
@@ -538,12 +542,12 @@ class Study(ABC):
 def study_of(read: Callable[[], StudyFile], file: Path) -> Study:
     """Return the study of the content that `read` returns; paths in it are relative to `file`, named in errors."""
     try:
-        with noted() as found:
+        with noted() as doubts_read:
             content = read()
             module = import_module(f".{content.kind}", __package__)
             study: Study = getattr(module, f"{content.kind.title()}Study").of(content, file.parent)
         # (those of motions are among the study's own)
-        tables = tuple(dict.fromkeys(doubt for doubt in found if doubt.kind in OF_TABLES))
+        tables = tuple(dict.fromkeys(doubt for doubt in doubts_read if doubt.kind in OF_TABLES))
         study = replace(study, of_tables=tables) if tables else study
         study._check_vertical()
         refuse_endless_runs(study.cases, (record for array in study.arrays for record in records(array)))
@@ -640,8 +644,8 @@ class BlockStudy(Study):
     @property
     def _read(self) -> list[Any]:
         hazard = [] if self.risk is None else [asdict(self.risk.hazard)]
-        beside = "blocks_file" in self.configuration
-        return [*hazard, *([list(astuple(block)) for block in self.blocks] if beside else [])]
+        from_file = "blocks_file" in self.configuration
+        return [*hazard, *([list(astuple(block)) for block in self.blocks] if from_file else [])]
 
 
 def screening_of(content: StudyFile) -> tuple[Friction | None, float]:
@@ -658,35 +662,35 @@ def perturbed_words(runs: int) -> str:
 
 def plain(content: StudyFile) -> dict[str, Any]:
     """Return a study file as plain values."""
-    found: dict[str, Any] = content.model_dump(mode="json", by_alias=True, exclude_none=True)
-    return found
+    values: dict[str, Any] = content.model_dump(mode="json", by_alias=True, exclude_none=True)
+    return values
 
 
 def blocks_of(content: StudyFile, folder: Path, most: int = MOST_BLOCKS) -> tuple[Block, ...]:
     """Make the blocks of a study, from its file or its blocks_file; ValueError for wrong blocks or more than `most`."""
     if content.blocks_file is None:
-        found = each("blocks", content.blocks or [], restraints_of(content))
+        blocks = each("blocks", content.blocks or [], restraints_of(content))
     else:
-        found = read_blocks(folder / content.blocks_file, restraints_of(content))
-        if len(found) > most:
-            raise ValueError(f"blocks_file: a study of this kind holds at most {most:,} blocks, got {len(found):,}")
-    near = next((block.label for block in found if block.edge is not None), None)
+        blocks = read_blocks(folder / content.blocks_file, restraints_of(content))
+        if len(blocks) > most:
+            raise ValueError(f"blocks_file: a study of this kind holds at most {most:,} blocks, got {len(blocks):,}")
+    near = next((block.label for block in blocks if block.edge is not None), None)
     if near is not None and content.kind not in ("fragility", "sequential"):
         raise ValueError(
             f"edge_distance_mm is for fragility studies: {with_article(content.kind)} study does not let {near!r} slide"
         )
-    return found
+    return blocks
 
 
 def restraints_of(content: StudyFile) -> dict[str, Restraint]:
     """Make the restraints of a study by name; an error names the table."""
-    found = {}
+    restraints = {}
     for name, table in (content.restraints or {}).items():
         try:
-            found[name] = table.build()
+            restraints[name] = table.build()
         except ValueError as error:
             raise ValueError(f"restraints.{name}: {error}") from None
-    return found
+    return restraints
 
 
 def parts_of(content: StudyFile, folder: Path, blocks: tuple[Block, ...], key: str = "", each_of: str = "") -> Any:
@@ -720,23 +724,23 @@ def check_one_floor(design: Design, key: str) -> None:
 def check_laws(content: StudyFile, blocks: Iterable[Block], laws: Sequence[Law]) -> None:
     """Raise a ValueError that names the block and the law if a law does not apply to a block."""
     where = "blocks" if content.blocks_file is None else "blocks_file"
-    said = []
+    sentences = []
     for block in blocks:
         for law in laws:
             try:
                 law.oscillator(block)
             except ValueError as error:
-                said.append(f"{where}: {block.label!r} under {law.label}: {error}")
-    if said:
-        raise ValueError(all_errors(said))
+                sentences.append(f"{where}: {block.label!r} under {law.label}: {error}")
+    if sentences:
+        raise ValueError(all_errors(sentences))
 
 
-def each(name: str, tables: Iterable[Any], *beside: Any) -> tuple[Any, ...]:
+def each(name: str, tables: Iterable[Any], *needed: Any) -> tuple[Any, ...]:
     """Build each table, from the other objects that it needs; an error names the table."""
     built, wrong = [], []
     for i, table in enumerate(tables, start=1):
         try:
-            built.append(table.build(*beside))
+            built.append(table.build(*needed))
         except ValueError as error:
             wrong.append(f"{name}[{i}]: {error}")
     if wrong:

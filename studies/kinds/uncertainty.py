@@ -112,8 +112,8 @@ class UncertaintyStudy(BlockStudy):
         drawn = study.inputs.sample(2, study.seed)
         for block in study.blocks:
             for model in study.models:
-                for one, law in study.inputs.realise(block, model, drawn):
-                    check_axes(study.design.axes, [one], [law])
+                for block_drawn, law in study.inputs.realise(block, model, drawn):
+                    check_axes(study.design.axes, [block_drawn], [law])
         if study.sobol is not None:
             drawn = sobol_samples(study.inputs, study.sobol, study.seed)
             of_indices = (
@@ -152,11 +152,11 @@ class UncertaintyStudy(BlockStudy):
     def _pairs(self) -> list[list[list[tuple[Block, Law]]]]:
         """The block and the law of every sample, (block, sample, model)."""
         drawn = self.inputs.sample(self.samples, self.seed)
-        found = []
+        pairs = []
         for block in self.blocks:
             laws = [self.inputs.realise(block, model, drawn) for model in self.models]
-            found.append([list(row) for row in zip(*laws, strict=True)])
-        return found
+            pairs.append([list(row) for row in zip(*laws, strict=True)])
+        return pairs
 
     @property
     def cases(self) -> Iterable[tuple[str, Block, Law]]:
@@ -191,43 +191,45 @@ class UncertaintyStudy(BlockStudy):
         if any(SCENE in part.coords for part in rest):  # (of blocks that some have, others none)
             none = ("sample", np.full(self.samples, "{}", dtype=object))
             rest = [part if SCENE in part.coords else part.assign_coords({SCENE: none}) for part in rest]
-        found = xr.concat(rest, along, combine_attrs="override", coords="different", compat="equals")
-        found = found.assign(overturned=_concatenated([part["overturned"].variable for part in parts], client))
-        found = found[list(parts[0].data_vars)]
+        results = xr.concat(rest, along, combine_attrs="override", coords="different", compat="equals")
+        results = results.assign(overturned=_concatenated([part["overturned"].variable for part in parts], client))
+        results = results[list(parts[0].data_vars)]
         done = self.runs * self.design.about
         screens = []
         shaking = Characteristics.of(records(self.design.motions))
         for block, pairs, part in zip(self.blocks, self._pairs, parts, strict=True):
-            told = part_of(progress, done, self.work)
-            asked = ScreenRequest(self.friction, undecided=self.undecided), shaking, client, told
+            part_told = part_of(progress, done, self.work)
+            asked = ScreenRequest(self.friction, undecided=self.undecided), shaking, client, part_told
             screens.append(screen_samples(block, pairs, self.design, part["overturned"], *asked))
             done += self.perturbed_runs // len(self.blocks)
-        screened = joined_screens(screens, found["model"])
-        said = [*self._said(found), *screen_facts(screened)]
+        screened = joined_screens(screens, results["model"])
+        facts = [*self._said(results), *screen_facts(screened)]
         return (
-            found.assign(screened.data_vars)
+            results.assign(screened.data_vars)
             .assign_coords(reason=screened["reason"])
             .assign_attrs(combined_attributes(parts), screen=screened.attrs["screen"])
-            .assign_attrs(notes=stored(said))
+            .assign_attrs(notes=stored(facts))
         )
 
-    def _said(self, found: xr.Dataset) -> list[Fact]:
+    def _said(self, results: xr.Dataset) -> list[Fact]:
         """Return notes on the curves and rates of all samples together."""
         over = ["sample", "level", "motion"]
-        fell = found["overturned"].sum(over)
+        fell = results["overturned"].sum(over)
         runs = xr.full_like(fell, self.samples * self.design.runs)
-        said = curve_notes(found, fell, runs, state_name(OVERTURNED))
+        facts = curve_notes(results, fell, runs, state_name(OVERTURNED))
         if self.design.about == 2:
-            said += [OF_THE_WIDTH, Fact("axis.depth_ratio_kept")]
-            said += held_notes([block.label for block in self.blocks if block.surrounded])
+            facts += [OF_THE_WIDTH, Fact("axis.depth_ratio_kept")]
+            facts += held_notes([block.label for block in self.blocks if block.surrounded])
         if self.risk is None:
-            return said
-        curves = found[["median", "dispersion"]].assign_attrs(form=self.fit.form, im=self.design.im)
-        said += self.risk.notes(found, curves, self.design.highest(found), self.configuration)
-        missing = int(found["sample_rate"].isnull().sum())
+            return facts
+        curves = results[["median", "dispersion"]].assign_attrs(form=self.fit.form, im=self.design.im)
+        facts += self.risk.notes(results, curves, self.design.highest(results), self.configuration)
+        missing = int(results["sample_rate"].isnull().sum())
         if missing:
-            said.append(Fact("uncertainty.samples_without_rate", missing, more={"samples": found["sample_rate"].size}))
-        return said
+            facts.append(
+                Fact("uncertainty.samples_without_rate", missing, more={"samples": results["sample_rate"].size})
+            )
+        return facts
 
     def _of_block(self, block: Block, client: Runner, progress: Progress | None) -> xr.Dataset:
         ground = self.design.ground or None
@@ -245,17 +247,19 @@ class UncertaintyStudy(BlockStudy):
             progress=progress,
         )
         shared = summary(runs, self.fit)
-        pooled, own = pooled_curves(runs, self.fit, keep=self.risk is not None), fitted(runs, self.fit)
-        found = runs.assign(shared.data_vars).assign(own.rename(median="sample_median", dispersion="sample_dispersion"))
-        found = found.assign(without_replicates(pooled).data_vars).assign_attrs(
+        pooled, curves_of_samples = pooled_curves(runs, self.fit, keep=self.risk is not None), fitted(runs, self.fit)
+        results = runs.assign(shared.data_vars).assign(
+            curves_of_samples.rename(median="sample_median", dispersion="sample_dispersion")
+        )
+        results = results.assign(without_replicates(pooled).data_vars).assign_attrs(
             shared.attrs, fit_method=pooled.attrs["method"], form=pooled.attrs["form"], confidence=self.fit.confidence
         )
-        found = found.assign(range_of_half_levels(pooled, 0.0)).assign_attrs({RANGE: USUAL_DISPERSION})
+        results = results.assign(range_of_half_levels(pooled, 0.0)).assign_attrs({RANGE: USUAL_DISPERSION})
         if self.risk is not None:
             ends = self.design.highest(runs), self.design.lowest(runs)
-            rates = yearly(self.risk, pooled, own, *ends, self.fit.confidence)
-            found = found.assign(rates.data_vars).assign(self.risk.modelling_range(pooled, 0.0))
-            found = found.assign_attrs(years=self.risk.years)
+            rates = yearly(self.risk, pooled, curves_of_samples, *ends, self.fit.confidence)
+            results = results.assign(rates.data_vars).assign(self.risk.modelling_range(pooled, 0.0))
+            results = results.assign_attrs(years=self.risk.years)
         done = len(self.models) * self.samples * self.design.runs * self.design.about
         if self.sobol is not None:
             each_law = []
@@ -274,17 +278,17 @@ class UncertaintyStudy(BlockStudy):
                 each_law.append(sobol_indices(self.inputs, response, self.sobol, seed=self.seed))
                 done += self._index_samples * self.design.runs * self.design.about
             together = xr.concat(each_law, runs["model"], combine_attrs="override")
-            found = found.assign({f"sobol_{key}": variable for key, variable in together.data_vars.items()})
-        return found
+            results = results.assign({f"sobol_{key}": variable for key, variable in together.data_vars.items()})
+        return results
 
 
 def _concatenated(parts: Sequence[xr.Variable], client: Runner) -> xr.Variable:
     """Join the runs of each block into the runs of all blocks."""
     first = parts[0]
-    found = client.array((len(parts), *first.shape), first.dtype)
-    for own, part in zip(found, parts, strict=True):
-        own[...] = part.values
-    return xr.Variable(("block", *first.dims), found, first.attrs)
+    flags = client.array((len(parts), *first.shape), first.dtype)
+    for of_block, part in zip(flags, parts, strict=True):
+        of_block[...] = part.values
+    return xr.Variable(("block", *first.dims), flags, first.attrs)
 
 
 def combined_attributes(parts: Sequence[xr.Dataset]) -> dict[str, str]:

@@ -111,30 +111,30 @@ def kit_savings(
             ranges[name][:, :, k, rows] = values
         for name, values in _ruptures(with_it, level, hazard).items():
             ranges[name][:, :, k, rows] = values
-    found = {"kit_fits": variable(("kit", "item"), fits, DIMENSIONLESS, "whether the kit fits the pieces")}
+    variables = {"kit_fits": variable(("kit", "item"), fits, DIMENSIONLESS, "whether the kit fits the pieces")}
     for name, (units, text) in named.items():
-        found |= with_interval(name, dims, ranges[name], units, text, precision)
+        variables |= with_interval(name, dims, ranges[name], units, text, precision)
     for name, (ends, _, text) in AT_LEVELS.items():
         if len(ends) == 1:
-            found[name] = variable((*dims, "level"), at_levels[name][0], DIMENSIONLESS, text)
+            variables[name] = variable((*dims, "level"), at_levels[name][0], DIMENSIONLESS, text)
         else:
-            found |= with_interval(name, (*dims, "level"), at_levels[name], DIMENSIONLESS, text, precision)
-    found = consistent(found)
+            variables |= with_interval(name, (*dims, "level"), at_levels[name], DIMENSIONLESS, text, precision)
+    variables = consistent(variables)
     value = assessment["value"].values * assessment["count"].values
     if value.any():
         money = assessment["value"].attrs["units"]
         when, units = ("in a year", per_year(money)) if level is None else ("at the level", money)
         text = f"mean loss that all pieces of the item save {when} by the kit"
-        found["kit_saving"] = variable(dims, ranges["kit_falls_saved"][0] * value, units, text)
-    found |= _static(inventory, kits, assessment, asked, level)
+        variables["kit_saving"] = variable(dims, ranges["kit_falls_saved"][0] * value, units, text)
+    variables |= _static(inventory, kits, assessment, asked, level)
     names = np.array([kit.name for kit in kits], dtype=object)
-    return xr.Dataset(found, {"kit": variable(("kit",), names, DIMENSIONLESS, "kit that holds the pieces")})
+    return xr.Dataset(variables, {"kit": variable(("kit",), names, DIMENSIONLESS, "kit that holds the pieces")})
 
 
 def _named(yearly: bool) -> dict[str, tuple[str, str]]:
     """Return the units and words of the variables on (model, kit, item) that have intervals."""
     units, of = (PER_YEAR, "annual rate at which") if yearly else (DIMENSIONLESS, "probability at the level that")
-    found = {
+    named = {
         "kit_falls": (units, f"{of} a piece with the kit overturns"),
         "kit_falls_saved": (units, f"{of} a piece overturns as it is, less that with the kit"),
         "kit_front_falls": (units, f"{of} a piece with the kit overturns forward"),
@@ -144,8 +144,8 @@ def _named(yearly: bool) -> dict[str, tuple[str, str]]:
     }
     if yearly:
         text = "probability that the kit breaks under the shaking that is exceeded with 10 % in 50 years"
-        found["kit_breaks_at_design"] = DIMENSIONLESS, text
-    return found
+        named["kit_breaks_at_design"] = DIMENSIONLESS, text
+    return named
 
 
 def _falls(
@@ -153,19 +153,19 @@ def _falls(
 ) -> dict[str, Array]:
     """Return the falls of lines with a kit, and its saving compared with the present (value and ends, model, line)."""
     shape = (3, with_it.sizes["model"], rows.size)
-    found = {"kit_share_saved": np.empty(shape)}
+    falls = {"kit_share_saved": np.empty(shape)}
     for name, flags in FLAGS.items():
         before, after = ItemChances(assessment, rows, flags), ItemChances(with_it, np.arange(rows.size), flags)
-        found |= {f"kit_{name}": np.empty(shape), f"kit_{name}_saved": np.empty(shape)}
+        falls |= {f"kit_{name}": np.empty(shape), f"kit_{name}_saved": np.empty(shape)}
         for of, part in after.of_items():
-            own = year.total(after.piece(of, part))
-            saved = year.total(before.piece(of, part)) - own
-            found[f"kit_{name}"][:, of, part] = precision.of_means(own)
+            with_kit_falls = year.total(after.piece(of, part))
+            saved = year.total(before.piece(of, part)) - with_kit_falls
+            falls[f"kit_{name}"][:, of, part] = precision.of_means(with_kit_falls)
             # (a kit may fell a piece, too)
-            found[f"kit_{name}_saved"][:, of, part] = precision.of_means(saved, signed=True)
+            falls[f"kit_{name}_saved"][:, of, part] = precision.of_means(saved, signed=True)
             if name == "falls":
-                found["kit_share_saved"][:, of, part] = _share(saved, own + saved, precision)
-    return found
+                falls["kit_share_saved"][:, of, part] = _share(saved, with_kit_falls + saved, precision)
+    return falls
 
 
 def _ruptures(with_it: xr.Dataset, level: float | None, hazard: HazardCurve | None) -> dict[str, Array]:
@@ -210,14 +210,14 @@ def _static(
     peaks = np.empty(len(inventory))
     for at in shaking.supports(placed):
         shaken = shaking.shaken(at, scaled, asked.im)
-        own = np.array([np.abs(motion.acceleration).max() for motion in shaken.motions])
-        medians = np.median((shaken.factors[0] * own).reshape(-1, shaking.runs), axis=-1)
+        peaks_of_motions = np.array([np.abs(motion.acceleration).max() for motion in shaken.motions])
+        medians = np.median((shaken.factors[0] * peaks_of_motions).reshape(-1, shaking.runs), axis=-1)
         if level is None:
             assert isinstance(asked.hazard, HazardCurve)  # (annual rates come from it)
-            here = math.exp(at_level(design_level(scaled.levels, asked.hazard), scaled.levels, log(medians)))
+            peak = math.exp(at_level(design_level(scaled.levels, asked.hazard), scaled.levels, log(medians)))
         else:
-            here = float(medians[level_index(assessment, level)])
-        peaks[[support_of(row) == at for row in placed.rows]] = here
+            peak = float(medians[level_index(assessment, level)])
+        peaks[[support_of(row) == at for row in placed.rows]] = peak
 
     shape = (len(kits), len(inventory))
     force, capacity, half = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape[1], np.nan)

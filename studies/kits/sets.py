@@ -88,12 +88,12 @@ class _Options:
 def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
     """Choose kits for a sum of money under one law, one a line: the code's, then safety, then savings in 50 years."""
     options = _Options(results, model)
-    named = {one.item: one for one in pieces_of(results, model)}
+    named = {piece.item: piece for piece in pieces_of(results, model)}
     pieces = [named[str(item)] for item in results["item"].values]
-    one = [pieces[i] for i in options.item]
-    duty = np.array([each.recommendation == DUTY for each in one], bool)
-    safe = np.array([each.safety for each in one], bool)
-    judged = np.array([each.judged for each in one], bool)
+    of_options = [pieces[i] for i in options.item]
+    duty = np.array([piece.recommendation == DUTY for piece in of_options], bool)
+    safe = np.array([piece.safety for piece in of_options], bool)
+    judged = np.array([piece.judged for piece in of_options], bool)
     falls = np.where(judged, np.maximum(options.surely_saved(FALLS), 0.0), 0.0)
     gain = falls
     if (options.weights(LOSS) > 0.0).any():
@@ -101,7 +101,7 @@ def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
         if "item_rate" in results:
             factor = present_value(pieces[0].discount, YEARS)
             gain = np.maximum(factor * gain - options.costs, 0.0)
-    demand = np.array([math.nan if each.code is None else each.code.demand for each in one])
+    demand = np.array([math.nan if piece.code is None else piece.code.demand for piece in of_options])
     strong = ~(options.strengths[options.kit] < demand)  # (a demand that is not known is none)
     goals = [
         np.where(duty & strong, options.count[options.item], 0.0),
@@ -109,16 +109,16 @@ def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
         np.where(duty & ~safe, falls, 0.0),
         np.where(safe | duty, 0.0, gain),
     ]
-    found = best_set(options.costs, budget, goals, options.item)
-    needs = [(goal, math.fsum(goal[found.chosen]) - SAME * float(goal.sum())) for goal in goals]
+    best = best_set(options.costs, budget, goals, options.item)
+    needs = [(goal, math.fsum(goal[best.chosen]) - SAME * float(goal.sum())) for goal in goals]
     cheapest = cheapest_set(options.costs, needs, options.item)
-    chosen = found.chosen if cheapest.chosen is None else cheapest.chosen
-    return options.set_of(chosen, max(*found.gaps, cheapest.gap))
+    chosen = best.chosen if cheapest.chosen is None else cheapest.chosen
+    return options.set_of(chosen, max(*best.gaps, cheapest.gap))
 
 
 def target_kits(results: xr.Dataset, targets: Mapping[str, float], model: int = 0) -> KitSet:
     """Choose the cheapest kits that meet `targets`; a kit whose interval of saved falls contains 0 saves none."""
     options = _Options(results, model)
     needs = [(options.surely_saved(name), options.now(name) - most) for name, most in targets.items()]
-    found = cheapest_set(options.costs, needs, options.item)
-    return options.set_of(found.chosen, found.gap)
+    cheapest = cheapest_set(options.costs, needs, options.item)
+    return options.set_of(cheapest.chosen, cheapest.gap)

@@ -65,26 +65,32 @@ def best_set(costs: Array, budget: float, goals: Sequence[Array], groups: Index 
     kept: list[tuple[Array, float]] = []
     taken = np.zeros(open_.size, dtype=bool)
     for gain in gains:
-        here = gain[open_]
-        whole = here.sum()
+        gains_open = gain[open_]
+        whole = gains_open.sum()
         if not whole > 0.0:
             gaps.append(0.0)
             continue
-        found = _search(-SCALE * here / whole, limits)
-        if found.x is None:  # (the search stopped before it had any set that keeps the goals before)
+        solution = _search(-SCALE * gains_open / whole, limits)
+        if solution.x is None:  # (the search stopped before it had any set that keeps the goals before)
             gaps.append(math.inf)
             break
-        new = _affordable(found.x > 0.5, np.stack([gain[open_] for gain in gains]), price, budget)
+        new = _affordable(solution.x > 0.5, np.stack([gain[open_] for gain in gains]), price, budget)
         if any(math.fsum(goal[new]) < least * (1.0 - SAME) for goal, least in kept):
             gaps.append(math.inf)  # (rounding in the search would cost an earlier goal)
             break
         taken = new
-        reached = math.fsum(here[taken])
-        bound = reached if found.mip_dual_bound is None else max(-float(found.mip_dual_bound) * whole / SCALE, reached)
+        reached = math.fsum(gains_open[taken])
+        bound = (
+            reached
+            if solution.mip_dual_bound is None
+            else max(-float(solution.mip_dual_bound) * whole / SCALE, reached)
+        )
         over = bound - reached
         gaps.append(0.0 if over <= 1e-6 * reached or over <= SAME * whole else over / reached if reached else math.inf)
-        limits.append(scipy.optimize.LinearConstraint(SCALE * here[None] / whole, SCALE * reached / whole, np.inf))
-        kept.append((here, reached))
+        limits.append(
+            scipy.optimize.LinearConstraint(SCALE * gains_open[None] / whole, SCALE * reached / whole, np.inf)
+        )
+        kept.append((gains_open, reached))
     chosen[open_[taken]] = True
     return Choice(chosen, (*gaps, *(math.inf,) * (len(gains) - len(gaps))))
 
@@ -107,7 +113,7 @@ def cheapest_set(costs: Array, needs: Sequence[tuple[Array, float]], groups: Ind
     """
     if np.any(costs < 0.0):
         raise ValueError(f"costs must be >= 0, got {np.nanmin(costs):g}")
-    if any(not (np.all(np.isfinite(one)) and math.isfinite(need)) for one, need in needs):
+    if any(not (np.all(np.isfinite(amounts)) and math.isfinite(need)) for amounts, need in needs):
         raise ValueError("amounts and what is needed of them must be finite")
     chosen = np.zeros(costs.size, dtype=bool)
     if all(need <= 0.0 for _, need in needs):
@@ -123,13 +129,13 @@ def cheapest_set(costs: Array, needs: Sequence[tuple[Array, float]], groups: Ind
     dear = float(price.sum()) or 1.0
     if not open_.size:
         return Cheapest(None, 0.0)
-    found = _search(SCALE * price / dear, limits)
-    if found.x is None:
-        return Cheapest(None, 0.0 if found.status == INFEASIBLE else math.inf)
-    taken = found.x > 0.5
+    solution = _search(SCALE * price / dear, limits)
+    if solution.x is None:
+        return Cheapest(None, 0.0 if solution.status == INFEASIBLE else math.inf)
+    taken = solution.x > 0.5
     chosen[open_[taken]] = True
     spent = math.fsum(price[taken])
-    bound = spent if found.mip_dual_bound is None else min(float(found.mip_dual_bound) * dear / SCALE, spent)
+    bound = spent if solution.mip_dual_bound is None else min(float(solution.mip_dual_bound) * dear / SCALE, spent)
     over = spent - bound
     return Cheapest(chosen, 0.0 if over <= SAME * dear else over / spent)
 

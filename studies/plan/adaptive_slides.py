@@ -63,12 +63,12 @@ UNRUN = _Curve(UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN, np.nan, 0, 0, "", ""
 
 def groups(slides: Slides, blocks: Sequence[Block]) -> dict[RandomSliding, list[int]]:
     """Return the places of the blocks that are run, by their friction."""
-    found: dict[RandomSliding, list[int]] = {}
+    by_law: dict[RandomSliding, list[int]] = {}
     for i in free_of(blocks):
         law = RandomSliding(slides.friction_of(blocks[i]), slides.ratio_of(blocks[i]))
         if law.chance(blocks[i]) > NEGLIGIBLE:
-            found.setdefault(law, []).append(i)
-    return found
+            by_law.setdefault(law, []).append(i)
+    return by_law
 
 
 def adaptive_slides(
@@ -82,8 +82,8 @@ def adaptive_slides(
     client: Runner,
 ) -> tuple[xr.Dataset, list[Fact]]:
     """Return chances to slide instead of rocking, curves of slips, and notes; NaN for held and uneven blocks."""
-    found = slides.chances(blocks, design.axes != "")
-    chance = found[INSTEAD].values
+    results = slides.chances(blocks, design.axes != "")
+    chance = results[INSTEAD].values
     curves = {(i, k): UNRUN for i in range(len(blocks)) for k in range(len(slides.distances))}
     longest, ends = 0, ""
     notable: list[Fact] = []
@@ -102,9 +102,9 @@ def adaptive_slides(
                 curves[place, k] = curve
             number += 1
             client.tell("slips", number, len(of_laws) * len(slides.distances))
-    said = [*doubted(ends.splitlines()), *notable[:MOST_SAID]]
+    facts = [*doubted(ends.splitlines()), *notable[:MOST_SAID]]
     if len(notable) > MOST_SAID:
-        said.append(Fact("adaptive.further_slips", len(notable) - MOST_SAID))
+        facts.append(Fact("adaptive.further_slips", len(notable) - MOST_SAID))
     still = [chance[i] <= NEGLIGIBLE for i in range(len(blocks))]
     shape = len(blocks), len(slides.distances)
 
@@ -113,35 +113,35 @@ def adaptive_slides(
         of = np.stack(values).reshape(*shape, 3)
         for j, end in enumerate(ENDS):
             words = f"{end[1:]} end of the interval of the {text}" if end else text
-            found[f"{name}{end}"] = (("block", "slip"), of[..., j], {"units": units, "long_name": words})
+            results[f"{name}{end}"] = (("block", "slip"), of[..., j], {"units": units, "long_name": words})
 
     every = [curves[i, k] for i in range(shape[0]) for k in range(shape[1])]
     column(
         SLIP_HALF, units, "level at which half of the blocks that slide slip further", [curve.half for curve in every]
     )
-    column(SLIP_DISPERSION, DIMENSIONLESS, "dispersion of the fitted curve", [one.dispersion for one in every])
+    column(SLIP_DISPERSION, DIMENSIONLESS, "dispersion of the fitted curve", [curve.dispersion for curve in every])
     weights = [0.0 if still[i] else chance[i] for i in range(shape[0]) for _ in range(shape[1])]
     if risk is not None:
-        rates = [w * one.rate if w else np.zeros(3) for w, one in zip(weights, every, strict=True)]
+        rates = [w * curve.rate if w else np.zeros(3) for w, curve in zip(weights, every, strict=True)]
         column(SLIP_RATE, PER_YEAR, "annual rate of a greater slip", rates)
     if design.until.target == PROBABILITY:
-        chances = [w * one.probability if w else np.zeros(3) for w, one in zip(weights, every, strict=True)]
+        chances = [w * curve.probability if w else np.zeros(3) for w, curve in zip(weights, every, strict=True)]
         column(SLIP, DIMENSIONLESS, "probability of a greater slip at the level asked for", chances)
     target = design.until.target
     of_target = {MEDIAN: units, RATE: PER_YEAR}.get(target, DIMENSIONLESS)
     text = f"{target} of the slip of blocks that slide, of the analysis itself"
-    column(SLIP_TARGET, of_target, text, [one.target for one in every])
+    column(SLIP_TARGET, of_target, text, [curve.target for curve in every])
     for name, text, values in (
-        (SLIP_HALF_WIDTH, f"half width of the interval of this {target}", [one.half_width for one in every]),
-        (SLIP_MOTIONS, "motions that the block slid under", [one.motions for one in every]),
-        (SLIP_RUNS, "runs of the block that slides", [one.runs for one in every]),
-        (SLIP_STOPPED, "why no further motions were run", [one.stopped for one in every]),
-        (SLIP_ACCOUNT, "what was reached, and what more would bring", [one.account for one in every]),
+        (SLIP_HALF_WIDTH, f"half width of the interval of this {target}", [curve.half_width for curve in every]),
+        (SLIP_MOTIONS, "motions that the block slid under", [curve.motions for curve in every]),
+        (SLIP_RUNS, "runs of the block that slides", [curve.runs for curve in every]),
+        (SLIP_STOPPED, "why no further motions were run", [curve.stopped for curve in every]),
+        (SLIP_ACCOUNT, "what was reached, and what more would bring", [curve.account for curve in every]),
     ):
         table = np.array(values, dtype=object if isinstance(values[0], str) else None).reshape(shape)
-        found[name] = (("block", "slip"), table, {"units": DIMENSIONLESS, "long_name": text})
+        results[name] = (("block", "slip"), table, {"units": DIMENSIONLESS, "long_name": text})
     slip = xr.Variable("slip", list(slides.distances), {"units": METRE, "long_name": "slip that is exceeded"})
-    return found.assign(gated(found[INSTEAD], falls)).assign_coords(slip=slip), said
+    return results.assign(gated(results[INSTEAD], falls)).assign_coords(slip=slip), facts
 
 
 def _curves(runs: xr.Dataset, fit: Fit, risk: Risk | None, design: Sequential) -> Iterator[_Curve]:
@@ -154,21 +154,21 @@ def _curves(runs: xr.Dataset, fit: Fit, risk: Risk | None, design: Sequential) -
     def ends(of: xr.Dataset | None, name: str, block: int) -> Array:
         if of is None:
             return UNKNOWN
-        each = [float(of[f"{name}{end}"][block, 0]) if f"{name}{end}" in of else np.nan for end in ENDS]
+        values = [float(of[f"{name}{end}"][block, 0]) if f"{name}{end}" in of else np.nan for end in ENDS]
         # (a rate without a form of curve may have no upper end: then there is no interval)
-        return np.array(each if np.isfinite(each).all() else [each[0], np.nan, np.nan])
+        return np.array(values if np.isfinite(values).all() else [values[0], np.nan, np.nan])
 
     for i in range(runs.sizes["block"]):
-        one = runs.isel(block=i, model=0)
+        curve = runs.isel(block=i, model=0)
         yield _Curve(
             ends(runs, "half_level", i),
             ends(fitted, "dispersion", i),
             ends(rates, "rate", i),
             ends(runs if design.until.target == PROBABILITY else None, "probability", i),
             ends(runs, "half_level" if design.until.target == MEDIAN else design.until.target, i),
-            float(one["half_width"]),
-            int(one["motions_run"]),
-            runs_of_curve(one).size,
-            str(one["stopped_because"].item()),
-            str(one["account"].item()),
+            float(curve["half_width"]),
+            int(curve["motions_run"]),
+            runs_of_curve(curve).size,
+            str(curve["stopped_because"].item()),
+            str(curve["account"].item()),
         )

@@ -63,9 +63,13 @@ class Branches:
         """The designs in addition to the study's own, by name."""
         return {name: design for name, (design, _) in self.motions.items() if design is not None}
 
-    def of(self, own: FittedCurves, fitted: Callable[[str, Design], FittedCurves], risk: Risk, fit: Fit) -> xr.Dataset:
-        """Return the rates over all combinations from `own` curves and the `fitted` curves of each other design."""
-        every = {name: own if design is None else fitted(name, design) for name, (design, _) in self.motions.items()}
+    def of(
+        self, of_study: FittedCurves, fitted: Callable[[str, Design], FittedCurves], risk: Risk, fit: Fit
+    ) -> xr.Dataset:
+        """Return the rates over all combinations, from curves of the study and the `fitted` ones of other designs."""
+        every = {
+            name: of_study if design is None else fitted(name, design) for name, (design, _) in self.motions.items()
+        }
         branches = [
             Branch(
                 model,
@@ -79,22 +83,22 @@ class Branches:
                 self.models.items(), every, self.hazards.items()
             )
         ]
-        found = epistemic_rates(
+        rates = epistemic_rates(
             branches, self.modelling, below=risk.below, above=risk.above, outside=OUTSIDE, seed=fit.seed
         )
-        known = ~np.isinf(found["rate_mean"])  # (of a tabulated curve that nothing bounds below its levels)
-        finite = {"rate_mean": known, "rate_fractile": known, "branch_rate": ~np.isinf(found["branch_rate"])}
-        found = found.assign({name: found[name].where(those) for name, those in finite.items()})
+        known = ~np.isinf(rates["rate_mean"])  # (of a tabulated curve that nothing bounds below its levels)
+        finite = {"rate_mean": known, "rate_fractile": known, "branch_rate": ~np.isinf(rates["branch_rate"])}
+        rates = rates.assign({name: rates[name].where(finite_ones) for name, finite_ones in finite.items()})
         of_each = [
             replace(risk, hazard=branch.hazard, along=None).beyond(branch.curves, every[branch.motions].highest)
             for branch in branches
         ]
-        beyond = xr.concat(of_each, "branch").transpose(*found["branch_rate"].dims)
+        beyond = xr.concat(of_each, "branch").transpose(*rates["branch_rate"].dims)
         text = "share of the branch's rate from shaking beyond its hazard curve or above its runs"
         attributes = {"units": DIMENSIONLESS, "long_name": text}
-        found = found.assign({BEYOND: (beyond.dims, beyond.values, attributes)})
-        found = found.rename(RENAMED).assign(self._range(branches, every, risk, fit.modelling_dispersion))
-        return worded(found, state_name(fit.state))
+        rates = rates.assign({BEYOND: (beyond.dims, beyond.values, attributes)})
+        rates = rates.rename(RENAMED).assign(self._range(branches, every, risk, fit.modelling_dispersion))
+        return worded(rates, state_name(fit.state))
 
     @staticmethod
     def _range(
@@ -105,10 +109,10 @@ class Branches:
         weights = np.array([branch.weight for branch in branches])
         ends = []
         for factor in capacity_factors(modelling):
-            found = [
+            of_branches = [
                 rates_alone(every[branch.motions].plain.sel(model=branch.model), seen_by(branch.hazard, factor), *rules)
                 for branch in branches
             ]
-            ends.append(bounded(times(np.stack([rates for _, rates in found], axis=-1), weights)))
-        dims = found[0][0]
+            ends.append(bounded(times(np.stack([rates for _, rates in of_branches], axis=-1), weights)))
+        dims = of_branches[0][0]
         return with_ends("epistemic_rate", dims, ends, PER_YEAR, modelling)

@@ -115,7 +115,7 @@ class Design(ABC):
     def floors(self) -> list[str]:
         """The floors that the motions are of, each once; empty if the motions are of the ground."""
         every = [array["floor"].values for array in self.arrays if "floor" in array.dims]
-        return list(dict.fromkeys(str(floor) for one in every for floor in one))
+        return list(dict.fromkeys(str(floor) for floors in every for floor in floors))
 
     @property
     def runs(self) -> int:
@@ -130,11 +130,11 @@ class Design(ABC):
     def words(self) -> str:
         """The size of the design in words: 60 motions × 3 floors × 16 levels."""
         floors = {array.sizes.get("floor", 1) for array in self.arrays}
-        each = floors.pop() if len(floors) == 1 else 1
-        found = counted(self.shakes // each, "motion") + (" about both axes" if self.about == 2 else "")
+        per_motion = floors.pop() if len(floors) == 1 else 1
+        words = counted(self.shakes // per_motion, "motion") + (" about both axes" if self.about == 2 else "")
         if self.both_ways:
-            found = f"{counted(self.shakes // each // 2, 'motion')} both ways"
-        return found if each == 1 else f"{found} × {counted(each, 'floor')}"
+            words = f"{counted(self.shakes // per_motion // 2, 'motion')} both ways"
+        return words if per_motion == 1 else f"{words} × {counted(per_motion, 'floor')}"
 
     @abstractmethod
     def check(self, blocks: Sequence[Block]) -> None:
@@ -151,10 +151,10 @@ class Design(ABC):
         """Return all runs of blocks under laws as a labelled dataset; of a pooled surface, its curves of all blocks."""
         ground = self.ground or None
         with noted():  # a study has input warnings among its notes
-            found = self._analysed(
+            results = self._analysed(
                 blocks, models, outputs, client=client, screen=False, ground=ground, progress=progress
             )
-        return found.assign_coords(self._below())
+        return results.assign_coords(self._below())
 
     def _below(self) -> dict[str, xr.Variable]:
         """Return the response of buildings and supports to each motion, as coordinates of the runs; none if scaling."""
@@ -283,9 +283,9 @@ class Sequential(Waves):
 
     def runs_of(self, motions: int, first: int) -> int:
         """Return the number of runs of one block under one law and `motions` motions; the `first` have more."""
-        each = 2 if self.both_ways else 1
+        ways = 2 if self.both_ways else 1
         more = exploring(self.runs_per_motion) - self.runs_per_motion
-        return each * (motions * self.runs_per_motion + more * first)
+        return ways * (motions * self.runs_per_motion + more * first)
 
     def tested(self, share: float) -> int:
         return self.tested_of(share, self.until.most, self.until.least)
@@ -307,14 +307,14 @@ class Sequential(Waves):
         return f"up to {counted(self.until.most, 'motion')}{ways} at adaptive levels, {until}"
 
     def highest(self, runs: xr.Dataset) -> xr.DataArray | float:
-        found = np.zeros(runs.sizes["block"])
-        np.maximum.at(found, runs["run_block"].values, runs["level"].values)
-        return xr.DataArray(found, dims="block")
+        levels = np.zeros(runs.sizes["block"])
+        np.maximum.at(levels, runs["run_block"].values, runs["level"].values)
+        return xr.DataArray(levels, dims="block")
 
     def lowest(self, runs: xr.Dataset) -> xr.DataArray | float:
-        found = np.full(runs.sizes["block"], np.inf)
-        np.minimum.at(found, runs["run_block"].values, runs["level"].values)
-        return xr.DataArray(found, dims="block")
+        levels = np.full(runs.sizes["block"], np.inf)
+        np.minimum.at(levels, runs["run_block"].values, runs["level"].values)
+        return xr.DataArray(levels, dims="block")
 
     def _analysed(self, blocks: Any, models: Any, outputs: Sequence[str], **options: Any) -> xr.Dataset:
         # (the screen is made with the waves, whose motions are not kept)
@@ -470,7 +470,7 @@ BELOW: dict[str, tuple[str, float]] = {
 
 def answers_below(arrays: Sequence[xr.DataArray]) -> dict[str, xr.Variable]:
     """Return the response of buildings and supports to all motions of the arrays, floor by floor."""
-    found = {}
+    answers = {}
     for name, (called, none) in BELOW.items():
         attributes = next((array[name].attrs for array in arrays if name in array.coords), None)
         if attributes is None:
@@ -478,10 +478,10 @@ def answers_below(arrays: Sequence[xr.DataArray]) -> dict[str, xr.Variable]:
         values = []
         for array in arrays:
             like = array.isel(time=0, drop=True)
-            own = like[name] if name in array.coords else xr.DataArray(none)
-            values.append(own.broadcast_like(like).transpose(*like.dims).values.ravel())
-        found[called] = xr.Variable("motion", np.concatenate(values), attributes)
-    return found
+            response = like[name] if name in array.coords else xr.DataArray(none)
+            values.append(response.broadcast_like(like).transpose(*like.dims).values.ravel())
+        answers[called] = xr.Variable("motion", np.concatenate(values), attributes)
+    return answers
 
 
 def _flat(sets: tuple[Motions, ...]) -> Iterator[xr.DataArray]:

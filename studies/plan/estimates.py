@@ -67,17 +67,17 @@ class Fit(CurveOptions):
 
         def fitted(part: xr.Dataset) -> xr.Dataset:
             nonlocal before
-            own = 0
+            of_part = 0
 
             def progress(done: int, of: int) -> None:
-                nonlocal own
-                own = of
+                nonlocal of_part
+                of_part = of
                 if telling is not None:
                     telling("curves", before + done, total)
 
-            found = fit_curves(part, self, replicates, together, progress)
-            before += own
-            return found
+            curves = fit_curves(part, self, replicates, together, progress)
+            before += of_part
+            return curves
 
         return gathered(fitted, runs)
 
@@ -105,10 +105,10 @@ class Fit(CurveOptions):
     def notes(self, curves: xr.Dataset, runs: xr.Dataset) -> list[Fact]:
         """Return notes on curves that depend on few or contradicting runs."""
         counted = gathered(self._counted, runs)
-        said = curve_notes(curves, counted["fell"], counted["tried"], state_name(self.state))
-        said += spacing_notes(curves)
+        facts = curve_notes(curves, counted["fell"], counted["tried"], state_name(self.state))
+        facts += spacing_notes(curves)
         # a misfit at adaptive levels is reported with the precision
-        return said if RUN in runs.dims else said + misfit_notes(curves, state_name(self.state))
+        return facts if RUN in runs.dims else facts + misfit_notes(curves, state_name(self.state))
 
     def _counted(self, runs: xr.Dataset) -> xr.Dataset:
         """The number of runs of each curve that reached the state, and the number of its runs."""
@@ -123,7 +123,7 @@ class Fit(CurveOptions):
             xr.full_like(count, math.prod(part.sizes[dim] for dim in over))
             for count, part in zip(counts, parts, strict=True)
         ]
-        fell, tried = (one[0] if floor is None else xr.concat(one, floor) for one in (counts, sizes))
+        fell, tried = (counts_of[0] if floor is None else xr.concat(counts_of, floor) for counts_of in (counts, sizes))
         return xr.Dataset({"fell": fell, "tried": tried})
 
 
@@ -146,17 +146,17 @@ def _counted_at_own_levels(runs: xr.Dataset, state: State) -> xr.Dataset:
 
 def ranked(runs: xr.Dataset, motions: Any, also: tuple[str, ...], state: State) -> xr.Dataset:
     """Return the ranking of measures under the names that it has in the results."""
-    found = rank_measures(runs, motions, also, state=state)
-    said = {name: value for name, value in found.attrs.items() if name not in runs.attrs}
-    renamed = found.rename({str(name): f"{RANK}{name}" for name in found.data_vars})
-    return renamed.assign_attrs(ranking=json.dumps(said, default=str))
+    ranking = rank_measures(runs, motions, also, state=state)
+    settings = {name: value for name, value in ranking.attrs.items() if name not in runs.attrs}
+    renamed = ranking.rename({str(name): f"{RANK}{name}" for name in ranking.data_vars})
+    return renamed.assign_attrs(ranking=json.dumps(settings, default=str))
 
 
 def ranking_of_measures(results: xr.Dataset) -> xr.Dataset:
     """Return the ranking held by a study's results, as `rank_measures` returns it."""
-    own = [str(name) for name in results.data_vars if str(name).startswith(RANK)]
-    found = results[own].rename({name: name.removeprefix(RANK) for name in own})
-    return found.assign_attrs(json.loads(results.attrs["ranking"]))
+    names = [str(name) for name in results.data_vars if str(name).startswith(RANK)]
+    ranking = results[names].rename({name: name.removeprefix(RANK) for name in names})
+    return ranking.assign_attrs(json.loads(results.attrs["ranking"]))
 
 
 def middle_level(probability: xr.DataArray) -> int:

@@ -47,45 +47,47 @@ def form_free(
     blocks: Sequence[Block],
 ) -> tuple[dict[Hashable, xr.DataArray], list[Fact]]:
     """Return variables of annual rates without a form of curve, times `factor`, with fitted rates, and notes."""
-    found = dict(fitted)
+    variables = dict(fitted)
     dims = fitted["rate"].dims
     for end in ENDS:
         for name in (f"rate{end}", f"risk_probability{end}"):
             text = str(fitted[name].attrs["long_name"])
-            found[f"{FITTED}{name}"] = fitted[name].assign_attrs(long_name=f"{text}, of the fitted curve")
+            variables[f"{FITTED}{name}"] = fitted[name].assign_attrs(long_name=f"{text}, of the fitted curve")
     # (with too few falls the tail below them is not known, and the interval has no upper end: then there is none)
     known = np.isfinite(runs["rate_upper"])
     for end in ENDS:
         of_runs = runs[f"rate{end}"] if not end else runs[f"rate{end}"].where(known)
         rate = (of_runs * factor).transpose(*dims).assign_attrs(runs[f"rate{end}"].attrs)
-        found[f"rate{end}"] = rate
+        variables[f"rate{end}"] = rate
         chance = fitted[f"risk_probability{end}"]
         text = f"{chance.attrs['long_name']}, without a form of curve"
         values = probability_in(rate.values, risk.years)
-        found[f"risk_probability{end}"] = chance.copy(data=values).assign_attrs(long_name=text)
+        variables[f"risk_probability{end}"] = chance.copy(data=values).assign_attrs(long_name=text)
     for end in (LOWER, UPPER):
-        shifted = fitted[f"rate{end}"] * (found["rate"] / fitted["rate"]).transpose(*dims).values
-        found[f"rate{end}"] = shifted.assign_attrs(fitted[f"rate{end}"].attrs)
+        shifted = fitted[f"rate{end}"] * (variables["rate"] / fitted["rate"]).transpose(*dims).values
+        variables[f"rate{end}"] = shifted.assign_attrs(fitted[f"rate{end}"].attrs)
         given = fitted[f"risk_probability{end}"]
-        found[f"risk_probability{end}"] = given.copy(data=probability_in(shifted.values, risk.years))
+        variables[f"risk_probability{end}"] = given.copy(data=probability_in(shifted.values, risk.years))
     for name in OF_CURVE:
         attributes = fitted[name].attrs
-        found[name] = fitted[name].assign_attrs(long_name=f"{attributes['long_name']}, of the fitted curve")
+        variables[name] = fitted[name].assign_attrs(long_name=f"{attributes['long_name']}, of the fitted curve")
     samples = weighted_rate_samples(runs, fit.replicates, fit.seed, fit.state) * factor
-    sampled = xr.Dataset({"rate": found["rate"], "rate_sample": samples.transpose(*dims, "replicate")})
+    sampled = xr.Dataset({"rate": variables["rate"], "rate_sample": samples.transpose(*dims, "replicate")})
     if risk.along is not None:
         of_size = risk.size_of(sampled.assign_coords(runs[[risk.along]].coords), fit.confidence)
-        found |= {name: variable.assign_attrs(found[name].attrs) for name, variable in of_size.data_vars.items()}
+        variables |= {
+            name: variable.assign_attrs(variables[name].attrs) for name, variable in of_size.data_vars.items()
+        }
     if GAIN in fitted:
         compared = gains_of_rates(sampled, risk.years, blocks, fit.confidence)
         assert compared is not None  # (of the fitted rates there are ratios)
-        found |= compared.data_vars
-    said = [Fact("rate.form_free"), *_differing(runs)]
+        variables |= compared.data_vars
+    facts = [Fact("rate.form_free"), *_differing(runs)]
     if risk.hazard.weights is not None:
-        said.append(OF_THE_MEAN)
+        facts.append(OF_THE_MEAN)
     if fit.confidence != CONFIDENCE:
-        said.append(Fact("rate.form_free_confidence", CONFIDENCE))
-    return found, said
+        facts.append(Fact("rate.form_free_confidence", CONFIDENCE))
+    return variables, facts
 
 
 def modelling_factor(curves: xr.Dataset, risk: Risk, fit: Fit) -> xr.DataArray | float:
@@ -93,7 +95,7 @@ def modelling_factor(curves: xr.Dataset, risk: Risk, fit: Fit) -> xr.DataArray |
     if not fit.in_mean:
         return 1.0
     plain = curves.drop_vars([name for name in curves.data_vars if "replicate" in curves[name].dims])
-    with_it, without = (risk.rates(one, fit.confidence)["rate"] for one in (fit.modelled(plain), plain))
+    with_it, without = (risk.rates(of_curves, fit.confidence)["rate"] for of_curves in (fit.modelled(plain), plain))
     return with_it / without
 
 

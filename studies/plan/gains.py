@@ -29,15 +29,15 @@ def comparable(blocks: Sequence[Block]) -> dict[int, int]:
     bare = [replace(block, wall=None, restraint=None, mass=None, name=None) for block in blocks]
     # (backwards, so that the first of several that are alike is kept)
     free = {(bare[i], blocks[i].wall): i for i in reversed(range(len(blocks))) if blocks[i].restraint is None}
-    found: dict[int, int] = {}
+    pairs: dict[int, int] = {}
     for i, block in enumerate(blocks):
         without = None if block.restraint is None else free.get((bare[i], block.wall))
         same = bare[i] == bare[0] and (block.wall, block.restraint) != (blocks[0].wall, blocks[0].restraint)
         if without is not None:
-            found[i] = without
+            pairs[i] = without
         elif i and same:
-            found[i] = 0
-    return dict(list(found.items())[:MOST])
+            pairs[i] = 0
+    return dict(list(pairs.items())[:MOST])
 
 
 def gains(curves: xr.Dataset, risk: Risk, blocks: Sequence[Block], confidence: float) -> xr.Dataset | None:
@@ -45,9 +45,9 @@ def gains(curves: xr.Dataset, risk: Risk, blocks: Sequence[Block], confidence: f
     pairs = comparable(blocks)
     if not pairs:
         return None
-    those = sorted({*pairs, *pairs.values()})
+    compared = sorted({*pairs, *pairs.values()})
     mean = replace(risk, hazard=replace(risk.hazard, realisations=None, weights=None))
-    return gains_of_rates(mean.rates(curves.isel(block=those), confidence), risk.years, blocks, confidence)
+    return gains_of_rates(mean.rates(curves.isel(block=compared), confidence), risk.years, blocks, confidence)
 
 
 def gains_of_rates(rates: xr.Dataset, years: float, blocks: Sequence[Block], confidence: float) -> xr.Dataset | None:
@@ -55,25 +55,25 @@ def gains_of_rates(rates: xr.Dataset, years: float, blocks: Sequence[Block], con
     pairs = comparable(blocks)
     if not pairs or "rate_sample" not in rates:
         return None
-    those = sorted({*pairs, *pairs.values()})
-    if rates.sizes["block"] > len(those):
-        rates = rates.isel(block=those)
+    compared = sorted({*pairs, *pairs.values()})
+    if rates.sizes["block"] > len(compared):
+        rates = rates.isel(block=compared)
     dims = tuple(str(dim) for dim in rates["rate"].dims)
     chance = probability_in(rates["rate"].values, years)
     samples = probability_in(rates["rate_sample"].values, years).reshape(*chance.shape, -1)
     at = dims.index("block")
     runs = probability_in(rates[OF_RUNS].values, years) if OF_RUNS in rates else np.full(chance.shape, np.nan)
-    chance, samples, runs = (np.moveaxis(each, at, 0) for each in (chance, samples, runs))
-    found = np.full((3, len(blocks), *chance.shape[1:]), np.nan)
+    chance, samples, runs = (np.moveaxis(array, at, 0) for array in (chance, samples, runs))
+    ratios = np.full((3, len(blocks), *chance.shape[1:]), np.nan)
     for block, other in pairs.items():
         for where in np.ndindex(*chance.shape[1:]):
             (a, of_a, runs_a), (b, of_b, runs_b) = (
                 (float(chance[(k, *where)]), samples[(k, *where)], float(runs[(k, *where)]))
-                for k in map(those.index, (other, block))
+                for k in map(compared.index, (other, block))
             )
-            found[(slice(None), block, *where)] = ratio_of(a, b, of_a, of_b, confidence, (runs_a, runs_b))
+            ratios[(slice(None), block, *where)] = ratio_of(a, b, of_a, of_b, confidence, (runs_a, runs_b))
     text = f"chance in {years_text(years)} over that of the block compared with, under the same motions"
-    values = np.moveaxis(found, 1, 1 + at)
+    values = np.moveaxis(ratios, 1, 1 + at)
     return xr.Dataset(
         {
             f"{GAIN}{end}": (dims, value, {"units": DIMENSIONLESS, "long_name": f"{name}{text}"})

@@ -83,8 +83,10 @@ def with_class(given: Any) -> Any:
     """Return a table of a study file with the modelling uncertainty of its class if it has none of its own."""
     if not isinstance(given, dict) or "modelling_dispersion" in given:
         return given
-    own = piece_classes().get(str(given.get("modelling_class")))
-    return given if own is None or math.isnan(own.beta_m) else {**given, "modelling_dispersion": own.beta_m}
+    of_class = piece_classes().get(str(given.get("modelling_class")))
+    return (
+        given if of_class is None or math.isnan(of_class.beta_m) else {**given, "modelling_dispersion": of_class.beta_m}
+    )
 
 
 def class_notes(name: str | None) -> list[Fact]:

@@ -36,8 +36,8 @@ class Reading(NamedTuple):
         """Return the reading of motions, and of the generator that made them, which may miss a target or a scenario."""
         plain = [record for array in arrays for record in records(array)]
         if generator is not None:
-            found = cls._of_scenario(arrays, generator)._varied(plain)
-            return found._replace(doubts=(*record_doubts(plain), *found.doubts))
+            reading = cls._of_scenario(arrays, generator)._varied(plain)
+            return reading._replace(doubts=(*record_doubts(plain), *reading.doubts))
         missed = tuple(matching_doubts(arrays))
         if not any(record.recorded for record in plain):
             return cls((*record_doubts(plain), *missed))
@@ -46,15 +46,15 @@ class Reading(NamedTuple):
         if len(notes) == 1:
             lines = tuple(notes - {""})
         else:
-            lines = tuple(f"{record.label}: {note or 'none'}" for note, own in done for record in own)
+            lines = tuple(f"{record.label}: {note or 'none'}" for note, of_note in done for record in of_note)
         doubts = (*vertical_doubts(arrays), *record_doubts(plain), *filter_doubts(arrays), *missed)
-        found = cls(doubts, lines)
-        return found if any("floor" in array.dims for array in arrays) else found._varied(plain)
+        reading = cls(doubts, lines)
+        return reading if any("floor" in array.dims for array in arrays) else reading._varied(plain)
 
     def _varied(self, plain: Sequence[Record]) -> Self:
         """Return the reading with the variability of its motions, and the input warning on it."""
-        found = variability(plain)
-        return self._replace(variability=found, doubts=(*self.doubts, *_alike(found)))
+        varied = variability(plain)
+        return self._replace(variability=varied, doubts=(*self.doubts, *_alike(varied)))
 
     @classmethod
     def _of_scenario(cls, arrays: Sequence[xr.DataArray], generator: Generator) -> Self:
@@ -63,15 +63,15 @@ class Reading(NamedTuple):
         if at is None or sum(array.sizes["motion"] for array in arrays) < 2:
             return cls(tuple(doubts))
         try:
-            found = over_model(list(arrays), at)
+            compared = over_model(list(arrays), at)
         except ValueError:  # (a scenario beyond the range of the model has nothing to be held against)
             return cls(tuple(doubts))
-        ratios = found["ratio"].values
+        ratios = compared["ratio"].values
         spectrum = f"Sa(0.1–4 s) {min(ratios[2:]):.2f}–{max(ratios[2:]):.2f}"
         line = f"{at.text}: PGA {ratios[0]:.2f}, PGV {ratios[1]:.2f}, {spectrum} times the median of {MODEL}"
         far = [Doubt("scenario", f"the motions are not of the strength to be expected ({line})")]
         # A median of n motions varies by 1.25 times the dispersion over the root of n: few motions are far by chance.
-        spread = np.maximum(found["dispersion"].values, found["model_dispersion"].values)[:2]
+        spread = np.maximum(compared["dispersion"].values, compared["model_dispersion"].values)[:2]
         chance = 2.58 * 1.2533 * spread / math.sqrt(sum(array.sizes["motion"] for array in arrays))
         odd = bool((np.abs(np.log(ratios[:2])) > np.maximum(math.log(FAR), chance)).any())
         return cls(tuple(doubts), (), (line,), tuple(far if odd else ()))
@@ -80,21 +80,21 @@ class Reading(NamedTuple):
     def joined(cls, parts: Iterable[Reading]) -> Self:
         """Return the reading of several sets of motions, with each warning and line once."""
         every = list(parts)
-        varied = [one.variability for one in every if one.variability is not None]
+        varied = [reading.variability for reading in every if reading.variability is not None]
         joint = pooled(varied) if varied else None
         doubts = dict.fromkeys(doubt for part in every for doubt in part.doubts if doubt.kind != SPECTRA)
         lines = dict.fromkeys(line for part in every for line in part.processing)
         scenarios = dict.fromkeys(line for part in every for line in part.scenario)
-        far = dict.fromkeys(one for part in every for one in part.far)
+        far = dict.fromkeys(record for part in every for record in part.far)
         alike = () if joint is None else _alike(joint)
         storeys = dict.fromkeys(line for part in every for line in part.storeys)
         return cls((*doubts, *alike), tuple(lines), tuple(scenarios), tuple(far), joint, tuple(storeys))
 
 
-def _alike(found: Variability) -> tuple[Doubt, ...]:
-    if not found.narrow:
+def _alike(varied: Variability) -> tuple[Doubt, ...]:
+    if not varied.narrow:
         return ()
-    what = f"the motions have nearly one spectrum ({found.text}, {NATURAL})"
+    what = f"the motions have nearly one spectrum ({varied.text}, {NATURAL})"
     return (Doubt(SPECTRA, f"{what}: curves come out steeper and rates more certain than they are; {CURE}"),)
 
 

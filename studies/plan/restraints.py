@@ -47,22 +47,22 @@ def ruptures(
     counted = gathered(lambda part: overturning_probability(part, confidence), flags)
     held = xr.DataArray([block.restraint is not None for block in blocks], dims="block")
     text, percent = "probability that the restraint breaks", given_percent(confidence)
-    found = xr.Dataset()
+    shares = xr.Dataset()
     for end, name in ENDS.items():
         long_name = f"{end[1:]} end of the {percent} interval: {text}" if end else text
         attributes = {"units": DIMENSIONLESS, "long_name": long_name}
-        found[f"{BROKEN}{end}"] = counted[name].where(held).assign_attrs(attributes)
+        shares[f"{BROKEN}{end}"] = counted[name].where(held).assign_attrs(attributes)
     if hazard is None:
-        return found
-    levels = found["level"]
+        return shares
+    levels = shares["level"]
     design = design_level(levels.values, hazard)
     for end in ENDS:
-        given = found[f"{BROKEN}{end}"].transpose(..., "level")
+        given = shares[f"{BROKEN}{end}"].transpose(..., "level")
         there = given.isel(level=0, drop=True).copy(data=at_level(design, levels.values, given.values))
         long_name = f"{given.attrs['long_name']}, under the shaking that is exceeded with 10 % in 50 years"
-        found[f"{AT_DESIGN}{end}"] = there.assign_attrs(units=DIMENSIONLESS, long_name=long_name)
+        shares[f"{AT_DESIGN}{end}"] = there.assign_attrs(units=DIMENSIONLESS, long_name=long_name)
     name = f"level that is exceeded with a probability of 10 % in 50 years: {levels.attrs.get('long_name', 'level')}"
-    return found.assign_coords({DESIGN: ((), np.float64(design), {"units": levels.attrs["units"], "long_name": name})})
+    return shares.assign_coords({DESIGN: ((), np.float64(design), {"units": levels.attrs["units"], "long_name": name})})
 
 
 def needed_strengths(
@@ -94,10 +94,10 @@ def needed_strengths(
             needed[i, j] = _ends(of_block, targets[i])[1]
             tried[:, i, j, : len(of_block)] = np.array(sorted(of_block.items())).T
     text = "strength above which all tested strengths of the restraint keep the chance to target_chance"
-    each, trials = ("block", "model"), ("block", "model", "trial")
+    of_cases, trials = ("block", "model"), ("block", "model", "trial")
     return xr.Dataset(
         {
-            NEEDED: (each, needed, {"units": NEWTON, "long_name": f"least {text}; inf: none does"}),
+            NEEDED: (of_cases, needed, {"units": NEWTON, "long_name": f"least {text}; inf: none does"}),
             TRIED: (trials, tried[0], {"units": NEWTON, "long_name": "tested strengths, weakest first, then NaN"}),
             CHANCE: (trials, tried[1], {"units": DIMENSIONLESS, "long_name": "chance with each, NaN if not known"}),
         },

@@ -94,7 +94,7 @@ class Risk:
         `highest` and `lowest` are the ends of the levels of the runs, in the measure of the curves, SI.
         """
         rates = self._slab_by_slab(curves, confidence, telling)
-        found = rates.drop_vars("rate_sample", errors="ignore").rename(
+        results = rates.drop_vars("rate_sample", errors="ignore").rename(
             {old: new for old, new in RISK_NAMES.items() if old in rates}
         )
         dims = rates["rate"].dims
@@ -112,18 +112,20 @@ class Risk:
         rare = self.hazard.rate_at(_levels_of(curves, highest), self.below, self.above)
         above = xr.zeros_like(rates["rate"]) + xr.DataArray(rare, dims=["block"] * np.ndim(rare))
         text = "annual rate of shaking above the highest that was run"
-        found = found.assign({EXCEEDED: (dims, above.transpose(*dims).values, {"units": PER_YEAR, "long_name": text})})
-        found = found.assign(
+        results = results.assign(
+            {EXCEEDED: (dims, above.transpose(*dims).values, {"units": PER_YEAR, "long_name": text})}
+        )
+        results = results.assign(
             {
-                name: (dims, one.transpose(*dims).values.clip(0.0, 1.0), {"units": DIMENSIONLESS, "long_name": text})
-                for name, (one, text) in of_levels.items()
+                name: (dims, level.transpose(*dims).values.clip(0.0, 1.0), {"units": DIMENSIONLESS, "long_name": text})
+                for name, (level, text) in of_levels.items()
             }
         )
         if self.along is not None:
-            found = found.merge(self.size_of(rates, confidence), compat="override").assign_attrs(
-                found.attrs, size_along=self.along, size_probability=self.target
+            results = results.merge(self.size_of(rates, confidence), compat="override").assign_attrs(
+                results.attrs, size_along=self.along, size_probability=self.target
             )
-        return worded(found, state_name(state))
+        return worded(results, state_name(state))
 
     def size_of(self, rates: xr.Dataset, confidence: float) -> xr.Dataset:
         """Return the size `along` that meets the target, under the names that it has in results."""
@@ -138,10 +140,10 @@ class Risk:
         run = levels_run(curves)[0], float(np.max(highest))
         ends = next((end for key, end in (("ida", "level"), ("stripes", "stripe")) if key in study), "motion")
         cures = other_levels(study, False, run), other_levels(study, True, run)
-        said = [] if self.along is None else family_notes(curves, self.along)
+        facts = [] if self.along is None else family_notes(curves, self.along)
         settled = _at_level(without_replicates(curves), highest)
         known = float(self.hazard.levels[0]), float(self.hazard.levels[-1])
-        return said + rate_notes(rates, settled, known, cures, ends, self.hazard.of_formula)
+        return facts + rate_notes(rates, settled, known, cures, ends, self.hazard.of_formula)
 
     def beyond(self, curves: xr.Dataset, highest: xr.DataArray | float) -> xr.DataArray:
         """Return the largest share of each rate outside the hazard curve, or above `highest` unless known there."""
@@ -149,8 +151,8 @@ class Risk:
         rates = self.rates(plain, 0.9)
         settled = _at_level(plain, highest)
         extrapolated = self._beyond(plain, highest).where(settled < SETTLED, 0.0)
-        found = xr.concat([rates["share_below"], rates["share_above"], extrapolated], "part", coords="minimal")
-        return found.max("part").fillna(0.0)
+        shares = xr.concat([rates["share_below"], rates["share_above"], extrapolated], "part", coords="minimal")
+        return shares.max("part").fillna(0.0)
 
     def rates(self, curves: xr.Dataset, confidence: float, outside: str = OUTSIDE) -> xr.Dataset:
         """Compute the rates of curves under the names of `annual_rate`; NaN if the rule MOST gives an infinite rate."""
@@ -159,16 +161,16 @@ class Risk:
             rules = {"below": self.below, "above": self.above, "outside": rule}
             return annual_rate(curves, self.hazard, self.years, confidence=confidence, **rules)
 
-        found = under(outside)
-        known = ~np.isinf(found["rate"])
+        rates = under(outside)
+        known = ~np.isinf(rates["rate"])
         if known.all():
-            return found
+            return rates
         least = under(LEAST)
         for name in ("rate", "probability"):
-            found[name] = found[name].where(known)
-            if f"{name}_lower" in found:
-                found[f"{name}_lower"] = found[f"{name}_lower"].where(known, least[f"{name}_lower"])
-        return found
+            rates[name] = rates[name].where(known)
+            if f"{name}_lower" in rates:
+                rates[f"{name}_lower"] = rates[f"{name}_lower"].where(known, least[f"{name}_lower"])
+        return rates
 
     def modelling_range(
         self, curves: xr.Dataset, modelling: float, rate: Array | None = None
@@ -181,8 +183,8 @@ class Risk:
         ends = [rates_alone(curves, seen_by(self.hazard, factor), *rules) for factor in capacity_factors(modelling)]
         (dims, *_), rates = zip(*((dims, bounded(rates)) for dims, rates in ends), strict=True)
         if rate is not None:
-            own = rates_alone(curves, self.hazard, *rules)[1]
-            factor = np.divide(rate, own, out=np.ones(own.shape), where=own > 0.0)
+            unshifted = rates_alone(curves, self.hazard, *rules)[1]
+            factor = np.divide(rate, unshifted, out=np.ones(unshifted.shape), where=unshifted > 0.0)
             rates = tuple(factor * end for end in rates)
         chances = [probability_in(rate, self.years) for rate in rates]
         return {
@@ -249,11 +251,11 @@ def worded(rates: xr.Dataset, state: str) -> xr.Dataset:
     name, verb = state_name(OVERTURNED), verb_of(state_name(OVERTURNED))
     if state == name:
         return rates
-    found = rates.copy()
-    for one in (*found.data_vars, *found.coords):
-        text = str(found[one].attrs.get("long_name", ""))
-        found[one].attrs["long_name"] = text.replace(f"that {verb}", f"that {verb_of(state)}").replace(name, state)
-    return found
+    named = rates.copy()
+    for name_of in (*named.data_vars, *named.coords):
+        text = str(named[name_of].attrs.get("long_name", ""))
+        named[name_of].attrs["long_name"] = text.replace(f"that {verb}", f"that {verb_of(state)}").replace(name, state)
+    return named
 
 
 def bounded(rates: Array) -> Array:
@@ -263,5 +265,5 @@ def bounded(rates: Array) -> Array:
 
 def risk_of(results: xr.Dataset) -> xr.Dataset:
     """Return the rates held by a study's results, under the names that `toppling.annual_rate` gives them."""
-    own = results.drop_vars([name for name in RISK_NAMES if name in results])
-    return own.rename({new: old for old, new in RISK_NAMES.items() if new in own})
+    kept = results.drop_vars([name for name in RISK_NAMES if name in results])
+    return kept.rename({new: old for old, new in RISK_NAMES.items() if new in kept})

@@ -56,15 +56,15 @@ def screen_samples(
     if undecided > 0.0:
         chosen = choose_motions(len(plain), undecided)
         flags = overturned.transpose("sample", "model", "level", "motion").values
-        near = [one for one, is_in in zip(plain, chosen, strict=True) if is_in]
+        near = [pair for pair, is_in in zip(plain, chosen, strict=True) if is_in]
         counts = runner.array((*flags.shape[:3], len(near)), np.int8)
         done, every = 0, samples_perturbed_runs(pairs, design, undecided)
         for at in _alike(pairs):
             rows = [pairs[i] for i in at]
 
             def flags_of(part: slice, at: Index = at) -> Flags:
-                own: Flags = flags[at[part]][..., chosen]
-                return own
+                of_part: Flags = flags[at[part]][..., chosen]
+                return of_part
 
             def told(n: int, _: int, done: int = done) -> None:
                 if progress is not None:
@@ -82,15 +82,15 @@ def samples_perturbed_runs(pairs: Sequence[Sequence[tuple[Block, Law]]], design:
     if undecided == 0.0:
         return 0
     chosen = int(choose_motions(design.shakes, undecided).sum())
-    each = sum(2 if law.restitution(one) is None else 4 for row in pairs for one, law in row)
-    return each * chosen * (design.runs // design.shakes) * design.about
+    per_motion = sum(2 if law.restitution(block) is None else 4 for row in pairs for block, law in row)
+    return per_motion * chosen * (design.runs // design.shakes) * design.about
 
 
 def _alike(pairs: Sequence[Sequence[tuple[Block, Law]]]) -> list[Index]:
     """Return the positions of the samples in groups that have laws of the same kinds."""
     groups: dict[tuple[tuple[type[Law], bool], ...], list[int]] = {}
     for i, row in enumerate(pairs):
-        groups.setdefault(tuple((type(law), oscillator_of(one, law).exact) for one, law in row), []).append(i)
+        groups.setdefault(tuple((type(law), oscillator_of(block, law).exact) for block, law in row), []).append(i)
     return [np.array(at) for at in groups.values()]
 
 
@@ -103,12 +103,18 @@ def _factors_of(factors: Factors, samples: Index, motions: Flags) -> Factors:
 
 def joined_screens(parts: Sequence[xr.Dataset], models: xr.DataArray) -> xr.Dataset:
     """Return the screens of several blocks as one, on block and model."""
-    found = xr.concat(parts, "block", data_vars="minimal", coords="minimal", compat="equals", combine_attrs="override")
+    screens = xr.concat(
+        parts, "block", data_vars="minimal", coords="minimal", compat="equals", combine_attrs="override"
+    )
     settings = [json.loads(part.attrs["screen"]) for part in parts]
-    told = dict(settings[0])
-    if told["friction"] is not None:
-        told["friction"] = {label: one for setting in settings for label, one in setting["friction"].items()}
-    return found.assign_coords(model=models.variable).assign_attrs(screen=json.dumps(told, ensure_ascii=False))
+    settings_of_all = dict(settings[0])
+    if settings_of_all["friction"] is not None:
+        settings_of_all["friction"] = {
+            label: friction for setting in settings for label, friction in setting["friction"].items()
+        }
+    return screens.assign_coords(model=models.variable).assign_attrs(
+        screen=json.dumps(settings_of_all, ensure_ascii=False)
+    )
 
 
 QUANTILES = (0.05, 0.5, 0.95)
@@ -121,8 +127,8 @@ def summary(runs: xr.Dataset, fit: Fit) -> xr.Dataset:
     """Compute probabilities with their spread over samples, and shares of the variance of flags and capacities."""
     probability = overturning_probability(runs, fit.confidence)["probability"]
     alone = [dim for dim in FACTORS if runs.sizes[dim] == 1]
-    told = [dim for dim in FACTORS if dim not in alone]
-    flags = gathered(lambda part: variance_shares(part["overturned"].squeeze(alone), told), runs, ("level",))
+    varied = [dim for dim in FACTORS if dim not in alone]
+    flags = gathered(lambda part: variance_shares(part["overturned"].squeeze(alone), varied), runs, ("level",))
     dataset = xr.Dataset(
         {
             "probability": probability.mean("sample").assign_attrs(
@@ -145,13 +151,13 @@ def summary(runs: xr.Dataset, fit: Fit) -> xr.Dataset:
 def fitted(runs: xr.Dataset, fit: Fit) -> xr.Dataset:
     """Fit the curve of every sample: median and dispersion on (model, sample)."""
     data = runs if fit.method != "binomial" else overturning_probability(runs, fit.confidence)
-    found = gathered(
+    fits = gathered(
         lambda part: fit_fragility(part, form=fit.form, method=fit.method, penalty=fit.penalty, intervals=WALD),
         data,
         ("model", "sample"),
     )
     names = {"median": "median of each sample", "dispersion": "dispersion of each sample"}
-    return found[list(names)].assign({name: found[name].assign_attrs(long_name=text) for name, text in names.items()})
+    return fits[list(names)].assign({name: fits[name].assign_attrs(long_name=text) for name, text in names.items()})
 
 
 def pooled_curves(runs: xr.Dataset, fit: Fit, keep: bool) -> xr.Dataset:
@@ -165,33 +171,35 @@ def pooled_curves(runs: xr.Dataset, fit: Fit, keep: bool) -> xr.Dataset:
 def yearly(
     risk: Risk,
     pooled: xr.Dataset,
-    own: xr.Dataset,
+    of_samples: xr.Dataset,
     highest: xr.DataArray | float,
     lowest: xr.DataArray | float,
     confidence: float,
 ) -> xr.Dataset:
-    """Compute rates of all samples (`pooled`) and each (`own`); chances in years are means of 1 - exp(-rate years)."""
-    each = risk.rates(own, confidence)["rate"]
+    """Compute rates of all samples (`pooled`) and each (`of_samples`); chances are means of 1 - exp(-rate years)."""
+    rates = risk.rates(of_samples, confidence)["rate"]
     text = "annual rate of overturning"
-    chance = each.copy(data=probability_in(each.values, risk.years))
-    found = {
-        "sample_rate": each.assign_attrs(units=PER_YEAR, long_name=f"{text} of each sample"),
-        "sample_rate_mean": each.mean("sample").assign_attrs(
+    chance = rates.copy(data=probability_in(rates.values, risk.years))
+    variables = {
+        "sample_rate": rates.assign_attrs(units=PER_YEAR, long_name=f"{text} of each sample"),
+        "sample_rate_mean": rates.mean("sample").assign_attrs(
             units=PER_YEAR, long_name=f"mean over samples of the {text}"
         ),
-        "sample_rate_quantile": _quantiles(each, PER_YEAR, text),
+        "sample_rate_quantile": _quantiles(rates, PER_YEAR, text),
         "sample_risk_probability_mean": chance.mean("sample").assign_attrs(
             units=DIMENSIONLESS,
             long_name=f"mean over samples of the probability of overturning in {years_text(risk.years)}",
         ),
     }
-    return risk.of(pooled, confidence, highest, lowest=lowest).assign(found)
+    return risk.of(pooled, confidence, highest, lowest=lowest).assign(variables)
 
 
 def _quantiles(values: xr.DataArray, units: str, text: str) -> xr.DataArray:
     with warnings.catch_warnings():  # where no sample has a value there is none
         warnings.filterwarnings("ignore", "All-NaN", RuntimeWarning)
-        found = values.quantile(list(QUANTILES), "sample")
-    found = found.assign_attrs(units=units, long_name=f"quantile over samples of the {text}")
-    found["quantile"] = found["quantile"].assign_attrs(units=DIMENSIONLESS, long_name="probability of the quantile")
-    return found
+        quantiles = values.quantile(list(QUANTILES), "sample")
+    quantiles = quantiles.assign_attrs(units=units, long_name=f"quantile over samples of the {text}")
+    quantiles["quantile"] = quantiles["quantile"].assign_attrs(
+        units=DIMENSIONLESS, long_name="probability of the quantile"
+    )
+    return quantiles

@@ -42,22 +42,22 @@ def selection_variables(reports: Sequence[xr.Dataset], motions: Sequence[Sequenc
         [report.drop_vars("unit") for report in reports], "stripe", join="outer", combine_attrs="override"
     )
     names = [str(value) for value in joined["measure"].values]
-    found: dict[str, xr.Variable] = {}
+    variables: dict[str, xr.Variable] = {}
     for name in _BY_MEASURE:
         given = joined[name]
         values = given.values if given.dtype == bool else given.values.astype(float)
         units = SI if name in ("target_median", "median") else DIMENSIONLESS
-        found[PREFIX + name] = xr.Variable((STRIPE, MEASURE), values, {**given.attrs, "units": units})
+        variables[PREFIX + name] = xr.Variable((STRIPE, MEASURE), values, {**given.attrs, "units": units})
     for name, text in _BY_STRIPE.items():
         values = np.array([float(report.attrs[name]) for report in reports])
-        found[PREFIX + name] = xr.Variable(STRIPE, values, {"units": DIMENSIONLESS, "long_name": text})
-    consistent = found[PREFIX + "consistent"]
-    found[PREFIX + "consistent"] = consistent.copy(data=consistent.values > 0.0)
+        variables[PREFIX + name] = xr.Variable(STRIPE, values, {"units": DIMENSIONLESS, "long_name": text})
+    consistent = variables[PREFIX + "consistent"]
+    variables[PREFIX + "consistent"] = consistent.copy(data=consistent.values > 0.0)
     shared = {"units": DIMENSIONLESS, "long_name": "share of the set that is in the set of the level below"}
-    found[PREFIX + "shared"] = xr.Variable(STRIPE, _shared(motions), shared)
+    variables[PREFIX + "shared"] = xr.Variable(STRIPE, _shared(motions), shared)
     about = {"units": SI, "long_name": reports[0].attrs["given"]}
     return xr.Dataset(
-        found,
+        variables,
         coords={
             STRIPE: (STRIPE, levels, about),
             MEASURE: (MEASURE, names, {"units": DIMENSIONLESS, "long_name": "measure of the motions"}),
@@ -75,19 +75,21 @@ def _shared(motions: Sequence[Sequence[xr.DataArray]]) -> list[float]:
     return [float("nan"), *(len(low & high) / len(high) for low, high in pairwise(names))]
 
 
-def selection_notes(found: xr.Dataset) -> list[Fact]:
+def selection_notes(selections: xr.Dataset) -> list[Fact]:
     """Return notes on a study's selections: their agreement, and properties that were not required."""
-    given = str(found[STRIPE].attrs["long_name"])
-    n = found.sizes[STRIPE]
-    said = [Fact("selection.agreement", int(found[PREFIX + "consistent"].sum()), names=(given,), more={"stripes": n})]
-    bias = found[PREFIX + "bias"]
+    given = str(selections[STRIPE].attrs["long_name"])
+    n = selections.sizes[STRIPE]
+    facts = [
+        Fact("selection.agreement", int(selections[PREFIX + "consistent"].sum()), names=(given,), more={"stripes": n})
+    ]
+    bias = selections[PREFIX + "bias"]
     free = [name for name in ALWAYS if bool(np.isnan(bias.sel({MEASURE: name})).all()) and name != given]
     if free:
-        said.append(Fact("selection.target_silent", names=tuple(free)))
-    share = float(found[PREFIX + "shared"].max()) if n > 1 else 0.0
+        facts.append(Fact("selection.target_silent", names=tuple(free)))
+    share = float(selections[PREFIX + "shared"].max()) if n > 1 else 0.0
     if share > 0.0:
-        said.append(Fact("selection.shared_motions", share))
-    bounded = int(found[PREFIX + "factors_at_a_bound"].sum())
+        facts.append(Fact("selection.shared_motions", share))
+    bounded = int(selections[PREFIX + "factors_at_a_bound"].sum())
     if bounded:
-        said.append(Fact("selection.factors_bounded", bounded))
-    return said
+        facts.append(Fact("selection.factors_bounded", bounded))
+    return facts

@@ -122,29 +122,33 @@ class Slides:
                 near.append(self._falls(slid, rocking, fit, risk))
             del rocking, slid  # before the runs of the next block exist
             client.tell("slips", k + 1, len(free))
-        found = self.chances(blocks, in_plane(runs))
+        results = self.chances(blocks, in_plane(runs))
         if tripped:
             near_by = [self.trip_of(block) if is_free(block) else None for block in blocks]
             distances = [math.nan if at is None else at for at in near_by]
-            found[TRIP_DISTANCE] = "block", distances, {"units": METRE, "long_name": "distance to an obstacle, or NaN"}
+            results[TRIP_DISTANCE] = (
+                "block",
+                distances,
+                {"units": METRE, "long_name": "distance to an obstacle, or NaN"},
+            )
         for some in filter(None, (parts, near, tripped)):
-            own = xr.concat(some, "block", coords="minimal", compat="override").reindex(block=runs["block"].values)
-            found = found.merge(own, compat="override", join="exact")
+            of_free = xr.concat(some, "block", coords="minimal", compat="override").reindex(block=runs["block"].values)
+            results = results.merge(of_free, compat="override", join="exact")
         if near and risk is not None:
-            found = found.merge(_either(found, falls, risk.years), compat="override", join="exact")
-            found = found.drop_vars([f"{MORE_RATE}{end}" for end in ENDS], errors="ignore")
-        found = found.assign(gated(found[INSTEAD], falls))
-        return found.assign_attrs({SLIDES_ON: sorted(cut)} if cut else {})
+            results = results.merge(_either(results, falls, risk.years), compat="override", join="exact")
+            results = results.drop_vars([f"{MORE_RATE}{end}" for end in ENDS], errors="ignore")
+        results = results.assign(gated(results[INSTEAD], falls))
+        return results.assign_attrs({SLIDES_ON: sorted(cut)} if cut else {})
 
     def chances(self, blocks: Sequence[Block], plane: bool) -> xr.Dataset:
         """Return the chances of the friction itself (`of`) on block, NaN for blocks that are held or uneven."""
-        found = np.full((2, len(blocks)), np.nan)
+        chances = np.full((2, len(blocks)), np.nan)
         for i in free_of(blocks):
             friction, level = self.friction_of(blocks[i]), blocks[i].b / blocks[i].h
-            found[:, i] = friction.below(np.array(level)), near_uplift(friction, [blocks[i]], plane)[0]
+            chances[:, i] = friction.below(np.array(level)), near_uplift(friction, [blocks[i]], plane)[0]
         slides = _said("chance of a friction with which the block slides, never rocks")
         return xr.Dataset(
-            {INSTEAD: ("block", found[0], slides), NEAR: ("block", found[1], _said(of_near(plane)))},
+            {INSTEAD: ("block", chances[0], slides), NEAR: ("block", chances[1], _said(of_near(plane)))},
             coords={"block": np.array([block.label for block in blocks], dtype=object)},
         )
 
@@ -164,33 +168,37 @@ class Slides:
         states = [Slip(distance) for distance in self.distances]
         slid = runs.assign(overturned=runs["mode"] == Mode.SLIDES)
         share = overturning_probability(slid, fit.confidence)["probability"].isel(model=0, drop=True)
-        found = {SHARE: bare(share).assign_attrs(_said("probability that the block slides"))}
+        variables = {SHARE: bare(share).assign_attrs(_said("probability that the block slides"))}
         observed = [overturning_probability(runs, fit.confidence, state) for state in states]
         for end, old in zip(ENDS, ("probability", "lower", "upper"), strict=True):
-            found[f"{SLIP}{end}"] = _stacked([one[old] for one in observed], "probability of a greater slip", end)
+            variables[f"{SLIP}{end}"] = _stacked(
+                [shares[old] for shares in observed], "probability of a greater slip", end
+            )
         if risk is not None:
             curves = [self._curve(runs, state, fit) for state in states]
             rates = [risk.rates(curve, fit.confidence) for curve in curves]
             for end in ENDS:
                 if all(f"rate{end}" in rate for rate in rates):
-                    each = [rate[f"rate{end}"] for rate in rates]
-                    found[f"{SLIP_RATE}{end}"] = _stacked(each, "annual rate of a greater slip", end)
+                    of_slips = [rate[f"rate{end}"] for rate in rates]
+                    variables[f"{SLIP_RATE}{end}"] = _stacked(of_slips, "annual rate of a greater slip", end)
         slip = xr.Variable("slip", list(self.distances), {"units": METRE, "long_name": "slip that is exceeded"})
-        return xr.Dataset(found).drop_vars("model", errors="ignore").assign_coords(slip=slip)
+        return xr.Dataset(variables).drop_vars("model", errors="ignore").assign_coords(slip=slip)
 
     def _trips(self, runs: xr.Dataset, fit: Fit, risk: Risk | None) -> xr.Dataset:
         """Return the chances of one block to trip over the obstacle near it."""
         chance = overturning_probability(runs, fit.confidence, TRIPS).isel(model=0, drop=True)
         text = "that the block slides into an obstacle, fast enough to turn over it"
-        found = {}
+        variables = {}
         for end, old in zip(ENDS, ("probability", "lower", "upper"), strict=True):
-            found[f"{TRIP}{end}"] = _named(chance[old], f"probability {text}", end)
+            variables[f"{TRIP}{end}"] = _named(chance[old], f"probability {text}", end)
         if risk is not None:
             rates = risk.rates(self._curve(runs, TRIPS, fit), fit.confidence).isel(model=0, drop=True)
             for end in ENDS:
                 if f"rate{end}" in rates:
-                    found[f"{TRIP_RATE}{end}"] = _named(rates[f"rate{end}"], f"annual rate at which {text[5:]}", end)
-        return xr.Dataset(found)
+                    variables[f"{TRIP_RATE}{end}"] = _named(
+                        rates[f"rate{end}"], f"annual rate at which {text[5:]}", end
+                    )
+        return xr.Dataset(variables)
 
     def _falls(self, runs: xr.Dataset, rocking: xr.Dataset, fit: Fit, risk: Risk | None) -> xr.Dataset:
         """Return chances of a block near an edge to fall off, and to fall at all; `more_rate`: the rise of its rate."""
@@ -206,25 +214,25 @@ class Slides:
         laws = rocking["model"].values
         either = overturned.values | runs[FALLEN_OFF].values
         both = overturning_probability(with_flags(either, laws), fit.confidence)
-        found = {}
+        variables = {}
         for end, old in zip(ENDS, ("probability", "lower", "upper"), strict=True):
-            found[f"{FALL_OFF}_probability{end}"] = _named(off[old], f"probability of {OFF}", end)
-            found[f"{FALLS}_probability{end}"] = _named(both[old], f"probability of {EITHER}", end)
+            variables[f"{FALL_OFF}_probability{end}"] = _named(off[old], f"probability of {OFF}", end)
+            variables[f"{FALLS}_probability{end}"] = _named(both[old], f"probability of {EITHER}", end)
         if risk is not None:
             rates = risk.rates(self._curve(runs, FALLEN_OFF, fit), fit.confidence).isel(model=0, drop=True)
             pairs = [*(f"{law}, either" for law in laws), *(f"{law}, alone" for law in laws)]
             flags = np.concatenate([either, overturned.values], axis=overturned.dims.index("model"))
             curves = self._curve(with_flags(flags, np.array(pairs, dtype=object)), OVERTURNED, fit)
             high, low = (
-                risk.rates(curves.isel(model=here), fit.confidence, rule).assign_coords(model=laws)
-                for here, rule in ((slice(None, len(laws)), MOST), (slice(len(laws), None), LEAST))
+                risk.rates(curves.isel(model=part), fit.confidence, rule).assign_coords(model=laws)
+                for part, rule in ((slice(None, len(laws)), MOST), (slice(len(laws), None), LEAST))
             )
             raised = _difference(high, low, fit.confidence)
             for end in ENDS:
                 if f"rate{end}" in rates:
-                    found[f"{FALL_OFF}_rate{end}"] = _named(rates[f"rate{end}"], f"annual rate of {OFF}", end)
-                    found[f"{MORE_RATE}{end}"] = raised[f"rate{end}"]
-        return xr.Dataset(found)
+                    variables[f"{FALL_OFF}_rate{end}"] = _named(rates[f"rate{end}"], f"annual rate of {OFF}", end)
+                    variables[f"{MORE_RATE}{end}"] = raised[f"rate{end}"]
+        return xr.Dataset(variables)
 
     def _curve(self, runs: xr.Dataset, state: State, fit: Fit) -> xr.Dataset:
         """Return the curve of a slip or a fall, which need not rise to 1: a block with much friction never slides."""
@@ -247,7 +255,7 @@ def free_of(blocks: Sequence[Block]) -> list[int]:
 def gated(slides: xr.DataArray, falls: Mapping[str, xr.DataArray]) -> dict[str, xr.Variable]:
     """Return ``gated_probability`` and ``gated_rate`` (`Slides.of`) of the results on falls."""
     rocks = 1.0 - slides.variable
-    found = {}
+    variables = {}
     for name, ungated, text, units in (
         (GATED, "probability", "probability of overturning where blocks slide instead", DIMENSIONLESS),
         (GATED_RATE, "rate", "annual rate of overturning where blocks slide instead", PER_YEAR),
@@ -255,22 +263,22 @@ def gated(slides: xr.DataArray, falls: Mapping[str, xr.DataArray]) -> dict[str, 
         if ungated in falls:
             dims = falls[ungated].dims
             values = (falls[ungated].variable * rocks).transpose(*dims)
-            found[name] = xr.Variable(dims, values.values, {"units": units, "long_name": text})
-    return found
+            variables[name] = xr.Variable(dims, values.values, {"units": units, "long_name": text})
+    return variables
 
 
-def _either(found: xr.Dataset, falls: Mapping[str, xr.DataArray], years: float) -> xr.Dataset:
+def _either(results: xr.Dataset, falls: Mapping[str, xr.DataArray], years: float) -> xr.Dataset:
     """Return the rate of either fall, and chances of both in years: ends are of two quantities that grow together."""
     never = (falls["probability"] == 0.0).all("level")  # (then the rate of overturning counts as 0)
     more: dict[str, xr.DataArray] = {}
     for end in ENDS:
-        if f"{MORE_RATE}{end}" not in found or f"rate{end}" not in falls:
+        if f"{MORE_RATE}{end}" not in results or f"rate{end}" not in falls:
             continue
         plain = falls[f"rate{end}"].where(~never, 0.0)
-        rate = (plain + found[f"{MORE_RATE}{end}"].variable).transpose(*plain.dims).assign_attrs(units=PER_YEAR)
+        rate = (plain + results[f"{MORE_RATE}{end}"].variable).transpose(*plain.dims).assign_attrs(units=PER_YEAR)
         more[f"{FALLS}_rate{end}"] = _named(rate, f"annual rate of {EITHER}", end)
         for name, text in ((FALL_OFF, OFF), (FALLS, EITHER)):
-            of = more[f"{FALLS}_rate{end}"] if name == FALLS else found[f"{FALL_OFF}_rate{end}"]
+            of = more[f"{FALLS}_rate{end}"] if name == FALLS else results[f"{FALL_OFF}_rate{end}"]
             chance = of.copy(data=probability_in(of.values, years)).assign_attrs(units=DIMENSIONLESS)
             more[f"{name}_risk_probability{end}"] = _named(chance, f"probability of {text} in {years_text(years)}", end)
     return xr.Dataset(more)
@@ -279,16 +287,22 @@ def _either(found: xr.Dataset, falls: Mapping[str, xr.DataArray], years: float) 
 def _difference(high: xr.Dataset, low: xr.Dataset, confidence: float) -> dict[str, xr.DataArray]:
     """Return the difference of two rates, at least 0, with its interval over their common samples."""
     dims = high["rate"].dims
-    found = {"rate": (high["rate"] - low["rate"]).clip(0.0)}
+    rates = {"rate": (high["rate"] - low["rate"]).clip(0.0)}
     if "rate_sample" in high and "rate_sample" in low:
         samples = (high["rate_sample"] - low["rate_sample"]).clip(0.0)
         weights = (
             None if "weight" not in high.coords else np.tile(high["weight"].values, samples.sizes.get("replicate", 1))
         )
-        values = samples.transpose(*dims, *(one for one in ("replicate", "realisation") if one in samples.dims)).values
+        values = samples.transpose(*dims, *(dim for dim in ("replicate", "realisation") if dim in samples.dims)).values
         ends = percentile_interval(values.reshape(*high["rate"].shape, -1), confidence, weights)
-        found |= {f"rate{end}": found["rate"].copy(data=one) for end, one in zip(ENDS[1:], ends[:2], strict=True)}
-    return {name: bare(one).assign_attrs(units=PER_YEAR, long_name="raise of the rate") for name, one in found.items()}
+        rates |= {
+            f"rate{end}": rates["rate"].copy(data=end_values)
+            for end, end_values in zip(ENDS[1:], ends[:2], strict=True)
+        }
+    return {
+        name: bare(values_of).assign_attrs(units=PER_YEAR, long_name="raise of the rate")
+        for name, values_of in rates.items()
+    }
 
 
 def in_plane(runs: xr.Dataset) -> bool:
@@ -299,11 +313,11 @@ def in_plane(runs: xr.Dataset) -> bool:
 def near_uplift(friction: Friction, blocks: Sequence[Block], plane: bool) -> Array:
     """Return the chance (block,) of a friction between b/h and 1.3 b/h; in the plane along the width or the depth."""
     width = np.array([block.b / block.h for block in blocks])
-    found: Array = friction.below(BAND * width) - friction.below(width)
+    chance: Array = friction.below(BAND * width) - friction.below(width)
     if plane:
         depth = np.array([0.5 * (block.depth or block.width) / block.h for block in blocks])
-        found = found + friction.below(BAND * depth) - friction.below(np.clip(BAND * width, depth, BAND * depth))
-    return found
+        chance = chance + friction.below(BAND * depth) - friction.below(np.clip(BAND * width, depth, BAND * depth))
+    return chance
 
 
 def of_near(plane: bool) -> str:
@@ -312,19 +326,21 @@ def of_near(plane: bool) -> str:
 
 
 def slide_notes(
-    found: xr.Dataset, blocks: Sequence[Block], motions: Sequence[str] = (), plane: bool = False
+    results: xr.Dataset, blocks: Sequence[Block], motions: Sequence[str] = (), plane: bool = False
 ) -> list[Fact]:
     """Return the limits of the results on sliding."""
-    on = np.isin(np.arange(len(motions)), found.attrs.get(SLIDES_ON, []))
-    said = doubted(doubt.sentence for doubt in end_doubts(on, motions))
-    if TRIP in found:
-        said.append(Fact("sliding.trip_criterion"))
+    on = np.isin(np.arange(len(motions)), results.attrs.get(SLIDES_ON, []))
+    facts = doubted(doubt.sentence for doubt in end_doubts(on, motions))
+    if TRIP in results:
+        facts.append(Fact("sliding.trip_criterion"))
     if plane and any(map(is_free, blocks)):
-        said.append(Fact("sliding.in_plane"))
+        facts.append(Fact("sliding.in_plane"))
     near = [
-        str(value) for value, chance in zip(found["block"].values, found[NEAR].values, strict=True) if chance > LARGE
+        str(value)
+        for value, chance in zip(results["block"].values, results[NEAR].values, strict=True)
+        if chance > LARGE
     ]
-    chance = float(np.fmax.reduce(found[NEAR].values, initial=0.0))
+    chance = float(np.fmax.reduce(results[NEAR].values, initial=0.0))
     for what, value, named in (
         ("sliding.held", math.nan, [block.label for block in blocks if not is_free(block)]),
         ("sliding.friction_near_uplift", chance, near),
@@ -335,8 +351,8 @@ def slide_notes(
         ),
     ):
         if named:
-            said.append(Fact(what, value, names=tuple(named), more={"plane": plane}))
-    return said
+            facts.append(Fact(what, value, names=tuple(named), more={"plane": plane}))
+    return facts
 
 
 def edge_notes(results: xr.Dataset, blocks: Sequence[Block], known: bool, state: State) -> list[Fact]:
@@ -365,8 +381,8 @@ def _named(values: xr.DataArray, text: str, end: str) -> xr.DataArray:
 def _stacked(values: Sequence[xr.DataArray], text: str, end: str) -> xr.DataArray:
     """Join the values of slips along a dimension after block; `end`: which end of the interval they are."""
     plain = [value.isel(model=0, drop=True) for value in values]
-    one = xr.concat([bare(each) for each in plain], "slip", coords="minimal", compat="override")
-    return _named(one.transpose("block", "slip", ...), text, end).assign_attrs(units=values[0].attrs["units"])
+    stacked = xr.concat([bare(value_of) for value_of in plain], "slip", coords="minimal", compat="override")
+    return _named(stacked.transpose("block", "slip", ...), text, end).assign_attrs(units=values[0].attrs["units"])
 
 
 def has_levels(runs: xr.Dataset) -> bool:

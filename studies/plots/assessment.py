@@ -95,16 +95,16 @@ def _levels(results: xr.Dataset, laws: list[selection.DrawnLaw], quantity: str, 
     shares = results["quantile"].values
     single = len(laws) == 1
     for law in laws:
-        here = law.results.sel(place=place)
+        at_place = law.results.sel(place=place)
         band = axes.COLOURS[0] if single else law.colour
-        quantile = here[f"{quantity}_quantile"].values
+        quantile = at_place[f"{quantity}_quantile"].values
         if shares.size > 1 and len(laws) <= MOST_BANDS:
             text = f"{100 * shares[0]:g}–{100 * shares[-1]:g}\u00a0% of motions" if single else None
             alpha = 0.18 if single else 0.08
             ax.fill_between(x, quantile[:, 0], quantile[:, -1], color=band, alpha=alpha, lw=0.0, label=text)
             if not single:
                 ax.plot(x, quantile[:, [0, -1]], color=band, lw=0.7, ls=law.line)
-        mean, lower, upper = (here[f"{quantity}_mean{end}"].values for end in ("", "_lower", "_upper"))
+        mean, lower, upper = (at_place[f"{quantity}_mean{end}"].values for end in ("", "_lower", "_upper"))
         errors = np.nan_to_num(np.maximum(np.stack([mean - lower, upper - mean]), 0.0))
         style: dict[str, Any] = {"ms": 3.5, "lw": 1.5, "elinewidth": 0.9, "ls": "solid" if single else law.line}
         text = "mean" if single else law.label
@@ -137,22 +137,22 @@ def _exceedance(
         lines = [(place or BUILDING, law.label, law.results, law.colour, law.line) for law in laws]
     else:  # (a single floor is the same as the building)
         floors = [str(floor) for floor in results["place"].values[1:]]
-        here, (black, _, _) = laws[0].results, axes.REFERENCE
-        lines = [(BUILDING, BUILDING, here, black, "solid")]
+        of_law, (black, _, _) = laws[0].results, axes.REFERENCE
+        lines = [(BUILDING, BUILDING, of_law, black, "solid")]
         looks = [axes.look(i + i // 3) for i in range(len(floors))]  # (without the building's black)
         lines += [
-            (floor, place_name(floor), here, colour, line)
+            (floor, place_name(floor), of_law, colour, line)
             for floor, (colour, _, line) in zip(floors if len(floors) > 1 else [], looks, strict=False)
         ]
     x = results[f"{quantity}_threshold"].values
     ends: list[float] = []
     edges: list[float] = []
     for k, (where, label, drawn, colour, line) in enumerate(lines):
-        here = drawn.sel(place=where)
-        rate, low, high = (here[f"{quantity}_rate{end}"].values for end in ("", "_lower", "_upper"))
+        of_law = drawn.sel(place=where)
+        rate, low, high = (of_law[f"{quantity}_rate{end}"].values for end in ("", "_lower", "_upper"))
         if not (rate > 0.0).any():
             continue
-        most = _value(here, where) if quantity == "loss" else float(pieces_at(here, where))
+        most = _value(of_law, where) if quantity == "loss" else float(pieces_at(of_law, where))
         if _is_drawn(results, quantity):
             most = 1.05 * float(x[-1])
         at, rate, low, high = _step_points(x, quantity, most, rate, low, high)
@@ -237,32 +237,32 @@ def _headed(results: xr.Dataset, ax: Axes, title: str, *notes: str) -> Figure:
     return axes.alone(ax, title, f"{selection.motions(results)}{law}", *notes)
 
 
-def _value(here: xr.Dataset, place: str) -> float:
+def _value(results: xr.Dataset, place: str) -> float:
     """Return the value of the pieces that are not anchored, in the building or on one floor."""
-    free = ~here["anchored"].values.astype(bool)
+    free = ~results["anchored"].values.astype(bool)
     if place.startswith("floor "):
-        free &= here["floor"].values == place.removeprefix("floor ")
-    return float((here["value"].values * here["count"].values)[free].sum())
+        free &= results["floor"].values == place.removeprefix("floor ")
+    return float((results["value"].values * results["count"].values)[free].sum())
 
 
-def _is_drawn(here: xr.Dataset, quantity: str) -> bool:
+def _is_drawn(results: xr.Dataset, quantity: str) -> bool:
     """Return True if a quantity is drawn from distributions, so that it has no largest value."""
-    return quantity == "downtime" or (quantity == "loss" and "cost_median" in here.coords)
+    return quantity == "downtime" or (quantity == "loss" and "cost_median" in results.coords)
 
 
-def _name(here: xr.Dataset, quantity: str) -> str:
-    fallen = fallen_word(here)
+def _name(results: xr.Dataset, quantity: str) -> str:
+    fallen = fallen_word(results)
     return {
         "number": f"{fallen} pieces",
-        "loss": f"cost of {fallen} pieces" if _is_drawn(here, "loss") else f"{fallen} value",
+        "loss": f"cost of {fallen} pieces" if _is_drawn(results, "loss") else f"{fallen} value",
         "downtime": "longest downtime",
     }[quantity]
 
 
-def _with_unit(here: xr.Dataset, quantity: str) -> str:
+def _with_unit(results: xr.Dataset, quantity: str) -> str:
     """Return the name of a quantity with its unit, for an axis."""
-    unit = {"number": "", "downtime": "days"}.get(quantity, currency_of(here))
-    return f"{_name(here, quantity)}{f' ({unit})' if unit else ''}"
+    unit = {"number": "", "downtime": "days"}.get(quantity, currency_of(results))
+    return f"{_name(results, quantity)}{f' ({unit})' if unit else ''}"
 
 
 MOST_BARS = 20
@@ -305,14 +305,14 @@ def bars(ranking: xr.Dataset, laws: list[selection.DrawnLaw], ax: Axes) -> Axes:
     scale, objective, unit = _objective(ranking)
     high = 0.78 / len(laws)
     for i, law in enumerate(laws):
-        here = law.results.isel(item=order)
-        saving, lower, upper = (here[f"saving{end}"].values * scale for end in ("", "_lower", "_upper"))
+        ordered = law.results.isel(item=order)
+        saving, lower, upper = (ordered[f"saving{end}"].values * scale for end in ("", "_lower", "_upper"))
         y = np.arange(len(order)) + high * (i - 0.5 * (len(laws) - 1))
         # (a black interval could not be seen on a black bar)
         colour = axes.GREY if law.colour == axes.REFERENCE[0] else law.colour
         label = "anchored alone" if len(laws) == 1 else law.label
         ax.barh(y, saving, color=colour, height=0.9 * high, label=label)
-        alone = here["alone"].values * scale
+        alone = ordered["alone"].values * scale
         if len(laws) == 1 and not np.allclose(alone, saving, rtol=1e-6, atol=0.0):
             ax.barh(y, alone, fc="none", ec="0.45", height=0.9 * high, label="anchored last", zorder=0)
         errors = np.nan_to_num(np.maximum(np.stack([saving - lower, upper - saving]), 0.0))
@@ -335,10 +335,10 @@ def remainder(ranking: xr.Dataset, laws: list[selection.DrawnLaw], ax: Axes) -> 
     paid = bool(ranking.attrs["per_cost"])
     last = 0.0
     for law in laws:
-        here = law.results
-        step = here["total_cost"].values if paid else ranking["step"].values
+        steps = law.results
+        step = steps["total_cost"].values if paid else ranking["step"].values
         last = max(last, float(step[-1]))
-        amount, *ends = (here[f"left{end}"].values * scale for end in ("", "_lower", "_upper"))
+        amount, *ends = (steps[f"left{end}"].values * scale for end in ("", "_lower", "_upper"))
         low, high = (np.where(np.isfinite(end), end, amount) for end in ends)
         ax.fill_between(step, low, high, color=law.colour, alpha=0.15, lw=0.0)
         ax.plot(step, amount, ms=3.5, lw=1.5, label=law.label or None, color=law.colour, marker=law.marker, ls=law.line)

@@ -86,8 +86,8 @@ def drawing(function: Drawing) -> Drawing:
     optional = [name for name, given in signature(function).parameters.items() if given.default is not given.empty]
     text = (function.__doc__ or "").rstrip()
     for names, meaning in SHARED.items():
-        own = ", ".join(name for name in names if name in optional)
-        text += f"\n    {own} : optional\n        {meaning}" if own else ""
+        options = ", ".join(name for name in names if name in optional)
+        text += f"\n    {options} : optional\n        {meaning}" if options else ""
     function.__doc__ = text + SECTIONS
     return style()(function)
 

@@ -62,11 +62,11 @@ class Frame(NamedTuple):
         # curves end at the highest level of the runs
         return cls(axis, scale, low, high, log, np.minimum(x, highest_level(results) / scale))
 
-    def curves(self, here: xr.Dataset) -> Array:
+    def curves(self, of_block: xr.Dataset) -> Array:
         """Return the fitted curves of one block (law, level), NaN if a law has none; no rows without curves."""
-        if not _has_curves(here):
+        if not _has_curves(of_block):
             return np.empty((0, self.x.size))
-        return np.atleast_2d(curves_at(here, self.x * self.scale).transpose(..., "level").values)
+        return np.atleast_2d(curves_at(of_block, self.x * self.scale).transpose(..., "level").values)
 
 
 @axes.drawing
@@ -99,17 +99,17 @@ def fragility(
     """
     if not _has_curves(selection.checked(results)) and not _observed(results) and "intensity" not in results.coords:
         raise ValueError("fragility needs curves (median and dispersion) or probability, lower and upper on level")
-    here = selection.one(results, block=block, floor=floor)
-    laws = selection.laws(here, model, color)
+    of_block = selection.one(results, block=block, floor=floor)
+    laws = selection.laws(of_block, model, color)
     if label is not None and len(laws) > 1:
         raise ValueError(f"label must be of one law, got {len(laws)} laws: say which model")
     ax = ax or axes.new()
     frame = Frame.of(results)
-    lines = frame.curves(here if model is None else laws[0].results)
+    lines = frame.curves(of_block if model is None else laws[0].results)
     for i, law in enumerate(laws):
         _law(frame, ax, law, lines[i] if len(lines) else None, i=i, floor=floor, observed=observed, label=label)
     _finish(frame, ax, results, len(laws))
-    axes.name(ax, selection.place(selection.labels(here, "block")[0], floor))
+    axes.name(ax, selection.place(selection.labels(of_block, "block")[0], floor))
     if legend and (len(laws) > 1 or label is not None):
         ax.legend()
     return ax
@@ -284,16 +284,16 @@ def _panel(results: xr.Dataset, frame: Frame, at: int, ax: Axes, group: list[Cas
     rows: list[Array] = []
     several = len({block for block, _ in group}) > 1
     for i, (block, floor) in enumerate(group):
-        here = selection.one(results, block=block, floor=floor)
-        lines = frame.curves(here)
+        of_block = selection.one(results, block=block, floor=floor)
+        lines = frame.curves(of_block)
         colour, marker, line = axes.look(i)
         name = selection.place(block if several else "", floor)
-        law = selection.laws(here)[at]
+        law = selection.laws(of_block)[at]
         laws = [*laws, law._replace(label=name, colour=colour, marker=marker, line=line)]
         for other in np.delete(lines, at, axis=0) if len(group) == 1 and len(lines) else ():
             ax.plot(frame.x, other, color=axes.GREY, lw=1.0, zorder=0)
         _law(frame, ax, laws[-1], lines[at] if len(lines) else None, i=i, floor=floor)
-        rows.append(here["half_level"].values.ravel() / frame.scale if "half_level" in here else np.empty(0))
+        rows.append(of_block["half_level"].values.ravel() / frame.scale if "half_level" in of_block else np.empty(0))
     _finish(frame, ax, results, len(group))
     ax.set_ylabel("")
     if not several:
@@ -305,13 +305,13 @@ def _panel(results: xr.Dataset, frame: Frame, at: int, ax: Axes, group: list[Cas
 def _rail(ax: Axes, laws: list[selection.DrawnLaw], rows: list[Array], at: int, *, named: bool) -> None:
     """Draw the medians under all laws below a panel, a row for each curve, which has its name there."""
     bottom, top = ax.get_ylim()
-    each = RAIL * (top - bottom) / max(1.0, axes.height_of(ax) - 0.4 - RAIL * len(rows))
+    step = RAIL * (top - bottom) / max(1.0, axes.height_of(ax) - 0.4 - RAIL * len(rows))
     low, high = ax.get_xlim()
     ax.axhline(bottom, color="0.4", lw=0.8)
     names, short = ([law.label.partition(mark)[0] for law in laws] for mark in ("\n", ","))
     names = short if not axes.has_room() and len(set(short)) == len(laws) else names
     for i, (law, medians) in enumerate(zip(laws, rows, strict=True)):
-        y = bottom - each * (i + 0.7)
+        y = bottom - step * (i + 0.7)
         inside = medians[(medians >= low) & (medians <= high)]
         ends = (float(inside.min()), float(inside.max())) if inside.size else (low, low)
         ax.plot(ends, [y, y], color=law.colour, lw=1.2, clip_on=False)
@@ -328,10 +328,10 @@ def _rail(ax: Axes, laws: list[selection.DrawnLaw], rows: list[Array], at: int, 
             color=law.colour,
             **place,
         )
-    ax.set_ylim(bottom - each * (len(rows) + 0.4), top)
+    ax.set_ylim(bottom - step * (len(rows) + 0.4), top)
     if named:
         text = "Medians\nby law" if len(rows) > 1 and rows[0].size > 1 else "Medians"
-        y = bottom - each * (0.5 * len(rows) + 0.2)
+        y = bottom - step * (0.5 * len(rows) + 0.2)
         at_left: dict[str, Any] = {"textcoords": "offset points", "ha": "right", "va": "center"}
         ax.annotate(text, (0.0, y), (-4, 0), xycoords=("axes fraction", "data"), color="0.4", **at_left)
 
@@ -376,8 +376,8 @@ def laws_figure(results: xr.Dataset) -> Figure:
     height = 0.21 * len(laws) + 0.5
     figure, panels, columns = axes.panel_grid(len(cases), height, 0.6, shared=True)
     for i, (ax, (block, floor)) in enumerate(zip(panels, cases, strict=True)):
-        here = selection.one(shown, block=block, floor=floor)
-        middle, *ends = (here[name].values for name in wanted)
+        of_block = selection.one(shown, block=block, floor=floor)
+        middle, *ends = (of_block[name].values for name in wanted)
         for y, value in enumerate(middle):
             colour = axes.REFERENCE[0] if y == 0 else axes.colour(0)
             if ends and np.isfinite(value):

@@ -50,12 +50,12 @@ def event_figure(results: xr.Dataset) -> Figure:
     for i, ax in enumerate(panels):
         axes.name(ax, laws[i].label)
         for k, level in enumerate(results["event_level"].values.tolist()):
-            here = results.isel(model=i, event_level=k)
-            shares = np.concatenate([[0.0], np.sort(here["fallen_share"].values)])
+            event = results.isel(model=i, event_level=k)
+            shares = np.concatenate([[0.0], np.sort(event["fallen_share"].values)])
             colour, _, line = axes.look(k)
             text = f"{level / scale:.3g} {unit}".strip()
             ax.step(shares, beyond, where="post", color=colour, ls=line, label=text)
-            middle, apart = (float(here[name]) for name in ("fallen_mean", "fallen_sd_independent"))
+            middle, apart = (float(event[name]) for name in ("fallen_mean", "fallen_sd_independent"))
             ax.axvspan(max(0.0, middle - 2.0 * apart), min(1.0, middle + 2.0 * apart), color=colour, alpha=0.25, lw=0.0)
         axes.shares(ax.xaxis)
         axes.shares(ax.yaxis)
@@ -82,12 +82,12 @@ def _map(results: xr.Dataset, name: str, title: str, words: str, scale: float) -
     slender, size = 1.0 / np.tan(drawn["alpha"].values), drawn["R"].values
     values = drawn[name].transpose("model", "block").values / scale
     flat = _is_line(slender, size)
-    own = any(name in drawn.coords for name in OWN)
+    block_laws = any(name in drawn.coords for name in OWN)
     areas = 0
     for i, ax in enumerate(panels):
         axes.name(ax, laws[i].label)
         known = np.isfinite(values[i]) & (values[i] > 0.0)
-        if own or (not flat and _is_line(slender[known], size[known])):
+        if block_laws or (not flat and _is_line(slender[known], size[known])):
             _points(ax, figure, slender, size, values[i], words)
         elif flat:
             _line(ax, drawn.isel(model=i), slender, size, name, words, scale)
@@ -102,8 +102,10 @@ def _map(results: xr.Dataset, name: str, title: str, words: str, scale: float) -
         figure,
         title,
         f"{results.sizes['block']:,} blocks",
-        "each block with its own e and δ" if own else "",
-        "lines: equal values; crosses: blocks that were run by themselves as a check" if areas and not own else "",
+        "each block with its own e and δ" if block_laws else "",
+        "lines: equal values; crosses: blocks that were run by themselves as a check"
+        if areas and not block_laws
+        else "",
     )
     return figure
 
@@ -152,14 +154,16 @@ def _points(ax: Axes, figure: Figure, slender: Array, size: Array, values: Array
     figure.colorbar(drawn, ax=ax).set_label(axes.sentence(words))
 
 
-def _line(ax: Axes, here: xr.Dataset, slender: Array, size: Array, name: str, words: str, scale: float) -> None:
+def _line(ax: Axes, results: xr.Dataset, slender: Array, size: Array, name: str, words: str, scale: float) -> None:
     """Draw a quantity with its interval along the one way in which blocks differ."""
     by_size = np.ptp(np.log(size)) > np.ptp(np.log(slender))
     x = size if by_size else slender
     order = np.argsort(x)
-    low, high = (here[f"{name}_{end}"].values[order] / scale for end in ("lower", "upper"))
+    low, high = (results[f"{name}_{end}"].values[order] / scale for end in ("lower", "upper"))
     ax.fill_between(x[order], low, high, color=axes.colour(0), alpha=0.25, lw=0.0)
-    ax.plot(x[order], here[name].values[order] / scale, color=axes.colour(0), marker="" if x.size > 20 else "o", ms=4)
+    ax.plot(
+        x[order], results[name].values[order] / scale, color=axes.colour(0), marker="" if x.size > 20 else "o", ms=4
+    )
     ax.set_yscale("log")
     axes.plain_log_y(ax)
     axes.label(ax, SIZE if by_size else SLENDERNESS, words)

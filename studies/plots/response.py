@@ -110,11 +110,11 @@ def _one_each(name: str, values: Sequence[str] | None, many: Sequence[Any]) -> l
 
 def _names(many: Sequence[xr.Dataset]) -> list[str]:
     """Return the names that distinguish the responses: law, block and motion, as far as they differ."""
-    found = [[str(dataset.attrs.get(name, "")) for name in ("model", "block", "motion")] for dataset in many]
-    differ = [len(set(column)) > 1 for column in zip(*found, strict=True)]
+    names = [[str(dataset.attrs.get(name, "")) for name in ("model", "block", "motion")] for dataset in many]
+    differ = [len(set(column)) > 1 for column in zip(*names, strict=True)]
     if not any(differ):
         differ[0] = True
-    texts = [", ".join(part for part, other in zip(row, differ, strict=True) if other and part) for row in found]
+    texts = [", ".join(part for part, other in zip(row, differ, strict=True) if other and part) for row in names]
     return [axes.model_name(text) for text in texts]
 
 
@@ -227,10 +227,10 @@ def _with_upright_ends(response: xr.Dataset, theta: Array, restoring: Array, *mo
     jump = 0.0
     for part in branches:
         assert oscillator is not None  # it has branches
-        here = (theta >= part.lower) & (theta <= part.upper)
-        own = _restoring(oscillator, part, theta)
+        inside = (theta >= part.lower) & (theta <= part.upper)
+        moment = _restoring(oscillator, part, theta)
         jump = max(jump, float(_restoring(oscillator, part, np.zeros(1))[0]))
-        rigid |= here & (np.abs(restoring - own) <= 1e-9 * jump)
+        rigid |= inside & (np.abs(restoring - moment) <= 1e-9 * jump)
     side = np.sign(theta)
     before = np.flatnonzero(rigid[1:] & rigid[:-1] & (side[1:] != side[:-1])) if jump else np.zeros(0, dtype=int)
     after = before + 1

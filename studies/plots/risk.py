@@ -56,20 +56,20 @@ def risk(
         The rates with their intervals, or the share of each rate by intensity.
     """
     checks.choice("quantity", quantity, (RATE, SHARE))
-    found = risk_of(results) if "rate_share" in selection.checked(results) else results
-    if "rate" not in found or "share" not in found:
+    rates = risk_of(results) if "rate_share" in selection.checked(results) else results
+    if "rate" not in rates or "share" not in rates:
         raise ValueError("a figure of risk needs annual rates: a study with a hazard, or what annual_rate returns")
-    here = selection.one(found, block=block, floor=floor)
-    laws = selection.laws(here, model, color)
+    of_block = selection.one(rates, block=block, floor=floor)
+    laws = selection.laws(of_block, model, color)
     if quantity == SHARE:
-        return _shares(here, found, ax, laws)
+        return _shares(of_block, rates, ax, laws)
     ax = ax or axes.new(0.4 * len(laws) + 1.3)
-    _rates(here, [[law] for law in laws], ax)
+    _rates(of_block, [[law] for law in laws], ax)
     axes.named_rows(ax, [law.label for law in laws])
     return ax
 
 
-def _rates(found: xr.Dataset, rows: list[list[selection.DrawnLaw]], ax: Axes) -> None:
+def _rates(rates: xr.Dataset, rows: list[list[selection.DrawnLaw]], ax: Axes) -> None:
     """Draw rows of rates with their intervals, the laws of a row one below the other."""
     for y, laws in enumerate(rows):
         for at, law in zip(y + 0.18 * (np.arange(len(laws)) - 0.5 * (len(laws) - 1)), laws, strict=True):
@@ -86,15 +86,15 @@ def _rates(found: xr.Dataset, rows: list[list[selection.DrawnLaw]], ax: Axes) ->
     ax.set_xscale("log")
     ax.margins(x=0.15)
     axes.plain_log(ax)
-    axes.label(ax, f"annual rate of {found.attrs.get('state', 'overturning')}", along="x")
+    axes.label(ax, f"annual rate of {rates.attrs.get('state', 'overturning')}", along="x")
     axes.years(ax, "top")
 
 
-def _shares(here: xr.Dataset, every: xr.Dataset, ax: Axes | None, laws: list[selection.DrawnLaw]) -> Axes:
+def _shares(of_block: xr.Dataset, every: xr.Dataset, ax: Axes | None, laws: list[selection.DrawnLaw]) -> Axes:
     alone = ax is None
     ax = ax or axes.new(3.6)
-    scale, unit = display_unit(here["bin"])
-    edges = _edges(here) / scale
+    scale, unit = display_unit(of_block["bin"])
+    edges = _edges(of_block) / scale
     wide = math.log(edges[-1] / edges[0]) / (edges.size - 1)
     first, last, tails = _window(every, edges)
     outside: dict[str, list[float]] = {}
@@ -111,18 +111,18 @@ def _shares(here: xr.Dataset, every: xr.Dataset, ax: Axes | None, laws: list[sel
             style: dict[str, Any] = {"fill": True, "facecolor": "none", "edgecolor": law.colour, "lw": 1.0}
             ax.stairs([part / bins], sorted((at, to)), hatch=HATCHES[i % len(HATCHES)], **style)
             outside.setdefault(f"from {side} {at:.3g} {unit}".strip(), []).append(part)
-    ends = _outside_levels(here, scale)
+    ends = _outside_levels(of_block, scale)
     if ends is not None:
         for low, high in ((first, min(ends[0], last)), (max(ends[1], first), last)):
             if high > low:
                 ax.axvspan(low, high, color="0.5", alpha=0.12, lw=0.0, zorder=0)
-    axes.level_axis(ax, first, last, True, axis_name(here["bin"]).removeprefix("geometric middle of a bin of "))
+    axes.level_axis(ax, first, last, True, axis_name(of_block["bin"]).removeprefix("geometric middle of a bin of "))
     ax.margins(y=0.12)
     ax.set_ylim(bottom=0.0)
     axes.shares(ax.yaxis)
     axes.label(ax, y="contribution to the rate per bin")
     hatched = bool(outside)
-    if BEYOND in here:
+    if BEYOND in of_block:
         far = [float(law.results[BEYOND]) for law in laws]
         if max(far) >= NOTABLE:
             outside["from above the levels run"] = far
@@ -138,8 +138,8 @@ def _shares(here: xr.Dataset, every: xr.Dataset, ax: Axes | None, laws: list[sel
     return ax
 
 
-def _edges(here: xr.Dataset) -> Array:
-    return np.append(here["bin_lower"].values, here["bin_upper"].values[-1])
+def _edges(of_block: xr.Dataset) -> Array:
+    return np.append(of_block["bin_lower"].values, of_block["bin_upper"].values[-1])
 
 
 def _window(every: xr.Dataset, edges: Array) -> tuple[float, float, dict[str, int]]:
@@ -163,11 +163,11 @@ def _window(every: xr.Dataset, edges: Array) -> tuple[float, float, dict[str, in
     return first, last, tails
 
 
-def _outside_levels(here: xr.Dataset, scale: float) -> tuple[float, float] | None:
+def _outside_levels(of_block: xr.Dataset, scale: float) -> tuple[float, float] | None:
     """Return the lowest and the highest level of the blocks' runs; None if the hazard has another measure."""
-    if "level" not in here.coords or here["level"].ndim != 1:
+    if "level" not in of_block.coords or of_block["level"].ndim != 1:
         return None
-    level, bins = here["level"], here["bin"]
+    level, bins = of_block["level"], of_block["bin"]
     if level.attrs.get("im") != bins.attrs.get("im") or level.attrs.get("units") != bins.attrs.get("units"):
         return None
     return float(level[0]) / scale, float(level[-1]) / scale
@@ -176,19 +176,19 @@ def _outside_levels(here: xr.Dataset, scale: float) -> tuple[float, float] | Non
 @axes.style()
 def risk_figure(results: xr.Dataset) -> Figure:
     """Return the figure of risk: the rates of all blocks (and floors), and the contributions to the highest rate."""
-    found = risk_of(results) if "rate_share" in results else results
-    every = [(str(block), floor) for block in found["block"].values for floor in selection.floors(found[["rate"]])]
+    rates = risk_of(results) if "rate_share" in results else results
+    every = [(str(block), floor) for block in rates["block"].values for floor in selection.floors(rates[["rate"]])]
     if len(every) > MOST_ROWS:
         every = [every[i] for i in np.argsort(falling.places(results, falling.RATE).values.ravel())]
-    rows = [selection.laws(selection.one(found, block=block, floor=floor)) for block, floor in every[:MOST_ROWS]]
+    rows = [selection.laws(selection.one(rates, block=block, floor=floor)) for block, floor in every[:MOST_ROWS]]
     names = [selection.place(block, floor) for block, floor in every]
     height = max(2.8, (0.16 + 0.18 * len(rows[0])) * len(rows) + 1.2)
     figure, (left, right), _ = axes.panel_grid(2, height, 0.5)
-    _rates(found, rows, left)
+    _rates(rates, rows, left)
     axes.named_rows(left, names[:MOST_ROWS])
     highest = int(np.argmax([max(np.nan_to_num(law.results["rate"].item()) for law in row) for row in rows]))
     block, floor = every[highest]
-    risk(found, right, quantity=SHARE, block=block, floor=floor)
+    risk(rates, right, quantity=SHARE, block=block, floor=floor)
     outside = right.get_title("left")
     axes.name(right, names[highest] if len(rows) > 1 else "")
     notes = [f"rates with {percent(float(results.attrs.get('confidence', 0.95)))} intervals"]
@@ -200,13 +200,13 @@ def risk_figure(results: xr.Dataset) -> Figure:
     if outside.startswith("hatched"):
         notes.append("hatched: beyond the hazard curve's levels, area: share")
     notes.append(" ".join(outside.split()).removeprefix("hatched: "))
-    if FITTED_RATE in found:
+    if FITTED_RATE in rates:
         notes.append("rates do not depend on a form of curve; contributions are of the fitted curve")
-    ends = _outside_levels(found, 1.0)
-    first, last, _ = _window(found, _edges(found))
+    ends = _outside_levels(rates, 1.0)
+    first, last, _ = _window(rates, _edges(rates))
     if ends is not None and (ends[0] > first or ends[1] < last):
         notes.append("shaded: outside the levels run")
-    axes.heading(figure, f"Annual rate of {found.attrs.get('state', 'overturning')}", *notes, legend=[right])
+    axes.heading(figure, f"Annual rate of {rates.attrs.get('state', 'overturning')}", *notes, legend=[right])
     return figure
 
 

@@ -66,7 +66,7 @@ def looks(results: xr.Dataset) -> list[tuple[str, str, Any]]:
         if law == "housner" and axes.REFERENCE not in chosen:
             chosen.append(axes.REFERENCE)
         else:
-            chosen.append(axes.look(sum(one != axes.REFERENCE for one in chosen)))
+            chosen.append(axes.look(sum(look != axes.REFERENCE for look in chosen)))
     return chosen
 
 

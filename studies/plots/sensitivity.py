@@ -62,15 +62,15 @@ def input_panel(results: xr.Dataset, ax: Axes | None = None, *, needed: str, blo
     """Draw the effect of each input on the probability of overturning, the laws of a block below each other."""
     if needed not in results:
         raise ValueError(f"results hold no {needed}: the study asked for none (sensitivity.inputs, sensitivity.sobol)")
-    here = selection.one(results, block=block)
+    of_block = selection.one(results, block=block)
     ax = ax or axes.new()
     draw, text = PANELS[needed]
-    laws = selection.laws(here)
+    laws = selection.laws(of_block)
     shifts = np.linspace(-0.3, 0.3, len(laws)) if len(laws) > 1 else np.zeros(1)
-    axes.named_rows(ax, [input_name(str(name)) for name in here["input"].values])
+    axes.named_rows(ax, [input_name(str(name)) for name in of_block["input"].values])
     for shift, law in zip(shifts, laws, strict=True):
-        draw(ax, shift + np.arange(here.sizes["input"]), law)
-    axes.name(ax, block_title(str(here["block"].item())))
+        draw(ax, shift + np.arange(of_block.sizes["input"]), law)
+    axes.name(ax, block_title(str(of_block["block"].item())))
     return axes.label(ax, text, along="x")
 
 
@@ -103,10 +103,10 @@ def sensitivity(
     if "parameter" not in results.attrs or "comparison" not in results.dims:
         raise ValueError("results must be of a sensitivity study, which have a parameter and comparisons, got others")
     checks.choice("quantity", quantity, tuple(QUANTITIES))
-    here = selection.one(results, block=block)
-    at = level_between(here) if level is None else level_index(here, level)
-    drawn = here.isel(level=at) if "level" in here[quantity].dims else here
-    if "comparison" in here[quantity].dims:
+    of_block = selection.one(results, block=block)
+    at = level_between(of_block) if level is None else level_index(of_block, level)
+    drawn = of_block.isel(level=at) if "level" in of_block[quantity].dims else of_block
+    if "comparison" in of_block[quantity].dims:
         drawn = drawn.sel(comparison=reference_of(results))
     scale, unit = display_unit(results["level"]) if quantity == "median" else (1.0, "")
     ends = ("lower", "upper") if quantity == "probability" else (f"{quantity}_lower", f"{quantity}_upper")
@@ -122,7 +122,7 @@ def sensitivity(
     reference = axes.model_name(reference_name(results))
     _rigid_line(drawn, quantity, ax, scale, reference)
     x_axis(results, ax)
-    shade_friction(here, ax)
+    shade_friction(of_block, ax)
     if quantity not in SCALED:
         axes.shares(ax.yaxis)
     else:
@@ -137,7 +137,7 @@ def sensitivity(
     measure = f"{level_name(results)}{f' ({unit})' if unit else ''}"
     text = QUANTITIES[quantity][1].format(reference=reference, level=level_at(results, at), measure=measure)
     axes.label(ax, y=text)
-    axes.name(ax, block_title(str(here["block"].item())))
+    axes.name(ax, block_title(str(of_block["block"].item())))
     if alone:
         axes.own_legend(ax)
     return ax
@@ -207,16 +207,16 @@ def x_axis(results: xr.Dataset, ax: Axes) -> None:
     axes.label(ax, "coefficient of restitution, e")
 
 
-def shade_friction(here: xr.Dataset, ax: Axes) -> None:
+def shade_friction(of_block: xr.Dataset, ax: Axes) -> None:
     """Shade the values of e at which an impact needs more friction than there is."""
-    if here.attrs["parameter"] != "e" or bool(here["in_use"].all()):
+    if of_block.attrs["parameter"] != "e" or bool(of_block["in_use"].all()):
         return
     # the friction needed equals the friction available: (h/b)(1 - e)/(1 + e) = friction
-    ratio, limit = float(1.0 / np.tan(here["alpha"].item())), float(here.attrs["friction"])
+    ratio, limit = float(1.0 / np.tan(of_block["alpha"].item())), float(of_block.attrs["friction"])
     end = (ratio - limit) / (ratio + limit)
     ax.axvspan(ax.get_xlim()[0], end, color="0.88", zorder=0, lw=0.0, label=f"needs friction above {limit:g}")
 
 
 def _finite_or_nan(values: Any) -> Array:
-    found = np.asarray(values, dtype=float)
-    return np.where(np.isfinite(found), found, np.nan)
+    numbers = np.asarray(values, dtype=float)
+    return np.where(np.isfinite(numbers), numbers, np.nan)

@@ -49,16 +49,16 @@ def uncertainty(
     needed = "probability_quantile" if view == "probability" else "flag_share"
     if needed not in results:
         raise ValueError(f"a figure of uncertainty needs {needed}: results of an uncertainty study")
-    here = selection.one(results, block=block)
+    of_block = selection.one(results, block=block)
     if view == "variance":
         if model is not None:
             raise ValueError(f"the variance is shared among all laws: it has no part of {model!r} alone")
-        return variance_bars(here[["flag_share"]].rename(flag_share="share").isel(level=open_levels(here)), ax)
+        return variance_bars(of_block[["flag_share"]].rename(flag_share="share").isel(level=open_levels(of_block)), ax)
     alone = ax is None
     ax = ax or axes.new()
-    laws = selection.laws(here, model, color)
-    scale, _ = display_unit(here["level"])
-    x = here["level"].values / scale
+    laws = selection.laws(of_block, model, color)
+    scale, _ = display_unit(of_block["level"])
+    x = of_block["level"].values / scale
     for law in laws:
         band = law.results["probability_quantile"].transpose(..., "quantile").values
         low, high = band[..., 0], band[..., -1]
@@ -66,30 +66,30 @@ def uncertainty(
         for end in (low, high):
             ax.plot(x, end, color=law.colour, ls=law.line, lw=0.8)
         ax.plot(x, law.results["probability"].values, color=law.colour, ls=law.line, lw=2.0, label=law.label or None)
-    probability_axes(ax, here)
+    probability_axes(ax, of_block)
     if alone:
         axes.own_legend(ax)
     return ax
 
 
-def probability_axes(ax: Axes, here: xr.Dataset) -> None:
+def probability_axes(ax: Axes, of_block: xr.Dataset) -> None:
     """Set up axes of probability against the level."""
-    scale, _ = display_unit(here["level"])
-    x = here["level"].values / scale
+    scale, _ = display_unit(of_block["level"])
+    x = of_block["level"].values / scale
     # (only the levels at which some sample is uncertain, and one level on either side)
-    band = here["probability_quantile"].transpose(..., "level", "quantile").values
+    band = of_block["probability_quantile"].transpose(..., "level", "quantile").values
     some = np.flatnonzero(((band > OPEN) & (band < 1.0 - OPEN)).any(axis=(*range(band.ndim - 2), -1)))
     low, high = (max(some[0] - 1, 0), min(some[-1] + 1, x.size - 1)) if some.size else (0, x.size - 1)
-    axes.level_axis(ax, float(x[low]), float(x[high]), axes.log_spaced(x), axis_name(here["level"]))
-    axes.probabilities(ax, str(here.attrs.get("state", "overturning")))
+    axes.level_axis(ax, float(x[low]), float(x[high]), axes.log_spaced(x), axis_name(of_block["level"]))
+    axes.probabilities(ax, str(of_block.attrs.get("state", "overturning")))
 
 
-def open_levels(here: xr.Dataset) -> np.ndarray[Any, np.dtype[np.intp]]:
+def open_levels(of_block: xr.Dataset) -> np.ndarray[Any, np.dtype[np.intp]]:
     """Return positions of levels with an uncertain outcome, only some of many; the first level if there is none."""
-    rest = [dim for dim in here["probability"].dims if dim != "level"]
-    overall = here["probability"].mean(rest).values
-    found = np.flatnonzero((overall > OPEN) & (overall < 1.0 - OPEN))
-    return found[:: max(1, math.ceil(found.size / MOST_BARS))] if found.size else np.arange(1)
+    rest = [dim for dim in of_block["probability"].dims if dim != "level"]
+    overall = of_block["probability"].mean(rest).values
+    uncertain = np.flatnonzero((overall > OPEN) & (overall < 1.0 - OPEN))
+    return uncertain[:: max(1, math.ceil(uncertain.size / MOST_BARS))] if uncertain.size else np.arange(1)
 
 
 def variance_bars(shares: xr.Dataset, ax: Axes | None = None) -> Axes:
@@ -190,8 +190,8 @@ def indices(
         One of a study's levels (SI); by default the level with a probability of overturning nearest to one half.
     """
     draw = {"sobol": sobol_bars, "tornado": tornado_bars}
-    held = [name for name, own in OWN.items() if f"{name}_{own}" in results]
-    plain = [name for name, own in OWN.items() if own in results]
+    held = [name for name, variable in OWN.items() if f"{name}_{variable}" in results]
+    plain = [name for name, variable in OWN.items() if variable in results]
     if not held and not plain:
         raise ValueError("a figure of indices needs Sobol' indices or a tornado, got none")
     if method is not None:
@@ -201,64 +201,68 @@ def indices(
     name = method or (held or plain)[0]
     if not held:
         return draw[name](selection.one(results, block=block, model=model), ax)
-    here = selection.one(results, block=block, model=model)
-    at = middle_level(here["probability"]) if level is None else level_index(here, level)
-    found = {str(key): str(key).removeprefix(f"{name}_") for key in here.data_vars if str(key).startswith(f"{name}_")}
-    ax = draw[name](here[list(found)].rename(found).isel(output=at), ax)
-    scale, unit = display_unit(here["level"])
-    axes.name(ax, f"Probability of overturning at {float(here['level'][at]) / scale:.3g} {unit}".strip())
+    of_block = selection.one(results, block=block, model=model)
+    at = middle_level(of_block["probability"]) if level is None else level_index(of_block, level)
+    names_of = {
+        str(key): str(key).removeprefix(f"{name}_") for key in of_block.data_vars if str(key).startswith(f"{name}_")
+    }
+    ax = draw[name](of_block[list(names_of)].rename(names_of).isel(output=at), ax)
+    scale, unit = display_unit(of_block["level"])
+    axes.name(ax, f"Probability of overturning at {float(of_block['level'][at]) / scale:.3g} {unit}".strip())
     return ax
 
 
-def _reach(here: xr.Dataset, name: str) -> tuple[Array, Array] | None:
+def _reach(shown: xr.Dataset, name: str) -> tuple[Array, Array] | None:
     """Return the extent of the interval of an index below and above it; None without an interval."""
-    value = here[name].values
-    if f"{name}_lower" not in here:
+    value = shown[name].values
+    if f"{name}_lower" not in shown:
         return None
-    lower, upper = (here[f"{name}{end}"].values for end in ("_lower", "_upper"))
+    lower, upper = (shown[f"{name}{end}"].values for end in ("_lower", "_upper"))
     return np.maximum(value - lower, 0.0), np.maximum(upper - value, 0.0)
 
 
 @axes.style()
-def sobol_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:
+def sobol_bars(indices_of: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw first- and total-order Sobol' indices of one output with their intervals, the largest total on top."""
-    here = _one_output(found, "total")
-    here = here.isel(input=np.argsort(-np.nan_to_num(here["total"].values), kind="stable"))
-    y = np.arange(here.sizes["input"])
+    ordered = _one_output(indices_of, "total")
+    ordered = ordered.isel(input=np.argsort(-np.nan_to_num(ordered["total"].values), kind="stable"))
+    y = np.arange(ordered.sizes["input"])
     alone = ax is None
     ax = ax or axes.new(0.5 * y.size + 1.3)
     error = {"ecolor": "0.25", "elinewidth": 1.1, "capsize": 2.5}
     for name, shift, label in (("total", 0.19, "total: with all others"), ("first", -0.19, "first order: alone")):
         colour = axes.GREY if name == "total" else axes.COLOURS[0]
-        ax.barh(y + shift, here[name].values, 0.36, color=colour, label=label, xerr=_reach(here, name), error_kw=error)
+        ax.barh(
+            y + shift, ordered[name].values, 0.36, color=colour, label=label, xerr=_reach(ordered, name), error_kw=error
+        )
     ax.axvline(0.0, color="0.25", lw=0.8)
-    return _with_inputs(ax, here, "share of the variance", alone)
+    return _with_inputs(ax, ordered, "share of the variance", alone)
 
 
 @axes.style()
-def tornado_bars(found: xr.Dataset, ax: Axes | None = None) -> Axes:
+def tornado_bars(swings: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw one output with one input at a time at its low and its high quantile, the widest on top."""
-    here = _one_output(found, "swing")
-    here = here.isel(input=np.argsort(-here["swing"].values, kind="stable"))
-    y = np.arange(here.sizes["input"])
+    ordered = _one_output(swings, "swing")
+    ordered = ordered.isel(input=np.argsort(-ordered["swing"].values, kind="stable"))
+    y = np.arange(ordered.sizes["input"])
     alone = ax is None
     ax = ax or axes.new(0.42 * y.size + 1.6)
-    first, last = (percent(float(quantile)) for quantile in found.attrs["quantiles"])
-    ax.axvline(here["base"].item(), color="0.25", lw=0.9, zorder=0)
+    first, last = (percent(float(quantile)) for quantile in swings.attrs["quantiles"])
+    ax.axvline(ordered["base"].item(), color="0.25", lw=0.9, zorder=0)
     # only the ends are drawn, not bars from the base: both ends may lie on one side, where one bar would hide the other
-    ax.hlines(y, here["low"].values, here["high"].values, color=axes.GREY, lw=5.0, zorder=1)
+    ax.hlines(y, ordered["low"].values, ordered["high"].values, color=axes.GREY, lw=5.0, zorder=1)
     for i, name, label in (
         (0, "low", f"input at its {first} quantile, or its smallest choice"),
         (1, "high", f"input at its {last} quantile, or its largest choice"),
     ):
-        ax.plot(here[name].values, y, axes.MARKERS[i], ms=8.0, color=axes.colour(i), label=label, zorder=2)
-    return _with_inputs(ax, here, "value", alone)
+        ax.plot(ordered[name].values, y, axes.MARKERS[i], ms=8.0, color=axes.colour(i), label=label, zorder=2)
+    return _with_inputs(ax, ordered, "value", alone)
 
 
-def _with_inputs(ax: Axes, here: xr.Dataset, text: str, alone: bool) -> Axes:
+def _with_inputs(ax: Axes, shown: xr.Dataset, text: str, alone: bool) -> Axes:
     """Name the rows after the inputs, and the axes after the output; axes of their own get a legend above them."""
-    axes.named_rows(ax, [input_name(str(key)) for key in here["input"].values], 0.6)
-    output = str(here["output"].item()) if "output" in here.coords else ""
+    axes.named_rows(ax, [input_name(str(key)) for key in shown["input"].values], 0.6)
+    output = str(shown["output"].item()) if "output" in shown.coords else ""
     axes.label(ax, output if output and text == "value" else text, along="x")
     if output and text != "value":
         axes.name(ax, output)

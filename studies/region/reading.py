@@ -27,16 +27,16 @@ def read_region(file: Path) -> BlockArray:
     """Read the blocks of a CSV file as columns: as ``blocks_file``, with ``e`` and ``delta`` of their own, if any."""
     table = CsvTable(file, KIND._replace(columns=(*KIND.columns, *OWN)))
     try:
-        found = _by_column(table)
+        by_column = _by_column(table)
     except (TypeError, ValueError) as error:
         raise StudyError(f"{file}: {error}") from None
-    if found is not None:
-        return found
-    own = [name for name in OWN if name in table.columns]
-    if own:
+    if by_column is not None:
+        return by_column
+    extra = [name for name in OWN if name in table.columns]
+    if extra:
         raise StudyError(
-            f"{file}: with the column {own[0]} every line must have a name, its sizes and {' and '.join(own)} as plain "
-            "numbers, without quotes, decimal commas and catalogue names"
+            f"{file}: with the column {extra[0]} every line must have a name, its sizes and {' and '.join(extra)} as "
+            "plain numbers, without quotes, decimal commas and catalogue names"
         )
     blocks = read_blocks(file)
     try:
@@ -57,11 +57,11 @@ def _by_column(table: CsvTable) -> BlockArray | None:
     given = {name: columns[name] for name in NUMBERS if name in columns}
     width, height = _outer_sizes(given)
     centre, factor = given.get("cm_height_m"), given.get("inertia_factor")
-    own = {name: columns[name] for name in OWN if name in columns}
+    own_laws = {name: columns[name] for name in OWN if name in columns}
     try:
-        return BlockArray(width, height, centre, factor, columns["name"].tolist(), **own)
+        return BlockArray(width, height, centre, factor, columns["name"].tolist(), **own_laws)
     except (TypeError, ValueError):
-        if own:
+        if own_laws:
             raise
         return None
 

@@ -28,18 +28,18 @@ def is_pooled(results: xr.Dataset) -> bool:
 
 def pooled_notes(results: xr.Dataset) -> list[Fact]:
     """Return the notes on a region: missed precisions, surfaces cut or unlike their checks, and joint falls."""
-    said = []
+    facts = []
     for j in range(results.sizes["model"]):
-        one = results.isel(model=j)
-        cut = "cut_places" in one and bool(one["cut_places"].notnull().all())
-        if cut or str(one["stopped_because"].item()) != REACHED or float(one["lack_of_fit"]) > 0.0:
-            said.append(Fact("adaptive.account", names=(str(one["model"].item()), str(one["account"].item()))))
-    said += measure_notes(results)
+        of_law = results.isel(model=j)
+        cut = "cut_places" in of_law and bool(of_law["cut_places"].notnull().all())
+        if cut or str(of_law["stopped_because"].item()) != REACHED or float(of_law["lack_of_fit"]) > 0.0:
+            facts.append(Fact("adaptive.account", names=(str(of_law["model"].item()), str(of_law["account"].item()))))
+    facts += measure_notes(results)
     if "fallen_mean" not in results:
-        said.append(Fact("region.joint_falls"))
+        facts.append(Fact("region.joint_falls"))
     if "rate" in results and str(json.loads(str(results.attrs["hazard"])).get("weights", "")):
-        said.append(OF_THE_MEAN)
-    return said
+        facts.append(OF_THE_MEAN)
+    return facts
 
 
 def examples(results: xr.Dataset) -> xr.Dataset:
@@ -57,11 +57,11 @@ def event_levels(results: xr.Dataset) -> list[tuple[float, float, float, float, 
     """
     if "fallen_mean" not in results:
         return []
-    here = results.isel(model=reference_law(results)[0])
-    means, levels = here["fallen_mean"].values, here["event_level"].values
+    of_law = results.isel(model=reference_law(results)[0])
+    means, levels = of_law["fallen_mean"].values, of_law["event_level"].values
     every = list(range(levels.size))
     if levels.size > MOST_SAID:
         every = sorted({int(np.abs(means - share).argmin()) for share in TELLING})
-    ends = here["fallen_quantile"].isel(event_quantile=[0, -1]).values
+    ends = of_law["fallen_quantile"].isel(event_quantile=[0, -1]).values
     number = int(results.attrs.get("shown_of", results.sizes["block"]))
     return [(float(levels[k]), float(means[k]), float(ends[k][0]), float(ends[k][1]), number) for k in every]

@@ -45,7 +45,7 @@ class Picture(NamedTuple):
 def pictures_of(draw: Draw, *, png: bool = False) -> Iterator[Picture]:
     """Yield figures as pictures; their SVG has no script, no reference outside, unique ids."""
     captions = value_of("captions", "captions")
-    said: dict[str, str] = {}
+    owners: dict[str, str] = {}
     for i, (name, figure, narrow) in enumerate(_figures(draw, phone=not png), start=1):
         svg, phone, content = "", "", b""
         if narrow is None:
@@ -59,8 +59,8 @@ def pictures_of(draw: Draw, *, png: bool = False) -> Iterator[Picture]:
             svg, phone = _svg(figure, f"f{i}-"), _svg(narrow, f"p{i}-")
         caption = captions.get(name) or captions.get(name.rpartition("_")[0])
         caption = f"{caption or name.replace('_', ' ').capitalize() + '.'} {_plain(str(figure.get_label()))}".strip()
-        new = {sentence: name for sentence in _SENTENCE.split(caption) if said.get(sentence, name) == name}
-        said |= new
+        new = {sentence: name for sentence in _SENTENCE.split(caption) if owners.get(sentence, name) == name}
+        owners |= new
         yield Picture(name, " ".join(new), svg, phone, content, _alternative(caption))
 
 
@@ -103,10 +103,10 @@ def _on_a_phone(draw: Draw) -> Iterator[Figure]:
     while True:
         # (the width is set while a figure is drawn, not while its reader has it)
         with on_a_phone():
-            found = next(figures, None)
-        if found is None:
+            drawn = next(figures, None)
+        if drawn is None:
             return
-        yield found[1]
+        yield drawn[1]
 
 
 def _svg(figure: Figure, prefix: str) -> str:
@@ -148,7 +148,7 @@ def _renamed(key: str, value: str, ids: dict[str, str]) -> str:
     if key == "id":
         return ids[value]
     if key in _PLACES or value.startswith("translate("):
-        return " ".join(_DIGITS.sub(lambda found: f"{float(found[0]):.2f}".rstrip("0").rstrip("."), value).split())
+        return " ".join(_DIGITS.sub(lambda match: f"{float(match[0]):.2f}".rstrip("0").rstrip("."), value).split())
     if key == "href" and value.startswith("#"):
         return f"#{ids[value[1:]]}"
-    return _REFERENCE.sub(lambda found: f"url(#{ids[found[1]]})", value)
+    return _REFERENCE.sub(lambda match: f"url(#{ids[match[1]]})", value)

@@ -80,14 +80,14 @@ def write_report(
     with read_results(result) as results:
         state = check_content(result, results, verify)
         if format_ == "md":
-            found = content(results, result, state)
+            parts = content(results, result, state)
             written: list[Path] = []
             figures: list[tuple[Picture, str]] = []
             for picture in pictures_of(partial(show.figures, results), png=True):
-                beside = target.with_name(f"{target.stem}_{picture.name}.png")
-                written.append(write(beside, picture.png))
-                figures.append((picture, beside.name.replace(" ", "%20").replace("(", "%28").replace(")", "%29")))
-            text = environment(escaping=False).get_template("report.md.j2").render(**found, figures=figures)
+                file = target.with_name(f"{target.stem}_{picture.name}.png")
+                written.append(write(file, picture.png))
+                figures.append((picture, file.name.replace(" ", "%20").replace("(", "%28").replace(")", "%29")))
+            text = environment(escaping=False).get_template("report.md.j2").render(**parts, figures=figures)
             write(target, text.encode("utf-8", "replace"))
             return [target, *written]
         write(target, html_page(results, result, state).encode("utf-8"))
@@ -101,11 +101,11 @@ def drawn_of(draw: Draw) -> list[tuple[Picture, Markup, Markup]]:
 
 def html_page(results: xr.Dataset, path: Path, state: str) -> str:
     """Return the page of a study's results read from `path`, in a `state`; the same results give the same text."""
-    found = content(results, path, state)
+    parts = content(results, path, state)
     drawn = drawn_of(partial(show.figures, results))
     template = environment(escaping=True).get_template("report.html.j2")
-    study = base64.b64encode(found["study"].encode()).decode()
-    return template.render(**{**found, "study": study}, figures=drawn)
+    study = base64.b64encode(parts["study"].encode()).decode()
+    return template.render(**{**parts, "study": study}, figures=drawn)
 
 
 def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
@@ -113,22 +113,22 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
     labelled, results = results, with_law_names(results)
     facts = sections(results, state)
     (validity,) = facts["validity"]
-    said = {name: [say(fact, REGISTERS[name]) for fact in facts[name]] for name in ("answer", "actions", *PLAIN)}
+    sentences = {name: [say(fact, REGISTERS[name]) for fact in facts[name]] for name in ("answer", "actions", *PLAIN)}
     titles, labels = value_of("titles", "checks"), value_of("titles", "method")
-    words = np.cumsum([len(sentence.split()) for sentence in said["answer"]])
+    words = np.cumsum([len(sentence.split()) for sentence in sentences["answer"]])
     first = max(1, int((words <= MOST_WORDS).sum()))
     later = [fact for fact in (*facts["answer"][first:], *facts["details"]) if fact.what not in IN_TABLES]
     page = {
         "title": str(results.attrs.get("title", "")) or "A study",
         "cover": [(name.capitalize(), text) for name, text in _cover(results)],
-        "answer": said["answer"][:first],
+        "answer": sentences["answer"][:first],
         "bars": bars_of(within_levels(results)),
-        "steps": said["actions"][:MOST_STEPS],
-        "further": said["actions"][MOST_STEPS:],
+        "steps": sentences["actions"][:MOST_STEPS],
+        "further": sentences["actions"][MOST_STEPS:],
         "badge": validity,
         "verdict": say(validity, "checks"),
         "lead": _page_tables(results, LEAD),
-        **{name: said[name] for name in PLAIN},
+        **{name: sentences[name] for name in PLAIN},
         "details": [say(fact, "page") for fact in later],
         "after": next(
             (fact for fact in facts["answer"] if fact.what == "anchoring.after" and math.isfinite(fact.value)), None
@@ -181,20 +181,20 @@ def texts(part: object) -> Iterator[str]:
     elif isinstance(part, Table):
         yield from texts([part.title, part.note, [column.heading for column in part.columns], [*part.groups]])
     elif isinstance(part, list | tuple):
-        for one in part:
-            yield from texts(one)
+        for inner in part:
+            yield from texts(inner)
 
 
 def _page_tables(results: xr.Dataset, names: Sequence[str]) -> list[Table]:
     """Return the tables of some names, without the sentences that the page has elsewhere for all of them."""
-    said = intervals(results), model_note(results), code_note(results)
-    return [table.without(*said).common().grouped("recommendation") for table in tables(results, names)]
+    elsewhere = intervals(results), model_note(results), code_note(results)
+    return [table.without(*elsewhere).common().grouped("recommendation") for table in tables(results, names)]
 
 
 def _study_text(results: xr.Dataset) -> str:
     text = json.dumps(study_of(results), ensure_ascii=False, indent=2)
     # each list of numbers and words is put on one line to save space (no string contains a line break)
-    return _PLAIN_LIST.sub(lambda found: f"[{' '.join(re.split(_LINE, found[1]))}]", text)
+    return _PLAIN_LIST.sub(lambda match: f"[{' '.join(re.split(_LINE, match[1]))}]", text)
 
 
 def longest_word(text: str) -> int:
@@ -205,7 +205,7 @@ def longest_word(text: str) -> int:
 def whole_intervals(text: str) -> Markup:
     """Return a cell as one HTML element in which no line break divides an interval in brackets."""
     whole = Markup('<span class="whole">{}</span>')
-    parts = [whole.format(one) if i % 2 else one for i, one in enumerate(_BRACKETS.split(clean(text)))]
+    parts = [whole.format(piece) if i % 2 else piece for i, piece in enumerate(_BRACKETS.split(clean(text)))]
     return Markup("<span>{}</span>").format(Markup("").join(parts))
 
 
@@ -214,7 +214,7 @@ def markdown(text: object) -> str:
     entities = {"<": "&lt;", ">": "&gt;", "&": "&amp;"}
     plain = " ".join(clean(str(text)).split())
     marked = _LINE_START.search(plain)
-    text = _MARKDOWN.sub(lambda found: entities.get(found[1], f"\\{found[1]}"), plain)
+    text = _MARKDOWN.sub(lambda match: entities.get(match[1], f"\\{match[1]}"), plain)
     if marked is None:
         return text
     # (a number is kept from being a list by its stop or bracket: a digit cannot be escaped)

@@ -46,12 +46,12 @@ class Curves(NamedTuple):
         samples = np.where(np.isnan(samples), lost, samples)
         return cls(without_replicates(fit), middle, samples)
 
-    def ratio(self, one: Index, other: Index, confidence: float) -> tuple[Array, Array, Array]:
-        """Return medians of laws `one` over medians of `other` (any shape, -1: none), (block, …), with intervals."""
-        missing = (one < 0) | (other < 0)
+    def ratio(self, first: Index, other: Index, confidence: float) -> tuple[Array, Array, Array]:
+        """Return medians of laws `first` over medians of `other` (any shape, -1: none), (block, …), with intervals."""
+        missing = (first < 0) | (other < 0)
         with np.errstate(invalid="ignore"):
-            middle = self.log_median[:, one] - self.log_median[:, other]
-            samples = self.log_samples[:, one] - self.log_samples[:, other]
+            middle = self.log_median[:, first] - self.log_median[:, other]
+            samples = self.log_samples[:, first] - self.log_samples[:, other]
         middle[:, missing] = np.nan
         samples[:, missing] = np.nan
         return exponentials(middle, samples, confidence)
@@ -64,13 +64,13 @@ def exponentials(middle: Array, samples: Array, confidence: float) -> tuple[Arra
     return exp(middle), exp(np.where(known, lower, np.nan)), exp(np.where(known, upper, np.nan))
 
 
-def flipped(flags: Flags, one: Index, other: Index, confidence: float, ways: int = 1) -> tuple[Array, Array, Array]:
+def flipped(flags: Flags, first: Index, other: Index, confidence: float, ways: int = 1) -> tuple[Array, Array, Array]:
     """Return shares (block, …, level) of motions whose flags (block, law, level, motion) differ, with Wilson's ends."""
-    missing = (one < 0) | (other < 0)
-    counts = np.empty((flags.shape[0], *one.shape, flags.shape[2]), np.int64)
+    missing = (first < 0) | (other < 0)
+    counts = np.empty((flags.shape[0], *first.shape, flags.shape[2]), np.int64)
     for block, *where in np.ndindex(*counts.shape[:-1]):
-        here = tuple(where)
-        counts[(block, *here)] = (flags[block, one[here]] != flags[block, other[here]]).sum(axis=-1)
+        place = tuple(where)
+        counts[(block, *place)] = (flags[block, first[place]] != flags[block, other[place]]).sum(axis=-1)
     share = counts / flags.shape[-1]
     lower, upper = binomial_interval(counts / ways, flags.shape[-1] / ways, confidence)
     for array in (share, lower, upper):
@@ -79,25 +79,25 @@ def flipped(flags: Flags, one: Index, other: Index, confidence: float, ways: int
 
 
 def excess(
-    flags: Flags, one: Index, other: Index, pairs: Index, replicates: int, seed: int, confidence: float
+    flags: Flags, first: Index, other: Index, pairs: Index, replicates: int, seed: int, confidence: float
 ) -> tuple[Array, Array, Array]:
-    """Return probabilities of laws `one` less `other`, with paired bootstrap intervals, (block, …, level)."""
+    """Return probabilities of laws `first` less `other`, with paired bootstrap intervals, (block, …, level)."""
     weights = draw_clusters(pairs, replicates, seed) / flags.shape[-1]
-    missing = (one < 0) | (other < 0)
-    shape = (flags.shape[0], *one.shape, flags.shape[2])
-    found = np.full((3, *shape), np.nan)
+    missing = (first < 0) | (other < 0)
+    shape = (flags.shape[0], *first.shape, flags.shape[2])
+    ends = np.full((3, *shape), np.nan)
     tail = 0.5 * (1.0 - confidence)
     for block in range(flags.shape[0]):
-        for where in np.ndindex(*one.shape):
+        for where in np.ndindex(*first.shape):
             if missing[where]:
                 continue
-            differs = flags[block, one[where]].astype(np.int8) - flags[block, other[where]]
-            found[(0, block, *where)] = differs.mean(axis=-1)
+            differs = flags[block, first[where]].astype(np.int8) - flags[block, other[where]]
+            ends[(0, block, *where)] = differs.mean(axis=-1)
             samples = times(differs, weights.T)
             # as in percentile_interval, the ends are values of replicates
-            found[(1, block, *where)] = np.quantile(samples, tail, axis=-1, method="lower")
-            found[(2, block, *where)] = np.quantile(samples, 1.0 - tail, axis=-1, method="higher")
-    return found[0], found[1], found[2]
+            ends[(1, block, *where)] = np.quantile(samples, tail, axis=-1, method="lower")
+            ends[(2, block, *where)] = np.quantile(samples, 1.0 - tail, axis=-1, method="higher")
+    return ends[0], ends[1], ends[2]
 
 
 def swing(curves: Curves, block: int, laws: Index, confidence: float) -> Array:
@@ -163,18 +163,24 @@ def findings(
     flags = runs["overturned"].transpose("block", "model", "level", "motion").values
     pairs, ways = polarity_pairs(runs), flags.shape[-1] // number_of_motions(runs)
     names = list(grid.against)
-    found: dict[str, Any] = {
+    variables: dict[str, Any] = {
         name: _of_every_run(runs[name], grid.at, array) for name in ("overturned", "peak_rotation", "uplifted")
     }
     observed = overturning_probability(runs, confidence)
-    found |= {str(name): _placed(variable, grid.at) for name, variable in observed.data_vars.items()}
-    found |= {str(name): _placed(variable, grid.at) for name, variable in curves.fit.data_vars.items()}
+    variables |= {str(name): _placed(variable, grid.at) for name, variable in observed.data_vars.items()}
+    variables |= {str(name): _placed(variable, grid.at) for name, variable in curves.fit.data_vars.items()}
 
     def compared(what: str, on: tuple[str, ...], parts: list[tuple[Array, Array, Array]], text: str) -> None:
         dims = ("block", "model", "value", *on, "comparison")
         for i, suffix in enumerate(("", "_lower", "_upper")):
-            said = text if not suffix else f"{suffix[1:]} end of the {given_percent(confidence)} interval of the {text}"
-            found[f"{what}{suffix}"] = (dims, np.stack([part[i] for part in parts], axis=-1), _attributes(said))
+            long_name = (
+                text if not suffix else f"{suffix[1:]} end of the {given_percent(confidence)} interval of the {text}"
+            )
+            variables[f"{what}{suffix}"] = (
+                dims,
+                np.stack([part[i] for part in parts], axis=-1),
+                _attributes(long_name),
+            )
 
     others = [grid.against[name] for name in names]
     compared(
@@ -195,14 +201,16 @@ def findings(
         [excess(flags, grid.at, other, pairs, sweep.replicates, sweep.seed, confidence) for other in others],
         "probability of overturning less that of what it is held against",
     )
-    found |= _sensitivity(curves, blocks, grid, sweep)
-    return xr.Dataset(found, coords=_coordinates(runs, blocks, models, grid, sweep), attrs=_said(runs, sweep))
+    variables |= _sensitivity(curves, blocks, grid, sweep)
+    return xr.Dataset(variables, coords=_coordinates(runs, blocks, models, grid, sweep), attrs=_said(runs, sweep))
 
 
 def placed_screen(screened: xr.Dataset, grid: Grid) -> xr.Dataset:
     """Return the screen of the runs of `grid.laws` on (block, model, value), without its coordinates."""
-    own = screened.drop_vars(["friction_impact", "elastic_frequency", "model"])
-    return own.map(lambda one: xr.DataArray(_placed(one, grid.at)) if "model" in one.dims else one, keep_attrs=True)
+    of_laws = screened.drop_vars(["friction_impact", "elastic_frequency", "model"])
+    return of_laws.map(
+        lambda array: xr.DataArray(_placed(array, grid.at)) if "model" in array.dims else array, keep_attrs=True
+    )
 
 
 def usual(blocks: Sequence[Block], sweep: Sweep) -> Flags:
@@ -219,15 +227,15 @@ def _sensitivity(curves: Curves, blocks: Sequence[Block], grid: Grid, sweep: Swe
     swings, slopes = swings_and_slopes(curves, blocks, grid, sweep)
     trends = exponentials(slopes[..., 0], slopes[..., 1:], sweep.confidence)
     step = "a tenfold delta" if sweep.parameter == "delta" else "0.1 more of e"
-    found: dict[str, Any] = {}
+    variables: dict[str, Any] = {}
     for name, parts, text in (
         ("median_swing", swings, "largest over smallest median"),
         ("median_trend", trends, f"factor on the median of {step}"),
     ):
         for suffix, part in zip(("", "_lower", "_upper"), parts, strict=True):
-            said = text if not suffix else f"{suffix[1:]} end of the interval of the {text}"
-            found[f"{name}{suffix}"] = (("block", "model", "span"), part, _attributes(said))
-    return found
+            long_name = text if not suffix else f"{suffix[1:]} end of the interval of the {text}"
+            variables[f"{name}{suffix}"] = (("block", "model", "span"), part, _attributes(long_name))
+    return variables
 
 
 def swings_and_slopes(curves: Curves, blocks: Sequence[Block], grid: Grid, sweep: Sweep) -> tuple[Array, Array]:
@@ -249,18 +257,18 @@ def swings_and_slopes(curves: Curves, blocks: Sequence[Block], grid: Grid, sweep
 def _placed(array: xr.DataArray, at: Index) -> xr.DataArray:
     """Expand an array on (block, model) of the distinct laws to (block, model, value)."""
     bare = array.drop_vars([name for name, coordinate in array.coords.items() if "model" in coordinate.dims])
-    found = bare.isel(model=xr.DataArray(at, dims=("row", "value"))).rename(row="model")
-    return found.transpose("block", "model", "value", ...)
+    placed = bare.isel(model=xr.DataArray(at, dims=("row", "value"))).rename(row="model")
+    return placed.transpose("block", "model", "value", ...)
 
 
-def _of_every_run(one: xr.DataArray, at: Index, array: Allocator) -> xr.Variable:
+def _of_every_run(runs: xr.DataArray, at: Index, array: Allocator) -> xr.Variable:
     """Expand results of the distinct laws to (block, model, value, level, motion)."""
     dims = ("block", "model", "level", "motion")
-    values = one.transpose(*dims).values
-    found = array((values.shape[0], *at.shape, *values.shape[2:]), values.dtype)
-    for block, j, k in np.ndindex(*found.shape[:3]):
-        found[block, j, k] = values[block, at[j, k]]
-    return xr.Variable(("block", "model", "value", "level", "motion"), found, one.attrs)
+    values = runs.transpose(*dims).values
+    values_of = array((values.shape[0], *at.shape, *values.shape[2:]), values.dtype)
+    for block, j, k in np.ndindex(*values_of.shape[:3]):
+        values_of[block, j, k] = values[block, at[j, k]]
+    return xr.Variable(("block", "model", "value", "level", "motion"), values_of, runs.attrs)
 
 
 def _coordinates(

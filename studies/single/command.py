@@ -200,21 +200,21 @@ def _films(response: Dataset, folder: Path, speed: float, log: Console) -> list[
     if len(names) == 1:
         say(log, "no ffmpeg on the PATH: the film is a GIF alone")
     try:
-        found = []
+        films = []
         number = frames_of(response, speed=speed).time.size
         takes = number * sum(FRAME_SECONDS[name[-3:]] for name in names)
         if takes >= LONG_SECONDS:
-            each = " each" if len(names) > 1 else ""
-            say(log, f"drawing {' and '.join(names)}: {number:,} frames{each}, some {time_text(takes)}")
+            of_each = " each" if len(names) > 1 else ""
+            say(log, f"drawing {' and '.join(names)}: {number:,} frames{of_each}, some {time_text(takes)}")
         for name in names:
             # (an MP4 has twice the pixels: its file is small, and it can be watched on a full screen)
             size = 480 if name.endswith("gif") else 960
             with show_progress(log, f"frames of {name}", None) as shown:
-                found.append(animate(response, folder / name, speed=speed, size=size, progress=shown.update))
+                films.append(animate(response, folder / name, speed=speed, size=size, progress=shown.update))
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"interrupted: {name} is not written, the history is") from None
     except OSError as error:
         raise StudyError(f"{folder / name}: cannot be written ({system_reason(error)})") from None
     except ValueError as error:
         raise StudyError(f"--speed {speed:g}: {error}") from None
-    return found
+    return films

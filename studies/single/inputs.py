@@ -125,7 +125,7 @@ def motion_of(
         raise StudyError(f"--index must be 0 or more, got {index}")
     at = index
     if not made:
-        found = _read(name, keys)
+        arrays = _read(name, keys)
     else:
         if name in shaking.PULSES:
             keys |= {"pulse": name}
@@ -137,14 +137,16 @@ def motion_of(
             keys |= {"generator": name, "number": 1, "seed": seed or 0}
         first = index if name in shaking.GENERATORS else 0
         at -= first
-        found = built(name, lambda: motions_table(keys).build(Path(), first), keys)
-    plain = records(found)
+        arrays = built(name, lambda: motions_table(keys).build(Path(), first), keys)
+    plain = records(arrays)
     if at >= len(plain):
         last = f"0 to {len(plain) - 1}" if len(plain) > 1 else "0 only"
         raise StudyError(f"--index {index}: {name} holds {counted(len(plain), 'motion')} ({last})")
-    one = plain[at]
-    alone = from_array(one.acceleration, one.dt, [one.label], one.source, one.own_amplitude, one.recorded)
-    reached = {key: found[0][key].variable for key in REACHED if made and key in found[0].coords}
+    record = plain[at]
+    alone = from_array(
+        record.acceleration, record.dt, [record.label], record.source, record.own_amplitude, record.recorded
+    )
+    reached = {key: arrays[0][key].variable for key in REACHED if made and key in arrays[0].coords}
     return alone.assign_coords(reached)
 
 
@@ -206,14 +208,14 @@ def _setting(text: str) -> tuple[str, Any]:
 
 def scene_of(options: Mapping[str, str | None], restitution: float | None, restraint: str | None) -> dict[str, Any]:
     """Return the keys of ``[[blocks]]`` that the options of the command line give."""
-    found: dict[str, Any] = {
+    keys_of: dict[str, Any] = {
         OPTIONS[option].key: _value(option, text, OPTIONS[option]) for option, text in options.items() if text
     }
     if restitution is not None:
-        found["wall_restitution"] = restitution
+        keys_of["wall_restitution"] = restitution
     if restraint is not None:
-        found["restraint"] = _restraint(restraint)
-    return found
+        keys_of["restraint"] = _restraint(restraint)
+    return keys_of
 
 
 def _restraint(text: str) -> dict[str, Any]:
@@ -223,7 +225,7 @@ def _restraint(text: str) -> dict[str, Any]:
         checked(kind, KINDS)
     except ValueError as error:
         raise StudyError(f"--restraint {kind[:40]}: {error}") from None
-    found: dict[str, Any] = {"kind": kind}
+    table: dict[str, Any] = {"kind": kind}
     for part in parts:
         name, equals, value = (word.strip() for word in part.partition("="))
         if not equals:
@@ -233,15 +235,15 @@ def _restraint(text: str) -> dict[str, Any]:
         except ValueError as error:
             raise StudyError(f"--restraint {name[:40]}: {error}") from None
         key = name if name == "count" else PARTS[name].key
-        if key in found:
+        if key in table:
             raise StudyError(f"--restraint {name}: is given twice")
         if name != "count":
-            found[key] = _value(f"--restraint {name}", value, PARTS[name])
+            table[key] = _value(f"--restraint {name}", value, PARTS[name])
         elif value.isascii() and value.isdigit():
-            found[key] = int(value[:9])
+            table[key] = int(value[:9])
         else:
             raise StudyError(f"--restraint count: must be a whole number, got {value[:40]!r}")
-    return found
+    return table
 
 
 def _value(option: str, text: str, word: _Word) -> float:

@@ -74,31 +74,31 @@ def read_motions(inputs: Sequence[str]) -> Shown:
         raise StudyError(f"{studies[0]}: a study file must stand alone, got {len(inputs)} files")
     try:
         if not studies:
-            found = horizontal_motions({path: shaking.read_all(path) for path in expand(list(inputs), Path())}, inputs)
-            doubts = [*vertical_doubts(found, BY_ITSELF), *record_doubts(records(found))]
-            return Shown(found, doubts, {})
+            arrays = horizontal_motions({path: shaking.read_all(path) for path in expand(list(inputs), Path())}, inputs)
+            doubts = [*vertical_doubts(arrays, BY_ITSELF), *record_doubts(records(arrays))]
+            return Shown(arrays, doubts, {})
         path = Path(studies[0])
         with noted():  # a study names the warnings on its files
             content = read_study_file(path)
         table = content.motions
         if content.performance is not None and isinstance(table, IndexedFloorMotions):
-            found = read_floor_index(path.parent / table.floors_index, table.dt_s, table.unit).arrays
-            doubts = [doubt for doubt in Reading.of(found).doubts if doubt.kind not in (content.accept or [])]
-            return Shown(found, doubts, {})
+            arrays = read_floor_index(path.parent / table.floors_index, table.dt_s, table.unit).arrays
+            doubts = [doubt for doubt in Reading.of(arrays).doubts if doubt.kind not in (content.accept or [])]
+            return Shown(arrays, doubts, {})
         sets = content.shaking(path.parent)
-        found = _labelled_once([one.motions for one in sets])
-        records(found)
-        reading = Reading.joined([one.reading for one in sets])
-        doubts = [one for one in (*reading.doubts, *reading.far) if one.kind not in (content.accept or [])]
+        arrays = _labelled_once([of_set.motions for of_set in sets])
+        records(arrays)
+        reading = Reading.joined([of_set.reading for of_set in sets])
+        doubts = [doubt for doubt in (*reading.doubts, *reading.far) if doubt.kind not in (content.accept or [])]
         if content.stripes is not None:
-            return Shown(found, doubts, {}, (*reading.scenario, *reading.storeys))
+            return Shown(arrays, doubts, {}, (*reading.scenario, *reading.storeys))
         made = content.motions.made_by(path.parent)
         at = None if made is None else made.scenario
         if at is None or content.motions.given("number") == 1 or reading.storeys:
-            return Shown(found, doubts, {}, reading.storeys)
-        on_floors = any("floor" in array.dims for array in found)
-        ground = content.motions.build(path.parent) if on_floors else found
-        return Shown(found, doubts, *_over_models(ground, at))
+            return Shown(arrays, doubts, {}, reading.storeys)
+        on_floors = any("floor" in array.dims for array in arrays)
+        ground = content.motions.build(path.parent) if on_floors else arrays
+        return Shown(arrays, doubts, *_over_models(ground, at))
     except StudyError:
         raise
     except (ValueError, ArithmeticError) as error:
@@ -107,20 +107,20 @@ def read_motions(inputs: Sequence[str]) -> Shown:
 
 def _labelled_once(sets: Sequence[Sequence[xr.DataArray]]) -> list[xr.DataArray]:
     """Return the motions of all stripes, each only once; different motions of the same label are renamed."""
-    found: list[xr.DataArray] = []
+    distinct: list[xr.DataArray] = []
     seen: dict[str, set[str]] = {}
     for number, arrays in enumerate(sets, start=1):
         for array in arrays:
             labels = [str(value) for value in array["motion"].values]
-            each = (records(array.isel(motion=[i])) for i in range(len(labels)))
-            samples = [" ".join(digest(one) for one in record) for record in each]
+            recordings = (records(array.isel(motion=[i])) for i in range(len(labels)))
+            samples = [" ".join(digest(part) for part in record) for record in recordings]
             new = [i for i, name in enumerate(labels) if samples[i] not in seen.get(name, set())]
             names = [f"{labels[i]} (stripe {number})" if labels[i] in seen else labels[i] for i in new]
             for i in new:
                 seen.setdefault(labels[i], set()).add(samples[i])
             if new:
-                found.append(array.isel(motion=new).assign_coords(motion=("motion", names, array["motion"].attrs)))
-    return found
+                distinct.append(array.isel(motion=new).assign_coords(motion=("motion", names, array["motion"].attrs)))
+    return distinct
 
 
 def _over_models(ground: Sequence[xr.DataArray], at: shaking.Scenario) -> tuple[dict[str, xr.Dataset], tuple[str, ...]]:
@@ -169,11 +169,11 @@ def scenario_table(ratios: Mapping[str, xr.Dataset]) -> Table:
 
 def measures_json(values: xr.Dataset, figures: Sequence[Path], shown: Shown) -> str:
     """Return every measure of every motion as JSON, SI; null if a measure is undefined (durations of zeros)."""
-    found = {
+    measures = {
         str(name): {
             "units": array.attrs["units"],
             "long_name": array.attrs["long_name"],
-            "values": [one if math.isfinite(one) else None for one in array.values.tolist()],
+            "values": [number if math.isfinite(number) else None for number in array.values.tolist()],
         }
         for name, array in values.data_vars.items()
     }
@@ -182,7 +182,7 @@ def measures_json(values: xr.Dataset, figures: Sequence[Path], shown: Shown) -> 
         "dt": {"units": "s", "values": values["dt"].values.tolist()},
         "duration": {"units": "s", "values": values["duration"].values.tolist()},
         **({"floor": values["floor"].values.tolist()} if "floor" in values.coords else {}),
-        "measures": found,
+        "measures": measures,
         "notes": [doubt.sentence for doubt in shown.doubts],
         **({"over_models": {model: _over(ratio) for model, ratio in shown.ratios.items()}} if shown.ratios else {}),
         "figures": [str(path) for path in figures],
@@ -254,15 +254,15 @@ def draw_spectra(
     sa = spectrum["sa"].values / STANDARD_GRAVITY
     floors = _by_floor(spectrum)
     single = sa.shape[0] == 1
-    for i, (floor, here) in enumerate(floors.items()):
+    for i, (floor, places) in enumerate(floors.items()):
         colour = axes.colour(i)
         thin: dict[str, Any] = THIN if len(floors) == 1 else {"lw": 0.4, "color": colour, "alpha": 0.25}
         name = "" if floor is None else f"{floor_name(floor)}: "
         if single:
             ax.plot(PERIODS, sa[0], lw=1.8, color=colour, label=str(spectrum["motion"].values[0]))
             continue
-        ax.plot(PERIODS, sa[here].T, **thin)
-        low, middle, high = np.percentile(sa[here], PERCENTILES, axis=0)
+        ax.plot(PERIODS, sa[places].T, **thin)
+        low, middle, high = np.percentile(sa[places], PERCENTILES, axis=0)
         ax.plot(PERIODS, middle, lw=2.0, color=colour, label=f"{name}median", zorder=3)
         label = "16 and 84 %" if floor is None else None
         ax.plot(PERIODS, low, lw=1.2, ls="dashed", color=colour, label=label, zorder=3)

@@ -118,8 +118,8 @@ class Around(NamedTuple):
             if bool(run["ruptured"]):
                 what = f"breaks at {float(run['rupture_time']):.2f} s"
             elif force is not None:
-                each = " in each" if restraint.count > 1 else ""
-                what = f"holds, largest force {force:.3g} N{each}"
+                of_each = " in each" if restraint.count > 1 else ""
+                what = f"holds, largest force {force:.3g} N{of_each}"
             rows.append(("restraint", f"{restraint.label}: {what}"))
         return rows
 
@@ -253,8 +253,8 @@ class Simulation:
         if self.screened is None:
             return {}
         names = {"uplift": "friction_uplift", "rocking": "friction_rocking_demand", "impact": "friction_impact"}
-        found = {name: float(self.screened[variable].max()) for name, variable in names.items()}
-        return {name: value for name, value in found.items() if math.isfinite(value)}
+        needed = {name: float(self.screened[variable].max()) for name, variable in names.items()}
+        return {name: value for name, value in needed.items() if math.isfinite(value)}
 
     @property
     def facts(self) -> list[Fact]:
@@ -266,20 +266,20 @@ class Simulation:
         ]
         doubts += matching_doubts([self.motion])
         doubts += level_doubts(np.array([self.pga]), ACCELERATION) if self.factor != 1.0 else []
-        found = [*block_facts([self.block]), *doubted(doubt.sentence for doubt in doubts)]
+        facts = [*block_facts([self.block]), *doubted(doubt.sentence for doubt in doubts)]
         if self.screened is not None:
             verdict = int(self.screened["verdict"].max())
             for reason in (reason for reason in REASONS if verdict & reason.bit and reason is not SQUAT):
                 if reason is UNDECIDED:
-                    found.append(Fact("single.undecided"))
+                    facts.append(Fact("single.undecided"))
                 elif reason is SCALED_FAR:
-                    found.append(Fact("single.scaled_far", self.factor, *FACTORS))
+                    facts.append(Fact("single.scaled_far", self.factor, *FACTORS))
                 elif reason is ELASTIC_MODE:
-                    found.append(Fact("single.elastic_mode", names=(reason.text,)))
+                    facts.append(Fact("single.elastic_mode", names=(reason.text,)))
                 else:
-                    found.append(Fact("single.outside", names=(reason.text,), more={"slides": reason in _SLIDING}))
+                    facts.append(Fact("single.outside", names=(reason.text,), more={"slides": reason in _SLIDING}))
         more = {"vertical": False, "slides": False}
-        return [*found, Fact("validity.not_modelled", more=more)]
+        return [*facts, Fact("validity.not_modelled", more=more)]
 
     @property
     def notes(self) -> list[str]:

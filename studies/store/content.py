@@ -33,22 +33,22 @@ def content_digest(results: xr.Dataset) -> str:
     integers, other numbers are as they are, little-endian, and texts are a line of JSON each. The attributes of the
     dataset follow, except this one.
     """
-    found = hashlib.sha256()
-    for name, one in sorted(results.variables.items(), key=lambda pair: str(pair[0])):
-        kind = _type_of(one)
-        about = {"name": str(name), "coordinate": name in results.coords, "dims": [str(dim) for dim in one.dims]}
-        found.update(_line({**about, "shape": one.shape, "type": kind, "attributes": _plain(one.attrs)}))
+    digest = hashlib.sha256()
+    for name, variable in sorted(results.variables.items(), key=lambda pair: str(pair[0])):
+        kind = _type_of(variable)
+        about = {"name": str(name), "coordinate": name in results.coords, "dims": [str(dim) for dim in variable.dims]}
+        digest.update(_line({**about, "shape": variable.shape, "type": kind, "attributes": _plain(variable.attrs)}))
         # (flags of one byte are summed as eight)
-        for where in rows_of(one.shape, max(one.dtype.itemsize, 8)):
-            values = one[where].values
+        for where in rows_of(variable.shape, max(variable.dtype.itemsize, 8)):
+            values = variable[where].values
             if kind == "text":
                 lines = [_in_json(str(value)) for value in np.ravel(values).tolist()]
-                found.update("".join(f"{line}\n" for line in lines).encode())
+                digest.update("".join(f"{line}\n" for line in lines).encode())
             else:
                 stored = values.dtype.newbyteorder("<") if kind.startswith("float") else np.dtype("<i8")
-                found.update(np.ascontiguousarray(values, stored).data)
-    found.update(_line(_plain({name: value for name, value in results.attrs.items() if name != ATTRIBUTE})))
-    return found.hexdigest()
+                digest.update(np.ascontiguousarray(values, stored).data)
+    digest.update(_line(_plain({name: value for name, value in results.attrs.items() if name != ATTRIBUTE})))
+    return digest.hexdigest()
 
 
 def sealed(results: xr.Dataset) -> xr.Dataset:
@@ -73,11 +73,11 @@ def content_state(results: xr.Dataset) -> str:
     return AS_WRITTEN if str(results.attrs[ATTRIBUTE]) == content_digest(results) else EDITED
 
 
-def _type_of(one: xr.Variable) -> str:
+def _type_of(variable: xr.Variable) -> str:
     """Return the type of a variable in all models of netCDF: the classic model has no unsigned or long integers."""
-    if one.dtype.kind == "f":
-        return f"float{8 * one.dtype.itemsize}"
-    return {"b": "flag", "i": "integer", "u": "integer"}.get(one.dtype.kind, "text")
+    if variable.dtype.kind == "f":
+        return f"float{8 * variable.dtype.itemsize}"
+    return {"b": "flag", "i": "integer", "u": "integer"}.get(variable.dtype.kind, "text")
 
 
 def _plain(attributes: Mapping[Any, Any]) -> dict[str, Any]:

@@ -24,17 +24,17 @@ def identifying(study: Any) -> Any:
     """Return the part of a study file's content that decides its runs, and so its identity."""
     if not isinstance(study, dict):
         return study
-    found = {key: value for key, value in study.items() if key not in APART}
+    tables = {key: value for key, value in study.items() if key not in APART}
     for table, keys in DECISIONS.items():
-        if isinstance(found.get(table), dict):
-            found[table] = {key: value for key, value in found[table].items() if key not in keys}
-    if isinstance(found.get("restraints"), dict):  # (what a kit costs changes no run)
-        kits = found["restraints"].items()
-        found["restraints"] = {
+        if isinstance(tables.get(table), dict):
+            tables[table] = {key: value for key, value in tables[table].items() if key not in keys}
+    if isinstance(tables.get("restraints"), dict):  # (what a kit costs changes no run)
+        kits = tables["restraints"].items()
+        tables["restraints"] = {
             name: {key: value for key, value in kit.items() if key != "cost"} if isinstance(kit, dict) else kit
             for name, kit in kits
         }
-    return found
+    return tables
 
 
 def same_inputs(before: str, now: str) -> bool:
@@ -59,10 +59,10 @@ def _motions_of(study: Any) -> list[dict[str, Any]]:
     if not isinstance(study, dict):
         return []
     tables = [study.get("motions")]
-    tables += [one.get("motions") or {} for one in (study.get("stripes") or {}).get("at", [])]
-    tables += [one.get("motions") for one in study.get("motion_sets") or []]
-    found = [table for table in tables if isinstance(table, dict)]
-    return found if len(found) == len(tables) else []
+    tables += [stripe.get("motions") or {} for stripe in (study.get("stripes") or {}).get("at", [])]
+    tables += [motion_set.get("motions") for motion_set in study.get("motion_sets") or []]
+    tables_of = [table for table in tables if isinstance(table, dict)]
+    return tables_of if len(tables_of) == len(tables) else []
 
 
 def differences(before: Any, now: Any, same: bool = False) -> str:

@@ -191,9 +191,9 @@ def _other(about: Mapping[str, Any], study: Mapping[str, Any], identity: str) ->
 
     from .differences import differences, same_inputs  # noqa: PLC0415
 
-    made, here = about.get("toppling_version"), metadata.version("toppling")
-    if made is not None and made != here:
-        return f" (they were made by toppling {made}, this is {here})"
+    made, version = about.get("toppling_version"), metadata.version("toppling")
+    if made is not None and made != version:
+        return f" (they were made by toppling {made}, this is {version})"
     try:
         before = json.loads(str(about["study"]))
     except (KeyError, ValueError, RecursionError):

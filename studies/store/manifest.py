@@ -35,29 +35,29 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
     path = folder / FOLDER / MANIFEST
     refuse_link(folder / FOLDER)
     try:
-        found = json.loads(path.read_bytes().decode("utf-8"))
+        manifest = json.loads(path.read_bytes().decode("utf-8"))
     except FileNotFoundError:
         return None
     except OSError as error:
         raise StudyError(f"{path}: cannot be read ({system_reason(error)})") from None
     except (ValueError, RecursionError):
-        found = None
+        manifest = None
     kinds = {"layout": int, "engine": dict, "identity": str, "study": dict, "work": int, "calls": list}
-    if not isinstance(found, dict) or not all(isinstance(found.get(name), kind) for name, kind in kinds.items()):
+    if not isinstance(manifest, dict) or not all(isinstance(manifest.get(name), kind) for name, kind in kinds.items()):
         raise StudyError(f"{path}: is no manifest of a study; use --fresh to start over")
-    if found["layout"] != LAYOUT:
+    if manifest["layout"] != LAYOUT:
         raise StudyError(
-            f"{path}: has layout {found['layout']}, this version reads {LAYOUT}; use --fresh to start over"
+            f"{path}: has layout {manifest['layout']}, this version reads {LAYOUT}; use --fresh to start over"
         )
-    counts = [found["work"], *(value for one in found["calls"] for value in _counts_of(one))]
+    counts = [manifest["work"], *(value for call in manifest["calls"] for value in _counts_of(call))]
     if any(type(value) is not int or not 0 <= value <= MOST for value in counts):
         raise StudyError(f"{path}: is no manifest of a study; use --fresh to start over")
-    return found
+    return manifest
 
 
-def _counts_of(one: Any) -> list[Any]:
+def _counts_of(call: Any) -> list[Any]:
     """Return the counts in a manifest's entry of a call; [None] if it is no such entry."""
-    pairs = one.get("chunks") if isinstance(one, dict) else None
+    pairs = call.get("chunks") if isinstance(call, dict) else None
     if not isinstance(pairs, list) or not all(isinstance(pair, list) and len(pair) == 2 for pair in pairs):
         return [None]
     return [value for pair in pairs for value in pair]
@@ -65,18 +65,18 @@ def _counts_of(one: Any) -> list[Any]:
 
 def kept_runs(folder: Path, manifest: dict[str, Any]) -> tuple[int, int]:
     """Return the number of chunks that are kept in a folder, and the number of their runs."""
-    found: dict[int, set[int]] = defaultdict(set)
+    kept_chunks: dict[int, set[int]] = defaultdict(set)
     with suppress(FileNotFoundError):  # (the study has just been finished)
         for path in (folder / FOLDER).iterdir():
             if name := NAME.fullmatch(path.name):
-                found[int(name[1])].add(int(name[2]))
+                kept_chunks[int(name[1])].add(int(name[2]))
     chunks = runs = 0
-    for i, one in enumerate(manifest["calls"]):
+    for i, call in enumerate(manifest["calls"]):
         first = 0
-        for number, each in one["chunks"]:
-            kept = sum(first <= chunk < first + number for chunk in found[i])
+        for number, runs_of_chunk in call["chunks"]:
+            kept = sum(first <= chunk < first + number for chunk in kept_chunks[i])
             chunks += kept
-            runs += kept * each
+            runs += kept * runs_of_chunk
             first += number
     return chunks, runs
 

@@ -53,8 +53,8 @@ def write(results: xr.Dataset, path: Path) -> None:
             os._exit(0)
     os.close(writing)
     try:
-        with os.fdopen(reading, encoding="utf-8", errors="replace") as told:
-            reason = told.read()
+        with os.fdopen(reading, encoding="utf-8", errors="replace") as pipe:
+            reason = pipe.read()
     except BaseException:
         os.kill(child, signal.SIGKILL)
         raise
@@ -96,23 +96,25 @@ def _write(results: xr.Dataset, path: Path) -> None:
             netCDF4.set_chunk_cache(*before)
 
 
-def _write_slabs(file: netCDF4.Dataset, one: xr.DataArray) -> None:
-    flags, dims = one.dtype == np.bool_, [str(dim) for dim in one.dims]
-    for dim, size in zip(dims, one.shape, strict=True):
+def _write_slabs(file: netCDF4.Dataset, array: xr.DataArray) -> None:
+    flags, dims = array.dtype == np.bool_, [str(dim) for dim in array.dims]
+    for dim, size in zip(dims, array.shape, strict=True):
         if dim not in file.dimensions:
             file.createDimension(dim, size)
     stored = file.createVariable(
-        str(one.name),
-        np.int8 if flags else one.dtype,
+        str(array.name),
+        np.int8 if flags else array.dtype,
         dims,
-        fill_value=np.nan if one.dtype.kind == "f" else None,
-        **_storage(one.variable),
+        fill_value=np.nan if array.dtype.kind == "f" else None,
+        **_storage(array.variable),
     )
-    beside = " ".join(sorted(str(name) for name in one.coords if name not in one.dims))
-    stored.setncatts(one.attrs | ({"coordinates": beside} if beside else {}) | ({"dtype": "bool"} if flags else {}))
+    coordinates = " ".join(sorted(str(name) for name in array.coords if name not in array.dims))
+    stored.setncatts(
+        array.attrs | ({"coordinates": coordinates} if coordinates else {}) | ({"dtype": "bool"} if flags else {})
+    )
     stored.set_auto_maskandscale(False)
-    for where in _slabs_of(one.shape, one.dtype.itemsize):
-        stored[where] = one.variable[where].values.astype(stored.dtype, copy=False)
+    for where in _slabs_of(array.shape, array.dtype.itemsize):
+        stored[where] = array.variable[where].values.astype(stored.dtype, copy=False)
 
 
 def opened(path: Path) -> xr.Dataset:
@@ -157,23 +159,23 @@ def look_through(stored: xr.Dataset) -> None:
                 variable[where].load()
 
 
-def _checked(one: xr.Variable) -> bool:
-    return one.ndim > 0 and one.size > 0 and one.dtype.kind in "biuf"
+def _checked(variable: xr.Variable) -> bool:
+    return variable.ndim > 0 and variable.size > 0 and variable.dtype.kind in "biuf"
 
 
-def _storage(one: xr.Variable) -> dict[str, Any]:
+def _storage(variable: xr.Variable) -> dict[str, Any]:
     """The storage options of a variable: chunks that are as whole as possible along its last dimensions."""
-    return {"fletcher32": True, "chunksizes": _pieces(one.shape, one.dtype.itemsize, CHUNK_BYTES)}
+    return {"fletcher32": True, "chunksizes": _pieces(variable.shape, variable.dtype.itemsize, CHUNK_BYTES)}
 
 
 def _pieces(shape: tuple[int, ...], itemsize: int, most: int) -> tuple[int, ...]:
-    found: list[int] = []
+    sizes: list[int] = []
     left = max(1, most // itemsize)
     for size in reversed(shape):
         # (pieces of equal length, or the last one would be stored half empty)
-        found.append(math.ceil(size / math.ceil(size / min(size, left))))
+        sizes.append(math.ceil(size / math.ceil(size / min(size, left))))
         left = max(1, left // size)
-    return tuple(reversed(found))
+    return tuple(reversed(sizes))
 
 
 def _slabs_of(shape: tuple[int, ...], itemsize: int) -> Iterator[tuple[slice, ...]]:

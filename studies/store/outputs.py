@@ -50,12 +50,12 @@ def own_files(folder: Path, command: str, names: Collection[str]) -> Iterator[No
 
 def _stamps(folder: Path, names: Collection[str]) -> dict[str, tuple[int, int]]:
     """Return the existing files of these names, each with its data that change when it is rewritten."""
-    found = {}
+    stamps = {}
     for name in names:
         with suppress(FileNotFoundError, NotADirectoryError):
             about = (folder / name).lstat()
-            found[name] = about.st_ino, about.st_mtime_ns
-    return found
+            stamps[name] = about.st_ino, about.st_mtime_ns
+    return stamps
 
 
 def _is_ours(path: Path, record: Record) -> bool:
@@ -75,24 +75,24 @@ def _read(folder: Path) -> Record:
     """Return the record of a folder; empty if there is none, or another content."""
     path = folder / RECORD
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        record = json.loads(path.read_text(encoding="utf-8"))
     except (FileNotFoundError, ValueError, RecursionError):
         return {}
     except OSError as error:
         raise StudyError(f"{path}: cannot be read ({system_reason(error)})") from None
-    if not isinstance(found, dict) or not all(isinstance(files, dict) for files in found.values()):
+    if not isinstance(record, dict) or not all(isinstance(files, dict) for files in record.values()):
         return {}
     return {
-        str(key): {str(name): str(digest) for name, digest in files.items()} for key, files in sorted(found.items())
+        str(key): {str(name): str(digest) for name, digest in files.items()} for key, files in sorted(record.items())
     }
 
 
 def _settle(folder: Path, others: Record, command: str, there: Collection[str], made: bool) -> None:
     """Write the record of the files that are there; remove it, and a folder made here, if there are none."""
-    own = {name: file_digest(folder / name) for name in sorted(there)}
-    found = {**others, command: own} if own else others
-    if found:
-        _write(folder, found)
+    digests = {name: file_digest(folder / name) for name in sorted(there)}
+    record = {**others, command: digests} if digests else others
+    if record:
+        _write(folder, record)
         return
     _remove(folder / RECORD)
     if made:

@@ -78,7 +78,7 @@ def memory_bytes() -> float:
 
 def free_bytes(folder: Path) -> int:
     """Return the free bytes of the disk that a folder is on, or would be on."""
-    here = folder.absolute()
-    while not here.exists():
-        here = here.parent
-    return shutil.disk_usage(here).free
+    existing = folder.absolute()
+    while not existing.exists():
+        existing = existing.parent
+    return shutil.disk_usage(existing).free

@@ -174,10 +174,10 @@ def _manifest(pinned: Mapping[str, Any]) -> dict[str, Any]:
 def belongs(folder: Path, identity: str) -> bool:
     """Return True if the folder contains parts of the study of this identity, made by this engine."""
     try:
-        found = read_manifest(folder)
+        manifest = read_manifest(folder)
     except StudyError:
         return False
-    return found is not None and found["identity"] == identity and found["engine"] == engine_identity()
+    return manifest is not None and manifest["identity"] == identity and manifest["engine"] == engine_identity()
 
 
 def remove_shards(folder: Path) -> None:
@@ -214,17 +214,19 @@ def _add_call(folder: Path, call: int, runs: Sequence[int]) -> None:
     refused_before = manifest.pop(REFUSED, None) is not None
     new = len(manifest["calls"]) <= call
     if new:
-        manifest["calls"].append({"chunks": [[len(list(equal)), each] for each, equal in groupby(runs)]})
+        manifest["calls"].append(
+            {"chunks": [[len(list(equal)), runs_of_chunk] for runs_of_chunk, equal in groupby(runs)]}
+        )
     if new or refused_before:
         write_whole(folder / MANIFEST, _json(manifest))
 
 
 def _present(shards: Path) -> dict[str, Any]:
     """Return the manifest of a study that runs; StudyError if it was broken or removed meanwhile."""
-    found = read_manifest(shards.parent)
-    if found is None:
+    manifest = read_manifest(shards.parent)
+    if manifest is None:
         raise removed(shards / MANIFEST)
-    return found
+    return manifest
 
 
 def _json(manifest: Mapping[str, Any]) -> bytes:
@@ -235,8 +237,8 @@ def _difference(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
     """Return the differences of a study or of its engine from before; empty if there are none."""
     if before["engine"] != now["engine"]:
         names = sorted({*before["engine"], *now["engine"]})
-        found = [(name, before["engine"].get(name), now["engine"].get(name)) for name in names]
-        return ", ".join(f"{name} was {old}, is {new}" for name, old, new in found if old != new)
+        changes = [(name, before["engine"].get(name), now["engine"].get(name)) for name in names]
+        return ", ".join(f"{name} was {old}, is {new}" for name, old, new in changes if old != new)
     if before["identity"] == now["identity"]:
         return ""
     return differences(before["study"], now["study"], same_inputs(before["identity"], now["identity"]))
@@ -244,18 +246,18 @@ def _difference(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
 
 def _digest_of(work: Work) -> str:
     """Return a hash of the work without the bounds of its chunks."""
-    found = hashlib.sha256(repr((work.skip, work.outputs, work.factors.shape)).encode())
+    digest_of_work = hashlib.sha256(repr((work.skip, work.outputs, work.factors.shape)).encode())
     for oscillator in work.oscillators:
-        found.update(repr(oscillator).encode())
+        digest_of_work.update(repr(oscillator).encode())
     factors = work.factors
     arrays = [factors.levels, factors.measured, factors.times] if isinstance(factors, BlockFactors) else [factors]
     if isinstance(factors, BlockFactors):
-        found.update(factors.measure.label.encode())
+        digest_of_work.update(factors.measure.label.encode())
     for array in arrays:
-        found.update(np.ascontiguousarray(array).tobytes())
+        digest_of_work.update(np.ascontiguousarray(array).tobytes())
     for motion in work.motions:
-        found.update(digest(motion).encode())
-    return found.hexdigest()
+        digest_of_work.update(digest(motion).encode())
+    return digest_of_work.hexdigest()
 
 
 def _key(whole: str, chunk: Chunk) -> str:

@@ -37,68 +37,68 @@ def totals(results: xr.Dataset, model: int = 0) -> Table:
 
 def annual(assessment: xr.Dataset, model: int = 0) -> Table:
     """Return the expected values per year by place."""
-    here = assessment.isel(model=model)
-    if "annual_number" not in here:
+    of_law = assessment.isel(model=model)
+    if "annual_number" not in of_law:
         raise ValueError("annual values need an assessment with a hazard curve, got one without")
-    spans = {name: span(here[f"annual_{name}"]) for name in DRAWN if f"annual_{name}" in here}
+    spans = {name: span(of_law[f"annual_{name}"]) for name in DRAWN if f"annual_{name}" in of_law}
     rows: list[Cells] = []
-    for place in here["place"].values:
-        values = here.sel(place=place)
+    for place in of_law["place"].values:
+        values = of_law.sel(place=place)
         row: Cells = {
             Column("place"): place_name(str(place)),
-            Column("number", f"{fallen_word(here)} per year", "three"): range_of(values, "annual_number"),
-            Column("loss", "lost per year", "three", currency_of(here)): range_of(values, "annual_loss"),
+            Column("number", f"{fallen_word(of_law)} per year", "three"): range_of(values, "annual_number"),
+            Column("loss", "lost per year", "three", currency_of(of_law)): range_of(values, "annual_loss"),
         }
         for name, (years, words) in spans.items():
             row[Column(name, f"{DRAWN[name]} {words}", "three")] = range_of(values, f"annual_{name}", 1.0 / years)
         rows.append(row | {Column("any", "anything falls, once in", "years3", "years"): _rate(values, "any_rate")})
-    return Table.of("Expected per year", rows, intervals(here), dash=CANNOT_FALL)
+    return Table.of("Expected per year", rows, intervals(of_law), dash=CANNOT_FALL)
 
 
 def at_level(assessment: xr.Dataset, level: float, model: int = 0) -> Table:
     """Return the numbers of fallen pieces and losses at one of the levels, by place."""
-    here = assessment.isel(model=model).isel(level=level_index(assessment, level))
-    ends = [f"{given_percent(float(q))}" for q in here["quantile"].values]
+    at_its_level = assessment.isel(model=model).isel(level=level_index(assessment, level))
+    ends = [f"{given_percent(float(q))}" for q in at_its_level["quantile"].values]
     rows: list[Cells] = []
     drawn = False
-    for place in here["place"].values:
-        values = here.sel(place=place)
+    for place in at_its_level["place"].values:
+        values = at_its_level.sel(place=place)
         row: Cells = {
             Column("place"): place_name(str(place)),
-            Column("pieces", "unanchored pieces", "count"): pieces_at(here, str(place)),
-            Column("number", fallen_word(here), "three"): range_of(values, "number_mean"),
+            Column("pieces", "unanchored pieces", "count"): pieces_at(at_its_level, str(place)),
+            Column("number", fallen_word(at_its_level), "three"): range_of(values, "number_mean"),
         }
         errors = values.get(f"number_quantile{DRAWING}", xr.zeros_like(values["number_quantile"])).values.tolist()
         for end, value, error in zip(ends, values["number_quantile"].values.tolist(), errors, strict=True):
             drawn |= error > TENTH * value
             row[Column(end, end, "drawn")] = Range(value, error, math.nan) if error > TENTH * value else value
-        row[Column("loss", "lost", "three", currency_of(here))] = range_of(values, "loss_mean")
+        row[Column("loss", "lost", "three", currency_of(at_its_level))] = range_of(values, "loss_mean")
         row |= {Column(name, heading, "three"): range_of(values, f"{name}_mean") for name, heading in DRAWN.items()}
         rows.append(row | {Column("any", "anything falls", "share"): _chance(values, "any_probability")})
-    shaken = f"{level_name(assessment)} = {level_text(float(here['level']), assessment['level'])}"
+    shaken = f"{level_name(assessment)} = {level_text(float(at_its_level['level']), assessment['level'])}"
     note = f"±: {OF_DRAWS} of pieces." if drawn else ""
-    return Table.of(f"Expected at {shaken}", rows, intervals(here), note, dash=CANNOT_FALL)
+    return Table.of(f"Expected at {shaken}", rows, intervals(at_its_level), note, dash=CANNOT_FALL)
 
 
 def consequences(assessment: xr.Dataset, model: int = 0) -> Table:
     """Return the rates of each consequence by place, or its probabilities at the study's level."""
-    here = assessment.isel(model=model)
-    yearly = "annual_number" in here
+    of_law = assessment.isel(model=model)
+    yearly = "annual_number" in of_law
     if not yearly:
-        here = here.isel(level=level_index(assessment, float(assessment.attrs["at_level"])))
-    places = [str(place) for place in here["place"].values]
+        of_law = of_law.isel(level=level_index(assessment, float(assessment.attrs["at_level"])))
+    places = [str(place) for place in of_law["place"].values]
     rows: list[Row] = []
-    for word in here["consequence"].values:
+    for word in of_law["consequence"].values:
         row: Row = {"name": consequence_name(str(word))}
         for k, place in enumerate(places):
-            values = here.sel(consequence=word, place=place)
+            values = of_law.sel(consequence=word, place=place)
             value = _rate(values, "consequence_rate") if yearly else _chance(values, "consequence_probability")
             # (floors have no interval in the table, which must fit a page)
             row[place] = value.value if value is not None and k > 0 and value.value > 0.0 else value
         rows.append(row)
     columns = [Column(place, place_name(place), "years3" if yearly else "share") for place in places]
     title = "Consequences, return periods in years" if yearly else "Consequences"
-    return Table(title, [Column("name"), *columns], rows, [intervals(here)], "no piece there has it")
+    return Table(title, [Column("name"), *columns], rows, [intervals(of_law)], "no piece there has it")
 
 
 def doubtful_items(ranking: xr.Dataset) -> Flags:
@@ -122,12 +122,12 @@ def place_name(place: str) -> str:
     return floor_name(place.removeprefix("floor ")) if place.startswith("floor ") else place
 
 
-def pieces_at(here: xr.Dataset, place: str) -> int:
+def pieces_at(results: xr.Dataset, place: str) -> int:
     """The number of pieces in a place that can overturn."""
-    free = ~here["anchored"].values.astype(bool)
+    free = ~results["anchored"].values.astype(bool)
     if place.startswith("floor "):
-        free &= here["floor"].values == place.removeprefix("floor ")
-    return int(here["count"].values[free].sum())
+        free &= results["floor"].values == place.removeprefix("floor ")
+    return int(results["count"].values[free].sum())
 
 
 def objective_unit(ranking: xr.Dataset) -> tuple[float, str]:

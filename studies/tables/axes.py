@@ -22,8 +22,8 @@ DEPTH = 2
 def axes(results: xr.Dataset) -> Table:
     """Return the shares of the falls along width and depth under the reference law."""
     at, _ = reference_law(results)
-    here = shown(results).isel(model=at)
-    yearly = "item_rate" in here
+    of_law = shown(results).isel(model=at)
+    yearly = "item_rate" in of_law
     of_falls = Column("falls", "falls per year" if yearly else "falls", "plain" if yearly else "chance")
     rows: list[Cells] = [
         {
@@ -32,25 +32,25 @@ def axes(results: xr.Dataset) -> Table:
             Column("width", "along the width", "share"): width,
             Column("depth", "along the depth", "share"): depth,
         }
-        for name, falls, width, depth in (_of_blocks(here) if AXIS in here else _of_items(here))
+        for name, falls, width, depth in (_of_blocks(of_law) if AXIS in of_law else _of_items(of_law))
     ]
-    note = "Falls are shares of the runs at all levels." if AXIS in here else ""
-    return Table.of("Axes of the falls", rows, note, f"Law: {here['model'].item()}.", most=MOST)
+    note = "Falls are shares of the runs at all levels." if AXIS in of_law else ""
+    return Table.of("Axes of the falls", rows, note, f"Law: {of_law['model'].item()}.", most=MOST)
 
 
-def _of_blocks(here: xr.Dataset) -> Iterator[tuple[str, Value, Value, Value]]:
+def _of_blocks(of_law: xr.Dataset) -> Iterator[tuple[str, Value, Value, Value]]:
     """Yield the name of each block, its falls, and their shares along the width and the depth."""
-    axis = here[AXIS].transpose("block", ...)
-    for block, values in zip(here["block"].values, axis.values, strict=True):
+    axis = of_law[AXIS].transpose("block", ...)
+    for block, values in zip(of_law["block"].values, axis.values, strict=True):
         fell, deep = int((values > 0).sum()), int((values == DEPTH).sum())
         share = deep / fell if fell else math.nan
         yield str(block), fell / values.size, 1.0 - share, share
 
 
-def _of_items(here: xr.Dataset) -> Iterator[tuple[str, Value, Value, Value]]:
+def _of_items(of_law: xr.Dataset) -> Iterator[tuple[str, Value, Value, Value]]:
     """Yield the same of each line of an inventory."""
-    for i, name in enumerate(here["item"].values):
-        item = here.isel(item=i)
+    for i, name in enumerate(of_law["item"].values):
+        item = of_law.isel(item=i)
         falls = float(item["item_rate"] if "item_rate" in item else item["probability"].mean())
         share = float(item[f"{SIDEWAYS}_share"])
         ends = (1.0 - share, share) if bool(item["both_axes"]) else ("width alone", None)

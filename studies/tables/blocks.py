@@ -49,17 +49,23 @@ def short_blocks(results: xr.Dataset) -> Table:
 def blocks(results: xr.Dataset, most: int) -> Table:
     """Return the levels at which half fall under the law of the answer, and rates, of the first blocks."""
     yearly = "rate" in results
-    here = shown(results, RATE, most) if yearly else shown(results, most=most)
-    at = reference_law(here)[0]
-    scale, unit = display_unit(axis_of(here))
-    highest = float(axis_of(here).max()) / scale
-    either, roof, ranged = falling_both_ways(here), roof_of(here), "risk_probability" if yearly else "half_level"
+    selected = shown(results, RATE, most) if yearly else shown(results, most=most)
+    at = reference_law(selected)[0]
+    scale, unit = display_unit(axis_of(selected))
+    highest = float(axis_of(selected).max()) / scale
+    either, roof, ranged = (
+        falling_both_ways(selected),
+        roof_of(selected),
+        "risk_probability" if yearly else "half_level",
+    )
     years = years_text(float(results.attrs["years"])) if yearly else ""
-    of_range = Column("model_range", MODEL_RANGE, *(("chance", "") if yearly else ("two", unit)), note=model_note(here))
+    of_range = Column(
+        "model_range", MODEL_RANGE, *(("chance", "") if yearly else ("two", unit)), note=model_note(selected)
+    )
     rows: list[Cells] = []
     starred, extrapolated = list[float](), list[float]()
-    for _, place in by_place(here, here["half_level"].dims):
-        laws = here.isel(place)
+    for _, place in by_place(selected, selected["half_level"].dims):
+        laws = selected.isel(place)
         curve = laws.isel(model=at)
         block, level = str(laws["block"].item()), _level(curve, scale, highest)
         others = np.delete(laws["half_level"].values / scale, at)
@@ -67,7 +73,7 @@ def blocks(results: xr.Dataset, most: int) -> Table:
         row: Cells = {
             Column("block", "block"): block_title(block),
             Column("floor", "floor"): floor_cell(laws["floor"].item(), roof) if "floor" in place else None,
-            Column("level", f"half {infinitive_of(verb_in(here))} at {level_name(here)}", "level2", unit): (
+            Column("level", f"half {infinitive_of(verb_in(selected))} at {level_name(selected)}", "level2", unit): (
                 Marked(level, "†") if block in either else level
             ),
             Column("dispersion", "β", "dispersion"): (
@@ -77,7 +83,7 @@ def blocks(results: xr.Dataset, most: int) -> Table:
                 ends_of(float(others.min()), float(others.max())) if others.size else None
             ),
         }
-        if "sample_median" in here:
+        if "sample_median" in selected:
             of_samples = Column("samples", "90 % range over its uncertain properties", "level2", unit)
             row[of_samples] = ends_of(*(end / scale for end in sample_range(curve)))
         if yearly:
@@ -88,17 +94,21 @@ def blocks(results: xr.Dataset, most: int) -> Table:
             marks = " ".join([*(["*"] if far > NOTABLE else []), *(["‡"] if shares else [])])
             chance = block_chance(curve, laws, float(results.attrs["years"]))
             row[Column("chance", f"chance in {years}", "chance")] = Marked(chance, marks) if marks else chance
-        if has_model_range(here, ranged):
+        if has_model_range(selected, ranged):
             row[of_range] = _model_range(curve, laws, ranged, scale, float(results.attrs.get("years", 0.0)))
         rows.append(row)
-    notes = [BRANCHES] if "epistemic_rate" in here else []
-    for mark, found, where in (("*", starred, BEYOND_CURVE), ("‡", extrapolated, BEYOND_RUNS)):
-        ends = dict.fromkeys(about_percent(share) for share in (min(found), max(found))) if found else {}
+    notes = [BRANCHES] if "epistemic_rate" in selected else []
+    for mark, shares_of, where in (("*", starred, BEYOND_CURVE), ("‡", extrapolated, BEYOND_RUNS)):
+        ends = dict.fromkeys(about_percent(share) for share in (min(shares_of), max(shares_of))) if shares_of else {}
         notes += [BEYOND.format(mark, " to ".join(ends), where)] if ends else []
-    notes += [BOTH_WAYS] if any(str(block) in either for block in here["block"].values) else []
-    notes += [f"Not reliable: the {here.attrs['form']} curves rise to 1, see validity."] if FORCED in here.attrs else []
-    notes += ["Rates do not assume a form of curve."] if FITTED_RATE in here else []
-    return Table.of("Blocks", rows, intervals(here), *notes, chosen(here))
+    notes += [BOTH_WAYS] if any(str(block) in either for block in selected["block"].values) else []
+    notes += (
+        [f"Not reliable: the {selected.attrs['form']} curves rise to 1, see validity."]
+        if FORCED in selected.attrs
+        else []
+    )
+    notes += ["Rates do not assume a form of curve."] if FITTED_RATE in selected else []
+    return Table.of("Blocks", rows, intervals(selected), *notes, chosen(selected))
 
 
 def _level(curve: xr.Dataset, scale: float, highest: float) -> Value:

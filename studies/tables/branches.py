@@ -23,25 +23,25 @@ AMOUNTS = {"number": "pieces", "loss": "loss", "downtime": "days out of use", "i
 
 def branch_rates(results: xr.Dataset) -> Table:
     """Return the rates over all branches, and the sources of their spread."""
-    here = rates_of_building(results).isel(block=slice(MOST)) if "item" in results.dims else shown(results, RATE)
-    return _rates("Return periods over all branches", here)
+    rated = rates_of_building(results).isel(block=slice(MOST)) if "item" in results.dims else shown(results, RATE)
+    return _rates("Return periods over all branches", rated)
 
 
 def consequence_branches(results: xr.Dataset) -> Table:
     """Return the return periods of the consequences in the building over all branches."""
-    here = rates_of_consequences(results, BUILDING)
+    rated = rates_of_consequences(results, BUILDING)
     title = "Return periods of consequences over all branches"
-    return Table(title, (), ()) if here is None else _rates(title, here)
+    return Table(title, (), ()) if rated is None else _rates(title, rated)
 
 
-def _rates(title: str, here: xr.Dataset) -> Table:
-    fractiles = here["epistemic_fractile"].values[::-1].tolist()
-    names = [str(source) for source in here["epistemic_source"].values]
-    spread = here["epistemic_spread"]
+def _rates(title: str, rated: xr.Dataset) -> Table:
+    fractiles = rated["epistemic_fractile"].values[::-1].tolist()
+    names = [str(source) for source in rated["epistemic_source"].values]
+    spread = rated["epistemic_spread"]
     parts = [name for name in names if float(spread.sel(epistemic_source=name).max()) > 0.0]
     rows: list[Cells] = []
-    for name, place in by_place(here, here["epistemic_rate"].dims):
-        block = here.isel(place)
+    for name, place in by_place(rated, rated["epistemic_rate"].dims):
+        block = rated.isel(place)
         row: Cells = {
             Column("name"): name,
             Column("mean", "1 / mean rate", "years", "years"): block["epistemic_rate"].item(),
@@ -53,15 +53,15 @@ def _rates(title: str, here: xr.Dataset) -> Table:
             share = float(block["epistemic_spread"].sel(epistemic_source=part))
             row[Column(part, SOURCES[part][0], "share", priority=2)] = share
         rows.append(row)
-    fallen = state_in(here) == state_name(OVERTURNED)
-    events = "falls" if fallen else f"times that a block {verb_in(here)}"
-    beyond, beta = branches_beyond(here), float(here.attrs.get("modelling_dispersion", 0.0))
+    fallen = state_in(rated) == state_name(OVERTURNED)
+    events = "falls" if fallen else f"times that a block {verb_in(rated)}"
+    beyond, beta = branches_beyond(rated), float(rated.attrs.get("modelling_dispersion", 0.0))
     return Table.of(
         title,
         rows,
-        f"Numbers are mean years between two {events} over {here.sizes['branch']:,} weighted branches.",
+        f"Numbers are mean years between two {events} over {rated.sizes['branch']:,} weighted branches.",
         "The last columns are the parts of the spread that each source explains.",
-        f"The branches include β_m = {beta:g}." if beta and str(here.attrs.get("modelling")) == "fractiles" else "",
+        f"The branches include β_m = {beta:g}." if beta and str(rated.attrs.get("modelling")) == "fractiles" else "",
         f"{beyond}." if beyond else "",
     )
 

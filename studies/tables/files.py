@@ -34,14 +34,14 @@ def cells(table: Table) -> list[list[Cell]]:
     for column in table.columns:
         unit = f" ({column.unit})" if column.unit else ""
         heads += [f"{column.key}{end}{unit}" for end in column.ends or ("",)]
-    found = [heads]
+    lines = [heads]
     for row in table.lines:
         values: list[Cell] = []
         for column in table.columns:
             value = row.get(column.key)
             values += map(_known, (value if isinstance(value, Range) else UNKNOWN) if column.ends else [value])
-        found.append(values)
-    return found
+        lines.append(values)
+    return lines
 
 
 def _known(value: Value) -> Cell:

@@ -56,20 +56,20 @@ from .table import (
 def curves(results: xr.Dataset) -> Table:
     """Return the levels at which half fall, dispersions and annual rates, the laws of each block together."""
     yearly = "rate" in results
-    here = shown(results, RATE) if yearly else shown(results)
-    years = years_text(float(here.attrs["years"])) if yearly else ""
-    scale, unit = display_unit(axis_of(here))
-    fractions = here["fraction"].values.tolist() if "fraction_level" in here else []
-    fall = infinitive_of(verb_in(here))
+    selected = shown(results, RATE) if yearly else shown(results)
+    years = years_text(float(selected.attrs["years"])) if yearly else ""
+    scale, unit = display_unit(axis_of(selected))
+    fractions = selected["fraction"].values.tolist() if "fraction_level" in selected else []
+    fall = infinitive_of(verb_in(selected))
     rows: list[Cells | str] = []
-    for label, place in by_place(here, here["half_level"].dims):
+    for label, place in by_place(selected, selected["half_level"].dims):
         rows.append(label)
-        for j, model in enumerate(here["model"].values):
-            curve = here.isel(place).isel(model=j)
+        for j, model in enumerate(selected["model"].values):
+            curve = selected.isel(place).isel(model=j)
             known, status = bool(curve["converged"]), str(curve["status"].item())
             row: Cells = {
                 Column("law", "law"): str(model),
-                Column("level", f"half {fall} at {level_name(here)}", "level", unit): (
+                Column("level", f"half {fall} at {level_name(selected)}", "level", unit): (
                     range_of(curve, "half_level", scale) if known else status
                 ),
                 Column("dispersion", "dispersion β", "dispersion"): dispersion_of(curve) if known else None,
@@ -77,17 +77,17 @@ def curves(results: xr.Dataset) -> Table:
             for p in fractions:
                 column = Column(f"P = {p:g}", f"{given_percent(p)} {fall} at", "level", unit, priority=2)
                 row[column] = range_of(curve.sel(fraction=p), "fraction_level", scale) if known else None
-            if "sample_median" in here:
+            if "sample_median" in selected:
                 samples = ends_of(*(end / scale for end in sample_range(curve)))
                 row[Column("samples", "medians of 90 % of the samples", "level", unit)] = samples
             rows.append(row | (_rates(curve, years) if yearly else {}))
     notes = (
-        "Dispersions are of the blocks that uplift." if "uplift_median" in here else "",
-        "Motions and inputs vary together." if "sample_median" in here else "",
-        f"Chances in {years} are means over the samples." if "sample_rate_mean" in here else "",
+        "Dispersions are of the blocks that uplift." if "uplift_median" in selected else "",
+        "Motions and inputs vary together." if "sample_median" in selected else "",
+        f"Chances in {years} are means over the samples." if "sample_rate_mean" in selected else "",
     )
     title = "Fragility curves and rates" if yearly else "Fragility curves"
-    return Table.of(title, rows, intervals(here), *notes, chosen(here))
+    return Table.of(title, rows, intervals(selected), *notes, chosen(selected))
 
 
 def _rates(curve: xr.Dataset, years: str) -> Cells:
@@ -178,19 +178,19 @@ def measures(results: xr.Dataset, most: int = 4) -> Table:
     rows: list[Row | str] = []
     number = 0
     for name, place in by_place(ranking, ranking.dims):
-        here = ranking.isel(place)
-        rank = here["rank"].mean("model").values
-        finite = np.isfinite(here["amplitude_dispersion"].values)
-        known = finite.any(axis=here["amplitude_dispersion"].dims.index("model"))
+        of_block = ranking.isel(place)
+        rank = of_block["rank"].mean("model").values
+        finite = np.isfinite(of_block["amplitude_dispersion"].values)
+        known = finite.any(axis=of_block["amplitude_dispersion"].dims.index("model"))
         ranked = [i for i in np.argsort(rank) if np.isfinite(rank[i]) and known[i]]
         number = max(number, len(ranked))
         rows.append(name)
         for i in ranked[:most]:
             # (the dispersion is of the root of the measure that grows with the amplitude)
-            label, long_name = (str(here[key].values[i]) for key in ("measure", "measure_long_name"))
-            row: Row = {"measure": measure_at(label, long_name, float(here["power"].values[i]))}
+            label, long_name = (str(of_block[key].values[i]) for key in ("measure", "measure_long_name"))
+            row: Row = {"measure": measure_at(label, long_name, float(of_block["power"].values[i]))}
             for j, law in enumerate(names):
-                value = here.isel(model=j, measure=i)
+                value = of_block.isel(model=j, measure=i)
                 dispersion = dispersion_of(value, "amplitude_dispersion")
                 row[law] = dispersion if bool(value["distinguishable"]) else Marked(dispersion, "≈")
             rows.append(row)
@@ -209,14 +209,16 @@ SAME = "≈: not distinguished from the best."
 
 def precision(results: xr.Dataset) -> Table:
     """Return the requested and the reached precision of each curve."""
-    here = shown(results)
-    target, allowed = asked_of(here)
+    selected = shown(results)
+    target, allowed = asked_of(selected)
     chance = target == PROBABILITY
-    scale, unit = display_unit(axis_of(here)) if target == MEDIAN else (1.0, "1/year" if target == UNTIL_RATE else "")
-    fitted = [curve for _, curve in curves_of(here)] if target == UNTIL_RATE and FITTED_RATE in here else []
+    scale, unit = (
+        display_unit(axis_of(selected)) if target == MEDIAN else (1.0, "1/year" if target == UNTIL_RATE else "")
+    )
+    fitted = [curve for _, curve in curves_of(selected)] if target == UNTIL_RATE and FITTED_RATE in selected else []
     name = "half level" if target == MEDIAN else target
     rows: list[Cells] = []
-    for k, curve in enumerate(reached_by(here)):
+    for k, curve in enumerate(reached_by(selected)):
         value = Range(*(end / scale for end in curve.target))
         known = math.isfinite(curve.half_width) and math.isfinite(value.value)
         rows.append({
@@ -272,31 +274,33 @@ def _furthest(values: xr.DataArray, distance: xr.DataArray, column: Column) -> s
 
 def shares(results: xr.Dataset) -> Table:
     """Return shares of the variance of ln capacity by component, or of the flags if capacities are not known."""
-    here = shown(results)
-    capacities = "capacity_share" in here
-    columns = {label: Column(f"of {label}", block_title(label), "share") for label in map(str, here["block"].values)}
+    selected = shown(results)
+    capacities = "capacity_share" in selected
+    columns = {
+        label: Column(f"of {label}", block_title(label), "share") for label in map(str, selected["block"].values)
+    }
     rows: list[Row] = []
-    for name in map(str, here["component"].values):
+    for name in map(str, selected["component"].values):
         row: Row = {"name": " × ".join(input_name(part) for part in name.split(" × "))}
         for label, column in columns.items():
-            block = here.sel(block=label)
+            block = selected.sel(block=label)
             share = block["capacity_share"] if capacities else block["flag_share"]
             share = share if capacities else share.isel(level=middle_level(block["probability"]))
             row[column.key] = float(share.sel(component=name))
         rows.append(row)
     capacity = "the logarithm of the level that overturns a block"
     what = capacity if capacities else "the outcome at the level where it is least certain"
-    notes = [f"Numbers are shares of the variance of {what}.", chosen(here)]
+    notes = [f"Numbers are shares of the variance of {what}.", chosen(selected)]
     return Table("Sources of the variance", (Column("name"), *columns.values()), rows, notes)
 
 
 def indices(results: xr.Dataset) -> Table:
     """Return Sobol' indices of the probability of overturning at the level at which it is nearest to one half."""
-    here = shown(results)
+    selected = shown(results)
     rows: list[Cells | str] = []
-    for block in here["block"].values:
-        for model in here["model"].values:
-            curve = here.sel(block=block, model=model)
+    for block in selected["block"].values:
+        for model in selected["model"].values:
+            curve = selected.sel(block=block, model=model)
             at = curve.isel(output=middle_level(curve["probability"]))
             rows.append(f"{block_title(str(block))}, {model}")
             for i, name in enumerate(curve["input"].values):
@@ -307,4 +311,4 @@ def indices(results: xr.Dataset) -> Table:
                 rows.append(row)
     of = "the probability of overturning at the level where it is nearest to 50 %"
     note = f"Numbers are shares of the variance of {of}."
-    return Table.of("Sobol’ indices", rows, note, chosen(here))
+    return Table.of("Sobol’ indices", rows, note, chosen(selected))

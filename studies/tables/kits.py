@@ -42,31 +42,31 @@ Line = tuple[Piece, str, Row]
 
 def kit_lines(results: xr.Dataset, model: int = 0) -> list[Line]:
     """Return every piece that is not anchored for good as it is and with each kit that fits it, in their order."""
-    here = results.isel(model=model)
-    yearly = "item_rate" in here
+    of_law = results.isel(model=model)
+    yearly = "item_rate" in of_law
     names = {"falls": "item_rate", "front_falls": "item_front_rate", "breaks": f"item_{RUPTURE}_rate"}
     if not yearly:
         names = {"falls": "probability", "front_falls": "front_probability", "breaks": f"{RUPTURE}_probability"}
-    found: list[Line] = []
+    lines: list[Line] = []
     for piece in pieces_of(results, model):
         if piece.held:
             continue
-        item = here.sel(item=piece.item)
+        item = of_law.sel(item=piece.item)
         now = item if yearly else item.sel(level=float(results.attrs["at_level"]))
         common: Row = {
             "item": piece.item,
             "floor": int(piece.floor) if piece.floor.isdecimal() else piece.floor,
             "pieces": piece.number,
-            "damping_law": str(here["model"].item()),
+            "damping_law": str(of_law["model"].item()),
             "half_weight": float(item["kit_half_weight"]),
         }
         row = common | {key: range_of(now, name) for key, name in names.items()}
         row |= dict.fromkeys(("falls_saved", "front_falls_saved", "share_saved"), Range(0.0, 0.0, 0.0))
         row |= {"kit": piece.kit, "effect": "", "saving_of_all": 0.0, "cost": 0.0, "cost_of_all": 0.0}
         row |= dict.fromkeys(("payback", "required_force", "strength", "static_capacity"), math.nan)
-        found.append((piece, "", row | _chosen(item, "")))
+        lines.append((piece, "", row | _chosen(item, "")))
         effects = {tried.kit: tried.effect for tried in piece.tried}
-        for name in map(str, here["kit"].values[item["kit_fits"].values.astype(bool)]):
+        for name in map(str, of_law["kit"].values[item["kit_fits"].values.astype(bool)]):
             kit = item.sel(kit=name)
             cost = float(kit["kit_cost"])
             of_all = piece.number * cost
@@ -81,8 +81,8 @@ def kit_lines(results: xr.Dataset, model: int = 0) -> list[Line]:
             capacity = float(kit["kit_static_capacity"])
             row |= {"static_capacity": capacity, "capacity": capacity / STANDARD_GRAVITY}
             row["at_design"] = range_of(kit, "kit_breaks_at_design" if yearly else "kit_breaks")
-            found.append((piece, name, row | _chosen(item, name)))
-    return found
+            lines.append((piece, name, row | _chosen(item, name)))
+    return lines
 
 
 def kits(results: xr.Dataset, model: int = 0, number: int = MOST_ROWS) -> Table:
@@ -169,19 +169,19 @@ def _nodes(results: xr.Dataset) -> str:
 
 def kit_breaks(results: xr.Dataset) -> Table:
     """Return the shares of the motions in which kits break at each level, of the first kits on pieces."""
-    here = results.isel(model=reference_law(results)[0])
-    found: dict[str, list[xr.DataArray]] = {}
-    if f"{RUPTURE}_probability" in here:
+    of_law = results.isel(model=reference_law(results)[0])
+    shares: dict[str, list[xr.DataArray]] = {}
+    if f"{RUPTURE}_probability" in of_law:
         names = [f"{RUPTURE}_probability{end}" for end in ENDS]
-        for item, kit in zip(here["item"].values, here["anchored_with"].values, strict=True):
+        for item, kit in zip(of_law["item"].values, of_law["anchored_with"].values, strict=True):
             if kit:
-                found[f"{item}: {kit}"] = [here[name].sel(item=item) for name in names]
-    if "kit_broken_probability" in here:
-        for item, kit in product(here["item"].values, here["kit"].values):
-            if bool(here["kit_fits"].sel(item=item, kit=kit)):
+                shares[f"{item}: {kit}"] = [of_law[name].sel(item=item) for name in names]
+    if "kit_broken_probability" in of_law:
+        for item, kit in product(of_law["item"].values, of_law["kit"].values):
+            if bool(of_law["kit_fits"].sel(item=item, kit=kit)):
                 at = {"item": item, "kit": kit}
-                found[f"{item}: {kit}"] = [here[f"kit_broken_probability{end}"].sel(at) for end in ENDS]
-    return breaks_by_level(found, here["level"], "kits", intervals(results))
+                shares[f"{item}: {kit}"] = [of_law[f"kit_broken_probability{end}"].sel(at) for end in ENDS]
+    return breaks_by_level(shares, of_law["level"], "kits", intervals(results))
 
 
 def exported_kits(results: xr.Dataset, model: int = 0) -> Table:
@@ -199,16 +199,16 @@ def exported_kits(results: xr.Dataset, model: int = 0) -> Table:
     return Table("Kits", columns, [row for _, _, row in kit_lines(results, model)])
 
 
-def _sets(here: xr.Dataset, sets: list[str], money: str) -> list[str]:
+def _sets(of_law: xr.Dataset, sets: list[str], money: str) -> list[str]:
     """Return sentences on the costs of the sets of kits, and on a target that none of them meets."""
-    found = []
+    sentences = []
     for name in sets:
-        if name == "target" and not bool(here["target_met"]):
-            found.append("No set of these kits meets the target.")
+        if name == "target" and not bool(of_law["target_met"]):
+            sentences.append("No set of these kits meets the target.")
         else:
-            cost = f"{given_number(float(here[f'{name}_cost']))} {money}".rstrip()
-            found.append(f"The set for the {name} costs {cost}.")
-    return found
+            cost = f"{given_number(float(of_law[f'{name}_cost']))} {money}".rstrip()
+            sentences.append(f"The set for the {name} costs {cost}.")
+    return sentences
 
 
 def _chosen(item: xr.Dataset, kit: str) -> Row:

@@ -216,19 +216,19 @@ def exported_pieces(results: xr.Dataset, model: int = 0, readable: bool = False)
     return Table("Pieces", [column for column in columns if column.key in rows[0]], rows)
 
 
-def _sliding(here: xr.Dataset) -> dict[str, Row]:
+def _sliding(of_law: xr.Dataset) -> dict[str, Row]:
     """Return the results on sliding of each item, and its probability if all capacities are off, by column."""
-    chance, end = ("chance", IN_50) if "item_rate" in here else ("probability", AT_LEVEL)
-    found = {}
-    for i, item in enumerate(here["item"].values.tolist()):
-        piece = here.isel(item=i)
-        row: Row = {key: piece[key].item() for key in ("contact", "friction", INSTEAD, TRIP_DISTANCE) if key in here}
-        row |= {f"{name}{end}": chance_of(piece, *chances) for name, chances in CHANCES.items() if chances[0] in here}
-        if f"{'item_rate' if chance == 'chance' else chance}{LOWER}" in here:
+    chance, end = ("chance", IN_50) if "item_rate" in of_law else ("probability", AT_LEVEL)
+    sliding_of = {}
+    for i, item in enumerate(of_law["item"].values.tolist()):
+        piece = of_law.isel(item=i)
+        row: Row = {key: piece[key].item() for key in ("contact", "friction", INSTEAD, TRIP_DISTANCE) if key in of_law}
+        row |= {f"{name}{end}": chance_of(piece, *chances) for name, chances in CHANCES.items() if chances[0] in of_law}
+        if f"{'item_rate' if chance == 'chance' else chance}{LOWER}" in of_law:
             ends = _model_range(piece.drop_vars("epistemic_item_rate", errors="ignore"))
             row |= {f"{chance}{end}{LOWER}": ends.lower, f"{chance}{end}{UPPER}": ends.upper}
-        found[str(item)] = row
-    return found
+        sliding_of[str(item)] = row
+    return sliding_of
 
 
 def chance_of(piece: xr.Dataset, chance: str, rate: str, ends: Sequence[str] = ENDS) -> Range:
@@ -262,7 +262,7 @@ def bounded(chance: Range, bound: float) -> Range:
 def _values(results: xr.Dataset, piece: Piece, spread: Range | None, scale: float) -> dict[str, Value]:
     """Return the values of a piece by column; levels divided by `scale`."""
     yearly = "item_rate" in results
-    found: dict[str, Value] = {
+    values: dict[str, Value] = {
         "item": piece.item,
         "room": piece.room,
         "floor": int(piece.floor) if piece.floor.isdecimal() else piece.floor,
@@ -280,26 +280,26 @@ def _values(results: xr.Dataset, piece: Piece, spread: Range | None, scale: floa
         "recommendation": piece.recommendation,
     }
     if "anchored_with" in results.coords:
-        found["anchored_with"] = piece.kit
+        values["anchored_with"] = piece.kit
     if "kit_falls" in results:
-        found["kit"] = "" if piece.meant is None or piece.held else piece.meant.kit
+        values["kit"] = "" if piece.meant is None or piece.held else piece.meant.kit
     if "budget_chosen" in results:
-        found["within_budget"] = "" if piece.held else "yes" if piece.chosen else "no"
+        values["within_budget"] = "" if piece.held else "yes" if piece.chosen else "no"
     if "branch" in results.dims:
         known = spread if spread is not None and not piece.held and spread.value > 0.0 else UNKNOWN
-        found[f"chance{IN_50}_over_branches"] = chance_in(known, YEARS)
+        values[f"chance{IN_50}_over_branches"] = chance_in(known, YEARS)
     if piece.code is not None:
         names = {"": "status", "_clause": "clause", "_factors": "factors", "_force": "force"}
         names |= {"_anchor_force": "demand", "_demand_over_strength": "ratio"}
-        found |= {f"code{end}": getattr(piece.code, name) for end, name in names.items()}
+        values |= {f"code{end}": getattr(piece.code, name) for end, name in names.items()}
     unseen = not piece.held and piece.chance.value == 0.0 and math.isnan(piece.chance.upper)
     if "item_annual_downtime" in results:
-        found["downtime_of_one_a_year"] = UNKNOWN if unseen else piece.downtime
+        values["downtime_of_one_a_year"] = UNKNOWN if unseen else piece.downtime
     if "item_annual_injuries" in results:
-        found["injured_a_year"] = UNKNOWN if unseen else piece.injuries
+        values["injured_a_year"] = UNKNOWN if unseen else piece.injuries
     chance = UNKNOWN if piece.held else piece.chance
     if unseen:  # (no motion made it fall)
         chance = ends_of(math.nan, most_rate(results) if yearly else math.nan)
     if yearly:
-        return found | {"chance_in_a_year": chance_in(chance, 1.0), "chance_in_50_years": chance_in(chance, YEARS)}
-    return found | {"probability_at_level": chance}
+        return values | {"chance_in_a_year": chance_in(chance, 1.0), "chance_in_50_years": chance_in(chance, YEARS)}
+    return values | {"probability_at_level": chance}

@@ -126,7 +126,7 @@ def tables(results: xr.Dataset, names: Iterable[str] = TABLES) -> Iterator[Table
             yield from _filled(entry.make(results))
         elif entry is by_law[0]:  # (the tables of a law follow one another)
             for k, law in enumerate(map(str, results["model"].values)):
-                for made in (each.make(results, k) for each in by_law):
+                for made in (entry.make(results, k) for entry in by_law):
                     several = results.sizes["model"] > 1
                     yield from _filled(replace(made, title=f"{made.title}: {law}") if several else made)
 

@@ -38,14 +38,16 @@ def gains_of(results: xr.Dataset, laws: list[int]) -> Iterator[Gain]:
     labels = [str(block) for block in results["block"].values]
     small = results[[*(f"{GAIN}{end}" for end in ENDS), OTHER, "risk_probability"]]
     for (_, where), j in product(by_place(results, results[GAIN].dims), laws):
-        here = small.isel(where).isel(model=j)
-        ratio, other = Ratio(*range_of(here, GAIN)), str(here[OTHER].item())
+        of_law = small.isel(where).isel(model=j)
+        ratio, other = Ratio(*range_of(of_law, GAIN)), str(of_law[OTHER].item())
         if other not in labels or np.isnan(ratio.value):
             continue
         of_other = small["risk_probability"].isel({**where, "block": labels.index(other)}).isel(model=j)
-        floor = floor_name(here["floor"].item()) if "floor" in where else ""
-        chance = float(here["risk_probability"])
-        yield Gain(str(here["block"].item()), other, floor, str(here["model"].item()), chance, float(of_other), ratio)
+        floor = floor_name(of_law["floor"].item()) if "floor" in where else ""
+        chance = float(of_law["risk_probability"])
+        yield Gain(
+            str(of_law["block"].item()), other, floor, str(of_law["model"].item()), chance, float(of_other), ratio
+        )
 
 
 def gains(results: xr.Dataset) -> Table:
@@ -96,12 +98,12 @@ def breaks_by_level(of: Mapping[str, Sequence[xr.DataArray]], levels: xr.DataArr
 def breaks(results: xr.Dataset) -> Table:
     """Return the shares of the motions in which restraints break at each level."""
     at, _ = reference_law(results)
-    found = {}
+    shares = {}
     for name, where in _held(results):
         block = results.isel(where, drop=True).isel(model=at)
-        found[name] = [block[f"{BROKEN}{end}"] for end in ENDS]
+        shares[name] = [block[f"{BROKEN}{end}"] for end in ENDS]
     law = f"Law: {results['model'].values[at]}." if results.sizes["model"] > 1 else ""
-    return breaks_by_level(found, results["level"], "restraints", intervals(results), law)
+    return breaks_by_level(shares, results["level"], "restraints", intervals(results), law)
 
 
 def breaks_of(results: xr.Dataset, at: int) -> list[tuple[str, float, float, float, float, bool]]:
@@ -110,29 +112,29 @@ def breaks_of(results: xr.Dataset, at: int) -> list[tuple[str, float, float, flo
     The level is the design level if it is known, else the lowest at which at least half of the motions break a
     restraint, or the highest.
     """
-    found = []
+    ruptures = []
     for name, where in _held(results) if BROKEN in results else []:
-        here = results[[str(variable) for variable in results.data_vars if str(variable).startswith("broken_")]]
-        here = here.isel({dim: k for dim, k in where.items() if dim in here.dims}).isel(model=at)
-        if AT_DESIGN in here and math.isfinite(float(here[AT_DESIGN])):
-            found.append((name, *range_of(here, AT_DESIGN), float(results[DESIGN]), True))
+        broken = results[[str(variable) for variable in results.data_vars if str(variable).startswith("broken_")]]
+        broken = broken.isel({dim: k for dim, k in where.items() if dim in broken.dims}).isel(model=at)
+        if AT_DESIGN in broken and math.isfinite(float(broken[AT_DESIGN])):
+            ruptures.append((name, *range_of(broken, AT_DESIGN), float(results[DESIGN]), True))
         else:
-            often = np.flatnonzero(here[BROKEN].values >= HALF)
-            at_level = here.isel(level=int(often[0]) if often.size else -1)
-            found.append((name, *range_of(at_level, BROKEN), float(at_level["level"]), False))
-    return found
+            often = np.flatnonzero(broken[BROKEN].values >= HALF)
+            at_level = broken.isel(level=int(often[0]) if often.size else -1)
+            ruptures.append((name, *range_of(at_level, BROKEN), float(at_level["level"]), False))
+    return ruptures
 
 
 def strength_of(results: xr.Dataset, at: int) -> list[tuple[str, float, list[float], float]]:
     """Return the strength that each restraint needs for its target: name, strength, tried strengths, target (N)."""
     if NEEDED not in results:
         return []
-    found = []
+    strengths = []
     for i in np.flatnonzero(np.isfinite(results[TARGET].values)).tolist():
-        here = results.isel(block=i, model=at)
-        tried = here[TRIED].dropna("trial").values.tolist()
-        found.append((str(here["block"].item()), float(here[NEEDED]), tried, float(here[TARGET])))
-    return found
+        of_block = results.isel(block=i, model=at)
+        tried = of_block[TRIED].dropna("trial").values.tolist()
+        strengths.append((str(of_block["block"].item()), float(of_block[NEEDED]), tried, float(of_block[TARGET])))
+    return strengths
 
 
 def _held(results: xr.Dataset) -> list[tuple[str, dict[str, int]]]:

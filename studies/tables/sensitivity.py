@@ -44,9 +44,9 @@ def reference_name(results: xr.Dataset) -> str:
     }[reference_of(results)]
 
 
-def level_between(here: xr.Dataset) -> int:
+def level_between(results: xr.Dataset) -> int:
     """The index of the level at which the rigid block overturns under as near to half of the motions as possible."""
-    rigid = here["probability"] - here["excess"].sel(comparison="rigid")
+    rigid = results["probability"] - results["excess"].sel(comparison="rigid")
     return middle_level(rigid.where(np.isfinite(rigid)))
 
 
@@ -83,8 +83,8 @@ def block_levels(results: xr.Dataset) -> Table:
         row: Cells = {names: block_title(str(block))}
         if own_e is not None:
             row[Column("own", "its e_R", "thousandths")] = "none" if math.isnan(own_e[i]) else float(own_e[i])
-        each = zip(values, results["value"].values.tolist(), medians[i].tolist(), marks[i].tolist(), strict=True)
-        for column, value, median, mark in each:
+        columns_of = zip(values, results["value"].values.tolist(), medians[i].tolist(), marks[i].tolist(), strict=True)
+        for column, value, median, mark in columns_of:
             higher = own_e is not None and value > own_e[i] and not mark
             above |= higher
             row[column] = mark or (Marked(median, ABOVE) if higher else median)
@@ -123,11 +123,11 @@ def _restitution(block: Block) -> float:
 def marks_of(results: xr.Dataset) -> NDArray[np.str_]:
     """Return marks of impossible values (block, value): e needs more friction, or the block is too squat."""
     marks = np.full((results.sizes["block"], results.sizes["value"]), "", dtype="<U1")
-    own = own_restitution(results)
-    if own is None:
+    restitution = own_restitution(results)
+    if restitution is None:
         return marks
     marks[~results["in_use"].transpose("block", "value").values.astype(bool)] = SLIPS
-    marks[np.isnan(own)] = SQUAT
+    marks[np.isnan(restitution)] = SQUAT
     return marks
 
 
@@ -146,45 +146,47 @@ def swings_of(results: xr.Dataset, model: int) -> list[tuple[str, float, float, 
     results = within_levels(results)
     every = results["half_level"].isel(model=model).transpose("block", "value").values
     values, marks = results["value"].values, marks_of(results)
-    found = []
+    swings = []
     for i, block in enumerate(results["block"].values):
         known = np.flatnonzero(np.isfinite(every[i]) & (every[i] > 0.0) & (marks[i] == ""))
         if known.size > 1:
-            own = every[i][known]
-            first, last = sorted((int(known[own.argmin()]), int(known[own.argmax()])))
+            medians_of = every[i][known]
+            first, last = sorted((int(known[medians_of.argmin()]), int(known[medians_of.argmax()])))
             if first == last:  # (all medians are the same)
                 first, last = int(known[0]), int(known[-1])
             ends = [(float(values[k]), float(every[i][k])) for k in (first, last)]
-            found.append((str(block), ends[0][0], ends[1][0], ends[0][1], ends[1][1]))
-    return found
+            swings.append((str(block), ends[0][0], ends[1][0], ends[0][1], ends[1][1]))
+    return swings
 
 
 def laws_apart(results: xr.Dataset) -> list[tuple[str, float]]:
     """Return the laws with the geometric mean of their medians over the rigid block's, the nearest to 1 first."""
     results = within_levels(results)
     ratio = results["median_ratio"].sel(comparison="rigid").transpose("model", "block", "value").values
-    found = []
-    for k, own in enumerate(ratio):
-        known = results["in_use"].values & (marks_of(results) == "") & np.isfinite(own) & (own > 0.0)
+    ratios = []
+    for k, ratios_of_law in enumerate(ratio):
+        known = (
+            results["in_use"].values & (marks_of(results) == "") & np.isfinite(ratios_of_law) & (ratios_of_law > 0.0)
+        )
         if known.any():
-            found.append((law_name(results, k), float(np.exp(np.log(own[known]).mean()))))
-    return sorted(found, key=lambda one: abs(np.log(one[1])))
+            ratios.append((law_name(results, k), float(np.exp(np.log(ratios_of_law[known]).mean()))))
+    return sorted(ratios, key=lambda pair: abs(np.log(pair[1])))
 
 
 def median_ratios(results: xr.Dataset) -> Table:
     """Return the medians divided by the reference medians, the laws of each block together."""
-    here = shown(results)
-    ratio, marks = here["median_ratio"].sel(comparison=reference_of(here)), marks_of(here)
-    names = [f"{value:g}" for value in here["value"].values.tolist()]
+    selected = shown(results)
+    ratio, marks = selected["median_ratio"].sel(comparison=reference_of(selected)), marks_of(selected)
+    names = [f"{value:g}" for value in selected["value"].values.tolist()]
     rows: list[Row | str] = []
-    for i, block in enumerate(here["block"].values):
+    for i, block in enumerate(selected["block"].values):
         rows.append(block_title(str(block)))
-        for model in here["model"].values:
+        for model in selected["model"].values:
             values = ratio.sel(block=block, model=model).values.tolist()
             cells = [mark or value for value, mark in zip(values, marks[i].tolist(), strict=True)]
             rows.append({"name": str(model), **dict(zip(names, cells, strict=True))})
-    notes = [*filter(None, (*_legend(here, marks), chosen(here)))]
-    return Table(f"Median over that of {reference_name(here)}", _values(here, "times"), rows, notes, NO_CURVE)
+    notes = [*filter(None, (*_legend(selected, marks), chosen(selected)))]
+    return Table(f"Median over that of {reference_name(selected)}", _values(selected, "times"), rows, notes, NO_CURVE)
 
 
 def short_ratios(results: xr.Dataset) -> Table:

@@ -51,14 +51,14 @@ TRIPS = "Trips over obstacles: a criterion, not a simulation."
 
 def slides(results: xr.Dataset) -> Table:
     """Return the table of sliding: in the years of a study with a hazard, else at the level at which half fall."""
-    here = results.isel(model=reference_law(results)[0])
+    of_law = results.isel(model=reference_law(results)[0])
     adaptive, rated = SLIP_HALF in results, SLIP_RATE in results
-    halves = adaptive and not rated and SLIP not in here
+    halves = adaptive and not rated and SLIP not in of_law
     scale, unit = display_unit(axis_of(results))
     slips = results["slip"].values.tolist()
     rows: list[Cells] = []
-    for name, where in by_place(results, here[SLIP_HALF if halves else SLIP_RATE if rated else SLIP].dims):
-        block = here.isel(where)
+    for name, where in by_place(results, of_law[SLIP_HALF if halves else SLIP_RATE if rated else SLIP].dims):
+        block = of_law.isel(where)
         row: Cells = {
             Column("name", "block"): name,
             Column(INSTEAD, "slides, never rocks", "chance"): float(block[INSTEAD]),
@@ -73,12 +73,14 @@ def slides(results: xr.Dataset) -> Table:
                 f"{slip:g}", f"slips over {100.0 * slip:g} cm", *(("plain", unit) if halves else ("chance",))
             )
             row[column] = range_of(at, SLIP_HALF, scale) if halves else _chance(at, SLIP_RATE, SLIP, adaptive)
-        if not adaptive and (TRIP_RATE if rated else TRIP) in here:
+        if not adaptive and (TRIP_RATE if rated else TRIP) in of_law:
             row[Column("obstacle", "obstacle at", "short", "mm")] = 1000.0 * float(block[TRIP_DISTANCE])
             row[Column("trips", "trips over it", "chance", note=TRIPS)] = _chance(block, TRIP_RATE, TRIP)
         rows.append(row)
     half = f"Levels are {quantity_name(axis_of(results))} at which half of the blocks that slide slip further."
-    level = float(json.loads(str(results.attrs["until"]))[PROBABILITY]["level"]) if adaptive and SLIP in here else None
+    level = (
+        float(json.loads(str(results.attrs["until"]))[PROBABILITY]["level"]) if adaptive and SLIP in of_law else None
+    )
     at_level = f"at {level_text(level, axis_of(results))}" if level is not None else ""
     return Table.of(
         "Sliding" if halves else f"Sliding {at_level or _when(results)}",
@@ -107,12 +109,12 @@ def _when(results: xr.Dataset) -> str:
 def _chance(block: xr.Dataset, rate: str, chance: str, adaptive: bool = False) -> Range:
     """Return a probability `_when`; for an event in no run 0 with the upper end of its interval."""
     if SLIP_RATE in block:
-        found = chance_in(range_of(block, rate), float(block.attrs["years"]), 0.0)
+        chance_of_event = chance_in(range_of(block, rate), float(block.attrs["years"]), 0.0)
     else:
-        found = range_of(block if adaptive else block.isel(level=middle_level(block["probability"])), chance)
-    if adaptive and found.value == 0.0:  # (a block whose friction is never low enough)
+        chance_of_event = range_of(block if adaptive else block.isel(level=middle_level(block["probability"])), chance)
+    if adaptive and chance_of_event.value == 0.0:  # (a block whose friction is never low enough)
         return Range(0.0, math.nan, math.nan)
-    return found if adaptive or chance not in block else _seen(found, block[chance])
+    return chance_of_event if adaptive or chance not in block else _seen(chance_of_event, block[chance])
 
 
 def _seen(chance: Range, probability: xr.DataArray) -> Range:
@@ -149,17 +151,19 @@ SEEN = (f"{FALL_OFF}_probability", "probability", f"{FALLS}_probability")
 
 def _edges(results: xr.Dataset) -> list[tuple[str, list[Range]]]:
     """Return the chances of each block (on each floor) near an edge, under the reference law."""
-    here = results.isel(model=reference_law(results)[0])
+    of_law = results.isel(model=reference_law(results)[0])
     names = (f"{FALL_OFF}_risk_probability", "risk_probability", f"{FALLS}_risk_probability")
     yearly = names[0] in results
-    names, at = (names, here) if yearly else (SEEN, here.isel(level=middle_level(results["probability"])))
-    found = []
+    names, at = (names, of_law) if yearly else (SEEN, of_law.isel(level=middle_level(results["probability"])))
+    chances_of = []
     for name, where in by_place(results, at[names[0]].dims):
         block = at.isel(where)
-        chances = [_seen(range_of(block, chance), here[of].isel(where)) for chance, of in zip(names, SEEN, strict=True)]
+        chances = [
+            _seen(range_of(block, chance), of_law[of].isel(where)) for chance, of in zip(names, SEEN, strict=True)
+        ]
         if not math.isnan(chances[0].value):
-            found.append((name, chances))
-    return found
+            chances_of.append((name, chances))
+    return chances_of
 
 
 MOST_LINES = 60

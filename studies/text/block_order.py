@@ -20,15 +20,15 @@ ORDERS = {HALF: "that fall first", RATE: "with the highest rates"}
 
 def places(results: xr.Dataset, by: str = HALF) -> xr.DataArray:
     """The rank of each block (and floor) under the answer's law by `half_level` or rate, 0 for the first to fall."""
-    one = results.isel(model=reference_law(results)[0])
-    value = one[by].transpose("block", ...)
+    of_law = results.isel(model=reference_law(results)[0])
+    value = of_law[by].transpose("block", ...)
     always = np.zeros(value.shape, bool)
-    if "status" in one:
-        always = (one["status"].transpose(*value.dims) == ALL).values
+    if "status" in of_law:
+        always = (of_law["status"].transpose(*value.dims) == ALL).values
     known = np.isfinite(value.values) & ~always
     fell = np.zeros(value.shape)
-    if "probability" in one and "level" in one["probability"].dims:
-        fell = one["probability"].mean("level").transpose(*value.dims).values
+    if "probability" in of_law and "level" in of_law["probability"].dims:
+        fell = of_law["probability"].mean("level").transpose(*value.dims).values
     key = np.where(known, value.values if by == HALF else -value.values, -fell)
     kind = np.select([always, known], [0, 1] if by == HALF else [1, 0], 2)
     order = np.lexsort([key.ravel(), kind.ravel()])

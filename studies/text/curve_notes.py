@@ -76,16 +76,16 @@ def action_of(verb: str, name: str) -> str:
 def curve_notes(curves: xr.Dataset, reached: xr.DataArray, runs: xr.DataArray, state: str) -> list[Fact]:
     """Return notes on curves of few `runs` that `reached` the state, and on levels of half with wide intervals."""
     status = curves["status"]
-    reached, runs = (one.transpose(*status.dims) for one in (reached, runs))
-    found = []
+    reached, runs = (counts_of.transpose(*status.dims) for counts_of in (reached, runs))
+    facts = []
     for what, few in (("curve.few_reached", reached), ("curve.few_stayed", runs - reached)):
-        here = (few.values < FEWEST) & (runs.values > 0)
-        if here.any():
-            counts = [[int(count), int(of)] for count, of in zip(*_first(here, few.values, runs.values), strict=True)]
-            found.append(_of_curves(what, status, here, values=counts, fewest=FEWEST, state=state))
+        scarce = (few.values < FEWEST) & (runs.values > 0)
+        if scarce.any():
+            counts = [[int(count), int(of)] for count, of in zip(*_first(scarce, few.values, runs.values), strict=True)]
+            facts.append(_of_curves(what, status, scarce, values=counts, fewest=FEWEST, state=state))
     apart = status.values == SEPARATED
     if apart.any():
-        found.append(_of_curves("curve.separated", status, apart, state=state))
+        facts.append(_of_curves("curve.separated", status, apart, state=state))
     if "half_level_lower" in curves:
         lower, upper = (curves[f"half_level_{end}"].transpose(*status.dims).values for end in ("lower", "upper"))
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -93,8 +93,8 @@ def curve_notes(curves: xr.Dataset, reached: xr.DataArray, runs: xr.DataArray, s
         wide = np.isfinite(curves["half_level"].transpose(*status.dims).values) & (ratio > WIDEST)
         if wide.any():
             ratios = _first(wide, ratio)[0].tolist()
-            found.append(_of_curves("curve.wide_interval", status, wide, values=ratios, widest=WIDEST, state=state))
-    return found
+            facts.append(_of_curves("curve.wide_interval", status, wide, values=ratios, widest=WIDEST, state=state))
+    return facts
 
 
 def misfit_notes(curves: xr.Dataset, state: str) -> list[Fact]:
@@ -108,8 +108,10 @@ def misfit_notes(curves: xr.Dataset, state: str) -> list[Fact]:
 
 def _misses(what: str, off: xr.DataArray, **more: Any) -> list[Fact]:
     """Return of which curves something is off, relative to the runs; 0 if nothing is."""
-    here = off.values != 0.0
-    return [_of_curves(what, off, here, values=_first(here, off.values)[0].tolist(), **more)] if here.any() else []
+    missed = off.values != 0.0
+    return (
+        [_of_curves(what, off, missed, values=_first(missed, off.values)[0].tolist(), **more)] if missed.any() else []
+    )
 
 
 def spacing_notes(curves: xr.Dataset) -> list[Fact]:
@@ -168,10 +170,10 @@ def branches_beyond_note(beyond: Sequence[float], names: Sequence[str]) -> list[
 
 def extrapolated_shares(results: xr.Dataset) -> dict[str, xr.DataArray]:
     """Return shares of annual rates ``below`` and ``above`` run levels, 0 if up to `NOTABLE`; empty without."""
-    found = {side: results[name] for side, name in (("below", UNDER), ("above", BEYOND)) if name in results}
-    if "above" in found:
-        found["above"] = found["above"].where(possible_change(results) > NOTABLE, 0.0)
-    return {side: one.where(np.isfinite(results["rate"])) for side, one in found.items()}
+    shares = {side: results[name] for side, name in (("below", UNDER), ("above", BEYOND)) if name in results}
+    if "above" in shares:
+        shares["above"] = shares["above"].where(possible_change(results) > NOTABLE, 0.0)
+    return {side: share.where(np.isfinite(results["rate"])) for side, share in shares.items()}
 
 
 def rate_bounds(results: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray] | None:
@@ -207,34 +209,34 @@ def rate_notes(
     `settled`: probabilities at the highest level of the runs. `cures`: remedies that reach lower and higher levels.
     `run`: ends of the runs: a level, a stripe or a motion.
     """
-    found = []
+    facts = []
     for side, end in zip(("below", "above"), hazard_ends, strict=True):
         share = rates[f"rate_share_{side}"]
         more = {"side": side, "end": level_text(end, rates["bin"]), "formula": of_formula}
-        found += _comes("rate.beyond_hazard", share, share.values > NOTABLE, more)
+        facts += _comes("rate.beyond_hazard", share, share.values > NOTABLE, more)
     above = rates[BEYOND]
     unsettled = (above.values > NOTABLE) & (settled.transpose(*above.dims).values < SETTLED)
-    found += _comes("rate.extrapolated", above, unsettled, {"side": "above", "run": run, "cure": cures[1]})
+    facts += _comes("rate.extrapolated", above, unsettled, {"side": "above", "run": run, "cure": cures[1]})
     if UNDER in rates:
         more = {"side": "below", "run": run, "cure": cures[0]}
-        found += _comes("rate.extrapolated", rates[UNDER], rates[UNDER].values > NOTABLE, more)
+        facts += _comes("rate.extrapolated", rates[UNDER], rates[UNDER].values > NOTABLE, more)
     if "rate_lower" in rates:
         lower, upper = rates["rate_lower"].values, rates["rate_upper"].values
         alike = np.isfinite(upper) & (lower == upper)
         if alike.any():
-            found.append(_of_curves("rate.no_width", rates["rate"], alike))
+            facts.append(_of_curves("rate.no_width", rates["rate"], alike))
     if "rate_misfit" in rates:
-        found += _misses("rate.misfit", rates["rate_misfit"])
-    return found
+        facts += _misses("rate.misfit", rates["rate_misfit"])
+    return facts
 
 
-def _comes(what: str, share: xr.DataArray, here: Flags, more: Mapping[str, Any]) -> list[Fact]:
+def _comes(what: str, share: xr.DataArray, notable: Flags, more: Mapping[str, Any]) -> list[Fact]:
     """Return the note on the largest share of a rate that comes from somewhere, with the number of other rates."""
-    if not here.any():
+    if not notable.any():
         return []
-    shown = np.where(here, share.values, 0.0)
+    shown = np.where(notable, share.values, 0.0)
     worst = tuple(int(i) for i in np.unravel_index(int(shown.argmax()), shown.shape))
-    others = {"others": int(here.sum()) - 1, "notable": NOTABLE}
+    others = {"others": int(notable.sum()) - 1, "notable": NOTABLE}
     return [Fact(what, float(shown[worst]), names=(_name(share, worst),), more={**more, **others})]
 
 
@@ -256,15 +258,15 @@ def infinitive_of(verb: str) -> str:
     return f"{first.removesuffix('es' if first == 'reaches' else 's')} {rest}".strip()
 
 
-def _of_curves(what: str, like: xr.DataArray, here: Flags, **more: Any) -> Fact:
-    """Return a fact of the curves if `here` is True: their number, and the names of the first."""
-    names = (_name(like, tuple(int(i) for i in at)) for at in np.argwhere(here)[:MOST_NAMED])
-    return Fact(what, int(here.sum()), names=tuple(names), more={"of": here.size, **more})
+def _of_curves(what: str, like: xr.DataArray, at_curves: Flags, **more: Any) -> Fact:
+    """Return a fact of the curves if `at_curves` is True: their number, and the names of the first."""
+    names = (_name(like, tuple(int(i) for i in at)) for at in np.argwhere(at_curves)[:MOST_NAMED])
+    return Fact(what, int(at_curves.sum()), names=tuple(names), more={"of": at_curves.size, **more})
 
 
-def _first(here: Flags, *values: NDArray[Any]) -> list[NDArray[Any]]:
+def _first(at_curves: Flags, *values: NDArray[Any]) -> list[NDArray[Any]]:
     """Return the values of the curves that are named."""
-    return [value[here][:MOST_NAMED] for value in values]
+    return [value[at_curves][:MOST_NAMED] for value in values]
 
 
 def _name(like: xr.DataArray, at: tuple[Any, ...]) -> str:

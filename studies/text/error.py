@@ -19,7 +19,7 @@ class StudyError(ValueError):
     """
 
     def __init__(self, message: str) -> None:
-        line = "".join(one if one.isprintable() else " " for one in message)
+        line = "".join(character if character.isprintable() else " " for character in message)
         if len(line) > MOST_CHARACTERS:  # (the end names the given value and what may be meant)
             line = f"{line[: MOST_CHARACTERS - 123]} … {line[-120:]}"
         super().__init__(line)

@@ -19,9 +19,9 @@ def clean(text: str) -> str:
     """Return a text without control characters, lone surrogates and marks that turn its direction."""
     return "".join(
         REPLACEMENT
-        if (unicodedata.category(one) in ("Cc", "Cs") and one not in "\n\t") or ord(one) in _TURNING
-        else one
-        for one in text
+        if (unicodedata.category(character) in ("Cc", "Cs") and character not in "\n\t") or ord(character) in _TURNING
+        else character
+        for character in text
     )
 
 
@@ -31,21 +31,21 @@ def drawable(results: xr.Dataset) -> xr.Dataset:
     for name in NAMED:
         if name in results.coords and results[name].dtype.kind in "OUT":
             coordinate = results[name]
-            labels = [str(one) for one in np.atleast_1d(coordinate.values).ravel().tolist()]
+            labels = [str(label) for label in np.atleast_1d(coordinate.values).ravel().tolist()]
             if _all_plain(labels):
                 continue
             short = {label: short_name(label) for label in dict.fromkeys(labels)}
             taken: dict[str, str] = {}
-            for label, one in short.items():
-                while one in taken:
-                    one = f"{one} ({len(taken)})"  # noqa: PLW2901 - until it is a name of its own
-                taken[one] = label
-            back = {label: one for one, label in taken.items()}
+            for label, drawn_name in short.items():
+                while drawn_name in taken:
+                    drawn_name = f"{drawn_name} ({len(taken)})"  # noqa: PLW2901 - until it is a name of its own
+                taken[drawn_name] = label
+            back = {label: name for name, label in taken.items()}
             values = np.array([back[label] for label in labels], dtype=object).reshape(coordinate.shape)
             changed[name] = (coordinate.dims, values, coordinate.attrs)
-    found = results.assign_coords(changed)
+    named = results.assign_coords(changed)
     title = results.attrs.get("title")
-    return found if title is None else found.assign_attrs(title=clean(str(title))[:200].replace("$", r"\$"))
+    return named if title is None else named.assign_attrs(title=clean(str(title))[:200].replace("$", r"\$"))
 
 
 def _all_plain(labels: list[str]) -> bool:

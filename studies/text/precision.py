@@ -31,14 +31,17 @@ def curves_of(results: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
     """Yield each curve of an analysis at adaptive levels with its name."""
     several = results.sizes["model"] > 1
     for i, j in np.ndindex(results.sizes["block"], results.sizes["model"]):
-        one = results.isel(block=i, model=j)
-        law = f" ({one['model'].item()})" if several else ""
-        yield f"{one['block'].item()}{law}", one
+        curve = results.isel(block=i, model=j)
+        law = f" ({curve['model'].item()})" if several else ""
+        yield f"{curve['block'].item()}{law}", curve
 
 
-def runs_of_curve(one: xr.Dataset) -> Index:
+def runs_of_curve(curve: xr.Dataset) -> Index:
     """Return the places of the runs of one block under one law."""
-    mine = one["run_block"].values == int(one["block_number"]), one["run_model"].values == int(one["model_number"])
+    mine = (
+        curve["run_block"].values == int(curve["block_number"]),
+        curve["run_model"].values == int(curve["model_number"]),
+    )
     return np.flatnonzero(mine[0] & mine[1])
 
 
@@ -75,39 +78,39 @@ def reached_by(results: xr.Dataset) -> list[Reached]:
     """Return the reached precision of the curve of each block under each law, and of each slip of the runs."""
     target, _ = asked_of(results)
 
-    def ends(one: xr.Dataset, name: str) -> tuple[float, float, float]:
-        value, low, high = (float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
+    def ends(curve: xr.Dataset, name: str) -> tuple[float, float, float]:
+        value, low, high = (float(curve[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
         return value, low, high
 
-    found = [
+    reached = [
         Reached(
             name,
-            ends(one, "half_level" if target == MEDIAN else f"{SEQUENTIAL}{target}"),
-            float(one["half_width"]),
-            int(one["motions_run"]),
-            runs_of_curve(one).size,
-            str(one["stopped_because"].item()),
-            str(one["account"].item()),
+            ends(curve, "half_level" if target == MEDIAN else f"{SEQUENTIAL}{target}"),
+            float(curve["half_width"]),
+            int(curve["motions_run"]),
+            runs_of_curve(curve).size,
+            str(curve["stopped_because"].item()),
+            str(curve["account"].item()),
         )
-        for name, one in curves_of(results)
+        for name, curve in curves_of(results)
     ]
     if SLIP_TARGET not in results:
-        return found
+        return reached
     for i, k in np.ndindex(results[SLIP_STOPPED].shape):
-        one = results.isel(block=i, slip=k)
-        if one[SLIP_STOPPED].item():
-            found.append(
+        of_slip = results.isel(block=i, slip=k)
+        if of_slip[SLIP_STOPPED].item():
+            reached.append(
                 Reached(
-                    f"{one['block'].item()}{slip_words(float(one['slip']))}",
-                    ends(one, SLIP_TARGET),
-                    float(one[SLIP_HALF_WIDTH]),
-                    int(one[SLIP_MOTIONS]),
-                    int(one[SLIP_RUNS]),
-                    str(one[SLIP_STOPPED].item()),
-                    str(one[SLIP_ACCOUNT].item()),
+                    f"{of_slip['block'].item()}{slip_words(float(of_slip['slip']))}",
+                    ends(of_slip, SLIP_TARGET),
+                    float(of_slip[SLIP_HALF_WIDTH]),
+                    int(of_slip[SLIP_MOTIONS]),
+                    int(of_slip[SLIP_RUNS]),
+                    str(of_slip[SLIP_STOPPED].item()),
+                    str(of_slip[SLIP_ACCOUNT].item()),
                 )
             )
-    return found
+    return reached
 
 
 def missed_curves(results: xr.Dataset) -> tuple[list[str], int]:
@@ -127,15 +130,15 @@ def precision_notes(runs: xr.Dataset, slip: float | None = None) -> list[Fact]:
     target, allowed = asked_of(runs)
     room = 0.5 * allowed if target in (MEDIAN, RATE) else math.inf
     of = "" if slip is None else slip_words(slip)
-    found = []
-    for name, one in curves_of(runs):
-        missed = is_missed(str(one["stopped_because"].item()), float(one["half_width"]), allowed)
-        off = abs(float(one["misfit"])) >= room
+    facts = []
+    for name, curve in curves_of(runs):
+        missed = is_missed(str(curve["stopped_because"].item()), float(curve["half_width"]), allowed)
+        off = abs(float(curve["misfit"])) >= room
         # (what the rate of a curve of falls misses has a note of its own, however little it is)
-        apart = slip is not None and target == RATE and float(one["rate_misfit"]) != 0.0
+        apart = slip is not None and target == RATE and float(curve["rate_misfit"]) != 0.0
         if missed or off or apart:
-            found.append(Fact("adaptive.account", names=(f"{name}{of}", str(one["account"].item()))))
-    return found
+            facts.append(Fact("adaptive.account", names=(f"{name}{of}", str(curve["account"].item()))))
+    return facts
 
 
 def measure_notes(runs: xr.Dataset) -> list[Fact]:
@@ -146,5 +149,5 @@ def measure_notes(runs: xr.Dataset) -> list[Fact]:
     where = np.unravel_index(int(np.argmax(motions.values)), motions.shape)
     slowest = runs.isel(dict(zip(motions.dims, where, strict=True)))
     table = np.stack([slowest[f"measure_gain{end}"].values for end in ("", "_lower", "_upper")], axis=-1)
-    found = gain_words(slowest["other_measure"].values.tolist(), [Gain(*row) for row in table.tolist()])
-    return [Fact("adaptive.other_measure", names=(found,))] if found else []
+    words = gain_words(slowest["other_measure"].values.tolist(), [Gain(*row) for row in table.tolist()])
+    return [Fact("adaptive.other_measure", names=(words,))] if words else []

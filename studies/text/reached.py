@@ -72,15 +72,18 @@ def within_levels(results: xr.Dataset) -> xr.Dataset:
     most = highest_level(results)
     if not np.isfinite(most):
         return results
-    found = {}
+    reached = {}
     if "sample_median" in results:
-        own = results["sample_median"]
-        found["sample_median"] = own.where(~(own > EDGE * most), np.inf)
+        medians = results["sample_median"]
+        reached["sample_median"] = medians.where(~(medians > EDGE * most), np.inf)
     if "median_ratio" in results:
-        found |= _ratios(results, results["median"] > EDGE * most, most)
+        reached |= _ratios(results, results["median"] > EDGE * most, most)
     # (dimensions may change their order where two arrays meet)
     return results.assign(
-        {name: one.transpose(*results[name].dims).assign_attrs(results[name].attrs) for name, one in found.items()}
+        {
+            name: values.transpose(*results[name].dims).assign_attrs(results[name].attrs)
+            for name, values in reached.items()
+        }
     )
 
 
@@ -89,10 +92,10 @@ def _ratios(results: xr.Dataset, far: xr.DataArray, most: float) -> dict[str, xr
     ratio = results["median_ratio"]
     with np.errstate(divide="ignore", invalid="ignore"):
         unknown = results["median"] / ratio > EDGE * most
-    own = ratio.where(~far | ratio.isnull(), np.inf).where(~unknown)
+    ratios = ratio.where(~far | ratio.isnull(), np.inf).where(~unknown)
     ends = {
         f"median_ratio_{end}": results[f"median_ratio_{end}"].where(~far & ~unknown)
         for end in ("lower", "upper")
         if f"median_ratio_{end}" in results
     }
-    return {"median_ratio": own, **ends}
+    return {"median_ratio": ratios, **ends}

@@ -24,9 +24,9 @@ MODEL_RANGE = "model range"
 """Heading of the column of ranges if all capacities are off by one factor, and their name in sentences."""
 
 
-def has_model_range(here: xr.Dataset, name: str) -> bool:
+def has_model_range(results: xr.Dataset, name: str) -> bool:
     """Return True if any value has a range."""
-    return f"{name}{LOWER}" in here and bool(np.isfinite(here[f"{name}{LOWER}"]).any())
+    return f"{name}{LOWER}" in results and bool(np.isfinite(results[f"{name}{LOWER}"]).any())
 
 
 def of_what(results: xr.Dataset) -> str:
@@ -45,25 +45,25 @@ def model_note(results: xr.Dataset) -> str:
 def branch_names(results: xr.Dataset) -> list[str]:
     """Return the branches in words: law, motions and hazard of each."""
     named = (results[f"branch_{of}"].values for of in ("model", "motions", "hazard"))
-    return [" / ".join(map(str, one)) for one in zip(*named, strict=True)]
+    return [" / ".join(map(str, branch)) for branch in zip(*named, strict=True)]
 
 
-def sample_range(here: xr.Dataset, quantity: str = "sample_median") -> tuple[float, float]:
+def sample_range(results: xr.Dataset, quantity: str = "sample_median") -> tuple[float, float]:
     """Return the 5 and 95 % quantiles of a quantity over samples, infinite above all levels; NaN if none has it."""
-    own = here[quantity].values.astype(float)
-    known = own[~np.isnan(own)]
+    values = results[quantity].values.astype(float)
+    known = values[~np.isnan(values)]
     if not known.size:
         return np.nan, np.nan
     low, high = np.quantile(known, OUTER, method="inverted_cdf").tolist()
     return low, high
 
 
-def sources(here: xr.Dataset) -> list[tuple[str, float]]:
+def sources(results: xr.Dataset) -> list[tuple[str, float]]:
     """Return the sources of the spread of one block's rate in words with their shares, the largest first."""
-    shares = here["epistemic_spread"].values
-    names = [str(value) for value in here["epistemic_source"].values]
-    found = [(SOURCES[name][1], float(share)) for name, share in zip(names, shares, strict=True) if share > 0.0]
-    return sorted(found, key=lambda one: -one[1])
+    shares = results["epistemic_spread"].values
+    names = [str(value) for value in results["epistemic_source"].values]
+    shares_of = [(SOURCES[name][1], float(share)) for name, share in zip(names, shares, strict=True) if share > 0.0]
+    return sorted(shares_of, key=lambda pair: -pair[1])
 
 
 def rates_of_building(results: xr.Dataset) -> xr.Dataset:
@@ -87,10 +87,10 @@ def rates_of_consequences(results: xr.Dataset, place: str) -> xr.Dataset | None:
     """Return the rates of the consequences in a place over all branches in the form of blocks, most frequent first."""
     if "epistemic_consequence_rate" not in results:
         return None
-    found = _as_blocks(results.sel(place=place), "consequence_rate", "consequence")
-    found = found.isel(block=np.argsort(-found["epistemic_rate"].values, kind="stable"))
-    found = found.isel(block=np.flatnonzero(found["epistemic_rate"].values > 0.0))
-    return found.assign_attrs(results.attrs) if found.sizes["block"] else None
+    as_blocks = _as_blocks(results.sel(place=place), "consequence_rate", "consequence")
+    as_blocks = as_blocks.isel(block=np.argsort(-as_blocks["epistemic_rate"].values, kind="stable"))
+    as_blocks = as_blocks.isel(block=np.flatnonzero(as_blocks["epistemic_rate"].values > 0.0))
+    return as_blocks.assign_attrs(results.attrs) if as_blocks.sizes["block"] else None
 
 
 def _as_blocks(results: xr.Dataset, quantity: str, dim: str) -> xr.Dataset:
@@ -102,11 +102,11 @@ def _as_blocks(results: xr.Dataset, quantity: str, dim: str) -> xr.Dataset:
         **{f"epistemic_{quantity}{end}": f"epistemic_rate{end}" for end in (LOWER, UPPER)},
     }
     names = {old: new for old, new in names.items() if old in results}
-    found = results[list(names)].rename(names)
+    renamed = results[list(names)].rename(names)
     kept = [
         dim,
         "epistemic_fractile",
         "epistemic_source",
-        *(str(coordinate) for coordinate in found.coords if "branch" in str(coordinate)),
+        *(str(coordinate) for coordinate in renamed.coords if "branch" in str(coordinate)),
     ]
-    return found.drop_vars([name for name in found.coords if name not in kept]).rename({dim: "block"})
+    return renamed.drop_vars([name for name in renamed.coords if name not in kept]).rename({dim: "block"})

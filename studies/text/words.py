@@ -137,9 +137,9 @@ def measure_name(label: str, power: float = 1.0) -> str:
     known = MEASURES.get(label)
     if known is not None:
         return known
-    named = _PERIOD.sub(lambda found: f"{found[1]}({float(found[2]):g} s{_damping(found[3])})", label)
+    named = _PERIOD.sub(lambda match: f"{match[1]}({float(match[2]):g} s{_damping(match[3])})", label)
     return _PERIODS.sub(
-        lambda found: f"AvgSa({float(found[1]):g}–{float(found[2]):g} s, {found[3]} periods{_damping(found[4])})", named
+        lambda match: f"AvgSa({float(match[1]):g}–{float(match[2]):g} s, {match[3]} periods{_damping(match[4])})", named
     )
 
 
@@ -164,9 +164,9 @@ def law_names(labels: Sequence[str]) -> list[str]:
     names = []
     for label, (key, rest) in zip(labels, split, strict=True):
         alike = [other for name, other in split if name == key]
-        own = (part for part in rest if not all(part in other for other in alike))
+        parameters = (part for part in rest if not all(part in other for other in alike))
         short = LAW_NAMES.get(key, "").removesuffix(" damping").removesuffix("’s impacts")
-        name = " ".join((short[:1].upper() + short[1:], *own)).replace("rest=rigid", "(rigid at rest)")
+        name = " ".join((short[:1].upper() + short[1:], *parameters)).replace("rest=rigid", "(rigid at rest)")
         names.append(name if short else label)
     return names
 
