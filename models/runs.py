@@ -119,11 +119,11 @@ def lay_out(accelerations: Sequence[Array], dt: float, verticals: Sequence[Array
 
 def _one_after_another(values: Sequence[Array], start: Index, total: int, unit: float) -> Array:
     """Return records in units of `unit`, with zeros between them."""
-    found = np.empty(total)
+    series = np.empty(total)
     for first, stop, value in zip(start.tolist(), [*start[1:].tolist(), total], values, strict=True):
-        found[first : first + value.size] = value if unit == 1.0 else value / unit
-        found[first + value.size : stop] = 0.0
-    return found
+        series[first : first + value.size] = value if unit == 1.0 else value / unit
+        series[first + value.size : stop] = 0.0
+    return series
 
 
 def batch_of(
@@ -276,22 +276,22 @@ def run_mixed(
     """
     counts = np.zeros(len(TALLY), np.int64) if tally is None else tally
     mixes = isinstance(tables, Stack)
-    found: list[Array] = []
+    computed: list[Array] = []
     places: list[Index] = []
     for runs in _parts(specimen, motion, motions, mixes):
-        used, own = np.unique(motion[runs], return_inverse=True)
+        used, row = np.unique(motion[runs], return_inverse=True)
         shakes = [motions[i] for i in used.tolist()]
         first = shakes[0]
         if isinstance(tables, Stack):
             verticals = [motion.vertical for motion in shakes if motion.vertical is not None] if _lifts(first) else []
             records = lay_out([motion.acceleration for motion in shakes], first.dt, verticals)
-            results = _results(records, tables, specimen[runs], own, factors[runs], skip, flags_only, counts)
+            results = _results(records, tables, specimen[runs], row, factors[runs], skip, flags_only, counts)
         else:
             rows, scale = _rows(tables, specimen[runs]), factors[runs][:, None]
             results = run_specimens(rows, scale, first, skip, flags_only, counts)[:, 0]
-        found.append(results)
+        computed.append(results)
         places.append(runs)
-    together = np.concatenate(found)
+    together = np.concatenate(computed)
     together[np.concatenate(places)] = together.copy()
     return together
 
@@ -313,7 +313,7 @@ def _parts(specimen: Index, motion: Index, motions: Sequence[Motion], mixes: boo
     """
     runs = np.bincount(motion, minlength=len(motions))
     named = ((i, motions[i]) for i in np.flatnonzero(runs).tolist())
-    kinds = {i: (one.dt, _lifts(one), one.acceleration.size) for i, one in named}
+    kinds = {i: (record.dt, _lifts(record), record.acceleration.size) for i, record in named}
     used = sorted(kinds, key=lambda i: (*kinds[i], i))
     rank = np.zeros(len(motions), np.int64)
     rank[used] = np.arange(len(used))
@@ -347,8 +347,8 @@ def run_stacked(
     which = np.repeat(np.arange(factors.shape[0]), factors.shape[1])
     # (without vertical shaking, the same arithmetic as ever)
     records = lay_out([acceleration], dt, [vertical] if vertical is not None and vertical.any() else [])
-    found = _results(records, stacked, which, np.zeros_like(which), factors.ravel(), skip, flags_only, counts)
-    return found.reshape(*factors.shape, tables.OUT_COLUMNS)
+    results = _results(records, stacked, which, np.zeros_like(which), factors.ravel(), skip, flags_only, counts)
+    return results.reshape(*factors.shape, tables.OUT_COLUMNS)
 
 
 def _results(
@@ -410,9 +410,9 @@ def engine_identity() -> dict[str, str]:
     from ..core.machine_code import processor  # noqa: PLC0415 - numba, which takes a second
 
     source = hashlib.sha256()
-    here = Path(__file__).parent
-    core = here.parent / "core"
-    for file in (core / "compiled.py", core / "machine_code.py", *sorted(here.rglob("*.py"))):
+    models = Path(__file__).parent
+    core = models.parent / "core"
+    for file in (core / "compiled.py", core / "machine_code.py", *sorted(models.rglob("*.py"))):
         source.update(file.read_bytes())
     versions = {name: metadata.version(name) for name in ("toppling", "numpy", "numba")}
     return {**versions, "engine": source.hexdigest()[:12], "processor": processor()}
@@ -481,5 +481,5 @@ def trace(
         np.empty((2, max_turning_points)),
         np.empty((tables.HISTORY_ROWS, acceleration.size)),
     )
-    found = run_batch(batch, start, False, False)
-    return Trace(batch.out[0], batch.history, batch.turns[:, : min(found, max_turning_points)])
+    turns = run_batch(batch, start, False, False)
+    return Trace(batch.out[0], batch.history, batch.turns[:, : min(turns, max_turning_points)])

@@ -66,7 +66,7 @@ def _values(motions: xr.DataArray, im: str | Measure) -> Array:
     plain = records(motions)
     if set(motions.dims) - {"component"} != {"motion", "time"}:
         raise ValueError(f"motions to be scaled must have dims (motion, time), got {motions.dims}")
-    fixed = next((one.label for one in plain if one.own_level), None)
+    fixed = next((record.label for record in plain if record.own_level), None)
     if fixed is not None:
         raise ValueError(f"motion {fixed!r} belongs to the level of its ground motion: scale that one")
     return positive_measure(im, plain)

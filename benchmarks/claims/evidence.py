@@ -42,13 +42,13 @@ def evidence(study: SensitivityStudy, results: xr.Dataset) -> xr.Dataset:
     _, slopes = swings_and_slopes(curves, blocks, grid, sweep)
     rate = [[[grid.laws[i].oscillator(block).regions[0].damping for i in row] for row in grid.at] for block in blocks]
     on = ("block", "model", "value")
-    found: dict[str, Any] = {
+    variables: dict[str, Any] = {
         "log_median_sample": ((*on, "replicate"), curves.log_samples[:, grid.at]),
         "log_rigid_sample": ((*on, "replicate"), curves.log_samples[:, grid.against[RIGID]]),
         "log_trend_sample": (("block", "model", "span", "replicate"), slopes[..., 1:]),
         "viscous_rate": (on, np.array(rate)),
     }
-    return results.assign(found | peaks(runs, grid, sweep) | decay(blocks, grid))
+    return results.assign(variables | peaks(runs, grid, sweep) | decay(blocks, grid))
 
 
 def peaks(runs: xr.Dataset, grid: Grid, sweep: Sweep) -> dict[str, Any]:
@@ -60,9 +60,9 @@ def peaks(runs: xr.Dataset, grid: Grid, sweep: Sweep) -> dict[str, Any]:
     weights = draw_clusters(polarity_pairs(runs), sweep.replicates, sweep.seed)
     share = np.full((3, peak.shape[0], *grid.at.shape), np.nan)
     for block, j, k in np.ndindex(*share.shape[1:]):
-        own, base = peak[block, grid.at[j, k]], peak[block, rigid[j, k]]
-        told = lifted[block, rigid[j, k]] & (own != base)
-        smaller, apart = (told & (own < base)).sum(axis=0), told.sum(axis=0)
+        rotation, base = peak[block, grid.at[j, k]], peak[block, rigid[j, k]]
+        differs = lifted[block, rigid[j, k]] & (rotation != base)
+        smaller, apart = (differs & (rotation < base)).sum(axis=0), differs.sum(axis=0)
         if apart.any():
             with np.errstate(invalid="ignore"):
                 samples = (weights @ smaller) / (weights @ apart)
@@ -79,13 +79,13 @@ def decay(blocks: Sequence[Block], grid: Grid) -> dict[str, xr.DataArray]:
         rigid = [grid.laws[i].restitution(block) for row in grid.against[RIGID] for i in row]
         keys = list(zip(laws, rigid, strict=True))
         once = list(dict.fromkeys(keys))
-        found = free_decay(block, [law for law, _ in once], [float(e or 0.0) for _, e in once])
+        decays = free_decay(block, [law for law, _ in once], [float(e or 0.0) for _, e in once])
         where = xr.DataArray(
             np.array([once.index(key) for key in keys]).reshape(grid.at.shape), dims=("model", "value")
         )
-        parts.append(found.isel(law=where))
+        parts.append(decays.isel(law=where))
     together = xr.concat(parts, "block", combine_attrs="override")
-    return {str(name): one.transpose("block", "model", "value", ...) for name, one in together.data_vars.items()}
+    return {str(name): part.transpose("block", "model", "value", ...) for name, part in together.data_vars.items()}
 
 
 def impact_decay(release: float, e: float, half_cycles: int = HALF_CYCLES) -> Array:

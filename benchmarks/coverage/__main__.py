@@ -26,19 +26,19 @@ value.  longest: greatest mean length over the truths, as a multiple of a normal
 
 def main() -> None:
     """Print the table."""
-    found: list[Row] = []
+    rows: list[Row] = []
     began = time.perf_counter()
     for part in PARTS:
-        found += part.rows("--full" in sys.argv[1:])
+        rows += part.rows("--full" in sys.argv[1:])
         print(f"{part.__name__}: {time.perf_counter() - began:.0f} s", file=sys.stderr, flush=True)
-    print(f"studies for each truth: {min(row.studies for row in found)} or more", file=sys.stderr)
-    csv.writer(sys.stdout, lineterminator="\n").writerows([COLUMNS, *summary(found)])
+    print(f"studies for each truth: {min(row.studies for row in rows)} or more", file=sys.stderr)
+    csv.writer(sys.stdout, lineterminator="\n").writerows([COLUMNS, *summary(rows)])
 
 
-def summary(found: Iterable[Row]) -> Iterator[tuple[str | int, ...]]:
+def summary(drawn: Iterable[Row]) -> Iterator[tuple[str | int, ...]]:
     """Yield the line of each interval and number of motions."""
     by_interval: dict[str, dict[int, list[Row]]] = {}
-    for row in found:
+    for row in drawn:
         by_interval.setdefault(row.interval, {}).setdefault(row.motions, []).append(row)
     for interval, by_motions in by_interval.items():
         worst = min((row for rows in by_motions.values() for row in rows), key=lambda row: row.coverage)

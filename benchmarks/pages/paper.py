@@ -97,7 +97,7 @@ def main() -> None:
 
 def tables(shaken: Shaking, mode: Mode) -> dict[str, Table]:
     """Return the tables of files: headings and rows."""
-    found: dict[str, Table] = {
+    made: dict[str, Table] = {
         "free": (("n", "Housner", *LAWS, "Eqs. 16–17 alone"), free_rows()),
         "delta": (
             ("fifth peak over α", *(f"δ = {delta:g}" for delta in DELTAS), "range", "range of its time"),
@@ -108,7 +108,7 @@ def tables(shaken: Shaking, mode: Mode) -> dict[str, Table]:
             mode_rows(mode),
         ),
     }
-    return found | ({"records": (("file", "record"), shaken.titles)} if shaken.titles else {})
+    return made | ({"records": (("file", "record"), shaken.titles)} if shaken.titles else {})
 
 
 def page(shaken: Shaking, shares: Sequence[Shares], mode: Mode, of_studies: Mapping[str, object]) -> str:
@@ -197,21 +197,21 @@ class FreeErrors(NamedTuple):
 def free_errors(model: Law, block: tp.Block = CONCRETE) -> FreeErrors:
     """The paper's Table 2, with Housner's closed form in the place of the measurement."""
     reference = housner_peaks()
-    found = turning_points(block, model)
-    relative = found[1, 1:] / reference[1, 1:] - 1.0
-    periods = np.diff(found[0]) / np.diff(reference[0]) - 1.0
-    return FreeErrors(found[1], relative, float(relative.mean()), float(periods.mean()))
+    turns = turning_points(block, model)
+    relative = turns[1, 1:] / reference[1, 1:] - 1.0
+    periods = np.diff(turns[0]) / np.diff(reference[0]) - 1.0
+    return FreeErrors(turns[1], relative, float(relative.mean()), float(periods.mean()))
 
 
 def free_rows() -> Iterator[tuple[str, ...]]:
     """Yield the paper's Table 2: peaks over alpha with their errors, and mean relative errors."""
     reference, edge = housner_peaks()[1], edge_peaks()
-    found = [free_errors(rival.make(E, DELTA)) for rival in RIVALS]
+    errors = [free_errors(rival.make(E, DELTA)) for rival in RIVALS]
     for n in range(1, PEAKS + 1):
-        cells = [f"{law.peaks[n]:.4f} ({signed(law.peak_errors[n - 1])})" for law in found]
+        cells = [f"{law.peaks[n]:.4f} ({signed(law.peak_errors[n - 1])})" for law in errors]
         yield str(n), f"{reference[n]:.4f}", *cells, f"{edge[n]:.4f}"
-    yield "mean error, θ_peak", "", *(signed(law.peak, 1) for law in found), ""
-    yield "mean error, T", "", *(signed(law.period, 1) for law in found), ""
+    yield "mean error, θ_peak", "", *(signed(law.peak, 1) for law in errors), ""
+    yield "mean error, T", "", *(signed(law.period, 1) for law in errors), ""
 
 
 def equivalent_restitution(number: int = PEAKS) -> float:
@@ -296,7 +296,7 @@ def mode_rows(mode: Mode) -> Iterator[tuple[str, ...]]:
     """Yield shares of overturnings at every delta, with the shares of the prototypes."""
     counted = ((mode.rigid,) * 4, mode.elastic, mode.at_rest, mode.consistent)
     for (name, stated), counts in zip(PROTOTYPES.items(), counted, strict=True):
-        yield name, *(f"{count / mode.number:.3f} / {own:.3f}" for count, own in zip(counts, stated, strict=True))
+        yield name, *(f"{count / mode.number:.3f} / {share:.3f}" for count, share in zip(counts, stated, strict=True))
 
 
 # Forced rocking ------------------------------------------------------------------------------------------------------
@@ -355,13 +355,13 @@ def many_runs(motions: Sequence[xr.DataArray]) -> list[Shares]:
     outputs = ("overturned", "peak_rotation", "uplifted")
     runs = tp.ida(SHAKEN, models, list(motions), LEVELS, im="pga_normalised", outputs=outputs)
     fell, peak, rocked = (runs[name].transpose("model", ...).values for name in outputs)
-    found = []
+    rows = []
     for i, name in enumerate([*LAWS, *CAUSES], 1):
         stood = rocked[0].astype(bool) & ~fell[0]
         both = stood & ~fell[i]
         error = peak[i][both] / peak[0][both] - 1.0
         middle, low, high = np.quantile(error, (0.5, 0.16, 0.84)).tolist()
-        found.append(
+        rows.append(
             Shares(
                 name,
                 int(stood.sum()),
@@ -372,7 +372,7 @@ def many_runs(motions: Sequence[xr.DataArray]) -> list[Shares]:
                 (middle, low, high),
             )
         )
-    return found
+    return rows
 
 
 def shares_table(shares: Sequence[Shares]) -> str:

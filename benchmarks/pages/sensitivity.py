@@ -112,7 +112,7 @@ def values(over: dict[str, xr.Dataset]) -> dict[str, object]:
         "open": verdicts.count(OPEN),
         "claim_table": claim_table(of_delta, of_e),
         **{f"swing_{key}": span(of_law(over_delta, key)["median_swing"].isel(span=-1)) for key in LAWS},
-        **{f"sobol_{key}": span(one.sel(input="delta")) for key, one in index.items()},
+        **{f"sobol_{key}": span(indices.sel(input="delta")) for key, indices in index.items()},
         "sobol_slender": span(slender),
         "sobol_e": span(on_e),
         "friction": float(over_e.attrs["friction"]),
@@ -131,19 +131,19 @@ def tables(over: dict[str, xr.Dataset]) -> dict[str, Table]:
 
 def sobol_rows(over: dict[str, xr.Dataset]) -> Iterator[tuple[str, ...]]:
     """Yield total Sobol' indices with their intervals."""
-    for parameter, found in over.items():
-        for model, block, name in product(found["model"].values, found["block"].values, found["input"].values):
-            own = found.sel(model=model, block=block, input=name)
-            ends = (own[f"sobol_total{end}"].item() for end in ("", "_lower", "_upper"))
+    for parameter, indices in over.items():
+        for model, block, name in product(indices["model"].values, indices["block"].values, indices["input"].values):
+            of_input = indices.sel(model=model, block=block, input=name)
+            ends = (of_input[f"sobol_total{end}"].item() for end in ("", "_lower", "_upper"))
             yield parameter, str(model), str(block), str(name), f"{Interval(*ends):.2f}"
 
 
 def claim_table(over_delta: list[Claim], over_e: list[Claim]) -> str:
     """Return every claim: what its number is, and verdict and number in both studies."""
-    others = {claim.claim: claim for claim in over_e}
+    by_claim = {claim.claim: claim for claim in over_e}
     rows = []
     for claim in over_delta:
-        both = (claim, others.get(claim.claim))
+        both = (claim, by_claim.get(claim.claim))
         cells = (f"**{of_study.verdict}**: {written(of_study)}" if of_study else "–" for of_study in both)
         rows.append((claim.claim, WHAT[claim.claim], *cells))
     return body(rows)
@@ -159,13 +159,13 @@ def written(claim: Claim) -> str:
 def swing_rows(results: xr.Dataset) -> Iterator[tuple[str, ...]]:
     """Yield how far medians move over all values of delta, and over the usual ones."""
     for model, block in product(results["model"].values, results["block"].values):
-        own = results.sel(block=block, model=model)
-        yield str(model), str(block), *(swing(own.sel(span=name)) for name in own["span"].values)
+        of_block = results.sel(block=block, model=model)
+        yield str(model), str(block), *(swing(of_block.sel(span=name)) for name in of_block["span"].values)
 
 
-def swing(one: xr.Dataset) -> str:
+def swing(of_block: xr.Dataset) -> str:
     """Return how far the median of a law and block moves, with its interval."""
-    middle, low, high = (one[f"median_swing{end}"].item() for end in ("", "_lower", "_upper"))
+    middle, low, high = (of_block[f"median_swing{end}"].item() for end in ("", "_lower", "_upper"))
     if np.isnan(middle):
         return "no curve at some δ"
     if np.isinf(middle):

@@ -670,7 +670,7 @@ def run_exact(batch, runs, at_rest):
         k=np.empty(STATE_INTEGERS, np.int64),
     )
     listed = batch.turns.shape[1] > 0
-    found = np.int64(0)
+    turns = np.int64(0)
     active = np.int64(0)
     joined = np.int64(0)
     between = np.int64(0)
@@ -687,7 +687,7 @@ def run_exact(batch, runs, at_rest):
         while ended > 0:
             lane -= 1
             if w.sample[lane] == ENDED:
-                found = w.k[lane, TURNS]
+                turns = w.k[lane, TURNS]
                 ended -= 1
                 active -= 1
                 if lane < active:
@@ -695,7 +695,7 @@ def run_exact(batch, runs, at_rest):
         if active < GLIDERS and joined < runs.shape[0]:
             continue
         if active == 0:
-            return found
+            return turns
         _glide_lanes(w.rows, w.marks, whole(active), at_rest)
         between, crossings, unusual = _end_pieces(w, active, batch, at_rest, room)
         if unusual > 0:

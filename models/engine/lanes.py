@@ -75,7 +75,7 @@ class Lanes(NamedTuple):
     """The arrays of the lanes.
 
     `rows`: the lockstep state, flat. `marks`, `words`: lanes that a step has marked, one and eight at a time. `x`, `k`:
-    the state of each run. `own`: the propagator of a zone whose damping is held. `steps`: the propagators of all
+    the state of each run. `held`: the propagator of a zone whose damping is held. `steps`: the propagators of all
     regions (o, r, 8). `oscillator`, `run`, `amplitude`: of each lane. `start`: place of its record (see `Shaking`).
     `pieces`, `zones`, `zone_lane`, `turns`, `turn_lane`: columns that wait to be solved together, and their lanes.
     `parked`, `parked_at`, `parked_time`: lanes with an event, its sample and the time in it. `leaving`: lanes that rest
@@ -87,7 +87,7 @@ class Lanes(NamedTuple):
     words: Any
     x: Any
     k: Any
-    own: Any
+    held: Any
     steps: Any
     oscillator: Any
     run: Any
@@ -236,7 +236,7 @@ def leave_lane(w, lane, last):
         w.rows[row * LANES + lane] = w.rows[row * LANES + last]
     _copy(w.x[lane], w.x[last])
     _copy(w.k[lane], w.k[last])
-    _copy(w.own[lane], w.own[last])
+    _copy(w.held[lane], w.held[last])
     w.amplitude[lane] = w.amplitude[last]
     w.oscillator[lane] = w.oscillator[last]
     w.run[lane] = w.run[last]
@@ -279,7 +279,7 @@ def take_lane(w, lane, z, j):
     w.oscillator[lane] = z.oscillator[j]
     w.run[lane] = z.run[j]
     w.start[lane] = z.start[j]
-    w.own[lane, STEP_DAMPING] = -1.0
+    w.held[lane, STEP_DAMPING] = -1.0
     set_amplitude(w, lane, z.amplitude[j])
 
 

@@ -98,7 +98,7 @@ def run_lanes(batch, runs, ends):
         words=marks.view(np.int64),
         x=np.empty((LANES, STATE_FLOATS)),
         k=np.empty((LANES, STATE_INTEGERS), np.int64),
-        own=np.zeros((LANES, STEP_COLUMNS)),
+        held=np.zeros((LANES, STEP_COLUMNS)),
         steps=batch.steps,
         oscillator=np.empty(LANES, np.int64),
         run=np.empty(LANES, np.int64),
@@ -132,7 +132,7 @@ def run_lanes(batch, runs, ends):
     next_awake = longest
     joined = np.int64(0)
     now = np.int64(ROW_EVEN)
-    found = np.int64(0)
+    turns = np.int64(0)
     i = first[runs[0]]
     while True:
         # up to the next multiple of TILE: the meeting samples must not depend on the other runs
@@ -195,7 +195,7 @@ def run_lanes(batch, runs, ends):
             w.oscillator[active] = o
             w.run[active] = j
             w.start[active] = shaking.start[j]
-            w.own[active, STEP_DAMPING] = -1.0
+            w.held[active, STEP_DAMPING] = -1.0
             begin_run(x, k, model, o, begin[j])
             set_amplitude(w, active, -model.parameters[o, PAR_GAIN] * factors[j])
             if store:
@@ -257,7 +257,7 @@ def run_lanes(batch, runs, ends):
                     continue
                 z.k[j, SAFE] = 1
                 tally[TALLY_SAFE] += max(left, 0)
-                found = z.k[j, TURNS]
+                turns = z.k[j, TURNS]
                 write_result(out, z.run[j], z.x[j], z.k[j])
                 asleep -= 1
                 move_apart(z, asleep, j)
@@ -269,7 +269,7 @@ def run_lanes(batch, runs, ends):
                     continue
                 tally[TALLY_SAFE if w.k[lane, SAFE] != 0 else TALLY_OVERTURNED] += max(last[w.run[lane]] - i, 0)
                 write_result(out, w.run[lane], w.x[lane], w.k[lane])
-                found = w.k[lane, TURNS]
+                turns = w.k[lane, TURNS]
                 if store:
                     store_fallen(history, i, w.x[lane])
                 active -= 1
@@ -297,10 +297,10 @@ def run_lanes(batch, runs, ends):
                     lane += 1
                     continue
                 fetch_lane(w, lane, now)
-                found = w.k[lane, TURNS]
+                turns = w.k[lane, TURNS]
                 follow_free(w.x[lane], w.k[lane], model, w.oscillator[lane], last[j] * dt, after_record, None)
                 write_result(out, j, w.x[lane], w.k[lane])
                 active -= 1
                 leave_lane(w, lane, active)
         if active + asleep + bouncing == 0 and joined == runs.shape[0]:
-            return found
+            return turns

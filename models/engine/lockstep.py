@@ -349,7 +349,7 @@ def follow(w, lane, model, shaking, i, end, now, waiting, recording):
     row = model.tables[o, region]
     step = w.steps[o, region]
     if model.links[o, region, LINK_HELD]:
-        step = w.own[lane]
+        step = w.held[lane]
         if x[HELD] != step[STEP_DAMPING]:
             fill_step(step, row, x[HELD], dt)
     grade = int(step[STEP_GRADE])

@@ -251,10 +251,10 @@ def _few_terms(poly, trig, weight, w0, a0, p2, heavier, force, slope, h):
 @kernel(**FUSED)
 def _power(h, n):
     """Return h to the power of n."""
-    found = 1.0
+    product = 1.0
     for _ in range(n):
-        found *= h
-    return found
+        product *= h
+    return product
 
 
 @kernel(**FUSED)

@@ -64,9 +64,9 @@ def friction_table(sliders: Sequence[Slider]) -> Array:
 
     If any is near an obstacle, a fifth column is the distance.
     """
-    found = np.array(sliders, dtype=np.float64).reshape(-1, tables.COEFFICIENTS + 1)
-    near = bool(np.isfinite(found[:, tables.COEFFICIENTS]).any())
-    return np.asarray(np.minimum(found if near else found[:, : tables.COEFFICIENTS], ONE_WAY))
+    table = np.array(sliders, dtype=np.float64).reshape(-1, tables.COEFFICIENTS + 1)
+    near = bool(np.isfinite(table[:, tables.COEFFICIENTS]).any())
+    return np.asarray(np.minimum(table if near else table[:, : tables.COEFFICIENTS], ONE_WAY))
 
 
 def run_sliders(
@@ -104,18 +104,18 @@ def run_sliders(
     if friction.shape[1] > tables.COEFFICIENTS:
         obstacles = friction[which[order], tables.COEFFICIENTS]
         far = np.flatnonzero(out[:, tables.OUT_PEAK] > obstacles)
-        own, met, velocity = order[far], np.empty(far.size), np.full(order.size, np.nan)
-        run_into(shaking, coefficients[far], scale[own], first[own], obstacles[far], met)
+        hits, met, velocity = order[far], np.empty(far.size), np.full(order.size, np.nan)
+        run_into(shaking, coefficients[far], scale[hits], first[hits], obstacles[far], met)
         velocity[far] = met
         out = np.column_stack([out, velocity])
-    found = np.empty_like(out)
-    found[order] = out
+    results = np.empty_like(out)
+    results[order] = out
     if upward.size > 0:
-        found[airborne(upward, scale)] = np.nan
+        results[airborne(upward, scale)] = np.nan
     if tally is not None:
         tally[0] += which.size * record.size
         tally[1] += int(first.sum())
-    return np.asarray(found.reshape(*factors.shape, out.shape[1]))
+    return np.asarray(results.reshape(*factors.shape, out.shape[1]))
 
 
 def airborne(vertical: Array, factors: Array) -> Array:
@@ -183,14 +183,14 @@ def run_in_plane(
     shaking = columns.PlaneShaking(x, y, upward, dt)
     stays = np.flatnonzero(np.logical_not(lifted))
     if stays.size:
-        found = np.empty((stays.size, columns.OUT_COLUMNS))
-        slide_in_plane(shaking, coefficients[stays], scale[stays], first[stays], last[stays], found, history)
-        if np.isnan(found[:, tables.OUT_PEAK]).any():
+        results = np.empty((stays.size, columns.OUT_COLUMNS))
+        slide_in_plane(shaking, coefficients[stays], scale[stays], first[stays], last[stays], results, history)
+        if np.isnan(results[:, tables.OUT_PEAK]).any():
             raise ArithmeticError(
                 f"sliding in the plane takes more than {columns.MOST_PIECES:,} pieces in a sample: the motion is too "
                 "strong for its time step"
             )
-        out[stays] = found
+        out[stays] = results
     out[lifted] = np.nan
     if tally is not None:
         tally[0] += which.size * x.size

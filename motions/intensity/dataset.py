@@ -68,15 +68,15 @@ def measure_named(
                 return PARAMETRIC_MEASURES[kind].read(match.group(2).split(","))
             except (TypeError, ValueError) as error:
                 raise ValueError(f"{what} {name!r}: {_plainly(error, kind)}") from None
-    allowed = ", ".join(repr(one) for one in (*listed, *also))
+    allowed = ", ".join(repr(label) for label in (*listed, *also))
     shown = repr(name) if len(repr(name)) <= 60 else f"{name!r:.57}..."
-    more = " or ".join(f"{one}(…)" for one in (*PARAMETRIC_MEASURES, *PAIR_MEASURES))
+    more = " or ".join(f"{form}(…)" for form in (*PARAMETRIC_MEASURES, *PAIR_MEASURES))
     raise ValueError(f"{what} must be one of {allowed}, or {more}, got {shown}")
 
 
 def as_known(name: str, known: Iterable[str]) -> str | None:
     """Return the known name that differs from a name by no more than capitals, None if there is none."""
-    return next((one for one in known if one.casefold() == name.casefold()), None)
+    return next((label for label in known if label.casefold() == name.casefold()), None)
 
 
 def _plainly(error: Exception, name: str) -> str:
@@ -89,23 +89,23 @@ def _plainly(error: Exception, name: str) -> str:
 
 def measure(name: str | Measure, motions: Sequence[Record]) -> Array:
     """Return one measure of plain records, shape (motion,); ValueError for an unknown name."""
-    one = measure_named(name)
-    found = np.empty(len(motions))
+    im = measure_named(name)
+    values = np.empty(len(motions))
     for i, record in enumerate(motions):
         try:
-            found[i] = one.of_record(record)
+            values[i] = im.of_record(record)
         except ValueError as error:
             raise ValueError(f"motion {record.label!r}: {error}") from None
-    return found
+    return values
 
 
 def positive_measure(name: str | Measure, motions: Sequence[Record]) -> Array:
     """Return a measure to scale by, shape (motion,); ValueError if it is next to zero or does not grow."""
-    one = measure_named(name)
-    if one.power == 0.0:
+    im = measure_named(name)
+    if im.power == 0.0:
         scalable = ", ".join(map(repr, SCALABLE))
         raise ValueError(
-            f"{one.label!r} does not grow with the motion and cannot be scaled to: take {scalable} or a spectral one"
+            f"{im.label!r} does not grow with the motion and cannot be scaled to: take {scalable} or a spectral one"
         )
     for motion in motions:
         # squares of such samples underflow, and the engine treats smaller samples as zero
@@ -114,10 +114,10 @@ def positive_measure(name: str | Measure, motions: Sequence[Record]) -> Array:
                 f"motion {motion.label!r} has a peak of {peak:.3g} m/s² and cannot be scaled: give at least "
                 f"{LEAST_PEAK:.3g} m/s²"
             )
-    values = measure(one, motions)
+    values = measure(im, motions)
     if not np.all(values > 0.0):
         label = motions[int(np.argmin(values > 0.0))].label
-        raise ValueError(f"motion {label!r} has {one.label} = 0 and cannot be scaled")
+        raise ValueError(f"motion {label!r} has {im.label} = 0 and cannot be scaled")
     return values
 
 
@@ -156,12 +156,12 @@ def measures(
     elif isinstance(which, str | Measure):
         chosen = [measure_named(which)]
     elif isinstance(which, Iterable):
-        chosen = [measure_named(one) for one in which]
+        chosen = [measure_named(name) for name in which]
     else:
         raise TypeError(f"which must be measures or their names, got {checks.kind(which)}")
-    both = all(isinstance(one, PairMeasure) for one in chosen)
+    both = all(isinstance(im, PairMeasure) for im in chosen)
     plain = records(_shaken_either_way(motions) if both else motions)
-    configuration = {"measures": [one.label for one in chosen]}
+    configuration = {"measures": [im.label for im in chosen]}
     return xr.Dataset(
         measure_variables(plain, chosen),
         coords=motion_coordinates(plain),
@@ -181,6 +181,6 @@ def measure_variables(plain: Sequence[Record], chosen: Iterable[Measure]) -> dic
     """Return measures of plain records as variables on ``motion``, by label."""
     place = place_of(record.floor for record in plain)
     return {
-        one.label: xr.Variable("motion", measure(one, plain), described(long_name_at(one.long_name, place), one.units))
-        for one in chosen
+        im.label: xr.Variable("motion", measure(im, plain), described(long_name_at(im.long_name, place), im.units))
+        for im in chosen
     }

@@ -44,14 +44,14 @@ def our_name(text: str) -> str:
     >>> our_name("SA0P5"), our_name("SA(1.0)"), our_name("PGV")
     ('Sa(0.5)', 'Sa(1.0)', 'pgv')
     """
-    found = text.strip()
-    usgs = re.fullmatch(r"SA(\d{1,3})P(\d{1,3})", found, re.IGNORECASE)
-    spectral = re.fullmatch(r"SA\(([^()]{1,40})\)", found, re.IGNORECASE)
+    name = text.strip()
+    usgs = re.fullmatch(r"SA(\d{1,3})P(\d{1,3})", name, re.IGNORECASE)
+    spectral = re.fullmatch(r"SA\(([^()]{1,40})\)", name, re.IGNORECASE)
     if usgs:
-        found = f"Sa({usgs[1]}.{usgs[2]})"
+        name = f"Sa({usgs[1]}.{usgs[2]})"
     elif spectral:
-        found = f"Sa({spectral[1]})"
-    return _NAMES.get(found.upper(), found)
+        name = f"Sa({spectral[1]})"
+    return _NAMES.get(name.upper(), name)
 
 
 def program_unit(measure: Measure) -> str:

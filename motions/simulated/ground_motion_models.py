@@ -134,9 +134,9 @@ def quiet() -> Iterator[list[warnings.WarningMessage]]:
         before = logging.root.manager.disable
         logging.disable(max(before, logging.WARNING))
         try:
-            with warnings.catch_warnings(record=True) as said:
+            with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always")
-                yield said
+                yield caught
         finally:
             logging.disable(before)
 
@@ -180,7 +180,7 @@ def over_models(
     values = np.array([measure(label, plain) for label in labels])
     if not (values > 0.0).all():
         raise ValueError("motions must shake, got one that is zero throughout")
-    return {model: _ratios(values, labels, one, model) for model, one in expected.items()}
+    return {model: _ratios(values, labels, expectation, model) for model, expectation in expected.items()}
 
 
 def scale_to_model(
@@ -242,8 +242,8 @@ def _ratios(values: Array, labels: Sequence[str], expected: xr.Dataset, model: s
         [[expected["pga_dispersion"], expected["pgv_dispersion"]], expected["sa_dispersion"].values]
     )
 
-    def on_measure(found: Any, long_name: str) -> xr.Variable:
-        return xr.Variable("measure", np.asarray(found, dtype=float), described(long_name))
+    def on_measure(numbers: Any, long_name: str) -> xr.Variable:
+        return xr.Variable("measure", np.asarray(numbers, dtype=float), described(long_name))
 
     names = np.array(labels, dtype=object)
     return xr.Dataset(
