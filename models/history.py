@@ -36,7 +36,7 @@ from .scenes.edge import FALLEN_OFF, OF_FALLEN_OFF
 from .sliding.law import Sliding
 from .sliding.mode import MODE, Mode, demand, mode_of
 from .sliding.runs import LABELS, SLIDES, airborne, friction_table, run_sliders
-from .slip import tables as slips
+from .sliding_engine import tables as slips
 
 spare_dask()
 

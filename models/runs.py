@@ -35,8 +35,8 @@ from .sliding.runs import (
     run_in_plane,
     run_sliders,
 )
-from .slip.lanes import slide
-from .slip.plane import slide_in_plane
+from .sliding_engine.lanes import slide
+from .sliding_engine.plane import slide_in_plane
 
 Specimen = Oscillator | Slider | PlaneSlider
 """A block under a law in numbers."""

@@ -20,9 +20,10 @@ if TYPE_CHECKING:
     from .floors.files import read_floors as read_floors
     from .floors.yielding import CollapsingBuilding as CollapsingBuilding, YieldingBuilding as YieldingBuilding
     from .generators import GENERATORS as GENERATORS
-    from .intensity.dataset import measure_named as measure_named, measures as measures
+    from .intensity.dataset import measures as measures
     from .intensity.directions import GeometricMean as GeometricMean, RotD50 as RotD50, RotD100 as RotD100
     from .intensity.measure import MEASURES as MEASURES, Measure as Measure
+    from .intensity.naming import measure_named as measure_named
     from .intensity.parametric_measures import FIV3 as FIV3, AvgSa as AvgSa, Sa as Sa, Sd as Sd, Sv as Sv
     from .intensity.spectra import response_spectrum as response_spectrum
     from .matching.ac156 import AC156 as AC156, ac156_acceptance as ac156_acceptance

@@ -19,8 +19,8 @@ from ..core.units import STANDARD_GRAVITY
 from ..core.wording import counted, short_digits, two_digit_percent, two_digits
 from .arrays import Record, records
 from .floors.histories import DIRECTIONS, FloorHistories
-from .intensity.dataset import measure_named
 from .intensity.directions import PairMeasure
+from .intensity.naming import measure_named
 from .intensity.peaks import peak_acceleration, peak_displacement, peak_velocity, velocity
 from .readers.directions import LEFT_OUT, ON_PURPOSE, is_vertical
 

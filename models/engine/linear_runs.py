@@ -3,7 +3,6 @@
 import numpy as np
 
 from ...core.compiled import kernel
-from .bounces import bounce, no_flights
 from .free import follow_free, is_safe
 from .lanes import (
     Lanes,
@@ -24,6 +23,7 @@ from .lanes import (
     write_result,
 )
 from .lockstep import BLOCK, advance, follow
+from .low_bounces import bounce, no_flights
 from .resolve import resolve
 from .tables import (
     DEGREE,

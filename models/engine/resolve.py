@@ -3,9 +3,9 @@
 import numpy as np
 
 from ...core.compiled import kernel
-from .bounces import lands_soon
 from .lanes import set_apart
 from .lockstep import follow
+from .low_bounces import lands_soon
 from .pieces import at_edge, solve_sample
 from .propagators import solve_propagators, step_grade
 from .rest import uplift

@@ -11,8 +11,8 @@ import numpy as np
 
 from ...core import checks
 from ...core.doubts import Doubt, warn
-from ..intensity.dataset import measure_named
 from ..intensity.measure import Measure
+from ..intensity.naming import measure_named
 from ..intensity.parametric_measures import Sa
 from ..simulated.ground_motion_models import Scenario, expected_motions, quiet
 from .target import FORMULAS, Mixture, Target

@@ -16,9 +16,8 @@ import xarray as xr
 
 from ...core.doubts import Doubt, warn
 from ...core.units import ACCELERATION, STANDARD_GRAVITY
-from ..intensity.dataset import measure_named
 from ..intensity.measure import MEASURES, Measure
-from ..intensity.naming import in_si, our_name, written_level
+from ..intensity.naming import in_si, measure_named, our_name, written_level
 from ..intensity.parametric_measures import Sa
 from ..matching.targets import doubt_spectrum
 from ..readers.lines import Lines, RecordError

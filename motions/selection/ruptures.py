@@ -15,9 +15,8 @@ import numpy as np
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, warn
-from ..intensity.dataset import measure_named
 from ..intensity.measure import Measure
-from ..intensity.naming import in_si, our_name, program_unit, written_level
+from ..intensity.naming import in_si, measure_named, our_name, program_unit, written_level
 from ..simulated.ground_motion_models import Scenario
 from .files import TargetError, numbered, opened, rows_of
 

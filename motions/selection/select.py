@@ -15,8 +15,8 @@ from ...core import checks
 from ...core.elementary import Array, Index, exp, expm1
 from ...core.streams import stream
 from ...core.units import described, provenance
-from ..intensity.dataset import measure_named
 from ..intensity.measure import MEASURES, Measure
+from ..intensity.naming import measure_named
 from .candidates import Candidates
 from .choosing import Problem, choose
 from .stated import Stated

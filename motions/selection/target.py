@@ -12,8 +12,8 @@ import xarray as xr
 
 from ...core import checks
 from ...core.elementary import Array, exp, log, times
-from ..intensity.dataset import measure_named
 from ..intensity.measure import Measure
+from ..intensity.naming import measure_named
 from ..intensity.parametric_measures import AvgSa, Sa
 from .correlations import by_formulas, repaired
 

@@ -7,7 +7,7 @@ w.p - f and r w' = p - (w.p) w. The coefficients follow one from the other.
 import math
 
 from ...core.compiled import kernel
-from .columns import (
+from .plane_tables import (
     ACROSS,
     ALONG,
     ORDER,

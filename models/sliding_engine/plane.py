@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ...core.compiled import kernel
-from .columns import (
+from .plane_tables import (
     FARTHEST,
     FASTEST,
     FIRST,
