@@ -38,9 +38,9 @@ REVERSE_OF = "reverse_of"
 TRANSPOSED = 10
 """Motions over samples, above which an array is likely transposed."""
 LONG_STEP = 1.0
+"""Time step, s, from which it is no step of a motion."""
 FEW = 10
 """Samples up to which rows that rise by equal steps need not be times."""
-"""Time step, s, from which it is no step of a motion."""
 
 
 class Record(NamedTuple):
@@ -389,20 +389,20 @@ def other_coordinates(arrays: Sequence[xr.DataArray]) -> dict[str, xr.Variable]:
     ValueError if its unit differs between arrays.
     """
     excluded = (*_RECORD_COORDINATES, "floor", LIFTS, "shakes")
-    described = [
+    coordinates = [
         {str(key): known for key, known in array.coords.items() if key not in excluded and {*known.dims} <= {"motion"}}
         for array in arrays
     ]
     further = {}
-    for name in dict.fromkeys(key for known in described for key in known):
-        having = [known[name] for known in described if name in known]
+    for name in dict.fromkeys(key for known in coordinates for key in known):
+        having = [known[name] for known in coordinates if name in known]
         units = sorted({str(values.attrs.get("units", "")) for values in having})
         if len(units) > 1:
             raise ValueError(f"motions: {name} must have one unit in all arrays, got {units[0]!r} and {units[1]!r}")
         text = any(values.dtype.kind in "OSU" for values in having)
         missing = np.array("NaT", having[0].dtype) if having[0].dtype.kind in "mM" else math.nan
         columns = []
-        for array, known in zip(arrays, described, strict=True):
+        for array, known in zip(arrays, coordinates, strict=True):
             n, floors = array.sizes.get("motion", 1), array.sizes.get("floor", 1)
             values = np.broadcast_to(known[name].values if name in known else missing, n)
             if text:

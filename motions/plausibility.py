@@ -191,11 +191,11 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
     return doubts
 
 
-def _copies(records: Iterable[Record]) -> list[str]:
+def _copies(plain: Iterable[Record]) -> list[str]:
     """Return the records that are multiples of others; of floor histories, which levels scale, times 1 or -1."""
     known: dict[float, list[tuple[float, Record, Array]]] = {}
     copies = []
-    for record in records:
+    for record in plain:
         if not record.recorded or record.reverse_of:
             continue
         for part in _components(record):
@@ -219,19 +219,19 @@ def _copies(records: Iterable[Record]) -> list[str]:
     return copies
 
 
-def record_doubts(records: Iterable[Record]) -> list[Doubt]:
+def record_doubts(plain: Iterable[Record]) -> list[Doubt]:
     """Return the input warnings on records: offsets, drifts, and amplitudes and durations beyond any recording.
 
     Only PGA and duration of generated motions are checked, and nothing of floor motions. A zero motion, and one that is
     all offset, has no drift of its own. Baseline and filters are no cure for motions that all have them already.
     Maximum accelerations: Anderson, J. G. (2010). Bulletin of the Seismological Society of America 100(1), 1-36.
     """
-    records = list(records)
-    looked_at = [record for record in records if record.recorded or not (record.floor or record.own_level)]
+    plain = list(plain)
+    looked_at = [record for record in plain if record.recorded or not (record.floor or record.own_level)]
     read = [component for record in looked_at for component in _components(record)]
     uncorrected: set[str] = set()
     odd: dict[str, list[str]] = defaultdict(list)
-    copies = {floor: _copies([record for record in records if bool(record.floor) == floor]) for floor in (False, True)}
+    copies = {floor: _copies([record for record in plain if bool(record.floor) == floor]) for floor in (False, True)}
     greatest = 0.0
 
     def keep(name: str, record: Record, what: str) -> None:

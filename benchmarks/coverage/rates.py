@@ -140,9 +140,9 @@ def _stronger(truth: Truth, x: Array) -> Array:
 
 def _ratios(values: Array, samples: Array, runs: Array | None = None) -> tuple[tuple[Array, Array], float]:
     """Return the ends of the intervals of ratios of two blocks (block, study), study by study, and their length."""
-    of_runs = np.full(values.shape, np.nan) if runs is None else runs
+    by_runs = np.full(values.shape, np.nan) if runs is None else runs
     intervals = [
-        ratio_of(values[0, i], values[1, i], samples[0, i], samples[1, i], CONFIDENCE, of_runs[:, i])
+        ratio_of(values[0, i], values[1, i], samples[0, i], samples[1, i], CONFIDENCE, by_runs[:, i])
         for i in range(values.shape[1])
     ]
     ratio, lower, upper = np.array(intervals).T

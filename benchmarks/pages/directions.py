@@ -408,7 +408,7 @@ def vertical_answers(runs: Runs) -> dict[str, str]:
     return values | {
         "two_thirds_more": str(two_thirds.signs.count(1)),
         "two_thirds_cases": str(len(two_thirds.cases)),
-        "two_thirds_flips": span([100.0 * share for share in flipped.values()], ".0f") + " %",
+        "two_thirds_flips": span([100.0 * part for part in flipped.values()], ".0f") + " %",
         "two_thirds_gone": gone[TWO_DRAWER],
         "nudge_share": span([nudged[name] / flipped[name] for name in flipped]),
         "two_thirds_who": ", ".join(more),

@@ -167,11 +167,11 @@ def overturning(ratios: tuple[float, ...] = RATIOS) -> np.ndarray:
 def strength_figure(outcomes: Kits) -> Figure:
     """Draw falls over the strength of a strap at the strongest site: a panel for every piece and gap."""
     figure, axes = new(8.4, len(PIECES), len(GAPS), sharex=True, sharey=True)
-    ends = ((0, "solid"), (len(SLACKS) - 1, DOTTED))
+    slacks = ((0, "solid"), (len(SLACKS) - 1, DOTTED))
     for (i, j), ax in np.ndenumerate(axes):
         ax.axhline(outcomes.wall[i, j, -1].mean(), color="black", lw=1.2, ls=DASHED)
         ax.axhline(outcomes.free[i, -1].mean(), color="0.65", lw=1.2)
-        for k, (slack, line) in product(range(len(STIFFNESSES)), ends):
+        for k, (slack, line) in product(range(len(STIFFNESSES)), slacks):
             shares = [share(falls) for falls in outcomes.kit[i, j, k, slack, :, -1]]
             curve(ax, STRENGTHS, shares, k, 0.0 if slack else 0.13, ls=line, ms=3.5, lw=1.3)
         bare(ax)
@@ -184,7 +184,7 @@ def strength_figure(outcomes: Kits) -> Figure:
         f"{stiffness / 1e3:g} N/mm": Line2D([], [], color=COLOURS[k], marker=MARKERS[k], ms=3.5, lw=1.3)
         for k, stiffness in enumerate(STIFFNESSES)
     }
-    named |= {f"slack {1000 * SLACKS[c]:g} mm": Line2D([], [], color="0.4", ls=line) for c, line in ends}
+    named |= {f"slack {1000 * SLACKS[c]:g} mm": Line2D([], [], color="0.4", ls=line) for c, line in slacks}
     named["wall, no kit"] = Line2D([], [], color="black", lw=1.2, ls=DASHED)
     named["free"] = Line2D([], [], color="0.65", lw=1.2)
     figure.legend(
@@ -346,7 +346,7 @@ def needed(outcomes: Kits) -> Iterator[tuple[tuple[str, str, str, str], np.ndarr
 def least_rows(outcomes: Kits) -> Iterator[tuple[str, ...]]:
     """Yield the least strength that is enough for every piece, site, gap, stiffness and slack."""
     for names, kept, needs in cases(outcomes):
-        yield *names, *(least_strength(strap) if needs else "–" for stiffness in kept for strap in stiffness)
+        yield *names, *(least_strength(falls) if needs else "–" for stiffness in kept for falls in stiffness)
 
 
 def ends(straps: np.ndarray) -> str:

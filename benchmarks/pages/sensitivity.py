@@ -88,10 +88,10 @@ LAWS = {
 """Law and rest of every law by its key in the template."""
 
 
-def of_law(results: xr.Dataset, key: str) -> xr.Dataset:
+def of_law(dataset: xr.Dataset, key: str) -> xr.Dataset:
     """Return the part of a law."""
     law, rest = LAWS[key]
-    return results.isel(model=int(np.flatnonzero((results["law"] == law) & (results["rest"] == rest))[0]))
+    return dataset.isel(model=int(np.flatnonzero((dataset["law"] == law) & (dataset["rest"] == rest))[0]))
 
 
 def values(over: dict[str, xr.Dataset]) -> dict[str, object]:
@@ -156,10 +156,10 @@ def written(claim: Claim) -> str:
     return f"{Interval(claim.number, claim.lower, claim.upper):.2f}"
 
 
-def swing_rows(results: xr.Dataset) -> Iterator[tuple[str, ...]]:
+def swing_rows(dataset: xr.Dataset) -> Iterator[tuple[str, ...]]:
     """Yield how far medians move over all values of delta, and over the usual ones."""
-    for model, block in product(results["model"].values, results["block"].values):
-        of_block = results.sel(block=block, model=model)
+    for model, block in product(dataset["model"].values, dataset["block"].values):
+        of_block = dataset.sel(block=block, model=model)
         yield str(model), str(block), *(swing(of_block.sel(span=name)) for name in of_block["span"].values)
 
 
@@ -173,9 +173,9 @@ def swing(of_block: xr.Dataset) -> str:
     return f"{middle:.2f} ({low:.2f}–{'∞' if np.isinf(high) else f'{high:.2f}'})"
 
 
-def unphysical(results: xr.Dataset) -> str:
+def unphysical(dataset: xr.Dataset) -> str:
     """Return from which e on an impact needs no more friction than there is, block by block."""
-    limit = float(results.attrs["friction"])
-    ratio = 1.0 / np.tan(results["alpha"].values)
+    limit = float(dataset.attrs["friction"])
+    ratio = 1.0 / np.tan(dataset["alpha"].values)
     ends = (ratio - limit) / (ratio + limit)
-    return ", ".join(f"{end:.2f} ({block})" for end, block in zip(ends, results["block"].values, strict=True))
+    return ", ".join(f"{end:.2f} ({block})" for end, block in zip(ends, dataset["block"].values, strict=True))

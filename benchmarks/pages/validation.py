@@ -286,9 +286,9 @@ def yim() -> Iterator[tuple[str, ...]]:
             yield f"{level:.2f}", str(ratio), f"{20 * share:.0f}", f"{p:.3f}", f"{low:.0f}", f"{high:.0f}", inside
 
 
-def compute(sections: tuple[str, ...] = tuple(OURS)) -> dict[str, float]:
+def compute(chosen: tuple[str, ...] = tuple(OURS)) -> dict[str, float]:
     """Return our numbers by key."""
-    return {key: float(value) for section in sections for key, value in OURS[section]().items()}
+    return {key: float(value) for section in chosen for key, value in OURS[section]().items()}
 
 
 def sections(printed: list[Number], different: list[Number]) -> Iterator[tuple[object, ...]]:

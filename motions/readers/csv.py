@@ -370,13 +370,13 @@ def _names(header: list[str], columns: int) -> list[str]:
     if len(header) > 1 and len(titles) == columns and all(unit_of(name).quantity for name in titles):
         above = _names(header[:-1], columns)
         return [f"{name} ({unit.strip('[]() ')})" for name, unit in zip(above, titles, strict=True)] if above else []
-    known = (
+    valid = (
         _indexed(titles)
         or _TIME.match(titles[0])
         or _SPECTRUM.match(titles[0])
         or all(map(_DIRECTION.fullmatch, titles))
     )
-    return titles if len(titles) == columns and known else []
+    return titles if len(titles) == columns and valid else []
 
 
 def _indexed(names: Sequence[str]) -> bool:

@@ -340,14 +340,14 @@ class SiteBasedScenario(ScenarioGenerator):
 
 def fits(parameters: Parameters, middle: float, f_c: float, length: float) -> Flags:
     """Return True for motions (motion,) that have a modulating function and end within `length` s."""
-    times = modulation(parameters.d5_95, parameters.t_mid, middle)
-    end = times.time_of(ALL_ENERGY) + settling(2.0 * math.pi * f_c)
+    shape = modulation(parameters.d5_95, parameters.t_mid, middle)
+    end = shape.time_of(ALL_ENERGY) + settling(2.0 * math.pi * f_c)
     return np.asarray(end <= length)  # False for NaN, without a modulating function
 
 
-def end_of(times: Modulation, f_c: float) -> float:
+def end_of(shape: Modulation, f_c: float) -> float:
     """Return the time at which one motion is at rest, s."""
-    return float(times.time_of(ALL_ENERGY)[0]) + settling(2.0 * math.pi * f_c)
+    return float(shape.time_of(ALL_ENERGY)[0]) + settling(2.0 * math.pi * f_c)
 
 
 def site_based_motions(streams: Streams, drawn: Parameters, middle: float, f_c: float, dt: float, steps: int) -> Array:
@@ -356,10 +356,10 @@ def site_based_motions(streams: Streams, drawn: Parameters, middle: float, f_c: 
     time = np.arange(live, dtype=np.float64) * dt
     omega = drawn.omega_mid[:, None] + drawn.omega_slope[:, None] * (time - drawn.t_mid[:, None])
     np.clip(omega, LEAST_OMEGA, 0.5 * math.pi / dt, out=omega)
-    times = modulation(drawn.d5_95, drawn.t_mid, middle)
+    shape = modulation(drawn.d5_95, drawn.t_mid, middle)
     # The last millionth of the energy is left out: it has no visible effect, and costs most, at the lowest frequencies.
-    ends = np.minimum(np.ceil(times.time_of(1.0 - 1e-6) / dt) + 1.0, live).astype(np.int64)
-    density = times.density(time)
+    ends = np.minimum(np.ceil(shape.time_of(1.0 - 1e-6) / dt) + 1.0, live).astype(np.int64)
+    density = shape.density(time)
     density *= (2.0 * STANDARD_GRAVITY / math.pi) * drawn.arias[:, None]
     motions = np.zeros((len(streams), steps + 1))
     life = (1.0 / omega).mean(axis=1) / drawn.zeta  # (the motions computed together should cost about the same)
