@@ -57,11 +57,9 @@ def rows(full: bool) -> Iterator[Row]:
             yield from of_design("cloud", shape, motions, studies)
 
 
-def of_design(
-    design: str, truth: Truth, motions: int, studies: int, seed: int = 1, form: str | None = None
-) -> Iterator[Row]:
+def of_design(design: str, truth: Truth, motions: int, studies: int, form: str | None = None) -> Iterator[Row]:
     """Yield the rows of annual rates under all hazard curves for studies of one design."""
-    drawn = DESIGNS[design](truth, studies, motions, seed)
+    drawn = DESIGNS[design](truth, studies, motions, 1)
     of = f"{truth.name}, within motions {truth.correlation:g}" if DESIGNS[design] is ida else truth.name
     what = f"annual rate, {design}" if form is None else f"annual rate of {form} curves, {design}"
     yield from of_runs(drawn, replace(truth, name=of), motions, what, form, 1 if design == "cloud" else 50)

@@ -46,9 +46,9 @@ def log_ticks(ax: Axes, ticks: Sequence[float], form: str = "{x:g}") -> None:
     ax.xaxis.set_major_formatter(form)
 
 
-def shares_axis(ax: Axes, top: float = 1.02, bottom: float = 0.0) -> None:
+def shares_axis(ax: Axes) -> None:
     """Make the y axis one of shares."""
-    ax.set_ylim(bottom, top)
+    ax.set_ylim(-0.02, 1.02)
     ax.yaxis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
 
 

@@ -176,7 +176,7 @@ def strength_figure(outcomes: Kits) -> Figure:
             curve(ax, STRENGTHS, shares, k, 0.0 if slack else 0.13, ls=line, ms=3.5, lw=1.3)
         bare(ax)
         log_ticks(ax, (100.0, 400.0, 1500.0), "{x:.0f}")
-        shares_axis(ax, 1.02, -0.02)
+        shares_axis(ax)
         ax.set_title(f"{PIECES[i].name}, {gap_name(GAPS[j])}", loc="left", fontsize=9.5)
     figure.supylabel(FALLS)
     figure.supxlabel("strength of the strap (N)")

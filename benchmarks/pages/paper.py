@@ -164,25 +164,25 @@ def turning_points(block: tp.Block, model: Law, number: int = PEAKS) -> NDArray[
     return np.stack([np.append(0.0, times) * block.p, np.append(X0 * block.alpha, np.abs(rotations)) / block.alpha])
 
 
-def housner_peaks(e: float = E, x0: float = X0, number: int = PEAKS) -> NDArray[np.float64]:
-    """Housner's closed form: times over 1/p and peaks over alpha (2, number + 1), linear geometry.
+def housner_peaks(e: float = E) -> NDArray[np.float64]:
+    """Housner's closed form from X0: times over 1/p and peaks over alpha (2, PEAKS + 1), linear geometry.
 
     x_n = 1 - sqrt(1 - e^2n [1 - (1 - x0)²]), and a quarter of a swing to x takes acosh(1/(1 - x))/p (Housner 1963).
     """
-    n = np.arange(number + 1)
-    x = 1.0 - np.sqrt(1.0 - e ** (2 * n) * (1.0 - (1.0 - x0) ** 2))
+    n = np.arange(PEAKS + 1)
+    x = 1.0 - np.sqrt(1.0 - e ** (2 * n) * (1.0 - (1.0 - X0) ** 2))
     quarter = np.arccosh(1.0 / (1.0 - x))
     return np.stack([np.append(0.0, np.cumsum(quarter[:-1] + quarter[1:])), x])
 
 
-def edge_peaks(delta: float = DELTA, e: float = E, x0: float = X0, number: int = PEAKS) -> NDArray[np.float64]:
+def edge_peaks(delta: float = DELTA) -> NDArray[np.float64]:
     """Peaks over alpha where each crossing shrinks the speed at the zone's edge by e: the paper's Eqs. 16 and 17.
 
     (1 - x_n)² = (1 - delta)² - e^2n [(1 - delta)² - (1 - x0)²] (derived): the energy below the edge is never lost.
     """
     top = (1.0 - delta) ** 2
-    n = np.arange(number + 1)
-    return np.asarray(1.0 - np.sqrt(top - e ** (2 * n) * (top - (1.0 - x0) ** 2)))
+    n = np.arange(PEAKS + 1)
+    return np.asarray(1.0 - np.sqrt(top - E ** (2 * n) * (top - (1.0 - X0) ** 2)))
 
 
 class FreeErrors(NamedTuple):
@@ -194,10 +194,10 @@ class FreeErrors(NamedTuple):
     period: float
 
 
-def free_errors(model: Law, block: tp.Block = CONCRETE) -> FreeErrors:
+def free_errors(model: Law) -> FreeErrors:
     """The paper's Table 2, with Housner's closed form in the place of the measurement."""
     reference = housner_peaks()
-    turns = turning_points(block, model)
+    turns = turning_points(CONCRETE, model)
     relative = turns[1, 1:] / reference[1, 1:] - 1.0
     periods = np.diff(turns[0]) / np.diff(reference[0]) - 1.0
     return FreeErrors(turns[1], relative, float(relative.mean()), float(periods.mean()))
@@ -214,10 +214,10 @@ def free_rows() -> Iterator[tuple[str, ...]]:
     yield "mean error, T", "", *(signed(law.period, 1) for law in errors), ""
 
 
-def equivalent_restitution(number: int = PEAKS) -> float:
+def equivalent_restitution() -> float:
     """The e at which Housner's block has the discrete law's last peak: (E_n/E_0)^(1/2n), E = 1 - (1 - x)² (derived)."""
-    last = turning_points(CONCRETE, RIVALS[0].make(E, DELTA), number)[1, number]
-    return float(((1.0 - (1.0 - last) ** 2) / (1.0 - (1.0 - X0) ** 2)) ** (0.5 / number))
+    last = turning_points(CONCRETE, RIVALS[0].make(E, DELTA))[1, PEAKS]
+    return float(((1.0 - (1.0 - last) ** 2) / (1.0 - (1.0 - X0) ** 2)) ** (0.5 / PEAKS))
 
 
 def fifth_peaks() -> NDArray[np.float64]:
@@ -258,9 +258,9 @@ def free_figure() -> Figure:
 # The elastic mode -----------------------------------------------------------------------------------------------------
 
 
-def elastic_frequency(block: tp.Block, delta: float = DELTA) -> float:
+def elastic_frequency(block: tp.Block) -> float:
     """Hz: sqrt(k0/I_O)/2π, the block's own frequency inside the zone, which a rigid block does not have."""
-    ratio = 1.0 / delta - 1.0
+    ratio = 1.0 / DELTA - 1.0
     return block.p * math.sqrt(ratio * math.sin(block.alpha) / block.alpha) / (2.0 * math.pi)
 
 

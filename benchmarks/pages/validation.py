@@ -149,9 +149,9 @@ def _free() -> dict[str, float]:
     return values | {f"{key}_{n}": peaks(law)[n] for key, law in laws.items() for n in (1, 2, 5, 10)}
 
 
-def zone_frequency(block: tp.Block, delta: float = 0.05) -> float:
+def zone_frequency(block: tp.Block) -> float:
     """Frequency of the elastic zone, Hz, from the oscillator that the law makes."""
-    zone = min(tp.DiscreteDamping(delta=delta).oscillator(block).regions, key=lambda part: abs(part.lower + part.upper))
+    zone = min(tp.DiscreteDamping(delta=0.05).oscillator(block).regions, key=lambda part: abs(part.lower + part.upper))
     return math.sqrt(zone.stiffness) / (2.0 * math.pi)
 
 

@@ -171,8 +171,8 @@ def _band_transform(size: int, first: float, last: float, number: int, dt: float
     return cast("Callable[[Array], Array]", transform)
 
 
-def energy_band(acceleration: Array, dt: float, shares: tuple[float, float] = BAND_SHARES) -> tuple[float, float]:
-    """Return the frequencies (Hz) below which two shares (5 and 95 %) of the energy of a motion lie.
+def energy_band(acceleration: Array, dt: float) -> tuple[float, float]:
+    """Return the frequencies (Hz) below which the `BAND_SHARES` of the energy of a motion lie.
 
     The energy is the integral of the squared Fourier amplitude of the acceleration over frequency, which by Parseval's
     theorem is the Arias intensity. The band is the counterpart in frequency of the significant duration in time. The
@@ -187,5 +187,5 @@ def energy_band(acceleration: Array, dt: float, shares: tuple[float, float] = BA
     energy = np.abs(scipy.fft.rfft(acceleration / largest, size)) ** 2
     # linear between frequencies: the trapezoidal rule, with half the weight at both ends
     reached = np.concatenate([[0.0], np.cumsum(0.5 * (energy[1:] + energy[:-1]))])
-    low, high = np.interp(shares, reached / reached[-1], np.arange(energy.size) / (size * dt))
+    low, high = np.interp(BAND_SHARES, reached / reached[-1], np.arange(energy.size) / (size * dt))
     return float(low), float(high)
