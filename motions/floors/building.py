@@ -134,7 +134,7 @@ class Building:
         Examples
         --------
         >>> building = Building.flexural_shear(1.0, alpha0=5.0, storeys=10)
-        >>> [round(float(one), 3) for one in building.periods[:3]], round(float(building.shares[0, -1]), 3)
+        >>> [round(float(period), 3) for period in building.periods[:3]], round(float(building.shares[0, -1]), 3)
         ([1.0, 0.283, 0.132], 1.394)
         """
         PERIOD.check("period", period)
@@ -245,7 +245,7 @@ class Building:
         Examples
         --------
         >>> building = Building.from_storeys([1e5, 1e5], [4e7, 4e7])
-        >>> [round(float(one), 3) for one in building.periods]
+        >>> [round(float(period), 3) for period in building.periods]
         [0.508, 0.194]
         """
         m, k, omega, shares = _chain(masses, stiffnesses)

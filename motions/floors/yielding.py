@@ -154,8 +154,8 @@ class YieldingBuilding:
         >>> from toppling import motions
         >>> ground = motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
         >>> weak = motions.Building.from_storeys([1e5, 1e5], [4e7, 4e7], yield_coefficient=0.1)
-        >>> found = weak.floor_motions(ground, factor=2.0)
-        >>> dict(found.sizes), bool((found["ductility"] > 1.0).all())
+        >>> floors = weak.floor_motions(ground, factor=2.0)
+        >>> dict(floors.sizes), bool((floors["ductility"] > 1.0).all())
         ({'motion': 2, 'floor': 3, 'time': 2624}, True)
         """
         scale = checks.number("factor", factor, above=0.0)
@@ -273,8 +273,8 @@ class YieldingBuilding:
         Examples
         --------
         >>> from toppling import motions
-        >>> one = motions.Building.from_storeys([1e5], [4e7], yield_coefficient=0.2, strength_dispersion=0.3)
-        >>> [round(one.strength_of(name), 3) for name in ("Kobe", "Imperial Valley")]
+        >>> frame = motions.Building.from_storeys([1e5], [4e7], yield_coefficient=0.2, strength_dispersion=0.3)
+        >>> [round(frame.strength_of(name), 3) for name in ("Kobe", "Imperial Valley")]
         [1.45, 0.884]
         """
         if self.strength_dispersion == 0.0:

@@ -81,8 +81,8 @@ def measures(
     Examples
     --------
     >>> from toppling import motions
-    >>> found = measures(motions.from_array([0.0, 2.0, 0.0], 0.1), ["pga", "cav", "Sa(0.5)"])
-    >>> list(found), float(found.pga[0]), round(float(found.cav[0]), 12)
+    >>> values = measures(motions.from_array([0.0, 2.0, 0.0], 0.1), ["pga", "cav", "Sa(0.5)"])
+    >>> list(values), float(values.pga[0]), round(float(values.cav[0]), 12)
     (['pga', 'cav', 'Sa(0.5)'], 2.0, 0.2)
     """
     if which is None:

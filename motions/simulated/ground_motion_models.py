@@ -85,8 +85,8 @@ def expected_motions(scenario: Scenario, model: str = "BSSA14", periods: Sequenc
 
     Examples
     --------
-    >>> found = expected_motions(Scenario(6.5, 20e3, 760.0))
-    >>> round(float(found.pgv), 4)
+    >>> expected = expected_motions(Scenario(6.5, 20e3, 760.0))
+    >>> round(float(expected.pgv), 4)
     0.0915
     """
     name = MODELS[checks.choice("model", model, list(MODELS))]
@@ -217,7 +217,7 @@ def scale_to_model(
     >>> from toppling.motions import Scenario, SiteBasedScenario, measures
     >>> at = Scenario(7.0, 20e3, 760.0)
     >>> shaking = scale_to_model(SiteBasedScenario(7.0, 20e3, 760.0, dt=0.02).sample(3), at)
-    >>> [round(float(one), 3) for one in measures(shaking, ["pgv"])["pgv"]]
+    >>> [round(float(pgv), 3) for pgv in measures(shaking, ["pgv"])["pgv"]]
     [0.044, 0.208, 0.159]
     """
     wanted = measure_named(im)

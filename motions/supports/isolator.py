@@ -255,8 +255,8 @@ class Isolator:
         --------
         >>> from toppling import motions
         >>> floor = motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
-        >>> found = Isolator.pendulum(radius=1.5, friction=0.05).motions(floor)
-        >>> dict(found.sizes), bool((abs(found).max("time") < abs(floor).max("time")).all())
+        >>> moved = Isolator.pendulum(radius=1.5, friction=0.05).motions(floor)
+        >>> dict(moved.sizes), bool((abs(moved).max("time") < abs(floor).max("time")).all())
         ({'motion': 2, 'time': 26231}, True)
         """
         scale = checks.number("factor", factor, above=0.0)
