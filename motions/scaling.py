@@ -8,7 +8,7 @@ import xarray as xr
 from ..core import checks
 from ..core.aliases import Array
 from .arrays import records
-from .intensity.dataset import positive_measure
+from .intensity.evaluation import positive_measure
 from .intensity.measure import Measure
 from .intensity.naming import measure_named
 from .intensity.peaks import velocity

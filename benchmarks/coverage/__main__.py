@@ -11,10 +11,10 @@ import sys
 import time
 from collections.abc import Iterable, Iterator
 
-from . import draws, goodness, levels, others, pieces, rates
-from .drawn import Row
+from . import draws_of_pieces, estimates, goodness, levels, pieces, rates
+from .drawn_studies import Row
 
-PARTS = (levels, rates, others, pieces, draws, goodness)
+PARTS = (levels, rates, estimates, pieces, draws_of_pieces, goodness)
 """Modules whose `rows` are measured."""
 COLUMNS = ("interval", "motions", "lowest", "highest", "worst truth", "above", "below", "longest")
 """Columns: an interval with its number of motions; lowest and highest coverage over the truths, per cent.

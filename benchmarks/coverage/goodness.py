@@ -14,7 +14,7 @@ from ...core.aliases import Array
 from ...core.streams import stream
 from ...fragility import goodness_of_fit
 from ..sequential.truths import MEDIAN, Truth
-from .drawn import ATTRIBUTES, LEVELS, LOGNORMAL, Row, cloud, ida, stripes
+from .drawn_studies import ATTRIBUTES, LEVELS, LOGNORMAL, Row, cloud, ida, stripes
 
 NOMINAL = 0.05
 FEW = MEDIAN * np.exp(np.linspace(-0.8, 0.8, 6))

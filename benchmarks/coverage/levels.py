@@ -15,7 +15,7 @@ from ...core.aliases import Array
 from ...fragility.fitting.fit import fit_fragility
 from ...fragility.fitting.intervals import PROFILE
 from ..sequential.truths import DISPERSION, MEDIAN, Truth
-from .drawn import LOGNORMAL, SHAPES, Row, cloud, ida, level_of, row_of, stripes
+from .drawn_studies import LOGNORMAL, SHAPES, Row, cloud, ida, level_of, row_of, stripes
 
 COARSE = MEDIAN * np.exp(np.linspace(-1.8, 1.8, 10))
 APART = MEDIAN * np.exp(1.9 * DISPERSION * (np.arange(4.0) - 1.5))

@@ -16,7 +16,7 @@ from ...fragility import HazardCurve, annual_rate, fit_fragility, size_for_rate
 from ...fragility.curves.means import mean_interval, resampled_means
 from ...fragility.risk.ratios import ratio_of
 from ..sequential.truths import MEDIAN, Truth
-from .drawn import LEVELS, LOGNORMAL, SHAPES, SKEWED_LEFT, Row, cloud, ida, row_of, stripes
+from .drawn_studies import LEVELS, LOGNORMAL, SHAPES, SKEWED_LEFT, Row, cloud, ida, row_of, stripes
 
 CONFIDENCE = 0.95
 NORMAL = 1.959964

@@ -24,7 +24,7 @@ from ...fragility.analyses.waves import MotionSource, run_wave, scaled_to
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.runs.request import check_request
 from ...models import Block, EnergyConsistent, HousnerImpact, Law
-from ...models.columns import BlockArray
+from ...models.block_array import BlockArray
 from ...models.laws import oscillator_of
 from ...motions import CloughPenzien
 

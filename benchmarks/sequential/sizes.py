@@ -18,7 +18,7 @@ from ...core.aliases import Array
 from ...core.units import STANDARD_GRAVITY
 from ...fragility.adaptive.probit import fit_probit, local_probit
 from ...fragility.analyses.surface_results import surface_curves
-from ...models.columns import BlockArray
+from ...models.block_array import BlockArray
 from .promises import GRID
 from .regions import blocks_of, direct_medians, observations, outcomes, pooled_of
 

@@ -16,7 +16,7 @@ from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import first_names
 from ...motions.intensity.spectra import DAMPING
-from ...motions.matching.targets import other_damping
+from ...motions.matching.target_spectra import other_damping
 from ...motions.readers.lines import Lines, plain
 from ...motions.readers.units import units_in
 from .curve import HazardCurve, unit_to_si

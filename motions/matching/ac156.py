@@ -27,7 +27,7 @@ from ..simulated.envelopes import Envelope
 from ..simulated.generator import Generator, Seconds
 from .adjustment import PGD_BOUND, PGV_BOUND, Bound, TargetMissed, matching_doubts
 from .spectrum_compatible import SpectrumCompatible
-from .targets import AC156_FREQUENCIES, EDITIONS, TargetSpectrum
+from .target_spectra import AC156_FREQUENCIES, EDITIONS, TargetSpectrum
 
 MARGIN = 0.01
 TOLERANCE = 0.015

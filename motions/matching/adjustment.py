@@ -23,7 +23,7 @@ from ...core.wording import two_digit_percent
 from ..arrays import from_array
 from ..intensity.peaks import peak_displacement, peak_velocity
 from ..kernels import matching as engine
-from .targets import TargetSpectrum
+from .target_spectra import TargetSpectrum
 
 PGV_BOUND, PGD_BOUND = 0.15, 0.5
 WITHIN = Parameter(at_least=0.02, at_most=100.0)

@@ -29,7 +29,7 @@ from .adjustment import (
     match_result,
     matching_doubts,
 )
-from .targets import TargetSpectrum
+from .target_spectra import TargetSpectrum
 
 MOST_STEPS = 24  # for a record
 SMOOTHING = 2.0  # s over which the strength of a record is taken

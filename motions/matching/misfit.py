@@ -13,7 +13,7 @@ from ...core.units import ACCELERATION, DIMENSIONLESS, METRE, SECOND, VELOCITY, 
 from ..arrays import motion_coordinates, records
 from ..intensity.peaks import displacement, peak_displacement, peak_velocity, velocity
 from ..intensity.spectra import peak_displacements
-from .targets import TargetSpectrum
+from .target_spectra import TargetSpectrum
 
 
 def matching_report(motions: xr.DataArray | Iterable[xr.DataArray], target: TargetSpectrum) -> xr.Dataset:

@@ -36,7 +36,7 @@ from .adjustment import (
     match_result,
     matching_doubts,
 )
-from .targets import TargetSpectrum
+from .target_spectra import TargetSpectrum
 
 STEPS_OF_A_DRAW = 12  # fewer than for a record, because noise can be drawn again
 DRAWS = 4

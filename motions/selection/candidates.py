@@ -10,7 +10,7 @@ import xarray as xr
 from ...core.elementary import Array, Index, log
 from ...core.units import described
 from ..arrays import records
-from ..intensity.dataset import measure, positive_measure
+from ..intensity.evaluation import measure, positive_measure
 from ..intensity.measure import Measure
 
 FACTOR, CANDIDATE, EVENT = "factor", "candidate", "event"

@@ -19,7 +19,7 @@ from ...core.units import ACCELERATION, STANDARD_GRAVITY
 from ..intensity.measure import MEASURES, Measure
 from ..intensity.naming import in_si, measure_named, our_name, written_level
 from ..intensity.parametric_measures import Sa
-from ..matching.targets import doubt_spectrum
+from ..matching.target_spectra import doubt_spectrum
 from ..readers.lines import Lines, RecordError
 from .stated import Stated
 from .target import FORMULAS, Mixture, Target

@@ -16,7 +16,7 @@ from ...core.aliases import Array
 from ...core.parameters import Parameter
 from ...core.units import STANDARD_GRAVITY
 from ..arrays import records
-from ..intensity.dataset import measure
+from ..intensity.evaluation import measure
 from ..kernels.drifting_filters import drifting_ground
 from .envelopes import Envelope, RiseStrongDecay
 from .filters import filtered, high_pass, propagators

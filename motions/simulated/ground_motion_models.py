@@ -20,7 +20,7 @@ from ...core.elementary import Array, exp, log
 from ...core.streams import stream
 from ...core.units import ACCELERATION, SECOND, STANDARD_GRAVITY, VELOCITY, described, provenance
 from ..arrays import records
-from ..intensity.dataset import measure
+from ..intensity.evaluation import measure
 from ..intensity.naming import measure_named
 from ..intensity.parametric_measures import Sa
 from ..scaling import scale_to

@@ -12,7 +12,7 @@ import xarray as xr
 from ...core.streams import stream
 from ...fragility import RandomInputs, Uniform, overturning_probability, rank_measures, sobol_indices
 from ..sequential.truths import DISPERSION, MEDIAN, Truth
-from .drawn import LOGNORMAL, Row, ida, row_of
+from .drawn_studies import LOGNORMAL, Row, ida, row_of
 from .rates import of_runs
 
 UPLIFT = 0.5 * MEDIAN

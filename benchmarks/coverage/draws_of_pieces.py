@@ -13,7 +13,7 @@ from ...core.streams import stream
 from ...fragility.curves.means import quantiles, share_error
 from ...fragility.numerics.totals import fallen_pieces
 from ...fragility.uncertainty.joint import INDEPENDENT, PIECES, Variability, drawn_pieces
-from .drawn import Row, row_of
+from .drawn_studies import Row, row_of
 
 VARIANTS, SEEDS = 16, 200
 WANTED = np.array([0.8])
