@@ -8,14 +8,13 @@ from .lanes import (
     Lanes,
     begin_run,
     clear_lane,
+    copy_run,
     fetch_lane,
     freeze_lane,
     leave_lane,
-    move_apart,
     no_runs,
     rejoin,
     set_amplitude,
-    set_apart,
     sort,
     store_fallen,
     store_sample,
@@ -185,7 +184,7 @@ def run_lanes(batch, runs, ends):
                 parked += 1
                 active += 1
                 asleep -= 1
-                move_apart(z, asleep, j)
+                copy_run(z, j, z, asleep)
         while joined < runs.shape[0] and (first[runs[joined]] < end or last[runs[joined]] <= end):
             # a run joins alone, and catches up
             j = runs[joined]
@@ -205,7 +204,7 @@ def run_lanes(batch, runs, ends):
             joined += 1
             if w.leaving[LANES] > 0:
                 w.leaving[LANES] = 0
-                set_apart(w, active, z, asleep)
+                copy_run(z, asleep, w, active)
                 next_awake = min(next_awake, z.until[asleep])
                 asleep += 1
                 continue
@@ -226,7 +225,7 @@ def run_lanes(batch, runs, ends):
                 sort(w.leaving, w.leaving[LANES])
                 for j in range(w.leaving[LANES] - 1, -1, -1):
                     if w.k[w.leaving[j], NOW] < 0:
-                        set_apart(w, w.leaving[j], z, asleep)
+                        copy_run(z, asleep, w, w.leaving[j])
                         next_awake = min(next_awake, z.until[asleep])
                         asleep += 1
                     active -= 1
@@ -260,7 +259,7 @@ def run_lanes(batch, runs, ends):
                 turns = z.k[j, TURNS]
                 write_result(out, z.run[j], z.x[j], z.k[j])
                 asleep -= 1
-                move_apart(z, asleep, j)
+                copy_run(z, j, z, asleep)
         if leaving:
             lane = np.int64(0)
             while lane < active:
@@ -286,7 +285,7 @@ def run_lanes(batch, runs, ends):
                 w.rows[(now + 1) * LANES + active] = 0.0
                 active += 1
                 asleep -= 1
-                move_apart(z, asleep, j)
+                copy_run(z, j, z, asleep)
             if store and active > 0:
                 fetch_lane(w, np.int64(0), now)
                 store_sample(history, i, w.x[0], w.k[0], model, w.oscillator[0])

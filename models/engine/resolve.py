@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...core.compiled import kernel
-from .lanes import set_apart
+from .lanes import copy_run
 from .lockstep import follow
 from .low_bounces import lands_soon
 from .pieces import at_edge, solve_sample
@@ -205,7 +205,7 @@ def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
                     if lands_soon(x, k, model, o, force, dt):
                         w.until[lane] = i
                         f.time[bouncing] = w.parked_time[j]
-                        set_apart(w, lane, f.runs, bouncing)
+                        copy_run(f.runs, bouncing, w, lane)
                         bouncing += 1
                         w.leaving[w.leaving[LANES]] = lane
                         w.leaving[LANES] += 1
