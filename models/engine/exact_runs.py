@@ -472,7 +472,7 @@ def _leave_samples(w, between, batch, at_rest, room):
 
 
 @kernel(**FUSED)
-def _end_pieces(w, active, batch, at_rest, room):
+def _end_pieces(w, active, batch, at_rest):
     """Take the lanes whose pieces have no event on to their next samples; return the number of the others.
 
     Those between two samples if there is more to do, those that cross edges, and those whose piece is unusual.
@@ -697,7 +697,7 @@ def run_exact(batch, runs, at_rest):
         if active == 0:
             return turns
         _glide_lanes(w.rows, w.marks, whole(active), at_rest)
-        between, crossings, unusual = _end_pieces(w, active, batch, at_rest, room)
+        between, crossings, unusual = _end_pieces(w, active, batch, at_rest)
         if unusual > 0:
             between, crossings = _solve_unusual(w, unusual, between, crossings, batch, at_rest, room)
         if crossings > 0:

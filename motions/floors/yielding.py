@@ -298,7 +298,7 @@ class YieldingBuilding:
         accelerations, velocities = np.zeros((2, mass.size + first, size))
         peaks, residual = np.empty((2, mass.size))
         ground = factor * record.acceleration
-        outcome = storey_response(
+        storey, end = storey_response(
             ground,
             record.dt,
             mass,
@@ -310,7 +310,6 @@ class YieldingBuilding:
             peaks,
             residual,
         )
-        _, storey, end = (int(number) for number in outcome)
         if self.isolation is None:
             accelerations[0] = ground
         drifts = peaks[below:]

@@ -67,7 +67,7 @@ def _channel(lines: Lines, text_lines: int, raw: bool) -> list[Component]:
     _announced(lines, _INTEGERS, "integer header")
     real = _announced(lines, _REALS, "real header")
     dt = 1e-3 * lines.value(repr(_at(real, _STEP_MS)), "the time step (real header 62, ms)", above=0.0, below=1e4)
-    unknown = _announced_unknown(lines, text)
+    unknown = _announced_unknown(text)
     comments = _match(lines, _COMMENTS, "an announcement of comment lines")
     text += [lines.header("the end of its comments") for _ in range(int(comments.group(1)))]
     types = {name: _at(real, place) for name, place in _MAGNITUDES.items()}
@@ -141,7 +141,7 @@ def _columns(lines: Lines, line: str) -> tuple[int, int]:
     return int(match["count"] or 1) or 1, int(match["blanks"] or 0) + int(match["width"])
 
 
-def _announced_unknown(lines: Lines, text: Sequence[str]) -> float:
+def _announced_unknown(text: Sequence[str]) -> float:
     """Return the mark of an unknown value: given in the last text line, -999 in almost every file."""
     announcements = [line for line in text if "unknown" in line.lower()]
     match = re.search(r"(-?\d{1,9}(?:\.\d{0,9})?)\s{0,9}$", announcements[-1]) if announcements else None
