@@ -198,7 +198,7 @@ class Block:
         if self.edge is not None and self.surrounded:
             surroundings = [words for words in self.scene_words if words != self.edge.label]
             raise ValueError(
-                f"a block near an edge must stand free, with its mass in the middle and upright, got "
+                "a block near an edge must stand free, with its mass in the middle and upright, got "
                 f"{', '.join(surroundings)}: how others slide is not known"
             )
 

@@ -306,9 +306,9 @@ def _load_flight(f, column, j, model, shaking):
     thresholds = model.rests[o, rest, REST_UP] + model.rests[o, rest, REST_DOWN]
     e, loss = landing(model, o, region)
     v[FLIGHT_RESTITUTION * LANES + column] = e
-    e, loss_there = landing(model, o, across)
+    e, loss_across = landing(model, o, across)
     v[FLIGHT_OTHER_RESTITUTION * LANES + column] = e
-    loss = max(loss, loss_there)
+    loss = max(loss, loss_across)
     v[FLIGHT_SETTLING * LANES + column] = 0.25 * loss * thresholds  # (see `may_rest`)
     v[FLIGHT_LEAST * LANES + column] = 0.25 / MANY_HOPS * thresholds * dt  # or MANY_HOPS flights fill a sample
     v[FLIGHT_STRIKE * LANES + column] = x[STRIKE]

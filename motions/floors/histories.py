@@ -181,19 +181,11 @@ class FloorHistories:
         crosswise = [axis for axis in self.directions(floor) if axis != direction] if self.axes else []
         for i, (names, given) in enumerate(zip(self.names, self.given, strict=True)):
             for name, as_given in zip(names, given, strict=True):
-                history = self.histories[i, name, floor, direction]
+                wave = self.histories[i, name, floor, direction]
                 label, of = (f"{self._label(i, motion)} {_support((floor, direction))}" for motion in (name, as_given))
                 reverse_of = "" if label == of else of
                 plain.append(
-                    Record(
-                        label,
-                        history.acceleration,
-                        history.dt,
-                        history.source,
-                        floor,
-                        recorded=True,
-                        reverse_of=reverse_of,
-                    )
+                    Record(label, wave.acceleration, wave.dt, wave.source, floor, recorded=True, reverse_of=reverse_of)
                 )
                 for cross in crosswise:
                     across = self.histories[i, name, floor, cross].acceleration
