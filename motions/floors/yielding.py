@@ -298,7 +298,7 @@ class YieldingBuilding:
         accelerations, velocities = np.zeros((2, mass.size + first, size))
         peaks, residual = np.empty((2, mass.size))
         ground = factor * record.acceleration
-        storey, end = storey_response(
+        _, storey, end = storey_response(
             ground,
             record.dt,
             mass,

@@ -177,7 +177,7 @@ def _peak(x, y, n, number, i, end, peak):
 
 
 @kernel()
-def _advance(drifts, rates, plastic, flow, storeys, damp, ground, slope, h, force, far, fast, x, y, peaks):
+def _advance(drifts, rates, plastic, flow, storeys, damp, ground, slope, h, force, far, fast, x, y, peaks, events):
     """Advance to the first event within h or to its end; return the time that passed."""
     n = drifts.size
     yields = storeys[1]
@@ -217,6 +217,7 @@ def _advance(drifts, rates, plastic, flow, storeys, damp, ground, slope, h, forc
         else:
             plastic[which] = drifts[which] - flow[which] * yields[which]
             flow[which] = ELASTIC
+        events[0] += 1
     return end * h
 
 
@@ -240,7 +241,7 @@ def _floors(drifts, rates, plastic, flow, storeys, damp, step, accelerations, ve
 
 @kernel(keep=True)
 def storey_response(ground, dt, mass, storeys, damp, limits, accelerations, velocities, peaks, residual):
-    """Fill the response of a shear building to ground acceleration, from rest; return collapsed storey and sample.
+    """Fill the response of a shear building to ground acceleration, from rest; return events, collapsed storey, sample.
 
     Storey forces are k [(hardening - theta) d + (1 - hardening) e] of the drifts d and their elastic parts e = d - d_p,
     |e| at most the yield drift. Damping forces are `damp` (1/s) times the masses, against the ground, and from the
@@ -261,6 +262,7 @@ def storey_response(ground, dt, mass, storeys, damp, limits, accelerations, velo
     y = np.empty(TERMS * n)
     force, far, fast = np.zeros(n + 1), np.empty(n), np.empty(n)
     rows = (storeys[0], storeys[1], storeys[2], storeys[3], storeys[4], 1.0 / mass, np.zeros(n))
+    events = np.zeros(1, np.int64)
     accelerations[:] = 0.0
     velocities[:] = 0.0
     peaks[:] = 0.0
@@ -268,7 +270,7 @@ def storey_response(ground, dt, mass, storeys, damp, limits, accelerations, velo
         for i in range(n):
             residual[i] = plastic[i] if flow[i] == ELASTIC else drifts[i] - flow[i] * storeys[1, i]
             if not abs(drifts[i]) <= limits[i]:
-                return i, step
+                return events[0], i, step
         _floors(drifts, rates, plastic, flow, rows, damp, step, accelerations, velocities)
         if step + 1 == ground.size:
             break
@@ -292,6 +294,7 @@ def storey_response(ground, dt, mass, storeys, damp, limits, accelerations, velo
                 x,
                 y,
                 peaks,
+                events,
             )
             done = dt if passed >= dt - done else done + passed
-    return -1, ground.size - 1
+    return events[0], -1, ground.size - 1
