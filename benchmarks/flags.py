@@ -51,9 +51,9 @@ def flags(
 
 
 def _of_law(law: Law, rivals: Sequence[Rival], blocks: Sequence[Block], shakes: list[Record], grid: Array) -> list[Row]:
-    own = oscillators(law, blocks)
+    stacked = oscillators(law, blocks)
     runs = [(shake, grid / np.abs(shake.acceleration).max()) for shake in shakes]
-    engine = [run_many(own, factors, shake.acceleration, shake.dt, True, True) for shake, factors in runs]
+    engine = [run_many(stacked, factors, shake.acceleration, shake.dt, True, True) for shake, factors in runs]
     right = np.stack(engine)[..., OUTPUTS["overturned"]] > 0.0
     curves = _curves(right, grid)
     problems = [problem(block, law) for block in blocks]
@@ -66,16 +66,16 @@ def _of_law(law: Law, rivals: Sequence[Rival], blocks: Sequence[Block], shakes: 
             ]
             for shake, factors in runs
         ]
-        found = np.array(answers)
+        answered = np.array(answers)
         rows.append(
             {
                 "law": law.label,
                 "name": rival.name,
                 "runs": int(right.size),
                 "overturned": float(right.mean()),
-                "wrong": int((found != right).sum()),
-                "falsely_overturned": int((found & ~right).sum()),
-                **_changes(curves, _curves(found, grid)),
+                "wrong": int((answered != right).sum()),
+                "falsely_overturned": int((answered & ~right).sum()),
+                **_changes(curves, _curves(answered, grid)),
             }
         )
     return rows
@@ -83,20 +83,20 @@ def _of_law(law: Law, rivals: Sequence[Rival], blocks: Sequence[Block], shakes: 
 
 def _curves(overturned: Flags, grid: Array) -> Array:
     """Return medians and dispersions (block, 2), NaN without a curve, from flags (motion, block, level)."""
-    found = []
+    fitted = []
     for levels, fell in zip(grid, overturned.sum(axis=0), strict=True):
         counts = {"overturnings": ("level", fell), "runs": ("level", np.full(levels.size, overturned.shape[0]))}
         fit = fit_fragility(xr.Dataset(counts, {"level": levels}), intervals="wald", penalty="none")
-        found.append([fit["median"].item(), fit["dispersion"].item()])
-    return np.array(found)
+        fitted.append([fit["median"].item(), fit["dispersion"].item()])
+    return np.array(fitted)
 
 
-def _changes(right: Array, found: Array) -> Row:
+def _changes(right: Array, rival: Array) -> Row:
     """Return relative changes of median and dispersion over the blocks with both curves (None without such blocks)."""
-    known = np.isfinite(right[:, 0]) & np.isfinite(found[:, 0])
+    known = np.isfinite(right[:, 0]) & np.isfinite(rival[:, 0])
     changes: Row = {}
     for i, name in enumerate(("median", "dispersion")):
-        relative = found[known, i] / right[known, i] - 1.0
+        relative = rival[known, i] / right[known, i] - 1.0
         changes[f"{name}_mean"] = float(relative.mean()) if known.any() else None
         changes[f"{name}_largest"] = float(relative[np.argmax(np.abs(relative))]) if known.any() else None
     return changes

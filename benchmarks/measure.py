@@ -89,9 +89,9 @@ def true_record() -> Array:
 
 def truth_of(law: Law) -> Truth:
     """Return the true runs of one law."""
-    one = truth_data().sel(law=law.label)
+    runs = truth_data().sel(law=law.label)
     names = ("overturned", "peak_rotation", "rotation", "twin", "rotation_twin")
-    return Truth(*(one[name].values.astype(bool if name == "overturned" else float) for name in names))
+    return Truth(*(runs[name].values.astype(bool if name == "overturned" else float) for name in names))
 
 
 def engine_answer(law: Law, block: Block, shaking: Array, factors: Array, every: int) -> Answer:
@@ -111,17 +111,17 @@ def answers(law: Law, rival: Rival | None, shaking: Array) -> list[Answer]:
     return [rival.run(problem(block, law), shaking, DT, factors, every) for block in TRUTH_BLOCKS.values()]
 
 
-def errors(law: Law, found: Sequence[Answer]) -> Row:
-    """Return errors of `found`, an answer for each block, as fractions of alpha (a peak may be zero, alpha is not).
+def errors(law: Law, compared: Sequence[Answer]) -> Row:
+    """Return errors of `compared`, an answer for each block, as fractions of alpha (a peak may be zero, alpha is not).
 
     They are the largest error over the runs that truly stand, the median over those of them that rock (a rigid block
     may stay at rest), and the number of wrong flags of all runs.  None stands for values that are not finite.
     """
     truth = truth_of(law)
     alphas = np.array([block.alpha for block in TRUTH_BLOCKS.values()])[:, None]
-    overturned = np.stack([answer.overturned for answer in found])
-    rotation = np.stack([answer.rotation for answer in found])
-    peak = np.stack([answer.peak for answer in found])
+    overturned = np.stack([answer.overturned for answer in compared])
+    rotation = np.stack([answer.rotation for answer in compared])
+    peak = np.stack([answer.peak for answer in compared])
     stands = ~truth.overturned
     rocks = stands & (truth.peak > LEAST_ROCKING * alphas)
     along = np.abs(rotation - truth.rotation).max(axis=-1) / alphas

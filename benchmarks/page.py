@@ -36,11 +36,11 @@ def write(results: Row, folder: Path) -> list[Path]:
             lines = ([column.heading for column in made.columns], *map(made.cells, made.lines))
             written[data / f"{part}{f'_{i + 1}' if i else ''}.csv"] = _csv(lines)
     if "precision" in results:
-        written[data / "integrators.csv"] = _csv(integrators(results["precision"]["found"]))
+        written[data / "integrators.csv"] = _csv(integrators(results["precision"]["rows"]))
     if results.keys() >= TABLES.keys():
         written[folder / "performance.md"] = text(results)
         with whole_file(data / "work_precision.png") as temporary:
-            figures.work_precision(results["precision"]["found"]).savefig(temporary, format="png", dpi=150)
+            figures.work_precision(results["precision"]["rows"]).savefig(temporary, format="png", dpi=150)
     for path, content in written.items():
         write_bytes(path, content.encode())
     return [*written]
@@ -142,17 +142,17 @@ def targets(results: Row) -> list[Target]:
     ]
 
 
-def newmark(found: Row) -> str:
+def newmark(measured: Row) -> str:
     """Return the comparison of Newmark's sliding block with another program."""
-    if not found["rows"]:
-        return f"Newmark's block is not compared with another program: {found['missing']}."
+    if not measured["rows"]:
+        return f"Newmark's block is not compared with another program: {measured['missing']}."
     coarse, *_, fine = (
-        max(row["median"] for row in found["rows"] if row["steps"] == steps)
-        for steps in sorted({row["steps"] for row in found["rows"]})
+        max(row["median"] for row in measured["rows"] if row["steps"] == steps)
+        for steps in sorted({row["steps"] for row in measured["rows"]})
     )
-    ours, theirs = found["costs"]
+    ours, theirs = measured["costs"]
     return (
-        f"Slips of Newmark's block are compared with pyslammer's `RigidAnalysis` under {found['motions']} motions. "
+        f"Slips of Newmark's block are compared with pyslammer's `RigidAnalysis` under {measured['motions']} motions. "
         f"Its medians differ by up to {percent(coarse)}, and by up to {percent(fine)} with finer samples of the "
         f"motions ([sliding_2.csv](performance/sliding_2.csv)). A run takes the engine {1e6 * ours:,.0f} µs from "
         f"Python and pyslammer {1e3 * theirs:,.1f} ms."
@@ -166,8 +166,8 @@ def _span(values: Iterable[float], digits: int = 1) -> str:
     return low if low == high else f"{low}–{high}"
 
 
-def _precision(found: Row) -> Row:
-    rows = found["found"]
+def _precision(measured: Row) -> Row:
+    rows = measured["rows"]
     ours = [row for row in rows if row["name"] == ENGINE]
     rivals = [(row["cost"], next_right(row["law"], rows)) for row in ours]
     factors = [rival["cost"] / cost for cost, rival in rivals if rival is not None]
@@ -182,7 +182,7 @@ def _precision(found: Row) -> Row:
         "right": error(RIGHT),
         "factors": _span(factors) if factors else "–",
         "none_right": f" No rival is right under {none} of {len(ours)} laws." if none else "",
-        "left_out": "".join(f" Left out: {name}, {reason}." for name, reason in found["missing"].items()),
+        "left_out": "".join(f" Left out: {name}, {reason}." for name, reason in measured["missing"].items()),
     }
 
 

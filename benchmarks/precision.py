@@ -24,27 +24,27 @@ BRIEF = 0.1
 
 
 def precision(laws: Sequence[Law] = LAWS, rivals: Sequence[Rival] = ALL, timed: Array = TIMED) -> Row:
-    """Measure cost and errors of the engine and all rivals under all laws (`found`); `missing`: rivals with reasons."""
+    """Measure cost and errors of the engine and all rivals under all laws (`rows`); `missing`: rivals with reasons."""
     shaking = true_record()
     missing = {rival.name: rival.available() for rival in rivals if rival.available()}
-    found: list[Row] = []
+    rows: list[Row] = []
     for law in laws:
-        found.append(_engine(law, shaking, timed))
-        found += [_rival(law, rival, shaking, timed) for rival in rivals if rival.name not in missing]
-    return {"found": found, "missing": missing}
+        rows.append(_engine(law, shaking, timed))
+        rows += [_rival(law, rival, shaking, timed) for rival in rivals if rival.name not in missing]
+    return {"rows": rows, "missing": missing}
 
 
 def _engine(law: Law, shaking: Array, timed: Array) -> Row:
     task = partial(run_many, oscillators(law, [HARD]), timed[None, :], shaking, DT, skip=False)
     cost = 1e9 * seconds([task], 5)[0] / (timed.size * shaking.size)
-    found = errors(law, answers(law, None, shaking))
-    return {"law": law.label, "name": ENGINE, "cost": cost, "twin": multiplication(law), **found}
+    error_row = errors(law, answers(law, None, shaking))
+    return {"law": law.label, "name": ENGINE, "cost": cost, "twin": multiplication(law), **error_row}
 
 
 def _rival(law: Law, rival: Rival, shaking: Array, timed: Array) -> Row:
     start = thread_time()
-    found = errors(law, answers(law, rival, shaking))
+    error_row = errors(law, answers(law, rival, shaking))
     expected = (thread_time() - start) * timed.size / TRUTH_RUNS
     task = partial(rival.run, problem(HARD, law), shaking, DT, timed, 0)
     taken = seconds([task], 3 if expected <= BRIEF else 1)[0] / timed.size
-    return {"law": law.label, "name": rival.name, "cost": 1e9 * taken / shaking.size, **found}
+    return {"law": law.label, "name": rival.name, "cost": 1e9 * taken / shaking.size, **error_row}

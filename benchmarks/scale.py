@@ -74,9 +74,9 @@ def kernel_times() -> Iterator[list[float]]:
         runs.run_batch = kernel
 
 
-def point(runs: int) -> Row:
+def point(number: int) -> Row:
     """Measure wall time and memory of one analysis after the engine is loaded."""
-    motions = ensemble(max(1, runs // RUNS_A_MOTION))
+    motions = ensemble(max(1, number // RUNS_A_MOTION))
     analyse(ensemble(1))
     before = _peak_memory()
     wall, cpu = perf_counter(), process_time()
@@ -86,13 +86,13 @@ def point(runs: int) -> Row:
     return {"runs": size, "wall": wall, "cpu": cpu, "memory": _peak_memory(), "memory_before": before}
 
 
-def by_threads(runs: int) -> Row:
+def by_threads(size: int) -> Row:
     """Measure one analysis on one thread and on THREADS, and what cannot be divided of it.
 
     With the time s that the calling thread works alone and the CPU time T of everything on one thread, n cores are at
     most T / (s + (T - s) / n) times as fast (Amdahl).  The lower bound takes all that is not the engine as serial.
     """
-    motions = ensemble(max(1, runs // RUNS_A_MOTION))
+    motions = ensemble(max(1, size // RUNS_A_MOTION))
     analyse(ensemble(1))
     rows = []
     for number in (1, THREADS):

@@ -52,12 +52,12 @@ def sliding_cost(runs: int = 512, repeats: int = 7) -> list[Row]:
     tasks = []
     slips = []
     for horizontal, vertical in SHAKING.values():
-        one = partial(run_sliders, friction, factors, horizontal * across, vertical * upward if vertical else None, dt)
-        slips.append(float(one()[:, 0, SLIDES["slips"]].mean()))
-        tasks += [partial(one, skip=False), partial(one, skip=True)]
-    each = [1e9 * taken / (runs * across.size) for taken in seconds(tasks, repeats)]
+        task = partial(run_sliders, friction, factors, horizontal * across, vertical * upward if vertical else None, dt)
+        slips.append(float(task()[:, 0, SLIDES["slips"]].mean()))
+        tasks += [partial(task, skip=False), partial(task, skip=True)]
+    costs = [1e9 * taken / (runs * across.size) for taken in seconds(tasks, repeats)]
     return [
-        {"case": case, "slips": 1e3 * slips[k] / across.size, "whole": each[2 * k], "skipping": each[2 * k + 1]}
+        {"case": case, "slips": 1e3 * slips[k] / across.size, "whole": costs[2 * k], "skipping": costs[2 * k + 1]}
         | {"horizontal": horizontal, "vertical": vertical}
         for k, (case, (horizontal, vertical)) in enumerate(SHAKING.items())
     ]
@@ -77,11 +77,14 @@ def newmark(number: int = 10, refined: tuple[int, ...] = REFINED) -> Row:
     dt = motions(1)[0].dt
     rows = []
     for ratio in RATIOS:
-        levels = [ratio * float(np.abs(one).max()) / STANDARD_GRAVITY for one in shaking]
-        ours = np.array([_engine(one, dt, level) for one, level in zip(shaking, levels, strict=True)])
+        levels = [ratio * float(np.abs(record).max()) / STANDARD_GRAVITY for record in shaking]
+        ours = np.array([_engine(record, dt, level) for record, level in zip(shaking, levels, strict=True)])
         for steps in refined:
             theirs = np.array(
-                [_pyslammer(package, _finer(one, steps), dt / steps, k) for one, k in zip(shaking, levels, strict=True)]
+                [
+                    _pyslammer(package, _finer(record, steps), dt / steps, k)
+                    for record, k in zip(shaking, levels, strict=True)
+                ]
             )
             slid = ours > 0.0
             apart = np.abs(theirs[slid] / ours[slid] - 1.0)

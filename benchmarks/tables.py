@@ -76,29 +76,29 @@ def _scenes(rows: Sequence[Row]) -> Iterator[Table]:
     yield table("Cost of a run in a scene, and over a run of the free block", headings, lines)
 
 
-def _sliding(found: Row) -> Iterator[Table]:
+def _sliding(measured: Row) -> Iterator[Table]:
     headings = ("shaking", "PFA, m/s²", "vertical, m/s²", "slips in 1,000 samples", "ns", "with skips, ns")
     lines: list[tuple[str, ...]] = []
-    for row in found["cost"]:
+    for row in measured["cost"]:
         shaking = (row["case"], f"{row['horizontal']:g}", f"{row['vertical']:g}" if row["vertical"] else "–")
         lines.append((*shaking, f"{row['slips']:.1f}", f"{row['whole']:.2f}", f"{row['skipping']:.2f}"))
     yield table("ns per sample and run of sliding blocks", headings, lines)
-    rows = found["newmark"]["rows"]
+    rows = measured["newmark"]["rows"]
     if not rows:
         return
     steps = dict.fromkeys(row["steps"] for row in rows)
     columns = ("k_y/PFA", "median slip, m", *(f"{n}: {heading}" for n in steps for heading in ("median", "largest")))
     lines = []
     for ratio in dict.fromkeys(row["ratio"] for row in rows):
-        here = [row for row in rows if row["ratio"] == ratio]
-        cells = [percent(row[name]) for row in here for name in ("median", "largest")]
-        lines.append((f"{ratio:g}", f"{here[0]['slip']:.2g}", *cells))
+        of_ratio = [row for row in rows if row["ratio"] == ratio]
+        cells = [percent(row[name]) for row in of_ratio for name in ("median", "largest")]
+        lines.append((f"{ratio:g}", f"{of_ratio[0]['slip']:.2g}", *cells))
     yield table("pyslammer's slips of Newmark's block: difference by samples for one of the record", columns, lines)
 
 
-def _scale(found: Row) -> Iterator[Table]:
+def _scale(measured: Row) -> Iterator[Table]:
     lines: list[tuple[str, ...]] = []
-    for point in found["points"]:
+    for point in measured["points"]:
         wall, memory, before = point["wall"], point["memory"] / 1e6, point["memory_before"] / 1e6
         seconds = f"{wall:.3f}" if wall < 1.0 else f"{wall:.1f}"
         used, a_run = f"{point['cpu'] / wall:.2f}", f"{1e6 * point['cpu'] / point['runs']:.1f}"
@@ -108,7 +108,7 @@ def _scale(found: Row) -> Iterator[Table]:
         *("peak memory, MB", "of it before the analysis, MB"),
     )
     yield table("Cost of an IDA with two threads, flags only", headings, lines)
-    threads = found["threads"]
+    threads = measured["threads"]
     lines = [
         (str(row["threads"]), *(f"{row[name]:.2f}" for name in ("wall", "cpu", "engine", "alone")))
         for row in threads["rows"]
@@ -129,7 +129,7 @@ def _start(rows: Sequence[Row]) -> Iterator[Table]:
     yield table("Starting up, CPU time of a whole process", ("what", "CPU time, s", "target, s"), lines)
 
 
-def _studies(found: Row) -> Iterator[Table]:
+def _studies(measured: Row) -> Iterator[Table]:
     names = {
         "first": "office study, first run after installation",
         "compiling": "of it, compiling",
@@ -137,17 +137,17 @@ def _studies(found: Row) -> Iterator[Table]:
         "libraries": "of it, loading libraries",
         "report": "its report",
         "report_libraries": "of it, loading libraries",
-        "large_cpu": f"large study, {found['large_runs']:,} runs, two threads",
+        "large_cpu": f"large study, {measured['large_runs']:,} runs, two threads",
     }
-    lines = [(text, f"{found[name]:.1f}") for name, text in names.items()]
+    lines = [(text, f"{measured[name]:.1f}") for name, text in names.items()]
     yield table("Frozen studies, CPU time", ("what", "CPU time, s"), lines)
     columns = {
-        "one thread, s": f"{found['wall_one']:.1f}",
-        "two threads, s": f"{found['wall_two']:.1f}",
-        "speed-up": f"{found['speed_up']:.2f}",
-        "serial, s": f"{found['serial']:.1f}",
-        "of one thread's time": percent(found["serial"] / found["wall_one"]),
-        f"bound on {CORES} cores": f"{found['bound']:.1f}",
+        "one thread, s": f"{measured['wall_one']:.1f}",
+        "two threads, s": f"{measured['wall_two']:.1f}",
+        "speed-up": f"{measured['speed_up']:.2f}",
+        "serial, s": f"{measured['serial']:.1f}",
+        "of one thread's time": percent(measured["serial"] / measured["wall_one"]),
+        f"bound on {CORES} cores": f"{measured['bound']:.1f}",
     }
     yield table("The large study by threads, wall time", [*columns], [[*columns.values()]])
 
@@ -166,14 +166,14 @@ def next_right(law: str, rows: Sequence[Row]) -> Row | None:
     return min(right, key=lambda row: float(row["cost"]), default=None)
 
 
-def _precision(found: Row) -> Iterator[Table]:
+def _precision(measured: Row) -> Iterator[Table]:
     headings = (
         *("law", "ns", "error", "1e-13 moves the truth by", "wrong flags"),
         *("cheapest right rival", "its ns", "its error"),
     )
     lines = []
-    for ours in (row for row in found["found"] if row["name"] == ENGINE):
-        rival = next_right(ours["law"], found["found"])
+    for ours in (row for row in measured["rows"] if row["name"] == ENGINE):
+        rival = next_right(ours["law"], measured["rows"])
         theirs = ("none", "–", "–")
         if rival is not None:
             theirs = (rival["name"], cost(rival["cost"]), error(rival["trajectory_max"]))

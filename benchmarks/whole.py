@@ -76,13 +76,13 @@ def spent(arguments: Sequence[str], folder: Path, settings: Mapping[str, str] | 
     It may store bytecode, as it does for every user: else each process would compile all modules once more.
     RuntimeError with its last line where it fails.
     """
-    own = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     start = perf_counter()
     done = subprocess.run(
         [sys.executable, *arguments],
         cwd=folder,
-        env={**own, **(settings or {})},
+        env={**environment, **(settings or {})},
         capture_output=True,
         text=True,
         check=False,
@@ -144,7 +144,7 @@ def frozen_studies(repeats: int = 3) -> Row:
         again = statistics.median(run("office", DASK_NUM_WORKERS="2").cpu for _ in range(repeats))
         report = cpu("-m", "toppling", "report", "office/results.nc")
         libraries = {what: cpu("-c", code) for what, code in LIBRARIES.items()}
-        one, two = ([run("large", DASK_NUM_WORKERS=threads) for _ in range(repeats)] for threads in ("1", "2"))
+        slow, fast = ([run("large", DASK_NUM_WORKERS=threads) for _ in range(repeats)] for threads in ("1", "2"))
     return {
         "first": first,
         "again": again,
@@ -152,20 +152,20 @@ def frozen_studies(repeats: int = 3) -> Row:
         "report": report,
         "libraries": libraries["study"],
         "report_libraries": libraries["report"],
-        "large_cpu": statistics.median(large.cpu for large in two),
+        "large_cpu": statistics.median(large.cpu for large in fast),
         "large_runs": 3 * 6 * 20 * 200 * LARGE,
-        **speed_up(*(statistics.median(large.wall for large in runs) for runs in (one, two))),
+        **speed_up(*(statistics.median(large.wall for large in runs) for runs in (slow, fast))),
     }
 
 
-def speed_up(one: float, two: float) -> Row:
+def speed_up(slow: float, fast: float) -> Row:
     """Return what Amdahl's law makes of the wall times (s) on one and two threads.
 
     With the serial part s and the divisible part p, one thread takes s + p and n take s + p/n, so that s = 2 T₂ - T₁;
     noise can bring that outside 0 to T₁, and then it counts as the nearer end.
     """
-    serial = min(max(0.0, 2.0 * two - one), one)
-    return {"wall_one": one, "wall_two": two, "serial": serial, "speed_up": one / two, "bound": bound(serial, one)}
+    serial = min(max(0.0, 2.0 * fast - slow), slow)
+    return {"wall_one": slow, "wall_two": fast, "serial": serial, "speed_up": slow / fast, "bound": bound(serial, slow)}
 
 
 def bound(serial: float, whole: float, cores: int = CORES) -> float:

@@ -39,9 +39,9 @@ class Kernel:
     def __call__(self, *arguments: Any) -> Any:
         """Call it, compiled."""
         if self._aside is not None:
-            from .machine_code import told  # noqa: PLC0415 - numba, which takes a second
+            from .machine_code import announced  # noqa: PLC0415 - numba, which takes a second
 
-            with told(self.py_func.__name__):
+            with announced(self.py_func.__name__):
                 while self._aside.poll() is None and not self.on_disk:
                     time.sleep(0.05)
             _beside.append(self._aside)
@@ -109,7 +109,7 @@ def make_folder(folder: str) -> None:
     A kernel gets its dispatcher last, because another thread may call it as soon as it has one; if this is interrupted,
     nothing is changed.
     """
-    made = {one: one.make() for one in _waiting.get(folder, [])}
+    made = {uncompiled: uncompiled.make() for uncompiled in _waiting.get(folder, [])}
     for name, module in list(sys.modules.items()):
         if name.rpartition(".")[0] == folder:
             named = {key: value for key, value in list(vars(module).items()) if isinstance(value, Kernel)}
@@ -135,11 +135,11 @@ def kernel(*, keep: bool = False, **options: Any) -> Callable[[Callable[..., Any
     def compiled(function: Callable[..., Any]) -> Any:
         if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
             return function
-        found = Kernel(function, keep, options)
+        uncompiled = Kernel(function, keep, options)
         with _lock:
             if folder_of(function) in _loaded:
-                return found.make()
-            _waiting.setdefault(folder_of(function), []).append(found)
-        return found
+                return uncompiled.make()
+            _waiting.setdefault(folder_of(function), []).append(uncompiled)
+        return uncompiled
 
     return compiled

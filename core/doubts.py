@@ -48,21 +48,21 @@ def first_of(texts: Sequence[str]) -> str:
     return ", ".join(texts[:NAMED]) + (f" and {more:,} more" if more > 0 else "")
 
 
-def warn(found: Iterable[Doubt], category: type[UserWarning] = ImplausibleInput) -> None:
+def warn(doubts: Iterable[Doubt], category: type[UserWarning] = ImplausibleInput) -> None:
     """Issue input warnings at the package's caller; none are issued if the caller notes them itself (`noted`)."""
     keeper = _noted.get()
     if keeper is not None:
-        keeper.extend(found)
+        keeper.extend(doubts)
         return
     level = len(_callers()) + 1
-    for doubt in found:
+    for doubt in doubts:
         warnings.warn(doubt.sentence, category, stacklevel=level)
 
 
-def warn_of_results(found: Iterable[str]) -> None:
+def warn_of_results(sentences: Iterable[str]) -> None:
     """Warn of invalid results at the package's caller; studies report them among their checks."""
     level = len(_callers()) + 1
-    for sentence in () if by_study() else found:
+    for sentence in () if by_study() else sentences:
         warnings.warn(f"results are not valid: {sentence}", ImplausibleInput, stacklevel=level)
 
 
@@ -74,11 +74,11 @@ def by_study() -> bool:
 def _callers() -> list[str]:
     """Return the names of the package's modules on the stack, the caller of this function first."""
     package = __name__.partition(".")[0]
-    found, frame = [], sys._getframe(1)
+    names, frame = [], sys._getframe(1)
     while frame.f_back is not None and (name := str(frame.f_globals.get("__name__"))).partition(".")[0] == package:
-        found.append(name)
+        names.append(name)
         frame = frame.f_back
-    return found
+    return names
 
 
 @contextmanager

@@ -35,17 +35,17 @@ def _of(at: int, *given: Any) -> Any:
     """Return a function of one or two numbers or arrays, which are broadcast; of numbers it is one of numpy's."""
     x = np.broadcast_arrays(*(np.asarray(values, dtype=np.float64) for values in given))
     flat = [values.ravel() for values in x]
-    found = np.empty(flat[0].size)
-    if found.size <= (FEW if "numba" in sys.modules else UNLOADED):
+    result = np.empty(flat[0].size)
+    if result.size <= (FEW if "numba" in sys.modules else UNLOADED):
         numbers = [values.tolist() for values in flat]
         try:
-            found[:] = [*map(PYTHON[at], *numbers)]
+            result[:] = [*map(PYTHON[at], *numbers)]
         except (ValueError, OverflowError):
-            found[:] = [_alone(PYTHON[at], *each) for each in zip(*numbers, strict=True)]
+            result[:] = [_alone(PYTHON[at], *row) for row in zip(*numbers, strict=True)]
     else:
         with np.errstate(all="ignore"):  # (of numpy, where nothing is compiled)
-            engine.fill(at, flat[0], flat[-1], found)
-    return found.reshape(x[0].shape)[()]
+            engine.fill(at, flat[0], flat[-1], result)
+    return result.reshape(x[0].shape)[()]
 
 
 def _alone(function: Any, *x: float) -> float:
@@ -63,25 +63,25 @@ exp, log, expm1, log1p, tan, arcsin, arccos, arctan, power, arctan2 = _all
 
 def geomspace(low: float, high: float, number: int) -> Array:
     """Return `number` values from `low` to `high`, both among them, at equal ratios."""
-    found = power(10.0, np.linspace(math.log10(low), math.log10(high), number))
-    found[[0, -1]] = low, high
-    return found
+    points = power(10.0, np.linspace(math.log10(low), math.log10(high), number))
+    points[[0, -1]] = low, high
+    return points
 
 
-def times(one: Any, other: Any) -> Array:
-    """Return the sums over the last axis of `one` and the first of `other`, a vector (j,) or matrix (j, k)."""
-    return np.asarray(np.einsum("...j,j->..." if np.ndim(other) == 1 else "...j,jk->...k", one, other))
+def times(left: Any, right: Any) -> Array:
+    """Return the sums over the last axis of `left` and the first of `right`, a vector (j,) or matrix (j, k)."""
+    return np.asarray(np.einsum("...j,j->..." if np.ndim(right) == 1 else "...j,jk->...k", left, right))
 
 
-def crossed(one: Array, other: Array) -> Array:
+def crossed(left: Array, right: Array) -> Array:
     """Return the product of the transpose of a matrix (i, j) with a matrix (i, k), row by row."""
-    return times(np.ascontiguousarray(one).T, np.ascontiguousarray(other))
+    return times(np.ascontiguousarray(left).T, np.ascontiguousarray(right))
 
 
 def squares(rows: Array, covariance: Array) -> Array:
     """Return, of each row (i, j), row' covariance row: its variance, not below 0."""
-    each = np.ascontiguousarray(rows)
-    return np.asarray(np.maximum((times(each, np.ascontiguousarray(covariance)) * each).sum(axis=1), 0.0))
+    contiguous = np.ascontiguousarray(rows)
+    return np.asarray(np.maximum((times(contiguous, np.ascontiguousarray(covariance)) * contiguous).sum(axis=1), 0.0))
 
 
 def cholesky(matrix: Array) -> Array:
@@ -118,12 +118,12 @@ def inverse(matrix: Array) -> Array:
 
 def orthonormal(columns: Any) -> Array:
     """Return orthonormal columns (n, k), of which the first j span the first j that are given."""
-    found: Array = np.zeros(columns.shape)
+    basis: Array = np.zeros(columns.shape)
     for j, column in enumerate(columns.T):
-        once = column - times(found, times(found.T, column))
-        twice = once - times(found, times(found.T, once))
-        found[:, j] = twice / np.sqrt(times(twice, twice))
-    return found
+        once = column - times(basis, times(basis.T, column))
+        twice = once - times(basis, times(basis.T, once))
+        basis[:, j] = twice / np.sqrt(times(twice, twice))
+    return basis
 
 
 def eigh(matrix: Array) -> tuple[Array, Array]:
@@ -153,11 +153,11 @@ def eigh(matrix: Array) -> tuple[Array, Array]:
 
 def expm(matrices: Array) -> Array:
     """Return the exponentials of matrices (..., n, n)."""
-    one = np.eye(matrices.shape[-1])
+    identity = np.eye(matrices.shape[-1])
     halvings = np.maximum(np.frexp(np.abs(matrices).sum(axis=-1).max(axis=-1))[1] + 1, 0)[..., None, None]
-    found, small = one, matrices * 0.5**halvings
+    exponential, small = identity, matrices * 0.5**halvings
     for j in range(TERMS, 0, -1):
-        found = one + np.einsum("...ij,...jk->...ik", small, found) / j
+        exponential = identity + np.einsum("...ij,...jk->...ik", small, exponential) / j
     for i in range(halvings.max()):
-        found = np.where(i < halvings, np.einsum("...ij,...jk->...ik", found, found), found)
-    return found
+        exponential = np.where(i < halvings, np.einsum("...ij,...jk->...ik", exponential, exponential), exponential)
+    return exponential

@@ -24,13 +24,13 @@ def face(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], l
     def load(name: str) -> Any:
         home = home_of.get(name)
         if home is not None:
-            found = getattr(import_module(f"{package}.{home}"), name)
+            value = getattr(import_module(f"{package}.{home}"), name)
         elif name.startswith("_") or find_spec(f"{package}.{name}") is None:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         else:
-            found = import_module(f"{package}.{name}")
-        setattr(sys.modules[package], name, found)  # (the next use finds it without this function)
-        return found
+            value = import_module(f"{package}.{name}")
+        setattr(sys.modules[package], name, value)  # (the next use finds it without this function)
+        return value
 
     def names() -> list[str]:
         return sorted({*vars(sys.modules[package]), *home_of})

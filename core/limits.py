@@ -152,9 +152,9 @@ def open_netcdf(path: Path, refused: Callable[[str], Exception]) -> xr.Dataset:
     store = NetCDF4DataStore(file)  # type: ignore[no-untyped-call]
     # (arrays that are still to be read hold the manager: without them it is collected, and then the file)
     weakref.finalize(store._manager, release)
-    found = xr.open_dataset(store)
-    found.set_close(close)
-    return found
+    dataset = xr.open_dataset(store)
+    dataset.set_close(close)
+    return dataset
 
 
 _HELD: dict[tuple[int, int], list[set[int]]] = {}
@@ -195,9 +195,9 @@ def opened_netcdf(path: Path, content: bytes | None) -> tuple[netCDF4.Dataset, C
 
 def _descriptors(stat: os.stat_result) -> set[int]:
     """Return the descriptors of a file that this process has open."""
-    found = set()
+    descriptors = set()
     for name in os.listdir("/proc/self/fd"):
         with suppress(OSError):
             if os.path.samestat(os.fstat(int(name)), stat):
-                found.add(int(name))
-    return found
+                descriptors.add(int(name))
+    return descriptors

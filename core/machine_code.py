@@ -71,9 +71,9 @@ def target() -> tuple[str, str]:
     """Return the processor and features for which kernels are compiled: a family's, or numba's setting or host."""
     if config.CPU_NAME is None and llvm.get_process_triple().startswith("x86_64"):  # type: ignore[attr-defined]
         has = llvm.get_host_cpu_features()
-        found = [family for family, needed in FAMILIES.items() if all(has.get(one) for one in needed)]
-        if "x86-64-v3" in found:
-            return found[0], ""
+        families = [family for family, needed in FAMILIES.items() if all(has.get(feature) for feature in needed)]
+        if "x86-64-v3" in families:
+            return families[0], ""
     _, name, features = cpu_target.target_context.codegen().magic_tuple()
     return name, features
 
@@ -104,14 +104,14 @@ def remembering(function: Any) -> Function:
 
     def call_type(context: Any, args: Any, kws: Any) -> Any:
         call = tuple(args), tuple(dict(kws).items())
-        found = known.get(call)
-        if found is None:
-            found = function.get_call_type(context, args, kws)
-            if function.get_impl_key(found) == function.typing_key:
-                known[call] = found
+        signature = known.get(call)
+        if signature is None:
+            signature = function.get_call_type(context, args, kws)
+            if function.get_impl_key(signature) == function.typing_key:
+                known[call] = signature
         else:
-            function._impl_keys[found.args] = function.typing_key
-        return found
+            function._impl_keys[signature.args] = function.typing_key
+        return signature
 
     made = object.__new__(Function)
     made.__dict__ = {**vars(function), "get_call_type": call_type}
@@ -125,8 +125,8 @@ class Typing(Context):
         self.__dict__ = cpu_target.typing_context.__dict__  # (what is registered later is known here, too)
 
     def _lookup_global(self, gv: Any) -> Any:
-        found = super()._lookup_global(gv)  # type: ignore[no-untyped-call]
-        return remembering(found) if type(found) is Function else found
+        value = super()._lookup_global(gv)  # type: ignore[no-untyped-call]
+        return remembering(value) if type(value) is Function else value
 
     def resolve_function_type(self, func: Any, args: Any, kws: Any) -> Any:
         """Return the signature of a call."""
@@ -247,7 +247,7 @@ _telling = threading.Lock()
 
 
 @contextmanager
-def told(name: str) -> Iterator[None]:
+def announced(name: str) -> Iterator[None]:
     """Print each second the name and duration of the compiling kernel, on a terminal or in a notebook."""
     watched = sys.stderr is not None and (sys.stderr.isatty() or "ipykernel" in sys.modules)
     if not (watched and _telling.acquire(blocking=False)):  # (a kernel within another is compiled with it)
@@ -280,7 +280,7 @@ class KeptCompiler(CompilerBase):
 
     def compile_extra(self, func: Any) -> Any:
         """Compile a function, and report it."""
-        with told(func.__name__):
+        with announced(func.__name__):
             return super().compile_extra(func)  # type: ignore[no-untyped-call]
 
     def define_pipelines(self) -> list[PassManager]:
@@ -352,12 +352,12 @@ def dispatcher(function: Callable[..., Any], keep: bool, options: dict[str, Any]
         return Callee(
             function, targetoptions={"nopython": True, "boundscheck": None, **used}, pipeline_class=CalleeCompiler
         )
-    found = njit(pipeline_class=KeptCompiler, **used)(function)
+    kept = njit(pipeline_class=KeptCompiler, **used)(function)
     try:
-        found._cache = FolderCache(function)
+        kept._cache = FolderCache(function)
     except RuntimeError:  # (the user sets numba's locators, and none finds a folder)
         warn_of_no_cache()
-    return found
+    return kept
 
 
 @cache

@@ -162,8 +162,8 @@ def check(values: Any, but: Sequence[str] = ()) -> None:
 @cache
 def _checked(kind: Any) -> tuple[tuple[str, Any, Parameter, bool], ...]:
     """Return the declared fields of a dataclass with their types, and True if they may be None."""
-    found = ((name, about.type, about.parameter, about.optional) for name, about in declared(kind).items())
-    return tuple((name, of, parameter, optional) for name, of, parameter, optional in found if parameter is not None)
+    rows = ((name, about.type, about.parameter, about.optional) for name, about in declared(kind).items())
+    return tuple((name, of, parameter, optional) for name, of, parameter, optional in rows if parameter is not None)
 
 
 _SECTION = re.compile(r"Parameters\n-+\n(.*?)(?:\n\n\S|\Z)", re.S)
@@ -178,11 +178,11 @@ def defaults_of(make: Any) -> dict[str, Any]:
 
 def sentences_of(make: Any) -> dict[str, str]:
     """Return the docstrings' sentences on the parameters of a class and its bases, or of a function or class method."""
-    found: dict[str, str] = {}
+    sentences: dict[str, str] = {}
     of = getattr(make, "__self__", None)
     kinds = make.__mro__ if isinstance(make, type) else (make, *of.__mro__) if isinstance(of, type) else (make,)
     for kind in reversed(kinds):
         section = _SECTION.search(inspect.cleandoc(kind.__doc__ or ""))
         for names, text in _ENTRY.findall(f"{section[1]}\n" if section else ""):
-            found |= dict.fromkeys(re.split(r",\s*", names), " ".join(text.split()))
-    return found
+            sentences |= dict.fromkeys(re.split(r",\s*", names), " ".join(text.split()))
+    return sentences

@@ -52,8 +52,8 @@ def remove_leftovers(folder: Path) -> None:
         return
     with suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
-            found = LEFTOVER.fullmatch(entry.name)
-            if found and not _runs(int(found[1]), int(found[2])):
+            leftover = LEFTOVER.fullmatch(entry.name)
+            if leftover and not _runs(int(leftover[1]), int(leftover[2])):
                 with suppress(OSError):
                     shutil.rmtree(entry.path) if entry.is_dir(follow_symlinks=False) else os.unlink(entry.path)
 

@@ -64,7 +64,7 @@ def _line(cells: Sequence[str]) -> str:
 
 def _rows(tables: list[dict[str, Any]]) -> dict[tuple[str, ...], list[str]]:
     """Return the cells of all keys of tables among which a word chooses, each key once, with the words that have it."""
-    found: dict[tuple[str, ...], list[str]] = {}
+    words_of: dict[tuple[str, ...], list[str]] = {}
     for table in tables:
         needed = [*table.get("required", ()), *table.get("then", {}).get("required", ())]
         words = [
@@ -73,26 +73,26 @@ def _rows(tables: list[dict[str, Any]]) -> dict[tuple[str, ...], list[str]]:
         word = words[0] if words else f"`{needed[0]}`" if needed else ""
         for key, about in table["properties"].items():
             given = {name: value for name, value in about.items() if name != "const" or key not in needed}
-            found.setdefault(_cells(key, given, key in needed), []).append(word)
-    return found
+            words_of.setdefault(_cells(key, given, key in needed), []).append(word)
+    return words_of
 
 
 def _places(
-    schema: dict[str, Any], said: str, tables: list[dict[str, Any]], path: str
+    schema: dict[str, Any], text: str, tables: list[dict[str, Any]], path: str
 ) -> Iterator[tuple[str, str, list[dict[str, Any]]]]:
     """Yield the tables of a place, of which a word chooses one, and those in them, after heading and text."""
     brackets = f"`[[{path.removesuffix('[]')}]]`" if path.endswith("[]") else f"`[{path}]`"
-    yield brackets if path else "", said, tables
+    yield brackets if path else "", text, tables
     seen = set()
     for table in tables:
         for key, about in table["properties"].items():
             names, mark = _tables_in(about)
             if names and key not in seen:
                 seen.add(key)
-                here = f"{path.removesuffix('[]')}.{key}".lstrip(".")
+                place = f"{path.removesuffix('[]')}.{key}".lstrip(".")
                 inner = [schema["$defs"][name] for name in names]
                 of_key = about["description"].partition(NAMED)[0]
-                yield from _places(schema, of_key if len(inner) > 1 else inner[0]["description"], inner, here + mark)
+                yield from _places(schema, of_key if len(inner) > 1 else inner[0]["description"], inner, place + mark)
 
 
 def _tables_in(about: dict[str, Any]) -> tuple[list[str], str]:

@@ -38,15 +38,15 @@ def names_of(package: str) -> list[str]:
     if hasattr(module, "__all__"):
         public = set(module.__all__)
     else:
-        public = {n for n, one in vars(module).items() if n[0] != "_" and getattr(one, "__module__", "") == package}
+        public = {n for n, value in vars(module).items() if n[0] != "_" and getattr(value, "__module__", "") == package}
     return sorted(public - ELSEWHERE.get(package, set()), key=str.lower)
 
 
 def home_of(name: str) -> str | None:
     """The package or module whose page describes a name of `toppling`; None of one that is none of theirs."""
-    one = getattr(importlib.import_module("toppling"), name)
+    described = getattr(importlib.import_module("toppling"), name)
     places = [place for place in (*PACKAGES, *MODULES) if place != "toppling"]
-    return next((place for place in places if getattr(importlib.import_module(place), name, None) is one), None)
+    return next((place for place in places if getattr(importlib.import_module(place), name, None) is described), None)
 
 
 def api_page(package: str, about: str) -> str:
@@ -54,8 +54,8 @@ def api_page(package: str, about: str) -> str:
     module = importlib.import_module(package)
     kinds: dict[str, list[str]] = {"Classes": [], "Functions": [], "Values": []}
     for name in names_of(package):
-        one = getattr(module, name)
-        kinds["Classes" if inspect.isclass(one) else "Functions" if callable(one) else "Values"].append(name)
+        value = getattr(module, name)
+        kinds["Classes" if inspect.isclass(value) else "Functions" if callable(value) else "Values"].append(name)
     # a page that lists names described elsewhere has no module of its own to look in
     current = "" if package == "toppling" else f".. currentmodule:: {package}\n"
     parts = [f"{package}\n{'=' * len(package)}\n\n{about.replace('`', '``')}\n\n{current}"]
@@ -107,7 +107,7 @@ def glossary_page() -> str:
     """Every term that reports define, with its definition."""
     terms = importlib.import_module("toppling.studies.text.glossary").terms()
     head = "# Glossary\n\nThe terms that reports use; a report defines those that it uses, in these words.\n\n"
-    return head + "\n".join(f"**{one.name}**\n: {one.definition}\n" for one in terms)
+    return head + "\n".join(f"**{term.name}**\n: {term.definition}\n" for term in terms)
 
 
 def commands_page() -> str:

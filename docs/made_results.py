@@ -133,8 +133,8 @@ def small_results(folder: Path) -> Iterator[tuple[str, str, xr.Dataset]]:
     for file in EXAMPLES.glob("*.csv"):
         shutil.copy(file, folder)
     _, headings, *lines = (EXAMPLES / "region_blocks.csv").read_text(encoding="utf-8").splitlines()
-    own = [f"{line},{0.86 + 0.003 * (i % 30):.3f},{0.02 + 0.001 * (i % 47):.3f}" for i, line in enumerate(lines)]
-    (folder / "own_blocks.csv").write_text("\n".join([f"{headings},e,delta", *own]), encoding="utf-8")
+    extended = [f"{line},{0.86 + 0.003 * (i % 30):.3f},{0.02 + 0.001 * (i % 47):.3f}" for i, line in enumerate(lines)]
+    (folder / "own_blocks.csv").write_text("\n".join([f"{headings},e,delta", *extended]), encoding="utf-8")
     for name, small in STUDIES.items():
         (folder / f"{name}.toml").write_text(small.text(), encoding="utf-8")
         study = Study.from_toml(folder / f"{name}.toml")
@@ -160,18 +160,18 @@ ENDS_OF = {" ±": ("_lower", "_upper"), " ≈": ("_modelling_lower", "_modelling
 """What stands behind a name for two more variables, and how their names end."""
 
 
-def rows(found: Iterable[Mapping[str, xr.Variable]]) -> Iterator[tuple[str, str, str, str]]:
+def rows(results: Iterable[Mapping[str, xr.Variable]]) -> Iterator[tuple[str, str, str, str]]:
     """Yield name with marks, dimensions, unit and meaning of each variable of some results, by name."""
     named: dict[str, list[xr.Variable]] = {}
-    for variables in found:
+    for variables in results:
         for name, variable in variables.items():
             named.setdefault(name, []).append(variable)
     folded = {name + end for name in named for ends in ENDS_OF.values() for end in ends}
     for name in sorted(set(named) - folded):
         every = [variable.dims for variable in named[name]]
         dims = [
-            str(dim) if all(dim in each for each in every) else f"[{dim}]"
-            for dim in dict.fromkeys(dim for each in sorted(every, key=len, reverse=True) for dim in each)
+            str(dim) if all(dim in axes for axes in every) else f"[{dim}]"
+            for dim in dict.fromkeys(dim for axes in sorted(every, key=len, reverse=True) for dim in axes)
         ]
         marks = "".join(mark for mark, (lower, _) in ENDS_OF.items() if name + lower in named)
         units = dict.fromkeys(variable.attrs["units"] for variable in named[name])

@@ -27,14 +27,14 @@ def study_schema() -> dict[str, Any]:
     definitions = schema.pop("$defs")
     partial: list[tuple[dict[str, Any], Any]] = []
     for table in all_tables():
-        own = schema if table is StudyFile else definitions[table.__name__]
+        properties = schema if table is StudyFile else definitions[table.__name__]
         sentences = sentences_of(table)
         for name, field in table.model_fields.items():
             key = field.alias or name
-            said = {"description": sentences.get(key, ""), **own["properties"][key]}
-            own["properties"][key] = made = _property(said, key, field)
+            described = {"description": sentences.get(key, ""), **properties["properties"][key]}
+            properties["properties"][key] = made = _property(described, key, field)
             partial += [(made, mark.table) for mark in field.metadata if isinstance(mark, PartialTable)]
-        own["description"] = (table.__doc__ or "").partition("\n\n")[0]
+        properties["description"] = (table.__doc__ or "").partition("\n\n")[0]
     for made, tables in partial:
         made["properties"] = merged([definitions[table.__name__] for table in tables_of(tables)])
         made["additionalProperties"] = False
@@ -52,22 +52,22 @@ def study_schema() -> dict[str, Any]:
 
 def merged(tables: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the keys of several tables: each with all that it may be in one of them."""
-    found: dict[str, list[dict[str, Any]]] = {}
+    kinds_of: dict[str, list[dict[str, Any]]] = {}
     for table in tables:
         for key, about in table["properties"].items():
             plain = {name: value for name, value in about.items() if name not in ("description", "default")}
-            if plain not in found.setdefault(key, []):
-                found[key].append(plain)
-    return {key: kinds[0] if len(kinds) == 1 else {"anyOf": kinds} for key, kinds in found.items()}
+            if plain not in kinds_of.setdefault(key, []):
+                kinds_of[key].append(plain)
+    return {key: kinds[0] if len(kinds) == 1 else {"anyOf": kinds} for key, kinds in kinds_of.items()}
 
 
 def all_tables(table: type[Table] = StudyFile) -> list[type[Table]]:
     """Return a class of tables and all classes of tables in it, each once, in their order."""
-    found = [table]
+    tables = [table]
     for field in table.model_fields.values():
         for inner in tables_of(field.annotation):
-            found += [one for one in all_tables(inner) if one not in found]
-    return found
+            tables += [inner_table for inner_table in all_tables(inner) if inner_table not in tables]
+    return tables
 
 
 def unit_of(key: str, field: FieldInfo) -> str:
@@ -76,25 +76,25 @@ def unit_of(key: str, field: FieldInfo) -> str:
 
 
 def _key_info(field: FieldInfo) -> KeyInfo:
-    return next((one for one in field.metadata if isinstance(one, KeyInfo)), KeyInfo())
+    return next((annotation for annotation in field.metadata if isinstance(annotation, KeyInfo)), KeyInfo())
 
 
 def _property(made: dict[str, Any], key: str, field: FieldInfo) -> dict[str, Any]:
     """Return the schema of a key by pydantic, without null, which TOML lacks, and with the key's annotation."""
     about = _key_info(field)
-    own = {name: value for name, value in made.items() if name not in {"title", "anyOf", "default"}}
-    types = [one for one in made.get("anyOf", []) if one != {"type": "null"}]
-    own |= types[0] if len(types) == 1 else {"anyOf": types} if types else {}
+    plain = {name: value for name, value in made.items() if name not in {"title", "anyOf", "default"}}
+    types = [kind for kind in made.get("anyOf", []) if kind != {"type": "null"}]
+    plain |= types[0] if len(types) == 1 else {"anyOf": types} if types else {}
     unit = unit_of(key, field)
-    if unit or any(one["type"] == "number" for one in _numbers(own)):
-        own["unit"] = unit or "1"
+    if unit or any(number["type"] == "number" for number in _numbers(plain)):
+        plain["unit"] = unit or "1"
     default = made.get("default") if about.default is None else about.default
     if default is None:
-        return own
-    words = own.get("enum")
+        return plain
+    words = plain.get("enum")
     if isinstance(default, str) and not (words and default in words) and about.default is not None:
-        return {**own, "description": f"{own['description']} Where not given: {default}."}
-    return {**own, "default": default}
+        return {**plain, "description": f"{plain['description']} Where not given: {default}."}
+    return {**plain, "default": default}
 
 
 def _numbers(schema: dict[str, Any]) -> Iterator[dict[str, Any]]:

@@ -6,7 +6,7 @@ from ..core.faces import face
 
 if TYPE_CHECKING:
     from .block import Block as Block, describe_block as describe_block
-    from .columns import BlockArray as BlockArray
+    from .block_array import BlockArray as BlockArray
     from .history import free_rocking as free_rocking, simulate as simulate
     from .items import Catalogue as Catalogue, Item as Item, catalogue as catalogue
     from .laws import (

@@ -111,7 +111,7 @@ class _End(NamedTuple):
 
     action: int
     sheet: str = ""
-    other: str = ""
+    slow: str = ""
     factor: float = 1.0
     rest: str = ""
 
@@ -161,8 +161,8 @@ def assemble(
         zone = None  # (one-sided rocking: the zone is never crossed)
     sheets = _sheets(front, back, e, zone, around, touching)
     pieces = _pieces(sheets, around)
-    found = _Table(front, back, zone, around, sheets, pieces, exact).oscillator(e)
-    return found._replace(touching=_to_back(front, back, e)) if touching and zone is None else found
+    oscillator = _Table(front, back, zone, around, sheets, pieces, exact).oscillator(e)
+    return oscillator._replace(touching=_to_back(front, back, e)) if touching and zone is None else oscillator
 
 
 def _sheets(
@@ -220,8 +220,8 @@ def _sheets(
             ("back", back, BACK, zone.back, to_front),
             ("front", front, FRONT, zone.front, to_back),
         ):
-            other = "front" if name == "back" else "back"
-            impact = _End(engine.IMPACT, f"rigid {other}", factor=factor, rest="middle")
+            opposite = "front" if name == "back" else "back"
+            impact = _End(engine.IMPACT, f"rigid {opposite}", factor=factor, rest="middle")
             sheets[f"rigid {name}"] = _Sheet(
                 sign, 0.0, edge, -side.q2, -side.q2 * side.alpha, 0.0, 0.0, impact, _End(engine.CROSS, name)
             )
@@ -353,8 +353,8 @@ class _Table:
         mode = BROKEN if end.action == engine.BREAK else piece.mode
         # seen from its side, the motion enters a sheet at its lower end if it goes outward there
         entered = self.first if outward == (piece.side == self.sheets[end.sheet].side) else self.last
-        other = self.last[mode, end.other] if end.other else engine.NO_REGION
-        return Edge(end.action, entered[mode, end.sheet], other, end.factor, rest)
+        slow = self.last[mode, end.slow] if end.slow else engine.NO_REGION
+        return Edge(end.action, entered[mode, end.sheet], slow, end.factor, rest)
 
     def _region(self, index: int, piece: _Sheet) -> Region:
         inner = self._edge(index, piece.inner, outward=False)

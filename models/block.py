@@ -196,10 +196,10 @@ class Block:
         if self.restraint is not None:
             self._check_restraint(self.restraint)
         if self.edge is not None and self.surrounded:
-            own = [words for words in self.scene_words if words != self.edge.label]
+            surroundings = [words for words in self.scene_words if words != self.edge.label]
             raise ValueError(
-                f"a block near an edge must stand free, with its mass in the middle and upright, got {', '.join(own)}: "
-                "how others slide is not known"
+                "a block near an edge must stand free, with its mass in the middle and upright, got "
+                f"{', '.join(surroundings)}: how others slide is not known"
             )
 
     def _check_restraint(self, restraint: Restraint) -> None:
@@ -426,20 +426,20 @@ def describe_scene(block: Block) -> dict[str, Any]:
 
     The mass is among them if a restraint needs it.
     """
-    found: dict[str, Any] = {}
+    scene: dict[str, Any] = {}
     if not block.symmetric:
-        found |= {"cm_offset": block.cm_offset, "lean": block.lean}
+        scene |= {"cm_offset": block.cm_offset, "lean": block.lean}
     if block.wall is not None:
-        found["wall"] = asdict(block.wall)
+        scene["wall"] = asdict(block.wall)
     if block.restraint is not None:
         # (where it is fixed changes nothing)
         held = {name: value for name, value in asdict(block.restraint).items() if name != "height"}
-        found |= {"mass": block.mass, "restraint": held}
+        scene |= {"mass": block.mass, "restraint": held}
     if block.bed is not None:
-        found["bed"] = asdict(block.bed)
+        scene["bed"] = asdict(block.bed)
     if block.tilt_limit is not None:
-        found["tilt_limit"] = block.tilt_limit
-    return found
+        scene["tilt_limit"] = block.tilt_limit
+    return scene
 
 
 def block_from(described: Mapping[str, Any]) -> Block:

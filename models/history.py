@@ -36,7 +36,7 @@ from .scenes.edge import FALLEN_OFF, OF_FALLEN_OFF
 from .sliding.law import Sliding
 from .sliding.mode import MODE, Mode, demand, mode_of
 from .sliding.runs import LABELS, SLIDES, airborne, friction_table, run_sliders
-from .slip import tables as slips
+from .sliding_engine import tables as slips
 
 spare_dask()
 
@@ -236,13 +236,13 @@ def _single_motion(motion: Any) -> tuple[Array, Array | None, float, str, float]
     if "time" not in motion.dims or any(motion.sizes[d] != 1 for d in extra):
         raise ValueError(f"motion must be exactly one motion over time, got sizes {dict(motion.sizes)}; select one")
     checks.stated_unit("motion", motion, "m s-2")
-    one = motion.isel(dict.fromkeys(extra, 0)).compute()
-    label = str(one["motion"].item()) if "motion" in one.coords else "motion"
-    values = checks.acceleration("motion", one.values)
+    single = motion.isel(dict.fromkeys(extra, 0)).compute()
+    label = str(single["motion"].item()) if "motion" in single.coords else "motion"
+    values = checks.acceleration("motion", single.values)
     if values.size < 2:
         raise ValueError(f"motion must have at least 2 samples, got {values.size}")
-    time = one["time"].values if "time" in one.coords else None
-    dt = checks.time_step("motion", time, float(one["dt"].item()) if "dt" in one.coords else None)
+    time = single["time"].values if "time" in single.coords else None
+    dt = checks.time_step("motion", time, float(single["dt"].item()) if "dt" in single.coords else None)
     upward = None
     if vertical is not None:
         upward = checks.acceleration("motion", vertical.isel(dict.fromkeys(extra, 0)).values)
@@ -266,15 +266,15 @@ def _histories(
     # At rest the reaction of the floor balances the shaking; after overturning the block does not move either.
     restoring = forcing.copy()
     for index, part in enumerate(oscillator.regions):
-        here = region == index
-        forcing[here] *= part.gain
+        samples = region == index
+        forcing[samples] *= part.gain
         if oscillator.exact:
             tilt = part.offset / part.stiffness
-            weight = 1.0 if vertical is None else 1.0 + vertical[here] / STANDARD_GRAVITY
-            restoring[here] = -part.stiffness * weight * np.sin(tilt - theta[here])
-            forcing[here] *= np.cos(tilt - theta[here]) * exact_lever(oscillator)
+            weight = 1.0 if vertical is None else 1.0 + vertical[samples] / STANDARD_GRAVITY
+            restoring[samples] = -part.stiffness * weight * np.sin(tilt - theta[samples])
+            forcing[samples] *= np.cos(tilt - theta[samples]) * exact_lever(oscillator)
         else:
-            restoring[here] = part.stiffness * theta[here] - part.offset
+            restoring[samples] = part.stiffness * theta[samples] - part.offset
     on_time: dict[str, Variable] = {
         "rotation": (theta, RADIAN, "rotation"),
         "angular_velocity": (omega, ANGULAR_VELOCITY, "angular velocity"),

@@ -457,8 +457,8 @@ def oscillator_of(block: Any, model: Any) -> Oscillator:
         raise TypeError(f"block must be a toppling Block, got {checks.kind(block)}")
     if not isinstance(model, Law):
         raise TypeError(f"model must be a damping law such as DiscreteDamping(), got {checks.kind(model)}")
-    found = model.oscillator(block)
-    return found if block.tilt_limit is None else found._replace(limit=block.tilt_limit)
+    oscillator = model.oscillator(block)
+    return oscillator if block.tilt_limit is None else oscillator._replace(limit=block.tilt_limit)
 
 
 def refuse_endless(block: Block, law: Model, seconds: float) -> None:

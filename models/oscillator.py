@@ -21,14 +21,14 @@ MOST = 1.0 + 1e-15
 
 
 class Edge(NamedTuple):
-    """Event at the edge of a region: the action, the region beyond, and the region that an entry rule may prefer.
+    """Event at the edge of a region: the action, the region beyond, and `slow`, which an entry rule may prefer.
 
     `factor` multiplies the velocity (with a change of sign at a wall); bounces at the edge die into state `rest`.
     """
 
     action: int
     target: int = engine.NO_REGION
-    other: int = engine.NO_REGION
+    slow: int = engine.NO_REGION
     factor: float = 1.0
     rest: int = engine.NO_REGION
 
@@ -229,8 +229,8 @@ def _hops_to(oscillator: Oscillator, index: int) -> int:
         return engine.NO_REGION
     beyond = oscillator.regions[edge.target]
     back = _facing(oscillator, edge)
-    undamped = all(one.damping == 0.0 and not one.held for one in (region, beyond))
-    inward = all(one.offset * (one.lower + one.upper) < 0.0 for one in (region, beyond))
+    undamped = all(side.damping == 0.0 and not side.held for side in (region, beyond))
+    inward = all(side.offset * (side.lower + side.upper) < 0.0 for side in (region, beyond))
     if undamped and inward and back.action == engine.IMPACT and back.target == index and edge.rest == back.rest:
         return edge.target
     return engine.NO_REGION

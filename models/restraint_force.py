@@ -58,8 +58,8 @@ def held_by(block: Block, oscillator: Oscillator) -> HeldBy:
         beyond = oscillator.regions[target]
         # the moment about the corner is inertia (gain F - q² alpha), with both of the region without the restraint
         inertia = block.mass * (block.gyration**2 + block.h**2 + half**2)
-        each = inertia / (restraint.count * arm)
-        pulls[k], holds[k] = each * oscillator.gain * beyond.gain, each * abs(beyond.offset)
+        per_part = inertia / (restraint.count * arm)
+        pulls[k], holds[k] = per_part * oscillator.gain * beyond.gain, per_part * abs(beyond.offset)
     broken = restraint.strength if front > 0.0 and back > 0.0 else math.nan
     rigid = {"front_pull": pulls[0], "back_pull": pulls[1], "front_hold": holds[0], "back_hold": holds[1]}
     return HeldBy(**rigid, strength=restraint.strength, broken=broken)

@@ -35,8 +35,8 @@ from .sliding.runs import (
     run_in_plane,
     run_sliders,
 )
-from .slip.lanes import slide
-from .slip.plane import slide_in_plane
+from .sliding_engine.lanes import slide
+from .sliding_engine.plane import slide_in_plane
 
 Specimen = Oscillator | Slider | PlaneSlider
 """A block under a law in numbers."""
@@ -119,16 +119,16 @@ def lay_out(accelerations: Sequence[Array], dt: float, verticals: Sequence[Array
 
 def _one_after_another(values: Sequence[Array], start: Index, total: int, unit: float) -> Array:
     """Return records in units of `unit`, with zeros between them."""
-    found = np.empty(total)
+    series = np.empty(total)
     for first, stop, value in zip(start.tolist(), [*start[1:].tolist(), total], values, strict=True):
-        found[first : first + value.size] = value if unit == 1.0 else value / unit
-        found[first + value.size : stop] = 0.0
-    return found
+        series[first : first + value.size] = value if unit == 1.0 else value / unit
+        series[first + value.size : stop] = 0.0
+    return series
 
 
 def batch_of(
     records: Records,
-    stacked: Stack,
+    arrays: Stack,
     which: Index,
     motion: Index,
     factors: Array,
@@ -140,8 +140,8 @@ def batch_of(
 
     A vertical component of an oscillator in linear geometry is a ValueError.
     """
-    oscillators, regions, _ = stacked.tables.shape
-    if records.lifting.size > 0 and not stacked.parameters[:, tables.PAR_EXACT].all():
+    oscillators, regions, _ = arrays.tables.shape
+    if records.lifting.size > 0 and not arrays.parameters[:, tables.PAR_EXACT].all():
         raise ValueError("vertical shaking needs exact geometry, got an oscillator in linear geometry")
     return tables.Batch(
         shaking=tables.Shaking(
@@ -152,7 +152,7 @@ def batch_of(
             last=records.last[motion],
             strongest=np.empty(which.size),
         ),
-        model=tables.Model(*stacked[:-1]),
+        model=tables.Model(*arrays[:-1]),
         steps=np.zeros((oscillators, regions, tables.STEP_COLUMNS)),
         which=which,
         # (numba compiles once more for arrays that are read-only or not contiguous)
@@ -231,7 +231,7 @@ class Motion(Protocol):
 
 
 def run_specimens(
-    tables: Stack | PlaneTable | Array,
+    arrays: Stack | PlaneTable | Array,
     factors: Array,
     motion: Motion,
     skip: bool,
@@ -243,13 +243,13 @@ def run_specimens(
     Blocks that slide in the plane need the component along the depth, which others leave alone.
     """
     shaking, up, dt = motion.acceleration, motion.vertical, motion.dt
-    if isinstance(tables, PlaneTable):
+    if isinstance(arrays, PlaneTable):
         if motion.companion is None:
             raise ValueError("blocks that slide in the plane need both horizontal components, got one")
-        return run_in_plane(tables.friction, factors, (shaking, motion.companion), up, dt, skip, tally)
-    if isinstance(tables, Stack):
-        return run_stacked(tables, factors, shaking, dt, skip, flags_only, tally, vertical=up)
-    return run_sliders(tables, factors, shaking, up, dt, skip, tally)
+        return run_in_plane(arrays.friction, factors, (shaking, motion.companion), up, dt, skip, tally)
+    if isinstance(arrays, Stack):
+        return run_stacked(arrays, factors, shaking, dt, skip, flags_only, tally, vertical=up)
+    return run_sliders(arrays, factors, shaking, up, dt, skip, tally)
 
 
 class EndlessRunError(ValueError):
@@ -257,7 +257,7 @@ class EndlessRunError(ValueError):
 
 
 def run_mixed(
-    tables: Stack | PlaneTable | Array,
+    arrays: Stack | PlaneTable | Array,
     specimen: Index,
     motion: Index,
     factors: Array,
@@ -268,37 +268,37 @@ def run_mixed(
 ) -> Array:
     """Return the results (m, `COLUMNS`) of a list of runs, each of a specimen, a motion and a factor of its own.
 
-    `specimen` and `motion` (m,) are the places in `tables` (as `stacked` gives them, of one caller at a time) and in
+    `specimen` and `motion` (m,) are the places in `arrays` (as `stacked` gives them, of one caller at a time) and in
     `motions`; the factors scale the motions. The runs fill the engine's lanes side by side. A few runs of each of many
     motions therefore cost hardly more than as many runs of one motion. Motion by motion (`run_specimens`) they would
     cost many times more. The results of a run are as from `run_specimens`, to the last bit: they depend neither on the
     other runs of the list nor on their order. A vertical component of an oscillator in linear geometry is a ValueError.
     """
     counts = np.zeros(len(TALLY), np.int64) if tally is None else tally
-    mixes = isinstance(tables, Stack)
-    found: list[Array] = []
+    mixes = isinstance(arrays, Stack)
+    computed: list[Array] = []
     places: list[Index] = []
     for runs in _parts(specimen, motion, motions, mixes):
-        used, own = np.unique(motion[runs], return_inverse=True)
+        used, row = np.unique(motion[runs], return_inverse=True)
         shakes = [motions[i] for i in used.tolist()]
         first = shakes[0]
-        if isinstance(tables, Stack):
+        if isinstance(arrays, Stack):
             verticals = [motion.vertical for motion in shakes if motion.vertical is not None] if _lifts(first) else []
             records = lay_out([motion.acceleration for motion in shakes], first.dt, verticals)
-            results = _results(records, tables, specimen[runs], own, factors[runs], skip, flags_only, counts)
+            results = _results(records, arrays, specimen[runs], row, factors[runs], skip, flags_only, counts)
         else:
-            rows, scale = _rows(tables, specimen[runs]), factors[runs][:, None]
+            rows, scale = _rows(arrays, specimen[runs]), factors[runs][:, None]
             results = run_specimens(rows, scale, first, skip, flags_only, counts)[:, 0]
-        found.append(results)
+        computed.append(results)
         places.append(runs)
-    together = np.concatenate(found)
+    together = np.concatenate(computed)
     together[np.concatenate(places)] = together.copy()
     return together
 
 
-def _rows(tables: PlaneTable | Array, which: Index) -> PlaneTable | Array:
+def _rows(arrays: PlaneTable | Array, which: Index) -> PlaneTable | Array:
     """Return the tables of some sliding blocks."""
-    return PlaneTable(tables.friction[which]) if isinstance(tables, PlaneTable) else tables[which]
+    return PlaneTable(arrays.friction[which]) if isinstance(arrays, PlaneTable) else arrays[which]
 
 
 def _lifts(motion: Motion) -> bool:
@@ -313,7 +313,7 @@ def _parts(specimen: Index, motion: Index, motions: Sequence[Motion], mixes: boo
     """
     runs = np.bincount(motion, minlength=len(motions))
     named = ((i, motions[i]) for i in np.flatnonzero(runs).tolist())
-    kinds = {i: (one.dt, _lifts(one), one.acceleration.size) for i, one in named}
+    kinds = {i: (record.dt, _lifts(record), record.acceleration.size) for i, record in named}
     used = sorted(kinds, key=lambda i: (*kinds[i], i))
     rank = np.zeros(len(motions), np.int64)
     rank[used] = np.arange(len(used))
@@ -329,7 +329,7 @@ def _parts(specimen: Index, motion: Index, motions: Sequence[Motion], mixes: boo
 
 
 def run_stacked(
-    stacked: Stack,
+    arrays: Stack,
     factors: Array,
     acceleration: Array,
     dt: float,
@@ -347,13 +347,13 @@ def run_stacked(
     which = np.repeat(np.arange(factors.shape[0]), factors.shape[1])
     # (without vertical shaking, the same arithmetic as ever)
     records = lay_out([acceleration], dt, [vertical] if vertical is not None and vertical.any() else [])
-    found = _results(records, stacked, which, np.zeros_like(which), factors.ravel(), skip, flags_only, counts)
-    return found.reshape(*factors.shape, tables.OUT_COLUMNS)
+    results = _results(records, arrays, which, np.zeros_like(which), factors.ravel(), skip, flags_only, counts)
+    return results.reshape(*factors.shape, tables.OUT_COLUMNS)
 
 
 def _results(
     records: Records,
-    stacked: Stack,
+    arrays: Stack,
     which: Index,
     motion: Index,
     factors: Array,
@@ -362,8 +362,8 @@ def _results(
     tally: Index,
 ) -> Array:
     """Results (m, 15) of oscillators which[j] under factors[j] times record motion[j], all starting at rest."""
-    batch = batch_of(records, stacked, which, motion, factors, tally)
-    limits = stacked.limits[which]
+    batch = batch_of(records, arrays, which, motion, factors, tally)
+    limits = arrays.limits[which]
     limited = bool(np.isfinite(limits).any())
     # (a run that is left once nothing can overturn the block has not its peak)
     run_batch(batch, _NO_START, skip, flags_only and not limited)
@@ -410,9 +410,9 @@ def engine_identity() -> dict[str, str]:
     from ..core.machine_code import processor  # noqa: PLC0415 - numba, which takes a second
 
     source = hashlib.sha256()
-    here = Path(__file__).parent
-    core = here.parent / "core"
-    for file in (core / "compiled.py", core / "machine_code.py", *sorted(here.rglob("*.py"))):
+    models = Path(__file__).parent
+    core = models.parent / "core"
+    for file in (core / "compiled.py", core / "machine_code.py", *sorted(models.rglob("*.py"))):
         source.update(file.read_bytes())
     versions = {name: metadata.version(name) for name in ("toppling", "numpy", "numba")}
     return {**versions, "engine": source.hexdigest()[:12], "processor": processor()}
@@ -466,14 +466,14 @@ def trace(
     vertical: Array | None = None,
 ) -> Trace:
     """One run with its history, from (theta0, omega0); arguments as of `run_many`."""
-    stacked = stack([oscillator])
+    arrays = stack([oscillator])
     theta, omega = flushed(np.array([theta0, omega0]))
     if theta == 0.0 and omega == 0.0:
         theta = oscillator.balance
     start = np.array([theta, omega, float(oscillator.region_at(theta, omega))])
     batch = batch_of(
         lay_out([acceleration], dt, [vertical] if vertical is not None and vertical.any() else []),
-        stacked,
+        arrays,
         np.zeros(1, np.int64),
         np.zeros(1, np.int64),
         np.ones(1),
@@ -481,5 +481,5 @@ def trace(
         np.empty((2, max_turning_points)),
         np.empty((tables.HISTORY_ROWS, acceleration.size)),
     )
-    found = run_batch(batch, start, False, False)
-    return Trace(batch.out[0], batch.history, batch.turns[:, : min(found, max_turning_points)])
+    turns = run_batch(batch, start, False, False)
+    return Trace(batch.out[0], batch.history, batch.turns[:, : min(turns, max_turning_points)])

@@ -20,9 +20,10 @@ if TYPE_CHECKING:
     from .floors.files import read_floors as read_floors
     from .floors.yielding import CollapsingBuilding as CollapsingBuilding, YieldingBuilding as YieldingBuilding
     from .generators import GENERATORS as GENERATORS
-    from .intensity.dataset import measure_named as measure_named, measures as measures
     from .intensity.directions import GeometricMean as GeometricMean, RotD50 as RotD50, RotD100 as RotD100
+    from .intensity.evaluation import measures as measures
     from .intensity.measure import MEASURES as MEASURES, Measure as Measure
+    from .intensity.naming import measure_named as measure_named
     from .intensity.parametric_measures import FIV3 as FIV3, AvgSa as AvgSa, Sa as Sa, Sd as Sd, Sv as Sv
     from .intensity.spectra import response_spectrum as response_spectrum
     from .matching.ac156 import AC156 as AC156, ac156_acceptance as ac156_acceptance
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from .matching.match import match as match
     from .matching.misfit import matching_report as matching_report
     from .matching.spectrum_compatible import SpectrumCompatible as SpectrumCompatible
-    from .matching.targets import TargetSpectrum as TargetSpectrum
+    from .matching.target_spectra import TargetSpectrum as TargetSpectrum
     from .pairs import (
         as_recorded as as_recorded,
         both_axes as both_axes,

@@ -38,9 +38,9 @@ REVERSE_OF = "reverse_of"
 TRANSPOSED = 10
 """Motions over samples, above which an array is likely transposed."""
 LONG_STEP = 1.0
+"""Time step, s, from which it is no step of a motion."""
 FEW = 10
 """Samples up to which rows that rise by equal steps need not be times."""
-"""Time step, s, from which it is no step of a motion."""
 
 
 class Record(NamedTuple):
@@ -88,12 +88,12 @@ class Record(NamedTuple):
 
 def digest(record: Record) -> str:
     """Return a hash of step and samples: two records with equal hashes are the same to the last bit."""
-    found = hashlib.sha256(record.dt.hex().encode())
+    sha = hashlib.sha256(record.dt.hex().encode())
     for name, values in ((b"", record.acceleration), (b"", record.companion), (b"vertical", record.vertical)):
         if values is not None:
-            found.update(name)
-            found.update(np.ascontiguousarray(values).data)
-    return found.hexdigest()
+            sha.update(name)
+            sha.update(np.ascontiguousarray(values).data)
+    return sha.hexdigest()
 
 
 def from_array(
@@ -212,22 +212,22 @@ def records(motions: xr.DataArray | Iterable[xr.DataArray]) -> list[Record]:
         No motion, a label used twice, units other than m s-2, a time axis that is not uniform or does not agree with
         dt, NaN or infinity.
     """
-    found: list[Record] = []
+    plain: list[Record] = []
     for array in listed(motions):
         if not isinstance(array, xr.DataArray):
             raise TypeError(
                 f"motions must be labelled arrays as toppling.motions makes them (numbers: motions.from_array), "
                 f"got {checks.kind(array)}"
             )
-        found.extend(_records_of(array))
-    if not found:
+        plain.extend(_records_of(array))
+    if not plain:
         raise ValueError("motions must hold at least one motion, got none")
-    names = [record.label for record in found]
+    names = [record.label for record in plain]
     if len(set(names)) != len(names):
         raise ValueError(
             f"motions must have unique labels, got {_first_repeated(names)!r} more than once: give one set other labels"
         )
-    return found
+    return plain
 
 
 HORIZONTAL = ("h1", "h2")
@@ -254,14 +254,14 @@ def filter_doubts(arrays: Iterable[xr.DataArray]) -> list[Doubt]:
     notes = " ".join(str(array.attrs.get("processing", "")) for array in arrays)
     below = [low for low in map(float, re.findall(r"pass\(low=(\S+) Hz", notes)) if low > HIGHEST_HIGHPASS]
     above = [high for high in map(float, re.findall(r"pass\(.{0,40}?high=(\S+) Hz", notes)) if high < LOWEST_LOWPASS]
-    found = []
+    doubts = []
     for corners, what in (
         (below, f"below {max(below, default=0.0):g} Hz, usual is up to {HIGHEST_HIGHPASS:g} Hz"),
         (above, f"above {min(above, default=0.0):g} Hz, usual is from {LOWEST_LOWPASS:g} Hz"),
     ):
         if corners:
-            found.append(Doubt("units", f"a filter takes out what is {what}: a period in s in place of Hz?"))
-    return found
+            doubts.append(Doubt("units", f"a filter takes out what is {what}: a period in s in place of Hz?"))
+    return doubts
 
 
 def _records_of(array: xr.DataArray) -> list[Record]:
@@ -282,29 +282,29 @@ def _records_of(array: xr.DataArray) -> list[Record]:
     corrected = any(name in str(array.attrs.get("processing", "")) for name in BASELINES)
     columns = [{name: _values_by_motion(piece, name, n) for name in _RECORD_COORDINATES} for piece, _ in pieces]
     waves = [piece.values for piece, _ in pieces]
-    found = []
+    unpacked = []
     # (motions share their time axis, which is checked once)
     steps: dict[tuple[int, float | None], float] = {}
     for i in range(n):
         for (_, floor), column, wave in zip(pieces, columns, waves, strict=True):
-            one = {name: values[i] for name, values in column.items() if values is not None}
-            label = str(one.get("motion", f"motion {i + 1}"))
+            coordinates = {name: values[i] for name, values in column.items() if values is not None}
+            label = str(coordinates.get("motion", f"motion {i + 1}"))
             values = checks.acceleration(f"motion {label!r}", wave[i])
             if values.size < 2:
                 raise ValueError(f"motion {label!r} must have at least 2 samples, got {values.size}")
-            time, step = one.get("time"), float(one["dt"]) if "dt" in one else None
+            time, step = coordinates.get("time"), float(coordinates["dt"]) if "dt" in coordinates else None
             if (id(time), step) not in steps:
                 steps[id(time), step] = checks.time_step(f"motion {label!r}", time, step)
             dt = steps[id(time), step]
-            own = bool(one.get("own_amplitude", True))
-            source = str(one.get("source", "array"))
-            read = bool(one.get("recorded", False))
-            reverse_of = str(one.get(REVERSE_OF, ""))
+            own_amplitude = bool(coordinates.get("own_amplitude", True))
+            source = str(coordinates.get("source", "array"))
+            read = bool(coordinates.get("recorded", False))
+            reverse_of = str(coordinates.get(REVERSE_OF, ""))
             if floor:
                 label, reverse_of = (name and f"{name} floor {floor}" for name in (label, reverse_of))
-            plain = Record(label, values, dt, source, floor, own, read, None, corrected, reverse_of)
-            found.append(plain._replace(own_level=bool(one.get(OWN_LEVEL, False))))
-    return found
+            plain = Record(label, values, dt, source, floor, own_amplitude, read, None, corrected, reverse_of)
+            unpacked.append(plain._replace(own_level=bool(coordinates.get(OWN_LEVEL, False))))
+    return unpacked
 
 
 def _records_of_pairs(array: xr.DataArray) -> list[Record]:
@@ -320,15 +320,15 @@ def _records_of_pairs(array: xr.DataArray) -> list[Record]:
         )
     ordered = sorted(HORIZONTAL, key=lambda name: name != shakes)  # (the one that shakes first)
     first, second = (_records_of(array.sel(component=name, drop=True)) for name in ordered)
-    found = [one._replace(companion=two.acceleration) for one, two in zip(first, second, strict=True)]
+    pairs = [record._replace(companion=across.acceleration) for record, across in zip(first, second, strict=True)]
     if shakes not in HORIZONTAL:
         azimuths = array["azimuth"].sel(component=HORIZONTAL[0]).values
-        directions = np.repeat(azimuths, len(found) // azimuths.size).tolist()  # (of each floor of a motion)
-        found = [one._replace(axes=shakes, azimuth=direction) for one, direction in zip(found, directions, strict=True)]
+        directions = np.repeat(azimuths, len(pairs) // azimuths.size).tolist()  # (of each floor of a motion)
+        pairs = [record._replace(axes=shakes, azimuth=angle) for record, angle in zip(pairs, directions, strict=True)]
     if not (LIFTS in array.coords and bool(array.coords[LIFTS])):
-        return found
+        return pairs
     upward = _records_of(array.sel(component=VERTICAL, drop=True))
-    return [one._replace(vertical=own.acceleration) for one, own in zip(found, upward, strict=True)]
+    return [record._replace(vertical=lifting.acceleration) for record, lifting in zip(pairs, upward, strict=True)]
 
 
 def shakes_of(array: xr.DataArray) -> str:
@@ -388,29 +388,29 @@ def other_coordinates(arrays: Sequence[xr.DataArray]) -> dict[str, xr.Variable]:
     The motions are in the order of `records`. Of arrays without a coordinate it is NaN, or '' if it is a text.
     ValueError if its unit differs between arrays.
     """
-    own = (*_RECORD_COORDINATES, "floor", LIFTS, "shakes")
-    described = [
-        {str(key): known for key, known in array.coords.items() if key not in own and {*known.dims} <= {"motion"}}
+    excluded = (*_RECORD_COORDINATES, "floor", LIFTS, "shakes")
+    coordinates = [
+        {str(key): known for key, known in array.coords.items() if key not in excluded and {*known.dims} <= {"motion"}}
         for array in arrays
     ]
-    found = {}
-    for name in dict.fromkeys(key for known in described for key in known):
-        having = [known[name] for known in described if name in known]
+    further = {}
+    for name in dict.fromkeys(key for known in coordinates for key in known):
+        having = [known[name] for known in coordinates if name in known]
         units = sorted({str(values.attrs.get("units", "")) for values in having})
         if len(units) > 1:
             raise ValueError(f"motions: {name} must have one unit in all arrays, got {units[0]!r} and {units[1]!r}")
         text = any(values.dtype.kind in "OSU" for values in having)
         missing = np.array("NaT", having[0].dtype) if having[0].dtype.kind in "mM" else math.nan
         columns = []
-        for array, known in zip(arrays, described, strict=True):
+        for array, known in zip(arrays, coordinates, strict=True):
             n, floors = array.sizes.get("motion", 1), array.sizes.get("floor", 1)
             values = np.broadcast_to(known[name].values if name in known else missing, n)
             if text:
                 whole = xr.DataArray(values.astype(object)).fillna("")
                 values = np.array([str(value) for value in whole.values], dtype=object)
             columns.append(np.repeat(values, floors))
-        found[name] = xr.Variable("motion", np.concatenate(columns), having[0].attrs)
-    return found
+        further[name] = xr.Variable("motion", np.concatenate(columns), having[0].attrs)
+    return further
 
 
 def polarity_coordinate(reversed_ones: Flags) -> xr.Variable:
@@ -441,7 +441,7 @@ def floor_array(
 ) -> xr.DataArray:
     """Return floor histories (motion, floor, time), m/s², as the labelled array that `records` takes."""
     time = np.arange(values.shape[2]) * dt
-    own = [True] * len(labels) if own_amplitude is None else list(own_amplitude)
+    amplitudes = [True] * len(labels) if own_amplitude is None else list(own_amplitude)
     return xr.DataArray(
         values,
         dims=("motion", "floor", "time"),
@@ -451,7 +451,7 @@ def floor_array(
             "time": ("time", time, described("time", SECOND)),
             "dt": ("motion", np.full(len(labels), dt), described("time step", SECOND)),
             "source": ("motion", np.array(sources, dtype=object), described("source of the motion")),
-            "own_amplitude": ("motion", np.array(own), OWN_AMPLITUDE),
+            "own_amplitude": ("motion", np.array(amplitudes), OWN_AMPLITUDE),
         },
         name="acceleration",
         attrs={"units": ACCELERATION, "long_name": "absolute floor acceleration", "standard_name": "acceleration"},

@@ -61,9 +61,9 @@ def baseline(motions: xr.DataArray, order: int = 1) -> xr.DataArray:
     basis = orthonormal(np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, n), degree))
 
     def without(a: Array) -> Array:
-        found = a - times(basis, times(basis.T, a))
+        residual = a - times(basis, times(basis.T, a))
         # What is left of a motion that is nothing but such a polynomial is rounding, and no shaking.
-        return found if np.abs(found).max() > _ROUNDING * np.abs(a).max() else np.zeros_like(a)
+        return residual if np.abs(residual).max() > _ROUNDING * np.abs(a).max() else np.zeros_like(a)
 
     return _corrected(motions, f"baseline(order={degree})", without)
 
@@ -228,15 +228,15 @@ def _butterworth(order: int, corners: Sequence[float], kind: Kind, dt: float) ->
     pairs = [[pole, pole.conjugate()] for pole in poles if pole.imag >= _ROUNDING]
     pairs.sort(key=lambda pair: -pair[0].real / abs(pair[0]))
     pairs[len(pairs) // 2 : len(pairs) // 2] = [real] if real else []  # (of an odd order: one, or two of a wide band)
-    found = np.ones((len(pairs), 6))
-    for section, pair in zip(found, pairs, strict=True):
+    sections = np.ones((len(pairs), 6))
+    for section, pair in zip(sections, pairs, strict=True):
         for at, roots in ((1, left[: len(pair)]), (4, pair)):
             a, b = [*roots, 0.0][:2]
             section[at : at + 2] = -(a + b).real, (a * b).real
         del left[: len(pair)]
-    found = found[np.argsort(found[:, 5], kind="stable")]
-    found[0, :3] *= gain
-    return found
+    sections = sections[np.argsort(sections[:, 5], kind="stable")]
+    sections[0, :3] *= gain
+    return sections
 
 
 def _filtered(motions: xr.DataArray, kind: Kind, given: dict[str, float], order: int, zero_phase: bool) -> xr.DataArray:
@@ -294,17 +294,17 @@ def _corrected(
     values, step = _values(motions)
     if dt is not None:
         step = dt
-    found = np.stack([function(a) for a in values])
+    corrected = np.stack([function(a) for a in values])
     done = motions.attrs.get("processing")
     array = xr.DataArray(
-        found,
+        corrected,
         dims=("motion", "time"),
         coords={name: c for name, c in motions.coords.items() if "time" not in c.dims},
         name=motions.name,
         attrs={**motions.attrs, "processing": f"{done}; {note}" if done else note},
     )
     time = described("time", "s")
-    array = array.assign_coords(time=("time", np.arange(found.shape[1]) * step, time))
+    array = array.assign_coords(time=("time", np.arange(corrected.shape[1]) * step, time))
     if "dt" in motions.coords:
-        array = array.assign_coords(dt=("motion", np.full(found.shape[0], step), motions["dt"].attrs))
+        array = array.assign_coords(dt=("motion", np.full(corrected.shape[0], step), motions["dt"].attrs))
     return array

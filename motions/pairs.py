@@ -86,17 +86,17 @@ def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = Non
         raise ValueError("h2 must hold the motions of h1 in the same order, got theirs in another one")
     warn([*pair_doubts(*plains), *_header_doubts(h1, h2)])
     azimuths = np.full((len(first), len(given)), np.nan)
-    known = [one.coords["azimuth"].values if "azimuth" in one.coords else None for one in (h1, h2)]
+    known = [component.coords["azimuth"].values if "azimuth" in component.coords else None for component in (h1, h2)]
     azimuths[:, 0] = 0.0 if known[0] is None or known[1] is None else known[0]
     azimuths[:, 1] = 0.5 * math.pi if known[0] is None or known[1] is None else known[1]
     off = np.abs(np.abs(np.sin(azimuths[:, 1] - azimuths[:, 0])) - 1.0)
     if not (off <= 1.0 - math.cos(PERPENDICULAR)).all():
         at = int(np.argmax(off))
-        one, two = np.degrees(azimuths[at, :2])
-        raise ValueError(f"h1 and h2 must be perpendicular, got azimuths of {one:g}° and {two:g}°")
+        first_azimuth, second_azimuth = np.degrees(azimuths[at, :2])
+        raise ValueError(f"h1 and h2 must be perpendicular, got azimuths of {first_azimuth:g}° and {second_azimuth:g}°")
     apart = {"component", "azimuth"}
     array = xr.DataArray(
-        np.stack([one.transpose("motion", "time").values for one in given.values()], axis=1),
+        np.stack([component.transpose("motion", "time").values for component in given.values()], axis=1),
         dims=("motion", "component", "time"),
         coords={name: coordinate.variable for name, coordinate in h1.coords.items() if name not in apart},
         name=h1.name,
@@ -115,9 +115,9 @@ def _header_doubts(h1: xr.DataArray, h2: xr.DataArray) -> list[Doubt]:
         return []
     odd = []
     for i, label in enumerate(h1["motion"].values):
-        told = [header_of(array.isel(motion=[i])) for array in (h1, h2)]
-        if all(told) and told[0].casefold() != told[1].casefold():
-            odd.append(f"{label}: {told[0]!r:.60} and {told[1]!r:.60}")
+        headers = [header_of(array.isel(motion=[i])) for array in (h1, h2)]
+        if all(headers) and headers[0].casefold() != headers[1].casefold():
+            odd.append(f"{label}: {headers[0]!r:.60} and {headers[1]!r:.60}")
     what = f"components whose headers name two recordings are joined ({first_of(odd)})"
     return [Doubt("table", f"{what}: are files exchanged?")] if odd else []
 
@@ -164,8 +164,8 @@ def _turned(pair: xr.DataArray, azimuths: Array) -> xr.DataArray:
 
 def _cosine(angles: Array) -> Array:
     """Return cosines, at right angles exactly 0: turned by one, components change places to the last bit."""
-    found = np.cos(angles)
-    return np.asarray(np.where(np.abs(found) < ZERO, 0.0, found))
+    cosines = np.cos(angles)
+    return np.asarray(np.where(np.abs(cosines) < ZERO, 0.0, cosines))
 
 
 def both_axes(
@@ -238,7 +238,7 @@ def _along_blocks(
     at_random = isinstance(azimuth, str) and azimuth == RANDOM
     angle = None if at_random else _angle(azimuth)
     number = checks.count("seed", seed)
-    found, index = [], checks.count("first", first)
+    turned, index = [], checks.count("first", first)
     for pair in [pairs] if isinstance(pairs, xr.DataArray) else list(pairs):
         shaken = as_recorded(pair, vertical=vertical)
         n = shaken.sizes["motion"]
@@ -246,10 +246,10 @@ def _along_blocks(
             turns = [stream(number, index + i, 1).uniform(0.0, 2.0 * math.pi) for i in range(n)]
         else:
             turns = [angle] * n
-        told = described("how the components shake")
-        found.append(_turned(shaken, np.array(turns)).assign_coords(shakes=((), shakes, told)))
+        attributes = described("how the components shake")
+        turned.append(_turned(shaken, np.array(turns)).assign_coords(shakes=((), shakes, attributes)))
         index += n
-    return found
+    return turned
 
 
 def as_recorded(pair: xr.DataArray, component: str = "h1", vertical: bool = False) -> xr.DataArray:
@@ -276,9 +276,9 @@ def as_recorded(pair: xr.DataArray, component: str = "h1", vertical: bool = Fals
         raise TypeError(f"vertical must be True or False, got {vertical!r:.40}")
     if vertical and VERTICAL not in pair["component"].values:
         raise ValueError("vertical needs the vertical component of the recording: motions.join(h1, h2, vertical)")
-    one = {"shakes": ((), name, described("component that shakes"))}
+    acting = {"shakes": ((), name, described("component that shakes"))}
     lifts = ((), True, described("whether the vertical component shakes, too"))
-    return pair.drop_vars(LIFTS, errors="ignore").assign_coords({**one, **({LIFTS: lifts} if vertical else {})})
+    return pair.drop_vars(LIFTS, errors="ignore").assign_coords({**acting, **({LIFTS: lifts} if vertical else {})})
 
 
 def correct_together(pair: xr.DataArray, correction: Callable[[xr.DataArray], xr.DataArray]) -> xr.DataArray:
@@ -329,16 +329,16 @@ def _check_pair(pair: xr.DataArray) -> None:
 def _channels(path: Path, read: Sequence[xr.DataArray]) -> list[_Channel]:
     """Return the channels of a file, each with the recording that it belongs to."""
     arrays = [array.isel(motion=[i]) for array in read for i in range(array.sizes["motion"])]
-    found = []
+    channels = []
     for array in arrays:
         if len(arrays) > 1:
-            said = said_of(array)
-            vertical, azimuth = direction_of(said) or (False, math.nan)
-            found.append(_Channel(array, f"{path.name} {said}".strip(), str(path), vertical, azimuth))
+            direction = said_of(array)
+            vertical, azimuth = direction_of(direction) or (False, math.nan)
+            channels.append(_Channel(array, f"{path.name} {direction}".strip(), str(path), vertical, azimuth))
             continue
         vertical, azimuth, recording = of_file(path, array)
-        found.append(_Channel(array, path.name, recording, vertical, azimuth))
-    return found
+        channels.append(_Channel(array, path.name, recording, vertical, azimuth))
+    return channels
 
 
 def _joined(channels: Sequence[_Channel]) -> xr.DataArray:
@@ -348,14 +348,15 @@ def _joined(channels: Sequence[_Channel]) -> xr.DataArray:
     for some, most, what in ((level, 2, "horizontal"), (upright, 1, "vertical")):
         if len(some) > most:
             raise RecordError(
-                f"{', '.join(one.name for one in some[: most + 1])}: are {len(some)} {what} components of one "
+                f"{', '.join(channel.name for channel in some[: most + 1])}: are {len(some)} {what} components of one "
                 "recording, by their names: join them with motions.join"
             )
     if len(level) < 2:
         raise RecordError(f"{channels[0].name}: has no second horizontal component among the files given")
-    known = all(math.isfinite(one.azimuth) for one in level)
+    known = all(math.isfinite(channel.azimuth) for channel in level)
     motions = [
-        one.motion.assign_coords(azimuth=("motion", [one.azimuth], AZIMUTH)) if known else one.motion for one in level
+        channel.motion.assign_coords(azimuth=("motion", [channel.azimuth], AZIMUTH)) if known else channel.motion
+        for channel in level
     ]
     try:
         return join(motions[0], motions[1], upright[0].motion if upright else None)

@@ -19,8 +19,8 @@ from ..core.units import STANDARD_GRAVITY
 from ..core.wording import counted, short_digits, two_digit_percent, two_digits
 from .arrays import Record, records
 from .floors.histories import DIRECTIONS, FloorHistories
-from .intensity.dataset import measure_named
 from .intensity.directions import PairMeasure
+from .intensity.naming import measure_named
 from .intensity.peaks import peak_acceleration, peak_displacement, peak_velocity, velocity
 from .readers.directions import LEFT_OUT, ON_PURPOSE, is_vertical
 
@@ -87,12 +87,12 @@ s and a strength or a friction of 0.01 to 0.2 of the weight (Constantinou et al.
 
 def _components(record: Record) -> list[Record]:
     """Return a record, its companion if it has one, and its vertical component if it acts."""
-    others = {"other component": record.companion, "vertical component": record.vertical}
+    further = {"other component": record.companion, "vertical component": record.vertical}
     return [
         record,
         *(
             record._replace(label=f"{record.label}, {name}", acceleration=values)
-            for name, values in others.items()
+            for name, values in further.items()
             if values is not None
         ),
     ]
@@ -103,7 +103,7 @@ def vertical_doubts(arrays: Sequence[xr.DataArray], cure: str = ON_PURPOSE) -> l
 
     `cure`: instruction for the caller to take the latter on purpose.
     """
-    found = []
+    doubts = []
     labels = [
         str(motion["motion"].values[0])
         for array in arrays
@@ -115,34 +115,34 @@ def vertical_doubts(arrays: Sequence[xr.DataArray], cure: str = ON_PURPOSE) -> l
         many = f"{len(labels):,} motions are vertical components and shake"
         what = many if len(labels) > 1 else "a motion is a vertical component and shakes"
         joined = "component = 'h1' joins the components of each recording and shakes blocks by one of them"
-        found.append(Doubt("vertical", f"{what} as if horizontal ({first_names(labels)}): {joined}, or leave it out"))
+        doubts.append(Doubt("vertical", f"{what} as if horizontal ({first_names(labels)}): {joined}, or leave it out"))
     out = [str(name) for array in arrays for name in array.attrs.get(LEFT_OUT, ())]
     if out:
         many = f"{len(out):,} vertical components are" if len(out) > 1 else "a vertical component is"
-        found.append(Doubt("vertical", f"{many} left out ({first_names(out)}): {cure}", settled=True))
-    return found
+        doubts.append(Doubt("vertical", f"{many} left out ({first_names(out)}): {cure}", settled=True))
+    return doubts
 
 
-def multiple(samples: Array, other: Array) -> float:
+def multiple(samples: Array, reference: Array) -> float:
     """Return the factor between samples and another motion, peak upon peak, NaN if they are not the same motion."""
-    first, second = (int(np.abs(values).argmax()) for values in (samples, other))
-    before, after = min(first, second), min(samples.size - first, other.size - second)
-    samples, other = samples[first - before : first + after], other[second - before : second + after]
-    product, square = float(samples @ other), float(other @ other)
+    first, second = (int(np.abs(values).argmax()) for values in (samples, reference))
+    before, after = min(first, second), min(samples.size - first, reference.size - second)
+    samples, reference = samples[first - before : first + after], reference[second - before : second + after]
+    product, square = float(samples @ reference), float(reference @ reference)
     return product / square if product**2 > SAME * square * float(samples @ samples) else math.nan
 
 
 def pair_doubts(h1: Sequence[Record], h2: Sequence[Record], vertical: Sequence[Record] = ()) -> list[Doubt]:
     """Return the input warning on recorded components of different recordings: multiples, and another order of PGA."""
     odd = []
-    for i, (one, two) in enumerate(zip(h1, h2, strict=True)):
-        if not (one.recorded and two.recorded):
+    for i, (along, across) in enumerate(zip(h1, h2, strict=True)):
+        if not (along.recorded and across.recorded):
             continue
-        peaks = [float(np.abs(record.acceleration).max()) / STANDARD_GRAVITY for record in (one, two)]
+        peaks = [float(np.abs(record.acceleration).max()) / STANDARD_GRAVITY for record in (along, across)]
         if max(peaks) > UNLIKE * min(peaks):
-            odd.append(f"{one.label} and {two.label}: a PGA of {' and '.join(map(two_digits, peaks))} g")
+            odd.append(f"{along.label} and {across.label}: a PGA of {' and '.join(map(two_digits, peaks))} g")
             continue
-        for first, second in combinations((one, two, *vertical[i : i + 1]), 2):
+        for first, second in combinations((along, across, *vertical[i : i + 1]), 2):
             factor = multiple(first.acceleration, second.acceleration)
             if math.isfinite(factor):
                 odd.append(f"{first.label} is {short_digits(factor)} times {second.label}")
@@ -156,10 +156,10 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
     The ground is held against the levels, each floor against the next one, and each direction against the other.
     Without the ground, the lowest floor is held against levels of the PGA.
     """
-    found, floors = [], histories.floors
+    doubts, floors = [], histories.floors
     both = [floor for floor in floors if len(histories.directions(floor)) > 1]
     across = [[record for floor in both for record in histories.on(floor, along)] for along in DIRECTIONS]
-    found += pair_doubts(*across) if both else []
+    doubts += pair_doubts(*across) if both else []
     peaks: dict[str, list[float]] = {floor: [] for floor in floors}
     for (_, _, floor, _), history in histories.histories.items():
         peaks[floor].append(math.log(np.abs(history.acceleration).max()))
@@ -172,11 +172,11 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
         ratio = float(np.exp(above - below))
         if not 1.0 / UNLIKE < ratio < UNLIKE:
             what = f"the PGA of {upper.removeprefix('that of ')} is {two_digits(ratio)} times {lower}"
-            found.append(Doubt("table", f"floor histories: {what}: another unit in one of them?"))
+            doubts.append(Doubt("table", f"floor histories: {what}: another unit in one of them?"))
     if plain is None or GROUND_FLOOR not in floors:
-        return found
+        return doubts
     along = [histories.on(GROUND_FLOOR, direction) for direction in histories.directions(GROUND_FLOOR)]
-    values = np.array([[plain.of_record(record) for record in own] for own in along])
+    values = np.array([[plain.of_record(record) for record in row] for row in along])
     # (direction, level, motion): the measure may be of either direction, or of both
     ratios = values.reshape(len(along), histories.levels.size, -1) / histories.levels[:, None]
     means = np.exp(np.log(ratios).mean(axis=2))
@@ -187,15 +187,15 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
         ends = f"{two_digits(float(ratios[:, i].min()))} to {two_digits(float(ratios[:, i].max()))} times the level"
         what = f"the {plain.label} of floor 0 is not that of {counted(int(off.sum()), 'level')}"
         slip = "another unit, or files of other levels?"
-        found.append(Doubt("level", f"floor histories: {what} (at {histories.texts[i]} {ends}): {slip}"))
-    return found
+        doubts.append(Doubt("level", f"floor histories: {what} (at {histories.texts[i]} {ends}): {slip}"))
+    return doubts
 
 
-def _copies(records: Iterable[Record]) -> list[str]:
+def _copies(plain: Iterable[Record]) -> list[str]:
     """Return the records that are multiples of others; of floor histories, which levels scale, times 1 or -1."""
     known: dict[float, list[tuple[float, Record, Array]]] = {}
-    found = []
-    for record in records:
+    copies = []
+    for record in plain:
         if not record.recorded or record.reverse_of:
             continue
         for part in _components(record):
@@ -206,32 +206,32 @@ def _copies(records: Iterable[Record]) -> list[str]:
             # (multiples share the ratio of two norms: few of equal ratio are multiplied with each other)
             shape = float(np.abs(samples).sum() / math.sqrt(samples @ samples))
             low, high = (bisect_left(group, shape * (1.0 + end * ALIKE), key=itemgetter(0)) for end in (-1.0, 1.0))
-            for _, original, other in group[low:high]:
-                factor = 0.0 if original is record else multiple(samples, other)
+            for _, original, reference in group[low:high]:
+                factor = 0.0 if original is record else multiple(samples, reference)
                 if abs(factor) > 0.0 and (not record.floor or abs(abs(factor) - 1.0) < WHOLE):
                     times = "" if abs(factor - 1.0) < WHOLE else f" times {short_digits(factor)}"
-                    found.append(f"{part.label}: those of {original.label}{times}")
+                    copies.append(f"{part.label}: those of {original.label}{times}")
                     break
             else:
                 insort(group, (shape, record, samples), key=itemgetter(0))
                 continue
             break
-    return found
+    return copies
 
 
-def record_doubts(records: Iterable[Record]) -> list[Doubt]:
+def record_doubts(plain: Iterable[Record]) -> list[Doubt]:
     """Return the input warnings on records: offsets, drifts, and amplitudes and durations beyond any recording.
 
     Only PGA and duration of generated motions are checked, and nothing of floor motions. A zero motion, and one that is
     all offset, has no drift of its own. Baseline and filters are no cure for motions that all have them already.
     Maximum accelerations: Anderson, J. G. (2010). Bulletin of the Seismological Society of America 100(1), 1-36.
     """
-    records = list(records)
-    looked_at = [record for record in records if record.recorded or not (record.floor or record.own_level)]
+    plain = list(plain)
+    looked_at = [record for record in plain if record.recorded or not (record.floor or record.own_level)]
     read = [component for record in looked_at for component in _components(record)]
     uncorrected: set[str] = set()
     odd: dict[str, list[str]] = defaultdict(list)
-    copies = {floor: _copies([record for record in records if bool(record.floor) == floor]) for floor in (False, True)}
+    copies = {floor: _copies([record for record in plain if bool(record.floor) == floor]) for floor in (False, True)}
     greatest = 0.0
 
     def keep(name: str, record: Record, what: str) -> None:
@@ -271,20 +271,20 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
             keep("wandering", record, f"PGD {short_digits(pgd)} m with PGV {short_digits(pgv)} m/s")
         if max(mean / OFFSET, left / DRIFT) <= 1.0 and not SHORTEST_PGV_PGA <= pgv / pga <= LONGEST_PGV_PGA:
             odd["ratio"].append(f"{record.label}: {short_digits(pgv / pga)} s")
-    found: list[Doubt] = []
+    doubts: list[Doubt] = []
     level = "baseline_order = 1 (in Python motions.baseline) removes it"
     filtered = "baseline_order = 1 or highpass_hz (in Python motions.baseline, motions.highpass) removes that"
     if any(record.floor for record in read):  # (a study corrects records alone)
         level = filtered = "floor histories are used as they are, so correct them where they were made"
 
-    told = "the file says, gal" if any(record.recorded for record in read) else "is meant, per cent of g"
+    meant = "the file says, gal" if any(record.recorded for record in read) else "is meant, per cent of g"
     for named, kind, what, cure_of in (
         (copies[False], "spectra", "record", "leave copies out"),
         (copies[True], "table", "floor motion", "give each floor and motion its own"),
     ):
         if named:
             have = f"a {what} has" if len(named) == 1 else f"{counted(len(named), what)} have"
-            found.append(Doubt(kind, f"{have} the samples of another ({first_of(named)}): {cure_of}"))
+            doubts.append(Doubt(kind, f"{have} the samples of another ({first_of(named)}): {cure_of}"))
     upright = "a vertical component? Leave it out"
     outside = f"PGV/PGA outside {SHORTEST_PGV_PGA:g} to {LONGEST_PGV_PGA:g} s"
     slow = "another time step than the file says, a drift, or no acceleration?"
@@ -297,17 +297,17 @@ def record_doubts(records: Iterable[Record]) -> list[Doubt]:
         ("offset", "offset", "keeps an offset", "keep an offset", level if "offset" in uncorrected else still),
         ("drift", "drift", "ends in motion", "end in motion", filtered if "drift" in uncorrected else still),
         ("wandering", "displacement", "wanders off", "wander off", filtered if "wandering" in uncorrected else still),
-        ("strong", "PGA", "reaches more than 3 g", "reach more than 3 g", f"another unit than {told} headed g?"),
+        ("strong", "PGA", "reaches more than 3 g", "reach more than 3 g", f"another unit than {meant} headed g?"),
         ("ratio", "PGV/PGA", f"has {outside}", f"have {outside}", slow),
         ("long", "duration", f"lasts longer than {LONGEST:g} s", f"last longer than {LONGEST:g} s", noise),
     )
-    for name, kind, one, more, remedy in rows:
+    for name, kind, singular, plural, remedy in rows:
         if names := odd[name]:
-            many = f"{len(names):,} of {len(read):,} records {more if len(names) > 1 else one}"
-            what = f"the record {one}" if len(read) == 1 else many
+            many = f"{len(names):,} of {len(read):,} records {plural if len(names) > 1 else singular}"
+            what = f"the record {singular}" if len(read) == 1 else many
             grave = name == "strong" and greatest > IMPOSSIBLE_PGA
-            found.append(Doubt(kind, f"{what} ({first_of(names)}): {remedy}", grave))
-    return found
+            doubts.append(Doubt(kind, f"{what} ({first_of(names)}): {remedy}", grave))
+    return doubts
 
 
 def collapse_doubts(labels: Sequence[str], collapsed: Index, factor: float = 1.0) -> list[Doubt]:
@@ -328,9 +328,9 @@ def scaling_doubts(
     before = [record for array in given for record in records(array)]
     after = [record for array in scaled for record in records(array)]
     factors = {
-        one.label: float(np.abs(other.acceleration).max() / np.abs(one.acceleration).max())
-        for one, other in zip(before, after, strict=True)
-        if one.own_amplitude
+        original.label: float(np.abs(result.acceleration).max() / np.abs(original.acceleration).max())
+        for original, result in zip(before, after, strict=True)
+        if original.own_amplitude
     }
     far = [label for label, factor in factors.items() if not bounds[0] <= factor <= bounds[1]]
     if not far:
@@ -354,15 +354,15 @@ def generator_doubts(generator: object) -> list[Doubt]:
 
 def unusual(values: Mapping[str, Any], kind: str = "building") -> list[Doubt]:
     """Return the input warnings on numbers outside of their `USUAL` range; 0 and infinity mean absence."""
-    found = []
+    doubts = []
     for what, given in values.items():
         least, most, unit, slip = USUAL[what]
         for value in np.unique(np.asarray(given)).tolist():
             if 0.0 < value < np.inf and not least <= value <= most:
                 unit_text = f" {unit}" if unit else ""
-                said = f"{what}: {value:.3g}{unit_text}, usual are {least:g} to {most:g}{unit_text}: {slip}"
-                found.append(Doubt(kind, said))
-    return found
+                sentence = f"{what}: {value:.3g}{unit_text}, usual are {least:g} to {most:g}{unit_text}: {slip}"
+                doubts.append(Doubt(kind, sentence))
+    return doubts
 
 
 def building_doubts(period: float, damping: Any, heights: Array) -> list[Doubt]:
@@ -370,13 +370,13 @@ def building_doubts(period: float, damping: Any, heights: Array) -> list[Doubt]:
 
     A period up to 1 s may be of any low building.
     """
-    found = unusual({"damping of a building": damping, "storey height": np.diff(heights)})
+    doubts = unusual({"damping of a building": damping, "storey height": np.diff(heights)})
     storeys, (least, most) = heights.size - 1, STOREY_PERIODS
     if not storeys * least <= period <= max(storeys * most, 1.0):
         what = f"a building of {storeys} storeys with a period of {period:g} s, {period / storeys:.3g} s a storey"
         slip = "a frequency, masses in tonnes or stiffnesses in kN/m?"
-        found.append(Doubt("building", f"{what}, usual are {least:g} to {most:g} s: {slip}"))
-    return found
+        doubts.append(Doubt("building", f"{what}, usual are {least:g} to {most:g} s: {slip}"))
+    return doubts
 
 
 def ringing_doubts(floor_motions: Iterable[xr.DataArray]) -> list[Doubt]:

@@ -45,7 +45,7 @@ def both_polarities(motions: Any) -> Any:
     n = array.sizes["motion"]
     labels = [f"motion {i + 1}" for i in range(n)]
     if "motion" in array.coords:
-        labels = [str(one) for one in np.atleast_1d(array["motion"].values)]
+        labels = [str(label) for label in np.atleast_1d(array["motion"].values)]
     signs = xr.DataArray(np.tile([1.0, -1.0], n), dims="motion")
     if "component" in array.dims:  # (the vertical acceleration stays: a block is turned round, and not upside down)
         signs = signs.where(array["component"] != VERTICAL, 1.0)

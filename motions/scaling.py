@@ -8,8 +8,9 @@ import xarray as xr
 from ..core import checks
 from ..core.aliases import Array
 from .arrays import records
-from .intensity.dataset import measure_named, positive_measure
+from .intensity.evaluation import positive_measure
 from .intensity.measure import Measure
+from .intensity.naming import measure_named
 from .intensity.peaks import velocity
 
 
@@ -66,7 +67,7 @@ def _values(motions: xr.DataArray, im: str | Measure) -> Array:
     plain = records(motions)
     if set(motions.dims) - {"component"} != {"motion", "time"}:
         raise ValueError(f"motions to be scaled must have dims (motion, time), got {motions.dims}")
-    fixed = next((one.label for one in plain if one.own_level), None)
+    fixed = next((record.label for record in plain if record.own_level), None)
     if fixed is not None:
         raise ValueError(f"motion {fixed!r} belongs to the level of its ground motion: scale that one")
     return positive_measure(im, plain)

@@ -28,7 +28,8 @@ BELOW = {
 }
 """Packages and those that each may use."""
 KERNEL_FOLDERS = {
-    *("core/kernels", "models/engine", "models/slip", "motions/kernels", "fragility/kernels", "benchmarks/kernels"),
+    *("core/kernels", "models/engine", "models/sliding_engine", "motions/kernels", "fragility/kernels"),
+    "benchmarks/kernels",
 }
 NUMBA = {"core/machine_code.py"}
 """Files that import numba: what compiles kernels."""

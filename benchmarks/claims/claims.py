@@ -49,35 +49,35 @@ class Evidence(NamedTuple):
 
     def model(self, law: str, rest: str = "elastic") -> int | None:
         """Return the position of a law among the models; None where it is not among them."""
-        found = np.flatnonzero((self.results["law"].values == law) & (self.results["rest"].values == rest))
-        return int(found[0]) if found.size else None
+        places = np.flatnonzero((self.results["law"].values == law) & (self.results["rest"].values == rest))
+        return int(places[0]) if places.size else None
 
-    def ratio(self, one: int, other: int | None) -> Numbers:
+    def ratio(self, law: int, base_law: int | None) -> Numbers:
         """Return the geometric mean over blocks and values of a law's median over another's (None: the rigid one's).
 
         Pairs in which a law has no median, because nothing fell at any level (or everything), are left out.
         """
-        own = self.results["log_median_sample"].values
-        base = self.results["log_rigid_sample"].values[:, one] if other is None else own[:, other]
-        if other is None:
-            here = np.log(self.results["median_ratio"].sel(comparison=RIGID).values[:, one])
+        log_samples = self.results["log_median_sample"].values
+        base = self.results["log_rigid_sample"].values[:, law] if base_law is None else log_samples[:, base_law]
+        if base_law is None:
+            logs = np.log(self.results["median_ratio"].sel(comparison=RIGID).values[:, law])
         else:
             medians = np.log(self.results["median"].values)
-            here = medians[:, one] - medians[:, other]
-        known = self.inside & np.isfinite(here)
+            logs = medians[:, law] - medians[:, base_law]
+        known = self.inside & np.isfinite(logs)
         if not known.any():
             return np.nan, np.nan, np.nan
         with np.errstate(invalid="ignore"):
-            samples = (own[:, one] - base)[known].mean(axis=0)
+            samples = (log_samples[:, law] - base)[known].mean(axis=0)
         ends = percentile_interval(samples, float(self.results.attrs["confidence"]))
         with np.errstate(over="ignore"):
-            middle, low, high = (float(np.exp(end)) for end in (here[known].mean(), ends.lower, ends.upper))
+            middle, low, high = (float(np.exp(end)) for end in (logs[known].mean(), ends.lower, ends.upper))
         return middle, low, high
 
     def spread(self, values: Array) -> Numbers:
         """Return mean and range of the finite values (block, value) that count."""
-        here = values[self.inside & np.isfinite(values)]
-        return (float(here.mean()), float(here.min()), float(here.max())) if here.size else (np.nan, np.nan, np.nan)
+        used = values[self.inside & np.isfinite(values)]
+        return (float(used.mean()), float(used.min()), float(used.max())) if used.size else (np.nan, np.nan, np.nan)
 
 
 def evidence_of(results: xr.Dataset) -> Evidence:
@@ -97,7 +97,7 @@ def claims(results: xr.Dataset) -> list[Claim]:
     if not evidence.inside.any():
         return []
     usual = Evidence(results, results["in_use"].values) if results.attrs["parameter"] == "delta" else None
-    found = [
+    decided = [
         _decay(evidence),
         *(judge(usual) if usual else None for judge in (_insensitive_decay, _insensitive_medians, _coefficient)),
         _like_discrete(evidence),
@@ -109,7 +109,7 @@ def claims(results: xr.Dataset) -> list[Claim]:
         _mode(evidence),
         _rigid(evidence),
     ]
-    return [claim for claim in found if claim is not None]
+    return [claim for claim in decided if claim is not None]
 
 
 def verdict(holds: bool, fails: bool) -> str:
@@ -119,12 +119,12 @@ def verdict(holds: bool, fails: bool) -> str:
 
 def _decay(evidence: Evidence) -> Claim | None:
     discrete = evidence.model("discrete")
-    others = [model for model in map(evidence.model, CONTINUOUS) if model is not None]
-    if discrete is None or not others:
+    rivals = [model for model in map(evidence.model, CONTINUOUS) if model is not None]
+    if discrete is None or not rivals:
         return None
     error = np.abs(evidence.results["decay_error"].values)
     # (without loss all laws are exact, and none is better than the others)
-    best = np.all([error[:, discrete] <= error[:, j] + SAME for j in others], axis=0)[evidence.inside]
+    best = np.all([error[:, discrete] <= error[:, j] + SAME for j in rivals], axis=0)[evidence.inside]
     numbers = evidence.spread(error[:, discrete])
     return Claim("discrete damping outperforms in free decay", PAPER, verdict(best.all(), not best.any()), *numbers)
 
@@ -141,9 +141,9 @@ def _insensitive_decay(evidence: Evidence) -> Claim | None:
         return None
     peak = np.fmax(results["decay_peak"].values[..., n], results["value"].values[None, None, :])[:, :, span]
     moves = peak.max(axis=-1) / peak.min(axis=-1)
-    own = moves[:, laws["discrete"]]
-    best = np.all([own < moves[:, j] for name, j in laws.items() if name != "discrete"], axis=0)
-    numbers = float(own.mean()), float(own.min()), float(own.max())
+    least = moves[:, laws["discrete"]]
+    best = np.all([least < moves[:, j] for name, j in laws.items() if name != "discrete"], axis=0)
+    numbers = float(least.mean()), float(least.min()), float(least.max())
     claim = "discrete damping has the lowest sensitivity to δ: free rocking"
     return Claim(claim, PAPER, verdict(best.all(), not best.any()), *numbers)
 
@@ -157,15 +157,15 @@ def _insensitive_medians(evidence: Evidence) -> Claim | None:
     middle = np.log(results["median_trend"].sel(span="usual").transpose("block", "model").values).mean(axis=0)
     if not np.isfinite(middle[list(laws.values())]).all():
         return None
-    own = laws["discrete"]
+    base = laws["discrete"]
     differences = [
-        percentile_interval(np.abs(samples[own]) - np.abs(samples[j]), confidence)
+        percentile_interval(np.abs(samples[base]) - np.abs(samples[j]), confidence)
         for name, j in laws.items()
         if name != "discrete"
     ]
     least, more = all(high < 0.0 for _, high, _ in differences), any(low > 0.0 for low, _, _ in differences)
-    low, high = np.exp(percentile_interval(samples[own], confidence)[:2])
-    numbers = float(np.exp(middle[own])), float(low), float(high)
+    low, high = np.exp(percentile_interval(samples[base], confidence)[:2])
+    numbers = float(np.exp(middle[base])), float(low), float(high)
     return Claim("discrete damping has the lowest sensitivity to δ: overturning", PAPER, verdict(least, more), *numbers)
 
 
@@ -183,16 +183,16 @@ def _like_discrete(evidence: Evidence) -> Claim | None:
     law, discrete = evidence.model("giannini-masiani"), evidence.model("discrete")
     if law is None or discrete is None:
         return None
-    found = evidence.ratio(law, discrete)
-    return Claim("Giannini–Masiani performs like discrete damping under shaking", PAPER, _alike(found), *found)
+    ratio = evidence.ratio(law, discrete)
+    return Claim("Giannini–Masiani performs like discrete damping under shaking", PAPER, _alike(ratio), *ratio)
 
 
 def _rigid(evidence: Evidence) -> Claim | None:
     law = evidence.model("energy-consistent", "rigid")
     if law is None:
         return None
-    found = evidence.ratio(law, None)
-    return Claim("energy-consistent damping is the rigid block", OURS, _alike(found), *found)
+    ratio = evidence.ratio(law, None)
+    return Claim("energy-consistent damping is the rigid block", OURS, _alike(ratio), *ratio)
 
 
 def _alike(ratio: Numbers) -> str:
@@ -205,10 +205,10 @@ def _overturning(evidence: Evidence, law: str, what: str, *, above: bool) -> Cla
     j = evidence.model(law)
     if j is None:
         return None
-    found = evidence.ratio(j, None)
-    larger, smaller = found[1] > 1.0, found[2] < 1.0
+    ratio = evidence.ratio(j, None)
+    larger, smaller = ratio[1] > 1.0, ratio[2] < 1.0
     outcome = verdict(larger, smaller) if above else verdict(smaller, larger)
-    return Claim(f"{LAW_NAMES[law]} {what} overturning", PAPER, outcome, *found)
+    return Claim(f"{LAW_NAMES[law]} {what} overturning", PAPER, outcome, *ratio)
 
 
 def _peaks(evidence: Evidence, law: str, what: str, *, smaller: bool) -> Claim | None:
@@ -219,9 +219,9 @@ def _peaks(evidence: Evidence, law: str, what: str, *, smaller: bool) -> Claim |
     middle, low, high = (
         evidence.spread(evidence.results[f"peak_smaller{end}"].values[:, j])[0] for end in ("", "_lower", "_upper")
     )
-    found = (middle, low, high) if smaller else (1.0 - middle, 1.0 - high, 1.0 - low)
-    outcome = verdict(found[1] > 0.5, found[2] < 0.5)
-    return Claim(f"{LAW_NAMES[law]} {what} peaks under shaking", PAPER, outcome, *found)
+    share = (middle, low, high) if smaller else (1.0 - middle, 1.0 - high, 1.0 - low)
+    outcome = verdict(share[1] > 0.5, share[2] < 0.5)
+    return Claim(f"{LAW_NAMES[law]} {what} peaks under shaking", PAPER, outcome, *share)
 
 
 def _loss(evidence: Evidence) -> Claim | None:
@@ -233,23 +233,23 @@ def _loss(evidence: Evidence) -> Claim | None:
     n = int(np.flatnonzero(reached.all(axis=0))[-1])
     if n == 0:
         return None
-    found = evidence.spread(peak[..., n] / rigid[..., n])
+    ratio = evidence.spread(peak[..., n] / rigid[..., n])
     # (without loss nothing can be dissipated, and the ratio is 1)
-    more, less = found[1] >= 1.0 - SAME, found[2] <= 1.0 + SAME
+    more, less = ratio[1] >= 1.0 - SAME, ratio[2] <= 1.0 + SAME
     outcome = OPEN if more == less else HOLDS if more else FAILS
-    return Claim("discrete damping dissipates less than an impact does", OURS, outcome, *found)
+    return Claim("discrete damping dissipates less than an impact does", OURS, outcome, *ratio)
 
 
 def _mode(evidence: Evidence) -> Claim | None:
     j = evidence.model("discrete")
     if j is None:
         return None
-    found = evidence.ratio(j, evidence.model("discrete", "rigid"))
+    ratio = evidence.ratio(j, evidence.model("discrete", "rigid"))
     claim = "discrete damping has an elastic mode that a rigid block has not"
-    return Claim(claim, OURS, verdict(found[2] < 1.0, found[1] > 1.0), *found)
+    return Claim(claim, OURS, verdict(ratio[2] < 1.0, ratio[1] > 1.0), *ratio)
 
 
 def _four(evidence: Evidence) -> dict[str, int] | None:
     """Return the positions of the paper's four laws; None where one is missing."""
-    found = {name: evidence.model(name) for name in ("discrete", *CONTINUOUS)}
-    return None if None in found.values() else {name: j for name, j in found.items() if j is not None}
+    places = {name: evidence.model(name) for name in ("discrete", *CONTINUOUS)}
+    return None if None in places.values() else {name: j for name, j in places.items() if j is not None}

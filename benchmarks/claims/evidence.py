@@ -42,13 +42,13 @@ def evidence(study: SensitivityStudy, results: xr.Dataset) -> xr.Dataset:
     _, slopes = swings_and_slopes(curves, blocks, grid, sweep)
     rate = [[[grid.laws[i].oscillator(block).regions[0].damping for i in row] for row in grid.at] for block in blocks]
     on = ("block", "model", "value")
-    found: dict[str, Any] = {
+    variables: dict[str, Any] = {
         "log_median_sample": ((*on, "replicate"), curves.log_samples[:, grid.at]),
         "log_rigid_sample": ((*on, "replicate"), curves.log_samples[:, grid.against[RIGID]]),
         "log_trend_sample": (("block", "model", "span", "replicate"), slopes[..., 1:]),
         "viscous_rate": (on, np.array(rate)),
     }
-    return results.assign(found | peaks(runs, grid, sweep) | decay(blocks, grid))
+    return results.assign(variables | peaks(runs, grid, sweep) | decay(blocks, grid))
 
 
 def peaks(runs: xr.Dataset, grid: Grid, sweep: Sweep) -> dict[str, Any]:
@@ -60,9 +60,9 @@ def peaks(runs: xr.Dataset, grid: Grid, sweep: Sweep) -> dict[str, Any]:
     weights = draw_clusters(polarity_pairs(runs), sweep.replicates, sweep.seed)
     share = np.full((3, peak.shape[0], *grid.at.shape), np.nan)
     for block, j, k in np.ndindex(*share.shape[1:]):
-        own, base = peak[block, grid.at[j, k]], peak[block, rigid[j, k]]
-        told = lifted[block, rigid[j, k]] & (own != base)
-        smaller, apart = (told & (own < base)).sum(axis=0), told.sum(axis=0)
+        rotation, base = peak[block, grid.at[j, k]], peak[block, rigid[j, k]]
+        differs = lifted[block, rigid[j, k]] & (rotation != base)
+        smaller, apart = (differs & (rotation < base)).sum(axis=0), differs.sum(axis=0)
         if apart.any():
             with np.errstate(invalid="ignore"):
                 samples = (weights @ smaller) / (weights @ apart)
@@ -79,13 +79,13 @@ def decay(blocks: Sequence[Block], grid: Grid) -> dict[str, xr.DataArray]:
         rigid = [grid.laws[i].restitution(block) for row in grid.against[RIGID] for i in row]
         keys = list(zip(laws, rigid, strict=True))
         once = list(dict.fromkeys(keys))
-        found = free_decay(block, [law for law, _ in once], [float(e or 0.0) for _, e in once])
+        decays = free_decay(block, [law for law, _ in once], [float(e or 0.0) for _, e in once])
         where = xr.DataArray(
             np.array([once.index(key) for key in keys]).reshape(grid.at.shape), dims=("model", "value")
         )
-        parts.append(found.isel(law=where))
+        parts.append(decays.isel(law=where))
     together = xr.concat(parts, "block", combine_attrs="override")
-    return {str(name): one.transpose("block", "model", "value", ...) for name, one in together.data_vars.items()}
+    return {str(name): part.transpose("block", "model", "value", ...) for name, part in together.data_vars.items()}
 
 
 def impact_decay(release: float, e: float, half_cycles: int = HALF_CYCLES) -> Array:
@@ -99,19 +99,19 @@ def impact_decay(release: float, e: float, half_cycles: int = HALF_CYCLES) -> Ar
     return np.asarray(energy / (1.0 + np.sqrt(1.0 - energy)))
 
 
-def impact_times(block: Block, release: float, e: float, half_cycles: int = HALF_CYCLES) -> Array:
-    """Return the times of these peaks, as p t, (half_cycles + 1,).
+def impact_times(block: Block, release: float, e: float) -> Array:
+    """Return the times of these peaks, as p t, (HALF_CYCLES + 1,).
 
     A quarter period from the peak x to upright takes acosh(1/(1 - x))/q, q² = p² sin(alpha)/alpha: the bilinear form of
     Housner's 4/p acosh(1/(1 - x)).
     """
-    quarters = np.arccosh(1.0 / (1.0 - impact_decay(release, e, half_cycles)))
+    quarters = np.arccosh(1.0 / (1.0 - impact_decay(release, e)))
     q_over_p = np.sqrt(np.sin(block.alpha) / block.alpha)
     return np.asarray(np.concatenate([[0.0], np.cumsum(quarters[:-1] + quarters[1:])]) / q_over_p)
 
 
-def free_decay(block: Block, laws: Sequence[Law], restitution: Sequence[float], release: float = RELEASE) -> xr.Dataset:
-    """Compute the free rocking of a block under each law, with the peaks of the rigid block of that restitution.
+def free_decay(block: Block, laws: Sequence[Law], restitution: Sequence[float]) -> xr.Dataset:
+    """Compute the free rocking of a block from `RELEASE` under each law, and the peaks of the rigid block.
 
     On (law, half_cycle): `decay_peak` and `decay_rigid` (over alpha; NaN where the law has no such peak outside its
     elastic zone).  On law: `decay_error`, the mean over the half cycles 1 to 10 of the peak over the rigid block's,
@@ -119,12 +119,12 @@ def free_decay(block: Block, laws: Sequence[Law], restitution: Sequence[float], 
     rock.  A peak that the law does not reach outside its zone counts as the edge of the zone, its upper bound.
     """
     peak = np.full((len(laws), HALF_CYCLES + 1), np.nan)
-    rigid = np.array([impact_decay(release, e) for e in restitution])
+    rigid = np.array([impact_decay(RELEASE, e) for e in restitution])
     errors = np.full(len(laws), np.nan)
-    last = max(SPAN, SLOWER * float(impact_times(block, release, 1.0)[-1]))
+    last = max(SPAN, SLOWER * float(impact_times(block, RELEASE, 1.0)[-1]))
     length = STEP * math.ceil(last / STEP)
     for i, law in enumerate(laws):
-        run = free_rocking(block, law, release * block.alpha, length / block.p, STEP / block.p)
+        run = free_rocking(block, law, RELEASE * block.alpha, length / block.p, STEP / block.p)
         n = min(run.sizes["peak"], HALF_CYCLES + 1)
         peak[i, :n] = run["peak_rotations"].values[:n] / block.alpha
         edge = 0.0 if isinstance(law, HousnerImpact) else float(getattr(law, "delta", 0.0))

@@ -11,10 +11,10 @@ import sys
 import time
 from collections.abc import Iterable, Iterator
 
-from . import draws, goodness, levels, others, pieces, rates
-from .drawn import Row
+from . import draws_of_pieces, estimates, goodness, levels, pieces, rates
+from .drawn_studies import Row
 
-PARTS = (levels, rates, others, pieces, draws, goodness)
+PARTS = (levels, rates, estimates, pieces, draws_of_pieces, goodness)
 """Modules whose `rows` are measured."""
 COLUMNS = ("interval", "motions", "lowest", "highest", "worst truth", "above", "below", "longest")
 """Columns: an interval with its number of motions; lowest and highest coverage over the truths, per cent.
@@ -26,19 +26,19 @@ value.  longest: greatest mean length over the truths, as a multiple of a normal
 
 def main() -> None:
     """Print the table."""
-    found: list[Row] = []
+    rows: list[Row] = []
     began = time.perf_counter()
     for part in PARTS:
-        found += part.rows("--full" in sys.argv[1:])
+        rows += part.rows("--full" in sys.argv[1:])
         print(f"{part.__name__}: {time.perf_counter() - began:.0f} s", file=sys.stderr, flush=True)
-    print(f"studies for each truth: {min(row.studies for row in found)} or more", file=sys.stderr)
-    csv.writer(sys.stdout, lineterminator="\n").writerows([COLUMNS, *summary(found)])
+    print(f"studies for each truth: {min(row.studies for row in rows)} or more", file=sys.stderr)
+    csv.writer(sys.stdout, lineterminator="\n").writerows([COLUMNS, *summary(rows)])
 
 
-def summary(found: Iterable[Row]) -> Iterator[tuple[str | int, ...]]:
+def summary(drawn: Iterable[Row]) -> Iterator[tuple[str | int, ...]]:
     """Yield the line of each interval and number of motions."""
     by_interval: dict[str, dict[int, list[Row]]] = {}
-    for row in found:
+    for row in drawn:
         by_interval.setdefault(row.interval, {}).setdefault(row.motions, []).append(row)
     for interval, by_motions in by_interval.items():
         worst = min((row for rows in by_motions.values() for row in rows), key=lambda row: row.coverage)

@@ -14,7 +14,7 @@ from ...core.aliases import Array
 from ...core.streams import stream
 from ...fragility import goodness_of_fit
 from ..sequential.truths import MEDIAN, Truth
-from .drawn import ATTRIBUTES, LEVELS, LOGNORMAL, Row, cloud, ida, stripes
+from .drawn_studies import ATTRIBUTES, LEVELS, LOGNORMAL, Row, cloud, ida, stripes
 
 NOMINAL = 0.05
 FEW = MEDIAN * np.exp(np.linspace(-0.8, 0.8, 6))
@@ -34,9 +34,9 @@ def rejected(runs: xr.Dataset, method: str = "binomial") -> float:
 def fading(truth: Truth, studies: int, motions: int, seed: int, levels: Array) -> xr.Dataset:
     """Draw incremental analyses whose normal scores are correlated by `truth.correlation` from level to level."""
     noise = stream(seed).standard_normal((levels.size, studies, motions))
-    own = np.sqrt(1.0 - truth.correlation**2) * noise
-    own[0] = noise[0]
-    score = scipy.signal.lfilter([1.0], [1.0, -truth.correlation], own, axis=0)
+    innovations = np.sqrt(1.0 - truth.correlation**2) * noise
+    innovations[0] = noise[0]
+    score = scipy.signal.lfilter([1.0], [1.0, -truth.correlation], innovations, axis=0)
     fell = scipy.special.ndtr(score) < truth.probability(np.log(levels))[:, None, None]
     return xr.Dataset(
         {"overturned": (("level", "study", "motion"), fell)}, coords={"level": ("level", levels, ATTRIBUTES)}
@@ -50,7 +50,7 @@ def rows(full: bool) -> Iterator[Row]:
     def row(text: str, truth: str, motions: int, runs: xr.Dataset, method: str = "binomial") -> Row:
         return Row(f"goodness of fit, {text}", truth, motions, studies, rejected(runs, method), 0.0)
 
-    one = replace(LOGNORMAL, correlation=1.0)
+    common = replace(LOGNORMAL, correlation=1.0)
     for motions, levels in product(numbers, (FEW, LEVELS)):
         text = f"{levels.size} levels"
         for correlation in CORRELATIONS:
@@ -65,7 +65,7 @@ def rows(full: bool) -> Iterator[Row]:
             f"first overturnings, {text}",
             "one capacity",
             motions,
-            ida(one, studies, motions, 1, levels),
+            ida(common, studies, motions, 1, levels),
             "first-overturning",
         )
     for motions in numbers:

@@ -15,7 +15,7 @@ from ...core.aliases import Array
 from ...fragility.fitting.fit import fit_fragility
 from ...fragility.fitting.intervals import PROFILE
 from ..sequential.truths import DISPERSION, MEDIAN, Truth
-from .drawn import LOGNORMAL, SHAPES, Row, cloud, ida, level_of, row_of, stripes
+from .drawn_studies import LOGNORMAL, SHAPES, Row, cloud, ida, level_of, row_of, stripes
 
 COARSE = MEDIAN * np.exp(np.linspace(-1.8, 1.8, 10))
 APART = MEDIAN * np.exp(1.9 * DISPERSION * (np.arange(4.0) - 1.5))
@@ -53,21 +53,21 @@ def rows(full: bool) -> Iterator[Row]:
 
 def _of(design: Design, truth: Truth, motions: int, studies: int) -> Iterator[Row]:
     # (the profile serves the fitted median, whose bootstrap takes a hundred times as long and holds no more)
-    found = fit_fragility(design.draw(truth, studies, motions, SEED), intervals=PROFILE, fractiles=SHARES, replicates=1)
+    fits = fit_fragility(design.draw(truth, studies, motions, SEED), intervals=PROFILE, fractiles=SHARES, replicates=1)
     name = f"{truth.name}, within motions {truth.correlation:g}" if len(design.correlations) > 1 else truth.name
 
     def row(interval: str, ends: tuple[Array, Array], share: float) -> Row:
         return row_of(f"{interval}, {design.name}", name, motions, ends, level_of(truth, share))
 
-    yield row("level at which half overturn", _ends(found, "half_level"), 0.5)
+    yield row("level at which half overturn", _ends(fits, "half_level"), 0.5)
     for share in SHARES:
-        of_share = found.sel(fraction=share)
+        of_share = fits.sel(fraction=share)
         yield row(f"level at which {100 * share:g} % overturn", _ends(of_share, "fraction_level"), share)
-    yield row("fitted median, taken for the level of half", _ends(found, "median"), 0.5)
+    yield row("fitted median, taken for the level of half", _ends(fits, "median"), 0.5)
     if truth.name == LOGNORMAL.name:
-        ends = _ends(found, "dispersion")
+        ends = _ends(fits, "dispersion")
         yield row_of(f"dispersion of the fitted curve, {design.name}", name, motions, ends, DISPERSION)
 
 
-def _ends(found: xr.Dataset, name: str) -> tuple[Array, Array]:
-    return found[f"{name}_lower"].values, found[f"{name}_upper"].values
+def _ends(curves: xr.Dataset, name: str) -> tuple[Array, Array]:
+    return curves[f"{name}_lower"].values, curves[f"{name}_upper"].values

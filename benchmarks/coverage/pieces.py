@@ -16,7 +16,7 @@ from ...studies.buildings.assessment import Assessment, assess
 from ...studies.inventory.contents import Contents, Inventory
 from ...studies.inventory.kits import Kit
 from ...studies.kits.savings import kit_savings
-from .drawn import Row, row_of
+from .drawn_studies import Row, row_of
 
 SIZES = {"case": (0.3, 1.8), "wider": (0.31, 1.8), "shelf": (0.35, 1.6), "rack": (0.37, 1.65)}
 CONTENTS = Inventory(tuple(Contents(name, Block(*size, mass=60.0), 0) for name, size in SIZES.items()))

@@ -16,7 +16,7 @@ from ...fragility import HazardCurve, annual_rate, fit_fragility, size_for_rate
 from ...fragility.curves.means import mean_interval, resampled_means
 from ...fragility.risk.ratios import ratio_of
 from ..sequential.truths import MEDIAN, Truth
-from .drawn import LEVELS, LOGNORMAL, SHAPES, SKEWED_LEFT, Row, cloud, ida, row_of, stripes
+from .drawn_studies import LEVELS, LOGNORMAL, SHAPES, SKEWED_LEFT, Row, cloud, ida, row_of, stripes
 
 CONFIDENCE = 0.95
 NORMAL = 1.959964
@@ -32,11 +32,11 @@ DESIGNS: dict[str, Callable[[Truth, int, int, int], xr.Dataset]] = {
 
 def hazards() -> dict[str, HazardCurve]:
     """Return power laws, and a tabulated curve whose slope grows from 1 at low levels to 4 at high ones."""
-    found = {f"slope {slope:g}": HazardCurve.power_law(1e-3, slope, "pga") for slope in SLOPES}
+    curves = {f"slope {slope:g}": HazardCurve.power_law(1e-3, slope, "pga") for slope in SLOPES}
     x = np.geomspace(0.02, 30.0, 25)
     u = np.log(x / MEDIAN)
     rates = 1e-3 * np.exp(np.minimum.accumulate(-2.2 * u - 0.25 * u**2))
-    return found | {TABULATED: HazardCurve(x.tolist(), rates.tolist(), "pga")}
+    return curves | {TABULATED: HazardCurve(x.tolist(), rates.tolist(), "pga")}
 
 
 def rows(full: bool) -> Iterator[Row]:
@@ -57,11 +57,9 @@ def rows(full: bool) -> Iterator[Row]:
             yield from of_design("cloud", shape, motions, studies)
 
 
-def of_design(
-    design: str, truth: Truth, motions: int, studies: int, seed: int = 1, form: str | None = None
-) -> Iterator[Row]:
+def of_design(design: str, truth: Truth, motions: int, studies: int, form: str | None = None) -> Iterator[Row]:
     """Yield the rows of annual rates under all hazard curves for studies of one design."""
-    drawn = DESIGNS[design](truth, studies, motions, seed)
+    drawn = DESIGNS[design](truth, studies, motions, 1)
     of = f"{truth.name}, within motions {truth.correlation:g}" if DESIGNS[design] is ida else truth.name
     what = f"annual rate, {design}" if form is None else f"annual rate of {form} curves, {design}"
     yield from of_runs(drawn, replace(truth, name=of), motions, what, form, 1 if design == "cloud" else 50)
@@ -74,16 +72,16 @@ def of_runs(
 
     together: studies fitted together share bootstrap draws; each study of a cloud has its own intensities.
     """
-    each = [
+    fitted = [
         fit_fragility(drawn.isel(study=slice(first, first + together)), form=form, keep_replicates=True, seed=first)
         for first in range(0, drawn.sizes["study"], together)
     ]
     for name, hazard in hazards().items():
         if truth.probability is SKEWED_LEFT.probability and name in ("slope 4", "slope 5"):
             continue  # (its rate has no bound)
-        found = [annual_rate(curves, hazard, outside="most") for curves in each]
+        annual = [annual_rate(curves, hazard, outside="most") for curves in fitted]
         rate, lower, upper = (
-            np.concatenate([rates[f"rate{end}"].values for rates in found]) for end in ("", "_lower", "_upper")
+            np.concatenate([rates[f"rate{end}"].values for rates in annual]) for end in ("", "_lower", "_upper")
         )
         length = _length(rate, lower, upper)
         yield row_of(f"{what}, {name}", truth.name, motions, (lower, upper), true_rate(truth, hazard), length)
@@ -140,12 +138,12 @@ def _stronger(truth: Truth, x: Array) -> Array:
 
 def _ratios(values: Array, samples: Array, runs: Array | None = None) -> tuple[tuple[Array, Array], float]:
     """Return the ends of the intervals of ratios of two blocks (block, study), study by study, and their length."""
-    of_runs = np.full(values.shape, np.nan) if runs is None else runs
-    found = [
-        ratio_of(values[0, i], values[1, i], samples[0, i], samples[1, i], CONFIDENCE, of_runs[:, i])
+    by_runs = np.full(values.shape, np.nan) if runs is None else runs
+    intervals = [
+        ratio_of(values[0, i], values[1, i], samples[0, i], samples[1, i], CONFIDENCE, by_runs[:, i])
         for i in range(values.shape[1])
     ]
-    ratio, lower, upper = np.array(found).T
+    ratio, lower, upper = np.array(intervals).T
     return (lower, upper), _length(ratio, lower, upper)
 
 
@@ -181,10 +179,10 @@ def _of_sizes(motions: int, studies: int) -> Iterator[Row]:
     """Yield the rows of the slenderness that meets the rate of its middle value; medians grow with it."""
     hazard, alphas = hazards()[TABULATED], np.linspace(0.1, 0.3, 5)
     for shape in SHAPES:
-        family = [replace(shape, correlation=0.5, probability=partial(_slenderer, shape, each)) for each in alphas]
+        family = [replace(shape, correlation=0.5, probability=partial(_slenderer, shape, alpha)) for alpha in alphas]
         drawn = xr.concat([ida(truth, studies, motions, 1) for truth in family], "block")
-        named = drawn.assign_coords(alpha=("block", alphas), block=[f"{each:g}" for each in alphas])
+        named = drawn.assign_coords(alpha=("block", alphas), block=[f"{alpha:g}" for alpha in alphas])
         rates = annual_rate(fit_fragility(named, keep_replicates=True), hazard)
-        found = size_for_rate(rates, rate=true_rate(family[2], hazard))
-        ends = found["alpha_lower"].values, found["alpha_upper"].values
+        sizes = size_for_rate(rates, rate=true_rate(family[2], hazard))
+        ends = sizes["alpha_lower"].values, sizes["alpha_upper"].values
         yield row_of(f"size that meets a rate, {TABULATED}", shape.name, motions, ends, 0.2)

@@ -82,13 +82,13 @@ def class_fit(evidence: Sequence[Evidence], sources: int) -> ClassFit:
     predicted to overturn it, and a test with the mean over its cases.  Intervals are those of quantiles over resamples
     of clusters, each with all of its tests.
     """
-    tests = sum(one.trials for one in evidence)
-    names = list(dict.fromkeys(one.cluster for one in evidence))
+    tests = sum(test.trials for test in evidence)
+    names = list(dict.fromkeys(test.cluster for test in evidence))
     if len(names) < LEAST_CLUSTERS:
         return too_few(tests, len(names), sources)
     likelihood = np.zeros((len(names), BIASES.size, BETAS.size))
-    for one in evidence:
-        likelihood[names.index(one.cluster)] += _log_likelihood(one)
+    for counted in evidence:
+        likelihood[names.index(counted.cluster)] += _log_likelihood(counted)
     weights = stream(SEED, 0).multinomial(len(names), np.full(len(names), 1.0 / len(names)), RESAMPLES)
     bias, beta = _likeliest(likelihood.sum(0)[None])
     biases, betas = _likeliest(np.tensordot(weights.astype(float), likelihood, axes=(1, 0)))
@@ -96,7 +96,7 @@ def class_fit(evidence: Sequence[Evidence], sources: int) -> ClassFit:
     low, high = np.exp(np.quantile(biases, ends))
     return ClassFit(
         tests, len(names), sources, float(np.exp(bias[0])), float(low), float(high), float(beta[0]),
-        *(float(one) for one in np.quantile(betas, ends)),
+        *(float(beta_end) for beta_end in np.quantile(betas, ends)),
     )  # fmt: skip
 
 

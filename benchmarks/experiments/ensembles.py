@@ -58,7 +58,7 @@ def motions_of(kind: str) -> xr.DataArray:
 @cache
 def _intensities(kind: str) -> Array:
     """Return JMA's intensity of every motion of a kind."""
-    return np.array([jma_intensity(one.acceleration, one.dt) for one in records(motions_of(kind))])
+    return np.array([jma_intensity(record.acceleration, record.dt) for record in records(motions_of(kind))])
 
 
 def scaled_to_class(kind: str, low: float, high: float) -> xr.DataArray:

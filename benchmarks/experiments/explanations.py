@@ -50,11 +50,11 @@ def rock_scenes(replays: Replays) -> list[tuple[str, int, int]]:
     """Return each change of the rocks with the predicted falls, in all runs and in runs of long period."""
     motions = table_motions(replays.runs)
     slow = np.array([run.ratio >= LONG_PERIOD for run in replays.runs])
-    found = []
+    changes = []
     for change, (block, law) in ROCKS.items():
         flags = fallen([block], motions, law)[0]
-        found.append((change, int(flags.sum()), int(flags[slow].sum())))
-    return found
+        changes.append((change, int(flags.sum()), int(flags[slow].sum())))
+    return changes
 
 
 class Scene(NamedTuple):
@@ -68,12 +68,12 @@ class Scene(NamedTuple):
 
 def scenes(rows: Iterable[Row]) -> list[Scene]:
     """Predict poles and medians again with one change at a time."""
-    found = []
+    predictions = []
     for row in rows:
         test = row.test
         if test.predict == OVERTURNED and test.fixing == POLE:
             before = _share(row, lambda block: block)
-            found += [Scene(test.id, change, _share(row, made), before) for change, made in POLES.items()]
+            predictions += [Scene(test.id, change, _share(row, made), before) for change, made in POLES.items()]
         elif test.predict == MEDIAN:
             blocks, law = blocks_of(test), law_of(test)
             before = _pooled(blocks, law, BROADBAND)
@@ -84,8 +84,8 @@ def scenes(rows: Iterable[Row]) -> list[Scene]:
                 "restitution: 0.9 times Housner's": _pooled(blocks, less, BROADBAND),
                 "mass centre: 10 % higher": _pooled(raised, law, BROADBAND),
             }
-            found += [Scene(test.id, change, predicted, before) for change, predicted in changed.items()]
-    return found
+            predictions += [Scene(test.id, change, predicted, before) for change, predicted in changed.items()]
+    return predictions
 
 
 def slipping(block: Block) -> Block:
@@ -106,9 +106,9 @@ POLES: dict[str, Callable[[Block], Block]] = {
 def _share(row: Row, change: Callable[[Block], Block]) -> float:
     """Return the share of runs in which the changed blocks of a row fall, by the rules of its prediction."""
     test = row.test
-    low, high = (float(one) for one in test.levels if one is not None)
+    low, high = (float(level) for level in test.levels if level is not None)
     flags: Flags = fallen(
-        [change(one) for one in blocks_of(test)], [scaled_to_class(test.motion, low, high)], law_of(test), BOTH
+        [change(block) for block in blocks_of(test)], [scaled_to_class(test.motion, low, high)], law_of(test), BOTH
     )
     return float(flags.mean())
 

@@ -22,15 +22,15 @@ def calibration_figure(rows: list[Compared]) -> Figure | None:
 
     Blind predictions are filled markers, predictions with measured or fitted inputs are open ones.
     """
-    own = [row for row in rows if row.counted]
-    if not own:
+    counted = [row for row in rows if row.counted]
+    if not counted:
         return None
     figure = axes.figure(5.8)
     ax = axes.panel(figure)
     ax.plot([0, 1], [0, 1], color="0.6", linewidth=1.0, label="predicted = observed")
-    for i, piece in enumerate(dict.fromkeys(row.row.test.piece for row in own)):
+    for i, piece in enumerate(dict.fromkeys(row.row.test.piece for row in counted)):
         colour, marker, _ = axes.look(i)
-        for k, row in enumerate(row for row in own if row.row.test.piece == piece):
+        for k, row in enumerate(row for row in counted if row.row.test.piece == piece):
             _point(ax, row, row.prediction, color=colour, marker=marker, label=None if k else piece)
             if row.measured is not None and row.measured.made:
                 _point(ax, row, row.measured, color=colour, marker=marker, markerfacecolor="white")

@@ -70,22 +70,22 @@ def fit_halves(flags: Flags, overturned: Flags, records: Sequence[str], pgv: Arr
     which, names = halves_of(records), np.array(records)
     predicted = np.zeros(overturned.size, dtype=bool)
     resampled = np.zeros((RESAMPLES, overturned.size), dtype=bool)
-    found = []
+    fits = []
     for half in (0, 1):
-        own, other = which == half, which != half
-        candidate = int(best_candidate(right[:, other].sum(-1)))
-        predicted[own] = flags[candidate, own]
-        drawn = _resampled(right[:, other], names[other], half)
-        resampled[:, own] = flags[drawn][:, own]
-        low, high = np.quantile(resampled[:, own].sum(-1), [0.5 - SURE / 2, 0.5 + SURE / 2])
-        found.append(
+        judged, fitted = which == half, which != half
+        candidate = int(best_candidate(right[:, fitted].sum(-1)))
+        predicted[judged] = flags[candidate, judged]
+        drawn = _resampled(right[:, fitted], names[fitted], half)
+        resampled[:, judged] = flags[drawn][:, judged]
+        low, high = np.quantile(resampled[:, judged].sum(-1), [0.5 - SURE / 2, 0.5 + SURE / 2])
+        fits.append(
             HalfFit(
-                half, int(own.sum()), int(overturned[own].sum()), candidate, int(predicted[own].sum()),
-                round(float(low)), round(float(high)), _share((predicted == overturned)[own]),
-                _on_other(pgv, overturned, own, other),
+                half, int(judged.sum()), int(overturned[judged].sum()), candidate, int(predicted[judged].sum()),
+                round(float(low)), round(float(high)), _share((predicted == overturned)[judged]),
+                _on_other(pgv, overturned, judged, fitted),
             )
         )  # fmt: skip
-    return HalfFits(found, predicted, resampled)
+    return HalfFits(fits, predicted, resampled)
 
 
 def _resampled(right: Array, names: Array, half: int) -> Index:
@@ -98,12 +98,12 @@ def _resampled(right: Array, names: Array, half: int) -> Index:
     return best_candidate(weights @ of_record)
 
 
-def _on_other(measure: Array, overturned: Flags, own: Flags, other: Flags) -> float:
+def _on_other(measure: Array, overturned: Flags, judged: Flags, fitted: Flags) -> float:
     """Return the share of a half that the best threshold of the other half gets right."""
-    if not other.any() or not np.isfinite(measure[other]).any():
+    if not fitted.any() or not np.isfinite(measure[fitted]).any():
         return float("nan")
-    threshold, _ = best_threshold(measure[other], overturned[other])
-    known = own & np.isfinite(measure)
+    threshold, _ = best_threshold(measure[fitted], overturned[fitted])
+    known = judged & np.isfinite(measure)
     return _share(((measure >= threshold) == overturned)[known])
 
 

@@ -69,8 +69,8 @@ def predict_measured(experiment: Experiment, measured: Measured) -> Prediction:
     """
     if experiment.predict not in (OVERTURNED, MEDIAN):
         raise ValueError(f"measured inputs are for {OVERTURNED} and {MEDIAN}, got {experiment.predict!r}")
-    found = (_overturned if experiment.predict == OVERTURNED else _median)(experiment, measured)
-    return found._replace(how=f"{found.how}; {measured.read}")
+    prediction = (_overturned if experiment.predict == OVERTURNED else _median)(experiment, measured)
+    return prediction._replace(how=f"{prediction.how}; {measured.read}")
 
 
 def _none(experiment: Experiment, why: str) -> Prediction:
@@ -84,7 +84,7 @@ def _overturned(experiment: Experiment, measured: Measured | None = None) -> Pre
     specimen does not slide.  The interval reaches from the least to the greatest end of Wilson's intervals of all
     specimens and kinds: it counts motions and what the description leaves open.
     """
-    low, high = (float(one) for one in experiment.levels if one is not None)
+    low, high = (float(level) for level in experiment.levels if level is not None)
     blocks, shares = blocks_of(experiment, measured), []
     for kind in kinds_of(experiment):
         runs = ida(
@@ -99,15 +99,15 @@ def _overturned(experiment: Experiment, measured: Measured | None = None) -> Pre
         )
         fallen = np.asarray(runs["overturned"].values[:, 0, 0], dtype=float)
         fallen = fallen.reshape(len(blocks), -1, 2).mean(-1)
-        shares += [one * not_sliding(experiment, block, measured) for one, block in zip(fallen, blocks, strict=True)]
-    lower, upper = binomial_interval([one.sum() for one in shares], [one.size for one in shares], SURE)
+        shares += [fell * not_sliding(experiment, block, measured) for fell, block in zip(fallen, blocks, strict=True)]
+    lower, upper = binomial_interval([share.sum() for share in shares], [share.size for share in shares], SURE)
     motions = "motions" if len(kinds_of(experiment)) == 1 else "motions of each of two kinds"
     rests = float(np.mean([not_sliding(experiment, block, measured) for block in blocks]))
     slide = f", times {rests:.2f} not to slide" if experiment.contact else ""
     how = f"{counted(len(blocks), 'specimen')}, {shares[0].size} {motions}, both ways{slide}"
     return Prediction(
         experiment.id,
-        float(np.mean([one.mean() for one in shares])),
+        float(np.mean([share.mean() for share in shares])),
         float(lower.min()),
         float(upper.max()),
         math.nan,
@@ -122,15 +122,15 @@ def _median(experiment: Experiment, measured: Measured | None = None) -> Predict
     that of order statistics, from the least to the greatest end of all specimens.
     """
     blocks, law = blocks_of(experiment, measured), law_of(experiment, measured)
-    found = [one for kind in kinds_of(experiment) for one in capacities(blocks, law, motions_of(kind))]
-    ends = [_median_interval(one) for one in found]
-    pooled = np.sort(np.concatenate(found))
-    middle, low, high = (_quantile(pooled, one) for one in (0.5, 0.16, 0.84))
+    factors = [capacity for kind in kinds_of(experiment) for capacity in capacities(blocks, law, motions_of(kind))]
+    ends = [_median_interval(capacity) for capacity in factors]
+    pooled = np.sort(np.concatenate(factors))
+    middle, low, high = (_quantile(pooled, fraction) for fraction in (0.5, 0.16, 0.84))
     if not math.isfinite(middle):
         return _none(experiment, f"half of the runs stand at {LEVELS[-1]:g} m/s2")
     spread = 0.5 * math.log(high / low) if math.isfinite(high) else math.nan
-    how = f"{counted(len(blocks), 'specimen')}, {found[0].size} motions"
-    return Prediction(experiment.id, middle, min(one[0] for one in ends), max(one[1] for one in ends), spread, how)
+    how = f"{counted(len(blocks), 'specimen')}, {factors[0].size} motions"
+    return Prediction(experiment.id, middle, min(end[0] for end in ends), max(end[1] for end in ends), spread, how)
 
 
 def capacities(
@@ -143,7 +143,7 @@ def capacities(
     """Return for every block the least level at which each motion overturns it; infinity where none does."""
     runs = ida(blocks, law, motions, levels, im=im, outputs=("overturned",), screen=False)
     fallen = runs["overturned"].values[:, 0].astype(bool)  # block, level, motion
-    return [np.where(one.any(0), levels[np.argmax(one, axis=0)], np.inf) for one in fallen]
+    return [np.where(flags.any(0), levels[np.argmax(flags, axis=0)], np.inf) for flags in fallen]
 
 
 def _quantile(ordered: Array, probability: float) -> float:
@@ -173,7 +173,7 @@ def _friction(experiment: Experiment) -> Prediction:
     contact = contact_named(experiment.contact)
     factor = contact.kinetic_ratio if experiment.quantity == KINETIC else 1.0
     low, middle, high = (
-        factor * float(one) for one in contact.friction.quantile(np.array([0.5 - SURE / 2, 0.5, 0.5 + SURE / 2]))
+        factor * float(mu) for mu in contact.friction.quantile(np.array([0.5 - SURE / 2, 0.5, 0.5 + SURE / 2]))
     )
     return Prediction(experiment.id, middle, low, high, contact.friction.dispersion, f"contact {experiment.contact!r}")
 

@@ -61,7 +61,7 @@ class Replays:
 
     def inside(self, low: float | None, high: float | None) -> Flags:
         """Return whether each run's PGV/PGA lies in a band, its upper end left out; ExperimentError where none does."""
-        ratios = np.array([one.ratio for one in self.runs])
+        ratios = np.array([run.ratio for run in self.runs])
         inside = (ratios >= (0.0 if low is None else low)) & (ratios < (np.inf if high is None else high))
         if not inside.any():
             raise ExperimentError(f"no run has a PGV/PGA from {low} to {high} s")
@@ -78,14 +78,14 @@ def read_runs(folder: Path) -> tuple[list[Run], str]:
     try:
         digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
         with np.load(path) as histories:
-            found = {name: np.asarray(histories[name], dtype=float) for name in histories.files}
+            columns = {name: np.asarray(histories[name], dtype=float) for name in histories.files}
     except OSError as error:
         raise ExperimentError(f"{path}: cannot be read ({system_reason(error)})") from None
     except (ValueError, zipfile.BadZipFile, KeyError):
         raise ExperimentError(f"{path}: no archive of numpy arrays") from None
     runs = []
     for line in CsvTable(folder / TESTS, KIND):
-        motion = found.get(line.text("test"))
+        motion = columns.get(line.text("test"))
         ratio = line.number_in("pgv_over_pga_s", above=0.0)
         if motion is None or ratio is None:
             continue
@@ -111,23 +111,23 @@ def rock(half_width: float, gyration_squared: float = GYRATION_SQUARED, centre: 
 
 def table_motions(runs: Sequence[Run]) -> list[xr.DataArray]:
     """Return the motions of runs, m/s²."""
-    return [from_array(STANDARD_GRAVITY * one.motion, STEP, [one.test], "table motion") for one in runs]
+    return [from_array(STANDARD_GRAVITY * run.motion, STEP, [run.test], "table motion") for run in runs]
 
 
 def replay(runs: list[Run], digest: str) -> Replays:
     """Replay runs with a rigid block of each half-width: Housner's impact, exact geometry, the block's restitution."""
-    return Replays(tuple(runs), fallen([rock(one) for one in HALF_WIDTHS], table_motions(runs)), digest)
+    return Replays(tuple(runs), fallen([rock(half_width) for half_width in HALF_WIDTHS], table_motions(runs)), digest)
 
 
 def fallen(
     blocks: list[Block], motions: list[xr.DataArray], law: HousnerImpact | None = None, polarity: str = AS_RECORDED
 ) -> Flags:
     """Return whether each block overturns in each motion (block, run), or in its reversed copy (block, run of both)."""
-    found = ida(
+    runs = ida(
         blocks, law or HousnerImpact(), motions, [1.0], im="scale", outputs=("overturned",), screen=False,
         polarity=polarity,
     )  # fmt: skip
-    return np.asarray(found["overturned"].values[:, 0, 0], dtype=bool)
+    return np.asarray(runs["overturned"].values[:, 0, 0], dtype=bool)
 
 
 class GraniteOutcomes(NamedTuple):
@@ -144,8 +144,8 @@ def read_granite_outcomes(folder: Path, runs: tuple[Run, ...]) -> GraniteOutcome
         flags = [line.yes_in(f"specimen_{i}_overturned") for i in (1, 2)]
         pgv = line.number_in("pgv_measured_m_s")
         rows[line.text("test")] = (*map(float, flags), np.nan if pgv is None else pgv)
-    missing = [one.test for one in runs if one.test not in rows]
+    missing = [run.test for run in runs if run.test not in rows]
     if missing:
         raise ExperimentError(f"{folder / TESTS}: has no test {missing[0]}")
-    values = np.array([rows[one.test] for one in runs]).T
+    values = np.array([rows[run.test] for run in runs]).T
     return GraniteOutcomes(values[:2].astype(bool), values[2])

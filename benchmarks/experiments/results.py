@@ -73,21 +73,21 @@ def compared(
 
     Otherwise the trials of a row count as independent in its interval, and as one cluster, its source, in scores.
     """
-    found, trials = row.outcome, row.test.trials
-    if found.overturned is not None and trials:
-        n, k = np.array([float(trials)]), np.array([float(found.overturned)])
+    outcome, trials = row.outcome, row.test.trials
+    if outcome.overturned is not None and trials:
+        n, k = np.array([float(trials)]), np.array([float(outcome.overturned)])
         units = Units(n, k, (row.source.source,)) if runs is None else runs
-        own = None if runs is None else np.array(units.clusters)
-        lower, upper = clustered_interval(units.trials, units.overturned, own)
-        return Compared(row, prediction, found.overturned / trials, lower, upper, measured, units)
-    value = math.nan if found.value is None else found.value
+        clusters = None if runs is None else np.array(units.clusters)
+        lower, upper = clustered_interval(units.trials, units.overturned, clusters)
+        return Compared(row, prediction, outcome.overturned / trials, lower, upper, measured, units)
+    value = math.nan if outcome.value is None else outcome.value
     return Compared(row, prediction, value, math.nan, math.nan, measured)
 
 
 def rock_of(row: Row) -> int | None:
     """Return which of the granite rocks, 1 or 2, a band of runs is of; None where it does not say."""
-    found = re.search(r"granite rock ([12])\b", row.test.specimen)
-    return int(found[1]) if found and row.test.predict == REPLAY else None
+    match = re.search(r"granite rock ([12])\b", row.test.specimen)
+    return int(match[1]) if match and row.test.predict == REPLAY else None
 
 
 def units_of(row: Row, replays: Replays, outcomes: GraniteOutcomes) -> Units | None:
@@ -96,13 +96,13 @@ def units_of(row: Row, replays: Replays, outcomes: GraniteOutcomes) -> Units | N
     if which is None or row.outcome.overturned is None:
         return None
     inside = replays.inside(*row.test.levels)
-    records, place = np.unique([one.record for one in replays.runs], return_inverse=True)
+    records, place = np.unique([run.record for run in replays.runs], return_inverse=True)
     trials = np.bincount(place[inside], np.ones(inside.sum()), minlength=records.size)
     fell = np.bincount(place[inside], outcomes.overturned[which - 1][inside].astype(float), minlength=records.size)
     if (trials.sum(), fell.sum()) != (row.test.trials, row.outcome.overturned):
         return None
-    own = trials > 0
-    return Units(np.asarray(trials[own], float), np.asarray(fell[own], float), tuple(records[own].tolist()))
+    counted = trials > 0
+    return Units(np.asarray(trials[counted], float), np.asarray(fell[counted], float), tuple(records[counted].tolist()))
 
 
 def score(rows: list[Compared]) -> Brier | None:
@@ -125,7 +125,7 @@ def scores_of(rows: list[Compared]) -> dict[str, Brier]:
     groups["all"] = predicted
     groups["with measured inputs"] = [row._replace(prediction=row.measured) for row in rows if row.measured]
     scored = {name: score(members) for name, members in groups.items()}
-    return {name: found for name, found in scored.items() if found is not None}
+    return {name: group_score for name, group_score in scored.items() if group_score is not None}
 
 
 class Granite(NamedTuple):
@@ -151,15 +151,15 @@ def granite(replays: Replays, outcomes: GraniteOutcomes) -> list[Granite]:
     The plain threshold is fitted to the runs that score it; thresholds of halves are not.
     """
     twin = float((outcomes.overturned[0] == outcomes.overturned[1]).mean())
-    records = [one.record for one in replays.runs]
-    candidates = fallen([rock(one) for one in CANDIDATES], table_motions(replays.runs))
+    records = [run.record for run in replays.runs]
+    candidates = fallen([rock(half_width) for half_width in CANDIDATES], table_motions(replays.runs))
     return [
         Granite(
             i,
             flags.size,
             int(flags.sum()),
-            tuple(int(one.sum()) for one in replays.overturned),
-            tuple(float((one == flags).mean()) for one in replays.overturned),
+            tuple(int(overturned.sum()) for overturned in replays.overturned),
+            tuple(float((overturned == flags).mean()) for overturned in replays.overturned),
             best_threshold(outcomes.pgv, flags)[1],
             twin,
             fit_halves(candidates, flags, records, outcomes.pgv),
@@ -190,20 +190,20 @@ def class_fits(rows: list[Compared], replays: Replays | None, outcomes: GraniteO
 
     Capacities are looked for only where a class has enough records or sources.
     """
-    found = {}
-    counts = [(one, one.units) for one in rows if one.counted and one.units is not None]
-    for piece in dict.fromkeys(one.row.test.piece for one, _ in counts):
-        own = [(one.row, units) for one, units in counts if one.row.test.piece == piece]
-        clusters = len({name for _, units in own for name in units.clusters})
-        sources = len({row.source.source for row, _ in own})
+    fits = {}
+    counts = [(row, row.units) for row in rows if row.counted and row.units is not None]
+    for piece in dict.fromkeys(row.row.test.piece for row, _ in counts):
+        of_piece = [(row.row, units) for row, units in counts if row.row.test.piece == piece]
+        clusters = len({name for _, units in of_piece for name in units.clusters})
+        sources = len({row.source.source for row, _ in of_piece})
         if clusters < LEAST_CLUSTERS:
-            trials = sum(int(units.trials.sum()) for _, units in own)
-            found[piece] = too_few(trials, clusters, sources)
+            trials = sum(int(units.trials.sum()) for _, units in of_piece)
+            fits[piece] = too_few(trials, clusters, sources)
             continue
         logs = None if replays is None else _log_capacities(replays)
-        evidence = [one for row, units in own for one in _evidence(row, units, replays, outcomes, logs)]
-        found[piece] = class_fit(evidence, sources)
-    return found
+        evidence = [test for row, units in of_piece for test in _evidence(row, units, replays, outcomes, logs)]
+        fits[piece] = class_fit(evidence, sources)
+    return fits
 
 
 def _evidence(
@@ -214,13 +214,13 @@ def _evidence(
     if which is None:
         trials = int(units.trials.sum())
         blocks = blocks_of(row.test)
-        low, high = (float(one) for one in row.test.levels if one is not None)
+        low, high = (float(level) for level in row.test.levels if level is not None)
         every = [
-            each
+            factors
             for kind in kinds_of(row.test)
-            for each in capacities(blocks, law_of(row.test), scaled_to_class(kind, low, high), FACTORS, "scale")
+            for factors in capacities(blocks, law_of(row.test), scaled_to_class(kind, low, high), FACTORS, "scale")
         ]
-        slides = 1.0 - float(np.mean([not_sliding(row.test, one) for one in blocks]))
+        slides = 1.0 - float(np.mean([not_sliding(row.test, block) for block in blocks]))
         return [Evidence(row.source.source, trials, counted, np.log(np.concatenate(every)), slides)]
     if replays is None or outcomes is None or logs is None:
         return []
@@ -233,5 +233,5 @@ def _evidence(
 
 def _log_capacities(replays: Replays) -> Array:
     """Return ln of the factor of each run's motion that overturns each half-width of the scan (half-width, run)."""
-    blocks = [rock(one) for one in HALF_WIDTHS]
+    blocks = [rock(half_width) for half_width in HALF_WIDTHS]
     return np.log(np.array(capacities(blocks, HousnerImpact(), table_motions(replays.runs), FACTORS, "scale")))

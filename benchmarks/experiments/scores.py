@@ -61,7 +61,7 @@ def clustered_interval(trials: Array, overturned: Array, clusters: Labels | None
             effective = min(n, share * (1.0 - share) / variance) if variance > 0.0 else n
         else:
             effective = min(n, float(number))
-    lower, upper = (float(one) for one in binomial_interval(share * effective, effective, SURE))
+    lower, upper = (float(end) for end in binomial_interval(share * effective, effective, SURE))
     return lower, upper
 
 
@@ -97,7 +97,7 @@ def _skills(p: Array, trials: Array, overturned: Array, clusters: Labels, seed: 
     """Return the quantiles 2.5 and 97.5 % of the skill over resamples of clusters, NaN where it has none."""
     unique, which = np.unique(clusters, return_inverse=True)
     squares = overturned * (1.0 - p) ** 2 + (trials - overturned) * p**2
-    totals = np.stack([np.bincount(which, one) for one in (squares, trials, overturned)])
+    totals = np.stack([np.bincount(which, numbers) for numbers in (squares, trials, overturned)])
     weights = stream(seed, 1).multinomial(unique.size, np.full(unique.size, 1.0 / unique.size), DRAWS)
     loss, n, k = totals @ weights.T
     share = k / n

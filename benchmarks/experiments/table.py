@@ -165,7 +165,7 @@ def read_experiments(path: Path) -> list[Row]:
     rows: list[Row] = []
     for line in CsvTable(path, KIND):
         row = _row(line)
-        if any(row.test.id == one.test.id for one in rows):
+        if any(row.test.id == earlier.test.id for earlier in rows):
             line.refuse("id", f"is used twice: {row.test.id!r}")
         rows.append(row)
     if not rows:
@@ -217,22 +217,22 @@ def _row(line: CsvLine) -> Row:
 
 def _measured(line: CsvLine, test: Experiment) -> Measured | None:
     """Return the measured inputs of a row, None where it has none."""
-    found = Measured(
+    measured = Measured(
         line.number_in("measured_cm_height_m", above=0.0),
         line.number_in("measured_inertia_factor", above=1.0, at_most=2.0),
         line.number_in("measured_restitution", above=0.0, at_most=1.0),
         line.number_in("measured_friction", above=0.0),
         line.text("measured_from"),
     )
-    if all(value is None for value in found[:4]):
+    if all(value is None for value in measured[:4]):
         return None
-    if not found.read:
+    if not measured.read:
         line.refuse("measured_from", "must say where the measured inputs are from")
     if test.predict not in (OVERTURNED, MEDIAN):
         line.refuse("measured_from", f"is for rows whose prediction is {OVERTURNED} or {MEDIAN}")
-    if (found.cm_height is None) != (found.inertia_factor is None):
+    if (measured.cm_height is None) != (measured.inertia_factor is None):
         line.refuse("measured_inertia_factor", "and measured_cm_height_m must be given together")
-    return found
+    return measured
 
 
 def _check_prediction(line: CsvLine, test: Experiment) -> None:
@@ -243,7 +243,7 @@ def _check_prediction(line: CsvLine, test: Experiment) -> None:
         return
     if test.predict not in QUANTITIES:
         line.refuse("predict", f"must be one of {', '.join(QUANTITIES)}, or {NO!r} and why, got {test.predict!r}")
-    if len({len(one) for one in (test.width, test.height, test.mass) if one}) > 1:
+    if len({len(sizes) for sizes in (test.width, test.height, test.mass) if sizes}) > 1:
         line.refuse("height_m", "must have as many sizes as width_m and mass_kg have")
     for name in test.catalogue:
         if name not in catalogue:
@@ -300,10 +300,10 @@ def _parts(line: CsvLine, column: str) -> tuple[str, ...]:
 
 def _sizes(line: CsvLine, column: str) -> tuple[float, ...]:
     """Return the numbers of a cell between vertical bars, one for each specimen."""
-    found = []
+    sizes = []
     for part in _parts(line, column):
-        one = CsvLine(line.table, line.number, {column: part}).number_in(column, above=0.0)
-        if one is None:
+        size = CsvLine(line.table, line.number, {column: part}).number_in(column, above=0.0)
+        if size is None:
             line.refuse(column, "must have a number on both sides of |")
-        found.append(one)
-    return tuple(found)
+        sizes.append(size)
+    return tuple(sizes)

@@ -52,7 +52,7 @@ def validate(path: Path, folder: Path, granite_folder: Path | None = None, blind
     replays = None if granite_folder is None else replay(*read_runs(granite_folder))
     made = predict_all([row.test for row in rows], replays, {} if blind is None else read_predictions(blind))
     folder.mkdir(parents=True, exist_ok=True)
-    write_bytes(folder / PREDICTIONS, _csv(HEADINGS, [[*_cells(one), of] for one, of in made]))
+    write_bytes(folder / PREDICTIONS, _csv(HEADINGS, [[*_cells(prediction), of] for prediction, of in made]))
     # (outcomes from here on)
     rocks: list[Granite] = []
     outcomes = None
@@ -61,20 +61,20 @@ def validate(path: Path, folder: Path, granite_folder: Path | None = None, blind
         rocks = granite(replays, outcomes)
     second = [second_prediction(row, replays, rocks) for row in rows]
     write_bytes(folder / MEASURED, _csv(HEADINGS[:-1], [_cells(test) for test in second if test is not None]))
-    found = [
-        compared(row, one, other, None if replays is None or outcomes is None else units_of(row, replays, outcomes))
-        for row, (one, _), other in zip(rows, made, second, strict=True)
+    rows_compared = [
+        compared(row, plain, again, None if replays is None or outcomes is None else units_of(row, replays, outcomes))
+        for row, (plain, _), again in zip(rows, made, second, strict=True)
     ]
     seen: list[list[Value]] = [
         [row.row.test.id, row.observed, row.lower, row.upper, row.overlap if row.judged else None]
-        for row in found
+        for row in rows_compared
         if row.prediction.made
     ]
     write_bytes(folder / OUTCOMES, _csv(["id", "observed", "lower", "upper", "overlap"], seen))
-    figure = calibration_figure(found)
+    figure = calibration_figure(rows_compared)
     if figure is not None:
         save_figures([(FIGURE, figure)], folder)
-    return Validation(found, scores_of(found), rocks, class_fits(found, replays, outcomes))
+    return Validation(rows_compared, scores_of(rows_compared), rocks, class_fits(rows_compared, replays, outcomes))
 
 
 def second_prediction(row: Row, replays: Replays | None, rocks: list[Granite]) -> Prediction | None:
@@ -100,42 +100,42 @@ def predict_all(
     made = []
     for test in tests:
         earlier = before.get(test.id)
-        one = earlier[0] if earlier is not None and earlier[0].made else predict(test, replays)
+        prediction = earlier[0] if earlier is not None and earlier[0].made else predict(test, replays)
         inputs = hashlib.sha256((code + test.digest).encode()).hexdigest()[:16]
-        if earlier is not None and one.how == earlier[0].how:
+        if earlier is not None and prediction.how == earlier[0].how:
             inputs = earlier[1]
-        made.append((one, inputs))
+        made.append((prediction, inputs))
     return made
 
 
 @lru_cache(maxsize=1)
 def code_digest() -> str:
     """Return a hash of the code that predictions depend on: engine, motions, estimates, and the rules of this room."""
-    found, root = hashlib.sha256(repr(engine_identity()).encode()), Path(__file__).parents[2]
+    digest, root = hashlib.sha256(repr(engine_identity()).encode()), Path(__file__).parents[2]
     for folder in ("models", "motions", "fragility", "benchmarks/experiments"):
         for file in sorted((root / folder).rglob("*")):
             if file.suffix in (".py", ".csv"):
-                found.update(file.read_bytes())
-    return found.hexdigest()
+                digest.update(file.read_bytes())
+    return digest.hexdigest()
 
 
 def read_predictions(path: Path) -> dict[str, tuple[Prediction, str]]:
     """Read the predictions of a file by id, each with the hash of its inputs; ExperimentError where it has none."""
-    found = {}
+    known = {}
     try:
         with path.open(encoding="utf-8", newline="") as stream:
             for row in csv.DictReader(stream):
                 value, lower, upper, dispersion = (float(row[name] or "nan") for name in HEADINGS[1:5])
-                found[row["id"]] = Prediction(row["id"], value, lower, upper, dispersion, row["how"]), row["inputs"]
+                known[row["id"]] = Prediction(row["id"], value, lower, upper, dispersion, row["how"]), row["inputs"]
     except (OSError, ValueError, KeyError, TypeError, csv.Error):
-        found = {}
-    if not found:
+        known = {}
+    if not known:
         raise ExperimentError(f"{path}: has no predictions")
-    return found
+    return known
 
 
-def _cells(one: Prediction) -> list[Value]:
-    return [one.id, one.value, one.lower, one.upper, one.dispersion, one.how]
+def _cells(prediction: Prediction) -> list[Value]:
+    return [prediction.id, prediction.value, prediction.lower, prediction.upper, prediction.dispersion, prediction.how]
 
 
 def _csv(headings: list[str], rows: list[list[Value]]) -> bytes:

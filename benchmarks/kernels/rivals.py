@@ -512,12 +512,12 @@ def located_events(
 @kernel(keep=True)
 def next_stops(
     record, dt, every, factors, kind, q2, alpha, edge, zone, c, e, gain, rigid, peaks, falls, rotation,
-    run, sample, time, mode, side, held, pending, found, moved, state, pars, limit,
+    run, sample, time, mode, side, held, pending, events, moved, state, pars, limit,
 ):  # fmt: skip
     """Process the stop that each lane has reached and set up its way to the next; return True while a lane is busy.
 
-    A lane solves one run at a time and then takes the next pending run.  In: `found` (b,): LOW or HIGH if theta fell or
-    rose through its bound, TURN; `moved` (b,): the elapsed time; `state` (2, b).  Out: `state`, and `pars` (8, b):
+    A lane solves one run at a time and then takes the next pending run.  In: `events` (b,): LOW or HIGH if theta fell
+    or rose through its bound, TURN; `moved` (b,): the elapsed time; `state` (2, b).  Out: `state`, and `pars` (8, b):
     stiffness, offset, damping, gain u'', its slope, the bounds of theta, the sign of omega; `limit` (b,): the time to
     the end of the sample, 0 for an idle lane.
     """
@@ -526,8 +526,8 @@ def next_stops(
     for b in range(run.size):
         theta = state[0, b]
         omega = state[1, b]
-        event = found[b]
-        found[b] = NOTHING
+        event = events[b]
+        events[b] = NOTHING
         if run[b] >= 0:
             peaks[run[b]] = max(peaks[run[b]], abs(theta))
             time[b] += moved[b]

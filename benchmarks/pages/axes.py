@@ -41,11 +41,11 @@ def main() -> None:
     rows = []
     for i, ratio in enumerate(RATIOS):
         flags, axis = (both[name].values[i, 0] for name in ("overturned", "axis"))
-        low, high = np.percentile([half(alone[:, own]) / half(flags[:, own]) for own in draws], [2.5, 97.5])
-        one, two = half(alone), half(flags)
-        medians_g = (f"{median / STANDARD_GRAVITY:.3f}" for median in (one, two))
+        low, high = np.percentile([half(alone[:, draw]) / half(flags[:, draw]) for draw in draws], [2.5, 97.5])
+        single_median, both_median = half(alone), half(flags)
+        medians_g = (f"{median / STANDARD_GRAVITY:.3f}" for median in (single_median, both_median))
         along = f"{(axis == 2).sum() / (axis > 0).sum():.2f}"
-        rows.append((f"{ratio:g}", *medians_g, f"{Interval(one / two, low, high):.3f}", along))
+        rows.append((f"{ratio:g}", *medians_g, f"{Interval(single_median / both_median, low, high):.3f}", along))
     heads = (
         "depth over width",
         "median of the width alone, g",

@@ -163,12 +163,12 @@ def rates_of(
     return Rates(rate["rate"].values.ravel(), samples.values, fell.sum(axis=1))
 
 
-def holding_one(found: Sequence[tuple[Rates, Rates]]) -> str:
+def holding_one(pairs: Sequence[tuple[Rates, Rates]]) -> str:
     """Return in how many of the known ratios the interval holds 1, in words."""
     known = [
-        rates.interval(base, int(i)) for rates, base in found for i in np.flatnonzero(np.isfinite(rates.over(base)))
+        rates.interval(base, int(i)) for rates, base in pairs for i in np.flatnonzero(np.isfinite(rates.over(base)))
     ]
-    return f"{sum(one.lower <= 1.0 <= one.upper for one in known)} of {len(known)}"
+    return f"{sum(interval.lower <= 1.0 <= interval.upper for interval in known)} of {len(known)}"
 
 
 def at_levels(selections: Sequence[tp.motions.Selection], hazard: Hazard) -> list[list[xr.DataArray]]:
@@ -184,20 +184,20 @@ def at_levels(selections: Sequence[tp.motions.Selection], hazard: Hazard) -> lis
 
 def choices(candidates: tp.motions.Candidates, hazard: Hazard) -> dict[str, Rates]:
     """Return the rates of a hazard by the way in which motions are chosen."""
-    own = ONE.sample(NUMBER, seed=99)
+    single = ONE.sample(NUMBER, seed=99)
     random = np.random.default_rng(SEED)
     three = [
         generator.sample(EACH, seed=SEED + i).isel(motion=np.sort(random.choice(EACH, A_CANDIDATE, replace=False)))
         for i, generator in enumerate(POOL)
     ]
     levels = hazard.levels.tolist()
-    found = {
+    stripes = {
         "selected": at_levels(chosen(candidates, hazard), hazard),
         "spectra alone": at_levels(chosen(candidates, hazard, True), hazard),
-        "one earthquake": [[tp.motions.scale_to(own, level, GIVEN)] for level in levels],
+        "one earthquake": [[tp.motions.scale_to(single, level, GIVEN)] for level in levels],
         "all candidates": [[tp.motions.scale_to(motions, level, GIVEN) for motions in three] for level in levels],
     }
-    return {name: rates_of(sets, hazard) for name, sets in found.items()}
+    return {name: rates_of(sets, hazard) for name, sets in stripes.items()}
 
 
 def to(values: NDArray[np.float64]) -> str:
@@ -221,10 +221,10 @@ def buildings() -> dict[str, tp.motions.Building | tp.motions.YieldingBuilding]:
     first = 2.0 * np.sin(np.pi / (2.0 * (2 * STOREYS + 1)))
     stiffnesses = masses * (2.0 * np.pi / PERIOD / first) ** 2
     frame = tp.motions.Building.from_storeys
-    found: dict[str, tp.motions.Building | tp.motions.YieldingBuilding] = {"elastic": frame(masses, stiffnesses, 0.05)}
+    frames: dict[str, tp.motions.Building | tp.motions.YieldingBuilding] = {"elastic": frame(masses, stiffnesses, 0.05)}
     for strength in STRENGTHS:
-        found[f"C_y = {strength:g}"] = frame(masses, stiffnesses, 0.05, yield_coefficient=strength)
-    return found
+        frames[f"C_y = {strength:g}"] = frame(masses, stiffnesses, 0.05, yield_coefficient=strength)
+    return frames
 
 
 def moved_by(
@@ -236,24 +236,24 @@ def moved_by(
 
 def on_roof(sets: Sequence[Sequence[xr.DataArray]], hazard: Hazard) -> dict[str, Rates]:
     """Return the rates on the roof of each building."""
-    found = {}
+    by_building = {}
     for name, building in buildings().items():
         moved = moved_by(sets, lambda motions, on=building: on.floor_motions(motions, floors=[STOREYS]))  # type: ignore[misc]
-        found[name] = rates_of(moved, hazard, sets)
-    return found
+        by_building[name] = rates_of(moved, hazard, sets)
+    return by_building
 
 
 def on_supports(
     sets: Sequence[Sequence[xr.DataArray]], hazard: Hazard
 ) -> tuple[dict[str, Rates], dict[str, tuple[float, float]]]:
     """Return the rates on the ground and on its supports; median and maximum displacement at the rarest level, m."""
-    found, ways = {"ground": rates_of(sets, hazard)}, {}
+    by_support, ways = {"ground": rates_of(sets, hazard)}, {}
     for name, support in TOPS.items():
         moved = moved_by(sets, support.motions)
-        found[name] = rates_of(moved, hazard, sets)
-        far = np.concatenate([np.atleast_1d(one["support_displacement"].values) for one in moved[-1]])
+        by_support[name] = rates_of(moved, hazard, sets)
+        far = np.concatenate([np.atleast_1d(array["support_displacement"].values) for array in moved[-1]])
         ways[name] = (float(np.median(far)), float(far.max()))
-    return found, ways
+    return by_support, ways
 
 
 def ratio(rates: Rates, base: Rates, piece: int) -> str:
@@ -264,20 +264,20 @@ def ratio(rates: Rates, base: Rates, piece: int) -> str:
     return f"{rates.interval(base, piece):.2f}"
 
 
-def rates_rows(found: dict[str, Rates]) -> Iterator[tuple[str, ...]]:
+def rates_rows(by_case: dict[str, Rates]) -> Iterator[tuple[str, ...]]:
     """Yield rates per 1,000 years of the first case and ratios of the others to it, piece by piece."""
-    own, *others = found.values()
+    base, *compared = by_case.values()
     for i, piece in enumerate(PIECES):
-        low, high = np.nanquantile(own.samples[:, i], (0.025, 0.975))
-        rate = f"{1e3 * own.values[i]:.3g} ({1e3 * low:.2g}–{1e3 * high:.2g})"
-        yield piece.label, rate, *(ratio(rates, own, i) for rates in others)
+        low, high = np.nanquantile(base.samples[:, i], (0.025, 0.975))
+        rate = f"{1e3 * base.values[i]:.3g} ({1e3 * low:.2g}–{1e3 * high:.2g})"
+        yield piece.label, rate, *(ratio(rates, base, i) for rates in compared)
 
 
-def choices_figure(found: dict[str, dict[str, Rates]]) -> Figure:
+def choices_figure(by_site: dict[str, dict[str, Rates]]) -> Figure:
     """Draw the ratios of the rates by choice to those of selected motions, a panel for each site."""
-    figure, panels = new(8.4, len(found), 1, sharex=True)
+    figure, panels = new(8.4, len(by_site), 1, sharex=True)
     names = [f"{piece.label} ({piece.h / piece.b:.1f})" for piece in PIECES]
-    for ax, (site, rates) in zip(panels, found.items(), strict=True):
+    for ax, (site, rates) in zip(panels, by_site.items(), strict=True):
         ratios = {name: [rates[name].interval(rates["selected"], i) for i in range(len(PIECES))] for name in CHOICES}
         ax.axvline(1.0, color="0.3", lw=1.0)
         whiskers(ax, names, ratios)
@@ -290,7 +290,7 @@ def choices_figure(found: dict[str, dict[str, Rates]]) -> Figure:
 
 def agreement(selections: list[tp.motions.Selection]) -> str:
     """Return the stripes that agree with the hazard, in words."""
-    off = [f"{period:,.0f}" for one, period in zip(selections, PERIODS, strict=True) if not one.consistent]
+    off = [f"{period:,.0f}" for selection, period in zip(selections, PERIODS, strict=True) if not selection.consistent]
     return f"Stripes of {', '.join(off)} years do not agree." if off else f"All {len(PERIODS)} stripes agree."
 
 
@@ -319,7 +319,7 @@ def computed() -> tuple[dict[str, object], dict[str, dict[str, Rates]], dict[str
         if site is FURTHER:
             further, sets, base = hazard, at_levels(selections, hazard), by_site[site.name]["selected"]
     # (the rates under other seeds of the selection)
-    others = (at_levels(chosen(candidates, further, seed=seed), further) for seed in OTHER_SEEDS)
+    reseeded = (at_levels(chosen(candidates, further, seed=seed), further) for seed in OTHER_SEEDS)
     roof = on_roof(sets, further)
     tops, ways = on_supports(sets, further)
     choice = {name: [(rates[name], rates["selected"]) for rates in by_site.values()] for name in CHOICES}
@@ -336,7 +336,7 @@ def computed() -> tuple[dict[str, object], dict[str, dict[str, Rates]], dict[str
         "supports": (("piece", "ground: per 1,000 years", *TOPS), rates_rows(tops)),
         "displacements": (
             ("support", "median (m)", "maximum (m)"),
-            [(name, *(f"{way:.2f}" for way in own)) for name, own in ways.items()],
+            [(name, *(f"{way:.2f}" for way in row)) for name, row in ways.items()],
         ),
     }
     values = {
@@ -346,11 +346,11 @@ def computed() -> tuple[dict[str, object], dict[str, dict[str, Rates]], dict[str
         },
         "sites": "\n".join(agrees),
         "alone_one": holding_one(choice["spectra alone"]),
-        "seeds": to(np.array([rates_of(motions, further).over(base) for motions in others])),
+        "seeds": to(np.array([rates_of(motions, further).over(base) for motions in reseeded])),
         "further_table": body(
-            (one.label, f"{one.width:.3g} × {one.height:.3g}", f"{one.h / one.b:.1f}",
+            (piece.label, f"{piece.width:.3g} × {piece.height:.3g}", f"{piece.h / piece.b:.1f}",
              *(ratio(*pair, i) for pair in (strong, weak, bench)))
-            for i, one in enumerate(PIECES)
+            for i, piece in enumerate(PIECES)
         ),
         "strong": to(strong[0].over(strong[1])),
         "strong_one": holding_one([strong]),

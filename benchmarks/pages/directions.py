@@ -128,8 +128,8 @@ def case(falls: Falls, name: str, level: int) -> Case:
 
 def medians_over(falls: Falls, name: str) -> np.ndarray:
     """Return replicates (replicate,) of the median under one component over the median with a change."""
-    one, two = (medians(draws(flags), np.array(LEVELS)) for flags in (falls["one"], changed(falls, name)))
-    return np.asarray(one / two)
+    single, both = (medians(draws(flags), np.array(LEVELS)) for flags in (falls["one"], changed(falls, name)))
+    return np.asarray(single / both)
 
 
 class Pooled(NamedTuple):
@@ -148,8 +148,8 @@ class Pooled(NamedTuple):
     @property
     def signs(self) -> list[int]:
         """The sign of every change that is decided (Holm, 5 % for all of the pieces together), 0 for the others."""
-        held = holm([one.p for one in self.cases.values()])
-        return [int(np.sign(one.difference.sum())) * yes for one, yes in zip(self.cases.values(), held, strict=True)]
+        held = holm([test.p for test in self.cases.values()])
+        return [int(np.sign(test.difference.sum())) * yes for test, yes in zip(self.cases.values(), held, strict=True)]
 
 
 def pooled(runs: Runs, name: str, part: float) -> Pooled:
@@ -209,10 +209,10 @@ def summary_rows(runs: Runs) -> Rows:
     for name, words in CHANGES.items():
         cells = []
         for part in (0.5, 0.1):
-            found = pooled(runs, name, part)
-            signs = found.signs
+            pool = pooled(runs, name, part)
+            signs = pool.signs
             cells += [
-                f"{change(found.mean)}, {found.number} pieces",
+                f"{change(pool.mean)}, {pool.number} pieces",
                 f"{signs.count(1)} / {signs.count(-1)} of {len(signs)}",
             ]
         yield words, *cells
@@ -228,11 +228,11 @@ def at_half(runs: Runs) -> Iterator[tuple[Item, Falls, int, str]]:
 def direction_rows(runs: Runs) -> Rows:
     """Yield what the second direction changes, piece by piece."""
     for item, falls, level, pgv in at_half(runs):
-        square, own = (case(falls, name, level) for name in ACROSS)
+        square, own_plan = (case(falls, name, level) for name in ACROSS)
         plan = f"{(item.block.depth or 0.0) / item.block.width:.2f}"
-        one = f"{100 * square.before.mean():.0f}"
+        percent = f"{100 * square.before.mean():.0f}"
         ratios = [f"{interval(medians_over(falls, name)):.3f}" for name in ACROSS]
-        yield item.name, pgv, one, square, ratios[0], plan, own, ratios[1]
+        yield item.name, pgv, percent, square, ratios[0], plan, own_plan, ratios[1]
 
 
 def vertical_rows(runs: Runs) -> Rows:
@@ -240,8 +240,8 @@ def vertical_rows(runs: Runs) -> Rows:
     for item, falls, level, pgv in at_half(runs):
         cells: list[object] = []
         for name in VERTICAL:
-            gone, own = airborne_share(falls, name), case(falls, name, level)
-            cells += [f"{100 * gone:.0f}", *(("–", "–") if gone > MOST_LEFT_OUT else (own, own.flipped))]
+            gone, outcome = airborne_share(falls, name), case(falls, name, level)
+            cells += [f"{100 * gone:.0f}", *(("–", "–") if gone > MOST_LEFT_OUT else (outcome, outcome.flipped))]
         nudged = case(falls, "nudged", level)
         yield item.name, pgv, *cells, nudged, nudged.flipped
 
@@ -249,11 +249,11 @@ def vertical_rows(runs: Runs) -> Rows:
 def friction_rows(runs: Runs) -> Rows:
     """Yield how likely a piece slides in place of rocking, and falls all the same, at the level of half."""
     for item, falls, level, pgv in at_half(runs):
-        one = falls["one"][level].astype(float)
-        own = [slides(item, contact) for contact in FLOORS]
-        chances = [f"{chance:.3f}" for chance in own]
-        left = [share((1.0 - chance) * one) for chance in own]
-        yield item.name, f"{item.limit:.2f}", *chances, f"{undecided(item, VINYL):.2f}", pgv, share(one), *left
+        fell = falls["one"][level].astype(float)
+        sliding = [slides(item, contact) for contact in FLOORS]
+        chances = [f"{chance:.3f}" for chance in sliding]
+        left = [share((1.0 - chance) * fell) for chance in sliding]
+        yield item.name, f"{item.limit:.2f}", *chances, f"{undecided(item, VINYL):.2f}", pgv, share(fell), *left
 
 
 def slide_change_rows(runs: Runs) -> Rows:
@@ -284,9 +284,9 @@ def bench_rows(runs: Runs) -> Rows:
 def item_rows(_: Runs | None = None) -> Rows:
     """Yield the pieces."""
     for item in ITEMS:
-        one = item.block
-        plan = f"⌀ {one.width:g}" if one.round else f"{one.width:.3g} × {one.depth:.3g}"
-        yield item.name, plan, f"{one.h:.3g}", f"{item.limit:.2f}", f"{one.inertia:.2f}", item.source
+        block = item.block
+        plan = f"⌀ {block.width:g}" if block.round else f"{block.width:.3g} × {block.depth:.3g}"
+        yield item.name, plan, f"{block.h:.3g}", f"{item.limit:.2f}", f"{block.inertia:.2f}", item.source
 
 
 ADDED = "V/H {}: airborne (%)", "V/H {}: change (points)", "V/H {}: flips + / − (%)"
@@ -343,8 +343,8 @@ def changes_figure(runs: Runs) -> Figure:
     )
     for ax, words, first in zip(panels, shown, (0, 2), strict=True):
         ax.axvline(0.0, color="0.3", lw=1.0)
-        found = {text: [change_of(falls, name) for falls in runs.falls.values()] for name, text in words.items()}
-        whiskers(ax, [*runs.falls], found, first)
+        series = {text: [change_of(falls, name) for falls in runs.falls.values()] for name, text in words.items()}
+        whiskers(ax, [*runs.falls], series, first)
         ax.legend(loc="lower left", bbox_to_anchor=(-0.05, 1.0), frameon=False, handlelength=1.2, borderaxespad=0.2)
     figure.supxlabel("change of P(falls), percentage points", fontsize=10.5)
     return figure
@@ -391,13 +391,13 @@ def direction_answers(runs: Runs) -> dict[str, str]:
 
 def vertical_answers(runs: Runs) -> dict[str, str]:
     """Return what the text states of the vertical component: means over pieces, and shares of outcomes that change."""
-    found: dict[str, str] = {}
+    values: dict[str, str] = {}
     for name in VERTICAL:
         half, tenth = (pooled(runs, name, part) for part in (0.5, 0.1))
         means = {"half": change(half.mean), "tenth": change(tenth.mean), "pieces": str(half.number)}
-        found |= {f"{name.replace(' ', '_')}_{key}": text for key, text in means.items()}
+        values |= {f"{name.replace(' ', '_')}_{key}": text for key, text in means.items()}
     two_thirds = pooled(runs, "two thirds", 0.5)
-    flipped = {name: np.abs(own.difference).mean() for name, own in two_thirds.cases.items()}
+    flipped = {name: np.abs(pooled_case.difference).mean() for name, pooled_case in two_thirds.cases.items()}
     nudged = {
         name: np.abs(case(falls, "nudged", level_of(0.5, falls)).difference).mean()
         for name, falls in runs.falls.items()
@@ -405,10 +405,10 @@ def vertical_answers(runs: Runs) -> dict[str, str]:
     }
     more = [name for name, sign in zip(two_thirds.cases, two_thirds.signs, strict=True) if sign > 0]
     gone = {name: f"{100 * airborne_share(falls, 'two thirds'):.0f} %" for name, falls in runs.falls.items()}
-    return found | {
+    return values | {
         "two_thirds_more": str(two_thirds.signs.count(1)),
         "two_thirds_cases": str(len(two_thirds.cases)),
-        "two_thirds_flips": span([100.0 * share for share in flipped.values()], ".0f") + " %",
+        "two_thirds_flips": span([100.0 * part for part in flipped.values()], ".0f") + " %",
         "two_thirds_gone": gone[TWO_DRAWER],
         "nudge_share": span([nudged[name] / flipped[name] for name in flipped]),
         "two_thirds_who": ", ".join(more),
@@ -419,8 +419,8 @@ def vertical_answers(runs: Runs) -> dict[str, str]:
 def slide_answers(runs: Runs) -> dict[str, str]:
     """Return what the text states of slips beyond 10 cm on vinyl at 1 m/s, in one direction and both."""
     level = LEVELS.index(1.0)
-    one, both = ((runs.slips[VINYL][name][:, level] > SLIPS[1]).mean(0) for name in ("slide_peak", "both"))
-    return {"slide_one": str(share(one)), "slide_both": change(both - one)}
+    single, both = ((runs.slips[VINYL][name][:, level] > SLIPS[1]).mean(0) for name in ("slide_peak", "both"))
+    return {"slide_one": str(share(single)), "slide_both": change(both - single)}
 
 
 def file_answers(runs: Runs) -> dict[str, str]:
@@ -431,7 +431,7 @@ def file_answers(runs: Runs) -> dict[str, str]:
         "published": int(np.argmin(np.abs(np.log(np.array(LEVELS) / published)))),
         "half": level_of(0.5, runs.falls[TWO_DRAWER]),
     }
-    found = {
+    values = {
         "file_limit": f"{file.limit:.3f}",
         "file_slender": f"{1.0 / file.limit:.1f}",
         "file_published": f"{published:.2f}",
@@ -439,12 +439,12 @@ def file_answers(runs: Runs) -> dict[str, str]:
         "file_half": f"{LEVELS[levels['half']]:g}",
     }
     for contact in FLOORS:
-        found[f"file_{contact.replace(' ', '_')}"] = f"{slides(file, contact):.3f}"
+        values[f"file_{contact.replace(' ', '_')}"] = f"{slides(file, contact):.3f}"
     for name, level in levels.items():
         fallen = runs.falls[TWO_DRAWER]["one"][level].astype(float)
-        found[f"file_falls_{name}"] = str(share(fallen))
-        found[f"file_left_{name}"] = str(share((1.0 - slides(file, VINYL)) * fallen))
+        values[f"file_falls_{name}"] = str(share(fallen))
+        values[f"file_left_{name}"] = str(share((1.0 - slides(file, VINYL)) * fallen))
         for beyond in SLIPS:
             slips = slipped(file, VINYL, runs.slips[VINYL]["slide_peak"][:, level], beyond)
-            found[f"file_slips_{100 * beyond:g}_{name}"] = str(share(slips))
-    return found
+            values[f"file_slips_{100 * beyond:g}_{name}"] = str(share(slips))
+    return values

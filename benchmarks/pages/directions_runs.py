@@ -86,7 +86,7 @@ BENCH = (
     Item(tp.Block(0.23, 0.25, 0.05, 1.35, "laptop", depth=0.33), "assumed; open, mass in its base"),
 )
 ITEMS = (*P58, *BENCH)
-ROCKING = tuple(one for one in ITEMS if one.rocks)
+ROCKING = tuple(item for item in ITEMS if item.rocks)
 TWO_DRAWER = "file-vertical-2-drawer"
 
 
@@ -100,8 +100,8 @@ def triples(number: int = NUMBER) -> xr.DataArray:
     for first in range(0, number, PART):
         n = min(PART, number - first)
         pair = GENERATOR.sample_pairs(n, SEED, first)
-        own = GENERATOR.parameters(n, SEED, first)
-        values = {name: own[name].values for name in Parameters._fields}
+        parameters = GENERATOR.parameters(n, SEED, first)
+        values = {name: parameters[name].values for name in Parameters._fields}
         drawn = Parameters(**{**values, **{name: FASTER * values[name] for name in ("omega_mid", "omega_slope")}})
         steps = steps_of(GENERATOR.length, GENERATOR.dt)
         streams = [stream(SEED, first + i, 2) for i in range(n)]
@@ -127,10 +127,10 @@ def rocked(
     """Return whether a block falls and whether the floor leaves it (level, motion); the latter count as fallen."""
     shaking = tp.motions.as_recorded(shakes, component, vertical=vertical)
     outputs = ("overturned", "airborne") if vertical else ("overturned",)
-    levels = [factor * one for one in LEVELS]
-    found = tp.ida(block, LAW, shaking, levels, im="scale", outputs=outputs, screen=False)
-    fallen = found["overturned"].values[0, 0]
-    return fallen, found["airborne"].values[0, 0] if vertical else np.zeros_like(fallen)
+    levels = [factor * level for level in LEVELS]
+    runs = tp.ida(block, LAW, shaking, levels, im="scale", outputs=outputs, screen=False)
+    fallen = runs["overturned"].values[0, 0]
+    return fallen, runs["airborne"].values[0, 0] if vertical else np.zeros_like(fallen)
 
 
 def shakes_of(number: int = NUMBER) -> tuple[xr.DataArray, xr.DataArray]:
@@ -141,15 +141,15 @@ def shakes_of(number: int = NUMBER) -> tuple[xr.DataArray, xr.DataArray]:
 
 def of_item(item: Item, full: xr.DataArray, two_thirds: xr.DataArray) -> dict[str, np.ndarray]:
     """Falls of a piece (level, motion) under one component and with all that this page adds to it."""
-    found = {
+    falls = {
         "one": rocked(item.block, full, "h1")[0],
         "nudged": rocked(item.block, full, "h1", factor=NUDGE)[0],
         "other": rocked(item.block, full, "h2")[0],
         "deep": rocked(item.block.across, full, "h2")[0],
     }
-    found["two thirds"], found["airborne two thirds"] = rocked(item.block, two_thirds, "h1", vertical=True)
-    found["full"], found["airborne full"] = rocked(item.block, full, "h1", vertical=True)
-    return found
+    falls["two thirds"], falls["airborne two thirds"] = rocked(item.block, two_thirds, "h1", vertical=True)
+    falls["full"], falls["airborne full"] = rocked(item.block, full, "h1", vertical=True)
+    return falls
 
 
 def coefficients(contact: str, number: int = DRAWS) -> np.ndarray:
@@ -160,18 +160,18 @@ def coefficients(contact: str, number: int = DRAWS) -> np.ndarray:
 def slid(contact: str, shaking: list[xr.DataArray] | xr.DataArray, *names: str) -> dict[str, np.ndarray]:
     """Return slips in m (draw, level, motion) of a square block; infinite where the floor leaves it."""
     laws = [tp.Sliding(mu, CONTACTS[contact].kinetic_ratio * mu) for mu in coefficients(contact).tolist()]
-    found = tp.ida(tp.Block(1.0, 1.0, depth=1.0), laws, shaking, LEVELS, im="scale", outputs=names, screen=False)
-    return {name: np.nan_to_num(found[name].values[0], nan=np.inf).astype(np.float32) for name in names}
+    runs = tp.ida(tp.Block(1.0, 1.0, depth=1.0), laws, shaking, LEVELS, im="scale", outputs=names, screen=False)
+    return {name: np.nan_to_num(runs[name].values[0], nan=np.inf).astype(np.float32) for name in names}
 
 
 def of_contact(contact: str, full: xr.DataArray, two_thirds: xr.DataArray) -> dict[str, np.ndarray]:
     """Return slips on a contact under one component, to either side, too; on vinyl under both and with V/H 2/3, too."""
-    one, peak = tp.motions.as_recorded, "slide_peak"
-    found = slid(contact, one(full, "h1", vertical=False), peak, "slide_forward", "slide_backward")
+    along, peak = tp.motions.as_recorded, "slide_peak"
+    slips = slid(contact, along(full, "h1", vertical=False), peak, "slide_forward", "slide_backward")
     if contact == VINYL:
-        found["both"] = slid(contact, tp.motions.both_axes(full, vertical=False), peak)[peak]
-        found["lifted"] = slid(contact, one(two_thirds, "h1", vertical=True), peak)[peak]
-    return found
+        slips["both"] = slid(contact, tp.motions.both_axes(full, vertical=False), peak)[peak]
+        slips["lifted"] = slid(contact, along(two_thirds, "h1", vertical=True), peak)[peak]
+    return slips
 
 
 class Runs(NamedTuple):
@@ -210,5 +210,5 @@ def compute() -> Runs:
             return dict(stored)
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        found = dict(zip(making, pool.map(kept, making), strict=True))
-    return Runs({what: found[what] for what in rocking}, {what: found[what] for what in sliding})
+        outcomes = dict(zip(making, pool.map(kept, making), strict=True))
+    return Runs({what: outcomes[what] for what in rocking}, {what: outcomes[what] for what in sliding})

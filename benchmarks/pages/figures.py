@@ -46,9 +46,9 @@ def log_ticks(ax: Axes, ticks: Sequence[float], form: str = "{x:g}") -> None:
     ax.xaxis.set_major_formatter(form)
 
 
-def shares_axis(ax: Axes, top: float = 1.02, bottom: float = 0.0) -> None:
+def shares_axis(ax: Axes) -> None:
     """Make the y axis one of shares."""
-    ax.set_ylim(bottom, top)
+    ax.set_ylim(-0.02, 1.02)
     ax.yaxis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
 
 
@@ -69,15 +69,15 @@ def curve(
         ax.fill_between(x, lower, upper, color=drawn["color"], alpha=band, lw=0.0)
 
 
-def whiskers(ax: Axes, names: Sequence[str], found: Mapping[str, Sequence[Interval | None]], first: int = 0) -> None:
+def whiskers(ax: Axes, names: Sequence[str], series: Mapping[str, Sequence[Interval | None]], first: int = 0) -> None:
     """Draw values with intervals of every piece, one series above the other."""
-    step = 0.8 / len(found)
-    for k, (name, values) in enumerate(found.items()):
+    step = 0.8 / len(series)
+    for k, (name, values) in enumerate(series.items()):
         label: str | None = name
         for i, value in enumerate(values):
             if value is not None and np.isfinite(value.value):
                 ax.errorbar(
-                    value.value, i + step * (k - 0.5 * (len(found) - 1)),
+                    value.value, i + step * (k - 0.5 * (len(series) - 1)),
                     xerr=[[value.value - value.lower], [value.upper - value.value]],
                     fmt=MARKERS[first + k], ms=4.5, lw=1.2, color=COLOURS[(first + k) % len(COLOURS)],
                     label=label,

@@ -32,7 +32,7 @@ def strap(out: Path) -> Path:
     assert study.blocks is not None  # (the study has them, and the restraint that the last one names)
     assert study.restraints is not None
     assert study.models is not None
-    kits = {name: one.build() for name, one in study.restraints.items()}
+    kits = {name: restraint.build() for name, restraint in study.restraints.items()}
     motions = study.motions.model_copy(update={"number": 1}).build(STUDY.parent, MOTION)
     shaking = tp.motions.scale_to(motions[0], PGV, im="pgv")
     block = replace(study.blocks[-1].build(kits), name="bookcase")

@@ -32,8 +32,8 @@ def shaking_of(code: str) -> xr.DataArray:
     """Return the motions that a section's code makes."""
     made: dict[str, Any] = {}
     exec(code, made)
-    found: xr.DataArray = made["shaking"]
-    return found
+    shaking: xr.DataArray = made["shaking"]
+    return shaking
 
 
 def draw(shaking: xr.DataArray) -> Figure:
@@ -73,7 +73,7 @@ def draw(shaking: xr.DataArray) -> Figure:
 def _round(value: float) -> float:
     """Return the largest of 1, 2, 5 times a power of ten that is not above `value`."""
     power = 10.0 ** np.floor(np.log10(value))
-    return float(max(one for one in (1.0, 2.0, 5.0) if one * power <= value) * power)
+    return float(max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= value) * power)
 
 
 def main() -> None:

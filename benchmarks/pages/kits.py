@@ -66,8 +66,8 @@ def sides(
     blocks: list[tp.Block], shakes: xr.DataArray, levels: list[float], im: str, law: tp.HousnerImpact
 ) -> np.ndarray:
     """Return the side to which every block falls: 1 into the room, -1 back, 0 none (block, level, motion)."""
-    found = tp.ida(blocks, law, shakes, levels, im=im, outputs=("direction",), screen=False)
-    return np.asarray(found["direction"].values[:, 0])
+    runs = tp.ida(blocks, law, shakes, levels, im=im, outputs=("direction",), screen=False)
+    return np.asarray(runs["direction"].values[:, 0])
 
 
 def design_spectrum() -> TargetSpectrum:
@@ -84,8 +84,8 @@ def design_spectrum() -> TargetSpectrum:
 
 def design_motions(number: int = NUMBER) -> xr.DataArray:
     """Motions of the design spectrum at 1 g, in both polarities; the sites' differ in scale alone."""
-    found: xr.DataArray = both_polarities(SpectrumCompatible(design_spectrum()).sample(number, seed=SEED))
-    return found
+    motions: xr.DataArray = both_polarities(SpectrumCompatible(design_spectrum()).sample(number, seed=SEED))
+    return motions
 
 
 def block(piece: Piece, restraint: tp.Restraint | None = None, gap: float | None = None) -> tp.Block:
@@ -120,12 +120,12 @@ def kits(
         blocks.append(block(piece))
         for gap in GAPS:
             blocks.append(block(piece, None, gap))
-            blocks += [block(piece, strap(piece, strength, slack, one), gap) for one, slack, strength in grid]
-    found = clustered(sides(blocks, shakes, list(SITES.values()), "scale", LAW) == 1)
-    found = found.reshape(len(pieces), -1, len(SITES), found.shape[-1])
-    walled = found[:, 1:].reshape(len(pieces), len(GAPS), 1 + len(grid), len(SITES), -1)
+            blocks += [block(piece, strap(piece, strength, slack, spring), gap) for spring, slack, strength in grid]
+    fell = clustered(sides(blocks, shakes, list(SITES.values()), "scale", LAW) == 1)
+    fell = fell.reshape(len(pieces), -1, len(SITES), fell.shape[-1])
+    walled = fell[:, 1:].reshape(len(pieces), len(GAPS), 1 + len(grid), len(SITES), -1)
     shape = (len(pieces), len(GAPS), len(stiffnesses), len(SLACKS), len(STRENGTHS), len(SITES), -1)
-    return Kits(walled[:, :, 1:].reshape(shape), walled[:, :, 0], found[:, 0])
+    return Kits(walled[:, :, 1:].reshape(shape), walled[:, :, 0], fell[:, 0])
 
 
 def static_force(piece: Piece, acceleration: float) -> float:
@@ -155,28 +155,28 @@ def anchored(strength: float | None) -> tp.Block:
 
 def overturning(ratios: tuple[float, ...] = RATIOS) -> np.ndarray:
     """Return whether the block falls under one cycle of a sine (free and anchored, omega/p, amplitude)."""
-    blocks = [anchored(one) for one in (None, *FORCES)]
+    blocks = [anchored(force) for force in (None, *FORCES)]
     pulse = STANDARD_GRAVITY * math.tan(SLENDERNESS) * np.sin(2.0 * math.pi * np.arange(401) / 400)
-    found = []
+    falls = []
     for ratio in ratios:
         motion = tp.motions.from_array(pulse[None], 2.0 * math.pi / (ratio * blocks[0].p) / 400)
-        found.append(sides(blocks, motion, list(AMPLITUDES), "scale", LAW)[:, :, 0] != 0)
-    return np.stack(found, axis=1)
+        falls.append(sides(blocks, motion, list(AMPLITUDES), "scale", LAW)[:, :, 0] != 0)
+    return np.stack(falls, axis=1)
 
 
-def strength_figure(found: Kits) -> Figure:
+def strength_figure(outcomes: Kits) -> Figure:
     """Draw falls over the strength of a strap at the strongest site: a panel for every piece and gap."""
     figure, axes = new(8.4, len(PIECES), len(GAPS), sharex=True, sharey=True)
-    ends = ((0, "solid"), (len(SLACKS) - 1, DOTTED))
+    slacks = ((0, "solid"), (len(SLACKS) - 1, DOTTED))
     for (i, j), ax in np.ndenumerate(axes):
-        ax.axhline(found.wall[i, j, -1].mean(), color="black", lw=1.2, ls=DASHED)
-        ax.axhline(found.free[i, -1].mean(), color="0.65", lw=1.2)
-        for k, (slack, line) in product(range(len(STIFFNESSES)), ends):
-            shares = [share(falls) for falls in found.kit[i, j, k, slack, :, -1]]
+        ax.axhline(outcomes.wall[i, j, -1].mean(), color="black", lw=1.2, ls=DASHED)
+        ax.axhline(outcomes.free[i, -1].mean(), color="0.65", lw=1.2)
+        for k, (slack, line) in product(range(len(STIFFNESSES)), slacks):
+            shares = [share(falls) for falls in outcomes.kit[i, j, k, slack, :, -1]]
             curve(ax, STRENGTHS, shares, k, 0.0 if slack else 0.13, ls=line, ms=3.5, lw=1.3)
         bare(ax)
         log_ticks(ax, (100.0, 400.0, 1500.0), "{x:.0f}")
-        shares_axis(ax, 1.02, -0.02)
+        shares_axis(ax)
         ax.set_title(f"{PIECES[i].name}, {gap_name(GAPS[j])}", loc="left", fontsize=9.5)
     figure.supylabel(FALLS)
     figure.supxlabel("strength of the strap (N)")
@@ -184,7 +184,7 @@ def strength_figure(found: Kits) -> Figure:
         f"{stiffness / 1e3:g} N/mm": Line2D([], [], color=COLOURS[k], marker=MARKERS[k], ms=3.5, lw=1.3)
         for k, stiffness in enumerate(STIFFNESSES)
     }
-    named |= {f"slack {1000 * SLACKS[c]:g} mm": Line2D([], [], color="0.4", ls=line) for c, line in ends}
+    named |= {f"slack {1000 * SLACKS[c]:g} mm": Line2D([], [], color="0.4", ls=line) for c, line in slacks}
     named["wall, no kit"] = Line2D([], [], color="black", lw=1.2, ls=DASHED)
     named["free"] = Line2D([], [], color="0.65", lw=1.2)
     figure.legend(
@@ -198,26 +198,26 @@ def least(fallen: np.ndarray) -> np.ndarray:
     return np.where(fallen.any(-1), np.array(AMPLITUDES)[np.argmax(fallen, axis=-1)], np.nan)
 
 
-def values(found: Kits, fallen: np.ndarray) -> dict[str, object]:
+def values(outcomes: Kits, fallen: np.ndarray) -> dict[str, object]:
     """Return the values of the template."""
-    gains = found.kit - found.wall[:, :, None, None, None]
+    gains = outcomes.kit - outcomes.wall[:, :, None, None, None]
     signs = decided(gains)
-    within_step, compared = slack_steps(found)
-    shares = found.kit[:, -1].mean(-1)  # piece, stiffness, slack, strength, site
-    widths = np.quantile(transitions(found), [0.25, 0.75, 0.9])
+    within_step, compared = slack_steps(outcomes)
+    shares = outcomes.kit[:, -1].mean(-1)  # piece, stiffness, slack, strength, site
+    widths = np.quantile(transitions(outcomes), [0.25, 0.75, 0.9])
     soft, stiff = (
-        [least_index(falls) for _, kept in needed(found) for falls in kept[end]] for end in (0, len(STIFFNESSES) - 1)
+        [least_index(falls) for _, kept in needed(outcomes) for falls in kept[end]] for end in (0, len(STIFFNESSES) - 1)
     )
     relative = ratios_of(least(fallen))
     omegas = np.array(RATIOS)[(relative < WORSE).any(0)]
     return {
         "kit_motions": NUMBER,
-        "kit_runs": 2 * (found.kit.size + found.wall.size + found.free.size) + fallen.size,
+        "kit_runs": 2 * (outcomes.kit.size + outcomes.wall.size + outcomes.free.size) + fallen.size,
         "enough": 100 * ENOUGH,
         "soil": SOIL,
         "corners": ", ".join(f"{corner:g}" for corner in CORNERS),
         "sites": ", ".join(f"{name} {ground:g} g" for name, ground in SITES.items()),
-        "least_table": body((*names, *map(ends, kept)) for names, kept in needed(found)),
+        "least_table": body((*names, *map(ends, kept)) for names, kept in needed(outcomes)),
         "soft_most": in_newtons(max(soft)),
         "stiff_short": stiff.count(len(STRENGTHS)),
         "stiff_cases": len(stiff),
@@ -241,32 +241,32 @@ def values(found: Kits, fallen: np.ndarray) -> dict[str, object]:
     }
 
 
-def tables(found: Kits, fallen: np.ndarray) -> dict[str, Table]:
+def tables(outcomes: Kits, fallen: np.ndarray) -> dict[str, Table]:
     """Return the tables of files: headings and rows."""
     gaps = [f"{gap_name(gap)} (%)" for gap in GAPS]
-    straps = [f"{one / 1e3:g} N/mm, slack {1e3 * slack:g} mm (N)" for one, slack in product(STIFFNESSES, SLACKS)]
+    straps = [f"{spring / 1e3:g} N/mm, slack {1e3 * slack:g} mm (N)" for spring, slack in product(STIFFNESSES, SLACKS)]
     band = f"ratio below {WORSE:g} for ω/p"
     return {
         "kit_pieces": (("piece", "depth × height (m)", "mass (kg)", "half the weight (N)", "source"), piece_rows()),
-        "without_kit": (("piece", "site", "free (%)", *gaps, "static force (N)"), wall_rows(found)),
-        "minimum": (("piece", "site", "gap", "without a kit", *straps), least_rows(found)),
+        "without_kit": (("piece", "site", "free (%)", *gaps, "static force (N)"), wall_rows(outcomes)),
+        "minimum": (("piece", "site", "gap", "without a kit", *straps), least_rows(outcomes)),
         "anchored": (("strength/weight", band, "minimum ratio", "maximum ratio"), band_rows(least(fallen))),
     }
 
 
 def piece_rows() -> Iterator[tuple[str, ...]]:
     """Yield the pieces and where their sizes and masses come from."""
-    for one in PIECES:
-        size, half = f"{one.width:.2f} × {one.height:.2f}", 0.5 * one.mass * STANDARD_GRAVITY
-        yield one.name, size, f"{one.mass:.0f}", f"{half:.0f}", one.source
+    for piece in PIECES:
+        size, half = f"{piece.width:.2f} × {piece.height:.2f}", 0.5 * piece.mass * STANDARD_GRAVITY
+        yield piece.name, size, f"{piece.mass:.0f}", f"{half:.0f}", piece.source
 
 
-def wall_rows(found: Kits) -> Iterator[tuple[object, ...]]:
+def wall_rows(outcomes: Kits) -> Iterator[tuple[object, ...]]:
     """Yield falls into the room without a kit, and the force of static equilibrium at the site's peak acceleration."""
     for (i, piece), (s, (site, ground)) in product(enumerate(PIECES), enumerate(SITES.items())):
         force = static_force(piece, ground * SOIL * STANDARD_GRAVITY)
-        walls = [share(found.wall[i, j, s]) for j in range(len(GAPS))]
-        yield piece.name, site, share_of_free(found.free[i, s]), *walls, f"{force:.0f}"
+        walls = [share(outcomes.wall[i, j, s]) for j in range(len(GAPS))]
+        yield piece.name, site, share_of_free(outcomes.free[i, s]), *walls, f"{force:.0f}"
 
 
 def is_enough(clusters: np.ndarray) -> bool:
@@ -276,8 +276,8 @@ def is_enough(clusters: np.ndarray) -> bool:
 
 def without(clusters: np.ndarray) -> str:
     """Return what is known of a piece without a kit: its share is below or above what is enough, or undecided."""
-    found, limit = share(clusters), f"{100 * ENOUGH:g} %"
-    return f"below {limit}" if found.upper < ENOUGH else f"above {limit}" if found.lower > ENOUGH else "undecided"
+    chance, limit = share(clusters), f"{100 * ENOUGH:g} %"
+    return f"below {limit}" if chance.upper < ENOUGH else f"above {limit}" if chance.lower > ENOUGH else "undecided"
 
 
 def least_index(clusters: np.ndarray) -> int:
@@ -298,55 +298,55 @@ def in_newtons(place: int) -> str:
     return f"{'≤ ' if place == 0 else ''}{STRENGTHS[place]:.0f}"
 
 
-def transitions(found: Kits) -> np.ndarray:
+def transitions(outcomes: Kits) -> np.ndarray:
     """Return the factor of strength from nine tenths to a tenth of the falls without a kit, of every strap.
 
     By interpolation in the logarithm of the strength, for straps that do both among the strengths tried, and where a
     tenth of the runs or more end in a fall without a kit.
     """
-    relative = found.kit.mean(-1) / np.maximum(found.wall.mean(-1), 1e-9)[:, :, None, None, None]
+    relative = outcomes.kit.mean(-1) / np.maximum(outcomes.wall.mean(-1), 1e-9)[:, :, None, None, None]
     curves = np.moveaxis(np.minimum.accumulate(relative, axis=4), 4, -1)  # piece, gap, stiffness, slack, site, strength
-    falls = np.broadcast_to(found.wall.mean(-1)[:, :, None, None], curves.shape[:-1])
+    falls = np.broadcast_to(outcomes.wall.mean(-1)[:, :, None, None], curves.shape[:-1])
     used = curves[(falls >= 0.1) & (curves[..., 0] >= 0.9) & (curves[..., -1] <= 0.1)]
     log = np.log(STRENGTHS)[::-1]
-    return np.array([np.exp(np.interp(0.1, one[::-1], log) - np.interp(0.9, one[::-1], log)) for one in used])
+    return np.array([np.exp(np.interp(0.1, shares[::-1], log) - np.interp(0.9, shares[::-1], log)) for shares in used])
 
 
-def slack_steps(found: Kits) -> tuple[int, int]:
+def slack_steps(outcomes: Kits) -> tuple[int, int]:
     """Return how many slack straps behind a gap have a least strength within one step of the taut strap's; of how many.
 
     Where the piece needs a kit, and where the taut strap's least strength is among those tried.
     """
     near, number = 0, 0
     for i, s, k in product(range(len(PIECES)), range(len(SITES)), range(len(STIFFNESSES))):
-        if without(found.wall[i, -1, s]) != f"above {100 * ENOUGH:g} %":
+        if without(outcomes.wall[i, -1, s]) != f"above {100 * ENOUGH:g} %":
             continue
-        taut, *slack = (least_index(found.kit[i, -1, k, c, :, s]) for c in range(len(SLACKS)))
+        taut, *slack = (least_index(outcomes.kit[i, -1, k, c, :, s]) for c in range(len(SLACKS)))
         if taut < len(STRENGTHS):
             near += sum(abs(place - taut) <= 1 for place in slack)
             number += len(slack)
     return near, number
 
 
-def cases(found: Kits) -> Iterator[tuple[tuple[str, str, str, str], np.ndarray, bool]]:
+def cases(outcomes: Kits) -> Iterator[tuple[tuple[str, str, str, str], np.ndarray, bool]]:
     """Yield every piece, site and gap in words, the falls with its kits, and whether it needs one.
 
     Falls are of (stiffness, slack, strength, motion).
     """
     for (i, piece), (s, site), (j, gap) in product(enumerate(PIECES), enumerate(SITES), enumerate(GAPS)):
-        names = (piece.name, site, gap_name(gap), without(found.wall[i, j, s]))
-        yield names, found.kit[i, j, :, :, :, s], not is_enough(found.wall[i, j, s])
+        names = (piece.name, site, gap_name(gap), without(outcomes.wall[i, j, s]))
+        yield names, outcomes.kit[i, j, :, :, :, s], not is_enough(outcomes.wall[i, j, s])
 
 
-def needed(found: Kits) -> Iterator[tuple[tuple[str, str, str, str], np.ndarray]]:
+def needed(outcomes: Kits) -> Iterator[tuple[tuple[str, str, str, str], np.ndarray]]:
     """Yield the cases that need a kit."""
-    yield from ((names, kept) for names, kept, needs in cases(found) if needs)
+    yield from ((names, kept) for names, kept, needs in cases(outcomes) if needs)
 
 
-def least_rows(found: Kits) -> Iterator[tuple[str, ...]]:
+def least_rows(outcomes: Kits) -> Iterator[tuple[str, ...]]:
     """Yield the least strength that is enough for every piece, site, gap, stiffness and slack."""
-    for names, kept, needs in cases(found):
-        yield *names, *(least_strength(strap) if needs else "–" for stiffness in kept for strap in stiffness)
+    for names, kept, needs in cases(outcomes):
+        yield *names, *(least_strength(falls) if needs else "–" for stiffness in kept for falls in stiffness)
 
 
 def ends(straps: np.ndarray) -> str:

@@ -48,12 +48,12 @@ LAWS = (tp.HousnerImpact(geometry="bilinear"), tp.EnergyConsistent(), tp.Discret
 
 def main() -> None:
     """Write the page and its figure."""
-    found = results("fema_p58")
-    runs = found.rename(motion_floor="floor_of").drop_vars("floor").rename(floor_of="floor")
-    runs = runs[["overturned"]].assign_attrs(im="pgv", design="ida", configuration=found.attrs["configuration"])
+    stored = results("fema_p58")
+    runs = stored.rename(motion_floor="floor_of").drop_vars("floor").rename(floor_of="floor")
+    runs = runs[["overturned"]].assign_attrs(im="pgv", design="ida", configuration=stored.attrs["configuration"])
     curves = tp.fit_fragility(runs, keep_replicates=True)
     known = published.fema_p58()
-    japanese = published.japanese([tp.catalogue[str(block)] for block in found["block"].values], "velocity")
+    japanese = published.japanese([tp.catalogue[str(block)] for block in stored["block"].values], "velocity")
     save("p58", {"medians": medians_figure(of_law(curves, REFERENCE), known, japanese)}, 130)
     shares = uncertain()
     ratios = of_law(median_ratio(curves, known), REFERENCE)
@@ -61,8 +61,8 @@ def main() -> None:
     write_csv("p58", "medians", ("item", "P-58 (m/s)", "V50 (m/s)", *floors), ratio_rows(ratios, known, japanese))
     write_csv("p58", "dispersion", ("case", "dispersion", *PARTS, "capacities known"), share_rows(shares))
     heads = ("friction that uplift needs", "runs that need more than 1 while rocking", "undecided runs", "model")
-    write_csv("p58", "friction", ("item", *heads), validity_rows(found))
-    write("p58", page(found, curves, known, shares))
+    write_csv("p58", "friction", ("item", *heads), validity_rows(stored))
+    write("p58", page(stored, curves, known, shares))
 
 
 def size_regression(curves: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -85,9 +85,9 @@ def of_law(dataset: xr.Dataset, law: str) -> xr.Dataset:
 def uncertain() -> dict[str, xr.Dataset]:
     """Return the dispersion of ln capacity and its shares, for items on the ground and on the roof of a building."""
     design: Any = study("fema_p58").design  # type: ignore[attr-defined]
-    found = {}
+    shares = {}
     for label, place in {"ground": "ground", "1 s floor 8": "roof"}.items():
-        array = next(one for one in design.motions if label in [str(floor) for floor in one["floor"].values])
+        array = next(moved for moved in design.motions if label in [str(floor) for floor in moved["floor"].values])
         motions = array.sel(floor=label).isel(motion=slice(some(60)))
         for item in ITEMS:
             runs = uncertain_ida(
@@ -100,8 +100,8 @@ def uncertain() -> dict[str, xr.Dataset]:
                 "overturned",
                 samples=INPUTS.sample(SAMPLES, 1),
             )
-            found[f"{item}, {place}"] = capacity_variance_shares(runs)
-    return found
+            shares[f"{item}, {place}"] = capacity_variance_shares(runs)
+    return shares
 
 
 def medians_figure(curves: xr.Dataset, known: xr.Dataset, japanese: xr.Dataset) -> Figure:
@@ -122,9 +122,9 @@ def medians_figure(curves: xr.Dataset, known: xr.Dataset, japanese: xr.Dataset) 
         ax.plot([median, median], height, color="black", lw=2.0)
         ax.plot([v50, v50], height, color="black", lw=1.2, ls=dotted)
         for k, (floor, colour, marker) in enumerate(places):
-            one = curves.sel(block=block, floor=floor)
+            curve = curves.sel(block=block, floor=floor)
             y = i + 0.32 * (2.0 * k / max(1, len(floors) - 1) - 1.0)
-            value, low, high = (one[f"median{end}"].item() for end in ("", "_lower", "_upper"))
+            value, low, high = (curve[f"median{end}"].item() for end in ("", "_lower", "_upper"))
             ax.errorbar(value, y, xerr=[[value - low], [high - value]], fmt=marker, ms=4.5, lw=1.1, color=colour)
     ax.plot([], [], color="black", lw=2.0, label="FEMA P-58, median (band: ± its dispersion)")
     ax.plot([], [], color="black", lw=1.2, ls=dotted, label="Japanese velocity criterion")
@@ -155,7 +155,7 @@ def parts_of(shares: xr.Dataset) -> list[float]:
     return [*parts, 1.0 - sum(parts)]
 
 
-def page(found: xr.Dataset, curves: xr.Dataset, known: xr.Dataset, shares: dict[str, xr.Dataset]) -> str:
+def page(stored: xr.Dataset, curves: xr.Dataset, known: xr.Dataset, shares: dict[str, xr.Dataset]) -> str:
     """Return the page: its template with every number from the datasets."""
     ratios = median_ratio(curves, known)
     main_law = of_law(ratios, REFERENCE)
@@ -166,27 +166,29 @@ def page(found: xr.Dataset, curves: xr.Dataset, known: xr.Dataset, shares: dict[
     )
     width, height, scatter = size_regression(of_law(curves, REFERENCE))
     return template("p58").format(
-        motions=found.sizes["motion"] // main_law.sizes["floor"],
+        motions=stored.sizes["motion"] // main_law.sizes["floor"],
         least=main_law["ratio"].mean("block").idxmin("floor").item(),
         ratios=span(values),
         pairs=values.size,
         **{word: int((outcomes == word).sum()) for word in ("agrees", "higher", "lower", "open")},
         dispersions=span(of_law(curves, REFERENCE)["dispersion"].values),
-        totals=span([total(one) for one in shares.values()]),
+        totals=span([total(share) for share in shares.values()]),
         law_table=body(by_law),
         width_exponent=span(width),
         height_exponent=span(height, ".2f", " to "),
         scatter=span(100 * scatter, ".0f"),
         samples=SAMPLES,
         part_table=body(part_rows(shares)),
-        uplift=span(found["friction_uplift"].values),
+        uplift=span(stored["friction_uplift"].values),
     )
 
 
 def part_rows(shares: dict[str, xr.Dataset]) -> Iterator[tuple[str, ...]]:
     """Yield ranges of the shares over the items, on the ground and on the roof."""
     for i, name in enumerate(PARTS):
-        places = ([parts_of(one)[i] for case, one in shares.items() if case.endswith(at)] for at in ("ground", "roof"))
+        places = (
+            [parts_of(share)[i] for case, share in shares.items() if case.endswith(at)] for at in ("ground", "roof")
+        )
         yield name, *map(per_cent, places)
 
 
@@ -198,22 +200,22 @@ def ratio_rows(main_law: xr.Dataset, known: xr.Dataset, japanese: xr.Dataset) ->
             f"{at['ratio'].item():.2f} ({at['lower'].item():.2f}–{at['upper'].item():.2f}) {at['verdict'].item()}"
             for at in places
         ]
-        yield str(block), *(f"{float(one['median'].sel(block=block)):.2f}" for one in (known, japanese)), *of_block
+        yield str(block), *(f"{float(data['median'].sel(block=block)):.2f}" for data in (known, japanese)), *of_block
 
 
-def validity_rows(found: xr.Dataset) -> Iterator[tuple[str, ...]]:
+def validity_rows(stored: xr.Dataset) -> Iterator[tuple[str, ...]]:
     """Yield the friction that each item needs, and how many of its runs the law does not decide."""
-    outside = of_law(found, REFERENCE)["outside"]
+    outside = of_law(stored, REFERENCE)["outside"]
     for block in outside["block"].values:
-        own = outside.sel(block=block)
-        said = [f"{100 * float(own.sel(reason=name)):.0f} %" for name in ("slides_while_rocking", "undecided")]
-        need = f"{float(found['friction_uplift'].sel(block=block)):.2f}"
-        squat = float(own.sel(reason="squat")) > 0.0
-        yield str(block), need, *said, "too squat" if squat else "rocks with that friction"
+        of_block = outside.sel(block=block)
+        cells = [f"{100 * float(of_block.sel(reason=name)):.0f} %" for name in ("slides_while_rocking", "undecided")]
+        need = f"{float(stored['friction_uplift'].sel(block=block)):.2f}"
+        squat = float(of_block.sel(reason="squat")) > 0.0
+        yield str(block), need, *cells, "too squat" if squat else "rocks with that friction"
 
 
 def share_rows(shares: dict[str, xr.Dataset]) -> Iterator[tuple[str, ...]]:
     """Yield the dispersion of each case and its shares."""
-    for case, one in shares.items():
-        known = f"{100 * one['share_known'].item():.0f} %"
-        yield case, f"{total(one):.2f}", *(f"{100 * part:.0f} %" for part in parts_of(one)), known
+    for case, share in shares.items():
+        known = f"{100 * share['share_known'].item():.0f} %"
+        yield case, f"{total(share):.2f}", *(f"{100 * part:.0f} %" for part in parts_of(share)), known

@@ -97,7 +97,7 @@ def main() -> None:
 
 def tables(shaken: Shaking, mode: Mode) -> dict[str, Table]:
     """Return the tables of files: headings and rows."""
-    found: dict[str, Table] = {
+    made: dict[str, Table] = {
         "free": (("n", "Housner", *LAWS, "Eqs. 16–17 alone"), free_rows()),
         "delta": (
             ("fifth peak over α", *(f"δ = {delta:g}" for delta in DELTAS), "range", "range of its time"),
@@ -108,7 +108,7 @@ def tables(shaken: Shaking, mode: Mode) -> dict[str, Table]:
             mode_rows(mode),
         ),
     }
-    return found | ({"records": (("file", "record"), shaken.titles)} if shaken.titles else {})
+    return made | ({"records": (("file", "record"), shaken.titles)} if shaken.titles else {})
 
 
 def page(shaken: Shaking, shares: Sequence[Shares], mode: Mode, of_studies: Mapping[str, object]) -> str:
@@ -164,25 +164,25 @@ def turning_points(block: tp.Block, model: Law, number: int = PEAKS) -> NDArray[
     return np.stack([np.append(0.0, times) * block.p, np.append(X0 * block.alpha, np.abs(rotations)) / block.alpha])
 
 
-def housner_peaks(e: float = E, x0: float = X0, number: int = PEAKS) -> NDArray[np.float64]:
-    """Housner's closed form: times over 1/p and peaks over alpha (2, number + 1), linear geometry.
+def housner_peaks(e: float = E) -> NDArray[np.float64]:
+    """Housner's closed form from X0: times over 1/p and peaks over alpha (2, PEAKS + 1), linear geometry.
 
     x_n = 1 - sqrt(1 - e^2n [1 - (1 - x0)²]), and a quarter of a swing to x takes acosh(1/(1 - x))/p (Housner 1963).
     """
-    n = np.arange(number + 1)
-    x = 1.0 - np.sqrt(1.0 - e ** (2 * n) * (1.0 - (1.0 - x0) ** 2))
+    n = np.arange(PEAKS + 1)
+    x = 1.0 - np.sqrt(1.0 - e ** (2 * n) * (1.0 - (1.0 - X0) ** 2))
     quarter = np.arccosh(1.0 / (1.0 - x))
     return np.stack([np.append(0.0, np.cumsum(quarter[:-1] + quarter[1:])), x])
 
 
-def edge_peaks(delta: float = DELTA, e: float = E, x0: float = X0, number: int = PEAKS) -> NDArray[np.float64]:
+def edge_peaks(delta: float = DELTA) -> NDArray[np.float64]:
     """Peaks over alpha where each crossing shrinks the speed at the zone's edge by e: the paper's Eqs. 16 and 17.
 
     (1 - x_n)² = (1 - delta)² - e^2n [(1 - delta)² - (1 - x0)²] (derived): the energy below the edge is never lost.
     """
     top = (1.0 - delta) ** 2
-    n = np.arange(number + 1)
-    return np.asarray(1.0 - np.sqrt(top - e ** (2 * n) * (top - (1.0 - x0) ** 2)))
+    n = np.arange(PEAKS + 1)
+    return np.asarray(1.0 - np.sqrt(top - E ** (2 * n) * (top - (1.0 - X0) ** 2)))
 
 
 class FreeErrors(NamedTuple):
@@ -194,30 +194,30 @@ class FreeErrors(NamedTuple):
     period: float
 
 
-def free_errors(model: Law, block: tp.Block = CONCRETE) -> FreeErrors:
+def free_errors(model: Law) -> FreeErrors:
     """The paper's Table 2, with Housner's closed form in the place of the measurement."""
     reference = housner_peaks()
-    found = turning_points(block, model)
-    relative = found[1, 1:] / reference[1, 1:] - 1.0
-    periods = np.diff(found[0]) / np.diff(reference[0]) - 1.0
-    return FreeErrors(found[1], relative, float(relative.mean()), float(periods.mean()))
+    turns = turning_points(CONCRETE, model)
+    relative = turns[1, 1:] / reference[1, 1:] - 1.0
+    periods = np.diff(turns[0]) / np.diff(reference[0]) - 1.0
+    return FreeErrors(turns[1], relative, float(relative.mean()), float(periods.mean()))
 
 
 def free_rows() -> Iterator[tuple[str, ...]]:
     """Yield the paper's Table 2: peaks over alpha with their errors, and mean relative errors."""
     reference, edge = housner_peaks()[1], edge_peaks()
-    found = [free_errors(rival.make(E, DELTA)) for rival in RIVALS]
+    errors = [free_errors(rival.make(E, DELTA)) for rival in RIVALS]
     for n in range(1, PEAKS + 1):
-        cells = [f"{law.peaks[n]:.4f} ({signed(law.peak_errors[n - 1])})" for law in found]
+        cells = [f"{law.peaks[n]:.4f} ({signed(law.peak_errors[n - 1])})" for law in errors]
         yield str(n), f"{reference[n]:.4f}", *cells, f"{edge[n]:.4f}"
-    yield "mean error, θ_peak", "", *(signed(law.peak, 1) for law in found), ""
-    yield "mean error, T", "", *(signed(law.period, 1) for law in found), ""
+    yield "mean error, θ_peak", "", *(signed(law.peak, 1) for law in errors), ""
+    yield "mean error, T", "", *(signed(law.period, 1) for law in errors), ""
 
 
-def equivalent_restitution(number: int = PEAKS) -> float:
+def equivalent_restitution() -> float:
     """The e at which Housner's block has the discrete law's last peak: (E_n/E_0)^(1/2n), E = 1 - (1 - x)² (derived)."""
-    last = turning_points(CONCRETE, RIVALS[0].make(E, DELTA), number)[1, number]
-    return float(((1.0 - (1.0 - last) ** 2) / (1.0 - (1.0 - X0) ** 2)) ** (0.5 / number))
+    last = turning_points(CONCRETE, RIVALS[0].make(E, DELTA))[1, PEAKS]
+    return float(((1.0 - (1.0 - last) ** 2) / (1.0 - (1.0 - X0) ** 2)) ** (0.5 / PEAKS))
 
 
 def fifth_peaks() -> NDArray[np.float64]:
@@ -258,9 +258,9 @@ def free_figure() -> Figure:
 # The elastic mode -----------------------------------------------------------------------------------------------------
 
 
-def elastic_frequency(block: tp.Block, delta: float = DELTA) -> float:
+def elastic_frequency(block: tp.Block) -> float:
     """Hz: sqrt(k0/I_O)/2π, the block's own frequency inside the zone, which a rigid block does not have."""
-    ratio = 1.0 / delta - 1.0
+    ratio = 1.0 / DELTA - 1.0
     return block.p * math.sqrt(ratio * math.sin(block.alpha) / block.alpha) / (2.0 * math.pi)
 
 
@@ -296,7 +296,7 @@ def mode_rows(mode: Mode) -> Iterator[tuple[str, ...]]:
     """Yield shares of overturnings at every delta, with the shares of the prototypes."""
     counted = ((mode.rigid,) * 4, mode.elastic, mode.at_rest, mode.consistent)
     for (name, stated), counts in zip(PROTOTYPES.items(), counted, strict=True):
-        yield name, *(f"{count / mode.number:.3f} / {own:.3f}" for count, own in zip(counts, stated, strict=True))
+        yield name, *(f"{count / mode.number:.3f} / {share:.3f}" for count, share in zip(counts, stated, strict=True))
 
 
 # Forced rocking ------------------------------------------------------------------------------------------------------
@@ -355,13 +355,13 @@ def many_runs(motions: Sequence[xr.DataArray]) -> list[Shares]:
     outputs = ("overturned", "peak_rotation", "uplifted")
     runs = tp.ida(SHAKEN, models, list(motions), LEVELS, im="pga_normalised", outputs=outputs)
     fell, peak, rocked = (runs[name].transpose("model", ...).values for name in outputs)
-    found = []
+    rows = []
     for i, name in enumerate([*LAWS, *CAUSES], 1):
         stood = rocked[0].astype(bool) & ~fell[0]
         both = stood & ~fell[i]
         error = peak[i][both] / peak[0][both] - 1.0
         middle, low, high = np.quantile(error, (0.5, 0.16, 0.84)).tolist()
-        found.append(
+        rows.append(
             Shares(
                 name,
                 int(stood.sum()),
@@ -372,7 +372,7 @@ def many_runs(motions: Sequence[xr.DataArray]) -> list[Shares]:
                 (middle, low, high),
             )
         )
-    return found
+    return rows
 
 
 def shares_table(shares: Sequence[Shares]) -> str:

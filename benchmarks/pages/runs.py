@@ -73,10 +73,10 @@ def falls(
 ) -> NDArray[np.bool_]:
     """Return whether a block falls under each motion at factors (motion, level)."""
     which = np.repeat(np.arange(len(motions)), factors.shape[1])
-    found = run_mixed(
+    results = run_mixed(
         stack([law.oscillator(block)]), np.zeros(which.size, np.int64), which, factors.ravel(), motions, True, True
     )
-    return np.asarray(found[:, OUTPUTS["overturned"]] > 0.0).reshape(factors.shape)
+    return np.asarray(results[:, OUTPUTS["overturned"]] > 0.0).reshape(factors.shape)
 
 
 def shaken(number: int = MOTIONS) -> Shaken:
@@ -90,11 +90,11 @@ def shaken(number: int = MOTIONS) -> Shaken:
     return Shaken(motions, median / velocities)
 
 
-def about_the_median(found: Shaken, points: int = POINTS) -> NDArray[np.float64]:
+def about_the_median(ensemble: Shaken, points: int = POINTS) -> NDArray[np.float64]:
     """Return factors (motion, level) spread evenly, in ln, about each motion's factor to the median."""
     random = np.random.default_rng(SEED)
-    shift = (np.arange(points) + random.random((len(found.motions), points))) / points
-    return found.middle[:, None] * np.exp(NEAR * (2.0 * shift - 1.0))
+    shift = (np.arange(points) + random.random((len(ensemble.motions), points))) / points
+    return ensemble.middle[:, None] * np.exp(NEAR * (2.0 * shift - 1.0))
 
 
 def interval(values: NDArray[np.float64]) -> Interval:
@@ -104,11 +104,11 @@ def interval(values: NDArray[np.float64]) -> Interval:
     return Interval(float(values.mean()), float(np.quantile(means, 0.025)), float(np.quantile(means, 0.975)))
 
 
-def flips(found: Shaken) -> dict[float, NDArray[np.float64]]:
+def flips(ensemble: Shaken) -> dict[float, NDArray[np.float64]]:
     """Return the share of verdicts (motion,) that change where the factor does by a relative change."""
-    factors = about_the_median(found)
-    before = falls(found.motions, factors)
-    return {change: (falls(found.motions, factors * (1.0 + change)) != before).mean(axis=1) for change in CHANGES}
+    factors = about_the_median(ensemble)
+    before = falls(ensemble.motions, factors)
+    return {change: (falls(ensemble.motions, factors * (1.0 + change)) != before).mean(axis=1) for change in CHANGES}
 
 
 def exponent(shares: dict[float, NDArray[np.float64]]) -> Interval:
@@ -125,57 +125,57 @@ def exponent(shares: dict[float, NDArray[np.float64]]) -> Interval:
     return Interval(slope, float(np.quantile(slopes, 0.025)), float(np.quantile(slopes, 0.975)))
 
 
-def _smoother(one: Record) -> Record:
+def _smoother(record: Record) -> Record:
     """Return a record of which every second sample was kept, and straight lines between them."""
-    n = one.acceleration.size
-    return one._replace(acceleration=np.interp(np.arange(n), np.arange(0, n, 2), one.acceleration[::2]))
+    n = record.acceleration.size
+    return record._replace(acceleration=np.interp(np.arange(n), np.arange(0, n, 2), record.acceleration[::2]))
 
 
-def _rounded(one: Record) -> Record:
+def _rounded(record: Record) -> Record:
     step = 1e-3 * 9.80665
-    return one._replace(acceleration=np.round(one.acceleration / step) * step)
+    return record._replace(acceleration=np.round(record.acceleration / step) * step)
 
 
-def other_models(found: Shaken) -> dict[str, NDArray[np.float64]]:
+def other_models(ensemble: Shaken) -> dict[str, NDArray[np.float64]]:
     """Return the share of verdicts (motion,) that change where block, law or record do."""
-    factors = about_the_median(found)
-    before = falls(found.motions, factors)
+    factors = about_the_median(ensemble)
+    before = falls(ensemble.motions, factors)
     e = float(LAW.restitution(BLOCK) or 0.0)
     wider = replace(BLOCK, width=BLOCK.width * 1.01)
     cases: dict[str, Callable[[], NDArray[np.bool_]]] = {
-        "e larger by 1 %": lambda: falls(found.motions, factors, law=tp.EnergyConsistent(e=min(1.0, 1.01 * e))),
-        "width larger by 1 %": lambda: falls(found.motions, factors, wider),
-        "record rounded to 0.001 g": lambda: falls([_rounded(one) for one in found.motions], factors),
-        "every second sample left out": lambda: falls([_smoother(one) for one in found.motions], factors),
+        "e larger by 1 %": lambda: falls(ensemble.motions, factors, law=tp.EnergyConsistent(e=min(1.0, 1.01 * e))),
+        "width larger by 1 %": lambda: falls(ensemble.motions, factors, wider),
+        "record rounded to 0.001 g": lambda: falls([_rounded(record) for record in ensemble.motions], factors),
+        "every second sample left out": lambda: falls([_smoother(record) for record in ensemble.motions], factors),
     }
     return {name: (case() != before).mean(axis=1) for name, case in cases.items()}
 
 
-def first_falls(found: Shaken) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def first_falls(ensemble: Shaken) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return, by spacing: the mean number of intervals of levels that fell, and the median first fall, in ln."""
     finest = SPACINGS[-1]
     x = np.arange(SPAN[0], SPAN[1], finest)
-    intervals, first = np.empty((2, len(SPACINGS), len(found.motions)))
-    for i, (one, middle) in enumerate(zip(found.motions, found.middle, strict=True)):
-        fell = falls([one], middle * np.exp(x)[None])[0]
+    intervals, first = np.empty((2, len(SPACINGS), len(ensemble.motions)))
+    for i, (record, middle) in enumerate(zip(ensemble.motions, ensemble.middle, strict=True)):
+        fell = falls([record], middle * np.exp(x)[None])[0]
         for k, spacing in enumerate(SPACINGS):
             step = round(spacing / finest)
-            here = fell[::step]
-            intervals[k, i] = np.sum(here[1:] & ~here[:-1]) + here[0]
-            first[k, i] = x[::step][int(np.argmax(here))] if here.any() else SPAN[1]
+            spaced = fell[::step]
+            intervals[k, i] = np.sum(spaced[1:] & ~spaced[:-1]) + spaced[0]
+            first[k, i] = x[::step][int(np.argmax(spaced))] if spaced.any() else SPAN[1]
     return intervals.mean(axis=1), np.median(first, axis=1)
 
 
-def levels_a_motion(found: Shaken) -> dict[int, float]:
+def levels_a_motion(ensemble: Shaken) -> dict[int, float]:
     """Return the standard error of ln(median) from 100 motions, by the number of levels of each within the curve."""
-    x = np.log(about_the_median(found, 200) / found.middle[:, None])
-    fell = falls(found.motions, about_the_median(found, 200))
+    x = np.log(about_the_median(ensemble, 200) / ensemble.middle[:, None])
+    fell = falls(ensemble.motions, about_the_median(ensemble, 200))
     random = np.random.default_rng(SEED)
     errors = {}
     for levels in LEVELS_A_MOTION:
         medians = []
         for _ in range(REPLICATES):
-            motions = random.integers(0, len(found.motions), 100)
+            motions = random.integers(0, len(ensemble.motions), 100)
             at = random.integers(0, 200, (100, levels))
             s, y = x[motions[:, None], at].ravel(), fell[motions[:, None], at].ravel().astype(float)
             # (a straight line through verdicts near the median: what a local curve comes to)
@@ -187,16 +187,16 @@ def levels_a_motion(found: Shaken) -> dict[int, float]:
     return errors
 
 
-def boundary_figure(found: Shaken) -> Figure:
+def boundary_figure(ensemble: Shaken) -> Figure:
     """Draw verdicts of the motion whose verdicts change most often: each strip is a tenth of the one above."""
-    often = falls(found.motions, np.sort(about_the_median(found, 200), axis=1))
+    often = falls(ensemble.motions, np.sort(about_the_median(ensemble, 200), axis=1))
     wild = int((often[:, 1:] != often[:, :-1]).sum(axis=1).argmax())
     figure = Figure(figsize=(6.4, 5.4))
     panels = figure.subplots(ZOOMS, 1)
     centre, width = 0.0, 1.0
     for k, ax in enumerate(panels):
         x = centre + width * np.linspace(-0.5, 0.5, ACROSS)
-        fell = falls([found.motions[wild]], found.middle[wild] * np.exp(x)[None])[0]
+        fell = falls([ensemble.motions[wild]], ensemble.middle[wild] * np.exp(x)[None])[0]
         ax.imshow(fell[None], aspect="auto", cmap="Blues", vmin=0, vmax=1.3, extent=(x[0], x[-1], 0, 1))
         ax.set_yticks([])
         ax.set_xticks([x[0], x[-1]], [f"{np.exp(x[0]):.7g}", f"{np.exp(x[-1]):.7g}"], fontsize=8)
@@ -224,13 +224,13 @@ class Way(NamedTuple):
 
 def ways_to_sizes(text: str) -> dict[str, list[Way]]:
     """Return the lines of `benchmarks.sequential.sizes` by their label, those of more runs after those of fewer."""
-    found: dict[str, list[Way]] = {}
+    ways: dict[str, list[Way]] = {}
     for line in text.splitlines()[1:-1]:
         *label, rms, _, motions, runs, check, seconds = line.split()
         of_motions, of_runs, of_check = (int(number.replace(",", "")) for number in (motions, runs, check))
         way = Way(float(rms), of_motions, of_runs, of_check, float(seconds))
-        found.setdefault(" ".join(label), []).append(way)
-    return found
+        ways.setdefault(" ".join(label), []).append(way)
+    return ways
 
 
 def printed(name: str) -> str:
@@ -259,14 +259,14 @@ def half_levels() -> float:
 
 def main() -> None:
     """Write the page, its figure and its tables."""
-    found = shaken()
-    shares, others = flips(found), other_models(found)
-    save("runs", {"boundary": boundary_figure(found)}, 120)
+    ensemble = shaken()
+    shares, by_model = flips(ensemble), other_models(ensemble)
+    save("runs", {"boundary": boundary_figure(ensemble)}, 120)
     slope = exponent(shares)
-    intervals, first = first_falls(found)
-    errors = levels_a_motion(found)
+    intervals, first = first_falls(ensemble)
+    errors = levels_a_motion(ensemble)
     changes = [(f"factor larger by {100 * change:g} %", interval(share)) for change, share in shares.items()]
-    changes += [(name, interval(share)) for name, share in others.items()]
+    changes += [(name, interval(share)) for name, share in by_model.items()]
     lines = ((name, *(f"{100 * end:.1f}" for end in share)) for name, share in changes)
     write_csv("runs", "changes", ("change", "outcomes that change, %", "lower", "upper"), lines)
     write_csv(
@@ -291,8 +291,8 @@ def main() -> None:
         drift=100 * (1.0 - np.exp(first[-1] - first[0])),
         flipped=100 * shares[1e-2].mean(),
         changed=interval(shares[1e-2]).times(100),
-        restitution=100 * others["e larger by 1 %"].mean(),
-        width=100 * others["width larger by 1 %"].mean(),
+        restitution=100 * by_model["e larger by 1 %"].mean(),
+        width=100 * by_model["width larger by 1 %"].mean(),
         width_table=body((n, 100 * n, f"±{196 * error:.1f}") for n, error in errors.items()),
         three=196 * errors[3],
         twenty=196 * errors[20],

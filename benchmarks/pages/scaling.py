@@ -135,6 +135,6 @@ def by_command(folder: Path) -> tuple[float, float]:
 
 def machine(cores: int) -> str:
     """Return processor and versions."""
-    found = measure.machine()
-    versions = f"numpy {found['numpy']}, numba {found['numba']}, distributed {metadata.version('distributed')}"
-    return f"{cores} cores ({found['processor']}), Python {found['python']}, {versions}"
+    host = measure.machine()
+    versions = f"numpy {host['numpy']}, numba {host['numba']}, distributed {metadata.version('distributed')}"
+    return f"{cores} cores ({host['processor']}), Python {host['python']}, {versions}"

@@ -38,14 +38,14 @@ def compared(generator: Generator, at: Scenario) -> xr.Dataset:
     return motions.over_model(generator.sample(NUMBER, seed=SEED), at, MODEL)
 
 
-def cells(found: xr.Dataset, name: str) -> list[str]:
+def cells(comparison: xr.Dataset, name: str) -> list[str]:
     """Return a variable of a comparison as cells of a row."""
-    return [f"{value:.2f}" for value in found[name].sel(measure=list(SHOWN)).values]
+    return [f"{value:.2f}" for value in comparison[name].sel(measure=list(SHOWN)).values]
 
 
-def rows(at: Scenario, name: str, found: xr.Dataset) -> list[tuple[str, ...]]:
+def rows(at: Scenario, name: str, comparison: xr.Dataset) -> list[tuple[str, ...]]:
     """Return the ratios of medians, and dispersions."""
-    return [(words(at), name, quantity, *cells(found, quantity)) for quantity in ("ratio", "dispersion")]
+    return [(words(at), name, quantity, *cells(comparison, quantity)) for quantity in ("ratio", "dispersion")]
 
 
 def words(at: Scenario) -> str:
@@ -55,10 +55,10 @@ def words(at: Scenario) -> str:
 
 def main() -> None:
     """Write the page and its table of all measures."""
-    found = [{name: compared(generator, at) for name, generator in generators(at).items()} for at in SCENARIOS]
+    comparisons = [{name: compared(generator, at) for name, generator in generators(at).items()} for at in SCENARIOS]
     lines = []
-    for at, by_name in zip(SCENARIOS, found, strict=True):
-        lines += [row for name, one in by_name.items() for row in rows(at, name, one)]
+    for at, by_name in zip(SCENARIOS, comparisons, strict=True):
+        lines += [row for name, comparison in by_name.items() for row in rows(at, name, comparison)]
         lines.append((words(at), MODEL, "dispersion", *cells(by_name["site-based"], "model_dispersion")))
     write_csv("scenarios", "ratios", ("scenario", "generator", "quantity", *SHOWN), lines)
     write("scenarios", page(lines))
@@ -82,5 +82,5 @@ def page(lines: Sequence[Sequence[str]]) -> str:
         rule="---|" * len(scenarios),
         table=body(shown),
         model=pgv[scenarios[0], MODEL, "dispersion"],
-        **{name.split(", ")[-1].replace("-", "_"): span(own) for name, own in ratios.items()},
+        **{name.split(", ")[-1].replace("-", "_"): span(values) for name, values in ratios.items()},
     )

@@ -88,10 +88,10 @@ LAWS = {
 """Law and rest of every law by its key in the template."""
 
 
-def of_law(results: xr.Dataset, key: str) -> xr.Dataset:
+def of_law(dataset: xr.Dataset, key: str) -> xr.Dataset:
     """Return the part of a law."""
     law, rest = LAWS[key]
-    return results.isel(model=int(np.flatnonzero((results["law"] == law) & (results["rest"] == rest))[0]))
+    return dataset.isel(model=int(np.flatnonzero((dataset["law"] == law) & (dataset["rest"] == rest))[0]))
 
 
 def values(over: dict[str, xr.Dataset]) -> dict[str, object]:
@@ -112,7 +112,7 @@ def values(over: dict[str, xr.Dataset]) -> dict[str, object]:
         "open": verdicts.count(OPEN),
         "claim_table": claim_table(of_delta, of_e),
         **{f"swing_{key}": span(of_law(over_delta, key)["median_swing"].isel(span=-1)) for key in LAWS},
-        **{f"sobol_{key}": span(one.sel(input="delta")) for key, one in index.items()},
+        **{f"sobol_{key}": span(indices.sel(input="delta")) for key, indices in index.items()},
         "sobol_slender": span(slender),
         "sobol_e": span(on_e),
         "friction": float(over_e.attrs["friction"]),
@@ -131,19 +131,19 @@ def tables(over: dict[str, xr.Dataset]) -> dict[str, Table]:
 
 def sobol_rows(over: dict[str, xr.Dataset]) -> Iterator[tuple[str, ...]]:
     """Yield total Sobol' indices with their intervals."""
-    for parameter, found in over.items():
-        for model, block, name in product(found["model"].values, found["block"].values, found["input"].values):
-            own = found.sel(model=model, block=block, input=name)
-            ends = (own[f"sobol_total{end}"].item() for end in ("", "_lower", "_upper"))
+    for parameter, indices in over.items():
+        for model, block, name in product(indices["model"].values, indices["block"].values, indices["input"].values):
+            of_input = indices.sel(model=model, block=block, input=name)
+            ends = (of_input[f"sobol_total{end}"].item() for end in ("", "_lower", "_upper"))
             yield parameter, str(model), str(block), str(name), f"{Interval(*ends):.2f}"
 
 
 def claim_table(over_delta: list[Claim], over_e: list[Claim]) -> str:
     """Return every claim: what its number is, and verdict and number in both studies."""
-    others = {claim.claim: claim for claim in over_e}
+    by_claim = {claim.claim: claim for claim in over_e}
     rows = []
     for claim in over_delta:
-        both = (claim, others.get(claim.claim))
+        both = (claim, by_claim.get(claim.claim))
         cells = (f"**{of_study.verdict}**: {written(of_study)}" if of_study else "–" for of_study in both)
         rows.append((claim.claim, WHAT[claim.claim], *cells))
     return body(rows)
@@ -156,16 +156,16 @@ def written(claim: Claim) -> str:
     return f"{Interval(claim.number, claim.lower, claim.upper):.2f}"
 
 
-def swing_rows(results: xr.Dataset) -> Iterator[tuple[str, ...]]:
+def swing_rows(dataset: xr.Dataset) -> Iterator[tuple[str, ...]]:
     """Yield how far medians move over all values of delta, and over the usual ones."""
-    for model, block in product(results["model"].values, results["block"].values):
-        own = results.sel(block=block, model=model)
-        yield str(model), str(block), *(swing(own.sel(span=name)) for name in own["span"].values)
+    for model, block in product(dataset["model"].values, dataset["block"].values):
+        of_block = dataset.sel(block=block, model=model)
+        yield str(model), str(block), *(swing(of_block.sel(span=name)) for name in of_block["span"].values)
 
 
-def swing(one: xr.Dataset) -> str:
+def swing(of_block: xr.Dataset) -> str:
     """Return how far the median of a law and block moves, with its interval."""
-    middle, low, high = (one[f"median_swing{end}"].item() for end in ("", "_lower", "_upper"))
+    middle, low, high = (of_block[f"median_swing{end}"].item() for end in ("", "_lower", "_upper"))
     if np.isnan(middle):
         return "no curve at some δ"
     if np.isinf(middle):
@@ -173,9 +173,9 @@ def swing(one: xr.Dataset) -> str:
     return f"{middle:.2f} ({low:.2f}–{'∞' if np.isinf(high) else f'{high:.2f}'})"
 
 
-def unphysical(results: xr.Dataset) -> str:
+def unphysical(dataset: xr.Dataset) -> str:
     """Return from which e on an impact needs no more friction than there is, block by block."""
-    limit = float(results.attrs["friction"])
-    ratio = 1.0 / np.tan(results["alpha"].values)
+    limit = float(dataset.attrs["friction"])
+    ratio = 1.0 / np.tan(dataset["alpha"].values)
     ends = (ratio - limit) / (ratio + limit)
-    return ", ".join(f"{end:.2f} ({block})" for end, block in zip(ends, results["block"].values, strict=True))
+    return ", ".join(f"{end:.2f} ({block})" for end, block in zip(ends, dataset["block"].values, strict=True))

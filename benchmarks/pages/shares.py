@@ -74,11 +74,11 @@ def decided(clusters: np.ndarray, level: float = 0.01) -> np.ndarray:
         raise ValueError("differences of clusters of two runs are multiples of 1/2 between -1 and 1")
     sums = halves.sum(-1)
     ones, twos = (np.abs(halves) == 1).sum(-1), (np.abs(halves) == 2).sum(-1)
-    found = np.zeros(sums.shape, dtype=int)
+    signs = np.zeros(sums.shape, dtype=int)
     for place in np.ndindex(sums.shape):
         if two_sided(int(ones[place]), int(twos[place]), int(abs(sums[place]))) <= level:
-            found[place] = np.sign(sums[place])
-    return found
+            signs[place] = np.sign(sums[place])
+    return signs
 
 
 def two_sided(ones: int, twos: int, observed: int) -> float:
@@ -111,20 +111,20 @@ def holm(values: list[float], level: float = 0.05) -> list[bool]:
     Holm, S. (1979). A simple sequentially rejective multiple test procedure. Scandinavian Journal of Statistics 6(2).
     """
     order = np.argsort(values)
-    found = [False] * len(values)
+    decisions = [False] * len(values)
     for rank, place in enumerate(order):
         if values[place] > level / (len(values) - rank):
             break
-        found[place] = True
-    return found
+        decisions[place] = True
+    return decisions
 
 
 @cache
 def weights(number: int) -> np.ndarray:
     """Return shares of motions in bootstrap draws (replicate, motion): equal draws for equally many motions."""
-    found = stream(1, 0).multinomial(number, np.full(number, 1.0 / number), REPLICATES) / number
-    found.setflags(write=False)
-    return found
+    drawn = stream(1, 0).multinomial(number, np.full(number, 1.0 / number), REPLICATES) / number
+    drawn.setflags(write=False)
+    return drawn
 
 
 def draws(flags: np.ndarray) -> np.ndarray:
@@ -181,5 +181,5 @@ def crossing(excess: np.ndarray, levels: np.ndarray) -> Interval:
     rows = np.arange(means.shape[0])
     part = -means[rows, k] / np.where(inside, means[rows, k + 1] - means[rows, k], 1.0)
     log = np.log(levels)
-    found = np.exp(log[k] + part * (log[k + 1] - log[k]))
-    return interval(np.where(inside, found, np.where(below.any(1), levels[-1], levels[0])))
+    crossings = np.exp(log[k] + part * (log[k + 1] - log[k]))
+    return interval(np.where(inside, crossings, np.where(below.any(1), levels[-1], levels[0])))

@@ -80,8 +80,8 @@ def numbers() -> list[Number]:
 def fine(pulse: type, amplitude: float, omega: float) -> xr.DataArray:
     """A pulse sampled finely."""
     duration = pulse(amplitude, omega).duration
-    found: xr.DataArray = pulse(amplitude, omega, dt=duration / SAMPLES, tail=duration / SAMPLES).sample(1)
-    return found
+    motion: xr.DataArray = pulse(amplitude, omega, dt=duration / SAMPLES, tail=duration / SAMPLES).sample(1)
+    return motion
 
 
 def boundary(oscillator: Oscillator, pulse: xr.DataArray, low: float, high: float) -> float:
@@ -123,22 +123,22 @@ def peaks(law: Law, alpha: float = math.atan(0.2)) -> np.ndarray:
 
 
 def _blocks() -> dict[str, float]:
-    found = {"eR_aslam": tp.Block.from_slenderness(math.atan(0.2), 1.0).restitution}
+    values = {"eR_aslam": tp.Block.from_slenderness(math.atan(0.2), 1.0).restitution}
     for key, slenderness in (("lever_16", 1.6), ("lever_6", 6.0)):
         block = tp.Block.from_slenderness(math.atan(1.0 / slenderness), 1.0)
-        h, R = (tp.DiscreteDamping(lever=one).oscillator(block).gain for one in ("h", "R"))
-        found[key] = 100.0 * (1.0 - h / R)
-    return found
+        h, R = (tp.DiscreteDamping(lever=lever).oscillator(block).gain for lever in ("h", "R"))
+        values[key] = 100.0 * (1.0 - h / R)
+    return values
 
 
 def _free() -> dict[str, float]:
     block = tp.Block.from_slenderness(0.2, 0.38)
-    found = {}
+    values = {}
     for geometry in ("linear", "exact"):
         run = tp.free_rocking(block, tp.HousnerImpact(e=1.0, geometry=geometry), 0.5 * block.alpha, 5.0)
-        found[f"quarter_{geometry}"] = 0.5 * float(run.peak_times[1]) * block.p
+        values[f"quarter_{geometry}"] = 0.5 * float(run.peak_times[1]) * block.p
     housner = peaks(tp.HousnerImpact(e=0.925, geometry="linear"))
-    found |= {f"peak_{n}": housner[n] for n in (1, 2, 5, 10)}
+    values |= {f"peak_{n}": housner[n] for n in (1, 2, 5, 10)}
     laws = {
         "discrete": tp.DiscreteDamping(e=0.925, lever="R"),
         "vassiliou": tp.Vassiliou(lever="R"),
@@ -146,32 +146,32 @@ def _free() -> dict[str, float]:
         "gm": tp.GianniniMasiani(e=0.925, lever="R"),
         "ec": tp.EnergyConsistent(e=0.925, lever="R"),
     }
-    return found | {f"{key}_{n}": peaks(law)[n] for key, law in laws.items() for n in (1, 2, 5, 10)}
+    return values | {f"{key}_{n}": peaks(law)[n] for key, law in laws.items() for n in (1, 2, 5, 10)}
 
 
-def zone_frequency(block: tp.Block, delta: float = 0.05) -> float:
+def zone_frequency(block: tp.Block) -> float:
     """Frequency of the elastic zone, Hz, from the oscillator that the law makes."""
-    zone = min(tp.DiscreteDamping(delta=delta).oscillator(block).regions, key=lambda one: abs(one.lower + one.upper))
+    zone = min(tp.DiscreteDamping(delta=0.05).oscillator(block).regions, key=lambda part: abs(part.lower + part.upper))
     return math.sqrt(zone.stiffness) / (2.0 * math.pi)
 
 
 def _laws() -> dict[str, float]:
-    found = {
+    values = {
         f"ratio_{angle}": 100.0
         * tp.MakrisKonstantinidis.damping_ratio(tp.Block.from_slenderness(math.radians(angle), 1.0).restitution)
         for angle in (10, 15, 20)
     }
-    found["gm_zero"] = tp.GianniniMasiani.damping_ratio(1e-12)
-    found["mode"] = zone_frequency(tp.Block.from_slenderness(0.2, 0.38))
+    values["gm_zero"] = tp.GianniniMasiani.damping_ratio(1e-12)
+    values["mode"] = zone_frequency(tp.Block.from_slenderness(0.2, 0.38))
     modes = [zone_frequency(tp.catalogue[name]) for name in published.fema_p58()["block"].values]
-    found |= {"mode_low": min(modes), "mode_high": max(modes)}
-    return found
+    values |= {"mode_low": min(modes), "mode_high": max(modes)}
+    return values
 
 
 def _pulses() -> dict[str, float]:
     block, rigid = tp.Block.from_slenderness(0.25, 1.6), tp.HousnerImpact(e=0.9, geometry="linear")
     oscillator, at_rest = rigid.oscillator(block), G * block.alpha
-    found = {
+    values = {
         "rectangular": boundary(oscillator, fine(RectangularPulse, at_rest, math.pi * block.p), 1.2, 2.0),
         "half_1": boundary(oscillator, fine(HalfSine, at_rest, block.p), 1.05, 4.0),
         "half_3": boundary(oscillator, fine(HalfSine, at_rest, 3.0 * block.p), 1.05, 4.0),
@@ -179,19 +179,19 @@ def _pulses() -> dict[str, float]:
         "sine_3": side_boundary(oscillator, fine(OneCycleSine, at_rest, 3.0 * block.p), 3.5, 3.8),
     }
     slab = tp.HousnerImpact(e=0.9, geometry="linear").oscillator(tp.Block(0.4, 1.2))
-    found["half_mr"] = boundary(slab, fine(HalfSine, 1.0, 2.0 * math.pi), 5.3, 5.6)
+    values["half_mr"] = boundary(slab, fine(HalfSine, 1.0, 2.0 * math.pi), 5.3, 5.6)
     zhang = tp.Block.from_slenderness(0.25, 3.0 * G / (4.0 * 2.14**2))
     near = {"linear": (3.02, 6.32, 7.17), "exact": (3.03, 6.74, 7.49)}
     for geometry, windows in near.items():
         oscillator = tp.HousnerImpact(e=0.9, geometry=geometry).oscillator(zhang)
         pulse = fine(OneCycleSine, G * 0.25, 5.0 * zhang.p)
         for i, middle in enumerate(windows, 1):
-            found[f"window_{geometry}_{i}"] = boundary(oscillator, pulse, middle - 0.05, middle + 0.05)
+            values[f"window_{geometry}_{i}"] = boundary(oscillator, pulse, middle - 0.05, middle + 0.05)
         middle = {"linear": 3.23, "exact": 2.22}[geometry]
-        found[f"high_{geometry}"] = boundary(oscillator, fine(OneCycleSine, G, 15.7), middle - 0.1, middle + 0.1)
+        values[f"high_{geometry}"] = boundary(oscillator, fine(OneCycleSine, G, 15.7), middle - 0.1, middle + 0.1)
     cosine = fine(OneCycleCosine, G, 2.0 * math.pi)
-    found["cosine"] = boundary(tp.HousnerImpact().oscillator(tp.Block(1.0, 3.0)), cosine, 0.60, 0.65)
-    return found
+    values["cosine"] = boundary(tp.HousnerImpact().oscillator(tp.Block(1.0, 3.0)), cosine, 0.60, 0.65)
+    return values
 
 
 def _validity() -> dict[str, float]:
@@ -211,18 +211,18 @@ def _fragility() -> dict[str, float]:
         coords={"level": ("level", levels, {"units": "g"})},
     )
     curve = fit_fragility(counts, intervals="profile")
-    found = {
+    values = {
         "baker_median": curve["median"].item(),
         "baker_beta": curve["dispersion"].item(),
         "baker_se_median": curve["median_se"].item() / curve["median"].item(),
         "baker_se_beta": curve["dispersion_se"].item(),
     }
     ends = ("median_lower", "median_upper", "dispersion_lower", "dispersion_upper")
-    found |= {f"profile_{i}": curve[name].item() for i, name in enumerate(ends, 1)}
+    values |= {f"profile_{i}": curve[name].item() for i, name in enumerate(ends, 1)}
     for key, method in (("wilson", "wilson"), ("cp", "clopper-pearson"), ("jeffreys", "jeffreys")):
         lower, upper = binomial_interval(np.array([4]), np.array([40]), method=method)
-        found |= {f"{key}_l": float(lower[0]), f"{key}_u": float(upper[0])}
-    return found | {"all_wilson": float(binomial_interval(np.array([20]), np.array([20]))[0][0])}
+        values |= {f"{key}_l": float(lower[0]), f"{key}_u": float(upper[0])}
+    return values | {"all_wilson": float(binomial_interval(np.array([20]), np.array([20]))[0][0])}
 
 
 def _risk() -> dict[str, float]:
@@ -236,17 +236,17 @@ def _risk() -> dict[str, float]:
 
 def _floors() -> dict[str, float]:
     beams = {a: tp.motions.Building.flexural_shear(1.0, alpha0=a, storeys=8, modes=3) for a in (0.0, 5.0, 30.0)}
-    found = {"beam_1": beams[5.0].periods[1], "beam_2": beams[5.0].periods[2]}
-    return found | {f"beam_{i}": beams[a].participation[0] for i, a in ((3, 0.0), (4, 5.0), (5, 30.0))}
+    values = {"beam_1": beams[5.0].periods[1], "beam_2": beams[5.0].periods[2]}
+    return values | {f"beam_{i}": beams[a].participation[0] for i, a in ((3, 0.0), (4, 5.0), (5, 30.0))}
 
 
 def _criteria() -> dict[str, float]:
     curves = published.fema_p58()
     B, H, median = (curves[name].values for name in ("width", "height", "median"))
     design = np.column_stack([np.ones(9), np.log(B), np.log(H)])
-    found = np.linalg.lstsq(design, np.log(median), rcond=None)[0]
+    coefficients = np.linalg.lstsq(design, np.log(median), rcond=None)[0]
     japanese = published.japanese(tp.Block(1.74 / G, 1.0))["median"].item()
-    return {f"p58_{i}": float(one) for i, one in enumerate(found)} | {"japan": 100.0 * japanese}
+    return {f"p58_{i}": float(coefficient) for i, coefficient in enumerate(coefficients)} | {"japan": 100.0 * japanese}
 
 
 OURS: dict[str, Callable[[], dict[str, float]]] = {
@@ -286,9 +286,9 @@ def yim() -> Iterator[tuple[str, ...]]:
             yield f"{level:.2f}", str(ratio), f"{20 * share:.0f}", f"{p:.3f}", f"{low:.0f}", f"{high:.0f}", inside
 
 
-def compute(sections: tuple[str, ...] = tuple(OURS)) -> dict[str, float]:
+def compute(chosen: tuple[str, ...] = tuple(OURS)) -> dict[str, float]:
     """Return our numbers by key."""
-    return {key: float(value) for section in sections for key, value in OURS[section]().items()}
+    return {key: float(value) for section in chosen for key, value in OURS[section]().items()}
 
 
 def sections(printed: list[Number], different: list[Number]) -> Iterator[tuple[object, ...]]:

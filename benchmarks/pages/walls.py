@@ -88,12 +88,12 @@ def velocity(piece: str) -> float:
 
 def placed(piece: str, gap: float | None, total: float | None = None) -> tp.Block:
     """A piece of the catalogue, free or at a gap from its wall, with a total rebound e² r_w if not its own."""
-    one = tp.catalogue[piece]
+    block = tp.catalogue[piece]
     if gap is None:
-        return tp.Block(one.width, one.height, name=f"{piece}, free")
-    own = None if total is None else min(1.0, total / one.restitution**2)
+        return tp.Block(block.width, block.height, name=f"{piece}, free")
+    restitution = None if total is None else min(1.0, total / block.restitution**2)
     name = f"{piece}, {gap:g}" + ("" if total is None else f", {total:g}")
-    return tp.Block(one.width, one.height, name=name, wall=tp.Wall(gap, restitution=own))
+    return tp.Block(block.width, block.height, name=name, wall=tp.Wall(gap, restitution=restitution))
 
 
 def over_gaps(
@@ -108,7 +108,7 @@ def over_gaps(
 
 def over_rebounds(shakes: dict[str, xr.DataArray], gaps: Gaps) -> np.ndarray:
     """Falls into the room (kind, half or nine in ten, piece, gap, rebound, motion); NaN where a rebound is above e²."""
-    found = np.full((len(VARIED), 2, len(PIECES), len(GAPS), len(REBOUNDS), NUMBER), np.nan)
+    fell_in = np.full((len(VARIED), 2, len(PIECES), len(GAPS), len(REBOUNDS), NUMBER), np.nan)
     for k, i in product(range(len(VARIED)), range(len(PIECES))):
         piece = PIECES[i]
         possible = [j for j, total in enumerate(REBOUNDS) if total <= tp.catalogue[piece].restitution ** 2]
@@ -116,8 +116,8 @@ def over_rebounds(shakes: dict[str, xr.DataArray], gaps: Gaps) -> np.ndarray:
         levels = [LEVELS[gaps.level(VARIED[k], piece, often)] for often in (False, True)]
         fell = clustered(sides(blocks, shakes[VARIED[k]], levels, MEASURE, EXACT) == 1)
         fell = fell.reshape(len(GAPS), len(possible), 2, NUMBER)
-        found[k, :, i][:, :, possible] = np.moveaxis(fell, 2, 0)
-    return found
+        fell_in[k, :, i][:, :, possible] = np.moveaxis(fell, 2, 0)
+    return fell_in
 
 
 def main() -> None:
@@ -125,12 +125,12 @@ def main() -> None:
     shakes = {kind: both_polarities(generator.sample(NUMBER, seed=SEED)) for kind, generator in KINDS.items()}
     gaps = over_gaps(shakes)
     rebounds = over_rebounds(shakes, gaps)
-    found, fallen = kits.kits(kits.design_motions()), kits.overturning()
+    strapped, fallen = kits.kits(kits.design_motions()), kits.overturning()
     with looks("xtick.labelsize", "ytick.labelsize"):
-        save("walls", {"map": map_figure(gaps), "strength": kits.strength_figure(found)}, DPI)
-    for name, (headings, rows) in (tables(gaps, rebounds) | kits.tables(found, fallen)).items():
+        save("walls", {"map": map_figure(gaps), "strength": kits.strength_figure(strapped)}, DPI)
+    for name, (headings, rows) in (tables(gaps, rebounds) | kits.tables(strapped, fallen)).items():
         write_csv("walls", name, headings, rows)
-    write("walls", page(gaps, rebounds, kits.values(found, fallen)))
+    write("walls", page(gaps, rebounds, kits.values(strapped, fallen)))
 
 
 def tables(gaps: Gaps, rebounds: np.ndarray) -> dict[str, Table]:
@@ -212,24 +212,24 @@ def crossings(gaps: Gaps, k: int, j: int) -> list[Interval]:
 
 def answers(gaps: Gaps) -> dict[str, str]:
     """Return ranges over the pieces that the text states: where the wall begins to increase falls, by kind and gap."""
-    found = {}
+    values = {}
     for (k, kind), (j, gap) in product(enumerate(KINDS), enumerate(GAPS)):
         name = f"{kind.replace('-', '')}_{round(1000 * gap)}"
-        ends = [one.value for one in crossings(gaps, k, j)]
-        found[f"{name}_level"] = span(ends, ".1f")
-        found[f"{name}_fallen"] = per_cent(
+        ends = [level.value for level in crossings(gaps, k, j)]
+        values[f"{name}_level"] = span(ends, ".1f")
+        values[f"{name}_fallen"] = per_cent(
             [np.interp(end, LEVELS, gaps.either[k, i].mean(-1)) for i, end in enumerate(ends)]
         )
-    return found
+    return values
 
 
 def piece_rows() -> Iterator[tuple[str, ...]]:
     """Yield the pieces: sizes, slenderness, restitutions, and the velocity that the levels are relative to."""
     for piece in PIECES:
-        one = tp.catalogue[piece]
-        kept = rebound(one)
-        numbers = (one.restitution, kept, one.restitution**2 * kept, velocity(piece))
-        size, slender = f"{one.width:.2f} × {one.height:.2f}", f"{one.height / one.width:.1f}"
+        block = tp.catalogue[piece]
+        kept = rebound(block)
+        numbers = (block.restitution, kept, block.restitution**2 * kept, velocity(piece))
+        size, slender = f"{block.width:.2f} × {block.height:.2f}", f"{block.height / block.width:.1f}"
         yield piece, size, slender, *(f"{number:.2f}" for number in numbers)
 
 

@@ -26,16 +26,16 @@ _MOST_STEPS = 20  # per sample and run; usual are one step and the events
 class _Note:
     """Callback that notes the event that ended a lane's step."""
 
-    def __init__(self, found: Index, event: int) -> None:
-        self.found = found
+    def __init__(self, noted: Index, event: int) -> None:
+        self.noted = noted
         self.event = event
 
     def __call__(self, integrator: Any, sign: int, lane: int) -> bool:
-        self.found[lane] = self.event
+        self.noted[lane] = self.event
         return True
 
     def __deepcopy__(self, memo: dict[int, Any]) -> _Note:
-        return self  # heyoka copies its callbacks, and would leave `found` behind
+        return self  # heyoka copies its callbacks, and would leave `noted` behind
 
 
 @lru_cache(maxsize=8)
@@ -51,12 +51,12 @@ def _integrator(exact: bool, tolerance: float, batch: int) -> tuple[Any, Index]:
         acceleration = -(stiffness * hy.sin(offset - theta) + forcing * hy.cos(offset - theta))
     else:
         acceleration = offset + stiffness * theta - damping * omega - forcing
-    found = np.full(batch, kernels.NOTHING)
+    noted = np.full(batch, kernels.NOTHING)
     down, up = hy.event_direction.negative, hy.event_direction.positive
     # A branch starts on its bound, moving inward: because of the directions this is no event, so that no cooldown after
     # an event is needed, which would miss short excursions.
     events = [
-        hy.t_event_batch(expression, callback=_Note(found, event), cooldown=0.0, direction=direction)
+        hy.t_event_batch(expression, callback=_Note(noted, event), cooldown=0.0, direction=direction)
         for expression, event, direction in (
             (theta - lower, kernels.LOW, down),
             (theta - upper, kernels.HIGH, up),
@@ -70,7 +70,7 @@ def _integrator(exact: bool, tolerance: float, batch: int) -> tuple[Any, Index]:
         tol=tolerance,
         t_events=events,
     )
-    return integrator, found
+    return integrator, noted
 
 
 @dataclass(frozen=True)
@@ -90,8 +90,8 @@ class Heyoka:
     def run(self, problem: Problem, record: Array, dt: float, factors: Array, every: int) -> Answer:
         answer = empty(record, factors, every)
         batch = min(self.batch, 8 * -(-factors.size // 8))  # whole vectors of 8, no more than the runs need
-        integrator, found = _integrator(problem.kind == EXACT, self.tolerance, batch)
-        found[:] = kernels.NOTHING
+        integrator, noted = _integrator(problem.kind == EXACT, self.tolerance, batch)
+        noted[:] = kernels.NOTHING
         integrator.state[:] = 0.0
         limit = np.zeros(batch)
         lanes = (
@@ -102,7 +102,7 @@ class Heyoka:
             np.ones(batch),  # side
             np.zeros(batch),  # held
             np.zeros(1, dtype=np.int64),  # pending
-            found,
+            noted,
         )
         view = (integrator.state, integrator.pars, limit)
         shared = (record, dt, every, factors, *problem[1:], *answer, *lanes)

@@ -51,31 +51,31 @@ class Estimate(NamedTuple):
 def estimates(seed: int) -> dict[str, Estimate | None]:
     """Return the rates of one site: from motions selected for it, and from any that reach the level; None without."""
     rng = stream(seed, 0)
-    here, candidates = site(rng), pool(rng)
-    levels = _levels(here)
+    place, candidates = site(rng), pool(rng)
+    levels = _levels(place)
     grid = np.geomspace(levels[0] / 20.0, levels[-1] * 20.0, 160)
-    hazard = HazardCurve(grid.tolist(), here.exceeded(grid).tolist(), GIVEN)
-    return {choice: _estimate(here, candidates, levels, hazard, choice, rng) for choice in CHOICES}
+    hazard = HazardCurve(grid.tolist(), place.exceeded(grid).tolist(), GIVEN)
+    return {choice: _estimate(place, candidates, levels, hazard, choice, rng) for choice in CHOICES}
 
 
-def _levels(here: Site) -> Array:
-    least = max(RETURN_PERIODS[0], LEAST_OF_ALL / here.rates.sum())
+def _levels(place: Site) -> Array:
+    least = max(RETURN_PERIODS[0], LEAST_OF_ALL / place.rates.sum())
 
     def exceeded_once_in(years: float) -> float:
-        found: float = brentq(lambda x: float(np.log(here.exceeded(np.array(np.exp(x))) * years)), -12.0, 8.0)
-        return found
+        level: float = brentq(lambda x: float(np.log(place.exceeded(np.array(np.exp(x))) * years)), -12.0, 8.0)
+        return level
 
     return np.exp(np.linspace(exceeded_once_in(least), exceeded_once_in(RETURN_PERIODS[1]), STRIPES))
 
 
 def _estimate(
-    here: Site, candidates: Pool, levels: Array, hazard: HazardCurve, choice: str, rng: np.random.Generator
+    place: Site, candidates: Pool, levels: Array, hazard: HazardCurve, choice: str, rng: np.random.Generator
 ) -> Estimate | None:
     fell, at, which = [], [], []
     for i, level in enumerate(levels.tolist()):
         if choice == "ideal":
-            drawn = here.motions(level, NUMBER, rng)
-            fell.append(drawn.falls(np.ones(NUMBER), here.capacity))
+            drawn = place.motions(level, NUMBER, rng)
+            fell.append(drawn.falls(np.ones(NUMBER), place.capacity))
             at.append(np.full(NUMBER, level))
             which.append(i * NUMBER + np.arange(NUMBER))
             continue
@@ -83,12 +83,12 @@ def _estimate(
         allowed = np.flatnonzero((factors >= FACTORS[0]) & (factors <= FACTORS[1]))
         if allowed.size < 2 * NUMBER:
             continue
-        chosen = _chosen(here, candidates, level, allowed, factors, rng) if choice == "selected" else None
+        chosen = _chosen(place, candidates, level, allowed, factors, rng) if choice == "selected" else None
         if choice == "any":
             chosen = rng.choice(allowed, NUMBER, replace=False)
         if chosen is None:
             continue
-        fell.append(candidates.falls(factors, here.capacity)[chosen])
+        fell.append(candidates.falls(factors, place.capacity)[chosen])
         at.append(np.full(NUMBER, level))
         which.append(chosen)
     if not fell:
@@ -99,28 +99,28 @@ def _estimate(
         intervals="bootstrap",
         keep_replicates=True,
     )
-    found = annual_rate(curve, hazard)
-    if not np.isfinite(found["rate"].item()):
+    rates = annual_rate(curve, hazard)
+    if not np.isfinite(rates["rate"].item()):
         return None
-    ratio, lower, upper = (float(found[name].item()) / here.rate for name in ("rate", "rate_lower", "rate_upper"))
+    ratio, lower, upper = (float(rates[name].item()) / place.rate for name in ("rate", "rate_lower", "rate_upper"))
     return Estimate(ratio, lower, upper)
 
 
 def _chosen(
-    here: Site, candidates: Pool, level: float, allowed: Index, factors: Array, rng: np.random.Generator
+    place: Site, candidates: Pool, level: float, allowed: Index, factors: Array, rng: np.random.Generator
 ) -> Index | None:
     """Return the choice for a stripe as `motions.select` makes it, None outside its gate."""
-    wanted = Mixture(here.ruptures, here.shares(level)).at(level)
+    wanted = Mixture(place.ruptures, place.shares(level)).at(level)
     scale = np.array([name != "d5_95" for name in MEASURES])
     values = (candidates.values + np.log(factors)[:, None] * scale)[allowed] - wanted.mean
     problem = Problem(values, wanted.sigmas, np.ones(len(MEASURES)), np.arange(allowed.size), 1)
-    found = choose(problem, wanted.covariance, NUMBER, rng)
+    indices = choose(problem, wanted.covariance, NUMBER, rng)
     free = wanted.sigmas > 0.0
-    mean = values[found].mean(axis=0)
-    scatter = values[found].std(axis=0, ddof=1)[free] / wanted.sigmas[free]
+    mean = values[indices].mean(axis=0)
+    scatter = values[indices].std(axis=0, ddof=1)[free] / wanted.sigmas[free]
     if np.abs(mean).max() > MEDIAN_OFF or scatter.min() < SCATTER[0] or scatter.max() > SCATTER[1]:
         return None
-    return np.asarray(allowed[found])
+    return np.asarray(allowed[indices])
 
 
 def _runs(fell: Array, at: Array, which: Index) -> xr.Dataset:
@@ -151,10 +151,10 @@ def coverage(sites: int, processes: int = PROCESSES) -> list[Row]:
         every = list(workers.map(estimates, range(sites), chunksize=4))
     rows = []
     for choice in CHOICES:
-        found = [rate for rate in (of_site[choice] for of_site in every) if rate is not None]
-        off = np.log([rate.ratio for rate in found])
-        held = float(np.mean([rate.holds for rate in found]))
-        rows.append(Row(choice, len(found), held, float(off.mean()), float(off.std(ddof=1))))
+        known = [rate for rate in (of_site[choice] for of_site in every) if rate is not None]
+        off = np.log([rate.ratio for rate in known])
+        held = float(np.mean([rate.holds for rate in known]))
+        rows.append(Row(choice, len(known), held, float(off.mean()), float(off.std(ddof=1))))
     return rows
 
 

@@ -61,7 +61,7 @@ class Site:
     capacity: float
 
     def _log_medians(self) -> Array:
-        return np.array([np.log(one.medians) for one in self.ruptures])
+        return np.array([np.log(rupture.medians) for rupture in self.ruptures])
 
     def exceeded(self, levels: Array) -> Array:
         """Return the annual rates at which `GIVEN` exceeds levels."""
@@ -78,8 +78,8 @@ class Site:
         """Return motions as the site has them where `GIVEN` is at a level."""
         values = np.empty((number, len(MEASURES)))
         for i, which in enumerate(rng.choice(len(self.ruptures), number, p=self.shares(level)).tolist()):
-            own = self.ruptures[which].at(level)
-            values[i] = rng.multivariate_normal(own.mean, own.covariance, method="eigh")
+            conditional = self.ruptures[which].at(level)
+            values[i] = rng.multivariate_normal(conditional.mean, conditional.covariance, method="eigh")
         return Pool(values, RESIDUAL * rng.standard_normal(number))
 
     @property
@@ -90,11 +90,11 @@ class Site:
         return float(self.rates @ np.exp(log_ndtr((self._log_medians() @ WEIGHTS - self.capacity) / spread)))
 
 
-def _covariance(one: Target) -> Array:
+def _covariance(rupture: Target) -> Array:
     """Return the covariance of a rupture's logarithms, given nothing."""
-    free = one.at(1.0)
+    free = rupture.at(1.0)
     # (that given a level, and what the level explains: S = S' + c cᵀ/v, with c/v the slope of the means)
-    slope = one.at(math.e).mean - free.mean
+    slope = rupture.at(math.e).mean - free.mean
     return np.asarray(free.covariance + np.outer(slope, slope) * SIGMAS[AT] ** 2)
 
 
@@ -117,9 +117,9 @@ def pool(rng: np.random.Generator) -> Pool:
     """Return candidates from a grid of ruptures that are not the site's."""
     values = []
     for magnitude, distance in GRID:
-        one = target_of(magnitude, distance)
+        aim = target_of(magnitude, distance)
         values.append(
-            rng.multivariate_normal(np.log(one.medians), _covariance(one), CANDIDATES_OF_A_RUPTURE, method="cholesky")
+            rng.multivariate_normal(np.log(aim.medians), _covariance(aim), CANDIDATES_OF_A_RUPTURE, method="cholesky")
         )
     every = np.concatenate(values)
     return Pool(every, RESIDUAL * rng.standard_normal(len(every)))

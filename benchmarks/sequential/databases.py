@@ -86,14 +86,14 @@ class Database:
         """Return whether the block overturns under motions `which` (motion,) at levels (run, motion)."""
         started = thread_time()
         factors = levels * self.unit / self.peaks[which]
-        each = np.broadcast_to(which, levels.shape).ravel()
+        index = np.broadcast_to(which, levels.shape).ravel()
         counts = np.zeros(len(TALLY), np.int64)
-        found = run_mixed(OWN, np.zeros(levels.size, np.int64), each, factors.ravel(), self.motions, True, True, counts)
+        runs = run_mixed(OWN, np.zeros(levels.size, np.int64), index, factors.ravel(), self.motions, True, True, counts)
         seconds = thread_time() - started
         count = dict(zip(TALLY, counts.tolist(), strict=True))
         left_out = count["before_uplift"] + count["after_overturning"] + count["cannot_overturn"]
         self.spent.append((seconds, count["samples"] - left_out, count["events"]))
-        return np.asarray(found[:, OUTPUTS["overturned"]] > 0.0).reshape(levels.shape)
+        return np.asarray(runs[:, OUTPUTS["overturned"]] > 0.0).reshape(levels.shape)
 
 
 @cache
@@ -101,7 +101,7 @@ def database(name: str) -> Database:
     """Return a database in units of half its median."""
     generator, number = DATABASES[name]
     motions = records(generator.sample(number, seed=SEED))
-    peaks = np.array([np.abs(one.acceleration).max() for one in motions])
+    peaks = np.array([np.abs(record.acceleration).max() for record in motions])
     first = Database(name, motions, peaks)
     known = math.log(5.0)
     for width in WIDTHS:
@@ -109,12 +109,12 @@ def database(name: str) -> Database:
     return Database(name, motions, peaks, math.exp(known) / MEDIAN)
 
 
-def _log_median(one: Database, near: float, width: float) -> float:
+def _log_median(data: Database, near: float, width: float) -> float:
     """Return ln of the level at which half of a database's runs overturn, from jittered levels within `width`."""
-    n = len(one.motions)
+    n = len(data.motions)
     strata = (np.arange(LEVELS)[:, None] + stream(SEED, 5).random((LEVELS, n))) / LEVELS
     x = near + width * (2.0 * strata - 1.0)
-    fell = one.fell(np.exp(x), np.arange(n))
+    fell = data.fell(np.exp(x), np.arange(n))
     motion = np.broadcast_to(np.arange(n), x.shape)
     fitted, _ = fit_probit(Observations(x.ravel(), fell.ravel(), motion.ravel()))
     assert fitted is not None  # (levels on both sides of the median)
@@ -145,30 +145,30 @@ def analyses(name: str) -> list[Analysis]:
     """Return the analyses of a database that are compared."""
     more = {MIDDLE: [Analysis(MIDDLE, asked=AS_OFTEN[name]), Analysis(MIDDLE, asked=MIDDLE, near=True)]}
     ways: list[Analysis] = []
-    for one in TOLERANCES:
-        ways += [Analysis(one, runs) for runs in (EACH if one == MIDDLE else EACH[:1])]
-        ways += [Analysis(one, asked=one), *more.get(one, [])]
+    for tolerance in TOLERANCES:
+        ways += [Analysis(tolerance, runs) for runs in (EACH if tolerance == MIDDLE else EACH[:1])]
+        ways += [Analysis(tolerance, asked=tolerance), *more.get(tolerance, [])]
     return ways
 
 
 def outcome(name: str, way: Analysis, seed: int) -> tuple[Outcome, Spent]:
     """Return the end of one analysis, and what its runs took."""
-    one = database(name)
-    one.spent.clear()
+    data = database(name)
+    data.spent.clear()
     until = Until(CENTRE, way.tolerance, most=MOST)
     if way.asked is None:
-        found = sequential(one, until, seed, way.runs)  # type: ignore[arg-type]  # (of a truth it has what is used)
+        end = sequential(data, until, seed, way.runs)  # type: ignore[arg-type]  # (of a truth it has what is used)
     else:
         asked = Until(CENTRE, way.asked, most=MOST)
-        found = common_levels(one, until, seed, asked, way.near)  # type: ignore[arg-type]
-    return found, tuple(np.sum(one.spent, axis=0).tolist())
+        end = common_levels(data, until, seed, asked, way.near)  # type: ignore[arg-type]
+    return end, tuple(np.sum(data.spent, axis=0).tolist())
 
 
 def promises_kept(name: str, way: Analysis, replicates: int, processes: int = PROCESSES) -> tuple[Row, Spent]:
     """Return the row of a way of analysis, and what its runs take on average."""
     with ProcessPoolExecutor(processes) as pool:
         every = list(pool.map(partial(outcome, name, way), range(replicates), chunksize=4))
-    row = summary(database(name), [one for one, _ in every])  # type: ignore[arg-type]
+    row = summary(database(name), [end for end, _ in every])  # type: ignore[arg-type]
     return row, tuple(np.mean([spent for _, spent in every], axis=0).tolist())
 
 

@@ -37,11 +37,11 @@ def savings(
         return results, number, math.log1p(float(results["half_width"].item())) ** 2 * number
 
     first, motions, worth = run(FIRST)
-    for other in OTHERS:
-        _, taken, reached = run(other)
-        gain = first.sel(other_measure=other).squeeze()
+    for measure in OTHERS:
+        _, taken, reached = run(measure)
+        gain = first.sel(other_measure=measure).squeeze()
         middle, low, high = (float(gain[f"measure_gain{end}"]) for end in ("", "_lower", "_upper"))
-        yield other, motions, taken, worth / reached, (middle, low, high)
+        yield measure, motions, taken, worth / reached, (middle, low, high)
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -50,10 +50,10 @@ def main(arguments: Sequence[str]) -> None:
     print(f"median within ±{100.0 * tolerance:g} %: motions at levels in {FIRST} and in another measure")
     print(f"{'motions of':32s} {'other measure':18s} {FIRST:>6s} {'other':>6s}  fewer  measured on the first motions")
     for generator, _ in DATABASES.values():
-        for other, first, second, found, (middle, low, high) in savings(generator, tolerance):
+        for measure, first, second, ratio, (middle, low, high) in savings(generator, tolerance):
             print(
-                f"{type(generator).__name__:32s} {other:18s} {first:6,d} {second:6,d} "
-                f"{found:6.1f}  {middle:.1f} ({low:.1f}-{high:.1f})",
+                f"{type(generator).__name__:32s} {measure:18s} {first:6,d} {second:6,d} "
+                f"{ratio:6.1f}  {middle:.1f} ({low:.1f}-{high:.1f})",
                 flush=True,
             )
 

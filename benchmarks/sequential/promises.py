@@ -104,8 +104,8 @@ def common_levels(truth: Truth, until: Until, seed: int, asked: Until | None = N
             fitted, _ = local_probit(seen, fitted.log_median, fitted.dispersion, follow=True)
         ratio = math.inf
         if fitted is not None:
-            found = fitted.median()
-            value, ratio = found.value, found.reach / rules.room
+            median = fitted.median()
+            value, ratio = median.value, median.reach / rules.room
         stopped = rule.step(done, ratio, False)
     return Outcome(_error(truth, until, value), done, done * GRID, stopped)
 
@@ -129,11 +129,11 @@ def summary(truth: Truth, outcomes: Sequence[Outcome]) -> Row:
     n = len(outcomes)
     return Row(
         truth.name,
-        sum(one.kept for one in outcomes) / n,
-        float(np.quantile([one.error for one in outcomes], 0.95)),
-        sum(one.reason == REACHED for one in outcomes) / n,
-        sum(one.motions for one in outcomes) / n,
-        sum(one.runs for one in outcomes) / n,
+        sum(end.kept for end in outcomes) / n,
+        float(np.quantile([end.error for end in outcomes], 0.95)),
+        sum(end.reason == REACHED for end in outcomes) / n,
+        sum(end.motions for end in outcomes) / n,
+        sum(end.runs for end in outcomes) / n,
     )
 
 
@@ -142,11 +142,11 @@ def promises(
 ) -> list[Row]:
     """Return a row for each truth (of the dispersion: those that are lognormal, which have one)."""
     until = Until(target, tolerance, AT if target == PROBABILITY else math.nan, most=MOST)
-    chosen = [one for one in truths if target != SPREAD or one.name.startswith("lognormal")]
+    chosen = [truth for truth in truths if target != SPREAD or truth.name.startswith("lognormal")]
     with ProcessPoolExecutor(processes) as pool:
         return [
-            summary(one, list(pool.map(partial(sequential, one, until), range(replicates), chunksize=8)))
-            for one in chosen
+            summary(truth, list(pool.map(partial(sequential, truth, until), range(replicates), chunksize=8)))
+            for truth in chosen
         ]
 
 
@@ -154,8 +154,8 @@ def rows_of_text(title: str, rows: Sequence[Row]) -> str:
     """Return a table as text."""
     lines = [title, f"{'truth':36s} {'kept':>6s} {'95%':>5s} {'reached':>8s} {'motions':>8s} {'runs':>8s}"]
     lines += [
-        f"{one.truth:36s} {one.kept:6.3f} {one.within:5.2f} {one.reached:8.3f} {one.motions:8.0f} {one.runs:8.0f}"
-        for one in rows
+        f"{row.truth:36s} {row.kept:6.3f} {row.within:5.2f} {row.reached:8.3f} {row.motions:8.0f} {row.runs:8.0f}"
+        for row in rows
     ]
     return "\n".join(lines)
 
@@ -165,9 +165,9 @@ def main(arguments: Sequence[str]) -> None:
     replicates, processes = (*map(int, arguments), *(REPLICATES, PROCESSES)[len(arguments) :])
     asked = [(CENTRE, tolerance, f"{tolerance:.0%}") for tolerance in TOLERANCES]
     asked += [(SPREAD, 0.1, "0.1"), (RATE, 0.1, "0.1"), (PROBABILITY, 0.03, "0.03")]
-    for target, tolerance, told in asked:
+    for target, tolerance, width in asked:
         rows = promises(target, tolerance, replicates, processes=processes)
-        print(rows_of_text(f"{target} ±{told}", rows), flush=True)
+        print(rows_of_text(f"{target} ±{width}", rows), flush=True)
     truth, until = TRUTHS[1], Until(CENTRE, 0.05, most=MOST)
     with ProcessPoolExecutor(processes) as pool:
         outcomes = list(pool.map(partial(common_levels, truth, until), range(max(1, replicates // 5)), chunksize=4))

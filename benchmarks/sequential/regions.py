@@ -24,7 +24,7 @@ from ...fragility.analyses.waves import MotionSource, run_wave, scaled_to
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.runs.request import check_request
 from ...models import Block, EnergyConsistent, HousnerImpact, Law
-from ...models.columns import BlockArray
+from ...models.block_array import BlockArray
 from ...models.laws import oscillator_of
 from ...motions import CloughPenzien
 
@@ -85,24 +85,24 @@ def direct_medians(blocks: Sequence[Block], curves: xr.Dataset, motions: int) ->
     """
     x = np.log(curves["half_level"].values) + WIDTH * curves["dispersion"].values * np.array([-1.0, 0.0, 1.0])
     fell, numbers = outcomes(blocks, np.exp(x), motions)
-    found = np.empty((2, len(blocks)))
+    medians = np.empty((2, len(blocks)))
     for i in range(len(blocks)):
         fitted, _ = fit_probit(observations(x[i], fell[i], numbers))
         assert fitted is not None
         estimate = fitted.median()
-        found[:, i] = estimate.value, estimate.error
-    return found[0], found[1]
+        medians[:, i] = estimate.value, estimate.error
+    return medians[0], medians[1]
 
 
-def pooled_of(columns: BlockArray, runs: int, each: int, seed: int) -> tuple[xr.Dataset, int, float]:
-    """Return a surface of so many runs, `each` a motion; all runs, its check included, and CPU seconds."""
-    started, number, counted = process_time(), runs // each, [0]
+def pooled_of(columns: BlockArray, runs: int, per_motion: int, seed: int) -> tuple[xr.Dataset, int, float]:
+    """Return a surface of so many runs, `per_motion` each; all runs, its check included, and CPU seconds."""
+    started, number, counted = process_time(), runs // per_motion, [0]
     surface = pooled(
         columns,
         LAWS[0],
         MOTIONS,
         until={"median": 0.02, "motions": {"least": min(64, number), "most": number}},
-        blocks_per_motion=each,
+        blocks_per_motion=per_motion,
         seed=seed,
         progress=lambda done, _: counted.append(done),
     )
@@ -162,10 +162,10 @@ def rates(slopes: Sequence[float] = (2.0, 3.0), motions: int = 4000) -> None:
         # (the integral of P over the rate between levels so close that P is linear between them)
         events = hazard.rate_at(levels)
         direct = -(0.5 * (shares[:, :-1] + shares[:, 1:]) * np.diff(events)).sum(axis=1) + events[:, -1]
-        rate, upper = (np.stack([found[name].values[:, 0] for found in curves]) for name in ("rate", "rate_upper"))
+        rate, upper = (np.stack([curve[name].values[:, 0] for curve in curves]) for name in ("rate", "rate_upper"))
         gaps, reach = 100.0 * (rate / direct - 1.0), 100.0 * (upper / rate - 1.0)
         apart = np.array([float(surface["rate_apart"][0]) > 0.0 for surface in surfaces])
-        widths = [f"{own.min():.1f} to {own.max():.1f} %" for own in (reach[~apart], reach[apart]) if own.size]
+        widths = [f"{part.min():.1f} to {part.max():.1f} %" for part in (reach[~apart], reach[apart]) if part.size]
         held = np.mean(np.abs(np.log1p(0.01 * gaps)) <= np.log1p(0.01 * reach))
         print(
             f"k = {slope:g}: {gaps.min():+.1f} to {gaps.max():+.1f} %, rms {np.sqrt(np.mean(gaps**2)):.1f} %, "
@@ -180,11 +180,11 @@ def million(number: int = 1_000_000, tolerance: float = 0.02) -> None:
     rates_of = {0.1: 6e-2, 0.5: 2e-2, 1.0: 7e-3, 2.0: 2e-3, 4.0: 4.5e-4, 8.0: 7e-5, 16.0: 7e-6}
     hazard = HazardCurve([*rates_of], [*rates_of.values()], "pga")
     wall, cpu = perf_counter(), process_time()
-    found = pooled(columns, LAWS, MOTIONS, "pga", until={"median": tolerance}, hazard=hazard, seed=1)
+    surface = pooled(columns, LAWS, MOTIONS, "pga", until={"median": tolerance}, hazard=hazard, seed=1)
     wall, cpu = perf_counter() - wall, process_time() - cpu
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     print(f"{number:,} blocks, two laws, ±{tolerance:.0%}, rates: {wall:.0f} s, {cpu:.0f} s CPU, {memory:.2f} GB")
-    print("\n".join(found["account"].values.tolist()))
+    print("\n".join(surface["account"].values.tolist()))
 
 
 PARTS: dict[str, Callable[[], None]] = {"band": band, "rates": rates, "million": million}

@@ -18,7 +18,7 @@ from ...core.aliases import Array
 from ...core.units import STANDARD_GRAVITY
 from ...fragility.adaptive.probit import fit_probit, local_probit
 from ...fragility.analyses.surface_results import surface_curves
-from ...models.columns import BlockArray
+from ...models.block_array import BlockArray
 from .promises import GRID
 from .regions import blocks_of, direct_medians, observations, outcomes, pooled_of
 
@@ -89,10 +89,10 @@ def by_grid(x: Array, local: bool, motions: int, seed: int) -> Medians:
     started = process_time()
     fell, numbers = outcomes(blocks_of(sizes()), np.exp(x), motions, seed=seed)
     medians = []
-    for own in map(observations, x, fell, [numbers] * NUMBER):
-        curve, _ = fit_probit(own)
+    for seen in map(observations, x, fell, [numbers] * NUMBER):
+        curve, _ = fit_probit(seen)
         assert curve is not None  # (the lowest level fells no block under every motion, the highest does)
-        near = local_probit(own, curve.log_median, curve.dispersion, follow=True)[0] if local else None
+        near = local_probit(seen, curve.log_median, curve.dispersion, follow=True)[0] if local else None
         # (levels so far apart that hardly one is within a dispersion have the curve through all alone)
         medians.append((near or curve).log_median)
     return np.array(medians), 0, process_time() - started
@@ -123,11 +123,11 @@ def main(arguments: Sequence[str]) -> None:
     print(HEAD, flush=True)
     for runs in POOLED:
         print(line("one surface", partial(by_surface, runs), runs // EACH, runs, known, replicates), flush=True)
-    own = known.rough[:, None] + OWN * known.dispersions[:, None] * np.linspace(-1.0, 1.0, GRID)
+    near_medians = known.rough[:, None] + OWN * known.dispersions[:, None] * np.linspace(-1.0, 1.0, GRID)
     grids = {
         "20 common levels, curve through all": (common_grid(), False),
         "20 common levels, local fit": (common_grid(), True),
-        "20 levels near each median": (own, False),
+        "20 levels near each median": (near_medians, False),
     }
     for label, (x, local) in grids.items():
         for motions in GRID_MOTIONS:

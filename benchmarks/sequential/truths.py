@@ -28,9 +28,9 @@ class Truth:
 
     def verdicts(self, levels: Array, random: np.random.Generator) -> Flags:
         """Return whether blocks overturn at levels (run, motion), each motion a new one."""
-        own = random.standard_normal(levels.shape[1])
+        of_motion = random.standard_normal(levels.shape[1])
         noise = random.standard_normal(levels.shape)
-        score = math.sqrt(self.correlation) * own + math.sqrt(1.0 - self.correlation) * noise
+        score = math.sqrt(self.correlation) * of_motion + math.sqrt(1.0 - self.correlation) * noise
         return np.asarray(scipy.special.ndtr(score) < self.probability(np.log(levels)))
 
     @property

@@ -19,9 +19,9 @@ from ...core.units import STANDARD_GRAVITY
 from ...models import Block, Model, RandomSliding
 from ...models.sliding.law import SlidingLaw
 from ...motions.arrays import BOTH_AXES, Record
-from ...motions.intensity.dataset import measure_named, positive_measure
+from ...motions.intensity.evaluation import positive_measure
 from ...motions.intensity.measure import Measure
-from ...motions.intensity.naming import FLOOR, GROUND, GROUND_FLOORS
+from ...motions.intensity.naming import FLOOR, GROUND, GROUND_FLOORS, measure_named
 from ...motions.plausibility import record_doubts
 from ...motions.polarity import AS_RECORDED
 from ...motions.simulated.generator import Generator

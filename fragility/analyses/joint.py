@@ -14,7 +14,7 @@ from ...core.aliases import Flags, Progress
 from ...core.streams import stream
 from ...core.units import described, provenance
 from ...models import Block, Law
-from ...models.columns import BlockArray
+from ...models.block_array import BlockArray
 from ...models.sliding.law import SlidingLaw
 from ...motions.intensity.measure import Measure
 from ..adaptive.probit import student

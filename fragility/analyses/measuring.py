@@ -12,7 +12,7 @@ from typing import Self
 import xarray as xr
 
 from ...motions.arrays import Record
-from ...motions.intensity.dataset import measure_variables
+from ...motions.intensity.evaluation import measure_variables
 from ...motions.intensity.measure import RESULT_MEASURES
 from ..runs.plan import LeftError
 from ..runs.runners import thread_count

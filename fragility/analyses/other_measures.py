@@ -12,8 +12,8 @@ import xarray as xr
 
 from ...core.elementary import log
 from ...core.units import described
-from ...motions.intensity.dataset import measure
 from ...motions.intensity.directions import PairMeasure
+from ...motions.intensity.evaluation import measure
 from ...motions.intensity.measure import MEASURES, Measure
 from ..adaptive.probit import Observations
 from ..surfaces.gain import CONFIDENCE, Gain, measure_gain

@@ -13,7 +13,7 @@ from ...core.doubts import warn
 from ...core.units import provenance
 from ...core.wording import counted
 from ...models import Block, Law
-from ...models.columns import BlockArray
+from ...models.block_array import BlockArray
 from ...models.laws import describe_law
 from ...models.sliding.law import SlidingLaw
 from ...motions.intensity.measure import Measure

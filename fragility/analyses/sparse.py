@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from ...core.aliases import Array, Index
 from ...core.units import DIMENSIONLESS, PER_YEAR, described, provenance
 from ...motions.arrays import BOTH_AXES, motion_coordinates
-from ...motions.intensity.dataset import measure_named, measure_variables
-from ...motions.intensity.naming import GROUND
+from ...motions.intensity.evaluation import measure_variables
+from ...motions.intensity.naming import GROUND, measure_named
 from ..adaptive.account import account, half_width
 from ..adaptive.curve import SequentialCurve
 from ..adaptive.stopping import reason_text

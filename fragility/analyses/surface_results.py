@@ -15,7 +15,7 @@ from ...core.elementary import Array, arctan, exp, log, tan
 from ...core.units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, PER_YEAR, RADIAN, STANDARD_GRAVITY, described
 from ...core.wording import counted
 from ...models import Block
-from ...models.columns import BlockArray
+from ...models.block_array import BlockArray
 from ..adaptive.stopping import REACHED, motions_needed
 from ..hazard.curve import HazardCurve
 from ..runs.labels import law_coordinates

@@ -144,7 +144,7 @@ def share_error(flags: Array | Flags, ways: int = 1) -> Array:
 
     A rare flag may be set in no draw, or a common one in all; its variance is then 0, and 1/draws is added. At 20
     realisations ± 1.96 errors contained 94-96 % of the shares under 60 motions, and 91-100 % under 20. Each share was
-    drawn 1,000 times (`benchmarks.coverage.draws`). Errors of quantiles were up to a fifth too large.
+    drawn 1,000 times (`benchmarks.coverage.draws_of_pieces`). Errors of quantiles were up to a fifth too large.
     """
     draws = flags.shape[-2] * flags.shape[-1] // ways
     return np.asarray(np.hypot(sampling_error(flags, ways), 1.0 / draws))

@@ -15,7 +15,7 @@ from ...core import checks
 from ...core.elementary import Array, log
 from ...core.units import DIMENSIONLESS, METRE, SECOND, described
 from ...motions.arrays import Record, records
-from ...motions.intensity.dataset import measure
+from ...motions.intensity.evaluation import measure
 from ...motions.intensity.measure import MEASURES, Measure
 from ...motions.intensity.naming import FLOOR, long_name_at, place_in
 from ..runs.provenance import blocks_of, records_of

@@ -16,8 +16,8 @@ import xarray as xr
 from ...core import checks
 from ...core.elementary import Array, Flags, Index, crossed, inverse, log, solve, times
 from ...core.units import described
-from ...motions.intensity.dataset import measure_named
 from ...motions.intensity.measure import Measure
+from ...motions.intensity.naming import measure_named
 from ..runs.provenance import STRIPES, clusters_of, design_of, provenance_from
 
 FACTOR = "factor"

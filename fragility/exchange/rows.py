@@ -16,9 +16,8 @@ import numpy as np
 
 from ...core.aliases import Array
 from ...core.units import DIMENSIONLESS, METRE, PER_YEAR
-from ...motions.intensity.dataset import measure_named
 from ...motions.intensity.measure import Measure
-from ...motions.intensity.naming import FLOOR, GROUND, long_name_at
+from ...motions.intensity.naming import FLOOR, GROUND, long_name_at, measure_named
 from ..curves.curve import ISOTONIC, LINKED, UPLIFT
 from ..fitting.links import LOGNORMAL
 from ..fitting.states import INCOMPLETE, OK

@@ -16,9 +16,8 @@ import numpy as np
 from ...core import checks
 from ...core.elementary import Array, exp, log, power, times
 from ...core.parameters import CHANCE
-from ...motions.intensity.dataset import measure_named
 from ...motions.intensity.measure import Measure
-from ...motions.intensity.naming import FLOOR, GROUND, in_si
+from ...motions.intensity.naming import FLOOR, GROUND, in_si, measure_named
 from ..runs.scaling import BLOCK_MEASURES, SCALE
 from .pieces import EXTEND, Pieces, pieces_of, segment_slopes
 

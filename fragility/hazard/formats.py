@@ -16,9 +16,9 @@ from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import first_names
 from ...motions.intensity.spectra import DAMPING
-from ...motions.matching.targets import other_damping
+from ...motions.matching.target_spectra import other_damping
 from ...motions.readers.lines import Lines, plain
-from ...motions.readers.units import told
+from ...motions.readers.units import units_in
 from .curve import HazardCurve, unit_to_si
 from .reading import (
     LARGER,
@@ -280,7 +280,7 @@ def _refuse_other_comments(lines: Lines, comment: str, label: str, unit: str | N
     for text in comment.split("#"):
         # (a measure is what its levels are of, not a peak of something else)
         words = _NAMED.sub(lambda match: "velocity" if re.search("v$|ve", match[0].lower()) else "acceleration", text)
-        stated = [levels for levels in told(words, lines.number) if not levels.once]
+        stated = [levels for levels in units_in(words, lines.number) if not levels.once]
         other = [
             levels.text.strip()
             for levels in stated
@@ -634,7 +634,7 @@ def read_services(lines: Lines, im: str | None, component: str) -> HazardCurve:
     if "probab" in y.lower() or _column_quantity(lines, y, None)[0] != Quantity("rate"):
         raise HazardError(f"{file}: gives {_shown(y)}, but annual rates are needed: save the response with these")
     own = unit_of_program(label)
-    for unit in told(_NAMED.sub("acceleration", texts.get("xlabel", "")), lines.number):
+    for unit in units_in(_NAMED.sub("acceleration", texts.get("xlabel", "")), lines.number):
         # (the services write g for every measure)
         if unit.text.strip() != "g" and _si(unit.text, label) != _si(own, label):
             raise HazardError(f"{file}: gives {_shown(texts['xlabel'])}, but levels in {own} are needed")

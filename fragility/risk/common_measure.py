@@ -8,8 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.elementary import log
-from ...motions.intensity.dataset import measure_named
-from ...motions.intensity.naming import FLOOR, GROUND_FLOORS
+from ...motions.intensity.naming import FLOOR, GROUND_FLOORS, measure_named
 from ..curves.curve import CurveArrays, LinkedCurves, TabulatedCurves, curve_arrays, im_of
 from ..hazard.curve import HazardCurve
 from ..runs.provenance import levels_of_the_ground

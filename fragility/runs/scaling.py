@@ -15,10 +15,10 @@ from ...core.aliases import Array
 from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY
 from ...models import Block
 from ...motions.arrays import BOTH_AXES, Record
-from ...motions.intensity.dataset import SCALABLE, measure_named, positive_measure
 from ...motions.intensity.directions import PairMeasure
+from ...motions.intensity.evaluation import SCALABLE, positive_measure
 from ...motions.intensity.measure import MEASURES, Measure
-from ...motions.intensity.naming import GROUND, long_name_at, place_of
+from ...motions.intensity.naming import GROUND, long_name_at, measure_named, place_of
 from .axes import axes_of
 from .factors import BlockFactors, Factors, ScaleFactors, unscaled
 

@@ -18,7 +18,7 @@ from ...core.facts import Fact, doubted
 from ...core.sentences import register_of, sentence
 from ...core.wording import listed_name
 from ...models import Block
-from ...models.columns import BlockArray
+from ...models.block_array import BlockArray
 from ...motions.arrays import POLARITY
 from ..numerics.proportions import runs_for_half_width, wilson_interval
 from ..runs.provenance import BED, RUN, about_both_axes, runs_near_curves

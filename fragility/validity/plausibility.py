@@ -13,7 +13,7 @@ from ...core.units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
 from ...core.wording import counted, short_digits, two_digits
 from ...models import Block, Model, Sliding
 from ...models.block import WIDEST, likely_sizes
-from ...models.columns import BlockArray
+from ...models.block_array import BlockArray
 from ...models.scenes.restraint import Restraint
 from ..runs.scaling import intensity_measure
 

@@ -472,7 +472,7 @@ def _leave_samples(w, between, batch, at_rest, room):
 
 
 @kernel(**FUSED)
-def _end_pieces(w, active, batch, at_rest, room):
+def _end_pieces(w, active, batch, at_rest):
     """Take the lanes whose pieces have no event on to their next samples; return the number of the others.
 
     Those between two samples if there is more to do, those that cross edges, and those whose piece is unusual.
@@ -670,7 +670,7 @@ def run_exact(batch, runs, at_rest):
         k=np.empty(STATE_INTEGERS, np.int64),
     )
     listed = batch.turns.shape[1] > 0
-    found = np.int64(0)
+    turns = np.int64(0)
     active = np.int64(0)
     joined = np.int64(0)
     between = np.int64(0)
@@ -687,7 +687,7 @@ def run_exact(batch, runs, at_rest):
         while ended > 0:
             lane -= 1
             if w.sample[lane] == ENDED:
-                found = w.k[lane, TURNS]
+                turns = w.k[lane, TURNS]
                 ended -= 1
                 active -= 1
                 if lane < active:
@@ -695,9 +695,9 @@ def run_exact(batch, runs, at_rest):
         if active < GLIDERS and joined < runs.shape[0]:
             continue
         if active == 0:
-            return found
+            return turns
         _glide_lanes(w.rows, w.marks, whole(active), at_rest)
-        between, crossings, unusual = _end_pieces(w, active, batch, at_rest, room)
+        between, crossings, unusual = _end_pieces(w, active, batch, at_rest)
         if unusual > 0:
             between, crossings = _solve_unusual(w, unusual, between, crossings, batch, at_rest, room)
         if crossings > 0:

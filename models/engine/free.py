@@ -139,10 +139,10 @@ def find_barrier(model, o, barriers):
             continue  # a row that only pads the table
         centre = model.tables[o, r, REGION_CENTRE]
         inertia = model.tables[o, r, REGION_INERTIA]
-        own = math.sqrt(inertia) * model.tables[o, r, REGION_GAIN]
-        lever = max(lever, own)
+        arm = math.sqrt(inertia) * model.tables[o, r, REGION_GAIN]
+        lever = max(lever, arm)
         if exact != 0.0:
-            lever = max(lever, own * exact)
+            lever = max(lever, arm * exact)
             moment = max(moment, math.sqrt(inertia) * abs(stiffness * math.sin(centre)))
         if model.links[o, r, LINK_UPPER_ACTION] == OVERTURN and (stiffness >= 0.0 or centre >= upper):
             saddle_potential = min(saddle_potential, inertia * potential_energy(model, o, r, upper))

@@ -34,12 +34,12 @@ from .tables import (
 
 @kernel(inline="always")
 def flight_terms(stiffness, h):
-    """Return M = -K h² and A, B and C of `solve_hops` by their series, exact to rounding for |m| <= 1/400."""
+    """Return m = -K h², and c1, c2 and c3 of `solve_hops` by their series, exact to rounding for |m| <= 1/400."""
     m = -stiffness * h * h
-    one = 1.0 + m * ((1.0 / 6.0) + m * ((1.0 / 120.0) + m * (1.0 / 5040.0)))
-    two = 0.5 + m * ((1.0 / 24.0) + m * ((1.0 / 720.0) + m * (1.0 / 40320.0)))
-    three = (1.0 / 6.0) + m * ((1.0 / 120.0) + m * ((1.0 / 5040.0) + m * (1.0 / 362880.0)))
-    return m, one, two, three
+    c1 = 1.0 + m * ((1.0 / 6.0) + m * ((1.0 / 120.0) + m * (1.0 / 5040.0)))
+    c2 = 0.5 + m * ((1.0 / 24.0) + m * ((1.0 / 720.0) + m * (1.0 / 40320.0)))
+    c3 = (1.0 / 6.0) + m * ((1.0 / 120.0) + m * ((1.0 / 5040.0) + m * (1.0 / 362880.0)))
+    return m, c1, c2, c3
 
 
 @kernel(inline="always")
@@ -55,32 +55,32 @@ def landing(model, o, region):
 def solve_hops(x, k, model, o, force, slope, t, dt):
     """Solve short flights from an impact at theta = 0 to the next, up to the end of the sample.
 
-    Over a flight theta/s = v A + a s B + b s² C and theta' = v (1 + m B) + s (a A + b s B). Here b is the slope of the
-    forcing and m = -K s². The factors A = sinh(sqrt m)/sqrt m, B = (cosh(sqrt m) - 1)/m and C = (A - 1)/m are by their
-    series. The flight is taken only if these are exact to rounding and it stays below the peak and in its region.
-    Returns the time reached within the sample.
+    Over a flight theta/s = v c1 + a s c2 + b s² c3 and theta' = v (1 + m c2) + s (a c1 + b s c2). Here b is the slope
+    of the forcing and m = -K s². The factors c1 = sinh(sqrt m)/sqrt m, c2 = (cosh(sqrt m) - 1)/m, c3 = (c1 - 1)/m are
+    by their series. The flight is taken only if these are exact to rounding and it stays below the peak and in its
+    region. Returns the time reached within the sample.
     """
-    here = k[NOW]
-    there = model.links[o, here, LINK_HOPS]
-    if there == NO_REGION:
+    region = k[NOW]
+    across = model.links[o, region, LINK_HOPS]
+    if across == NO_REGION:
         return t
-    offset = model.tables[o, here, REGION_OFFSET]
-    offset_there = model.tables[o, there, REGION_OFFSET]
-    stiffness = model.tables[o, here, REGION_STIFFNESS]
-    stiffness_there = model.tables[o, there, REGION_STIFFNESS]
-    push = model.tables[o, here, REGION_GAIN] * force
-    push_there = model.tables[o, there, REGION_GAIN] * force
-    rise = model.tables[o, here, REGION_GAIN] * slope
-    rise_there = model.tables[o, there, REGION_GAIN] * slope
-    e, loss = landing(model, o, here)
-    e_there, loss_there = landing(model, o, there)
+    offset = model.tables[o, region, REGION_OFFSET]
+    offset_across = model.tables[o, across, REGION_OFFSET]
+    stiffness = model.tables[o, region, REGION_STIFFNESS]
+    stiffness_across = model.tables[o, across, REGION_STIFFNESS]
+    push = model.tables[o, region, REGION_GAIN] * force
+    push_across = model.tables[o, across, REGION_GAIN] * force
+    rise = model.tables[o, region, REGION_GAIN] * slope
+    rise_across = model.tables[o, across, REGION_GAIN] * slope
+    e, loss = landing(model, o, region)
+    e_across, loss_across = landing(model, o, across)
     highest = min(
         lesser_peak(x),
-        model.tables[o, here, REGION_UPPER] - model.tables[o, here, REGION_LOWER],
-        model.tables[o, there, REGION_UPPER] - model.tables[o, there, REGION_LOWER],
+        model.tables[o, region, REGION_UPPER] - model.tables[o, region, REGION_LOWER],
+        model.tables[o, across, REGION_UPPER] - model.tables[o, across, REGION_LOWER],
     )
-    rest = rest_at(model, o, here, 0.0)
-    settling = 0.25 * max(loss, loss_there) * (model.rests[o, rest, REST_UP] + model.rests[o, rest, REST_DOWN])
+    rest = rest_at(model, o, region, 0.0)
+    settling = 0.25 * max(loss, loss_across) * (model.rests[o, rest, REST_UP] + model.rests[o, rest, REST_DOWN])
     omega = x[OMEGA]
     strike = x[STRIKE]
     hops = 0
@@ -110,10 +110,10 @@ def solve_hops(x, k, model, o, force, slope, t, dt):
         speed = 0.0
         lands = False
         for _ in range(6):
-            m, one, two, three = flight_terms(stiffness, h)
+            m, c1, c2, c3 = flight_terms(stiffness, h)
             # rotation over h, whose zero is the landing, and velocity
-            f = omega * one + h * (a * two + h * rise * three)
-            speed = omega + (omega * m * two + h * (a * one + h * rise * two))
+            f = omega * c1 + h * (a * c2 + h * rise * c3)
+            speed = omega + (omega * m * c2 + h * (a * c1 + h * rise * c2))
             if h == left and f * omega > 0.0:
                 break
             step = -f * h / (speed - f)
@@ -135,24 +135,24 @@ def solve_hops(x, k, model, o, force, slope, t, dt):
         strike = max(strike, abs(speed))
         omega = e * speed
         if abs(omega) < settling * (dt - t) or omega == 0.0:
-            faster = max(1.0, e_there) * omega
+            faster = max(1.0, e_across) * omega
             settles = comes_to_rest(
                 model, o, rest, loss, omega, faster, stiffness, force + slope * t, slope, dt - t, highest, None
             )
             if k[FREE] == 0 and settles:
                 omega = 0.0
-                here = -1 - rest
+                region = -1 - rest
                 break
-        here, there = there, here
-        offset, offset_there = offset_there, offset
-        stiffness, stiffness_there = stiffness_there, stiffness
-        push, push_there = push_there, push
-        rise, rise_there = rise_there, rise
-        e, e_there = e_there, e
-        loss, loss_there = loss_there, loss
+        region, across = across, region
+        offset, offset_across = offset_across, offset
+        stiffness, stiffness_across = stiffness_across, stiffness
+        push, push_across = push_across, push
+        rise, rise_across = rise_across, rise
+        e, e_across = e_across, e
+        loss, loss_across = loss_across, loss
     x[OMEGA] = omega
     x[STRIKE] = strike
-    k[NOW] = here
+    k[NOW] = region
     k[TURNS] += hops
     k[IMPACTS] += hops
     return t
@@ -168,22 +168,22 @@ def solve_low_hops(x, k, model, o, force, slope, t, dt, weight):
     + w y²/2, w = j v/a². Under a vertical component the moment is in proportion to the weight, whose rate adds to j.
     Returns the time reached within the sample.
     """
-    here = k[NOW]
-    there = model.links[o, here, LINK_HOPS]
-    if there == NO_REGION:
+    region = k[NOW]
+    across = model.links[o, region, LINK_HOPS]
+    if across == NO_REGION:
         return t
-    offset, stiffness, gain, lean = near_zero(model, o, here)
-    offset_there, stiffness_there, gain_there, lean_there = near_zero(model, o, there)
-    outside = min(model.tables[o, here, REGION_STIFFNESS], model.tables[o, there, REGION_STIFFNESS])
+    offset, stiffness, gain, lean = near_zero(model, o, region)
+    offset_across, stiffness_across, gain_across, lean_across = near_zero(model, o, across)
+    outside = min(model.tables[o, region, REGION_STIFFNESS], model.tables[o, across, REGION_STIFFNESS])
     steepest = outside * greatest(weight, dt)
     room = min(
-        model.tables[o, here, REGION_UPPER] - model.tables[o, here, REGION_LOWER],
-        model.tables[o, there, REGION_UPPER] - model.tables[o, there, REGION_LOWER],
+        model.tables[o, region, REGION_UPPER] - model.tables[o, region, REGION_LOWER],
+        model.tables[o, across, REGION_UPPER] - model.tables[o, across, REGION_LOWER],
     )
-    e, loss = landing(model, o, here)
-    e_there, loss_there = landing(model, o, there)
-    rest = rest_at(model, o, here, 0.0)
-    settling = 0.25 * max(loss, loss_there) * (model.rests[o, rest, REST_UP] + model.rests[o, rest, REST_DOWN])
+    e, loss = landing(model, o, region)
+    e_across, loss_across = landing(model, o, across)
+    rest = rest_at(model, o, region, 0.0)
+    settling = 0.25 * max(loss, loss_across) * (model.rests[o, rest, REST_UP] + model.rests[o, rest, REST_DOWN])
     settling *= greatest(weight, dt)
     v = x[OMEGA]
     peak = lesser_peak(x)
@@ -218,7 +218,7 @@ def solve_low_hops(x, k, model, o, force, slope, t, dt, weight):
         strike = max(strike, abs(v))
         v *= e
         hops += 1
-        faster = max(1.0, e_there) * v
+        faster = max(1.0, e_across) * v
         highest = min(peak, room)
         if (
             abs(v) < settling * (dt - t)
@@ -228,18 +228,18 @@ def solve_low_hops(x, k, model, o, force, slope, t, dt, weight):
             )
         ):
             v = 0.0
-            here = -1 - rest
+            region = -1 - rest
             break
-        here, there = there, here
-        offset, offset_there = offset_there, offset
-        stiffness, stiffness_there = stiffness_there, stiffness
-        gain, gain_there = gain_there, gain
-        lean, lean_there = lean_there, lean
-        e, e_there = e_there, e
-        loss, loss_there = loss_there, loss
+        region, across = across, region
+        offset, offset_across = offset_across, offset
+        stiffness, stiffness_across = stiffness_across, stiffness
+        gain, gain_across = gain_across, gain
+        lean, lean_across = lean_across, lean
+        e, e_across = e_across, e
+        loss, loss_across = loss_across, loss
     x[OMEGA] = v
     x[STRIKE] = strike
-    k[NOW] = here
+    k[NOW] = region
     k[TURNS] += hops
     k[IMPACTS] += hops
     return t

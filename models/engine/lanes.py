@@ -75,7 +75,7 @@ class Lanes(NamedTuple):
     """The arrays of the lanes.
 
     `rows`: the lockstep state, flat. `marks`, `words`: lanes that a step has marked, one and eight at a time. `x`, `k`:
-    the state of each run. `own`: the propagator of a zone whose damping is held. `steps`: the propagators of all
+    the state of each run. `held`: the propagator of a zone whose damping is held. `steps`: the propagators of all
     regions (o, r, 8). `oscillator`, `run`, `amplitude`: of each lane. `start`: place of its record (see `Shaking`).
     `pieces`, `zones`, `zone_lane`, `turns`, `turn_lane`: columns that wait to be solved together, and their lanes.
     `parked`, `parked_at`, `parked_time`: lanes with an event, its sample and the time in it. `leaving`: lanes that rest
@@ -87,7 +87,7 @@ class Lanes(NamedTuple):
     words: Any
     x: Any
     k: Any
-    own: Any
+    held: Any
     steps: Any
     oscillator: Any
     run: Any
@@ -230,18 +230,24 @@ def _copy(target, source):
 
 
 @kernel(**FUSED)
+def copy_run(target, to, source, j):
+    """Copy run j of `source` to a place of `target`: each holds the runs in lanes, or runs without a lane."""
+    _copy(target.x[to], source.x[j])
+    _copy(target.k[to], source.k[j])
+    target.oscillator[to] = source.oscillator[j]
+    target.run[to] = source.run[j]
+    target.start[to] = source.start[j]
+    target.amplitude[to] = source.amplitude[j]
+    target.until[to] = source.until[j]
+
+
+@kernel(**FUSED)
 def leave_lane(w, lane, last):
     """Free a lane: the last active lane takes its place."""
     for row in range(LANE_ROWS):
         w.rows[row * LANES + lane] = w.rows[row * LANES + last]
-    _copy(w.x[lane], w.x[last])
-    _copy(w.k[lane], w.k[last])
-    _copy(w.own[lane], w.own[last])
-    w.amplitude[lane] = w.amplitude[last]
-    w.oscillator[lane] = w.oscillator[last]
-    w.run[lane] = w.run[last]
-    w.start[lane] = w.start[last]
-    w.until[lane] = w.until[last]
+    copy_run(w, lane, w, last)
+    _copy(w.held[lane], w.held[last])
     clear_lane(w.rows, last)
 
 
@@ -260,27 +266,11 @@ def set_amplitude(w, lane, amplitude):
 
 
 @kernel(**FUSED)
-def set_apart(w, lane, z, j):
-    """Copy the run in a lane to place j of the runs without a lane."""
-    _copy(z.x[j], w.x[lane])
-    _copy(z.k[j], w.k[lane])
-    z.oscillator[j] = w.oscillator[lane]
-    z.run[j] = w.run[lane]
-    z.start[j] = w.start[lane]
-    z.amplitude[j] = w.amplitude[lane]
-    z.until[j] = w.until[lane]
-
-
-@kernel(**FUSED)
 def take_lane(w, lane, z, j):
     """Copy run j of those without a lane into a lane."""
-    _copy(w.x[lane], z.x[j])
-    _copy(w.k[lane], z.k[j])
-    w.oscillator[lane] = z.oscillator[j]
-    w.run[lane] = z.run[j]
-    w.start[lane] = z.start[j]
-    w.own[lane, STEP_DAMPING] = -1.0
-    set_amplitude(w, lane, z.amplitude[j])
+    copy_run(w, lane, z, j)
+    w.held[lane, STEP_DAMPING] = -1.0
+    set_lane_amplitude(w.rows, lane, z.amplitude[j])
 
 
 @kernel(**FUSED)
@@ -302,7 +292,7 @@ def rejoin(w, f, active, bouncing, parked, last, end):
         parked += 1
         active += 1
         bouncing -= 1
-        move_apart(b, bouncing, j)
+        copy_run(b, j, b, bouncing)
         f.time[j] = f.time[bouncing]
     return active, bouncing, parked
 
@@ -317,18 +307,6 @@ def sort(values, n):
             values[j] = values[j - 1]
             j -= 1
         values[j] = value
-
-
-@kernel(**FUSED)
-def move_apart(z, j, to):
-    """Move run j of those without a lane to another place among them."""
-    _copy(z.x[to], z.x[j])
-    _copy(z.k[to], z.k[j])
-    z.oscillator[to] = z.oscillator[j]
-    z.run[to] = z.run[j]
-    z.start[to] = z.start[j]
-    z.amplitude[to] = z.amplitude[j]
-    z.until[to] = z.until[j]
 
 
 @kernel()

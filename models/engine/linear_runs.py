@@ -3,20 +3,18 @@
 import numpy as np
 
 from ...core.compiled import kernel
-from .bounces import bounce, no_flights
 from .free import follow_free, is_safe
 from .lanes import (
     Lanes,
     begin_run,
     clear_lane,
+    copy_run,
     fetch_lane,
     freeze_lane,
     leave_lane,
-    move_apart,
     no_runs,
     rejoin,
     set_amplitude,
-    set_apart,
     sort,
     store_fallen,
     store_sample,
@@ -24,6 +22,7 @@ from .lanes import (
     write_result,
 )
 from .lockstep import BLOCK, advance, follow
+from .low_bounces import bounce, no_flights
 from .resolve import resolve
 from .tables import (
     DEGREE,
@@ -98,7 +97,7 @@ def run_lanes(batch, runs, ends):
         words=marks.view(np.int64),
         x=np.empty((LANES, STATE_FLOATS)),
         k=np.empty((LANES, STATE_INTEGERS), np.int64),
-        own=np.zeros((LANES, STEP_COLUMNS)),
+        held=np.zeros((LANES, STEP_COLUMNS)),
         steps=batch.steps,
         oscillator=np.empty(LANES, np.int64),
         run=np.empty(LANES, np.int64),
@@ -132,7 +131,7 @@ def run_lanes(batch, runs, ends):
     next_awake = longest
     joined = np.int64(0)
     now = np.int64(ROW_EVEN)
-    found = np.int64(0)
+    turns = np.int64(0)
     i = first[runs[0]]
     while True:
         # up to the next multiple of TILE: the meeting samples must not depend on the other runs
@@ -185,7 +184,7 @@ def run_lanes(batch, runs, ends):
                 parked += 1
                 active += 1
                 asleep -= 1
-                move_apart(z, asleep, j)
+                copy_run(z, j, z, asleep)
         while joined < runs.shape[0] and (first[runs[joined]] < end or last[runs[joined]] <= end):
             # a run joins alone, and catches up
             j = runs[joined]
@@ -195,7 +194,7 @@ def run_lanes(batch, runs, ends):
             w.oscillator[active] = o
             w.run[active] = j
             w.start[active] = shaking.start[j]
-            w.own[active, STEP_DAMPING] = -1.0
+            w.held[active, STEP_DAMPING] = -1.0
             begin_run(x, k, model, o, begin[j])
             set_amplitude(w, active, -model.parameters[o, PAR_GAIN] * factors[j])
             if store:
@@ -205,7 +204,7 @@ def run_lanes(batch, runs, ends):
             joined += 1
             if w.leaving[LANES] > 0:
                 w.leaving[LANES] = 0
-                set_apart(w, active, z, asleep)
+                copy_run(z, asleep, w, active)
                 next_awake = min(next_awake, z.until[asleep])
                 asleep += 1
                 continue
@@ -226,7 +225,7 @@ def run_lanes(batch, runs, ends):
                 sort(w.leaving, w.leaving[LANES])
                 for j in range(w.leaving[LANES] - 1, -1, -1):
                     if w.k[w.leaving[j], NOW] < 0:
-                        set_apart(w, w.leaving[j], z, asleep)
+                        copy_run(z, asleep, w, w.leaving[j])
                         next_awake = min(next_awake, z.until[asleep])
                         asleep += 1
                     active -= 1
@@ -257,10 +256,10 @@ def run_lanes(batch, runs, ends):
                     continue
                 z.k[j, SAFE] = 1
                 tally[TALLY_SAFE] += max(left, 0)
-                found = z.k[j, TURNS]
+                turns = z.k[j, TURNS]
                 write_result(out, z.run[j], z.x[j], z.k[j])
                 asleep -= 1
-                move_apart(z, asleep, j)
+                copy_run(z, j, z, asleep)
         if leaving:
             lane = np.int64(0)
             while lane < active:
@@ -269,7 +268,7 @@ def run_lanes(batch, runs, ends):
                     continue
                 tally[TALLY_SAFE if w.k[lane, SAFE] != 0 else TALLY_OVERTURNED] += max(last[w.run[lane]] - i, 0)
                 write_result(out, w.run[lane], w.x[lane], w.k[lane])
-                found = w.k[lane, TURNS]
+                turns = w.k[lane, TURNS]
                 if store:
                     store_fallen(history, i, w.x[lane])
                 active -= 1
@@ -286,7 +285,7 @@ def run_lanes(batch, runs, ends):
                 w.rows[(now + 1) * LANES + active] = 0.0
                 active += 1
                 asleep -= 1
-                move_apart(z, asleep, j)
+                copy_run(z, j, z, asleep)
             if store and active > 0:
                 fetch_lane(w, np.int64(0), now)
                 store_sample(history, i, w.x[0], w.k[0], model, w.oscillator[0])
@@ -297,10 +296,10 @@ def run_lanes(batch, runs, ends):
                     lane += 1
                     continue
                 fetch_lane(w, lane, now)
-                found = w.k[lane, TURNS]
+                turns = w.k[lane, TURNS]
                 follow_free(w.x[lane], w.k[lane], model, w.oscillator[lane], last[j] * dt, after_record, None)
                 write_result(out, j, w.x[lane], w.k[lane])
                 active -= 1
                 leave_lane(w, lane, active)
         if active + asleep + bouncing == 0 and joined == runs.shape[0]:
-            return found
+            return turns

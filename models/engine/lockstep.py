@@ -148,39 +148,45 @@ def _step(theta, omega, push, up, stiffness, g, dip, edges):
 
 
 @kernel(inline="always")
+def _step_lane(s, marks, lane, force, rise, dip, now, after):
+    """Step a lane over one sample, from the state rows `now` to the rows `after`; return True if it is marked."""
+    amplitude = s[ROW_AMPLITUDE * LANES + lane]
+    theta_end, omega_end, look = _step(
+        s[now * LANES + lane],
+        s[(now + 1) * LANES + lane],
+        s[ROW_OFFSET * LANES + lane] + amplitude * force,
+        amplitude * rise,
+        s[ROW_STIFFNESS * LANES + lane],
+        Propagator(
+            s[ROW_G0 * LANES + lane],
+            s[ROW_G1 * LANES + lane],
+            s[ROW_G2 * LANES + lane],
+            s[ROW_G3 * LANES + lane],
+            s[ROW_G2_RISE * LANES + lane],
+        ),
+        s[ROW_SQUARE * LANES + lane] * dip,
+        Edges(
+            s[ROW_UPPER * LANES + lane],
+            s[ROW_LOWER * LANES + lane],
+            s[ROW_CALM_UPPER * LANES + lane],
+            s[ROW_CALM_LOWER * LANES + lane],
+        ),
+    )
+    s[after * LANES + lane] = theta_end
+    s[(after + 1) * LANES + lane] = omega_end
+    marks[lane] = look
+    return look
+
+
+@kernel(inline="always")
 def _step_lanes(s, marks, n, force, rise, dip, now, after):
-    """Step all lanes over one sample, from the state rows `now` to the rows `after`; return the number of marked lanes.
+    """Step all lanes over one sample; return the number of marked lanes.
 
     Rows lie at constant offsets in one flat array, and the trip count is known at run time only: so it vectorises.
     """
     count = 0
     for lane in range(n):
-        amplitude = s[ROW_AMPLITUDE * LANES + lane]
-        theta_end, omega_end, look = _step(
-            s[now * LANES + lane],
-            s[(now + 1) * LANES + lane],
-            s[ROW_OFFSET * LANES + lane] + amplitude * force,
-            amplitude * rise,
-            s[ROW_STIFFNESS * LANES + lane],
-            Propagator(
-                s[ROW_G0 * LANES + lane],
-                s[ROW_G1 * LANES + lane],
-                s[ROW_G2 * LANES + lane],
-                s[ROW_G3 * LANES + lane],
-                s[ROW_G2_RISE * LANES + lane],
-            ),
-            s[ROW_SQUARE * LANES + lane] * dip,
-            Edges(
-                s[ROW_UPPER * LANES + lane],
-                s[ROW_LOWER * LANES + lane],
-                s[ROW_CALM_UPPER * LANES + lane],
-                s[ROW_CALM_LOWER * LANES + lane],
-            ),
-        )
-        s[after * LANES + lane] = theta_end
-        s[(after + 1) * LANES + lane] = omega_end
-        marks[lane] = look
-        if look:
+        if _step_lane(s, marks, lane, force, rise, dip, now, after):
             count += 1
     return count
 
@@ -203,32 +209,7 @@ def _step_mixed(s, forces, marks, n, dt, now, after):
     for lane in range(n):
         force = forces[lane]
         rise = forces[BLOCK + lane] - force
-        amplitude = s[ROW_AMPLITUDE * LANES + lane]
-        theta_end, omega_end, look = _step(
-            s[now * LANES + lane],
-            s[(now + 1) * LANES + lane],
-            s[ROW_OFFSET * LANES + lane] + amplitude * force,
-            amplitude * rise,
-            s[ROW_STIFFNESS * LANES + lane],
-            Propagator(
-                s[ROW_G0 * LANES + lane],
-                s[ROW_G1 * LANES + lane],
-                s[ROW_G2 * LANES + lane],
-                s[ROW_G3 * LANES + lane],
-                s[ROW_G2_RISE * LANES + lane],
-            ),
-            s[ROW_SQUARE * LANES + lane] * _dip(rise, dt),
-            Edges(
-                s[ROW_UPPER * LANES + lane],
-                s[ROW_LOWER * LANES + lane],
-                s[ROW_CALM_UPPER * LANES + lane],
-                s[ROW_CALM_LOWER * LANES + lane],
-            ),
-        )
-        s[after * LANES + lane] = theta_end
-        s[(after + 1) * LANES + lane] = omega_end
-        marks[lane] = look
-        if look:
+        if _step_lane(s, marks, lane, force, rise, _dip(rise, dt), now, after):
             count += 1
     return count
 
@@ -349,7 +330,7 @@ def follow(w, lane, model, shaking, i, end, now, waiting, recording):
     row = model.tables[o, region]
     step = w.steps[o, region]
     if model.links[o, region, LINK_HELD]:
-        step = w.own[lane]
+        step = w.held[lane]
         if x[HELD] != step[STEP_DAMPING]:
             fill_step(step, row, x[HELD], dt)
     grade = int(step[STEP_GRADE])

@@ -26,14 +26,14 @@ from .tables import (
     IMPACTS,
     LINK_HELD,
     LINK_LOWER_ACTION,
-    LINK_LOWER_OTHER,
     LINK_LOWER_REST,
+    LINK_LOWER_SLOW,
     LINK_LOWER_TARGET,
     LINK_TURN_LEFT,
     LINK_TURN_RIGHT,
     LINK_UPPER_ACTION,
-    LINK_UPPER_OTHER,
     LINK_UPPER_REST,
+    LINK_UPPER_SLOW,
     LINK_UPPER_TARGET,
     MANY_HOPS,
     MOST_PIECES,
@@ -136,8 +136,8 @@ def at_edge(x, k, model, o, region, upper, force, slope, left, time, weight):
         return
     speed = abs(x[OMEGA])
     if action == ENTER:
-        other = model.links[o, region, LINK_UPPER_OTHER if upper else LINK_LOWER_OTHER]
-        if other != NO_REGION:
+        slow = model.links[o, region, LINK_UPPER_SLOW if upper else LINK_LOWER_SLOW]
+        if slow != NO_REGION:
             # Too slow for an impact with e to carry it through the zone: it stays on the rigid branch.
             e = model.parameters[o, PAR_RESTITUTION]
             potential = potential_energy(model, o, region, x[THETA])
@@ -147,7 +147,7 @@ def at_edge(x, k, model, o, region, upper, force, slope, left, time, weight):
                 out = model.tables[o, target, REGION_UPPER if x[OMEGA] > 0.0 else REGION_LOWER]
                 needed = potential_energy(model, o, target, out) / (factor * factor)
             if e * e * (0.5 * x[OMEGA] * x[OMEGA] + potential) <= needed:
-                k[NOW] = other
+                k[NOW] = slow
                 return
         k[IMPACTS] += 1
         x[STRIKE] = max(x[STRIKE], speed)

@@ -202,7 +202,7 @@ def crossing_zeta(start, speed, end, exit_speed):
         gap = (1.0 - zeta) * (1.0 + zeta)
         w = math.sqrt(abs(gap))
         excess_over = excess / r1
-        value = -1.0
+        residual = -1.0
         if excess_over > -1.0 and (gap >= 0.0 or u0 + w * start > 0.0):
             if gap > 0.0:
                 time = (math.atan2(w * end, u1) - math.atan2(w * start, u0)) / w
@@ -210,17 +210,17 @@ def crossing_zeta(start, speed, end, exit_speed):
                 time = (math.atanh(w * end / u1) - math.atanh(w * start / u0)) / w
             else:
                 time = end / u1 - start / u0
-            value = math.log1p(excess_over) - 2.0 * zeta * time
-        if value == 0.0:
+            residual = math.log1p(excess_over) - 2.0 * zeta * time
+        if residual == 0.0:
             return zeta
         before = zeta
-        if value > 0.0:
+        if residual > 0.0:
             low = zeta
-            at_low = value
+            at_low = residual
             at_high *= 0.5
         else:
             high = zeta
-            at_high = value
+            at_high = residual
             at_low *= 0.5
         if high == math.inf:
             zeta = 2.0 * zeta

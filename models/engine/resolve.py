@@ -3,9 +3,9 @@
 import numpy as np
 
 from ...core.compiled import kernel
-from .bounces import lands_soon
-from .lanes import set_apart
+from .lanes import copy_run
 from .lockstep import follow
+from .low_bounces import lands_soon
 from .pieces import at_edge, solve_sample
 from .propagators import solve_propagators, step_grade
 from .rest import uplift
@@ -148,8 +148,8 @@ def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
                 grade = w.steps[o, region, STEP_GRADE]
                 if model.links[o, region, LINK_HELD]:
                     c = x[HELD]
-                    grade = w.own[lane, STEP_GRADE]
-                    if c != w.own[lane, STEP_DAMPING]:
+                    grade = w.held[lane, STEP_GRADE]
+                    if c != w.held[lane, STEP_DAMPING]:
                         grade = step_grade(dt * rate_bound(stiffness, c))
                         if grade == ONE_PIECE and c > 0.0:  # (see `_without_drift`)
                             zones[PIECE_STIFFNESS * LANES + entries] = stiffness
@@ -180,7 +180,7 @@ def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
         if entries > 0:
             solve_propagators(zones, whole(entries), dt)
         for j in range(entries):
-            step = w.own[w.zone_lane[j]]
+            step = w.held[w.zone_lane[j]]
             step[STEP_DAMPING] = zones[PIECE_DAMPING * LANES + j]
             step[STEP_GRADE] = ONE_PIECE
             step[STEP_PULL] = 0.0
@@ -205,7 +205,7 @@ def resolve(w, f, bouncing, model, shaking, end, now, waiting, parked, work):
                     if lands_soon(x, k, model, o, force, dt):
                         w.until[lane] = i
                         f.time[bouncing] = w.parked_time[j]
-                        set_apart(w, lane, f.runs, bouncing)
+                        copy_run(f.runs, bouncing, w, lane)
                         bouncing += 1
                         w.leaving[w.leaving[LANES]] = lane
                         w.leaving[LANES] += 1

@@ -21,14 +21,14 @@ def evaluate(row, n, t):
 @kernel(**FUSED)
 def state_at(poly, n, t):
     """Return displacement since the start, velocity and acceleration at t, by one Horner pass of three chains."""
-    value = poly[MOVED, n]
+    moved = poly[MOVED, n]
     slope = poly[SPEED, n]
     curvature = poly[ACCELERATION, n]
     for k in range(n - 1, -1, -1):
-        value = value * t + poly[MOVED, k]
+        moved = moved * t + poly[MOVED, k]
         slope = slope * t + poly[SPEED, k]
         curvature = curvature * t + poly[ACCELERATION, k]
-    return value, slope, curvature
+    return moved, slope, curvature
 
 
 @kernel(**FUSED)
@@ -251,10 +251,10 @@ def _few_terms(poly, trig, weight, w0, a0, p2, heavier, force, slope, h):
 @kernel(**FUSED)
 def _power(h, n):
     """Return h to the power of n."""
-    found = 1.0
+    product = 1.0
     for _ in range(n):
-        found *= h
-    return found
+        product *= h
+    return product
 
 
 @kernel(**FUSED)

@@ -102,10 +102,10 @@ def _unit_response(record, dt, model, steps, o, unit, lifting, sign, enough):
         high = 0.0
         lighter = sign * _threshold(model, o, zone)
         for i in range(record.shape[0]):
-            here = abs(record[i])
+            demand = abs(record[i])
             if lifting.shape[0] > 0:
-                here -= lighter * lifting[i]
-            high = max(high, here)
+                demand -= lighter * lifting[i]
+            high = max(high, demand)
             unit[UNIT_PEAK, i] = high
             if high >= enough:
                 return high, i + 1
@@ -234,7 +234,7 @@ def begin_runs(batch, start, skip, flags_only):
     written = 0
     uplift = 0.0
     current = -1
-    here = -1
+    origin = -1
     strongest = 0.0
     sign = 0.0
     lowest = 0.0
@@ -251,14 +251,14 @@ def begin_runs(batch, start, skip, flags_only):
         start_at = batch.shaking.start[j]
         n = batch.shaking.last[j] + 1
         tally[TALLY_SAMPLES] += n - 1
-        if start_at != here:
-            here = start_at
+        if start_at != origin:
+            origin = start_at
             current = -1
-            record = batch.shaking.record[here : here + n]
-            strongest = _take_in(batch.shaking.record, batch.shaking.highs, shaking_left, dt, here, n)
+            record = batch.shaking.record[origin : origin + n]
+            strongest = _take_in(batch.shaking.record, batch.shaking.highs, shaking_left, dt, origin, n)
             if lifts:
-                _take_in(batch.lifting, batch.lifting_highs, lifting_left, dt, here, n)
-                lifting = batch.lifting[here : here + n]
+                _take_in(batch.lifting, batch.lifting_highs, lifting_left, dt, origin, n)
+                lifting = batch.lifting[origin : origin + n]
                 lowest = lifting.min()
                 highest = lifting.max()
         batch.shaking.strongest[j] = strongest
@@ -278,7 +278,7 @@ def begin_runs(batch, start, skip, flags_only):
         elif (
             skip
             and flags_only
-            and cannot_fall(model, o, factors[j], shaking_left[here // SPAN], lifting_left[here // SPAN], barriers)
+            and cannot_fall(model, o, factors[j], shaking_left[origin // SPAN], lifting_left[origin // SPAN], barriers)
         ):
             tally[TALLY_SAFE] += n - 1
             out[j, OUT_OVERTURNED] = 0.0
@@ -297,7 +297,7 @@ def begin_runs(batch, start, skip, flags_only):
                     uplift = min(model.tables[o, zone, REGION_UPPER], -model.tables[o, zone, REGION_LOWER])
                 least = abs(factors[j])
                 q = j + 1
-                while q < m and which[q] == o and batch.shaking.start[q] == here:
+                while q < m and which[q] == o and batch.shaking.start[q] == origin:
                     if lifts and sign * factors[q] < 0.0:
                         break
                     least = min(least, abs(factors[q]))

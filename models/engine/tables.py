@@ -31,18 +31,18 @@ FUSED: dict[str, Any] = {**BARE, "fastmath": {"contract"}}
 ) = range(13)
 REGION_COLUMNS = 13
 
-# Columns of the link table. *_OTHER: the region taken instead if the entry rule requires it. *_REST: the state of rest
+# Columns of the link table. *_SLOW: the region taken instead if the entry rule requires it. *_REST: the state of rest
 # into which bounces at this edge die. TURN_*: the region that takes over if the velocity vanishes inside this one, left
 # and right of zero. FALLS: the law of this region is valid up to overturning. HOPS: the region across an impact at 0
 # between two alike, undamped regions, whose bounces have closed forms. BROKEN: it is without the restraint.
 (
     LINK_LOWER_ACTION,
     LINK_LOWER_TARGET,
-    LINK_LOWER_OTHER,
+    LINK_LOWER_SLOW,
     LINK_LOWER_REST,
     LINK_UPPER_ACTION,
     LINK_UPPER_TARGET,
-    LINK_UPPER_OTHER,
+    LINK_UPPER_SLOW,
     LINK_UPPER_REST,
     LINK_HELD,
     LINK_TURN_LEFT,

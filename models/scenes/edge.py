@@ -63,7 +63,7 @@ class Edge:
         `half_width` of the block, m.
         """
         reach = half_width if self.falls_when == CENTRE else 0.0
-        front, back = (math.inf if one is None else one + reach for one in (self.front, self.back))
+        front, back = (math.inf if gap is None else gap + reach for gap in (self.front, self.back))
         return front, back
 
     def fallen_off(self, forward: Any, backward: Any, half_width: float) -> Any:
@@ -79,4 +79,4 @@ class Edge:
     def label(self) -> str:
         """Short description, such as ``edge 100 mm in front``."""
         sides = ((self.front, "in front"), (self.back, "behind"))
-        return "edge " + " and ".join(f"{1000.0 * one:.4g} mm {side}" for one, side in sides if one is not None)
+        return "edge " + " and ".join(f"{1000.0 * gap:.4g} mm {side}" for gap, side in sides if gap is not None)

@@ -76,8 +76,8 @@ class SlidingLaw(Model):
 
     def in_plane(self, block: Block) -> PlaneSlider:
         """Return the numbers of a block under both horizontal components; ValueError as of `slider`."""
-        found = self.slider(block)
-        return PlaneSlider(found.static_front, found.kinetic_front)
+        slider = self.slider(block)
+        return PlaneSlider(slider.static_front, slider.kinetic_front)
 
     @abstractmethod
     def coefficients(self, block: Block, share: Array) -> Array:

@@ -34,11 +34,11 @@ def demand(acceleration: Array, vertical: Array | None, factors: Array) -> Array
     """
     if vertical is None:
         return np.asarray(factors * np.abs(acceleration).max() / STANDARD_GRAVITY)
-    found = np.empty(factors.size)
+    needed = np.empty(factors.size)
     for i, factor in enumerate(factors.ravel().tolist()):
         weight = STANDARD_GRAVITY + factor * vertical
-        found[i] = np.max(factor * np.abs(acceleration) / weight) if weight.min() > 0.0 else np.inf
-    return found.reshape(factors.shape)
+        needed[i] = np.max(factor * np.abs(acceleration) / weight) if weight.min() > 0.0 else np.inf
+    return needed.reshape(factors.shape)
 
 
 def mode_of(block: Block, static: ArrayLike, demanded: ArrayLike) -> NDArray[np.int8]:
@@ -50,8 +50,8 @@ def mode_of(block: Block, static: ArrayLike, demanded: ArrayLike) -> NDArray[np.
     needed, available = np.asarray(demanded, dtype=float), np.asarray(static, dtype=float)
     level = block.b / block.h
     moves = np.where(available < level, Mode.SLIDES, Mode.ROCKS)
-    found = np.where(needed > np.minimum(available, level), moves, Mode.RESTS)
-    return np.where(np.isinf(needed), Mode.AIRBORNE, found).astype(np.int8)
+    mode = np.where(needed > np.minimum(available, level), moves, Mode.RESTS)
+    return np.where(np.isinf(needed), Mode.AIRBORNE, mode).astype(np.int8)
 
 
 def demand_in_plane(
@@ -64,14 +64,14 @@ def demand_in_plane(
     the friction is the maximum at the samples of sqrt(min(abs(x'')/G, b/h)² + (y''/G)²). It is infinite if G is not
     above zero.
     """
-    found = np.empty(factors.size)
+    needed = np.empty(factors.size)
     for i, factor in enumerate(factors.ravel().tolist()):
         weight = STANDARD_GRAVITY if vertical is None else STANDARD_GRAVITY + factor * vertical
         if np.min(weight) > 0.0:
-            found[i] = np.hypot(np.minimum(np.abs(factor * along) / weight, level), factor * across / weight).max()
+            needed[i] = np.hypot(np.minimum(np.abs(factor * along) / weight, level), factor * across / weight).max()
         else:
-            found[i] = np.inf
-    return found.reshape(factors.shape)
+            needed[i] = np.inf
+    return needed.reshape(factors.shape)
 
 
 def mode_in_plane(block: Block, static: ArrayLike, along: ArrayLike, across: ArrayLike, plane: ArrayLike) -> Any:
@@ -87,5 +87,5 @@ def mode_in_plane(block: Block, static: ArrayLike, along: ArrayLike, across: Arr
     width, depth = block.b / block.h, 0.5 * block.depth / block.h
     slides = (available < depth) & (np.asarray(plane) > available)
     rocks = ((np.asarray(along) > width) & (available >= width)) | ((np.asarray(across) > depth) & (available >= depth))
-    found = np.where(slides, Mode.SLIDES, np.where(rocks, Mode.ROCKS, Mode.RESTS))
-    return np.where(weightless, Mode.AIRBORNE, found).astype(np.int8)
+    mode = np.where(slides, Mode.SLIDES, np.where(rocks, Mode.ROCKS, Mode.RESTS))
+    return np.where(weightless, Mode.AIRBORNE, mode).astype(np.int8)

@@ -12,10 +12,10 @@ import numpy as np
 
 from ...core.aliases import Array, Flags, Index
 from ...core.units import DIMENSIONLESS, METRE, SECOND, STANDARD_GRAVITY, VELOCITY
-from ..slip import columns, tables
-from ..slip.lanes import slide
-from ..slip.obstacle import run_into
-from ..slip.plane import slide_in_plane
+from ..sliding_engine import plane_tables, tables
+from ..sliding_engine.lanes import slide
+from ..sliding_engine.obstacle import run_into
+from ..sliding_engine.plane import slide_in_plane
 from .law import PlaneSlider, Slider
 
 SLIDES: dict[str, int] = {
@@ -51,11 +51,11 @@ ONE_WAY = 1e300
 """Static friction that nothing exceeds: infinity times a vertical acceleration of zero has no value."""
 NO_HISTORY = np.empty((tables.HISTORY_ROWS, 0))
 IN_PLANE: dict[str, int] = {
-    "slide_residual_along": columns.OUT_RESIDUAL_X,
-    "slide_residual_across": columns.OUT_RESIDUAL_Y,
+    "slide_residual_along": plane_tables.OUT_RESIDUAL_X,
+    "slide_residual_across": plane_tables.OUT_RESIDUAL_Y,
 }
 """Results that only a run in the plane has; the results of `SLIDES` have the columns of runs in one direction."""
-NO_PATH = np.empty((columns.HISTORY_ROWS, 0))
+NO_PATH = np.empty((plane_tables.HISTORY_ROWS, 0))
 NO_VERTICAL = np.empty(0)
 
 
@@ -64,9 +64,9 @@ def friction_table(sliders: Sequence[Slider]) -> Array:
 
     If any is near an obstacle, a fifth column is the distance.
     """
-    found = np.array(sliders, dtype=np.float64).reshape(-1, tables.COEFFICIENTS + 1)
-    near = bool(np.isfinite(found[:, tables.COEFFICIENTS]).any())
-    return np.asarray(np.minimum(found if near else found[:, : tables.COEFFICIENTS], ONE_WAY))
+    table = np.array(sliders, dtype=np.float64).reshape(-1, tables.COEFFICIENTS + 1)
+    near = bool(np.isfinite(table[:, tables.COEFFICIENTS]).any())
+    return np.asarray(np.minimum(table if near else table[:, : tables.COEFFICIENTS], ONE_WAY))
 
 
 def run_sliders(
@@ -104,18 +104,18 @@ def run_sliders(
     if friction.shape[1] > tables.COEFFICIENTS:
         obstacles = friction[which[order], tables.COEFFICIENTS]
         far = np.flatnonzero(out[:, tables.OUT_PEAK] > obstacles)
-        own, met, velocity = order[far], np.empty(far.size), np.full(order.size, np.nan)
-        run_into(shaking, coefficients[far], scale[own], first[own], obstacles[far], met)
+        hits, met, velocity = order[far], np.empty(far.size), np.full(order.size, np.nan)
+        run_into(shaking, coefficients[far], scale[hits], first[hits], obstacles[far], met)
         velocity[far] = met
         out = np.column_stack([out, velocity])
-    found = np.empty_like(out)
-    found[order] = out
+    results = np.empty_like(out)
+    results[order] = out
     if upward.size > 0:
-        found[airborne(upward, scale)] = np.nan
+        results[airborne(upward, scale)] = np.nan
     if tally is not None:
         tally[0] += which.size * record.size
         tally[1] += int(first.sum())
-    return np.asarray(found.reshape(*factors.shape, out.shape[1]))
+    return np.asarray(results.reshape(*factors.shape, out.shape[1]))
 
 
 def airborne(vertical: Array, factors: Array) -> Array:
@@ -147,7 +147,7 @@ class PlaneTable(NamedTuple):
 
 def plane_table(sliders: Sequence[PlaneSlider]) -> PlaneTable:
     """Return the coefficients of blocks."""
-    return PlaneTable(np.array(sliders, dtype=np.float64).reshape(-1, columns.FRICTION_COLUMNS))
+    return PlaneTable(np.array(sliders, dtype=np.float64).reshape(-1, plane_tables.FRICTION_COLUMNS))
 
 
 def run_in_plane(
@@ -173,26 +173,26 @@ def run_in_plane(
     upward = NO_VERTICAL if vertical is None else np.ascontiguousarray(vertical)
     x, y = (np.ascontiguousarray(component) for component in acceleration)
     coefficients = np.ascontiguousarray(friction[which])
-    out = np.empty((which.size, columns.OUT_COLUMNS))
+    out = np.empty((which.size, plane_tables.OUT_COLUMNS))
     lifted: Flags = np.zeros(scale.size, np.bool_)
     if upward.size > 0:
         lifted[:] = airborne(upward, scale)
     first, last = 0 * which, np.full(which.size, x.size)
     if skip:  # (the size of the acceleration is convex within a sample, so that its samples tell)
         first, last = _moving(np.hypot(x, y), upward, coefficients[:, 0], scale)
-    shaking = columns.PlaneShaking(x, y, upward, dt)
+    shaking = plane_tables.PlaneShaking(x, y, upward, dt)
     stays = np.flatnonzero(np.logical_not(lifted))
     if stays.size:
-        found = np.empty((stays.size, columns.OUT_COLUMNS))
-        slide_in_plane(shaking, coefficients[stays], scale[stays], first[stays], last[stays], found, history)
-        if np.isnan(found[:, tables.OUT_PEAK]).any():
+        results = np.empty((stays.size, plane_tables.OUT_COLUMNS))
+        slide_in_plane(shaking, coefficients[stays], scale[stays], first[stays], last[stays], results, history)
+        if np.isnan(results[:, tables.OUT_PEAK]).any():
             raise ArithmeticError(
-                f"sliding in the plane takes more than {columns.MOST_PIECES:,} pieces in a sample: the motion is too "
-                "strong for its time step"
+                f"sliding in the plane takes more than {plane_tables.MOST_PIECES:,} pieces in a sample: the motion is "
+                "too strong for its time step"
             )
-        out[stays] = found
+        out[stays] = results
     out[lifted] = np.nan
     if tally is not None:
         tally[0] += which.size * x.size
         tally[1] += int(first.sum())
-    return out.reshape(*factors.shape, columns.OUT_COLUMNS)
+    return out.reshape(*factors.shape, plane_tables.OUT_COLUMNS)

@@ -134,7 +134,7 @@ class Building:
         Examples
         --------
         >>> building = Building.flexural_shear(1.0, alpha0=5.0, storeys=10)
-        >>> [round(float(one), 3) for one in building.periods[:3]], round(float(building.shares[0, -1]), 3)
+        >>> [round(float(period), 3) for period in building.periods[:3]], round(float(building.shares[0, -1]), 3)
         ([1.0, 0.283, 0.132], 1.394)
         """
         PERIOD.check("period", period)
@@ -245,7 +245,7 @@ class Building:
         Examples
         --------
         >>> building = Building.from_storeys([1e5, 1e5], [4e7, 4e7])
-        >>> [round(float(one), 3) for one in building.periods]
+        >>> [round(float(period), 3) for period in building.periods]
         [0.508, 0.194]
         """
         m, k, omega, shares = _chain(masses, stiffnesses)
@@ -411,9 +411,9 @@ class Building:
         chosen = chosen_floors(floors, self.floors)
         cut = _up_to("parts", parts, MOST_PARTS)
         arrays = [motions] if isinstance(motions, xr.DataArray) else _several(motions)
-        found = [self._moved(array, chosen, cut) for array in arrays]
-        warn(ringing_doubts(found))
-        return found[0] if isinstance(motions, xr.DataArray) else found
+        moved = [self._moved(array, chosen, cut) for array in arrays]
+        warn(ringing_doubts(moved))
+        return moved[0] if isinstance(motions, xr.DataArray) else moved
 
     def peaks(
         self, motions: xr.DataArray | Iterable[xr.DataArray], floors: Sequence[int] | None = None, parts: int = 1
@@ -445,15 +445,15 @@ class Building:
         for array in arrays:
             _ground(array)
         plain = records(arrays)
-        found = np.empty((2, len(plain), len(chosen)))
+        peaks = np.empty((2, len(plain), len(chosen)))
         none = np.empty((0, 0))
         for i, record in enumerate(plain):
-            self._respond(record, chosen, cut, none, found[0, i], found[1, i])
+            self._respond(record, chosen, cut, none, peaks[0, i], peaks[1, i])
         dims = ("motion", "floor")
         return xr.Dataset(
             {
-                "pfa": (dims, found[0], described("peak absolute floor acceleration", ACCELERATION)),
-                "pfv": (dims, found[1], described("peak absolute floor velocity", VELOCITY)),
+                "pfa": (dims, peaks[0], described("peak absolute floor acceleration", ACCELERATION)),
+                "pfv": (dims, peaks[1], described("peak absolute floor velocity", VELOCITY)),
             },
             coords={**motion_coordinates(plain), **floor_coordinates(chosen, self.heights[chosen])},
             attrs={
@@ -469,8 +469,7 @@ class Building:
             return self._histories(_ground(array), floors, parts)
         _refuse_vertical(records(array))
         both = array.sel(component=list(HORIZONTAL))
-        each = [self._histories(_ground(both.sel(component=name, drop=True)), floors, parts) for name in HORIZONTAL]
-        x, y = each
+        x, y = (self._histories(_ground(both.sel(component=name, drop=True)), floors, parts) for name in HORIZONTAL)
         ringing = np.maximum(x["ringing"].values, y["ringing"].values)
         return xr.DataArray(
             np.stack([x.values, y.values], axis=1),
@@ -521,10 +520,10 @@ class Building:
         step = ground[0].dt / parts
         labels = [record.label for record in ground]
         sources = [f"{self.description}, {record.source}" for record in ground]
-        own = [record.own_amplitude for record in ground]
+        amplitudes = [record.own_amplitude for record in ground]
         text = "relative acceleration of the highest floor in the last fundamental period, over its peak"
         return (
-            floor_array(values, step, labels, sources, floors, self.heights[floors], own)
+            floor_array(values, step, labels, sources, floors, self.heights[floors], amplitudes)
             .assign_coords(ringing=("motion", ringing, described(text)))
             .assign_attrs(building=json.dumps(self._described(), ensure_ascii=False))
         )
@@ -541,17 +540,17 @@ def _ground(array: Any) -> list[Record]:
     """Return the plain records of one array of ground motions."""
     if isinstance(array, xr.DataArray) and "floor" in array.dims:
         raise ValueError("motions must be ground motions (motion, time), got floor motions")
-    found = records(array)
-    if any(record.axes for record in found):
+    plain = records(array)
+    if any(record.axes for record in plain):
         raise ValueError("motions must be of one component (motions.as_recorded): peaks are of one direction")
-    _refuse_vertical(found)
-    warn(record_doubts(found))
-    return found
+    _refuse_vertical(plain)
+    warn(record_doubts(plain))
+    return plain
 
 
-def _refuse_vertical(found: list[Record]) -> None:
+def _refuse_vertical(plain: list[Record]) -> None:
     """Raise a ValueError for motions with a vertical component, because its change by floors is not modelled."""
-    if any(record.vertical is not None for record in found):
+    if any(record.vertical is not None for record in plain):
         raise ValueError(
             "a building answers horizontal shaking alone: its floors have no vertical motion "
             "(motions.as_recorded without vertical, motions.vertical = false in a study)"

@@ -13,7 +13,7 @@ from ...core import checks
 from ...core.limits import open_netcdf
 from ..arrays import RECORDED, floor_array, records
 from ..readers.lines import HEADER_WIDTH, Lines, RecordError, beginning, existing
-from ..readers.units import RELATIVE, agreed, doubt_factors, refuse_others, told, unit_factor, unit_of
+from ..readers.units import RELATIVE, agreed, doubt_factors, refuse_others, unit_factor, unit_of, units_in
 
 # First bytes of netCDF-3 and of HDF5, in which netCDF-4 is written.
 _NETCDF = (b"CDF\x01", b"CDF\x02", b"CDF\x05", b"\x89HDF\r\n\x1a\n")
@@ -60,8 +60,8 @@ def read_floors(path: str | os.PathLike[str]) -> xr.DataArray:
     if beginning(file, 8).startswith(_NETCDF):
         return _read_netcdf(file)
     with Lines(file) as lines:
-        found = _read_table(lines)
-    return found.assign_coords(recorded=("motion", np.ones(found.sizes["motion"], dtype=bool), RECORDED))
+        histories = _read_table(lines)
+    return histories.assign_coords(recorded=("motion", np.ones(histories.sizes["motion"], dtype=bool), RECORDED))
 
 
 def _read_netcdf(file: Path) -> xr.DataArray:
@@ -105,7 +105,7 @@ def _read_table(lines: Lines) -> xr.DataArray:
         )
     refuse_others(file, comments)
     doubt_factors(file, comments)
-    above = [unit for number, text in comments for unit in told(text, number)]
+    above = [unit for number, text in comments for unit in units_in(text, number)]
     columns: dict[tuple[str, str], tuple[int, float]] = {}
     for i, head in enumerate(heads[1:], start=1):
         match = _COLUMN.fullmatch(head)

@@ -70,7 +70,7 @@ class FloorHistories:
         every = list(histories)
         if not every:
             raise ValueError("floor histories must hold at least one, got none")
-        levels = np.unique([one.level for one in every])
+        levels = np.unique([case.level for case in every])
         if levels[0] <= 0.0 or not np.isfinite(levels).all():
             raise ValueError(f"levels must be > 0 and finite, got {levels[0] if levels[0] <= 0.0 else levels[-1]:g}")
         close = np.flatnonzero(np.diff(levels) < APART * levels[1:])
@@ -78,42 +78,41 @@ class FloorHistories:
             near = levels[close[0] : close[0] + 2]
             raise ValueError(f"levels must differ by more than rounding, got {near[0]:.10g} and {near[1]:.10g}")
         of_level = {float(level): i for i, level in enumerate(levels)}
-        found: dict[tuple[int, str, str, str], History] = {}
-        for one in every:
-            key = of_level[one.level], one.motion, one.floor, one.direction
-            if key in found:
-                raise ValueError(f"{_named(one, unit)} has two histories of {_support((one.floor, one.direction))}")
-            if not np.any(one.acceleration):
+        by_key: dict[tuple[int, str, str, str], History] = {}
+        for history in every:
+            key = of_level[history.level], history.motion, history.floor, history.direction
+            named, place = _named(history, unit), _support((history.floor, history.direction))
+            if key in by_key:
+                raise ValueError(f"{named} has two histories of {place}")
+            if not np.any(history.acceleration):
                 raise ValueError(
-                    f"{_named(one, unit)}: the acceleration of {_support((one.floor, one.direction))} is 0 throughout "
-                    f"({one.source}): histories are absolute accelerations, also of the ground"
+                    f"{named}: the acceleration of {place} is 0 throughout "
+                    f"({history.source}): histories are absolute accelerations, also of the ground"
                 )
-            found[key] = one
+            by_key[key] = history
         names = tuple(
-            tuple(dict.fromkeys(one.motion for one in every if one.level == level)) for level in levels.tolist()
+            tuple(dict.fromkeys(case.motion for case in every if case.level == level)) for level in levels.tolist()
         )
         _refuse_sets(levels, names, unit)
-        supports = _ordered(dict.fromkeys((one.floor, one.direction) for one in every))
+        supports = _ordered(dict.fromkeys((case.floor, case.direction) for case in every))
         first: dict[tuple[int, str], History] = {}
-        for (i, motion, floor, direction), history in found.items():
-            whole = first.setdefault((i, motion), history)
-            if history.dt != whole.dt or history.acceleration.size != whole.acceleration.size:
+        for (i, motion, floor, direction), record in by_key.items():
+            whole = first.setdefault((i, motion), record)
+            if record.dt != whole.dt or record.acceleration.size != whole.acceleration.size:
                 raise ValueError(
-                    f"{_named(history, unit)}: its histories must be simultaneous, got {whole.acceleration.size:,} "
+                    f"{_named(record, unit)}: its histories must be simultaneous, got {whole.acceleration.size:,} "
                     f"samples at {whole.dt:g} s for {_support((whole.floor, whole.direction))} and "
-                    f"{history.acceleration.size:,} at {history.dt:g} s for {_support((floor, direction))}"
+                    f"{record.acceleration.size:,} at {record.dt:g} s for {_support((floor, direction))}"
                 )
-        for (i, motion), history in first.items():
+        for (i, motion), record in first.items():
             for support in supports:
-                if (i, motion, *support) not in found:
-                    raise ValueError(
-                        f"{_named(history, unit)} has no history of {_support(support)}, which others have"
-                    )
+                if (i, motion, *support) not in by_key:
+                    raise ValueError(f"{_named(record, unit)} has no history of {_support(support)}, which others have")
         # (all levels have the motions in one order where they are the same)
         if len({frozenset(name) for name in names}) == 1:
             names = (names[0],) * levels.size
         texts = tuple(f"{level:g} {unit}".strip() for level in levels)
-        return cls(levels, unit, texts, names, supports, found)
+        return cls(levels, unit, texts, names, supports, by_key)
 
     @property
     def own_motions(self) -> bool:
@@ -130,7 +129,7 @@ class FloorHistories:
         """The motions as given of each level (level, motion): a reverse has the name of the motion that it reverses."""
         if self.polarities == 1:
             return self.names
-        return tuple(tuple(name for name in own[::2] for _ in (1, -1)) for own in self.names)
+        return tuple(tuple(name for name in row[::2] for _ in (1, -1)) for row in self.names)
 
     def run_shape(self, levels: int) -> tuple[int, int]:
         """Return the numbers of levels and motions of runs: all histories as motions of one level, or each at all."""
@@ -151,7 +150,7 @@ class FloorHistories:
 
     def directions(self, floor: str) -> tuple[str, ...]:
         """Return the directions that a floor has histories in."""
-        return tuple(direction for one, direction in self.supports if one == floor)
+        return tuple(direction for name, direction in self.supports if name == floor)
 
     def at(self, levels: Array) -> Self:
         """Return the same histories with their levels in SI."""
@@ -170,7 +169,7 @@ class FloorHistories:
             if (i, name, floor, direction) in self.histories:
                 raise ValueError(f"motion {name!r} has the name of the reverse of motion {motion!r}")
             reverses[i, name, floor, direction] = history._replace(motion=name, acceleration=-history.acceleration)
-        names = tuple(tuple(f"{name}{end}" for name in own for end in ("", REVERSED)) for own in self.names)
+        names = tuple(tuple(f"{name}{end}" for name in row for end in ("", REVERSED)) for row in self.names)
         return replace(self, names=names, histories={**self.histories, **reverses}, polarities=2)
 
     def on(self, floor: str, direction: str) -> list[Record]:
@@ -178,36 +177,36 @@ class FloorHistories:
 
         If both directions act, each has the other one as its companion.
         """
-        found = []
-        others = [one for one in self.directions(floor) if one != direction] if self.axes else []
+        plain = []
+        crosswise = [axis for axis in self.directions(floor) if axis != direction] if self.axes else []
         for i, (names, given) in enumerate(zip(self.names, self.given, strict=True)):
             for name, as_given in zip(names, given, strict=True):
-                one = self.histories[i, name, floor, direction]
-                label, of = (f"{self._label(i, own)} {_support((floor, direction))}" for own in (name, as_given))
+                wave = self.histories[i, name, floor, direction]
+                label, of = (f"{self._label(i, motion)} {_support((floor, direction))}" for motion in (name, as_given))
                 reverse_of = "" if label == of else of
-                found.append(
-                    Record(label, one.acceleration, one.dt, one.source, floor, recorded=True, reverse_of=reverse_of)
+                plain.append(
+                    Record(label, wave.acceleration, wave.dt, wave.source, floor, recorded=True, reverse_of=reverse_of)
                 )
-                for other in others:
-                    across = self.histories[i, name, floor, other].acceleration
-                    found[-1] = found[-1]._replace(companion=across)
-        return found
+                for cross in crosswise:
+                    across = self.histories[i, name, floor, cross].acceleration
+                    plain[-1] = plain[-1]._replace(companion=across)
+        return plain
 
     @cached_property
     def arrays(self) -> list[xr.DataArray]:
         """All histories as arrays (motion, floor, time), one for each motion and direction."""
-        found = []
+        arrays = []
         for i, names in enumerate(self.names):
             for name in names:
-                for direction in dict.fromkeys(own for _, own in self.supports):
-                    floors = [floor for floor, own in self.supports if own == direction]
-                    here = [self.histories[i, name, floor, direction] for floor in floors]
+                for direction in dict.fromkeys(axis for _, axis in self.supports):
+                    floors = [floor for floor, axis in self.supports if axis == direction]
+                    histories = [self.histories[i, name, floor, direction] for floor in floors]
                     label = f"{self._label(i, name)}{f' in {direction}' if direction else ''}"
-                    source = ", ".join(dict.fromkeys(one.source for one in here))
-                    values = np.stack([record.acceleration for record in here])[None]
-                    array = floor_array(values, here[0].dt, [label], [source], floors)
-                    found.append(array.assign_coords(recorded=("motion", np.ones(1, dtype=bool), RECORDED)))
-        return found
+                    source = ", ".join(dict.fromkeys(history.source for history in histories))
+                    values = np.stack([record.acceleration for record in histories])[None]
+                    array = floor_array(values, histories[0].dt, [label], [source], floors)
+                    arrays.append(array.assign_coords(recorded=("motion", np.ones(1, dtype=bool), RECORDED)))
+        return arrays
 
     def _label(self, level: int, name: str) -> str:
         return f"{name} at {self.texts[level]}" if self.levels.size > 1 else name
@@ -222,12 +221,12 @@ def _refuse_sets(levels: Array, names: Sequence[Sequence[str]], unit: str) -> No
                 f"{len(listed)} at {level:g} {unit}"
             )
     sets = [set(name) for name in names]
-    several = set().union(*(one & other for i, one in enumerate(sets) for other in sets[:i]))
-    for level, own in zip(levels, sets, strict=True):
-        if several and own != several:
-            alone = min(own ^ several)
-            elsewhere = next(level for level, of in zip(levels, sets, strict=True) if (alone in of) != (alone in own))
-            at, not_at = (level, elsewhere) if alone in own else (elsewhere, level)
+    several = set().union(*(later & earlier for i, later in enumerate(sets) for earlier in sets[:i]))
+    for level, held in zip(levels, sets, strict=True):
+        if several and held != several:
+            alone = min(held ^ several)
+            elsewhere = next(level for level, of in zip(levels, sets, strict=True) if (alone in of) != (alone in held))
+            at, not_at = (level, elsewhere) if alone in held else (elsewhere, level)
             raise ValueError(
                 f"levels must all have the same motions, or each its own: {min(several)!r} is at several levels, but "
                 f"{alone!r} is at {at:g} {unit} and not at {not_at:g} {unit}"
@@ -240,11 +239,11 @@ def _ordered(supports: Iterable[tuple[str, str]]) -> tuple[tuple[str, str], ...]
     floors = list(dict.fromkeys(floor for floor, _ in given))
     if all(floor.isdecimal() for floor in floors):
         floors.sort(key=int)
-    return tuple(sorted(given, key=lambda one: (floors.index(one[0]), one[1])))
+    return tuple(sorted(given, key=lambda support: (floors.index(support[0]), support[1])))
 
 
-def _named(one: History, unit: str) -> str:
-    return f"motion {one.motion!r}{f' at {one.level:g} {unit}' if unit else ''}"
+def _named(history: History, unit: str) -> str:
+    return f"motion {history.motion!r}{f' at {history.level:g} {unit}' if unit else ''}"
 
 
 def _support(support: tuple[str, str]) -> str:

@@ -34,7 +34,7 @@ def refuse_light(mass: Array, stiffness: Array, viscosity: Array) -> None:
     Masses, kg, stiffnesses, N/m, and viscosities, N s/m, of isolators and storeys from below, (storey,). Between fixed
     floors, a floor moves at the rate c/m of the adjacent dampers or the frequency sqrt(k/m) of the springs.
     """
-    springs, dampers = (one + np.append(one[1:], 0.0) for one in (stiffness, viscosity))
+    springs, dampers = (values + np.append(values[1:], 0.0) for values in (stiffness, viscosity))
     least = np.maximum(dampers / FASTEST, springs / FASTEST**2)
     light = np.flatnonzero(mass < least)
     if light.size:
@@ -72,18 +72,18 @@ class Isolation:
     @property
     def text(self) -> str:
         """Its parameters in words."""
-        one, of = self.isolator, f", slab {self.base_mass:g} kg"
-        if isinstance(one, Support):
-            return f"linear isolators, {1.0 / one.frequency:.4g} s, damping {one.damping:g}{of}"
-        drift = f"{1e3 * one.yield_displacement:g} mm"
-        return f"bilinear isolators, {one.period:g} s, strength {one.strength:g}, yielding at {drift}{of}"
+        isolator, of = self.isolator, f", slab {self.base_mass:g} kg"
+        if isinstance(isolator, Support):
+            return f"linear isolators, {1.0 / isolator.frequency:.4g} s, damping {isolator.damping:g}{of}"
+        drift = f"{1e3 * isolator.yield_displacement:g} mm"
+        return f"bilinear isolators, {isolator.period:g} s, strength {isolator.strength:g}, yielding at {drift}{of}"
 
     def storey(self, carried: float) -> Storey:
         """Return the isolators and the slab as a storey that carries a mass, kg."""
-        one, mass = self.isolator, self.base_mass + carried
-        if isinstance(one, Support):
-            omega = 2.0 * math.pi * one.frequency
-            return Storey(self.base_mass, mass * omega * omega, math.inf, 0.0, 2.0 * one.damping * omega * mass)
-        after = mass * (2.0 * math.pi / one.period) ** 2
-        initial = after + one.strength * STANDARD_GRAVITY * mass / one.yield_displacement
-        return Storey(self.base_mass, initial, one.yield_displacement, after / initial, 0.0)
+        isolator, mass = self.isolator, self.base_mass + carried
+        if isinstance(isolator, Support):
+            omega = 2.0 * math.pi * isolator.frequency
+            return Storey(self.base_mass, mass * omega * omega, math.inf, 0.0, 2.0 * isolator.damping * omega * mass)
+        after = mass * (2.0 * math.pi / isolator.period) ** 2
+        initial = after + isolator.strength * STANDARD_GRAVITY * mass / isolator.yield_displacement
+        return Storey(self.base_mass, initial, isolator.yield_displacement, after / initial, 0.0)

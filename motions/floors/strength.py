@@ -42,15 +42,15 @@ def code_strength(system: Any, period: Any, sds: Any, sd1: Any, importance: Any 
     `Building.from_storeys`. The code's minimum C_s, its branch at long periods and designs governed by drift are left
     out: these make buildings stronger.
     """
-    one = SYSTEMS[checks.choice("system", system, tuple(SYSTEMS))]
+    kind = SYSTEMS[checks.choice("system", system, tuple(SYSTEMS))]
     t = checks.number("period", period, above=0.0, unit="s")
     short = checks.number("sds", sds, above=0.0, at_most=10.0, unit="g")
     long = checks.number("sd1", sd1, above=0.0, at_most=10.0, unit="g")
     factor = checks.number("importance", importance, at_least=1.0, at_most=LARGEST_IMPORTANCE)
-    response = min(short, long / t) * factor / one.reduction
-    found = one.overstrength * response
+    response = min(short, long / t) * factor / kind.reduction
+    c_y = kind.overstrength * response
     text = (
-        f"{one.title}, C_y = Ω0 C_s = {one.overstrength:g} × {response:.3g} = {found:.3g}, C_s = min(S_DS, S_D1/T1) "
-        f"I_e/R with S_DS {short:g} g, S_D1 {long:g} g, T1 {t:.3g} s, I_e {factor:g} and R {one.reduction:g}"
+        f"{kind.title}, C_y = Ω0 C_s = {kind.overstrength:g} × {response:.3g} = {c_y:.3g}, C_s = min(S_DS, S_D1/T1) "
+        f"I_e/R with S_DS {short:g} g, S_D1 {long:g} g, T1 {t:.3g} s, I_e {factor:g} and R {kind.reduction:g}"
     )
-    return Strength(found, text)
+    return Strength(c_y, text)

@@ -154,8 +154,8 @@ class YieldingBuilding:
         >>> from toppling import motions
         >>> ground = motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
         >>> weak = motions.Building.from_storeys([1e5, 1e5], [4e7, 4e7], yield_coefficient=0.1)
-        >>> found = weak.floor_motions(ground, factor=2.0)
-        >>> dict(found.sizes), bool((found["ductility"] > 1.0).all())
+        >>> floors = weak.floor_motions(ground, factor=2.0)
+        >>> dict(floors.sizes), bool((floors["ductility"] > 1.0).all())
         ({'motion': 2, 'floor': 3, 'time': 2624}, True)
         """
         scale = checks.number("factor", factor, above=0.0)
@@ -167,23 +167,23 @@ class YieldingBuilding:
         strength, isolator = np.empty((2, len(plain)))
         collapsed = np.zeros(len(plain), np.int64)
         for i, record in enumerate(plain):
-            one = self._respond(record, scale)
+            response = self._respond(record, scale)
             for j, floor in enumerate(chosen):
-                values[i, j] = one.accelerations[floor]
-                if one.collapsed:
-                    values[i, j, one.end :] = 0.0
-            ductility[i] = one.ductility.max()
-            strength[i], isolator[i] = one.strength, one.isolator
-            collapsed[i] = one.collapsed
+                values[i, j] = response.accelerations[floor]
+                if response.collapsed:
+                    values[i, j, response.end :] = 0.0
+            ductility[i] = response.ductility.max()
+            strength[i], isolator[i] = response.strength, response.isolator
+            collapsed[i] = response.collapsed
         of = f" times {scale:g}" if scale != 1.0 else ""
         labels = [record.label for record in plain]
         sources = [f"{self.description}, {record.source}{of}" for record in plain]
-        own = [record.own_amplitude for record in plain]
+        amplitudes = [record.own_amplitude for record in plain]
         drift = "greatest drift of a storey over its yield drift"
         storey = "storey that collapsed, from 1; 0 for none"
         level = "belongs to the strength of its ground motion, and must not be scaled"
-        found = (
-            floor_array(values, plain[0].dt, labels, sources, chosen, self.heights[chosen], own)
+        array = (
+            floor_array(values, plain[0].dt, labels, sources, chosen, self.heights[chosen], amplitudes)
             .assign_coords(
                 {
                     "ductility": ("motion", ductility, described(drift)),
@@ -194,11 +194,11 @@ class YieldingBuilding:
             .assign_attrs(building=json.dumps(self._described() | {"factor": scale}, ensure_ascii=False))
         )
         if self.strength_dispersion > 0.0:
-            found = found.assign_coords(strength_factor=("motion", strength, FACTOR))
+            array = array.assign_coords(strength_factor=("motion", strength, FACTOR))
         if self.isolation is not None:
-            found = found.assign_coords(isolator_displacement=("motion", isolator, DISPLACEMENT))
+            array = array.assign_coords(isolator_displacement=("motion", isolator, DISPLACEMENT))
         warn(collapse_doubts(labels, collapsed, scale), CollapsingBuilding)
-        return found
+        return array
 
     def response(self, motions: xr.DataArray, factors: Any = 1.0) -> xr.Dataset:
         """Return peaks of floors and storeys under ground motions times factors.
@@ -229,14 +229,14 @@ class YieldingBuilding:
         collapsed, isolator = np.zeros((scales.size, len(plain)), np.int64), np.empty((scales.size, len(plain)))
         for k, scale in enumerate(scales.tolist()):
             for i, record in enumerate(plain):
-                one = self._respond(record, scale)
-                ground = scale * record.acceleration[: one.end + 1]
+                response = self._respond(record, scale)
+                ground = scale * record.acceleration[: response.end + 1]
                 speed = np.concatenate([[0.0], np.cumsum(0.5 * record.dt * (ground[1:] + ground[:-1]))])
-                floor[0, k, i] = np.abs(one.accelerations[:, : one.end + 1]).max(axis=1)
-                floor[1, k, i] = np.abs(one.velocities[:, : one.end + 1] + speed).max(axis=1)
-                isolator[k, i] = one.isolator
-                storey[:, k, i] = one.peaks, one.ductility, one.residual
-                collapsed[k, i] = one.collapsed
+                floor[0, k, i] = np.abs(response.accelerations[:, : response.end + 1]).max(axis=1)
+                floor[1, k, i] = np.abs(response.velocities[:, : response.end + 1] + speed).max(axis=1)
+                isolator[k, i] = response.isolator
+                storey[:, k, i] = response.peaks, response.ductility, response.residual
+                collapsed[k, i] = response.collapsed
             warn(collapse_doubts([record.label for record in plain], collapsed[k], scale), CollapsingBuilding)
         on_floor, on_storey = ("factor", "motion", "floor"), ("factor", "motion", "storey")
         numbers = np.arange(1, storeys + 1)
@@ -273,8 +273,8 @@ class YieldingBuilding:
         Examples
         --------
         >>> from toppling import motions
-        >>> one = motions.Building.from_storeys([1e5], [4e7], yield_coefficient=0.2, strength_dispersion=0.3)
-        >>> [round(one.strength_of(name), 3) for name in ("Kobe", "Imperial Valley")]
+        >>> frame = motions.Building.from_storeys([1e5], [4e7], yield_coefficient=0.2, strength_dispersion=0.3)
+        >>> [round(frame.strength_of(name), 3) for name in ("Kobe", "Imperial Valley")]
         [1.45, 0.884]
         """
         if self.strength_dispersion == 0.0:
@@ -290,15 +290,15 @@ class YieldingBuilding:
         limits = self.collapse_drift * np.diff(self.heights)
         below = 0  # (storeys below the building)
         if self.isolation is not None:
-            own = self.isolation.storey(float(mass.sum()))
-            mass, below = np.append(own.mass, mass), 1
-            column = np.array([own.stiffness, own.yield_drift, own.hardening, 0.0, own.viscosity])
+            base = self.isolation.storey(float(mass.sum()))
+            mass, below = np.append(base.mass, mass), 1
+            column = np.array([base.stiffness, base.yield_drift, base.hardening, 0.0, base.viscosity])
             storeys, limits = np.column_stack([column, storeys]), np.append(np.inf, limits)
         size, first = record.acceleration.size, 1 - below
         accelerations, velocities = np.zeros((2, mass.size + first, size))
         peaks, residual = np.empty((2, mass.size))
         ground = factor * record.acceleration
-        found = storey_response(
+        _, storey, end = storey_response(
             ground,
             record.dt,
             mass,
@@ -310,7 +310,6 @@ class YieldingBuilding:
             peaks,
             residual,
         )
-        _, storey, end = (int(one) for one in found)
         if self.isolation is None:
             accelerations[0] = ground
         drifts = peaks[below:]
@@ -393,12 +392,12 @@ def yielding_building(
     else:
         of_stiffness = 2.0 * ratio / float(omega[0] + omega[-1])
         factors = (of_stiffness * float(omega[0] * omega[-1]), of_stiffness)
-    said = text if isolation is None else f"{text}, {isolation.text}"
+    words = text if isolation is None else f"{text}, {isolation.text}"
     if yield_coefficient is not None:
-        own = np.array2string(np.asarray(yield_coefficient), threshold=10)
-        said += f", yield coefficient {own}, hardening {rho:g}, P-delta {'counted' if theta.any() else 'none'}"
+        values = np.array2string(np.asarray(yield_coefficient), threshold=10)
+        words += f", yield coefficient {values}, hardening {rho:g}, P-delta {'counted' if theta.any() else 'none'}"
     if beta > 0.0:
-        said += f", strength dispersion {beta:g}, seed {own_seed}"
+        words += f", strength dispersion {beta:g}, seed {own_seed}"
     return YieldingBuilding(
         masses,
         stiffnesses,
@@ -411,7 +410,7 @@ def yielding_building(
         beta,
         own_seed,
         isolation,
-        said,
+        words,
     )
 
 
@@ -437,26 +436,26 @@ def _stability(p_delta: Any, weight: Array, stiffnesses: Array, heights: Array) 
     if p_delta is None or p_delta is False:
         return np.zeros(weight.size)
     if p_delta is True:
-        found = np.cumsum(weight[::-1])[::-1] / (stiffnesses * np.diff(heights))
+        theta = np.cumsum(weight[::-1])[::-1] / (stiffnesses * np.diff(heights))
     else:
-        found = checks.finite_array("p_delta", np.atleast_1d(np.asarray(p_delta)))
-        if found.size not in (1, weight.size):
-            raise ValueError(f"p_delta must be one number or {weight.size}, one a storey, got {found.size}")
-        found = np.array(np.broadcast_to(found, weight.size))
-    if found.min() < 0.0 or found.max() >= 1.0:
-        worst = found.min() if found.min() < 0.0 else found.max()
+        theta = checks.finite_array("p_delta", np.atleast_1d(np.asarray(p_delta)))
+        if theta.size not in (1, weight.size):
+            raise ValueError(f"p_delta must be one number or {weight.size}, one a storey, got {theta.size}")
+        theta = np.array(np.broadcast_to(theta, weight.size))
+    if theta.min() < 0.0 or theta.max() >= 1.0:
+        worst = theta.min() if theta.min() < 0.0 else theta.max()
         raise ValueError(f"p_delta must be >= 0 and < 1 (theta of a storey, P/(k h)), got {worst:.3g}")
-    return found
+    return theta
 
 
 def _ground(motions: Any) -> list[Record]:
     """Return the plain records of ground motions of one component."""
     if isinstance(motions, xr.DataArray) and "floor" in motions.dims:
         raise ValueError("motions must be ground motions (motion, time), got floor motions")
-    found = records(motions)
-    if any(one.axes or one.vertical is not None for one in found):
+    plain = records(motions)
+    if any(record.axes or record.vertical is not None for record in plain):
         raise ValueError("motions must be of one horizontal component (motions.as_recorded) for a yielding building")
-    if any(one.own_level for one in found):
+    if any(record.own_level for record in plain):
         raise ValueError("motions must be of the ground, got some of a floor that yields or of an isolator")
-    warn(record_doubts(found))
-    return found
+    warn(record_doubts(plain))
+    return plain

@@ -59,8 +59,8 @@ class _Rotated(PairMeasure):
 
     def of_pair(self, first: Array, second: Array, dt: float) -> float:
         angles = np.arange(STEPS) * (math.pi / STEPS)
-        found = [self.base.of(math.cos(angle) * first + math.sin(angle) * second, dt) for angle in angles]
-        return float(np.percentile(found, self.percentile))
+        values = [self.base.of(math.cos(angle) * first + math.sin(angle) * second, dt) for angle in angles]
+        return float(np.percentile(values, self.percentile))
 
 
 class RotD50(_Rotated):
@@ -93,5 +93,5 @@ class GeometricMean(PairMeasure):
         return math.sqrt(self.base.of(first, dt) * self.base.of(second, dt))
 
 
-PAIR_MEASURES: dict[str, type[PairMeasure]] = {one.__name__: one for one in (RotD50, RotD100, GeometricMean)}
+PAIR_MEASURES: dict[str, type[PairMeasure]] = {kind.__name__: kind for kind in (RotD50, RotD100, GeometricMean)}
 """The measures of pairs, by the name with which a label starts."""

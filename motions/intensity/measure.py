@@ -83,8 +83,8 @@ class NamedMeasure(Measure):
 
 
 MEASURES: dict[str, Measure] = {
-    one.name: one
-    for one in (
+    measure.name: measure
+    for measure in (
         NamedMeasure("pga", peak_acceleration, ACCELERATION, "peak floor acceleration"),
         NamedMeasure("pgv", peak_velocity, VELOCITY, "peak floor velocity"),
         NamedMeasure("pgd", peak_displacement, METRE, "peak floor displacement"),

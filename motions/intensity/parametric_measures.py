@@ -149,7 +149,7 @@ class AvgSa(ParametricMeasure):
         given: Any = self.periods
         if isinstance(given, str) or not isinstance(given, Iterable):
             raise TypeError(f"periods must be a sequence of periods (s), got {checks.kind(given)}")
-        periods = tuple(period_of("periods", one) for one in given)
+        periods = tuple(period_of("periods", period) for period in given)
         if not 1 <= len(periods) <= MOST_PERIODS:
             raise ValueError(f"periods must be 1 to {MOST_PERIODS}, got {len(periods)}")
         object.__setattr__(self, "periods", periods)
@@ -170,7 +170,7 @@ class AvgSa(ParametricMeasure):
             return repr(value)
         if len(value) > 2 and value == tuple(np.linspace(value[0], value[-1], len(value)).tolist()):
             return f"{value[0]!r}:{value[-1]!r}:{len(value)}"
-        return " ".join(repr(one) for one in value)
+        return " ".join(repr(part) for part in value)
 
     @classmethod
     def read(cls, arguments: Sequence[str]) -> Measure:
@@ -191,8 +191,8 @@ class AvgSa(ParametricMeasure):
 
     def of(self, acceleration: Array, dt: float) -> float:
         periods = np.array(self.periods)
-        found = peak_displacements(acceleration, dt, periods, self.damping) * (2.0 * math.pi / periods) ** 2
-        return float(exp(log(found).mean()))
+        spectrum = peak_displacements(acceleration, dt, periods, self.damping) * (2.0 * math.pi / periods) ** 2
+        return float(exp(log(spectrum).mean()))
 
 
 @dataclass(frozen=True)
@@ -295,5 +295,5 @@ def _three_strongest(values: Array) -> float:
     return float(np.sort(padded[tops])[-3:].sum())
 
 
-PARAMETRIC_MEASURES: dict[str, type[ParametricMeasure]] = {one.__name__: one for one in (Sa, Sv, Sd, AvgSa, FIV3)}
+PARAMETRIC_MEASURES: dict[str, type[ParametricMeasure]] = {kind.__name__: kind for kind in (Sa, Sv, Sd, AvgSa, FIV3)}
 """The measures with parameters, by the name with which a label starts."""

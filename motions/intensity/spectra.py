@@ -53,17 +53,17 @@ def peak_responses(acceleration: Array, dt: float, periods: Array, damping: floa
     These are relative displacement (m), relative velocity (m/s) and absolute acceleration (m/s²).
     """
     omega = 2.0 * math.pi / periods
-    found = np.empty((quantities, omega.size))
+    peaks = np.empty((quantities, omega.size))
     parts = np.ceil(omega * dt).astype(np.int64)
     for count in np.unique(parts):
         alike = np.flatnonzero(parts == count)
         for first in range(0, alike.size, engine.LANES):
-            here = alike[first : first + engine.LANES]
-            out = np.empty((quantities, here.size))
-            zeta = np.full(here.size, damping)
-            engine.oscillator_peaks(acceleration, dt, int(count), omega[here], zeta, out)
-            found[:, here] = out
-    return found
+            lanes = alike[first : first + engine.LANES]
+            out = np.empty((quantities, lanes.size))
+            zeta = np.full(lanes.size, damping)
+            engine.oscillator_peaks(acceleration, dt, int(count), omega[lanes], zeta, out)
+            peaks[:, lanes] = out
+    return peaks
 
 
 def response_spectrum(
@@ -113,14 +113,14 @@ def response_spectrum(
         raise ValueError("periods must be different from each other, got one twice")
     zeta = damping_of(damping)
     omega = 2.0 * math.pi / axis
-    found = np.array([peak_responses(record.acceleration, record.dt, axis, zeta) for record in plain])
+    peaks = np.array([peak_responses(record.acceleration, record.dt, axis, zeta) for record in plain])
     text = f"{100.0 * zeta:g} % damping"
     spectra = {
-        "sd": (found[:, 0], METRE, f"spectral displacement, {text}"),
-        "sv": (found[:, 0] * omega, VELOCITY, f"pseudo-spectral velocity, {text}"),
-        "sa": (found[:, 0] * omega**2, ACCELERATION, f"pseudo-spectral acceleration, {text}"),
-        "sv_true": (found[:, 1], VELOCITY, f"greatest relative velocity of an oscillator, {text}"),
-        "sa_true": (found[:, 2], ACCELERATION, f"greatest absolute acceleration of an oscillator, {text}"),
+        "sd": (peaks[:, 0], METRE, f"spectral displacement, {text}"),
+        "sv": (peaks[:, 0] * omega, VELOCITY, f"pseudo-spectral velocity, {text}"),
+        "sa": (peaks[:, 0] * omega**2, ACCELERATION, f"pseudo-spectral acceleration, {text}"),
+        "sv_true": (peaks[:, 1], VELOCITY, f"greatest relative velocity of an oscillator, {text}"),
+        "sa_true": (peaks[:, 2], ACCELERATION, f"greatest absolute acceleration of an oscillator, {text}"),
     }
     return xr.Dataset(
         variables(("motion", "period"), spectra),
@@ -171,8 +171,8 @@ def _band_transform(size: int, first: float, last: float, number: int, dt: float
     return cast("Callable[[Array], Array]", transform)
 
 
-def energy_band(acceleration: Array, dt: float, shares: tuple[float, float] = BAND_SHARES) -> tuple[float, float]:
-    """Return the frequencies (Hz) below which two shares (5 and 95 %) of the energy of a motion lie.
+def energy_band(acceleration: Array, dt: float) -> tuple[float, float]:
+    """Return the frequencies (Hz) below which the `BAND_SHARES` of the energy of a motion lie.
 
     The energy is the integral of the squared Fourier amplitude of the acceleration over frequency, which by Parseval's
     theorem is the Arias intensity. The band is the counterpart in frequency of the significant duration in time. The
@@ -187,5 +187,5 @@ def energy_band(acceleration: Array, dt: float, shares: tuple[float, float] = BA
     energy = np.abs(scipy.fft.rfft(acceleration / largest, size)) ** 2
     # linear between frequencies: the trapezoidal rule, with half the weight at both ends
     reached = np.concatenate([[0.0], np.cumsum(0.5 * (energy[1:] + energy[:-1]))])
-    low, high = np.interp(shares, reached / reached[-1], np.arange(energy.size) / (size * dt))
+    low, high = np.interp(BAND_SHARES, reached / reached[-1], np.arange(energy.size) / (size * dt))
     return float(low), float(high)

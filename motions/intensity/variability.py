@@ -86,10 +86,10 @@ def variability(motions: Sequence[Record]) -> Variability:
 def pooled(parts: Iterable[Variability]) -> Variability:
     """Return the variability within several ensembles, which may differ from each other."""
     every = [part for part in parts if part.freedom]
-    freedom = sum(one.freedom for one in every)
+    freedom = sum(part.freedom for part in every)
     if freedom == 0:
         return Variability(0, math.nan, math.nan)
-    squares = (sum(one.freedom * getattr(one, name) ** 2 for one in every) for name in ("velocity", "shape"))
+    squares = (sum(part.freedom * getattr(part, name) ** 2 for part in every) for name in ("velocity", "shape"))
     velocity, shape = (math.sqrt(square / freedom) for square in squares)
     return Variability(freedom, velocity, shape)
 

@@ -51,14 +51,14 @@ def _transition(omega, zeta, h, s, j):
     damped = math.sqrt(1.0 - zeta * zeta)
     decay = math.exp(-zeta * x)
     # series of the response to an initial velocity of one and of its integrals, without differences of near numbers
-    before, here, first, second, power = 0.0, 1.0, 0.0, 0.0, x * x
+    before, coefficient, first, second, power = 0.0, 1.0, 0.0, 0.0, x * x
     for k in range(1, 30):
-        one = here * power / (k + 1)
-        first += one
-        second += one * x / (k + 2)
-        after = -(2.0 * zeta * k * here + before) / (k * (k + 1))
-        before = here
-        here = after
+        term = coefficient * power / (k + 1)
+        first += term
+        second += term * x / (k + 2)
+        after = -(2.0 * zeta * k * coefficient + before) / (k * (k + 1))
+        before = coefficient
+        coefficient = after
         power *= x
     sine = decay * math.sin(damped * x) / damped / omega
     first /= omega * omega
@@ -152,8 +152,8 @@ def _oscillator_row(omega, zeta, at, dt, row):
     size = -dt * omega * omega / damped * ratio * ratio
     decay = math.exp(-zeta * omega * dt)
     turn, across = decay * math.cos(damped * dt), decay * math.sin(damped * dt)
-    here = size * math.exp(-zeta * omega * lag)
-    sine, cosine = here * math.sin(damped * lag), here * math.cos(damped * lag)
+    envelope = size * math.exp(-zeta * omega * lag)
+    sine, cosine = envelope * math.sin(damped * lag), envelope * math.cos(damped * lag)
     row[:] = 0.0
     for m in range(last, first - 1, -1):
         row[m] = sine
@@ -332,9 +332,9 @@ def adjust(a, dt, omega, zeta, target, w, bounds, most_steps, enough, firm, out)
         peaks(a, dt, omega, zeta, value, when)
         misfit, worst = 0.0, 0.0
         for i in range(lines):
-            one = abs(abs(value[i]) / target[i] - 1.0)
-            misfit += one / lines
-            worst = max(worst, one)
+            deviation = abs(abs(value[i]) / target[i] - 1.0)
+            misfit += deviation / lines
+            worst = max(worst, deviation)
         pgv, pgd = np.abs(v).max(), np.abs(d).max()
         broken = max(0.0, pgv / bounds[1] - 1.0, pgd / bounds[3] - 1.0)
         broken = max(broken, 1.0 - pgv / bounds[0] if bounds[0] > 0.0 else 0.0)

@@ -53,20 +53,20 @@ def basis(omega, zeta, t):
     if x <= 1.0:
         # sigma'' + 2 zeta sigma' + sigma = 0 in x = omega t, sigma(0) = 0, sigma'(0) = 1
         before = 0.0
-        here = 1.0
+        coefficient = 1.0
         first = 0.0
         second = 0.0
         power = x * x
         k = 1
         while k < MOST_TERMS:
-            one = here * power / (k + 1)
-            first += one
-            second += one * x / (k + 2)
-            if abs(here * power) + abs(before * power) <= 1e-18 * abs(first):
+            term = coefficient * power / (k + 1)
+            first += term
+            second += term * x / (k + 2)
+            if abs(coefficient * power) + abs(before * power) <= 1e-18 * abs(first):
                 break
-            after = -(2.0 * zeta * k * here + before) / (k * (k + 1))
-            before = here
-            here = after
+            after = -(2.0 * zeta * k * coefficient + before) / (k * (k + 1))
+            before = coefficient
+            coefficient = after
             power *= x
             k += 1
         c = 1.0 - first

@@ -20,12 +20,12 @@ def _first_stop(omega, a, b, c, from_rest, limit):
     # -a sin x + b cos x = r cos(x + phase)
     phase = math.atan2(a, b)
     angle = math.acos(-c / size)
-    found = limit
+    time = limit
     for sign in (1.0, -1.0):
         x = (sign * angle - phase) % (2.0 * math.pi)
         if not from_rest or NEAR < x < 2.0 * math.pi - NEAR:
-            found = min(found, x / omega)
-    return found
+            time = min(time, x / omega)
+    return time
 
 
 @kernel(keep=True)

@@ -82,8 +82,8 @@ def _first(terms, number, h, which, flow, plastic, yields, contact, stop):
     for part in range(PARTS):
         low = part / PARTS
         high = (part + 1) / PARTS
-        found = _excess(terms, number, h, high, which, flow, plastic, yields, contact, stop) > 0.0
-        if not found:  # (it may go there and turn back within the part)
+        reached = _excess(terms, number, h, high, which, flow, plastic, yields, contact, stop) > 0.0
+        if not reached:  # (it may go there and turn back within the part)
             before = _at(terms, number, low)[1]
             if before * _at(terms, number, high)[1] < 0.0:
                 left, right = low, high
@@ -94,8 +94,8 @@ def _first(terms, number, h, which, flow, plastic, yields, contact, stop):
                     else:
                         right = middle
                 high = left
-                found = _excess(terms, number, h, high, which, flow, plastic, yields, contact, stop) > 0.0
-        if found:
+                reached = _excess(terms, number, h, high, which, flow, plastic, yields, contact, stop) > 0.0
+        if reached:
             for _ in range(HALVINGS):
                 middle = 0.5 * (low + high)
                 if _excess(terms, number, h, middle, which, flow, plastic, yields, contact, stop) > 0.0:
@@ -149,9 +149,9 @@ def stopped_response(ground, dt, parts, spring, stop, start, displacement, accel
                 if stuck:
                     acceleration[k] = now
                 else:
-                    own = initial * u - (initial - after) * plastic if flow == FREE else after * u + slip * flow
+                    restoring = initial * u - (initial - after) * plastic if flow == FREE else after * u + slip * flow
                     viscosity = damping if contact == FREE else damping + viscous
-                    acceleration[k] = -own - viscosity * v - pushed
+                    acceleration[k] = -restoring - viscosity * v - pushed
                 if contact != FREE:
                     peak = max(peak, abs(acceleration[k]))
                 sampled = True

@@ -90,13 +90,13 @@ def _at(terms, n, number, i, x):
 
 
 @kernel(**_FUSED)
-def _reach(terms, n, number, found):
+def _reach(terms, n, number, bounds):
     """Fill bounds of the distance of each storey's series from its start within the piece."""
     for i in range(n):
-        found[i] = abs(terms[n + i])
+        bounds[i] = abs(terms[n + i])
     for k in range(2, number):
         for i in range(n):
-            found[i] += abs(terms[n * k + i])
+            bounds[i] += abs(terms[n * k + i])
 
 
 @kernel()

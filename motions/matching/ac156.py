@@ -27,7 +27,7 @@ from ..simulated.envelopes import Envelope
 from ..simulated.generator import Generator, Seconds
 from .adjustment import PGD_BOUND, PGV_BOUND, Bound, TargetMissed, matching_doubts
 from .spectrum_compatible import SpectrumCompatible
-from .targets import AC156_FREQUENCIES, EDITIONS, TargetSpectrum
+from .target_spectra import AC156_FREQUENCIES, EDITIONS, TargetSpectrum
 
 MARGIN = 0.01
 TOLERANCE = 0.015
@@ -153,8 +153,8 @@ def checked_frequencies(f_lowest: float | None = None) -> Array:
     """Return the frequencies (Hz) of the check: sixths of an octave, from a start set by `f_lowest`, up to 33.3."""
     start = LOWEST
     if f_lowest is not None:
-        own = checks.number("f_lowest", f_lowest, above=0.0, unit="Hz")
-        start = max(LOWEST, min(HIGHEST_START, START_OF_LOWEST * own))
+        lowest = checks.number("f_lowest", f_lowest, above=0.0, unit="Hz")
+        start = max(LOWEST, min(HIGHEST_START, START_OF_LOWEST * lowest))
     count = math.floor(math.log2(HIGHEST / start) * PER_OCTAVE) + 1
     return np.append(start * power(2.0, np.arange(count) / PER_OCTAVE), HIGHEST)
 
@@ -244,9 +244,9 @@ def ac156_acceptance(
         name: xr.Variable("motion", values, described(text))
         for name, (values, text) in {**numbers, **rules, "accepted": (accepted, "all rules hold")}.items()
     }
-    strong = [significant_duration_5_95(one.acceleration, one.dt) for one in plain]
+    strong = [significant_duration_5_95(record.acceleration, record.dt) for record in plain]
     variables["strong_duration"] = xr.Variable("motion", strong, described("D5-95", SECOND))
-    pfv = [peak_velocity(one.acceleration, one.dt) for one in plain]
+    pfv = [peak_velocity(record.acceleration, record.dt) for record in plain]
     variables["pfv"] = xr.Variable("motion", pfv, described("peak velocity of the table", VELOCITY))
     variables["ratio"] = xr.Variable(("motion", "frequency"), ratio, described("response spectrum over RRS"))
     at = xr.Variable("frequency", frequency, described("natural frequency", HERTZ))
@@ -259,16 +259,16 @@ def ac156_acceptance(
 
 def _correlations(axes: list[list[Record]]) -> Array:
     """Return the maximum absolute correlation of any two axes, for each motion."""
-    found = np.zeros(len(axes[0]))
-    for other in axes[1:]:
-        if len(other) != len(axes[0]):
-            raise ValueError(f"other_axes must hold the same motions, got {len(other)} beside {len(axes[0])}")
-    for i in range(found.size):
+    largest = np.zeros(len(axes[0]))
+    for further in axes[1:]:
+        if len(further) != len(axes[0]):
+            raise ValueError(f"other_axes must hold the same motions, got {len(further)} beside {len(axes[0])}")
+    for i in range(largest.size):
         same = [axis[i] for axis in axes]
-        if len({(one.acceleration.size, one.dt) for one in same}) > 1:
+        if len({(record.acceleration.size, record.dt) for record in same}) > 1:
             raise ValueError(f"motion {same[0].label!r} must have one step and length on all axes")
-        off = np.array([one.acceleration - one.acceleration.mean() for one in same])
+        off = np.array([record.acceleration - record.acceleration.mean() for record in same])
         products = times(off, off.T)
         together = np.abs(products / np.sqrt(np.diag(products)) / np.sqrt(np.diag(products))[:, None])
-        found[i] = np.max(together[~np.eye(len(same), dtype=bool)])
-    return found
+        largest[i] = np.max(together[~np.eye(len(same), dtype=bool)])
+    return largest

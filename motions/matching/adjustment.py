@@ -23,7 +23,7 @@ from ...core.wording import two_digit_percent
 from ..arrays import from_array
 from ..intensity.peaks import peak_displacement, peak_velocity
 from ..kernels import matching as engine
-from .targets import TargetSpectrum
+from .target_spectra import TargetSpectrum
 
 PGV_BOUND, PGD_BOUND = 0.15, 0.5
 WITHIN = Parameter(at_least=0.02, at_most=100.0)
@@ -116,9 +116,9 @@ class Lines(NamedTuple):
 
     def spectrum(self, acceleration: Array, dt: float) -> Array:
         """Return the pseudo-acceleration of a motion, m/s²."""
-        found, when = np.empty(self.omega.size), np.empty(self.omega.size)
-        engine.peaks(acceleration, dt, self.omega, self.damping, found, when)
-        return np.abs(found)
+        displacement, when = np.empty(self.omega.size), np.empty(self.omega.size)
+        engine.peaks(acceleration, dt, self.omega, self.damping, displacement, when)
+        return np.abs(displacement)
 
     def adjust(self, acceleration: Array, dt: float, freedom: Array, limits: Array, plan: Plan) -> Array:
         """Match one motion in place and return misfit, worst, pgv, pgd, steps."""
@@ -146,17 +146,17 @@ def match_result(
     acceleration: Array, dt: float, reached: Array, bounds: Bounds, lines: Lines, lifted: float
 ) -> MatchResult:
     """Return the result for the target itself, which is the matched spectrum over `lifted`."""
-    own = float(reached[engine.MISFIT])
+    target_misfit = float(reached[engine.MISFIT])
     misfit, worst = reached[engine.MISFIT], reached[engine.WORST]
     if lifted != 1.0:
         off = np.abs(lines.spectrum(acceleration, dt) / lines.sa * lifted - 1.0)
         misfit, worst = off.mean(), off.max()
     pgv, pgd = peak_velocity(acceleration, dt), peak_displacement(acceleration, dt)
-    return MatchResult(own, float(misfit), float(worst), pgv, pgd, bounds)
+    return MatchResult(target_misfit, float(misfit), float(worst), pgv, pgd, bounds)
 
 
 def labelled_matches(
-    values: Array, dt: float, labels: list[str], sources: list[str], found: list[MatchResult], allowed: float
+    values: Array, dt: float, labels: list[str], sources: list[str], results: list[MatchResult], allowed: float
 ) -> xr.DataArray:
     """Return matched motions (motion, time) as a labelled array, with the results of each as coordinates.
 
@@ -164,17 +164,17 @@ def labelled_matches(
     """
     of_target = "misfit of the target spectrum over its periods"
     coordinates = {
-        "misfit_mean": ([result.misfit for result in found], DIMENSIONLESS, f"mean {of_target}"),
-        "misfit_max": ([result.worst for result in found], DIMENSIONLESS, f"greatest {of_target}"),
-        "pgv_reference": ([result.reference.pgv for result in found], VELOCITY, "PGV to stay near"),
-        "pgd_reference": ([result.reference.pgd for result in found], METRE, "PGD to stay near"),
+        "misfit_mean": ([result.misfit for result in results], DIMENSIONLESS, f"mean {of_target}"),
+        "misfit_max": ([result.worst for result in results], DIMENSIONLESS, f"greatest {of_target}"),
+        "pgv_reference": ([result.reference.pgv for result in results], VELOCITY, "PGV to stay near"),
+        "pgd_reference": ([result.reference.pgd for result in results], METRE, "PGD to stay near"),
         "bounds_held": (
-            [result.reference.held(result.pgv, result.pgd) for result in found],
+            [result.reference.held(result.pgv, result.pgd) for result in results],
             DIMENSIONLESS,
             "PGV and PGD lie within their bounds",
         ),
         "target_met": (
-            [result.reached <= allowed for result in found],
+            [result.reached <= allowed for result in results],
             DIMENSIONLESS,
             f"the mean misfit of the matched spectrum is at most {allowed:g}",
         ),

@@ -29,7 +29,7 @@ from .adjustment import (
     match_result,
     matching_doubts,
 )
-from .targets import TargetSpectrum
+from .target_spectra import TargetSpectrum
 
 MOST_STEPS = 24  # for a record
 SMOOTHING = 2.0  # s over which the strength of a record is taken
@@ -99,31 +99,31 @@ def match(
     if set(motions.dims) - {"motion", "time"}:
         raise ValueError(f"motions to be matched must have dims (motion, time), got {motions.dims}")
     free = Bounds(0.0, 0.0, None, None).limits()
-    found: list[MatchResult] = []
+    results: list[MatchResult] = []
     values = np.empty((len(plain), plain[0].acceleration.size))
     for i, record in enumerate(plain):
-        dt, own = record.dt, record.acceleration.copy()
+        dt, adjusted = record.dt, record.acceleration.copy()
         lines = Lines.of(target, dt, record.duration)
-        spectrum = lines.spectrum(own, dt)
+        spectrum = lines.spectrum(adjusted, dt)
         if not np.all(spectrum > 0.0):
             raise ValueError(f"motion {record.label!r} has no response at some period and cannot be matched")
         if scale:
-            own *= math.exp(float(np.mean(log(lines.sa / spectrum))))
-        freedom = _strength(own, dt)
-        lines.adjust(own, dt, freedom, free, Plan(0, tolerance))
-        bounds = Bounds(peak_velocity(own, dt), peak_displacement(own, dt), pgv_bound, pgd_bound)
+            adjusted *= math.exp(float(np.mean(log(lines.sa / spectrum))))
+        freedom = _strength(adjusted, dt)
+        lines.adjust(adjusted, dt, freedom, free, Plan(0, tolerance))
+        bounds = Bounds(peak_velocity(adjusted, dt), peak_displacement(adjusted, dt), pgv_bound, pgd_bound)
         tries = []
         for firm in FIRM:
-            values[i] = own
+            values[i] = adjusted
             reached = lines.adjust(values[i], dt, freedom, bounds.limits(), Plan(MOST_STEPS, tolerance, firm))
             tries.append((match_result(values[i], dt, reached, bounds, lines, 1.0), values[i].copy()))
             if bounds.held(tries[-1][0].pgv, tries[-1][0].pgd) and tries[-1][0].misfit <= max(GOOD, tolerance):
                 break
-        one, values[i] = min(tries, key=lambda t: (not bounds.held(t[0].pgv, t[0].pgd), t[0].misfit))
-        found.append(one)
+        result, values[i] = min(tries, key=lambda t: (not bounds.held(t[0].pgv, t[0].pgd), t[0].misfit))
+        results.append(result)
     labels = [record.label for record in plain]
     sources = [f"{record.source}, matched to {target.name}" for record in plain]
-    matched = labelled_matches(values, plain[0].dt, labels, sources, found, tolerance)
+    matched = labelled_matches(values, plain[0].dt, labels, sources, results, tolerance)
     warn(matching_doubts([matched]), TargetMissed)
     return matched
 

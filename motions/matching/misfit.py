@@ -13,7 +13,7 @@ from ...core.units import ACCELERATION, DIMENSIONLESS, METRE, SECOND, VELOCITY, 
 from ..arrays import motion_coordinates, records
 from ..intensity.peaks import displacement, peak_displacement, peak_velocity, velocity
 from ..intensity.spectra import peak_displacements
-from .targets import TargetSpectrum
+from .target_spectra import TargetSpectrum
 
 
 def matching_report(motions: xr.DataArray | Iterable[xr.DataArray], target: TargetSpectrum) -> xr.Dataset:
@@ -44,13 +44,13 @@ def matching_report(motions: xr.DataArray | Iterable[xr.DataArray], target: Targ
     plain = records(arrays)
     axis = target.grid()
     omega = 2.0 * math.pi / axis
-    spectra = [omega**2 * peak_displacements(one.acceleration, one.dt, axis, target.damping) for one in plain]
+    spectra = [omega**2 * peak_displacements(record.acceleration, record.dt, axis, target.damping) for record in plain]
     misfit = np.array(spectra) / target.at(axis) - 1.0
-    pgv = np.array([peak_velocity(one.acceleration, one.dt) for one in plain])
-    pgd = np.array([peak_displacement(one.acceleration, one.dt) for one in plain])
+    pgv = np.array([peak_velocity(record.acceleration, record.dt) for record in plain])
+    pgd = np.array([peak_displacement(record.acceleration, record.dt) for record in plain])
     # the records of an array are its motions, each with all its floors
     references = {name: np.concatenate([_reference(array, name) for array in arrays]) for name in ("pgv", "pgd")}
-    ends = np.array([[of(one.acceleration, one.dt)[-1] for of in (velocity, displacement)] for one in plain])
+    ends = np.array([[of(record.acceleration, record.dt)[-1] for of in (velocity, displacement)] for record in plain])
     on_motion: dict[str, tuple[Array, str, str]] = {
         "misfit_mean": (np.abs(misfit).mean(axis=1), DIMENSIONLESS, "mean misfit over periods"),
         "misfit_max": (np.abs(misfit).max(axis=1), DIMENSIONLESS, "greatest misfit over periods"),

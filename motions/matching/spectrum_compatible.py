@@ -36,7 +36,7 @@ from .adjustment import (
     match_result,
     matching_doubts,
 )
-from .targets import TargetSpectrum
+from .target_spectra import TargetSpectrum
 
 STEPS_OF_A_DRAW = 12  # fewer than for a record, because noise can be drawn again
 DRAWS = 4
@@ -145,13 +145,13 @@ class SpectrumCompatible(Generator):
         noise = _Noise.fitted(self._aim(), self._envelope(), self.dt, steps + 1, self.periods)
         bounds = noise.implied(self.pgv_bound, self.pgd_bound)
         values = np.empty((n, steps + 1))
-        found: list[MatchResult] = []
+        results: list[MatchResult] = []
         for i in range(n):
             values[i], reached = noise.matched(stream(seed, first + i), bounds, self.tolerance)
-            found.append(match_result(values[i], self.dt, reached, bounds, noise.lines, 1.0 + self.margin))
+            results.append(match_result(values[i], self.dt, reached, bounds, noise.lines, 1.0 + self.margin))
         labels = [f"{type(self).__name__} {seed}-{first + i}" for i in range(n)]
         sources = [f"{self!r} seed {seed}"] * n
-        made = labelled_matches(values, self.dt, labels, sources, found, max(GOOD, self.tolerance))
+        made = labelled_matches(values, self.dt, labels, sources, results, max(GOOD, self.tolerance))
         warn(matching_doubts([made]), TargetMissed)
         return made
 
@@ -206,10 +206,10 @@ class _Noise(NamedTuple):
             misfit = float(reached[engine.MISFIT])
             rank = (not bounds.held(float(reached[engine.PGV]), float(reached[engine.PGD])), misfit)
             if rank < best:
-                best, kept, found = rank, motion, reached
+                best, kept, outcome = rank, motion, reached
             if best < (False, max(GOOD, tolerance)):
                 break
-        return kept, found
+        return kept, outcome
 
     def implied(self, pgv_bound: float | None, pgd_bound: float | None) -> Bounds:
         """Return the peaks that the target implies: geometric means of pilot motions matched without bounds."""

@@ -17,7 +17,7 @@ from ...core.writing import write_bytes
 from ..arrays import from_array, records
 from .components import refuse_gaps, refuse_stated_peak
 from .lines import STEP, Lines, RecordError
-from .units import agreed, doubt_factors, quantities, refuse_others, told
+from .units import agreed, doubt_factors, quantities, refuse_others, units_in
 
 RARE = 1.0
 """PGA, g, that few records reach."""
@@ -78,12 +78,12 @@ def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
         assert match is not None
         header = [(number, line) for number, line in enumerate(head[: last + 1], start=1) if line.strip()]
         named = [text for _, text in header if "acceleration" in quantities(text)]
-        other = next((_OTHER.search(text) for _, text in header if _OTHER.search(text) and text not in named), None)
-        if other is not None:
-            raise RecordError(f"{file}: a {quantities(other[0])[0]} record, not acceleration")
+        quantity = next((_OTHER.search(text) for _, text in header if _OTHER.search(text) and text not in named), None)
+        if quantity is not None:
+            raise RecordError(f"{file}: a {quantities(quantity[0])[0]} record, not acceleration")
         refuse_others(file, header)
         dt = lines.step(match)
-        unit = agreed(file, [unit for number, text in header for unit in told(text, number)])
+        unit = agreed(file, [unit for number, text in header for unit in units_in(text, number)])
         doubt_factors(file, header)
         declared = int(match["npts"])
         if declared < 2:
@@ -121,12 +121,12 @@ def write_at2(motion: xr.DataArray, path: str | os.PathLike[str], title: str = "
     RecordError
         A file that cannot be written.
     """
-    found = records(motion)
-    if len(found) != 1:
-        raise ValueError(f"write_at2 writes exactly one motion, got {len(found)}")
+    plain = records(motion)
+    if len(plain) != 1:
+        raise ValueError(f"write_at2 writes exactly one motion, got {len(plain)}")
     if len(title.splitlines()) > 1:
         raise ValueError(f"title must be one line, got {title!r:.60}")
-    record = found[0]
+    record = plain[0]
     values = record.acceleration / STANDARD_GRAVITY
     rows = [values[i : i + 5] for i in range(0, values.size, 5)]
     body = "\n".join("".join(f"{value:15.7E}" for value in row) for row in rows)

@@ -58,11 +58,11 @@ def refuse_other_peak(file: Path, acceleration: Array, stated: str | None, facto
         return
     peak = abs(float(number[0]))
     half_a_digit = 0.5 * 10.0 ** -len(number["decimals"] or number["fraction"] or "")
-    found = float(np.abs(acceleration).max())
-    if abs(found - factor * peak) > factor * max(PEAK_TOLERANCE * peak, 1.01 * half_a_digit):
+    reached = float(np.abs(acceleration).max())
+    if abs(reached - factor * peak) > factor * max(PEAK_TOLERANCE * peak, 1.01 * half_a_digit):
         where = f"{plain(channel)}: " if plain(channel) else ""
         raise RecordError(
-            f"{file}: {where}its samples reach {found:.4g} m/s², its header says {factor * peak:.4g} m/s²: another "
+            f"{file}: {where}its samples reach {reached:.4g} m/s², its header says {factor * peak:.4g} m/s²: another "
             "unit or scale factor, or damaged"
         )
 
@@ -87,7 +87,7 @@ def refuse_stated_peak(file: Path, header: Iterable[tuple[int, str]], accelerati
             peak = abs(float(match["number"])) * (factor or 0.0)
             if not peak or _NOT_THEIRS.search(text):
                 continue
-            apart = min(max(own / peak, peak / own) if own else math.inf for own in peaks)
+            apart = min(max(pga / peak, peak / pga) if pga else math.inf for pga in peaks)
             if apart >= UNIT_APART:
                 refuse_other_peak(file, accelerations[0], match["number"], factor or 0.0, f"line {line}")
             elif apart > SCALED:
@@ -165,7 +165,7 @@ def arrays_of(file: Path, components: Sequence[Component]) -> list[xr.DataArray]
         chosen = [components[i] for i in members]
         try:
             array = from_array(
-                np.stack([one.acceleration for one in chosen]),
+                np.stack([part.acceleration for part in chosen]),
                 dt,
                 [labels[i] for i in members],
                 source=file.name,
@@ -173,7 +173,7 @@ def arrays_of(file: Path, components: Sequence[Component]) -> list[xr.DataArray]
             )
         except ValueError as error:
             raise RecordError(f"{file}: {error}") from None
-        notes = dict.fromkeys(one.processing for one in chosen if one.processing)
+        notes = dict.fromkeys(part.processing for part in chosen if part.processing)
         if notes:
             array.attrs["processing"] = "; ".join(notes)
         arrays.append(array.assign_coords(_coordinates(chosen)))
@@ -191,21 +191,21 @@ def single(file: Path, arrays: Sequence[xr.DataArray]) -> xr.DataArray:
 
 
 def _coordinates(components: Sequence[Component]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    coordinates: dict[str, Any] = {}
     for field, long_name in _TEXTS.items():
         texts = [plain(getattr(component, field)) for component in components]
         if any(texts):
-            found[field] = ("motion", np.array(texts, dtype=object), described(long_name))
+            coordinates[field] = ("motion", np.array(texts, dtype=object), described(long_name))
     for field, (name, units, long_name) in _VALUES.items():
         values = np.array([getattr(component, field) for component in components])
         if np.isfinite(values).any():
-            found[name] = ("motion", values, described(long_name, units))
-    return found
+            coordinates[name] = ("motion", values, described(long_name, units))
+    return coordinates
 
 
 def _unique(labels: Sequence[str]) -> list[str]:
     """Return the labels, with (2), (3) … after labels that the file gives more than once."""
-    found: list[str] = []
+    unique: list[str] = []
     taken: set[str] = set()
     for label in labels:
         name, n = label, 1
@@ -213,5 +213,5 @@ def _unique(labels: Sequence[str]) -> list[str]:
             n += 1
             name = f"{label} ({n})"
         taken.add(name)
-        found.append(name)
-    return found
+        unique.append(name)
+    return unique

@@ -51,15 +51,15 @@ def cosmos_components(lines: Lines) -> list[Component]:
     Strong-Motion Observation Systems (2001). COSMOS strong motion data format, version 1.20,
     https://www.strongmotioncenter.org/vdc/cosmos_format_1_20.pdf.
     """
-    found: list[Component] = []
+    components: list[Component] = []
     for line in lines:
         if not line.strip():
             continue
         match = _FIRST.search(line[:200])
         if match is None:
             raise lines.error(f"holds {line[:30]!r}, a COSMOS channel begins '… (Format v01.20 with 13 text lines)'")
-        found += _channel(lines, int(match.group(1)), raw=_RAW.match(line[:200]) is not None)
-    return found
+        components += _channel(lines, int(match.group(1)), raw=_RAW.match(line[:200]) is not None)
+    return components
 
 
 def _channel(lines: Lines, text_lines: int, raw: bool) -> list[Component]:
@@ -67,12 +67,12 @@ def _channel(lines: Lines, text_lines: int, raw: bool) -> list[Component]:
     _announced(lines, _INTEGERS, "integer header")
     real = _announced(lines, _REALS, "real header")
     dt = 1e-3 * lines.value(repr(_at(real, _STEP_MS)), "the time step (real header 62, ms)", above=0.0, below=1e4)
-    unknown = _announced_unknown(lines, text)
+    unknown = _announced_unknown(text)
     comments = _match(lines, _COMMENTS, "an announcement of comment lines")
     text += [lines.header("the end of its comments") for _ in range(int(comments.group(1)))]
     types = {name: _at(real, place) for name, place in _MAGNITUDES.items()}
     kind = next((name for name, value in types.items() if not math.isnan(value)), "")
-    found: list[Component] = []
+    components: list[Component] = []
     line = lines.header("its data")
     while not _END.match(line):
         match = _DATA.search(line)
@@ -98,7 +98,7 @@ def _channel(lines: Lines, text_lines: int, raw: bool) -> list[Component]:
             stated = next((m for m in map(_MAX.search, text) if m), None)
             if stated is not None and (peak_factor := unit_factor(stated["unit"])) is not None:
                 refuse_other_peak(lines.file, acceleration, stated["peak"], peak_factor)
-            found.append(
+            components.append(
                 Component(
                     acceleration,
                     dt,
@@ -116,7 +116,7 @@ def _channel(lines: Lines, text_lines: int, raw: bool) -> list[Component]:
                 )
             )
         line = lines.header("the mark at the channel's end")
-    return found
+    return components
 
 
 def _match(lines: Lines, pattern: re.Pattern[str], what: str) -> re.Match[str]:
@@ -141,10 +141,10 @@ def _columns(lines: Lines, line: str) -> tuple[int, int]:
     return int(match["count"] or 1) or 1, int(match["blanks"] or 0) + int(match["width"])
 
 
-def _announced_unknown(lines: Lines, text: Sequence[str]) -> float:
+def _announced_unknown(text: Sequence[str]) -> float:
     """Return the mark of an unknown value: given in the last text line, -999 in almost every file."""
-    found = [line for line in text if "unknown" in line.lower()]
-    match = re.search(r"(-?\d{1,9}(?:\.\d{0,9})?)\s{0,9}$", found[-1]) if found else None
+    announcements = [line for line in text if "unknown" in line.lower()]
+    match = re.search(r"(-?\d{1,9}(?:\.\d{0,9})?)\s{0,9}$", announcements[-1]) if announcements else None
     return float(match.group(1)) if match else _UNKNOWN
 
 

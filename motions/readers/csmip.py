@@ -40,14 +40,14 @@ def csmip_components(lines: Lines) -> list[Component]:
     Shakal, A. F. and Huang, M. J. (1985). Standard tape format for CSMIP strong-motion data tapes. California Division
     of Mines and Geology, report OSMS 85-03.
     """
-    found: list[Component] = []
+    components: list[Component] = []
     for line in lines:
         if not line.strip():
             continue
         if _FIRST.match(line[:200]) is None:
             raise lines.error(f"holds {line[:30]!r}, a channel begins 'Corrected accelerogram'")
-        found.append(_channel(lines))
-    return found
+        components.append(_channel(lines))
+    return components
 
 
 def _channel(lines: Lines) -> Component:

@@ -28,8 +28,8 @@ from .units import (
     in_name,
     quantities,
     refuse_others,
-    told,
     unit_of,
+    units_in,
 )
 
 _SAMPLING = r"(?:muestreo|campionamento|amostragem|[ée]chantillonnage)"
@@ -178,25 +178,25 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     doubt_duration(file, words, n * step)
     given = None if unit is None else given_factor(unit)
     doubt_factors(file, words)
-    found: list[Component] = []
+    kept: list[Component] = []
     out: dict[str, list[str]] = {}
     directions = [direction_of(name) for name in names]
     for column in range(1 if timed else 0, columns):
         name = names[column] if names else ""
         resultant = _RESULTANT.match(name) and sum(direction is not None for direction in directions) > 1
-        own = in_name(name, number)
+        in_heading = in_name(name, number)
         if resultant or RELATIVE.search(name):
             out.setdefault("a resultant, or relative", []).append(name)
             continue
-        if _NO_MOTION.match(name) or (not own and _is_other(name, names[1:])):
+        if _NO_MOTION.match(name) or (not in_heading and _is_other(name, names[1:])):
             out.setdefault("no acceleration, by its name", []).append(name)
             continue
-        if any(stated.quantity in ("velocity", "displacement") for stated in own) or _other(name):
+        if any(stated.quantity in ("velocity", "displacement") for stated in in_heading) or _other(name):
             continue
         # text in brackets further up, as in "PGA (gal)", is not of a column that has its own unit
         peak = float(np.abs(values[:, column]).max())
-        above = [stated for line, text in words for stated in told(text, line, not own, peak)]
-        agreed_on = agreed(file, [*own, *above])
+        above = [stated for line, text in words for stated in units_in(text, line, not in_heading, peak)]
+        agreed_on = agreed(file, [*in_heading, *above])
         if agreed_on is None and any(_other(text) for _, text in header):
             raise RecordError(f"{file}: its heading names velocity or displacement, not acceleration")
         if agreed_on is not None and given is not None:
@@ -210,20 +210,18 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
         with np.errstate(over="ignore"):  # infinity is an error later, as beyond any motion
             acceleration = values[:, column] * factor
         label = name if columns > 1 + timed else ""
-        found.append(
-            Component(acceleration, step, station=file.stem if label else "", component=label, processing=note)
-        )
-    if not found:
-        other = first_names([name for left in out.values() for name in left]) or "velocity or displacement"
-        raise RecordError(f"{file}: its heading names {other}, not acceleration")
-    raised = [column.component for column in found if _ABOVE_GROUND.search(column.component)]
-    if 0 < len(raised) < len(found):
+        kept.append(Component(acceleration, step, station=file.stem if label else "", component=label, processing=note))
+    if not kept:
+        headings = first_names([name for left in out.values() for name in left]) or "velocity or displacement"
+        raise RecordError(f"{file}: its heading names {headings}, not acceleration")
+    raised = [column.component for column in kept if _ABOVE_GROUND.search(column.component)]
+    if 0 < len(raised) < len(kept):
         warn([Doubt("table", f"{file}: {first_names(raised)}: of a structure or block, not of what shakes it?")])
-    _refuse_repeated(file, found)
-    refuse_stated_peak(file, words, [component.acceleration for component in found])
+    _refuse_repeated(file, kept)
+    refuse_stated_peak(file, words, [component.acceleration for component in kept])
     for why, left in out.items():
         warn([Doubt("table", f"{file}: {first_names(left)} is left out: {why}", settled=True)])
-    return found
+    return kept
 
 
 def _samples(file: Path, values: Array, header: list[tuple[int, str]]) -> tuple[Array, list[tuple[int, str]], str]:
@@ -264,21 +262,21 @@ def _is_other(name: str, names: Sequence[str]) -> bool:
     return not component(name) and any(map(component, names))
 
 
-def _refuse_repeated(file: Path, found: Sequence[Component]) -> None:
+def _refuse_repeated(file: Path, columns: Sequence[Component]) -> None:
     """Raise RecordError for columns that are one signal twice, or at two stages of its processing."""
-    if len(found) < 2:
+    if len(columns) < 2:
         return
-    stages = [{word.lower() for word in _STAGES.findall(column.component)} for column in found]
-    directions = [direction_of(component.component) for component in found]
+    stages = [{word.lower() for word in _STAGES.findall(column.component)} for column in columns]
+    directions = [direction_of(component.component) for component in columns]
     samples = np.stack(
-        [component.acceleration / (np.linalg.norm(component.acceleration) or 1.0) for component in found]
+        [component.acceleration / (np.linalg.norm(component.acceleration) or 1.0) for component in columns]
     )
     alike = (np.abs(samples @ samples.T) > 1.0 - 1e-6) & (samples.shape[1] > FEW)
-    for i, j in itertools.combinations(range(len(found)), 2):
+    for i, j in itertools.combinations(range(len(columns)), 2):
         apart = None not in (directions[i], directions[j]) and directions[i] != directions[j]
         if stages[i] != stages[j] or (alike[i, j] and not apart):
             raise RecordError(
-                f"{file}: its columns {found[i].component[:40]!r} and {found[j].component[:40]!r} are one signal "
+                f"{file}: its columns {columns[i].component[:40]!r} and {columns[j].component[:40]!r} are one signal "
                 "twice, or no motion: keep the one that shakes"
             )
 
@@ -366,16 +364,19 @@ def _names(header: list[str], columns: int) -> list[str]:
     separator = next((s for s in (";", ",", "\t") if s in header[-1]), None)
     heading = header[-1].lstrip("# ")
     words = next(csv.reader([heading], delimiter=separator, skipinitialspace=True)) if separator else heading.split()
-    found = [name.strip().strip('"') for name in words]
-    if not found[-1] and len(found) == columns + 1:  # (a comma ends the line)
-        found.pop()
-    if len(header) > 1 and len(found) == columns and all(unit_of(name).quantity for name in found):
+    titles = [name.strip().strip('"') for name in words]
+    if not titles[-1] and len(titles) == columns + 1:  # (a comma ends the line)
+        titles.pop()
+    if len(header) > 1 and len(titles) == columns and all(unit_of(name).quantity for name in titles):
         above = _names(header[:-1], columns)
-        return [f"{name} ({unit.strip('[]() ')})" for name, unit in zip(above, found, strict=True)] if above else []
-    known = (
-        _indexed(found) or _TIME.match(found[0]) or _SPECTRUM.match(found[0]) or all(map(_DIRECTION.fullmatch, found))
+        return [f"{name} ({unit.strip('[]() ')})" for name, unit in zip(above, titles, strict=True)] if above else []
+    valid = (
+        _indexed(titles)
+        or _TIME.match(titles[0])
+        or _SPECTRUM.match(titles[0])
+        or all(map(_DIRECTION.fullmatch, titles))
     )
-    return found if len(found) == columns and known else []
+    return titles if len(titles) == columns and valid else []
 
 
 def _indexed(names: Sequence[str]) -> bool:
@@ -392,14 +393,14 @@ def _step(lines: Lines, time: Array, header: list[tuple[int, str]], dt: float | 
         if (time == time[0] + np.arange(len(time))).all():
             raise RecordError(f"{file}: its first column counts 1, 2, 3 …: leave it out, or write the time in s")
         try:
-            found = checks.time_step("the record", time, None)
+            measured = checks.time_step("the record", time, None)
         except ValueError as error:
             raise RecordError(f"{file}: {_rounded(time) or error}") from None
-        if found >= LONGEST_STEP:
-            raise RecordError(f"{file}: its first column steps by {found:g}, which is no time in s")
-        if written is not None and not doubtful and not math.isclose(found, written, rel_tol=0.01):
-            raise RecordError(f"{file}: its header says dt = {written:g} s, its time column {found:g} s")
-        return found
+        if measured >= LONGEST_STEP:
+            raise RecordError(f"{file}: its first column steps by {measured:g}, which is no time in s")
+        if written is not None and not doubtful and not math.isclose(measured, written, rel_tol=0.01):
+            raise RecordError(f"{file}: its header says dt = {written:g} s, its time column {measured:g} s")
+        return measured
     if dt is not None:
         step = checks.number("dt", dt, above=0.0, unit="s")
         steps = [written] if written is not None else _steps_in_words(header, len(time))
@@ -430,37 +431,37 @@ def _rounded(time: Array) -> str:
 
 def _written_step(lines: Lines, header: list[tuple[int, str]]) -> tuple[float | None, str]:
     """Return the time step that the header states, s, or None, and the reason for a warning or ''."""
-    found: list[tuple[int, float]] = []
+    steps: list[tuple[int, float]] = []
     for number, text in header:
         for pattern in (_STEP, _FREQUENCY):
             for match in pattern.finditer(_STANDARD.sub(r"\g<unit>: \g<step>", text)):
                 try:
-                    found.append((number, _stated_step(lines, match, pattern is _FREQUENCY)))
+                    steps.append((number, _stated_step(lines, match, pattern is _FREQUENCY)))
                 except RecordError:
-                    if not found:
+                    if not steps:
                         raise
-    if not found:
+    if not steps:
         return None, ""
-    (first, step), stated = found[0], {number for number, _ in found}
+    (first, step), stated = steps[0], {number for number, _ in steps}
     for number, text in header:
         if _THINNED.search(text) or (number in stated and _CHANGED.search(text)):
             return step, f"line {number} says {text.lstrip('# ')[:60]!r}"
-    other = next((line for line, another in found if not math.isclose(another, step, rel_tol=0.01)), None)
-    return step, f"lines {first} and {other} state two steps" if other else ""
+    second = next((line for line, value in steps if not math.isclose(value, step, rel_tol=0.01)), None)
+    return step, f"lines {first} and {second} state two steps" if second else ""
 
 
 def _steps_in_words(header: list[tuple[int, str]], n: int) -> list[float]:
     """Return the time steps, s, in the words of the header of n samples; none if it mentions a change of them."""
     if any(_THINNED.search(text) or _CHANGED.search(text) for _, text in header):
         return []
-    found = []
+    steps = []
     for match in (match for _, text in header for match in _IN_WORDS.finditer(text)):
         number = float(match["number"] or match["sps"] or match["step"])
         in_time = match["ms"] or match["s"]
         rate = match["sps"] or match["hz"] or (match["rate"] and number > 1.0 and not in_time)
         if rate or in_time or match["word"] or match["rate"] or match["count"] == str(n):
-            found.append(1.0 / (number or math.inf) if rate else number * (1e-3 if match["ms"] else 1.0))
-    return [step for step in found if 0.0 < step < LONGEST_STEP]
+            steps.append(1.0 / (number or math.inf) if rate else number * (1e-3 if match["ms"] else 1.0))
+    return [step for step in steps if 0.0 < step < LONGEST_STEP]
 
 
 def _stated_step(lines: Lines, match: re.Match[str], frequency: bool) -> float:

@@ -93,8 +93,8 @@ def direction_of(text: str) -> tuple[bool, float] | None:
 
 def said_of(motion: xr.DataArray) -> str:
     """Return the direction of one motion as its file gives it, '' if it gives none."""
-    said = motion.coords.get("component")
-    return str(said.values[0]) if said is not None and said.dims == ("motion",) else ""
+    component = motion.coords.get("component")
+    return str(component.values[0]) if component is not None and component.dims == ("motion",) else ""
 
 
 def place_of_sensor(text: str) -> str:
@@ -126,8 +126,8 @@ def _doubt_title(path: Path, word: str, motion: xr.DataArray) -> None:
 
 def is_vertical(motion: xr.DataArray) -> bool:
     """Return True if one motion is a vertical component by its file."""
-    found = direction_of(said_of(motion)) or _of_title(motion)
-    return found is not None and found[0]
+    direction = direction_of(said_of(motion)) or _of_title(motion)
+    return direction is not None and direction[0]
 
 
 def of_file(path: Path, motion: xr.DataArray) -> tuple[bool, float, str]:
@@ -136,20 +136,20 @@ def of_file(path: Path, motion: xr.DataArray) -> tuple[bool, float, str]:
     The direction is from the file, otherwise from its name, otherwise from its title. The recording is named by the
     record sequence number of the NGA databases, by the name without its direction, or by the station and event.
     """
-    said, title = direction_of(said_of(motion)), _of_title(motion)
+    stated, title = direction_of(said_of(motion)), _of_title(motion)
     (word, base, _), number = _named(path), _RECORDING.match(path.stem)
     base = number[0] if number and not _KNET.fullmatch(path.suffix) else base
     _doubt_title(path, word, motion)
-    found = said or (direction_of(word) if word else None) or title
-    if not base and found:
+    direction = stated or (direction_of(word) if word else None) or title
+    if not base and direction:
         code = said_of(motion)[:2] if _CODE.fullmatch(said_of(motion)) else ""
         where = [str(motion[key].values[0]) for key in ("station", "event") if key in motion.coords]
         base = " ".join([*where, code]) if where else str(motion.attrs.get("title", "")).rpartition(",")[0]
-    if not base or (found is None and not number):
+    if not base or (direction is None and not number):
         raise RecordError(
             f"{path}: its name gives no direction, such as an ending 090 or -N, to find its other components by"
         )
-    return *(found or (False, math.nan)), f"{path.parent}/{base}"
+    return *(direction or (False, math.nan)), f"{path.parent}/{base}"
 
 
 def _named(path: Path) -> tuple[str, str, bool]:
@@ -170,33 +170,33 @@ _Words = list[tuple[str, list[str]]]
 def _siblings(paths: Collection[Path]) -> dict[Path, _Words]:
     """Return the words of each file's name."""
     names: dict[tuple[Path, int, tuple[str, ...]], list[str]] = {}
-    found = {}
+    siblings = {}
     for path in paths:
         words = _APART.split(path.stem)
         keys = [(path.parent, at, (*words[:at], *words[at + 1 :])) for at in range(len(words))]
-        found[path] = [(word, names.setdefault(key, [])) for word, key in zip(words, keys, strict=True)]
-        for word, others in found[path]:
-            others.append(word)
-    return found
+        siblings[path] = [(word, names.setdefault(key, [])) for word, key in zip(words, keys, strict=True)]
+        for word, variants in siblings[path]:
+            variants.append(word)
+    return siblings
 
 
 def _levels(words: Iterable[str]) -> list[bool | None]:
     """Return True for each word of a horizontal component, False for a vertical one, None for neither."""
-    return [None if found is None else not found[0] for found in map(direction_of, words)]
+    return [None if direction is None else not direction[0] for direction in map(direction_of, words)]
 
 
 def _is_vertical(path: Path, motion: xr.DataArray, alone: bool, siblings: Mapping[Path, _Words]) -> bool:
     """Return True if a motion is a vertical component by its file; by a name alone if others differ in a word."""
-    said = direction_of(said_of(motion))
-    if said is not None or not alone:
-        return said is not None and said[0]
+    direction = direction_of(said_of(motion))
+    if direction is not None or not alone:
+        return direction is not None and direction[0]
     title, (word, base, marked) = _of_title(motion), _named(path)
     if title is not None and title[0]:
         _doubt_title(path, word, motion)
     if _levels([word]) == [False]:
-        return marked or sum(other.stem.startswith(base) for other in siblings) > 1
-    for part, others in siblings[path]:
-        if _levels([part]) == [False] and ((len(part) > 1 and _UPRIGHT.fullmatch(part)) or True in _levels(others)):
+        return marked or sum(sibling.stem.startswith(base) for sibling in siblings) > 1
+    for part, variants in siblings[path]:
+        if _levels([part]) == [False] and ((len(part) > 1 and _UPRIGHT.fullmatch(part)) or True in _levels(variants)):
             return True
     return title is not None and title[0] and re.search(r"\d{3}$", path.stem) is None
 
@@ -204,14 +204,14 @@ def _is_vertical(path: Path, motion: xr.DataArray, alone: bool, siblings: Mappin
 def _unknown_of_three(arrays: Sequence[xr.DataArray], words: _Words) -> bool:
     """Return True if a file is or contains three components, none of them vertical and one without a direction."""
     motions = [array.isel(motion=[i]) for array in arrays for i in range(array.sizes["motion"])]
-    said = _levels(map(said_of, motions))
-    if len(motions) > 1 or said != [None] or _of_title(motions[0]):
-        return len(motions) == 3 and None in said and False not in said
+    levels = _levels(map(said_of, motions))
+    if len(motions) > 1 or levels != [None] or _of_title(motions[0]):
+        return len(motions) == 3 and None in levels and False not in levels
     # (numbers of one or two digits are no azimuths)
     groups = [
-        _levels(re.sub(r"^\d\d?$", "", other) for other in others)
-        for word, others in words
-        if len(others) == 3 and direction_of(word) is None
+        _levels(re.sub(r"^\d\d?$", "", variant) for variant in variants)
+        for word, variants in words
+        if len(variants) == 3 and direction_of(word) is None
     ]
     return any(True in group and False not in group for group in groups)
 
@@ -224,24 +224,24 @@ def of_the_ground(
     A file that is named by itself and contains nothing else is kept, and everything if there is nothing else.
     """
     named = {folder / pattern for pattern in patterns}
-    found: dict[Path, Sequence[xr.DataArray]] = {}
+    kept: dict[Path, Sequence[xr.DataArray]] = {}
     out: list[str] = []
     for path, arrays in read.items():
-        each = [array.isel(motion=[i]) for array in arrays for i in range(array.sizes["motion"])]
-        away = [_AWAY.search(said_of(motion)) is not None for motion in each]
+        parts = [array.isel(motion=[i]) for array in arrays for i in range(array.sizes["motion"])]
+        away = [_AWAY.search(said_of(motion)) is not None for motion in parts]
         if not any(away) or (path in named and all(away)):
-            found[path] = arrays
+            kept[path] = arrays
             continue
-        out += [str(motion["motion"].values[0]) if len(each) > 1 else path.name for motion in compress(each, away)]
+        out += [str(motion["motion"].values[0]) if len(parts) > 1 else path.name for motion in compress(parts, away)]
         if not all(away):
-            found[path] = [motion for motion, far in zip(each, away, strict=True) if not far]
+            kept[path] = [motion for motion, far in zip(parts, away, strict=True) if not far]
     if out:
         what = f"{counted(len(out), 'component')} of a borehole or structure ({first_names(out)})"
-        if not found:
+        if not kept:
             warn([Doubt("table", f"{what}: taken as ground motion, since there is no other")])
             return dict(read)
         warn([Doubt("table", f"{what}: left out, a file of them alone is taken by its name", settled=True)])
-    return found
+    return kept
 
 
 def horizontal_motions(
@@ -259,27 +259,27 @@ def horizontal_motions(
     read = of_the_ground(read, patterns, folder)
     named = {folder / pattern for pattern in patterns}
     siblings = _siblings(read)
-    found: list[xr.DataArray] = []
+    horizontal: list[xr.DataArray] = []
     out: list[str] = []
     unknown: list[str] = []
     for path, arrays in read.items():
         alone = sum(array.sizes["motion"] for array in arrays) == 1
         unknown += [path.name] * _unknown_of_three(arrays, siblings[path])
         for array in arrays:
-            each = [array.isel(motion=[i]) for i in range(array.sizes["motion"])]
-            upright = [_is_vertical(path, motion, alone, siblings) for motion in each]
+            parts = [array.isel(motion=[i]) for i in range(array.sizes["motion"])]
+            upright = [_is_vertical(path, motion, alone, siblings) for motion in parts]
             kept = [i for i, up in enumerate(upright) if up == vertical or (path in named and all(upright))]
             out += [
                 path.name if alone else str(array["motion"].values[i]) for i in range(len(upright)) if i not in kept
             ]
             if kept:
-                found.append(array if len(kept) == len(upright) else array.isel(motion=kept))
-    if not found:
+                horizontal.append(array if len(kept) == len(upright) else array.isel(motion=kept))
+    if not horizontal:
         what = "is vertical" if vertical else f"is horizontal: {cure}"
         raise RecordError(f"{', '.join(str(path) for path in list(read)[:3])}: none of these records {what}")
     if unknown and not vertical:
         what = f"{first_names(unknown)}: three components, none of them known to be vertical"
         warn([Doubt("vertical", f"{what}: name the vertical one 'UP', or leave it out")])
     if out and not vertical:
-        found[0] = found[0].assign_attrs({LEFT_OUT: tuple(out)})
-    return found
+        horizontal[0] = horizontal[0].assign_attrs({LEFT_OUT: tuple(out)})
+    return horizontal

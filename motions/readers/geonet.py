@@ -34,7 +34,7 @@ def geonet_components(lines: Lines) -> list[Component]:
     Uncorrected accelerograms (V1A) raise RecordError. GeoNet, "Strong motion file formats",
     https://www.geonet.org.nz/data/supplementary/strong_motion_file_formats.
     """
-    found: list[Component] = []
+    components: list[Component] = []
     for line in lines:
         if not line.strip():
             continue
@@ -42,8 +42,8 @@ def geonet_components(lines: Lines) -> list[Component]:
             raise RecordError(f"{lines.file}: an uncorrected accelerogram (V1A): take the corrected file, V2A")
         if not re.match(r"\s*corrected accelerogram", line[:200], re.IGNORECASE):
             raise lines.error(f"holds {line[:30]!r}, a component begins 'Corrected accelerogram'")
-        found.append(_component(lines))
-    return found
+        components.append(_component(lines))
+    return components
 
 
 def _component(lines: Lines) -> Component:

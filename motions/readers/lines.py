@@ -75,9 +75,9 @@ def refuse_packed(file: Path) -> None:
     first = beginning(file, 64)
     wide = "UTF-16", "save it as UTF-8"
     spaced = len(first) > 8 and (not any(first[1::2]) or not any(first[::2]))  # (every other byte is 0)
-    found = wide if spaced else next((what for mark, what in _PACKED.items() if first.startswith(mark)), None)
-    if found is not None:
-        raise RecordError(f"{file}: {found[0]}, not plain text: {found[1]}")
+    packing = wide if spaced else next((what for mark, what in _PACKED.items() if first.startswith(mark)), None)
+    if packing is not None:
+        raise RecordError(f"{file}: {packing[0]}, not plain text: {packing[1]}")
 
 
 def beginning(file: Path, size: int = 4096) -> bytes:
@@ -164,9 +164,9 @@ class Lines:
             return
         # without a number of samples that may come first, and the last line itself
         ends, widths, digits = (set(of) for of in zip(*above[1:-1], strict=True))
-        end, _, found = _shape(fields[-1])
+        end, _, length = _shape(fields[-1])
         aligned = len(ends) == 1 < len(widths) and end < max(ends)
-        if not aligned and found >= min(digits):
+        if not aligned and length >= min(digits):
             return
         error = self.error(
             f"ends in {fields[-1][0][:30]!r} without a line end, the numbers above are longer: truncated; if it is "
@@ -210,14 +210,14 @@ class Lines:
     ) -> float:
         """Return a number of the header; RecordError if it is no number or not between the bounds."""
         try:
-            found = float(text) if _is_plain(text) else math.nan
+            number = float(text) if _is_plain(text) else math.nan
         except ValueError:
-            found = math.nan
-        if not above < found < below:
+            number = math.nan
+        if not above < number < below:
             bounds = [f"> {above:g}"] * (above > -math.inf) + [f"< {below:g}"] * (below < math.inf)
             allowed = f", {' and '.join(bounds)}" if bounds else ""
             raise self.error(f"gives {what} as {text.strip()[:30]!r}, must be a finite number{allowed}", at)
-        return found
+        return number
 
     def step(self, match: re.Match[str]) -> float:
         """Return a time step between 0 and 1 s as `STEP` finds it: a number, D exponents and fractions too, with a
@@ -236,10 +236,10 @@ class Lines:
 
     def count(self, text: str, what: str, at: int | None = None) -> int:
         """Return a number of samples; RecordError if it is no number, below 2, or above `MAX_SAMPLES`."""
-        found = self.value(text, what, at=at)
-        if found != int(found) or not 2 <= found <= MAX_SAMPLES:
+        number = self.value(text, what, at=at)
+        if number != int(number) or not 2 <= number <= MAX_SAMPLES:
             raise self.error(f"declares {text.strip()[:30]} {what}, allowed are 2 to {MAX_SAMPLES:,}", at)
-        return int(found)
+        return int(number)
 
     def numbers(self, count: int | None = None, columns: tuple[int, int] | None = None, what: str = "samples") -> Array:
         """Return the next `count` numbers (all that follow if None), also from fixed columns without blanks between.
@@ -247,25 +247,25 @@ class Lines:
         `columns` is the number of values on a line and the width of each, if the file declares them. Messages of a
         RecordError name the line or the sample.
         """
-        found = array("d")
-        while count is None or len(found) < count:
+        row_values = array("d")
+        while count is None or len(row_values) < count:
             line = next(self, None)
             if line is None:
                 break
             expected = None
             if columns is not None and count is not None:
-                expected = min(columns[0], count - len(found))
+                expected = min(columns[0], count - len(row_values))
             row = self._row(line, columns[1] if columns else None, expected)
-            found.extend(row)
+            row_values.extend(row)
             if expected is not None and len(row) != expected:
                 raise self.error(f"holds {len(row)} {what}, its format says {expected}: truncated or damaged")
-            if count is not None and len(found) > count:
+            if count is not None and len(row_values) > count:
                 raise self.error(f"holds more than the {count} {what} declared: damaged")
-            if len(found) > MAX_SAMPLES:
+            if len(row_values) > MAX_SAMPLES:
                 raise self.error(f"is beyond {MAX_SAMPLES:,} {what}, no record is")
-        if count is not None and len(found) < count:
-            raise RecordError(f"{self.file}: declares {count} {what} but holds {len(found)}: truncated or damaged")
-        values = np.frombuffer(found, dtype=np.float64) if found else np.empty(0)
+        if count is not None and len(row_values) < count:
+            raise RecordError(f"{self.file}: declares {count} {what} but holds {len(row_values)}: truncated or damaged")
+        values = np.frombuffer(row_values, dtype=np.float64) if row_values else np.empty(0)
         finite = np.isfinite(values)
         if not finite.all():
             where = int(np.flatnonzero(~finite)[0])
@@ -303,10 +303,10 @@ class Lines:
 def known(text: str) -> float:
     """Return a number that a header may give, NaN if it has words (ND, unknown) or nothing."""
     try:
-        found = float(text) if _is_plain(text) else math.nan
+        number = float(text) if _is_plain(text) else math.nan
     except ValueError:
         return math.nan
-    return found if math.isfinite(found) else math.nan
+    return number if math.isfinite(number) else math.nan
 
 
 def plain(text: str, longest: int = 80) -> str:

@@ -82,7 +82,7 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
     if agreed_on is not None and factor != agreed_on.factor:
         raise RecordError(f"{file}: states its unit ({agreed_on.text}), so unit must not be {unit!r:.60}")
     velocity: list[str] = []
-    found: list[Component] = []
+    components: list[Component] = []
     scales = {float(trace.stats.calib) for trace in traces} - {0.0, 1.0}
     if scales:
         what = f"{file}: its header has the scale factor {min(scales):g}, which is not applied"
@@ -108,7 +108,7 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
         acceleration, note = trace.data.astype(np.float64) * factor, ""
         if not isinstance(unit, str):
             acceleration, note = without_offset(acceleration)
-        found.append(
+        components.append(
             Component(
                 acceleration,
                 float(codes.delta),
@@ -121,7 +121,7 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
     if velocity:
         what = f"{file}: {first_names(velocity)}, by the code a seismometer, which records velocity"
         warn([Doubt("PGV/PGA", f"{what}: is it acceleration by now?")])
-    return found
+    return components
 
 
 def _traces(file: Path) -> tuple[str, list[Any]]:
@@ -130,8 +130,8 @@ def _traces(file: Path) -> tuple[str, list[Any]]:
     installed = [entry.name for entry in entries.select(group=_GROUP) if entry.name not in _NEVER]
 
     def function(name: str, what: str) -> Callable[..., Any]:
-        found: Callable[..., Any] = next(iter(entries.select(group=f"{_GROUP}.{name}", name=what))).load()
-        return found
+        loaded: Callable[..., Any] = next(iter(entries.select(group=f"{_GROUP}.{name}", name=what))).load()
+        return loaded
 
     for name in sorted(installed, key=lambda n: (_FIRST.index(n) if n in _FIRST else len(_FIRST), n)):
         try:

@@ -17,7 +17,7 @@ MOST_FILES = 100_000
 
 def expand(patterns: str | list[str], folder: Path, what: str = "records") -> list[Path]:
     """Return the files that patterns name, sorted, each once; RecordError if a pattern names none or too many."""
-    found: dict[Path, None] = {}
+    chosen: dict[Path, None] = {}
     for pattern in [patterns] if isinstance(patterns, str) else patterns:
         try:
             _refuse_wide(pattern, folder)
@@ -30,8 +30,8 @@ def expand(patterns: str | list[str], folder: Path, what: str = "records") -> li
             raise RecordError(f"{what}: {pattern!r:.60} cannot be looked for ({system_reason(error)})") from None
         if not files:
             raise RecordError(f"{what}: no file matches {pattern!r:.60} (looked in {folder.resolve()})")
-        found.update(dict.fromkeys(files))
-    return list(found)
+        chosen.update(dict.fromkeys(files))
+    return list(chosen)
 
 
 def _refuse_wide(pattern: str, folder: Path) -> None:

@@ -106,12 +106,12 @@ def read_all(
     if not is_pattern(path):
         return read_file(path, dt, unit)
     pattern = os.fspath(path)
-    found = horizontal_motions({file: read_file(file, dt, unit) for file in expand(pattern, Path(), "path")}, [pattern])
-    if LEFT_OUT in found[0].attrs:
-        out = found[0].attrs[LEFT_OUT]
+    kept = horizontal_motions({file: read_file(file, dt, unit) for file in expand(pattern, Path(), "path")}, [pattern])
+    if LEFT_OUT in kept[0].attrs:
+        out = kept[0].attrs[LEFT_OUT]
         many = f"{len(out):,} vertical components are" if len(out) > 1 else "a vertical component is"
         warn([Doubt("vertical", f"{many} left out ({first_names(out)}): read a file by itself to take it")])
-    return found
+    return kept
 
 
 def read_file(

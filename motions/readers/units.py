@@ -177,17 +177,17 @@ def in_name(name: str, line: int) -> list[Unit]:
     words += [last["unit"]] if last is not None and not words and unit_of(last["unit"]).quantity else []
     times = [name] if _TIMES.search(name) else []  # ("acc_g_x100", "1000*acc (g)")
     letters = (word for word in words + times if re.search(r"[a-zмс]", word, re.IGNORECASE))
-    return [*(unit_of(word, line) for word in letters), *_told(name, line)]
+    return [*(unit_of(word, line) for word in letters), *_linked_units(name, line)]
 
 
-def told(text: str, line: int, brackets: bool = True, peak: float = math.nan) -> list[Unit]:
+def units_in(text: str, line: int, brackets: bool = True, peak: float = math.nan) -> list[Unit]:
     """Return the units of the samples in a line of words; brackets count if they contain a known unit.
 
     The unit of a peak does not apply to the samples, unless it is their `peak`; a number in brackets, (0.3 g), is a
     value.
     """
     named = quantities(text)
-    found = _told(text, line)
+    units = _linked_units(text, line)
     theirs = any(math.isclose(float(number), peak, rel_tol=PEAK_TOLERANCE) for number in _NUMBERS.findall(text))
     for pattern in (_BRACKETS, _IN, _OPEN) if brackets else (_IN, _OPEN):
         for match in pattern.finditer(text):
@@ -196,19 +196,19 @@ def told(text: str, line: int, brackets: bool = True, peak: float = math.nan) ->
                 theirs_too = brackets or (unit.quantity == "acceleration" and not unit.once)
                 counts = bool(named or match[0] == text.strip("# \t")) and theirs_too
             else:
-                others = ("velocity", "displacement") if pattern is _BRACKETS else named
-                counts = unit.quantity in ("acceleration", *others)
+                admitted = ("velocity", "displacement") if pattern is _BRACKETS else named
+                counts = unit.quantity in ("acceleration", *admitted)
             if math.isnan(unit.factor):
                 number = re.match(r"\s*\d", unit.text) and (pattern is _BRACKETS or not (brackets and named))
                 value = unit.quantity != "acceleration" and _VALUE.match(text, match.end())
                 counts = counts and not (number or value or _OF_ANOTHER.search(before))
             if counts and (theirs or not _PEAK.search(before)):
-                found.append(unit)
-    last = _LAST.search(text) if named and not found else None
+                units.append(unit)
+    last = _LAST.search(text) if named and not units else None
     if last is not None and (unit_of(last["unit"]).quantity in named or _NONE_OF_OURS.search(last["unit"])):
-        found.append(_of_match(last, line))
-    later = [_of_match(match, line) for match in _TO.finditer(text)] if found else []
-    return [*found, *(unit for unit in later if unit.quantity == "acceleration")]
+        units.append(_of_match(last, line))
+    later = [_of_match(match, line) for match in _TO.finditer(text)] if units else []
+    return [*units, *(unit for unit in later if unit.quantity == "acceleration")]
 
 
 def _of_match(match: re.Match[str], line: int) -> Unit:
@@ -217,18 +217,18 @@ def _of_match(match: re.Match[str], line: int) -> Unit:
     return unit_of(match["unit"], line)._replace(once=once is not None)
 
 
-def _told(text: str, line: int) -> list[Unit]:
-    found = []
+def _linked_units(text: str, line: int) -> list[Unit]:
+    units = []
     for match in _TOLD.finditer(text):
         link, word = match["link"].strip().lower(), match["unit"]
         readings = unit_of(word, line), unit_of(word.partition("(")[0], line)
         unit = next((unit for unit in readings if unit.quantity), None)
         if unit is not None:
             unit = unit._replace(once=_of_match(match, line).once)
-            found += [unit] if unit.quantity != "time" else []
+            units += [unit] if unit.quantity != "time" else []
         elif link and (link != "of" or quantities(text)) and re.match(r"[(\[]?[^\W\d_]", word):
-            found += [unit_of(word, line)] if word.lower().strip("():") not in _NO_UNITS else []
-    return found
+            units += [unit_of(word, line)] if word.lower().strip("():") not in _NO_UNITS else []
+    return units
 
 
 def agreed(file: Path, units: Iterable[Unit]) -> Unit | None:
@@ -266,10 +266,10 @@ def doubt_factors(file: Path, header: Iterable[tuple[int, str]]) -> None:
             if float(match["number"]) != 1.0 and not _APPLIED.search(text[: match.start()]):
                 what = f"{file}: line {line} says {match[0].strip()!r}, which is not applied"
                 warn([Doubt("table", f"{what}: multiply the samples by it unless they have it already")])
-        other = None if re.search("convert|applied|original", text, re.IGNORECASE) else _AMPLITUDE.search(text)
-        if other is not None and not factors:
-            said = f"{file}: line {line} says {plain(other[0].strip(), 40)!r}"
-            warn([Doubt("table", f"{said}: are its samples and its time step those that shake?")])
+        amplitude = None if re.search("convert|applied|original", text, re.IGNORECASE) else _AMPLITUDE.search(text)
+        if amplitude is not None and not factors:
+            remark = f"{file}: line {line} says {plain(amplitude[0].strip(), 40)!r}"
+            warn([Doubt("table", f"{remark}: are its samples and its time step those that shake?")])
 
 
 def refuse_others(file: Path, header: Iterable[tuple[int, str]]) -> None:

@@ -10,7 +10,7 @@ import xarray as xr
 from ...core.elementary import Array, Index, log
 from ...core.units import described
 from ..arrays import records
-from ..intensity.dataset import measure, positive_measure
+from ..intensity.evaluation import measure, positive_measure
 from ..intensity.measure import Measure
 
 FACTOR, CANDIDATE, EVENT = "factor", "candidate", "event"
@@ -49,11 +49,11 @@ class Candidates:
     def __len__(self) -> int:
         return len(self._plain)
 
-    def values(self, one: Measure) -> Array:
+    def values(self, im: Measure) -> Array:
         """Return a measure of the candidates as they are, SI, shape (candidate,)."""
-        if one.label not in self._known:
-            self._known[one.label] = measure(one, self._plain)
-        return self._known[one.label]
+        if im.label not in self._known:
+            self._known[im.label] = measure(im, self._plain)
+        return self._known[im.label]
 
     def factors(self, given: Measure, level: float) -> Array:
         """Return the factor of each candidate that brings a measure to a level, shape (candidate,).
@@ -64,29 +64,29 @@ class Candidates:
             self._known[given.label] = positive_measure(given, self._plain)
         return np.asarray(given.factors(level / self._known[given.label]))
 
-    def scaled(self, one: Measure, factors: Array) -> Array:
+    def scaled(self, im: Measure, factors: Array) -> Array:
         """Return the logarithms of a measure of the candidates, each scaled by its factor."""
-        values = self.values(one)
+        values = self.values(im)
         if not np.all(values > 0.0):
             label = self._plain[int(np.argmin(values > 0.0))].label
-            raise ValueError(f"candidate {label!r} has {one.label} = 0")
-        return log(values) + one.power * log(factors)
+            raise ValueError(f"candidate {label!r} has {im.label} = 0")
+        return log(values) + im.power * log(factors)
 
     def chosen(self, places: Index, factors: Array) -> list[xr.DataArray]:
         """Return the motions at places (sorted), of each array with one, with their coordinates."""
-        found, first = [], 0
+        arrays, first = [], 0
         for array in self.arrays:
-            own = places[(places >= first) & (places < first + array.sizes["motion"])]
-            if own.size:
+            picked = places[(places >= first) & (places < first + array.sizes["motion"])]
+            if picked.size:
                 coordinates = {
-                    FACTOR: ("motion", factors[own], described("factor to the level")),
-                    CANDIDATE: ("motion", own, described("number among the candidates")),
-                    EVENT: ("motion", self.events[own]),
+                    FACTOR: ("motion", factors[picked], described("factor to the level")),
+                    CANDIDATE: ("motion", picked, described("number among the candidates")),
+                    EVENT: ("motion", self.events[picked]),
                 }
-                found.append(array.isel(motion=own - first).assign_coords(coordinates))
+                arrays.append(array.isel(motion=picked - first).assign_coords(coordinates))
             first += array.sizes["motion"]
-        return found
+        return arrays
 
 
-def _events(one: xr.DataArray) -> xr.DataArray:
-    return one[EVENT] if EVENT in one.coords and one[EVENT].dims == ("motion",) else one["motion"]
+def _events(motions: xr.DataArray) -> xr.DataArray:
+    return motions[EVENT] if EVENT in motions.coords and motions[EVENT].dims == ("motion",) else motions["motion"]

@@ -59,10 +59,10 @@ def choose(problem: Problem, covariance: Array, number: int, rng: np.random.Gene
     order = np.argsort([_roughness(draw, problem.sigmas) for draw in draws], kind="stable")
     best, least = np.empty(0, int), np.inf
     for i in order[:RESTARTS]:
-        found = improved(problem, nearest(problem, draws[i]))
-        value = misfit(problem, found)
+        indices = improved(problem, nearest(problem, draws[i]))
+        value = misfit(problem, indices)
         if value < least:
-            best, least = found, value
+            best, least = indices, value
     return np.sort(best)
 
 
@@ -89,14 +89,14 @@ def nearest(problem: Problem, draw: Array) -> Index:
     """Return, for each point of a draw in its order, the nearest candidate that is left."""
     free = np.ones(len(problem.values), bool)
     taken = np.zeros(int(problem.groups.max()) + 1, int)
-    found = np.empty(len(draw), int)
+    indices = np.empty(len(draw), int)
     for i, point in enumerate(draw):
         distance = times((problem.values - point) ** 2, problem.weights)
         distance[~free | (taken[problem.groups] >= problem.most)] = np.inf
-        found[i] = distance.argmin()
-        free[found[i]] = False
-        taken[problem.groups[found[i]]] += 1
-    return found
+        indices[i] = distance.argmin()
+        free[indices[i]] = False
+        taken[problem.groups[indices[i]]] += 1
+    return indices
 
 
 def improved(problem: Problem, chosen: Index) -> Index:

@@ -83,35 +83,35 @@ def duration_spectral(period: float) -> float:
 
 def by_formulas(measures: Sequence[Measure]) -> Array:
     """Return the published correlations (measure, measure) of PGA, PGV, D5-95 and Sa of 5 % damping."""
-    found = np.eye(len(measures))
+    matrix = np.eye(len(measures))
     for i, measure in enumerate(measures):
         for j in range(i):
-            found[i, j] = found[j, i] = _pair(measure, measures[j])
-    return found
+            matrix[i, j] = matrix[j, i] = _pair(measure, measures[j])
+    return matrix
 
 
-def _pair(one: Measure, other: Measure) -> float:
+def _pair(first: Measure, second: Measure) -> float:
     pga, pgv, duration = (MEASURES[name] for name in ("pga", "pgv", "d5_95"))
-    if isinstance(other, Sa) or one == pga:
-        one, other = other, one
-    if isinstance(one, Sa) and isinstance(other, Sa):
-        return spectral(_period(one), _period(other))
-    between = {one.label, other.label}
+    if isinstance(second, Sa) or first == pga:
+        first, second = second, first
+    if isinstance(first, Sa) and isinstance(second, Sa):
+        return spectral(_period(first), _period(second))
+    between = {first.label, second.label}
     if between == {"pga", "pgv"}:
         return PGV_PGA
     if between == {"pga", "d5_95"}:
         return DURATION_PGA
     if between == {"pgv", "d5_95"}:
         return DURATION_PGV
-    if isinstance(one, Sa):
-        if other == pga:
-            return spectral(_period(one), SHORTEST)
-        if other == pgv:
-            return velocity_spectral(_period(one))
-        if other == duration:
-            return duration_spectral(_period(one))
+    if isinstance(first, Sa):
+        if second == pga:
+            return spectral(_period(first), SHORTEST)
+        if second == pgv:
+            return velocity_spectral(_period(first))
+        if second == duration:
+            return duration_spectral(_period(first))
     unknown = next(
-        measure for measure in (one, other) if not (isinstance(measure, Sa) or measure in (pga, pgv, duration))
+        measure for measure in (first, second) if not (isinstance(measure, Sa) or measure in (pga, pgv, duration))
     )
     raise ValueError(
         f"there is no formula for correlations of {unknown.label!r} (only of 'pga', 'pgv', 'd5_95' and Sa): give "
@@ -157,9 +157,9 @@ def repaired(correlations: Array, labels: Sequence[str] = ()) -> tuple[Array, fl
     change = float(np.abs(matrix - given).max())
     i, j = divmod(int(np.abs(matrix - given).argmax()), n)
     where = f"of {labels[i]} and {labels[j]} " if labels else ""
-    said = f"the correlations form no matrix; the nearest one that was found changes that {where}by {change:.2g}"
+    text = f"the correlations form no matrix; the nearest one that was found changes that {where}by {change:.2g}"
     if change > GREATEST_CHANGE:
-        raise ValueError(f"{said}, more than {GREATEST_CHANGE:g}: take fewer measures, or correlations of one source")
+        raise ValueError(f"{text}, more than {GREATEST_CHANGE:g}: take fewer measures, or correlations of one source")
     if change > DOUBTFUL_CHANGE:
-        warnings.warn(said, DoubtfulCorrelations, stacklevel=3)
+        warnings.warn(text, DoubtfulCorrelations, stacklevel=3)
     return matrix, change

@@ -11,8 +11,8 @@ import numpy as np
 
 from ...core import checks
 from ...core.doubts import Doubt, warn
-from ..intensity.dataset import measure_named
 from ..intensity.measure import Measure
+from ..intensity.naming import measure_named
 from ..intensity.parametric_measures import Sa
 from ..simulated.ground_motion_models import Scenario, expected_motions, quiet
 from .target import FORMULAS, Mixture, Target
@@ -74,15 +74,15 @@ def expected_target(
     [5.56, 4.0, 0.32, 11.57]
     """
     several = [scenarios] if isinstance(scenarios, Scenario) else list(scenarios)
-    if not several or not all(isinstance(one, Scenario) for one in several):
+    if not several or not all(isinstance(scenario, Scenario) for scenario in several):
         raise TypeError(f"scenarios must be a Scenario or a sequence of them, got {checks.kind(scenarios)}")
     if len(several) > 1 and weights is None:
         raise ValueError(f"weights must be given for {len(several)} scenarios")
     on = measure_named(given, "given")
-    chosen = [measure_named(one) for one in (MEASURES if measures is None else _listed(measures))]
+    chosen = [measure_named(name) for name in (MEASURES if measures is None else _listed(measures))]
     if on not in chosen and not hasattr(on, "periods"):
         chosen.append(on)
-    targets = [_of_one(one, chosen, on, model, correlations) for one in several]
+    targets = [_of_one(scenario, chosen, on, model, correlations) for scenario in several]
     return targets[0] if len(targets) == 1 else Mixture(targets, weights)
 
 
@@ -94,14 +94,14 @@ def _listed(measures: Any) -> list[str | Measure]:
 
 def _of_one(scenario: Scenario, chosen: list[Measure], given: Measure, model: str, correlations: Any) -> Target:
     periods = [measure.period for measure in chosen if isinstance(measure, Sa)]
-    found = expected_motions(scenario, model, periods or (1.0,))
+    expected = expected_motions(scenario, model, periods or (1.0,))
     medians, sigmas = np.empty((2, len(chosen)))
     for i, measure in enumerate(chosen):
         if isinstance(measure, Sa) and measure.damping == 0.05:
             at = periods.index(measure.period)
-            medians[i], sigmas[i] = found["sa"].values[at], found["sa_dispersion"].values[at]
+            medians[i], sigmas[i] = expected["sa"].values[at], expected["sa_dispersion"].values[at]
         elif measure.label in ("pga", "pgv"):
-            medians[i], sigmas[i] = float(found[measure.label]), float(found[f"{measure.label}_dispersion"])
+            medians[i], sigmas[i] = float(expected[measure.label]), float(expected[f"{measure.label}_dispersion"])
         elif measure.label == "d5_95":
             medians[i], sigmas[i] = _duration(scenario)
         else:
@@ -118,9 +118,9 @@ def _duration(scenario: Scenario) -> tuple[float, float]:
         v_s30=scenario.vs30,
         mechanism={"strike-slip": "SS", "reverse": "RS"}[scenario.faulting],
     )
-    with quiet() as said:
+    with quiet() as caught:
         model = pygmm.AfshariStewart2016(given)
-    if any(warning.category is UserWarning for warning in said):
+    if any(warning.category is UserWarning for warning in caught):
         data = "magnitudes to 7.9, distances to 200 km and V_S30 of 200 to 1,000 m/s (Afshari and Stewart 2016)"
         warn([Doubt("scenario", f"durations (d5_95) of an earthquake lie outside the data of their model: {data}")])
     median, sigma = float(model.duration["D_5t95"]), float(model.std_err["D_5t95"])

@@ -16,11 +16,10 @@ import xarray as xr
 
 from ...core.doubts import Doubt, warn
 from ...core.units import ACCELERATION, STANDARD_GRAVITY
-from ..intensity.dataset import measure_named
 from ..intensity.measure import MEASURES, Measure
-from ..intensity.naming import in_si, our_name, written_level
+from ..intensity.naming import in_si, measure_named, our_name, written_level
 from ..intensity.parametric_measures import Sa
-from ..matching.targets import doubt_spectrum
+from ..matching.target_spectra import doubt_spectrum
 from ..readers.lines import Lines, RecordError
 from .stated import Stated
 from .target import FORMULAS, Mixture, Target
@@ -111,8 +110,8 @@ def opened(file: Path) -> Iterator[Lines]:
         with Lines(file) as lines:
             yield lines
     except RecordError as error:
-        said = str(error).replace("no record is", "no target is").replace("not a record", "not a target")
-        raise TargetError(said) from None
+        reason = str(error).replace("no record is", "no target is").replace("not a record", "not a target")
+        raise TargetError(reason) from None
 
 
 def rows_of(lines: Lines) -> Iterator[tuple[int, list[str]]]:
@@ -125,13 +124,13 @@ def rows_of(lines: Lines) -> Iterator[tuple[int, list[str]]]:
 def numbered(file: Path, at: int, word: str, what: str, least: float, above: bool) -> float:
     """Return a number of a line; TargetError if it is none, or is not at least (or above) the minimum."""
     try:
-        found = float(word)
+        number = float(word)
     except ValueError:
-        found = math.nan
-    if not math.isfinite(found) or found < least or (above and found == least):
+        number = math.nan
+    if not math.isfinite(number) or number < least or (above and number == least):
         sign = ">" if above else ">="
         raise TargetError(f"{file}: line {at} gives {what} as {word[:30]!r}, must be a number {sign} {least:g}")
-    return found
+    return number
 
 
 def _own(file: Path, table: list[tuple[int, dict[str, str]]], given: Measure, correlations: Any) -> Target | Mixture:
@@ -184,10 +183,10 @@ def _conditional_spectra(
         period = numbered(file, at, row["period"], "a period", 0.0, above=False)
         median = STANDARD_GRAVITY * numbered(file, at, row["mea"], "a median", 0.0, above=True)
         _doubt_median(file, at, MEASURES["pga"], median)
-        own = spectra.setdefault(poe, {})
-        if period in own:
+        ordinates = spectra.setdefault(poe, {})
+        if period in ordinates:
             raise TargetError(f"{file}: line {at} gives period {period:g} twice")
-        own[period] = median, numbered(file, at, row["std"], "a standard deviation", 0.0, above=False)
+        ordinates[period] = median, numbered(file, at, row["std"], "a standard deviation", 0.0, above=False)
     periods = sorted(next(iter(spectra.values())))
     if any(sorted(spectrum) != periods for spectrum in spectra.values()):
         raise TargetError(f"{file}: the spectra must have the same periods at each probability")

@@ -15,9 +15,8 @@ import numpy as np
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, warn
-from ..intensity.dataset import measure_named
 from ..intensity.measure import Measure
-from ..intensity.naming import in_si, our_name, program_unit, written_level
+from ..intensity.naming import in_si, measure_named, our_name, program_unit, written_level
 from ..simulated.ground_motion_models import Scenario
 from .files import TargetError, numbered, opened, rows_of
 
@@ -104,8 +103,8 @@ def read_disaggregation(
         first = next((line for line in lines.head if line.strip()), "")
         if first.lstrip().startswith(("{", "[")):
             return _one_of(file, _of_services(file, "\n".join(lines)), wanted, level)._replace(rate=math.nan)
-        found = _of_openquake(file, first, rows_of(lines), column)
-    return _one_of(file, found, wanted, level)
+        by_level = _of_openquake(file, first, rows_of(lines), column)
+    return _one_of(file, by_level, wanted, level)
 
 
 Bins = dict[tuple[str, float], list[tuple[float, float, float]]]
@@ -125,7 +124,7 @@ def _of_openquake(file: Path, comment: str, rows: Any, column: str) -> Bins:
     years = numbered(file, 1, time[1], "investigation_time", 0.0, above=True)
     # the mean has this level, and so does one realisation alone
     of_level = sum(name == "mean" or name.startswith("rlz") for name in names) == 1 or column.lower() == "mean"
-    found: Bins = {}
+    by_level: Bins = {}
     stated: dict[tuple[str, float], float] = {}
     seen: dict[tuple[Any, ...], int] = {}
     for at, words in rows:
@@ -143,19 +142,19 @@ def _of_openquake(file: Path, comment: str, rows: Any, column: str) -> Bins:
         before = seen.setdefault((key, magnitude, distance, *(row.get(name) for name in _MORE_AXES)), at)
         if before != at:
             raise TargetError(f"{file}: line {at} gives the bin of line {before} again: leave one out")
-        found.setdefault(key, []).append((magnitude, distance, -math.log1p(-chance) / years))
+        by_level.setdefault(key, []).append((magnitude, distance, -math.log1p(-chance) / years))
         with suppress(ValueError):  # (no number where the level was chosen by itself)
             if of_level and 0.0 < (poe := float(row.get("poe", "nan"))) < 1.0:
                 stated[key] = -math.log1p(-poe) / years
     for key, rate in stated.items():
-        own = math.fsum(part for _, _, part in found[key])
-        if own > 0.0 and not 1.0 / APART <= own / rate <= APART:
+        bins_rate = math.fsum(part for _, _, part in by_level[key])
+        if bins_rate > 0.0 and not 1.0 / APART <= bins_rate / rate <= APART:
             sentence = (
-                f"{file.name}: the bins of {_named([key])} have a rate of {own:.3g} per year together, its poe says "
-                f"{rate:.3g}: lines are missing, or of something else"
+                f"{file.name}: the bins of {_named([key])} have a rate of {bins_rate:.3g} per year together, its poe "
+                f"says {rate:.3g}: lines are missing, or of something else"
             )
             warn([Doubt("hazard", sentence)])
-    return found
+    return by_level
 
 
 def _of_services(file: Path, text: str) -> Bins:
@@ -163,21 +162,21 @@ def _of_services(file: Path, text: str) -> Bins:
         data = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise TargetError(f"{file}: is no valid JSON ({str(error)[:60]})") from None
-    found: Bins = {}
+    by_level: Bins = {}
     try:
         for entry in data["response"]:
             about = entry["metadata"]
             name = about["imt"]["value"] if isinstance(about["imt"], dict) else about["imt"]
             measure = _measure(file, str(name), None)
-            total = next(one for one in entry["data"] if one["component"] == "Total")
-            targets = next(one for one in total["summary"] if one["name"] == "Deaggregation targets")
+            total = next(component for component in entry["data"] if component["component"] == "Total")
+            targets = next(item for item in total["summary"] if item["name"] == "Deaggregation targets")
             stated = next(target for target in targets["data"] if str(target["name"]).endswith(_LEVEL))
             level = float(stated["value"]) * in_si(str(stated["units"]), measure)
             bins = [
-                (float(one["m"]), 1e3 * float(one["r"]), sum(float(part["value"]) for part in one["εdata"]))
-                for one in total["data"]
+                (float(row["m"]), 1e3 * float(row["r"]), sum(float(part["value"]) for part in row["εdata"]))
+                for row in total["data"]
             ]
-            found[measure.label, level] = bins
+            by_level[measure.label, level] = bins
     except StopIteration:
         raise TargetError(
             f"{file}: holds no component 'Total' with the level that it is of, among its 'Deaggregation targets'"
@@ -186,7 +185,7 @@ def _of_services(file: Path, text: str) -> Bins:
         if isinstance(error, TargetError):
             raise
         raise TargetError(f"{file}: is no disaggregation of the USGS as known here ({str(error)[:60]})") from None
-    return found
+    return by_level
 
 
 def _measure(file: Path, name: str, at: int | None) -> Measure:
@@ -197,23 +196,23 @@ def _measure(file: Path, name: str, at: int | None) -> Measure:
         raise TargetError(f"{where}: {error}") from None
 
 
-def _one_of(file: Path, found: Bins, wanted: Measure | None, level: float | None) -> Disaggregation:
+def _one_of(file: Path, by_level: Bins, wanted: Measure | None, level: float | None) -> Disaggregation:
     """Return the requested disaggregation; TargetError if the request leaves none, or a choice."""
-    keys = [key for key in found if wanted is None or key[0] == wanted.label]
+    keys = [key for key in by_level if wanted is None or key[0] == wanted.label]
     if not keys:
-        raise TargetError(f"{file}: holds {_named(list(found))}" + (f", none of {wanted.label}" if wanted else ""))
+        raise TargetError(f"{file}: holds {_named(list(by_level))}" + (f", none of {wanted.label}" if wanted else ""))
     if level is not None:
         y = checks.number("level", level, above=0.0)
         keys = [key for key in keys if abs(key[1] / y - 1.0) < 0.02]
         if not keys:
-            asked = written_level(wanted or measure_named(next(iter(found))[0]), y)
-            raise TargetError(f"{file}: holds {_named(list(found))}, none within 2 % of {asked}")
+            asked = written_level(wanted or measure_named(next(iter(by_level))[0]), y)
+            raise TargetError(f"{file}: holds {_named(list(by_level))}, none within 2 % of {asked}")
     if len({key[0] for key in keys}) > 1 or (level is None and len(keys) > 1):
         raise TargetError(f"{file}: holds {_named(keys)}: say which with im and level")
     if level is not None:
         keys.sort(key=lambda key: abs(math.log(key[1] / level)))
     label, at = keys[0]
-    bins = np.array(found[keys[0]], dtype=float).reshape(-1, 3)
+    bins = np.array(by_level[keys[0]], dtype=float).reshape(-1, 3)
     if not np.all(np.isfinite(bins)) or np.any(bins < 0.0) or bins[:, 2].sum() == 0.0 or bins[:, 0].max() > 10.0:
         raise TargetError(
             f"{file}: the disaggregation of {label} holds no rates, negative ones, or magnitudes above 10"

@@ -15,8 +15,8 @@ from ...core import checks
 from ...core.elementary import Array, Index, exp, expm1
 from ...core.streams import stream
 from ...core.units import described, provenance
-from ..intensity.dataset import measure_named
 from ..intensity.measure import MEASURES, Measure
+from ..intensity.naming import measure_named
 from .candidates import Candidates
 from .choosing import Problem, choose
 from .stated import Stated
@@ -64,11 +64,11 @@ class Selection:
     @property
     def why(self) -> str:
         """Deviations from the gate in words; empty if the set is consistent."""
-        found = self.report.where(self.report["gated"] & ~self.report["passes"], drop=True)
+        failed = self.report.where(self.report["gated"] & ~self.report["passes"], drop=True)
         return "; ".join(
             f"{name}: median {100.0 * bias:+.0f} %, sigma {ratio:.2f} times the target's"
             for name, bias, ratio in zip(
-                found["measure"].values, found["bias"].values, found["sigma_ratio"].values, strict=True
+                failed["measure"].values, failed["bias"].values, failed["sigma_ratio"].values, strict=True
             )
         )
 
@@ -157,7 +157,7 @@ def select(
             f"{allowed.size} of {len(pool)} candidates reach {wanted.given.label} = {wanted.level:g} with factors of "
             f"{low:g} to {high:g}; a choice of {n} needs at least {2 * n}"
         )
-    scaled = {one.label: pool.scaled(one, factors) for one in _reported(wanted)}
+    scaled = {im.label: pool.scaled(im, factors) for im in _reported(wanted)}
     values = np.column_stack([scaled[label] for label in labels]) - wanted.mean
     numbered = np.unique(pool.groups[allowed], return_inverse=True)[1]
     if np.minimum(np.bincount(numbered), most).sum() < n:
@@ -183,14 +183,14 @@ def select(
         **provenance({"number": n, "factor": [low, high], "per_event": most, "seed": chance}),
     }
     kept = pool.chosen(chosen, factors)
-    found = Selection(kept[0] if pool.single else kept, report)
-    if not found.consistent:
+    selection = Selection(kept[0] if pool.single else kept, report)
+    if not selection.consistent:
         warnings.warn(
-            f"the selection for {wanted.given.label} = {wanted.level:g} is not hazard-consistent ({found.why})",
+            f"the selection for {wanted.given.label} = {wanted.level:g} is not hazard-consistent ({selection.why})",
             InconsistentSelection,
             stacklevel=2,
         )
-    return found
+    return selection
 
 
 def _bounds(factor: Any) -> tuple[float, float]:
@@ -205,15 +205,15 @@ def _weights(given: Mapping[str, float] | None, labels: list[str]) -> Array:
     unknown = sorted(set(by_label) - set(labels))
     if unknown:
         raise ValueError(f"weights name {unknown[0]}, which the target does not hold")
-    found = np.array([checks.number(f"weight of {label}", by_label.get(label, 1.0), at_least=0.0) for label in labels])
-    if found.sum() == 0.0:
+    values = np.array([checks.number(f"weight of {label}", by_label.get(label, 1.0), at_least=0.0) for label in labels])
+    if values.sum() == 0.0:
         raise ValueError("weights must not all be 0")
-    return np.asarray(found / found.mean())
+    return np.asarray(values / values.mean())
 
 
 def _reported(wanted: Conditional) -> list[Measure]:
     further = [MEASURES[name] for name in ALWAYS]
-    return [*wanted.measures, *(one for one in further if one not in wanted.measures)]
+    return [*wanted.measures, *(im for im in further if im not in wanted.measures)]
 
 
 def _report(wanted: Conditional, scaled: Mapping[str, Array], chosen: Index) -> xr.Dataset:
@@ -233,7 +233,7 @@ def _report(wanted: Conditional, scaled: Mapping[str, Array], chosen: Index) -> 
         placed = np.sort(scipy.special.ndtr((values[:, j] - target_mean[j]) / target_sigma[j]))
         steps = np.arange(n + 1) / n
         distance[j] = max(np.max(steps[1:] - placed), np.max(placed - steps[:-1]))
-    units = [next(one.units for one in _reported(wanted) if one.label == name) for name in names]
+    units = [next(im.units for im in _reported(wanted) if im.label == name) for name in names]
     variables: dict[str, tuple[Any, str]] = {
         "target_median": (exp(target_mean), "median of the target, in the unit of each measure; NaN without one"),
         "median": (exp(mean), "geometric mean of the set, in the unit of each measure"),

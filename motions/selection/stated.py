@@ -89,7 +89,7 @@ class Stated:
         levels = self.levels
         row = int(np.abs(log(levels / y)).argmin())
         if abs(levels[row] / y - 1.0) > NEAR:
-            known = ", ".join(written_level(self.given, one) for one in levels.tolist())
+            known = ", ".join(written_level(self.given, value) for value in levels.tolist())
             asked = written_level(self.given, y)
             raise ValueError(f"the target is stated at {self.given.label} = {known}, not at {asked}")
         k = list(self.measures).index(self.given)

@@ -12,8 +12,8 @@ import xarray as xr
 
 from ...core import checks
 from ...core.elementary import Array, exp, log, times
-from ..intensity.dataset import measure_named
 from ..intensity.measure import Measure
+from ..intensity.naming import measure_named
 from ..intensity.parametric_measures import AvgSa, Sa
 from .correlations import by_formulas, repaired
 
@@ -118,7 +118,7 @@ class Target:
         if isinstance(self.measures, str | Measure) or not isinstance(self.measures, Iterable):
             raise TypeError(f"measures must be a sequence of measures, got {checks.kind(self.measures)}")
         chosen = tuple(measure_named(measure) for measure in self.measures)
-        labels = [one.label for one in chosen]
+        labels = [measure.label for measure in chosen]
         twice = sorted({label for label in labels if labels.count(label) > 1})
         if twice:
             raise ValueError(f"measures hold {twice[0]} twice")
@@ -229,13 +229,13 @@ def _given(target: Target) -> Measure:
 
 
 def _positive(name: str, values: Any, number: int, labels: Sequence[str]) -> Array:
-    found = checks.finite_array(name, values)
-    if found.shape != (number,):
-        raise ValueError(f"{name} must be {number} numbers, one for each measure, got {found.size}")
-    if found.min() <= 0.0:
-        i = int(found.argmin())
-        raise ValueError(f"{name} must be > 0, got {found[i]:g} for {labels[i]}")
-    return found
+    array = checks.finite_array(name, values)
+    if array.shape != (number,):
+        raise ValueError(f"{name} must be {number} numbers, one for each measure, got {array.size}")
+    if array.min() <= 0.0:
+        i = int(array.argmin())
+        raise ValueError(f"{name} must be > 0, got {array[i]:g} for {labels[i]}")
+    return array
 
 
 def _correlations(given: Any, measures: Sequence[Measure], labels: Sequence[str]) -> tuple[Array, float]:
@@ -263,8 +263,8 @@ def _direction(given: Measure, measures: Sequence[Measure]) -> Array:
     if not isinstance(given, AvgSa):
         raise ValueError(f"given must be one of the measures, or an AvgSa of their periods, got {given.label}")
     for period in given.periods:
-        one = Sa(period, given.damping)
-        if one not in measures:
-            raise ValueError(f"given {given.label} needs {one.label} among the measures")
-        a[measures.index(one)] += 1.0 / len(given.periods)
+        ordinate = Sa(period, given.damping)
+        if ordinate not in measures:
+            raise ValueError(f"given {given.label} needs {ordinate.label} among the measures")
+        a[measures.index(ordinate)] += 1.0 / len(given.periods)
     return a

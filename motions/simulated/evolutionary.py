@@ -16,7 +16,7 @@ from ...core.aliases import Array
 from ...core.parameters import Parameter
 from ...core.units import STANDARD_GRAVITY
 from ..arrays import records
-from ..intensity.dataset import measure
+from ..intensity.evaluation import measure
 from ..kernels.drifting_filters import drifting_ground
 from .envelopes import Envelope, RiseStrongDecay
 from .filters import filtered, high_pass, propagators
@@ -129,11 +129,11 @@ class EvolutionaryKanaiTajimi(FilteredNoise):
         """
         a = self.sample(n, seed).values
         energy = float((a[:, :-1] ** 2 + a[:, :-1] * a[:, 1:] + a[:, 1:] ** 2).sum()) * self.dt / (3.0 * len(a))
-        found = math.pi / (2.0 * STANDARD_GRAVITY) * energy
-        return self._calibrate(math.sqrt(checks.number("target", target, above=0.0, unit="m/s")), math.sqrt(found))
+        mean_arias = math.pi / (2.0 * STANDARD_GRAVITY) * energy
+        return self._calibrate(math.sqrt(checks.number("target", target, above=0.0, unit="m/s")), math.sqrt(mean_arias))
 
-    def _calibrate(self, target: float, found: float) -> Self:
-        return replace(self, s0=self.s0 * (checks.number("target", target, above=0.0) / found) ** 2)
+    def _calibrate(self, target: float, mean: float) -> Self:
+        return replace(self, s0=self.s0 * (checks.number("target", target, above=0.0) / mean) ** 2)
 
     def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
         """Return motions `first` … `first + n - 1` of `seed`; see `KanaiTajimi.sample`."""

@@ -93,11 +93,11 @@ class Generator(ABC):
             raise ValueError(f"{type(self).__name__} gives motions in the direction of a pulse, which have no pairs")
         h1 = self.sample(n, seed, first)
         words = np.random.SeedSequence(seed, spawn_key=SECOND_COMPONENT).generate_state(2, np.uint64)
-        other = self.sample(n, int(words[0]) << 64 | int(words[1]), first)
-        own, drawn = h1.values, other.values
+        second = self.sample(n, int(words[0]) << 64 | int(words[1]), first)
+        along, drawn = h1.values, second.values
         if self.own_amplitude:
-            drawn = drawn * np.sqrt((own**2).sum(axis=1) / (drawn**2).sum(axis=1))[:, None]
-        h2 = h1.copy(data=share * own + math.sqrt(1.0 - share**2) * drawn)
+            drawn = drawn * np.sqrt((along**2).sum(axis=1) / (drawn**2).sum(axis=1))[:, None]
+        h2 = h1.copy(data=share * along + math.sqrt(1.0 - share**2) * drawn)
         sources = [f"{value}, in pairs of correlation {share:g}" for value in h1["source"].values]
         pair = join(h1, h2)
         return pair.assign_coords(source=("motion", np.array(sources, dtype=object), h1["source"].attrs))

@@ -20,7 +20,8 @@ from ...core.elementary import Array, exp, log
 from ...core.streams import stream
 from ...core.units import ACCELERATION, SECOND, STANDARD_GRAVITY, VELOCITY, described, provenance
 from ..arrays import records
-from ..intensity.dataset import measure, measure_named
+from ..intensity.evaluation import measure
+from ..intensity.naming import measure_named
 from ..intensity.parametric_measures import Sa
 from ..scaling import scale_to
 
@@ -84,8 +85,8 @@ def expected_motions(scenario: Scenario, model: str = "BSSA14", periods: Sequenc
 
     Examples
     --------
-    >>> found = expected_motions(Scenario(6.5, 20e3, 760.0))
-    >>> round(float(found.pgv), 4)
+    >>> expected = expected_motions(Scenario(6.5, 20e3, 760.0))
+    >>> round(float(expected.pgv), 4)
     0.0915
     """
     name = MODELS[checks.choice("model", model, list(MODELS))]
@@ -134,9 +135,9 @@ def quiet() -> Iterator[list[warnings.WarningMessage]]:
         before = logging.root.manager.disable
         logging.disable(max(before, logging.WARNING))
         try:
-            with warnings.catch_warnings(record=True) as said:
+            with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always")
-                yield said
+                yield caught
         finally:
             logging.disable(before)
 
@@ -180,7 +181,7 @@ def over_models(
     values = np.array([measure(label, plain) for label in labels])
     if not (values > 0.0).all():
         raise ValueError("motions must shake, got one that is zero throughout")
-    return {model: _ratios(values, labels, one, model) for model, one in expected.items()}
+    return {model: _ratios(values, labels, expectation, model) for model, expectation in expected.items()}
 
 
 def scale_to_model(
@@ -216,7 +217,7 @@ def scale_to_model(
     >>> from toppling.motions import Scenario, SiteBasedScenario, measures
     >>> at = Scenario(7.0, 20e3, 760.0)
     >>> shaking = scale_to_model(SiteBasedScenario(7.0, 20e3, 760.0, dt=0.02).sample(3), at)
-    >>> [round(float(one), 3) for one in measures(shaking, ["pgv"])["pgv"]]
+    >>> [round(float(pgv), 3) for pgv in measures(shaking, ["pgv"])["pgv"]]
     [0.044, 0.208, 0.159]
     """
     wanted = measure_named(im)
@@ -242,8 +243,8 @@ def _ratios(values: Array, labels: Sequence[str], expected: xr.Dataset, model: s
         [[expected["pga_dispersion"], expected["pgv_dispersion"]], expected["sa_dispersion"].values]
     )
 
-    def on_measure(found: Any, long_name: str) -> xr.Variable:
-        return xr.Variable("measure", np.asarray(found, dtype=float), described(long_name))
+    def on_measure(numbers: Any, long_name: str) -> xr.Variable:
+        return xr.Variable("measure", np.asarray(numbers, dtype=float), described(long_name))
 
     names = np.array(labels, dtype=object)
     return xr.Dataset(

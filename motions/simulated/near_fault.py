@@ -103,8 +103,8 @@ class NearFault(ScenarioGenerator):
 
     def _needed_by(self, pulse: bool, errors: float) -> float:
         scores = self.equations.at(np.full(11 if pulse else 6, errors), pulse)[None]
-        own = background_parameters(scores)
-        end = end_of(modulation(own.d5_95, own.t_mid, MIDDLE), self.corner)
+        background = background_parameters(scores)
+        end = end_of(modulation(background.d5_95, background.t_mid, MIDDLE), self.corner)
         if not pulse:
             return end
         _, period, gamma, _, time = (float(value[0]) for value in pulse_parameters(scores))
@@ -145,9 +145,9 @@ class NearFault(ScenarioGenerator):
         raise ValueError(f"no motion of this scenario fits into {self.length:g} s: raise duration or f_c")
 
     def _make(self, streams: Streams) -> Array:
-        own, pulse, _ = self._draw(streams)
+        background, pulse, _ = self._draw(streams)
         steps = steps_of(self.length, self.dt)
-        motions = site_based_motions(streams, own, MIDDLE, self.corner, self.dt, steps)
+        motions = site_based_motions(streams, background, MIDDLE, self.corner, self.dt, steps)
         # differences of the pulse's velocity, not its acceleration, so that no velocity remains at any time step
         between = (np.arange(steps + 2, dtype=np.float64) - 0.5) * self.dt
         # one motion at a time: the values must not depend on the other motions

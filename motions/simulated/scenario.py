@@ -117,8 +117,8 @@ class SiteBasedEquations:
         """Expected scores, shape (6,)."""
         r, v = self.distance / 25e3, self.vs30 / 750.0
         f = float(self.faulting == "reverse")
-        others = np.array([1.0, f, self.magnitude / 7.0, r, v])
-        scores = (COEFFICIENTS * others).sum(axis=1)
+        predictors = np.array([1.0, f, self.magnitude / 7.0, r, v])
+        scores = (COEFFICIENTS * predictors).sum(axis=1)
         intensity = np.array([1.0, f, self.magnitude / 7.0, math.log(r), math.log(v)])
         scores[0] = (np.array([self.arias_constant, *COEFFICIENTS[0, 1:]]) * intensity).sum()
         return np.asarray(scores)
@@ -138,8 +138,8 @@ class SiteBasedEquations:
 
     def at(self, deviations: Array) -> Parameters:
         """Return the parameters at `deviations` (6,) from the medians, in standard deviations of the scores."""
-        found = self.parameters((self.expected + deviations * np.hypot(BETWEEN, WITHIN))[None])
-        return Parameters(*(values[0] for values in found))
+        parameters = self.parameters((self.expected + deviations * np.hypot(BETWEEN, WITHIN))[None])
+        return Parameters(*(values[0] for values in parameters))
 
 
 SPREAD = np.hypot(BETWEEN, WITHIN)[:, None] * cholesky(CORRELATION)

@@ -161,15 +161,15 @@ class SiteBased(Generator):
         return ensemble(self, n, seed, first, steps_of(self.length, self.dt), self.dt, self._make)
 
     def _parameters(self, n: int) -> Parameters:
-        own = (self.arias, self.d5_95, self.t_mid, self.omega_mid, self.omega_slope, self.zeta)
-        return Parameters(*(np.full(n, value) for value in own))
+        values = (self.arias, self.d5_95, self.t_mid, self.omega_mid, self.omega_slope, self.zeta)
+        return Parameters(*(np.full(n, value) for value in values))
 
     def _modulation(self) -> Modulation:
         return modulation(np.array([self.d5_95]), np.array([self.t_mid]))
 
     def _make(self, streams: Streams) -> Array:
-        own = self._parameters(len(streams))
-        return site_based_motions(streams, own, 0.45, self.f_c, self.dt, steps_of(self.length, self.dt))
+        parameters = self._parameters(len(streams))
+        return site_based_motions(streams, parameters, 0.45, self.f_c, self.dt, steps_of(self.length, self.dt))
 
 
 Corner = Annotated[float, Parameter("Hz", above=0.0, at_most=1e3)]
@@ -290,7 +290,7 @@ class SiteBasedScenario(ScenarioGenerator):
 
     @property
     def outside(self) -> str:
-        found = [
+        parts = [
             f"{what} {value:g}{unit}, data {data}"
             for what, value, unit, inside, data in (
                 ("magnitude", self.magnitude, "", 6.1 <= self.magnitude <= 7.7, "6.1 to 7.7"),
@@ -299,7 +299,7 @@ class SiteBasedScenario(ScenarioGenerator):
             )
             if not inside
         ]
-        return "; ".join(found)
+        return "; ".join(parts)
 
     @property
     def equations(self) -> SiteBasedEquations:
@@ -307,14 +307,14 @@ class SiteBasedScenario(ScenarioGenerator):
         return SiteBasedEquations(self.magnitude, self.distance, self.vs30, self.faulting, self.arias_constant)
 
     def _needed(self, errors: float) -> float:
-        own = self.equations.at(np.full(6, errors))
-        return end_of(modulation(np.array([own.d5_95]), np.array([own.t_mid])), self.corner)
+        parameters = self.equations.at(np.full(6, errors))
+        return end_of(modulation(np.array([parameters.d5_95]), np.array([parameters.t_mid])), self.corner)
 
     def parameters(self, n: int, seed: int = 0, first: int = 0) -> xr.Dataset:
         """Return the drawn parameters of motions `first` … `first + n - 1` and the number of repeated draws."""
         n, seed, first = counts(n, seed, first)
-        own, redrawn = self._draw([stream(seed, first + i) for i in range(n)])
-        columns = {name: (values, *UNITS[name]) for name, values in own._asdict().items()}
+        drawn, redrawn = self._draw([stream(seed, first + i) for i in range(n)])
+        columns = {name: (values, *UNITS[name]) for name, values in drawn._asdict().items()}
         columns["redrawn"] = (redrawn, "1", "draws that were not used")
         return self._labelled(seed, first, columns)
 
@@ -327,42 +327,42 @@ class SiteBasedScenario(ScenarioGenerator):
             for i in left:
                 scores[i] = equations.draw(streams[i])
             redrawn[left] += 1
-            own = equations.parameters(scores[left])
-            left = left[~fits(own, 0.45, self.corner, self.length)]
+            drawn = equations.parameters(scores[left])
+            left = left[~fits(drawn, 0.45, self.corner, self.length)]
             if left.size == 0:
                 return equations.parameters(scores), redrawn
         raise ValueError(f"no motion of this scenario fits into {self.length:g} s: raise duration or f_c")
 
     def _make(self, streams: Streams) -> Array:
-        own, _ = self._draw(streams)
-        return site_based_motions(streams, own, 0.45, self.corner, self.dt, steps_of(self.length, self.dt))
+        drawn, _ = self._draw(streams)
+        return site_based_motions(streams, drawn, 0.45, self.corner, self.dt, steps_of(self.length, self.dt))
 
 
-def fits(own: Parameters, middle: float, f_c: float, length: float) -> Flags:
+def fits(parameters: Parameters, middle: float, f_c: float, length: float) -> Flags:
     """Return True for motions (motion,) that have a modulating function and end within `length` s."""
-    times = modulation(own.d5_95, own.t_mid, middle)
-    end = times.time_of(ALL_ENERGY) + settling(2.0 * math.pi * f_c)
+    shape = modulation(parameters.d5_95, parameters.t_mid, middle)
+    end = shape.time_of(ALL_ENERGY) + settling(2.0 * math.pi * f_c)
     return np.asarray(end <= length)  # False for NaN, without a modulating function
 
 
-def end_of(times: Modulation, f_c: float) -> float:
+def end_of(shape: Modulation, f_c: float) -> float:
     """Return the time at which one motion is at rest, s."""
-    return float(times.time_of(ALL_ENERGY)[0]) + settling(2.0 * math.pi * f_c)
+    return float(shape.time_of(ALL_ENERGY)[0]) + settling(2.0 * math.pi * f_c)
 
 
-def site_based_motions(streams: Streams, own: Parameters, middle: float, f_c: float, dt: float, steps: int) -> Array:
+def site_based_motions(streams: Streams, drawn: Parameters, middle: float, f_c: float, dt: float, steps: int) -> Array:
     """Return motions (motion, steps + 1), m/s², of parameters (motion,) that fit; `t_mid` is at energy `middle`."""
     live = steps + 1 - math.ceil(settling(2.0 * math.pi * f_c) / dt)
     time = np.arange(live, dtype=np.float64) * dt
-    omega = own.omega_mid[:, None] + own.omega_slope[:, None] * (time - own.t_mid[:, None])
+    omega = drawn.omega_mid[:, None] + drawn.omega_slope[:, None] * (time - drawn.t_mid[:, None])
     np.clip(omega, LEAST_OMEGA, 0.5 * math.pi / dt, out=omega)
-    times = modulation(own.d5_95, own.t_mid, middle)
+    shape = modulation(drawn.d5_95, drawn.t_mid, middle)
     # The last millionth of the energy is left out: it has no visible effect, and costs most, at the lowest frequencies.
-    ends = np.minimum(np.ceil(times.time_of(1.0 - 1e-6) / dt) + 1.0, live).astype(np.int64)
-    density = times.density(time)
-    density *= (2.0 * STANDARD_GRAVITY / math.pi) * own.arias[:, None]
+    ends = np.minimum(np.ceil(shape.time_of(1.0 - 1e-6) / dt) + 1.0, live).astype(np.int64)
+    density = shape.density(time)
+    density *= (2.0 * STANDARD_GRAVITY / math.pi) * drawn.arias[:, None]
     motions = np.zeros((len(streams), steps + 1))
-    life = (1.0 / omega).mean(axis=1) / own.zeta  # (the motions computed together should cost about the same)
+    life = (1.0 / omega).mean(axis=1) / drawn.zeta  # (the motions computed together should cost about the same)
     order = np.argsort(ends * life, kind="stable")
     work = ends * life / dt
     if work.max() > MOST_WORK:
@@ -370,7 +370,7 @@ def site_based_motions(streams: Streams, own: Parameters, middle: float, f_c: fl
         raise ValueError(f"dt must be at least {least:.2g} s for motions of this length and damping, got {dt:g}")
     parts = np.array_split(order, math.ceil(work.sum() / (4.0 * MOST_WORK)))  # (an interrupt is heard between them)
     pulses = normals(streams, live)
-    noise = (drifting_noise(pulses, omega, own.zeta, dt, ends, part) for part in parts)
+    noise = (drifting_noise(pulses, omega, drawn.zeta, dt, ends, part) for part in parts)
     motions[:, :live] = functools.reduce(np.add, noise) * np.sqrt(density)
     return filtered(motions, *high_pass(2.0 * math.pi * f_c, 1.0), dt)
 
@@ -396,8 +396,8 @@ def _fitted(motion: xr.DataArray) -> tuple[dict[str, float], float]:
             + ("cut off some of its quiet start" if (t95 - t05) / t45 < low else "put quiet before it")
         )
     omega, slope, zeta = _spectral(a, dt, time, t45, (time >= first) & (time <= last))
-    found = (arias, t95 - t05, t45, omega, slope, zeta)
-    return dict(zip(Parameters._fields, map(float, found), strict=True)), dt
+    values = (arias, t95 - t05, t45, omega, slope, zeta)
+    return dict(zip(Parameters._fields, map(float, values), strict=True)), dt
 
 
 def _spectral(a: Array, dt: float, time: Array, t_mid: float, counted: Flags) -> tuple[float, float, float]:
@@ -455,8 +455,8 @@ def small_extremes(omega: Array, zeta: float, dt: float) -> Array:
     It follows from the orthant probability of (x_(k-1) - x_k, x_(k+1) - x_k, x_k): 1/8 + sum of arcsines of the
     correlations/(4 pi).
     """
-    one, two = _correlations(omega, zeta, dt)
-    with_level = -np.sqrt(0.5 * (1.0 - one))
-    between = (1.0 - 2.0 * one + two) / (2.0 * (1.0 - one))
+    lag_1, lag_2 = _correlations(omega, zeta, dt)
+    with_level = -np.sqrt(0.5 * (1.0 - lag_1))
+    between = (1.0 - 2.0 * lag_1 + lag_2) / (2.0 * (1.0 - lag_1))
     p = 0.125 + (arcsin(np.clip(between, -1.0, 1.0)) + 2.0 * arcsin(with_level)) / (4.0 * math.pi)
     return np.asarray(2.0 * np.maximum(p, 0.0))

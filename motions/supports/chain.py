@@ -55,7 +55,7 @@ def chained(
     True if the support has stops that are modelled.
     """
     plain = records(motions)
-    if any(one.axes or one.vertical is not None for one in plain):
+    if any(record.axes or record.vertical is not None for record in plain):
         raise ValueError(f"motions must be of one horizontal component, got {' and '.join(HORIZONTAL)}")
     array = motions if "motion" in motions.dims else motions.expand_dims("motion")
     if "component" in array.dims:  # (of recordings, of which one component shakes)
@@ -66,8 +66,8 @@ def chained(
     n = (array.sizes["time"] - 1) * parts + 1
     values, displacements = np.empty((*shape, n)), np.empty(shape)
     strikes, hardest = np.zeros(shape, np.int64), np.zeros(shape)
-    for at, one in zip(np.ndindex(*shape), plain, strict=True):
-        values[at], displacements[at], strikes[at], hardest[at] = on_top(factor * one.acceleration, one.dt)
+    for at, below in zip(np.ndindex(*shape), plain, strict=True):
+        values[at], displacements[at], strikes[at], hardest[at] = on_top(factor * below.acceleration, below.dt)
     dt = plain[0].dt / parts
     dims = array.dims[:-1]
     coordinates: dict[str, Any] = {
@@ -76,7 +76,7 @@ def chained(
         if "time" not in coordinate.dims and key != "dt"
     }
     of = f" times {factor:g}" if factor != 1.0 else ""
-    sources = np.array([f"{name} on {one.source}{of}" for one in plain], dtype=object).reshape(shape)
+    sources = np.array([f"{name} on {record.source}{of}" for record in plain], dtype=object).reshape(shape)
     text = "greatest displacement of the support relative to its floor"
     coordinates |= {
         "time": ("time", np.arange(n) * dt, described("time", "s")),
@@ -88,7 +88,7 @@ def chained(
         times, force = "times that the platform strikes a stop", "greatest acceleration of the platform at a stop"
         coordinates["strikes"] = (dims, strikes, described(times))
         coordinates["strike_acceleration"] = (dims, hardest, described(force, ACCELERATION))
-    if level or any(one.own_level for one in plain):
+    if level or any(record.own_level for record in plain):
         text = "belongs to the strength of its ground motion, and must not be scaled"
         coordinates[OWN_LEVEL] = ("motion", np.full(shape[0], True), described(text))
     return xr.DataArray(

@@ -207,10 +207,10 @@ class Isolator:
         PERIOD.check("period", self.period)
         if self.kind != LINEAR:
             SHARE.check("friction" if self.kind == PENDULUM else "strength", self.strength)
-        own, on_stop = 1.0 / self.period, self.stops.frequency
-        if on_stop is not None and on_stop < own:
+        frequency, on_stop = 1.0 / self.period, self.stops.frequency
+        if on_stop is not None and on_stop < frequency:
             raise ValueError(
-                f"stop_frequency must be at least that of the isolator, {own:.3g} Hz, got {on_stop:g} Hz: a stop "
+                f"stop_frequency must be at least that of the isolator, {frequency:.3g} Hz, got {on_stop:g} Hz: a stop "
                 "that is softer than the isolator hardly holds the platform"
             )
         one_way_only(self.mass_ratio, self.one_way)
@@ -255,8 +255,8 @@ class Isolator:
         --------
         >>> from toppling import motions
         >>> floor = motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
-        >>> found = Isolator.pendulum(radius=1.5, friction=0.05).motions(floor)
-        >>> dict(found.sizes), bool((abs(found).max("time") < abs(floor).max("time")).all())
+        >>> moved = Isolator.pendulum(radius=1.5, friction=0.05).motions(floor)
+        >>> dict(moved.sizes), bool((abs(moved).max("time") < abs(floor).max("time")).all())
         ({'motion': 2, 'time': 26231}, True)
         """
         scale = checks.number("factor", factor, above=0.0)
@@ -273,9 +273,9 @@ class Isolator:
                 return self._pendulum(acceleration, dt, parts)
             return self._bilinear(acceleration, dt)
 
-        found = chained(motions, on_top, repr(self), parts, scale, level=True, stops=self.stops.modelled)
-        warn(self.stops.doubts([found]), IsolatorStrikes)
-        return found
+        moved = chained(motions, on_top, repr(self), parts, scale, level=True, stops=self.stops.modelled)
+        warn(self.stops.doubts([moved]), IsolatorStrikes)
+        return moved
 
     def _stopped(self, acceleration: Array, dt: float, parts: int) -> Motion:
         omega, slip = 2.0 * math.pi / self.period, self.strength * STANDARD_GRAVITY
@@ -284,19 +284,19 @@ class Isolator:
         if self.kind == BILINEAR:
             initial += slip / yields
         spring = (2.0 * self.damping * omega, initial, after, yields, slip)
-        displacement, found = np.empty((2, (acceleration.size - 1) * parts + 1))
+        displacement, response = np.empty((2, (acceleration.size - 1) * parts + 1))
         at_rest = (0.0, 0.0)
         strikes, peak = stopped_response(
-            acceleration, dt, parts, spring, self.stops.over_mass, at_rest, displacement, found
+            acceleration, dt, parts, spring, self.stops.over_mass, at_rest, displacement, response
         )
-        return Motion(found, float(np.abs(displacement).max()), int(strikes), float(peak))
+        return Motion(response, float(np.abs(displacement).max()), int(strikes), float(peak))
 
     def _pendulum(self, acceleration: Array, dt: float, parts: int) -> Motion:
         n = (acceleration.size - 1) * parts + 1
-        displacement, found = np.empty((2, n))
+        displacement, response = np.empty((2, n))
         friction = self.strength * STANDARD_GRAVITY
-        pendulum_response(acceleration, dt, parts, 2.0 * math.pi / self.period, friction, 0.0, displacement, found)
-        return Motion(found, float(np.abs(displacement).max()))
+        pendulum_response(acceleration, dt, parts, 2.0 * math.pi / self.period, friction, 0.0, displacement, response)
+        return Motion(response, float(np.abs(displacement).max()))
 
     def _bilinear(self, acceleration: Array, dt: float) -> Motion:
         after = (2.0 * math.pi / self.period) ** 2

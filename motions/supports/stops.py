@@ -101,9 +101,9 @@ class Stops:
         """Return the samples a step dt, s, of which a contact has enough."""
         return max(1, math.ceil(dt * SAMPLES / self.contact - 1e-9)) if self.modelled else 1
 
-    def doubts(self, found: Sequence[xr.DataArray]) -> list[Doubt]:
+    def doubts(self, motions: Sequence[xr.DataArray]) -> list[Doubt]:
         """Return the input warning on motions on top of a platform (``support_displacement``) that hits its stops."""
-        ways = np.concatenate([array["support_displacement"].values.ravel() for array in found])
+        ways = np.concatenate([array["support_displacement"].values.ravel() for array in motions])
         far = int((ways > self.clearance).sum())
         if not far:
             return []
@@ -111,8 +111,8 @@ class Stops:
         if not self.modelled:
             what = f"the platform would strike {where}, by up to {ways.max():.3g} m: strikes are not modelled"
             return [Doubt("strike", what)]
-        times = int(sum(int(array["strikes"].sum()) for array in found))
-        hardest = max(float(array["strike_acceleration"].max()) for array in found)
+        times = int(sum(int(array["strikes"].sum()) for array in motions))
+        hardest = max(float(array["strike_acceleration"].max()) for array in motions)
         return [
             Doubt(
                 "strike",

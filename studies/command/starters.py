@@ -15,7 +15,7 @@ from ...core.wording import system_reason
 from ...core.writing import remove_leftovers
 from ...motions import SiteBasedScenario
 from ...motions.arrays import records
-from ...motions.intensity.dataset import measure
+from ...motions.intensity.evaluation import measure
 from ...motions.readers.at2 import write_at2
 from ...motions.readers.lines import RecordError
 from ..file.analyses import LevelsTable

@@ -27,8 +27,8 @@ from ...fragility.validity.plausibility import level_doubts
 from ...models.friction import CONTACTS, Friction, contact_named, friction_from
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.trip import TRIPS
-from ...motions.intensity.dataset import as_known
 from ...motions.intensity.directions import PAIR_MEASURES
+from ...motions.intensity.naming import as_known
 from ...motions.intensity.parametric_measures import PARAMETRIC_MEASURES
 from ...motions.polarity import BOTH, POLARITIES
 from ..money.present_value import DISCOUNT, DISCOUNT_RATE

@@ -31,7 +31,7 @@ from ...fragility.validity.plausibility import period_doubts
 from ...fragility.validity.slab_screen import ScreenRequest
 from ...fragility.validity.undecided import choose_motions
 from ...models import Block, Law, Model
-from ...models.columns import BlockArray
+from ...models.block_array import BlockArray
 from ...motions import Generator, records
 from ...motions.arrays import BOTH_AXES, REVERSE_OF
 from ...motions.polarity import AS_RECORDED, BOTH

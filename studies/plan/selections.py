@@ -10,7 +10,7 @@ import xarray as xr
 
 from ...core.facts import Fact
 from ...core.units import DIMENSIONLESS
-from ...motions.intensity.dataset import measure_named
+from ...motions.intensity.naming import measure_named
 from ...motions.selection.select import ALWAYS
 
 PREFIX = "selection_"

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ...core.aliases import Array
-from ...models.columns import BlockArray
+from ...models.block_array import BlockArray
 from ..file.blocks import KIND, MOST_BLOCKS, read_blocks
 from ..file.csv_table import MAX_TEXT, CsvTable
 from ..text.error import StudyError

@@ -18,7 +18,7 @@ from ...core.wording import counted
 from ...models import Block, Law
 from ...models.scenes.restraint import KINDS
 from ...motions.arrays import from_array, records
-from ...motions.intensity.dataset import positive_measure
+from ...motions.intensity.evaluation import positive_measure
 from ...motions.matching.adjustment import REACHED
 from ..file.blocks import FACTORS, MAKERS, PARTS as BLOCK_PARTS, SIZES, BlockTable
 from ..file.derived import WRITTEN, key_of

@@ -22,7 +22,7 @@ from ...motions.arrays import Record, digest, records
 from ...motions.intensity.cumulative import husid
 from ...motions.intensity.peaks import velocity
 from ...motions.intensity.spectra import damping_of
-from ...motions.matching.targets import TargetSpectrum
+from ...motions.matching.target_spectra import TargetSpectrum
 from ...motions.plausibility import record_doubts, vertical_doubts
 from ...motions.readers.directions import BY_ITSELF, horizontal_motions
 from ...motions.readers.patterns import expand

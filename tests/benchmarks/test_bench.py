@@ -306,7 +306,7 @@ class TestParts:
         assert engine.run_batch is kernel
 
     def test_precision(self, results):
-        found = results["precision"]["found"]
+        found = results["precision"]["rows"]
         engine = [row for row in found if row["name"] == "toppling"]
         assert [row["law"] for row in engine] == [law.label for law in FEW]
         for row in engine:
@@ -345,7 +345,7 @@ class TestPage:
         linked = set(re.findall(r"\]\(performance/(\w+\.\w+)\)", text))
         assert files - {"sliding_2.csv"} < linked
         data = (tmp_path / "performance/integrators.csv").read_text(encoding="utf-8").splitlines()
-        assert len(data) == 1 + len(results["precision"]["found"])
+        assert len(data) == 1 + len(results["precision"]["rows"])
         assert data[1].startswith(f"{tables.short(FEW[0].label)},toppling,")
 
     @staticmethod
@@ -405,7 +405,7 @@ class TestPage:
         assert tables.short(LAWS[9].label) == "housner geometry=exact"
 
     def test_figures_name_every_integrator(self, results):
-        figure = figures.work_precision(results["precision"]["found"])
+        figure = figures.work_precision(results["precision"]["rows"])
         (legend,) = figure.legends
         assert [entry.get_text() for entry in legend.get_texts()] == ["toppling", "RK4", "RK4 with events"]
 

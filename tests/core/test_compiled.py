@@ -445,14 +445,14 @@ def test_a_terminal_is_told_what_is_waited_for(monkeypatch):
     stream = Terminal()
     monkeypatch.setattr(sys, "stderr", stream)
     for _ in range(2):
-        with machine_code.told("a"), machine_code.told("b"):
+        with machine_code.announced("a"), machine_code.announced("b"):
             time.sleep(1.5)
     told = stream.getvalue()
     assert told.count("compiling a,") == told.count(": 1 s") == 2
     assert "compiling b" not in told
     assert told.endswith(" \r")  # (the line is wiped)
     monkeypatch.setattr(sys, "stderr", io.StringIO())
-    with machine_code.told("a"):
+    with machine_code.announced("a"):
         time.sleep(1.5)
     assert not sys.stderr.getvalue()
 

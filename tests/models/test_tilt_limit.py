@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import toppling as tp
-from toppling.models.columns import BlockArray
+from toppling.models.block_array import BlockArray
 from toppling.studies.command.cli import main
 
 LAWS = (tp.HousnerImpact(), tp.DiscreteDamping(), tp.EnergyConsistent())

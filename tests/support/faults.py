@@ -13,7 +13,7 @@ FOLDER = ROOT / "tests/faults"
 README = FOLDER / "README.md"
 NAME = re.compile(r"(\d\d)_([a-z0-9_]+)\.patch")
 FIELDS = ("Meaning", "Kind", "Chosen", "Found by")
-KERNELS = ("kernels", "engine", "slip")
+KERNELS = ("kernels", "engine", "sliding_engine")
 NOT_SEARCHED = "not yet searched"
 HEADING = "| no. | file | meaning | kind | chosen by | found by |\n|---|---|---|---|---|---|\n"
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from toppling.benchmarks.coverage.drawn import SHAPES
+from toppling.benchmarks.coverage.drawn_studies import SHAPES
 from toppling.benchmarks.coverage.rates import contributions, hazards, of_design, true_rate
 from toppling.benchmarks.sequential.truths import DISPERSION, MEDIAN
 from toppling.fragility.curves.means import mean_interval

@@ -1,7 +1,7 @@
 """The table docs/runs/coverage.csv: extremes over truths, and the worst truth."""
 
 from toppling.benchmarks.coverage.__main__ import summary
-from toppling.benchmarks.coverage.drawn import Row
+from toppling.benchmarks.coverage.drawn_studies import Row
 
 
 def test_extremes_and_the_worst_truth():

@@ -11,7 +11,7 @@ from toppling.core.doubts import ImplausibleInput, noted
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import curve_probability
 from toppling.fragility.validity.plausibility import block_doubts, law_doubts, level_doubts, period_doubts, unit_doubts
-from toppling.models.columns import BlockArray
+from toppling.models.block_array import BlockArray
 
 CABINET = tp.Block(0.4, 1.8, name="cabinet")
 SHAKES = tp.motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)

@@ -6,7 +6,7 @@ import xarray as xr
 import toppling as tp
 from toppling import fragility
 from toppling.fragility.curves import published
-from toppling.models.columns import BlockArray
+from toppling.models.block_array import BlockArray
 
 SHELF, CABINET = tp.Block(0.2, 1.0, name="shelf"), tp.Block(0.3, 1.2, name="cabinet")
 LAWS = [tp.HousnerImpact(0.9), tp.EnergyConsistent()]

@@ -9,8 +9,8 @@ from shared_cases import RIGID, lifts_at, shake
 from stress_cases import BLOCK, IMPACTS, OVERTURNED, PEAK, compile_engine, label
 
 import toppling as tp
-from toppling.models.engine.bounces import BOUNCE_RESTITUTION
 from toppling.models.engine.linear_runs import BOUNCE_INTERVAL
+from toppling.models.engine.low_bounces import BOUNCE_RESTITUTION
 from toppling.models.runs import OUTPUTS, run_many, trace
 
 STRIKE = OUTPUTS["impact_velocity"]

@@ -12,7 +12,7 @@ from slide_reference import NAMES, solve
 from slide_scan import scan
 
 from toppling.models.sliding.runs import ONE_WAY, SLIDES, run_sliders
-from toppling.models.slip import sample, tables
+from toppling.models.sliding_engine import sample, tables
 
 COLUMNS = {
     "forward": SLIDES["slide_forward"],

@@ -9,7 +9,7 @@ import toppling as tp
 from toppling.models.runs import run_specimens, stacked
 from toppling.models.sliding.law import PlaneSlider, Slider
 from toppling.models.sliding.runs import IN_PLANE, SLIDES, friction_table, plane_table, run_in_plane, run_sliders
-from toppling.models.slip import columns
+from toppling.models.sliding_engine import plane_tables
 from toppling.motions.arrays import Record
 
 G = 9.80665
@@ -108,12 +108,12 @@ class TestPlane:
         """With an acceleration a of constant size that turns with ω the speed becomes sqrt(a² - (μ g)²)/ω."""
         omega, a, mu, dt = 2.0 * np.pi, 4.0, 0.25, 0.002
         time = np.arange(0.0, 20.0, dt)
-        friction, history = table(mu), np.zeros((columns.HISTORY_ROWS, time.size))
+        friction, history = table(mu), np.zeros((plane_tables.HISTORY_ROWS, time.size))
         shaking = a * np.cos(omega * time), a * np.sin(omega * time)
         run_in_plane(friction, ONE, shaking, None, dt, skip=False, history=history)
-        speed = np.hypot(history[columns.HISTORY_VX], history[columns.HISTORY_VY])[-2000:]
+        speed = np.hypot(history[plane_tables.HISTORY_VX], history[plane_tables.HISTORY_VY])[-2000:]
         np.testing.assert_allclose(speed, np.sqrt(a * a - (mu * G) ** 2) / omega, rtol=1e-4)
-        x = history[columns.HISTORY_X][-500:]
+        x = history[plane_tables.HISTORY_X][-500:]
         np.testing.assert_allclose(0.5 * np.ptp(x), np.sqrt(a * a - (mu * G) ** 2) / omega**2, rtol=1e-4)
 
     def test_scale(self):

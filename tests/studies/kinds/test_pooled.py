@@ -12,7 +12,7 @@ from real_processes import same_after_ten_kills
 
 import toppling as tp
 from toppling.fragility.surfaces.checks import BLOCKS, MOTIONS
-from toppling.models.columns import BlockArray
+from toppling.models.block_array import BlockArray
 from toppling.studies.command.cli import main
 from toppling.studies.command.forecast import forecast
 from toppling.studies.command.status import status_of

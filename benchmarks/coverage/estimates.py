@@ -12,7 +12,7 @@ import xarray as xr
 from ...core.streams import stream
 from ...fragility import RandomInputs, Uniform, overturning_probability, rank_measures, sobol_indices
 from ..sequential.truths import DISPERSION, MEDIAN, Truth
-from .drawn import LOGNORMAL, Row, ida, row_of
+from .drawn_studies import LOGNORMAL, Row, ida, row_of
 from .rates import of_runs
 
 UPLIFT = 0.5 * MEDIAN
@@ -45,16 +45,16 @@ def _of_shares(motions: int, studies: int) -> Iterator[Row]:
     for true in (0.02, 0.1, 0.5):
         fell = stream(motions, 7).random((studies, 1, motions)) < true
         runs = xr.Dataset({"overturned": (("block", "level", "motion"), fell)}, coords={"level": [1.0]})
-        found = overturning_probability(runs)
-        lower, upper = (found[end].values[:, 0] for end in ("lower", "upper"))
+        shares = overturning_probability(runs)
+        lower, upper = (shares[end].values[:, 0] for end in ("lower", "upper"))
         yield row_of("observed probability at a level", f"{100 * true:g} %", motions, (lower, upper), true)
 
 
 def _of_dispersions(motions: int, studies: int) -> Iterator[Row]:
     drawn = ida(replace(LOGNORMAL, correlation=1.0), studies, motions, motions)
     runs = drawn.rename(study="block").expand_dims("model").assign_coords(pga=("motion", np.ones(motions)))
-    found = rank_measures(runs, replicates=200)
-    lower, upper = (found[f"dispersion_{end}"].values.ravel() for end in ("lower", "upper"))
+    ranking = rank_measures(runs, replicates=200)
+    lower, upper = (ranking[f"dispersion_{end}"].values.ravel() for end in ("lower", "upper"))
     yield row_of("dispersion of capacities in a measure", "lognormal", motions, (lower, upper), DISPERSION)
 
 
@@ -72,11 +72,11 @@ def _of_indices(samples: int, studies: int) -> Iterator[Row]:
             product = product * (abs(4.0 * at[name] - 2.0) + factor) / (1.0 + factor)
         return product
 
-    each = [sobol_indices(inputs, function, samples, replicates=100, seed=seed) for seed in range(studies)]
+    indices = [sobol_indices(inputs, function, samples, replicates=100, seed=seed) for seed in range(studies)]
     for name, values in true.items():
         for i, value in enumerate(values):
             lower, upper = (
-                np.array([float(found[f"{name}_{end}"].values[i]) for found in each]) for end in ("lower", "upper")
+                np.array([float(index[f"{name}_{end}"].values[i]) for index in indices]) for end in ("lower", "upper")
             )
             yield row_of(
                 f"Sobol' index, {name}, by base samples", f"{value:.3f}", samples, (lower, upper), float(value)

@@ -70,8 +70,8 @@ def stripes(truth: Truth, studies: int, motions: int, seed: int, levels: Array =
     intensity = np.repeat(levels, motions)
     runs = _once(truth, np.repeat(intensity[None], studies, axis=0), seed)
     stripe = np.repeat(np.arange(1, levels.size + 1), motions)
-    found = runs.assign_coords(intensity=("motion", intensity, ATTRIBUTES), stripe=("motion", stripe))
-    return found.assign_coords(record=("motion", runs["motion"].values)).assign_attrs(design="stripes")
+    drawn = runs.assign_coords(intensity=("motion", intensity, ATTRIBUTES), stripe=("motion", stripe))
+    return drawn.assign_coords(record=("motion", runs["motion"].values)).assign_attrs(design="stripes")
 
 
 def cloud(truth: Truth, studies: int, motions: int, seed: int, spread: float = 0.6) -> xr.Dataset:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from toppling.benchmarks.coverage.draws import flags_of, number_at_least, rows
+from toppling.benchmarks.coverage.draws_of_pieces import flags_of, number_at_least, rows
 
 
 def test_numbers_given_the_motions():

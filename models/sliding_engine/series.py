@@ -7,7 +7,7 @@ w.p - f and r w' = p - (w.p) w. The coefficients follow one from the other.
 import math
 
 from ...core.compiled import kernel
-from .columns import (
+from .plane_tables import (
     ACROSS,
     ALONG,
     ORDER,
@@ -107,42 +107,42 @@ def expand_start(c, px, py, qx, qy, f, lift, excess):
 @kernel(**BARE)
 def value(c, order, row, h):
     """Return the value of a row at h."""
-    found = c[row, order]
+    total = c[row, order]
     for k in range(order - 1, -1, -1):
-        found = found * h + c[row, k]
-    return found
+        total = total * h + c[row, k]
+    return total
 
 
 @kernel(**BARE)
 def rate(c, order, row, h):
     """Return the derivative of a row at h."""
-    found = order * c[row, order]
+    total = order * c[row, order]
     for k in range(order - 1, 0, -1):
-        found = found * h + k * c[row, k]
-    return found
+        total = total * h + k * c[row, k]
+    return total
 
 
 @kernel(**BARE)
 def integral(c, order, row, h):
     """Return the integral of a row from 0 to h."""
-    found = c[row, order] * SHARES[order]
+    total = c[row, order] * SHARES[order]
     for k in range(order - 1, -1, -1):
-        found = found * h + c[row, k] * SHARES[k]
-    return found * h
+        total = total * h + c[row, k] * SHARES[k]
+    return total * h
 
 
 @kernel(**BARE)
 def step_of(c, order, left):
     """Return the longest of left, left/2, left/4 … for which the last two terms are small, and the speed is above 0."""
     last = abs(c[VELOCITY_X, order]) + abs(c[VELOCITY_Y, order])
-    other = abs(c[VELOCITY_X, order - 1]) + abs(c[VELOCITY_Y, order - 1])
+    previous = abs(c[VELOCITY_X, order - 1]) + abs(c[VELOCITY_Y, order - 1])
     h = left
     while True:
         power = 1.0
         for _ in range(order - 1):
             power *= h
         # (what has no value, as of series that overflow, is not small)
-        if power * (other + h * last) <= TOLERANCE and value(c, order, SPEED, h) > 0.0:
+        if power * (previous + h * last) <= TOLERANCE and value(c, order, SPEED, h) > 0.0:
             return h
         h *= 0.5
         if not h > 1e-300:

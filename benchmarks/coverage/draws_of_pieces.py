@@ -13,7 +13,7 @@ from ...core.streams import stream
 from ...fragility.curves.means import quantiles, share_error
 from ...fragility.numerics.totals import fallen_pieces
 from ...fragility.uncertainty.joint import INDEPENDENT, PIECES, Variability, drawn_pieces
-from .drawn import Row, row_of
+from .drawn_studies import Row, row_of
 
 VARIANTS, SEEDS = 16, 200
 WANTED = np.array([0.8])
@@ -38,7 +38,7 @@ def fallen(flags: Flags, how: Variability) -> Array:
 
 def number_at_least(flags: Flags, pieces: str) -> Array:
     """Return the probability of so many pieces or more, from 1 on, given the motions."""
-    found = np.zeros(sum(COUNTS) + 1)
+    chance = np.zeros(sum(COUNTS) + 1)
     for chances in flags.mean(axis=1).T:
         number = np.ones(1)
         for p, count in zip(chances, COUNTS, strict=True):
@@ -47,8 +47,8 @@ def number_at_least(flags: Flags, pieces: str) -> Array:
                     number = np.convolve(number, [1.0 - p, p])
             else:
                 number = np.convolve(number, [1.0 - p, *[0.0] * (count - 1), p])
-        found += number / flags.shape[-1]
-    return np.asarray(np.cumsum(found[::-1])[::-1][1:])
+        chance += number / flags.shape[-1]
+    return np.asarray(np.cumsum(chance[::-1])[::-1][1:])
 
 
 def loss_quantile(flags: Flags) -> float:

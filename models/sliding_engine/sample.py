@@ -47,12 +47,12 @@ def time_to_stop(speed, c1, c2, left):
     if inside < 0.0:
         return math.inf
     if c1 < 0.0:
-        found = 2.0 * speed / (math.sqrt(inside) - c1)
+        time = 2.0 * speed / (math.sqrt(inside) - c1)
     elif c2 < 0.0:
-        found = -(c1 + math.sqrt(inside)) / c2
+        time = -(c1 + math.sqrt(inside)) / c2
     else:
         return math.inf
-    return found if 0.0 < found <= left else math.inf
+    return time if 0.0 < time <= left else math.inf
 
 
 @kernel(**BARE)

@@ -99,18 +99,18 @@ class BlockArray:
             return blocks
         if not isinstance(blocks, Block | Iterable):
             raise TypeError(f"blocks must be Blocks or a BlockArray, got {checks.kind(blocks)}")
-        found = [blocks] if isinstance(blocks, Block) else list(blocks)
-        for one in found:
-            if not isinstance(one, Block):
-                raise TypeError(f"blocks must be Blocks or a BlockArray, got {checks.kind(one)}")
-            if describe_scene(one) or one.edge is not None:
-                raise ValueError(f"{one.label!r} does not stand free on a rigid floor: {', '.join(one.scene_words)}")
+        listed = [blocks] if isinstance(blocks, Block) else list(blocks)
+        for item in listed:
+            if not isinstance(item, Block):
+                raise TypeError(f"blocks must be Blocks or a BlockArray, got {checks.kind(item)}")
+            if describe_scene(item) or item.edge is not None:
+                raise ValueError(f"{item.label!r} does not stand free on a rigid floor: {', '.join(item.scene_words)}")
         return cls(
-            [one.width for one in found],
-            [one.height for one in found],
-            [one.h for one in found],
-            [one.inertia for one in found],
-            [one.label for one in found],
+            [block.width for block in listed],
+            [block.height for block in listed],
+            [block.h for block in listed],
+            [block.inertia for block in listed],
+            [block.label for block in listed],
         )
 
     @staticmethod
@@ -159,15 +159,15 @@ class BlockArray:
 def _column(name: str, values: Any, size: int | None = None, missing: bool = False) -> Array:
     """Return a column of finite numbers, or NaN if one may be missing."""
     try:
-        found = np.atleast_1d(np.asarray(values, dtype=np.float64))
+        column = np.atleast_1d(np.asarray(values, dtype=np.float64))
     except (TypeError, ValueError):
         raise TypeError(f"{name} must be real numbers, got {checks.kind(values)}") from None
-    if found.ndim != 1 or not found.size:
-        raise ValueError(f"{name} must be a column of at least one block, got the shape {found.shape}")
-    if size is not None and found.size != size:
-        raise ValueError(f"{name} must have {size:,} entries, as width has, got {found.size:,}")
-    bad = ~np.isfinite(found) & ~(np.isnan(found) & missing)
+    if column.ndim != 1 or not column.size:
+        raise ValueError(f"{name} must be a column of at least one block, got the shape {column.shape}")
+    if size is not None and column.size != size:
+        raise ValueError(f"{name} must have {size:,} entries, as width has, got {column.size:,}")
+    bad = ~np.isfinite(column) & ~(np.isnan(column) & missing)
     if bad.any():
         first = int(np.argmax(bad))
-        raise ValueError(f"{name} must be finite, got {found[first]} of block {first + 1}")
-    return found
+        raise ValueError(f"{name} must be finite, got {column[first]} of block {first + 1}")
+    return column

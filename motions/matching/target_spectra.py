@@ -18,7 +18,7 @@ from ...core.elementary import Array, exp, geomspace, log
 from ...core.units import STANDARD_GRAVITY
 from ..intensity.spectra import DAMPING, damping_of, period_of
 from ..readers.lines import Lines, RecordError, plain
-from ..readers.units import agreed, quantities, told, unit_factor, unit_of
+from ..readers.units import agreed, quantities, unit_factor, unit_of, units_in
 
 EDITIONS = ("7-16", "7-22")
 AC156_FREQUENCIES = (0.1, 1.3, 8.3, 33.3)  # Hz
@@ -128,7 +128,11 @@ class TargetSpectrum:
         if factor is None:
             raise RecordError(f"{file}: unit of sa must be g, gal, cm/s2 or m/s2, got {heading['unit']!r}")
         agreed(
-            file, [unit_of(heading["unit"], lines[0][0]), *(unit for at, text in comments for unit in told(text, at))]
+            file,
+            [
+                unit_of(heading["unit"], lines[0][0]),
+                *(unit for at, text in comments for unit in units_in(text, at)),
+            ],
         )
         doubt_spectrum(file, every, damping)
         for number, text in comments:
@@ -260,9 +264,9 @@ class TargetSpectrum:
                 raise ValueError("either t_a or h_f may be given, got both")
             period = checks.number("t_a", t_a, above=0.0, at_most=100.0, unit="s")
             h_f = 1.0 + min(1.0 / period, 2.5) * height + max(1.0 - (0.4 / period) ** 2, 0.0) * height**10
-        found = cls.ac156(s_ds, height, "7-22", h_f, r_mu)
+        spectrum = cls.ac156(s_ds, height, "7-22", h_f, r_mu)
         text = f"ASCE 7-22 floor, S_DS {s_ds:g} g, z/h {height:g}" + (f", T_a {t_a:g} s" if t_a is not None else "")
-        return cls(found.periods, found.sa, found.damping, text)
+        return cls(spectrum.periods, spectrum.sa, spectrum.damping, text)
 
 
 _UNLIKE_GROUND = re.compile(
@@ -289,8 +293,8 @@ def doubt_spectrum(file: Path, lines: Iterable[tuple[int, str]], damping: float 
         if not text.lstrip().startswith("#"):
             continue
         match = _UNLIKE_GROUND.search(text)
-        if said := match[0] if match else other_damping(text, damping):
-            what = f"{file}: line {number} says {said!r}"
+        if remark := match[0] if match else other_damping(text, damping):
+            what = f"{file}: line {number} says {remark!r}"
             warn([Doubt("level", f"{what}: is it the spectrum that shakes, in the unit that is stated?")])
 
 

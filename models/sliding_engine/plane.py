@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ...core.compiled import kernel
-from .columns import (
+from .plane_tables import (
     FARTHEST,
     FASTEST,
     FIRST,
@@ -72,8 +72,8 @@ def reach(x):
 @kernel(**BARE)
 def outward(x, c, order, h):
     """Return the rate of half the square of the distance at the time h of a piece."""
-    here, there = x[X] + integral(c, order, VELOCITY_X, h), x[Y] + integral(c, order, VELOCITY_Y, h)
-    return here * value(c, order, VELOCITY_X, h) + there * value(c, order, VELOCITY_Y, h)
+    x_then, y_then = x[X] + integral(c, order, VELOCITY_X, h), x[Y] + integral(c, order, VELOCITY_Y, h)
+    return x_then * value(c, order, VELOCITY_X, h) + y_then * value(c, order, VELOCITY_Y, h)
 
 
 @kernel(**BARE)
@@ -124,8 +124,8 @@ def move_along(x, c, order, most, h):
         rate_now = x[X] * c[VELOCITY_X, 0] + x[Y] * c[VELOCITY_Y, 0]
         if abs(rate_now) <= (fastest * fastest + (far + way) * most) * h:
             at = extreme(x, c, order, 0, 1.0, h)
-            here, there = x[X] + integral(c, order, VELOCITY_X, at), x[Y] + integral(c, order, VELOCITY_Y, at)
-            x[FARTHEST] = max(x[FARTHEST], math.sqrt(here * here + there * there))
+            x_then, y_then = x[X] + integral(c, order, VELOCITY_X, at), x[Y] + integral(c, order, VELOCITY_Y, at)
+            x[FARTHEST] = max(x[FARTHEST], math.sqrt(x_then * x_then + y_then * y_then))
     if abs(c[VELOCITY_X, 0]) <= most * h:
         if x[X] + way > x[MOST_FRONT]:
             x[MOST_FRONT] = max(x[MOST_FRONT], x[X] + integral(c, order, VELOCITY_X, extreme(x, c, order, 1, 1.0, h)))
@@ -187,12 +187,12 @@ def start_after(px, py, qx, qy, weight, lift, static, left):
     bend = qx * qx + qy * qy - static * static * lift * lift
     root = math.sqrt(max(0.0, half * half - bend * now))
     if half > 0.0:
-        found = -now / (half + root)
+        time = -now / (half + root)
     elif bend > 0.0:
-        found = (root - half) / bend
+        time = (root - half) / bend
     else:
         return math.inf
-    return min(found, left * LATEST)
+    return min(time, left * LATEST)
 
 
 @kernel(**BARE)

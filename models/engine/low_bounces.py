@@ -87,9 +87,9 @@ class Flights(NamedTuple):
 @kernel(inline="always")
 def _flight(theta, omega, a, slope, stiffness, h):
     """Return rotation and velocity at time h of a flight (see `solve_hops`)."""
-    m, one, two, three = flight_terms(stiffness, h)
-    y = theta + h * (omega * one + h * (a * two + h * slope * three))
-    return y, omega + (omega * m * two + h * (a * one + h * slope * two))
+    m, c1, c2, c3 = flight_terms(stiffness, h)
+    y = theta + h * (omega * c1 + h * (a * c2 + h * slope * c3))
+    return y, omega + (omega * m * c2 + h * (a * c1 + h * slope * c2))
 
 
 @kernel(inline="always")
@@ -101,25 +101,25 @@ def _after(theta, omega, a, t):
 @kernel(**FUSED)
 def lands_soon(x, k, model, o, force, dt):
     """Return True if a block bounces so low, by the parabola of its flight, that it is followed apart from lanes."""
-    here = k[NOW]
-    if here < 0 or k[OVERTURNED] != 0 or model.parameters[o, PAR_RESTITUTION] < BOUNCE_RESTITUTION:
+    region = k[NOW]
+    if region < 0 or k[OVERTURNED] != 0 or model.parameters[o, PAR_RESTITUTION] < BOUNCE_RESTITUTION:
         return False
     if x[THETA] == 0.0 and x[OMEGA] == 0.0:
         return False  # it has just been lifted
-    if model.links[o, here, LINK_HOPS] == NO_REGION:
+    if model.links[o, region, LINK_HOPS] == NO_REGION:
         return False
-    offset = model.tables[o, here, REGION_OFFSET]
+    offset = model.tables[o, region, REGION_OFFSET]
     side = 1.0 if offset < 0.0 else -1.0
-    a = model.tables[o, here, REGION_GAIN] * force + offset
+    a = model.tables[o, region, REGION_GAIN] * force + offset
     return side * _after(x[THETA], x[OMEGA], a, BOUNCE_FLIGHT * dt) < 0.0
 
 
 @kernel(inline="always")
-def _of_side(v, j, row, other):
+def _of_side(v, j, row, row_across):
     """Return the entry of the side on which a column's block is, of two rows."""
-    here = v[row * LANES + j]
-    there = v[other * LANES + j]
-    return there if v[FLIGHT_ACROSS * LANES + j] != 0.0 else here
+    near = v[row * LANES + j]
+    far = v[row_across * LANES + j]
+    return far if v[FLIGHT_ACROSS * LANES + j] != 0.0 else near
 
 
 @kernel(inline="always")
@@ -174,17 +174,17 @@ def _solve_stiff_flight(v, j, dt):
     step = math.inf
     for count in range(30):
         m = -stiffness * h * h
-        one = 1.0 / 6227020800.0 + m * (1.0 / 1307674368000.0)
-        two = 1.0 / 87178291200.0 + m * (1.0 / 20922789888000.0)
-        three = 1.0 / 1307674368000.0 + m * (1.0 / 355687428096000.0)
-        one = 1.0 / 5040.0 + m * (1.0 / 362880.0 + m * (1.0 / 39916800.0 + m * one))
-        two = 1.0 / 40320.0 + m * (1.0 / 3628800.0 + m * (1.0 / 479001600.0 + m * two))
-        three = 1.0 / 362880.0 + m * (1.0 / 39916800.0 + m * (1.0 / 6227020800.0 + m * three))
-        one = 1.0 + m * (1.0 / 6.0 + m * (1.0 / 120.0 + m * one))
-        two = 0.5 + m * (1.0 / 24.0 + m * (1.0 / 720.0 + m * two))
-        three = 1.0 / 6.0 + m * (1.0 / 120.0 + m * (1.0 / 5040.0 + m * three))
-        y = theta + h * (omega * one + h * (a * two + h * slope * three))
-        speed = omega + (omega * m * two + h * (a * one + h * slope * two))
+        c1 = 1.0 / 6227020800.0 + m * (1.0 / 1307674368000.0)
+        c2 = 1.0 / 87178291200.0 + m * (1.0 / 20922789888000.0)
+        c3 = 1.0 / 1307674368000.0 + m * (1.0 / 355687428096000.0)
+        c1 = 1.0 / 5040.0 + m * (1.0 / 362880.0 + m * (1.0 / 39916800.0 + m * c1))
+        c2 = 1.0 / 40320.0 + m * (1.0 / 3628800.0 + m * (1.0 / 479001600.0 + m * c2))
+        c3 = 1.0 / 362880.0 + m * (1.0 / 39916800.0 + m * (1.0 / 6227020800.0 + m * c3))
+        c1 = 1.0 + m * (1.0 / 6.0 + m * (1.0 / 120.0 + m * c1))
+        c2 = 0.5 + m * (1.0 / 24.0 + m * (1.0 / 720.0 + m * c2))
+        c3 = 1.0 / 6.0 + m * (1.0 / 120.0 + m * (1.0 / 5040.0 + m * c3))
+        y = theta + h * (omega * c1 + h * (a * c2 + h * slope * c3))
+        speed = omega + (omega * m * c2 + h * (a * c1 + h * slope * c2))
         if count == 0 and h == left and side * y > 0.0:
             _end_flight(v, j, dt, True, True, y, speed, 0.0, dt)
             return v[FLIGHT_END * LANES + j]
@@ -283,32 +283,32 @@ def _load_flight(f, column, j, model, shaking):
     o = b.oscillator[j]
     x = b.x[j]
     i = b.start[j] + b.until[j]
-    here = b.k[j, NOW]
-    there = model.links[o, here, LINK_HOPS]
-    rest = rest_at(model, o, here, 0.0)
+    region = b.k[j, NOW]
+    across = model.links[o, region, LINK_HOPS]
+    rest = rest_at(model, o, region, 0.0)
     v[FLIGHT_THETA * LANES + column] = x[THETA]
     v[FLIGHT_OMEGA * LANES + column] = x[OMEGA]
     v[FLIGHT_TIME * LANES + column] = f.time[j]
     slope = b.amplitude[j] * (record[i + 1] - record[i]) * (1.0 / dt)
-    v[FLIGHT_GAIN * LANES + column] = model.tables[o, here, REGION_GAIN]
-    v[FLIGHT_OTHER_GAIN * LANES + column] = model.tables[o, there, REGION_GAIN]
+    v[FLIGHT_GAIN * LANES + column] = model.tables[o, region, REGION_GAIN]
+    v[FLIGHT_OTHER_GAIN * LANES + column] = model.tables[o, across, REGION_GAIN]
     _load_forcing(v, column, b.amplitude[j] * record[i], slope)
-    v[FLIGHT_OFFSET * LANES + column] = model.tables[o, here, REGION_OFFSET]
-    v[FLIGHT_OTHER_OFFSET * LANES + column] = model.tables[o, there, REGION_OFFSET]
-    v[FLIGHT_STIFFNESS * LANES + column] = model.tables[o, here, REGION_STIFFNESS]
-    v[FLIGHT_OTHER_STIFFNESS * LANES + column] = model.tables[o, there, REGION_STIFFNESS]
+    v[FLIGHT_OFFSET * LANES + column] = model.tables[o, region, REGION_OFFSET]
+    v[FLIGHT_OTHER_OFFSET * LANES + column] = model.tables[o, across, REGION_OFFSET]
+    v[FLIGHT_STIFFNESS * LANES + column] = model.tables[o, region, REGION_STIFFNESS]
+    v[FLIGHT_OTHER_STIFFNESS * LANES + column] = model.tables[o, across, REGION_STIFFNESS]
     v[FLIGHT_ACROSS * LANES + column] = 0.0
     v[FLIGHT_HIGHEST * LANES + column] = min(
         lesser_peak(x),
-        model.tables[o, here, REGION_UPPER] - model.tables[o, here, REGION_LOWER],
-        model.tables[o, there, REGION_UPPER] - model.tables[o, there, REGION_LOWER],
+        model.tables[o, region, REGION_UPPER] - model.tables[o, region, REGION_LOWER],
+        model.tables[o, across, REGION_UPPER] - model.tables[o, across, REGION_LOWER],
     )
     thresholds = model.rests[o, rest, REST_UP] + model.rests[o, rest, REST_DOWN]
-    e, loss = landing(model, o, here)
+    e, loss = landing(model, o, region)
     v[FLIGHT_RESTITUTION * LANES + column] = e
-    e, loss_there = landing(model, o, there)
+    e, loss_across = landing(model, o, across)
     v[FLIGHT_OTHER_RESTITUTION * LANES + column] = e
-    loss = max(loss, loss_there)
+    loss = max(loss, loss_across)
     v[FLIGHT_SETTLING * LANES + column] = 0.25 * loss * thresholds  # (see `may_rest`)
     v[FLIGHT_LEAST * LANES + column] = 0.25 / MANY_HOPS * thresholds * dt  # or MANY_HOPS flights fill a sample
     v[FLIGHT_STRIKE * LANES + column] = x[STRIKE]
