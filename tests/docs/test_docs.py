@@ -5,6 +5,7 @@ import functools
 import importlib
 import importlib.util
 import inspect
+import json
 import re
 import shlex
 import shutil
@@ -323,6 +324,23 @@ def test_commands_not_run_are_shown_somewhere():
 def test_extensions_are_short(page):
     first = next(one for one in code_of(f"docs/extend/{page}.md") if one.info[0] == "python")
     assert len(first.text.splitlines()) < 50
+
+
+@pytest.mark.slow
+def test_the_notebook_prints_what_it_shows(reader, capsys):
+    """The notebook of the researcher's tutorial has the page's code in the page's order, and runs."""
+    text = (DOCS / "tutorials/researcher.md").read_text(encoding="utf-8")
+    cells = json.loads(load("made_pages").notebook(text))["cells"]
+    code = [cell for cell in cells if cell["cell_type"] == "code"]
+    assert [cell["source"] + "\n" for cell in code] == [
+        block.text for block in blocks_of(text) if block.info == ["python"]
+    ]
+    assert not re.search(r"\]\((?!https?:)|```", "".join(cell["source"] for cell in cells))
+    names = {"__name__": "__main__"}
+    for cell in code:
+        exec(compile(cell["source"], "notebook", "exec"), names)
+        output = capsys.readouterr().out
+        assert all(prints(shown["text"], output) for shown in cell["outputs"]), cell["source"]
 
 
 class TestApi:
