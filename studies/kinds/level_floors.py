@@ -130,12 +130,6 @@ def in_si(histories: FloorHistories, im: str, near: Array) -> FloorHistories:
     return found
 
 
-STILL = (
-    "where the building collapses, a piece counts as fallen only if its floor's motion before makes it fall; damage by "
-    "the collapse itself is not included"
-)
-
-
 class LevelFloors(NamedTuple):
     """Floor motions at each level, notes on them, and the building's own response (level, motion).
 
@@ -227,7 +221,7 @@ def level_floors(
                 strength = np.concatenate([one["strength_factor"].values for one in moved])
             lines.append(f"{where}{table.yielding(scaled, moved)}")
             of_level = collapse_doubts(labels, collapsed[-1])
-            doubts += [one._replace(sentence=f"{where}{one.sentence}; {STILL}") for one in of_level]
+            doubts += [one._replace(sentence=f"{where}{one.sentence}") for one in of_level]
         found += [_history(given, record) for array in moved for record in records(array)]
     histories = FloorHistories.of(found, unit)
     return LevelFloors(
