@@ -17,7 +17,7 @@ import toppling as tp
 from toppling.studies.command.cli import main
 from toppling.studies.comparison import curves, figures, pieces, sides
 from toppling.studies.comparison.compare import compare
-from toppling.studies.comparison.inputs import inputs_that_differ
+from toppling.studies.comparison.inputs import inputs_that_differ, notes_on_inputs
 from toppling.studies.store.differences import changes
 from toppling.studies.store.outputs import RECORD
 from toppling.studies.text.error import StudyError
@@ -248,6 +248,16 @@ class TestCurves:
         assert (motions["known"], motions["changed"]) == (True, False)
         found = compare(folder / "base", folder / "site", tmp_path)
         assert [fact.names for fact in found.inputs] == [("hazard.k0", "0.002", "0.004")]
+
+
+@pytest.mark.parametrize(("period", "changed"), [(1.0, True), (2.0, False)])
+def test_floors_of_another_building_are_no_changed_records(folder, period, changed):
+    """The motions of both sides differ: only under one building have their records or corrections changed."""
+    with sides.two_sides(folder / "base", folder / "motions", False) as (a, b):
+        one = a._replace(study={**a.study, "building": {"period_s": 1.0}})
+        other = b._replace(study={**a.study, "building": {"period_s": period}})
+        (fact,) = (fact for fact in notes_on_inputs(one, other, True, True) if fact.what == "comparison.other_motions")
+    assert fact.more["changed"] is changed
 
 
 def test_values_are_told_apart(folder):
