@@ -218,7 +218,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
         raise RecordError(f"{file}: its heading names {other}, not acceleration")
     raised = [column.component for column in found if _ABOVE_GROUND.search(column.component)]
     if 0 < len(raised) < len(found):
-        warn([Doubt("table", f"{file}: {first_names(raised)}: of a structure or block, not of what shakes it?")])
+        warn([Doubt("table", f"{file}: {first_names(raised)}: of a structure or block, not of its ground motion?")])
     _refuse_repeated(file, found)
     refuse_stated_peak(file, words, [component.acceleration for component in found])
     for why, left in out.items():

@@ -235,7 +235,7 @@ def new(kind: Starter, folder: Path, /) -> None:
     say(
         terminal(),
         f"written into {folder}: {', '.join(written)}",
-        f"to replace, all of it is invented: {REPLACE[kind]}",
+        f"replace these invented inputs: {REPLACE[kind]}",
         f"next: toppling run {study} --out {results}",
     )
 
