@@ -116,6 +116,8 @@ def commands_page() -> str:
     app = importlib.import_module("toppling.studies.command.cli").app
     text = app.generate_docs()
     listed = re.sub(r"## Table of Contents\n.*?(?=\n\*\*)", "", text, flags=re.DOTALL)
+    # (usage has the module of the process, here of the build)
+    listed = re.sub(r"(?m)^(toppling \w+) -m \w+", r"\1", listed).replace("# toppling\n", "# Commands\n", 1)
     return re.sub(r"\(#toppling-(\w+)\)", r"(#\1)", listed).replace("\n## toppling ", "\n## ")
 
 

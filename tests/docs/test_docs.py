@@ -48,7 +48,7 @@ COMMANDS_NOT_RUN = {
 }
 """Commands that pages show and no test runs; any other is run, studies with --dry-run."""
 LANGUAGES = {"python", "pycon", "sh", "toml", "text", "console", "json"}
-DIRECTIVES = {"{toctree}", "{include}", "{eval-rst}", "{math}"}
+DIRECTIVES = {"{toctree}", "{include}", "{image}", "{eval-rst}", "{math}"}
 
 
 class Block(NamedTuple):
@@ -379,6 +379,12 @@ class TestApi:
             for name in names:
                 one = getattr(importlib.import_module(module), name)
                 assert inspect.getdoc(one), name
+
+    def test_usage_of_commands_has_no_module(self):
+        """The command line is that of a reader, whatever process makes the page."""
+        usages = re.findall(r"(?m)^toppling \w+.*", self.pages.commands_page())
+        assert "toppling run [OPTIONS] STUDY.TOML" in usages
+        assert not any(" -m " in usage for usage in usages)
 
     def test_the_page_of_study_files(self, monkeypatch):
         monkeypatch.syspath_prepend(DOCS)
