@@ -154,7 +154,3 @@ benchmark: $(VENV)/installed-dev
 clean:
 	if [ -f $(VENV)/pyvenv.cfg ]; then rm -rf $(VENV); fi
 	rm -rf build dist *.egg-info .mypy_cache .ruff_cache .hypothesis
-
-# The README's picture.
-docs/office.png: study
-	cp $(OUT)/fragility.png $@

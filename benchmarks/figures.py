@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from ..studies.plots.axes import COLOURS
 from .measure import ENGINE, Row
 
 FLOOR = 1e-16
@@ -20,13 +21,13 @@ SHOWN = {
 }
 """Labels of the laws in the figure with their titles: one for each kind of dissipation, and exact geometry."""
 FAMILIES = {
-    ENGINE: ("#000000", "*", "none"),
-    "RK4 dt": ("#D55E00", "o", "-"),
-    "Newmark": ("#E69F00", "s", "-"),
-    "RK4 with events": ("#0072B2", "^", "-"),
-    "heyoka": ("#56B4E9", "X", "-"),
+    ENGINE: (COLOURS[3], "*", "none"),
+    "RK4 dt": (COLOURS[1], "o", "-"),
+    "Newmark": (COLOURS[1], "s", "--"),
+    "RK4 with events": (COLOURS[0], "^", "-"),
+    "heyoka": (COLOURS[2], "X", "-"),
 }
-"""Starts of the names of integrators that share a line, with colour (Okabe and Ito), marker and line style."""
+"""Starts of the names of integrators that share a line, with colour, marker and line style."""
 
 
 def work_precision(rows: Sequence[Row]) -> Figure:
@@ -55,5 +56,5 @@ def work_precision(rows: Sequence[Row]) -> Figure:
     figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False, fontsize=FONT)
     for ax in panels[-1]:
         ax.set_xlabel("ns per sample and run", fontsize=FONT)
-    figure.supylabel("largest error of the rotation / α (less is better)", fontsize=FONT)
+    figure.supylabel("largest error of the rotation / α (smaller is better)", fontsize=FONT)
     return figure

@@ -119,6 +119,17 @@ def _wide_figures(app: Any, document: nodes.document) -> None:
                     image["classes"].append("wide")
 
 
+# of words of code that fit into every line of a telephone
+SHORT = 28
+
+
+def _short_code(app: Any, document: nodes.document) -> None:
+    """Code in sentences whose words are short carries a class, for which a word does not break (site.css)."""
+    for literal in document.findall(nodes.literal):
+        if max(map(len, literal.astext().split()), default=0) <= SHORT:
+            literal["classes"].append("short")
+
+
 class EveryWord(SearchEnglish):
     """The search without stop words, of which some are keys (`from`, `until`)."""
 
@@ -131,3 +142,4 @@ def setup(app: Any) -> None:
     made_pages.write(HERE)
     app.connect("autodoc-process-docstring", _plain_bars, priority=900)
     app.connect("doctree-read", _wide_figures)
+    app.connect("doctree-read", _short_code)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 import importlib
 import inspect
+import json
 import re
 from pathlib import Path
 
@@ -115,6 +116,8 @@ def commands_page() -> str:
     app = importlib.import_module("toppling.studies.command.cli").app
     text = app.generate_docs()
     listed = re.sub(r"## Table of Contents\n.*?(?=\n\*\*)", "", text, flags=re.DOTALL)
+    # (usage has the module of the process, here of the build)
+    listed = re.sub(r"(?m)^(toppling \w+) -m \w+", r"\1", listed).replace("# toppling\n", "# Commands\n", 1)
     return re.sub(r"\(#toppling-(\w+)\)", r"(#\1)", listed).replace("\n## toppling ", "\n## ")
 
 
@@ -143,6 +146,23 @@ def gallery_text(_configuration: object, _script: str) -> None:
     mpl.rcParams["font.size"] = 11.0
 
 
+def notebook(page: str) -> str:
+    """Return a page as a notebook: its Python is run, what it prints is shown, and links within the site are text."""
+    cells: list[dict[str, object]] = []
+    for language, code, text in re.findall(r"```(\w+)\n(.*?)^```$|((?:(?!^```).)+)", page, re.DOTALL | re.MULTILINE):
+        words = re.sub(r"\[([^\]]+)\]\((?!https?:)[^)]*\)", r"\1", text).strip()
+        if language == "python":
+            code_cell = {"execution_count": None, "outputs": [], "source": code.rstrip()}
+            cells.append({"cell_type": "code", "metadata": {}, **code_cell})
+        elif language:
+            cells[-1]["outputs"] = [{"output_type": "stream", "name": "stdout", "text": code}]
+        elif words:
+            cells.append({"cell_type": "markdown", "metadata": {}, "source": words})
+    kernel = {"name": "python3", "display_name": "Python 3", "language": "python"}
+    made = {"cells": cells, "metadata": {"kernelspec": kernel}, "nbformat": 4, "nbformat_minor": 4}
+    return json.dumps(made, ensure_ascii=False, indent=1) + "\n"
+
+
 def write(docs: Path) -> None:
     """Write every made page under `docs`/_made, where it is new or another."""
     pages = {
@@ -152,6 +172,7 @@ def write(docs: Path) -> None:
         "commands.md": commands_page(),
         "catalogue.md": catalogue_page(),
         "modules.md": modules_page(),
+        "compare_laws.ipynb": notebook((docs / "tutorials/researcher.md").read_text(encoding="utf-8")),
     }
     for package, about in {**PACKAGES, **MODULES}.items():
         pages[f"api/{package}.rst"] = api_page(package, about)

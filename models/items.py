@@ -14,7 +14,7 @@ from .scenes.wall import Wall
 QUALITIES = {
     "A": "read in a published database, standard, paper or the maker's own data sheet",
     "B": "a maker's or paper's figure, recalled or seen second-hand",
-    "C": "typical value, engineering judgement",
+    "C": "typical value, assumed",
 }
 
 

@@ -316,9 +316,9 @@ def collapse_doubts(labels: Sequence[str], collapsed: Index, factor: float = 1.0
     if not fallen:
         return []
     times = f"times {factor:g}: " if factor != 1.0 else ""
-    still = "its floors are still from then on, and what becomes of things on them is not known"
+    later = "later falls are not counted; add these motions to the falls for an upper bound"
     of = f"{len(fallen):,} of {len(labels):,} motions ({times}{first_names(fallen)})"
-    return [Doubt("collapse", f"the building collapses under {of}: {still}")]
+    return [Doubt("collapse", f"the building collapses under {of}: {later}")]
 
 
 def scaling_doubts(
@@ -340,8 +340,8 @@ def scaling_doubts(
         Doubt(
             "scaling",
             f"{len(far):,} of {len(before):,} motions are scaled by less than {bounds[0]:g} or more than {bounds[1]:g} "
-            f"before they go through what yields ({first_names(far)}; all by {low} to {high}): take motions whose "
-            "strength is near the level",
+            f"before they reach the yielding structure ({first_names(far)}; all by {low} to {high}): take motions "
+            "whose strength is near the level",
         )
     ]
 

@@ -14,6 +14,7 @@ from ...core.aliases import Array
 from ...core.streams import stream
 from ...fragility import HazardCurve, annual_rate, fit_fragility, size_for_rate
 from ...fragility.curves.means import mean_interval, resampled_means
+from ...fragility.fitting.fit import CurveOptions, half_level_samples
 from ...fragility.risk.ratios import ratio_of
 from ..sequential.truths import MEDIAN, Truth
 from .drawn_studies import LEVELS, LOGNORMAL, SHAPES, SKEWED_LEFT, Row, cloud, ida, row_of, stripes
@@ -157,6 +158,9 @@ def _of_ratios(motions: int, studies: int) -> Iterator[Row]:
         drawn = xr.concat([ida(truth, studies, motions, 1) for truth in (weak, strong)], "block")
         curves = fit_fragility(drawn, keep_replicates=True).transpose("block", "study", ...)
         rates = annual_rate(curves, hazard).transpose("block", "study", ...)
+        halves = half_level_samples(drawn, CurveOptions())["half_level_sample"].transpose("block", "study", ...)
+        ends, length = _ratios(curves["half_level"].values, halves.values)
+        yield row_of("ratio of half levels", shape.name, motions, ends, math.exp(0.3), length)
         if shape is LOGNORMAL:
             ends, length = _ratios(curves["median"].values, curves["median_sample"].values)
             yield row_of("ratio of fitted medians", shape.name, motions, ends, math.exp(0.3), length)

@@ -1,4 +1,4 @@
-"""The figure of tests: predicted probabilities beside observed shares."""
+"""The figure of tests: predicted probabilities and observed shares."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ def calibration_figure(rows: list[Compared]) -> Figure | None:
     ax.set(xlim=(-0.03, 1.03), ylim=(-0.03, 1.03), xlabel="predicted probability of overturning")
     ax.set_ylabel("observed share overturned")
     for axis in (ax.xaxis, ax.yaxis):
-        axis.set_major_formatter(PercentFormatter(1.0))
+        axis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
     axes.label(ax)
     axes.heading(
         figure,
-        "Predicted beside observed",
+        "Predicted probabilities and observed shares",
         "filled: predicted blindly; open: with measured inputs, or inputs fitted on other records; bars: 95 % "
         "intervals; large markers: many trials",
         legend=[ax],

@@ -283,7 +283,7 @@ def choices_figure(by_site: dict[str, dict[str, Rates]]) -> Figure:
         whiskers(ax, names, ratios)
         log_ticks(ax, (0.25, 0.5, 1.0, 2.0, 4.0, 8.0))
         ax.set_title(site)
-    panels[-1].set_xlabel("annual rate over that of selected motions")
+    panels[-1].set_xlabel("annual rate relative to selected motions")
     figure.legend(*panels[-1].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False)
     return figure
 
@@ -299,7 +299,7 @@ def main() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         values, by_site, tables = computed()
-    with looks("ytick.labelsize"):
+    with looks("xtick.labelsize", "ytick.labelsize"):
         save("consistency", {"choices": choices_figure(by_site)}, DPI)
     for name, (headings, rows) in tables.items():
         write_csv("consistency", name, headings, rows)

@@ -346,7 +346,7 @@ def changes_figure(runs: Runs) -> Figure:
         series = {text: [change_of(falls, name) for falls in runs.falls.values()] for name, text in words.items()}
         whiskers(ax, [*runs.falls], series, first)
         ax.legend(loc="lower left", bbox_to_anchor=(-0.05, 1.0), frameon=False, handlelength=1.2, borderaxespad=0.2)
-    figure.supxlabel("change of P(falls), percentage points", fontsize=10.5)
+    figure.supxlabel("change of the chance of falling, percentage points", fontsize=10.5)
     return figure
 
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -21,6 +22,7 @@ from ...models.runs import OUTPUTS, run_mixed
 from ...motions import records
 from ...motions.arrays import Record
 from ...studies.facts.coverage import COVERAGE
+from ...studies.plots.axes import COLOURS
 from ..sequential import sizes
 from .page import ROOT, save, some, template, write, write_csv
 from .tables import Interval, body
@@ -197,7 +199,7 @@ def boundary_figure(ensemble: Shaken) -> Figure:
     for k, ax in enumerate(panels):
         x = centre + width * np.linspace(-0.5, 0.5, ACROSS)
         fell = falls([ensemble.motions[wild]], ensemble.middle[wild] * np.exp(x)[None])[0]
-        ax.imshow(fell[None], aspect="auto", cmap="Blues", vmin=0, vmax=1.3, extent=(x[0], x[-1], 0, 1))
+        ax.imshow(fell[None], aspect="auto", cmap=ListedColormap(["white", COLOURS[0]]), extent=(x[0], x[-1], 0, 1))
         ax.set_yticks([])
         ax.set_xticks([x[0], x[-1]], [f"{np.exp(x[0]):.7g}", f"{np.exp(x[-1]):.7g}"], fontsize=8)
         ax.tick_params(length=2)
@@ -206,8 +208,8 @@ def boundary_figure(ensemble: Shaken) -> Figure:
             changes = np.flatnonzero(fell[1:] != fell[:-1])
             inside = changes[(changes > ACROSS // 10) & (changes < ACROSS - ACROSS // 10)]
             centre = float(x[inside[inside.size // 2]])
-            ax.axvspan(centre - width / 2, centre + width / 2, color="#D55E00", alpha=0.6, lw=0)
-    panels[-1].set_xlabel("factor on the motion, over that to the median (log)")
+            ax.axvspan(centre - width / 2, centre + width / 2, color=COLOURS[1], alpha=0.6, lw=0)
+    panels[-1].set_xlabel("factor on the motion over the factor to the median (log)")
     figure.tight_layout()
     return figure
 

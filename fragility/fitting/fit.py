@@ -26,7 +26,7 @@ from .isotonic import IsotonicForm
 from .labels import label_curves
 from .likelihood import PENALTIES
 from .links import LINKS, LOGNORMAL
-from .observed import observed_columns
+from .observed import half_levels_of, observed_columns
 from .states import DIRECTIONS, OVERTURNED, State, reached
 from .trials import EXAMPLE, Trials, collect
 from .two_parameter import TWO_PARAMETER_FORMS
@@ -247,6 +247,16 @@ def fit_curves(
     motions = min((stratum.size for stratum in trials.strata), default=0)
     warn_of_results(chain(of_runs(data, motions), of_curves(curves)))
     return _with_shift(curves, data, trials, state) if method == FIRST else curves
+
+
+def half_level_samples(data: xr.Dataset, asked: CurveOptions, together: Sequence[str] = ()) -> xr.Dataset:
+    """Return half_level_sample, the level at which half of the runs overturn, of the replicates of `fit_fragility`."""
+    trials = collect(data, asked.method == FIRST, asked.state, together)
+    drawn = draw_motions(trials.strata, asked.replicates, asked.seed)
+    options = Options(asked.confidence, PROFILE, (), asked.penalty, asked.replicates, asked.seed, keep=False)
+    found = np.array([half_levels_of(sample, drawn, options) for sample in trials.samples])
+    values = found.reshape(*trials.shape, asked.replicates)
+    return xr.Dataset({"half_level_sample": ((*trials.dims, "replicate"), values)}, trials.coords)
 
 
 def fitted_curves(

@@ -82,6 +82,29 @@ def levels_of_shares(sample: Sample, shares: tuple[float, ...], options: Options
     return _along(sample.levels[used], fell[used] / runs[used], motions[used], shares, options.confidence)
 
 
+def half_levels_of(sample: Sample, weights: Array, options: Options) -> Array:
+    """Return the level at which half of the runs overturn in each replicate of the motions, (replicate,).
+
+    weights (replicate, cluster): number of draws of each motion. Rules as in `levels_of_shares`. A common
+    level without runs in a replicate takes its share from its neighbours. Runs at individual levels keep the window and
+    the dispersion of the line through all of them.
+    """
+    if not (sample.by_interval or _common(sample.level_counts[1], sample.ways)):
+        return _near_again(sample, weights, options)
+    fell, runs = sample.counts_in(sample.resampled(weights)[1])
+    x, rows, last = log(sample.levels), np.arange(weights.shape[0]), sample.levels.size - 1
+    scores = BENDS[0].inverse(_clipped(_rising_of(fell, runs), np.maximum(runs, 1.0) / sample.ways))
+    ends = []
+    for below in ((scores < 0.0).sum(axis=1), (scores <= 0.0).sum(axis=1)):  # (as `_passed`, first and last)
+        after = np.clip(below, 1, last)
+        low, high = scores[rows, after - 1], scores[rows, after]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            level = x[after - 1] - low / (high - low) * (x[after] - x[after - 1])
+        level = np.where(below > 0, level, np.where(scores[:, 0] == 0.0, x[0], -np.inf))
+        ends.append(np.where(below <= last, level, np.where(scores[:, -1] == 0.0, x[-1], np.inf)))
+    return np.where((runs > 0.0).any(axis=1), exp(0.5 * (ends[0] + ends[1])), np.nan)
+
+
 def observed_columns(sample: Sample, fitted: Columns, link: Link | None, options: Options) -> Columns:
     """Return the columns of the levels of shares of the runs, and of the misfits of the fitted curve.
 
@@ -121,8 +144,7 @@ def _missed(fitted: float, seen: Array) -> float:
 def _along(levels: Array, seen: Array, motions: Array, shares: tuple[float, ...], confidence: float) -> Array:
     """Return the levels of shares along common levels, from the share seen at each and the number of motions there."""
     rising = _rising(seen, motions)
-    least = 0.25 / motions
-    x, held = log(levels), np.maximum.accumulate(np.clip(rising, least, 1.0 - least))
+    x, held = log(levels), _clipped(rising, motions)
     found = np.empty((len(shares), 3))
     normal = BENDS[0].inverse(held)
     for row, share in zip(found, shares, strict=True):
@@ -142,6 +164,30 @@ def _along(levels: Array, seen: Array, motions: Array, shares: tuple[float, ...]
             at = [_passed(x, bend.inverse(held), bend.inverse(share + half), first=False, ends=ends) for bend in BENDS]
             row[2] = max(x[0], *at)
     return exp(found)
+
+
+def _clipped(rising: Array, motions: Array) -> Array:
+    """Return non-decreasing shares without 0 and 1, which have no score."""
+    least = 0.25 / motions
+    return np.maximum.accumulate(np.clip(rising, least, 1.0 - least), axis=-1)
+
+
+def _rising_of(fell: Array, runs: Array) -> Array:
+    """Return the non-decreasing shares (replicate, level): as `_rising`, of all replicates at once.
+
+    At a level it is the maximum over starts before it of the minimum over ends after it of the share between the two
+    (Robertson, T., Wright, F. T. and Dykstra, R. L. (1988). Order restricted statistical inference. Wiley; recalled).
+    """
+    levels = fell.shape[1]
+    summed = [np.cumsum(np.pad(counts, ((0, 0), (1, 0))), axis=1) for counts in (fell, runs)]
+    found = np.full(fell.shape, -np.inf)
+    for start in range(levels):
+        total, number = (sums[:, start + 1 :] - sums[:, [start]] for sums in summed)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = total / number
+        smallest = np.fmin.accumulate(share[:, ::-1], axis=1)[:, ::-1]
+        found[:, start:] = np.fmax(found[:, start:], smallest)
+    return found
 
 
 def _rising(shares: Array, weights: Array) -> Array:
@@ -181,13 +227,8 @@ def _near(sample: Sample, shares: tuple[float, ...], options: Options) -> Array:
     line = _line(sample, replace(options, penalty="auto", keep=False))
     if not line.found:
         return found
-    motion, level, fell = sample.single_runs
-    x, motions = log(sample.levels[level]), int(motion[-1]) + 1
-    scale = math.exp(line.log_value(None))
-    reach = WINDOW * scale * (MOTIONS / motions) ** (1.0 / 3.0)
-    places = np.linspace(x.min(), x.max(), PLACES)
-    away = x - places[:, None]
-    near = np.abs(away) <= reach
+    motion, fell, places, away, near = _about(sample, line)
+    motions, scale = int(motion[-1]) + 1, math.exp(line.log_value(None))
     t = scipy.special.stdtrit(np.maximum(near.sum(axis=1) - 1.0, 1.0), 0.5 + 0.5 * options.confidence)
     for row, share in zip(found, shares, strict=True):
         steep = _density(float(scipy.special.ndtri(share))) / scale
@@ -218,6 +259,37 @@ def _near(sample: Sample, shares: tuple[float, ...], options: Options) -> Array:
             levels, lower, upper = zip(*ends, strict=True)
             row[:] = levels[0], min(lower), max(upper)
     return np.asarray(exp(found))
+
+
+def _about(sample: Sample, line: Estimate) -> tuple[Index, Flags, Array, Array, Flags]:
+    """Return motions and falls of runs, places along ln x, distances of runs to them (place, run), and who is near."""
+    motion, level, fell = sample.single_runs
+    x, motions = log(sample.levels[level]), int(motion[-1]) + 1
+    reach = WINDOW * math.exp(line.log_value(None)) * (MOTIONS / motions) ** (1.0 / 3.0)
+    places = np.linspace(x.min(), x.max(), PLACES)
+    away = x - places[:, None]
+    return motion, fell, places, away, np.abs(away) <= reach
+
+
+def _near_again(sample: Sample, weights: Array, options: Options) -> Array:
+    """Return the levels of half by the runs near each, of replicates of the motions."""
+    line = _line(sample, replace(options, penalty="auto", keep=False))
+    if not line.found:
+        return np.full(weights.shape[0], np.nan)
+    motion, fell, places, away, near = _about(sample, line)
+    summed = np.zeros((int(motion[-1]) + 1, PLACES))
+    chance = BENDS[0].chance(away / math.exp(line.log_value(None)))
+    np.add.at(summed, motion, np.where(near, fell - chance, 0.0).T)
+    assert sample.patterns is not None
+    residual = weights[:, np.flatnonzero(sample.patterns.of_cluster >= 0)] @ summed
+    before, after = residual[:, :-1], residual[:, 1:]
+    crossed = (before < 0.0) & (after >= 0.0)
+    distance = np.where(crossed, np.abs(places[:-1] - line.log_value(HALF)), np.inf)
+    rows, at = np.arange(weights.shape[0]), distance.argmin(axis=1)
+    low, high = before[rows, at], after[rows, at]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        level = places[at] - low / (high - low) * (places[1] - places[0])
+    return np.asarray(exp(np.where(crossed.any(axis=1), level, np.nan)))
 
 
 def _line(sample: Sample, options: Options) -> Estimate:

@@ -106,8 +106,6 @@ class Sample(NamedTuple):
     @property
     def level_counts(self) -> tuple[Index, Index]:
         """Overturnings and runs at each level."""
-        if self.by_interval:
-            return np.cumsum(self.cells)[:-1].astype(np.int64), np.full(self.levels.size, int(self.cells.sum()))
         overturnings, runs = self.counts_in(self.cells[None])
         return overturnings[0].astype(np.int64), runs[0].astype(np.int64)
 
@@ -119,6 +117,9 @@ class Sample(NamedTuple):
 
     def counts_in(self, cells: Array) -> tuple[Array, Array]:
         """Return the overturnings and the runs (replicate, level) in cells (replicate, cell) of the same levels."""
+        if self.by_interval:
+            fell = np.cumsum(cells, axis=1)
+            return fell[:, :-1], np.repeat(fell[:, -1:], self.levels.size, axis=1)
         return failures_of(cells, outcomes_of(OVERTURNING_OUTCOMES, self.levels.size))
 
 

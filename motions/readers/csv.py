@@ -216,7 +216,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
         raise RecordError(f"{file}: its heading names {headings}, not acceleration")
     raised = [column.component for column in kept if _ABOVE_GROUND.search(column.component)]
     if 0 < len(raised) < len(kept):
-        warn([Doubt("table", f"{file}: {first_names(raised)}: of a structure or block, not of what shakes it?")])
+        warn([Doubt("table", f"{file}: {first_names(raised)}: of a structure or block, not of its ground motion?")])
     _refuse_repeated(file, kept)
     refuse_stated_peak(file, words, [component.acceleration for component in kept])
     for why, left in out.items():

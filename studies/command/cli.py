@@ -203,7 +203,7 @@ def status(folder: Path, /, *, json: Annotated[bool, Parameter(negative="")] = F
     Parameters
     ----------
     folder
-        Folder of the results (--out of `toppling run`).
+        Folder of the results (`--out` of `toppling run`).
     json
         Print JSON.
     """
@@ -235,7 +235,7 @@ def new(kind: Starter, folder: Path, /) -> None:
     say(
         terminal(),
         f"written into {folder}: {', '.join(written)}",
-        f"to replace, all of it is invented: {REPLACE[kind]}",
+        f"replace these invented inputs: {REPLACE[kind]}",
         f"next: toppling run {study} --out {results}",
     )
 
@@ -444,7 +444,7 @@ def compare(
     json: Annotated[bool, Parameter(negative="")] = False,
     verify: Verify = False,
 ) -> None:
-    """Compare two results, or two laws of one: medians, rates and chances side by side.
+    """Compare two results, or two laws of one: levels, rates and chances side by side.
 
     Shows which differences exceed the scatter between motions.
 

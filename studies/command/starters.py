@@ -38,10 +38,10 @@ FARTHEST = 5.0
 """Most by which a record is scaled, up or down; the validity check asks for no more."""
 REPLACE: dict[Starter, str] = {
     "bookcase": "records/ (files of your own), [[blocks]] (its sizes), [restraints.kit] (the kit), [hazard] (the site)",
-    "inventory": "inventory.xlsx (what stands where), records/ (your own), [building] in study.toml, hazard.csv",
+    "inventory": "inventory.xlsx (pieces and their places), records/ (your own), [building] in study.toml, hazard.csv",
     "hazard": "hazard.csv and disaggregation.csv (the site), [stripes.select] (its soil), [[blocks]] in study.toml",
-    "records": "records/ (files of your own), [[blocks]] in study.toml (what stands there)",
-    "scenario": "inventory.xlsx (what stands where), [building] and [motions] in study.toml",
+    "records": "records/ (files of your own), [[blocks]] in study.toml (the pieces)",
+    "scenario": "inventory.xlsx (pieces and their places), [building] and [motions] in study.toml",
 }
 """Parts of each starter that a user replaces."""
 _HERE = Path(__file__).parents[1] / "starters"

@@ -21,24 +21,24 @@ from ...fragility.curves.curve import UPLIFT
 from ...fragility.hazard.rates import probability_in
 from ...fragility.risk.annual_rate import OF_RUNS
 from ...fragility.risk.modelling import MODELLING
-from ...fragility.runs.provenance import RUN, number_of_motions
+from ...fragility.runs.provenance import RUN
 from ..buildings.recommendations import UNKNOWN, YEARS, Range
-from ..facts.coverage import coverage
 from ..file.analyses import FitTable
 from ..file.hazard import hazard_table
 from ..plan.estimates import Fit
 from ..plan.form_free import modelling_factor
-from ..plan.samples import pooled_curves
+from ..plan.samples import flags_of_samples, pooled_curves
 from ..tables.table import chance_in
+from ..text.curve_notes import infinitive_of, verb_in
 from ..text.error import StudyError
 from ..text.precision import FITTED_RATE
-from ..text.reached import EDGE, FLAT, highest_level, open_ends
+from ..text.reached import BELOW, FLAT, open_ends
 from ..text.words import NOT_REACHED, axis_of, display_unit, floor_name, level_name
-from .ratios import CHANCE, MEDIAN, Found, Line, Quantity, line_of, pair_text
+from .ratios import CHANCE, HALF, Found, Line, Quantity, line_of, pair_text
 from .sides import Side, floors_of, matched, matched_laws, matched_names, measure_of, same_measure, same_motions
 
 DISPERSION, RATE = "dispersion", "rate"
-"""Quantities of a curve besides the median and the chance of at least one fall in some years."""
+"""Quantities of a curve besides its level of half and the chance of at least one fall in some years."""
 MOST_RESAMPLED = 2000
 """Most curves of a side that are fitted again to replicates of the motions; ratios of more have no interval."""
 Place = tuple[int, int, int]
@@ -113,10 +113,11 @@ def _quantities(side: Side, years: float) -> list[Quantity]:
     scale, unit = display_unit(axis)
     stored = str(axis.attrs.get("units", DIMENSIONLESS))
     state = str(side.results.attrs.get("state", "overturning"))
-    of = {"measure": level_name(side.results), "state": state, "years": years}
+    verb = infinitive_of(verb_in(side.results))
+    of = {"measure": level_name(side.results), "state": state, "verb": verb, "years": years}
     return [
         Quantity(CHANCE, "", 1.0, DIMENSIONLESS, of, chance=True),
-        Quantity(MEDIAN, unit, scale, stored, of),
+        Quantity(HALF, unit, scale, stored, of),
         Quantity(DISPERSION, "", 1.0, DIMENSIONLESS, of),
         Quantity(RATE, "1/year", 1.0, PER_YEAR, of, shown=False),
     ]
@@ -139,10 +140,16 @@ def _resampled(side: Side, seed: int, replicates: int, chosen: list[list[int]]) 
     runs.attrs.pop(MODELLING, None)
     runs = runs.isel(block=chosen[0], model=chosen[1])
     if side.kind == "uncertainty":
-        of_blocks = [pooled_curves(runs.isel(block=i), fit, keep=True) for i in range(len(chosen[0]))]
+        parts = [runs.isel(block=i) for i in range(len(chosen[0]))]
+        of_blocks = [pooled_curves(part, fit, keep=True) for part in parts]
         curves = xr.concat(of_blocks, "block", combine_attrs="override", coords="minimal", compat="override")
+        halves = [fit.half_level_samples(flags_of_samples(part), ("sample",)) for part in parts]
+        half = xr.concat(halves, "block", coords="minimal", compat="override")
     else:
-        curves = fit.curves(runs, True)
+        curves, half = fit.curves(runs, True), fit.half_level_samples(runs)
+    # (adaptive analyses have a level of half of their own, and its replicates are relative to the level of these runs)
+    stored = side.results["half_level"].isel(block=chosen[0], model=chosen[1])
+    curves = curves.assign(half_level_sample=half * (stored.variable / curves["half_level"].variable))
     every = {dim: side.results[dim].values for dim in ("block", "model")}
     curves = curves.assign_coords({dim: every[dim][places] for dim, places in zip(every, chosen, strict=True)})
     hazard = side.study.get("hazard")
@@ -173,9 +180,10 @@ def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Lin
     laws = str(a.side.results["model"].values[at[1]]), str(b.side.results["model"].values[to[1]])
     of = name, place, laws
     confidence = float(a.side.results.attrs["confidence"])
-    of_curves = same_measure(a.side, b.side) and not _of_uplift(a.side, b.side)
+    of_levels = same_measure(a.side, b.side)
+    of_curves = of_levels and not _of_uplift(a.side, b.side)
     lines = []
-    for quantity in (MEDIAN, DISPERSION, RATE) if of_curves else (RATE,):
+    for quantity in (*([HALF] if of_levels else []), *([DISPERSION] if of_curves else []), RATE):
         if not all(quantity in curves.side.results for curves, _ in sides):
             continue
         samples = [curves.samples(quantity, where) for curves, where in sides]
@@ -194,12 +202,12 @@ def _lines(a: Curves, b: Curves, at: Place, to: Place, years: float) -> list[Lin
 def _reached(curves: Curves, quantity: str, at: Place) -> tuple[Range, str]:
     """Return a number of a curve with open ends, or words instead of it beyond the levels of the runs."""
     value, results = curves.value(quantity, at), curves.side.results
-    if quantity == MEDIAN and value.value > EDGE * highest_level(results):
-        return UNKNOWN, NOT_REACHED
+    if quantity == HALF and value.value in (0.0, math.inf):
+        return UNKNOWN, NOT_REACHED if value.value else BELOW
     if quantity == DISPERSION and value.value > FLAT:
         return UNKNOWN, f"above {FLAT:g}"
     words = "" if math.isfinite(value.value) else curves.status(at)
-    if quantity == MEDIAN:
+    if quantity == HALF:
         return Range(value.value, *open_ends(value.lower, value.upper, results)), words
     return value._replace(upper=math.inf) if quantity == DISPERSION and value.upper > FLAT else value, words
 
@@ -217,14 +225,12 @@ def _notes(a: Side, b: Side, of_a: Curves, of_b: Curves) -> Iterator[Fact]:
         yield Fact("comparison.two_measures", names=tuple(measures))
     if _of_uplift(a, b):
         yield Fact("comparison.of_uplift", names=(UPLIFT,))
-    elif same_measure(a, b) and all("motion" in side.results.dims for side in (a, b)):
-        yield from coverage(["ratio of medians"], min(number_of_motions(side.results) for side in (a, b)))
     if any("epistemic_rate" in side.results for side in (a, b)):
         yield Fact("comparison.first_branch")
 
 
 def _of_uplift(a: Side, b: Side) -> bool:
-    """Return True if medians of a side belong to the second factor of its curves, not to their half level."""
+    """Return True if dispersions of a side belong to the second factor of its curves."""
     return any("uplift_median" in side.results for side in (a, b))
 
 

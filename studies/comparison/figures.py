@@ -14,10 +14,10 @@ from ...fragility.curves.curve import LEAST, curve_arrays, has_replicates
 from ...fragility.fitting.bootstrap import percentile_interval
 from ..plots import axes
 from ..text.names import short_name
-from ..text.reached import EDGE, highest_level
+from ..text.reached import highest_level
 from ..text.words import axis_name, axis_of, display_unit
 from .curves import Curves, Place
-from .ratios import CHANCE, MEDIAN, Found, Line, Quantity, furthest, pair_text
+from .ratios import CHANCE, HALF, Found, Line, Quantity, furthest, pair_text
 from .sides import Side, same_measure
 
 MOST_PANELS, MOST_DOTS = 12, 40
@@ -36,11 +36,11 @@ def of_curves(
     confidence: str,
 ) -> Iterator[tuple[str, Figure]]:
     """Yield the figures of a comparison of curves, each with the name of its file."""
-    medians = [line for line in findings.lines if line.quantity == MEDIAN]
-    if medians and same_measure(curves[0].side, curves[1].side):
-        chosen = furthest(medians, MOST_PANELS)
-        drawn = [(line, places[medians.index(line)]) for line in chosen]
-        yield "curves", _panels(curves, drawn, medians, titles, confidence)
+    levels = [line for line in findings.lines if line.quantity == HALF]
+    if levels and same_measure(curves[0].side, curves[1].side):
+        chosen = furthest(levels, MOST_PANELS)
+        drawn = [(line, places[levels.index(line)]) for line in chosen]
+        yield "curves", _panels(curves, drawn, levels, titles, confidence)
     yield from of_pieces(findings, titles, confidence)
 
 
@@ -57,7 +57,7 @@ def of_pieces(findings: Found, titles: tuple[str, str], confidence: str) -> Iter
 def _panels(
     both: tuple[Curves, Curves],
     drawn: list[tuple[Line, tuple[Place, Place]]],
-    medians: list[Line],
+    lines: list[Line],
     titles: tuple[str, str],
     confidence: str,
 ) -> Figure:
@@ -73,13 +73,13 @@ def _panels(
             _curve(curves, where, ax, x, scale)
         axes.level_axis(ax, low, high, log, axis_name(axis))
         axes.probabilities(ax, state)
-        of_laws = len({median.laws for median in medians}) > 1
+        of_laws = len({line.laws for line in lines}) > 1
         text = ", ".join(filter(None, (short_name(line.name), line.place)))
         text += f"\n{axes.model_name(pair_text(*line.laws))}" if of_laws else ""
         axes.name(ax, text)
         axes.outer_labels(ax, i, columns, len(drawn))
-    first = f"; the {len(drawn)} of {len(medians):,} whose medians differ most" if len(drawn) < len(medians) else ""
-    notes = *_titles(titles, medians), f"bands: {confidence} intervals{first}"
+    first = f"; the {len(drawn)} of {len(lines):,} whose levels differ most" if len(drawn) < len(lines) else ""
+    notes = *_titles(titles, lines), f"bands: {confidence} intervals{first}"
     axes.heading(figure, f"Probability of {state}", *notes, legend=panels[:1])
     return figure
 
@@ -90,9 +90,9 @@ def _curve(curves: Curves, at: Place, ax: Axes, x: Array, scale: float) -> None:
     label = curves.side.name
     ax.plot([], [], color=colour, ls=line, lw=1.8, label=label)
     if curves.fit is None:
-        median = curves.value(MEDIAN, at)
-        if median.value <= EDGE * highest_level(curves.side.results):
-            ax.axvline(median.value / scale, color=colour, ls=line, lw=1.2)
+        level = curves.value(HALF, at)
+        if math.isfinite(level.value):
+            ax.axvline(level.value / scale, color=colour, ls=line, lw=1.2)
         return
     curve = curves.fit.isel(block=at[0], model=at[1])
     curve = curve.isel(floor=at[2]) if "floor" in curve.dims else curve

@@ -28,6 +28,8 @@ OF_PIECES = (
     *("value", "anchoring_cost", "consequences", *DRAWN),
 )
 """Numbers that are compared of each block, and of each piece of an inventory."""
+OF_MOTIONS = ("motions", "stripes", "building", "buildings", "support", "supports")
+"""Tables of a study that decide on the motions of its blocks."""
 
 
 def inputs_that_differ(a: Side, b: Side, matched: Mapping[str, Matched]) -> Iterator[Fact]:
@@ -55,7 +57,7 @@ def notes_on_inputs(a: Side, b: Side, differ: bool, resampled: bool) -> Iterator
     if same_motions(a, b):
         yield Fact("comparison.same_motions", more=more)
     else:
-        same_tables = a.study.get("motions") == b.study.get("motions")
+        same_tables = all(a.study.get(key) == b.study.get(key) for key in OF_MOTIONS)
         read_again = same_tables and (corrects(a.study) or not makes_motions(a.study))
         more["changed"] = read_again and a.identity(1) != b.identity(1)
         # (the identity of a study with branches is of the motions of all branches)

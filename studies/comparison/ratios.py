@@ -18,7 +18,7 @@ from ..tables.table import ENDS, INTERVALS, Cells, Column, Row, Table, Value
 from .sides import Matched
 
 REGISTER = "comparison"
-MEDIAN, CHANCE = "median", "chance"
+HALF, CHANCE = "half_level", "chance"
 MOST_ROWS = 60
 """Most rows of a table on a terminal: those whose ratios are furthest from 1."""
 
@@ -51,7 +51,7 @@ def table_of(lines: Sequence[Line], quantities: Sequence[Quantity], confidence: 
         if line.quantity == quantity.name
     ]
     notes = [Fact("comparison.largest", MOST_ROWS, more={"of": len(of_names)})] if len(kept) < len(of_names) else []
-    notes += [Fact("comparison.higher_median")] if first.name == MEDIAN else []
+    notes += [Fact("comparison.higher_level")] if first.name == HALF else []
     title = "The whole building" if first.whole else _title(first)
     return Table.of(title, rows, INTERVALS.format(confidence), *(say(fact, REGISTER) for fact in notes))
 

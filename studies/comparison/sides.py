@@ -242,7 +242,7 @@ def matched_names(a: Side, b: Side, dim: str, noun: str, cure: str = "") -> Matc
 
 def floors_of(side: Side) -> list[str]:
     """Return the floors of a study's curves; one without a name if curves are not separated by floor."""
-    if "floor" not in side.results["median"].dims:
+    if "floor" not in side.results["half_level"].dims:
         return [""]
     return [str(floor) for floor in side.results["floor"].values]
 

@@ -28,7 +28,7 @@ DEPTHS = ("depth_m", "depth", "length_m", "length", "thickness_m")
 HINTS = {
     "title": '; every study has one, as title = "Office contents"',
     "models": "; a study has one [[models]] table for each damping law",
-    "motions": "; the table [motions] says what shakes the blocks",
+    "motions": "; the table [motions] gives the ground motions",
 }
 """The advice for keys that must be given, if it is not obvious."""
 

@@ -130,12 +130,6 @@ def in_si(histories: FloorHistories, im: str, near: Array) -> FloorHistories:
     return near_histories
 
 
-STILL = (
-    "where the building collapses, a piece counts as fallen only if its floor's motion before makes it fall; damage by "
-    "the collapse itself is not included"
-)
-
-
 class LevelFloors(NamedTuple):
     """Floor motions at each level, notes on them, and the building's own response (level, motion).
 
@@ -229,7 +223,7 @@ def level_floors(
                 strength = np.concatenate([array["strength_factor"].values for array in moved])
             lines.append(f"{where}{table.yielding(scaled, moved)}")
             of_level = collapse_doubts(labels, collapsed[-1])
-            doubts += [doubt._replace(sentence=f"{where}{doubt.sentence}; {STILL}") for doubt in of_level]
+            doubts += [doubt._replace(sentence=f"{where}{doubt.sentence}") for doubt in of_level]
         histories_of += [_history(given, record) for array in moved for record in records(array)]
     histories = FloorHistories.of(histories_of, unit)
     return LevelFloors(

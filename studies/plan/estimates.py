@@ -15,7 +15,7 @@ from ...core.facts import Fact
 from ...core.units import DIMENSIONLESS
 from ...fragility import curve_probability, overturning_probability, rank_measures, with_modelling
 from ...fragility.curves.curve import LEAST, TABULATED, form_name
-from ...fragility.fitting.fit import CurveOptions, fit_curves
+from ...fragility.fitting.fit import CurveOptions, fit_curves, half_level_samples
 from ...fragility.fitting.links import LOGNORMAL
 from ...fragility.fitting.states import State, flags_of, needed_output, reached, state_name
 from ...fragility.numerics.slabs import gathered
@@ -80,6 +80,10 @@ class Fit(CurveOptions):
             return curves
 
         return gathered(fitted, runs)
+
+    def half_level_samples(self, runs: xr.Dataset, together: tuple[str, ...] = ()) -> xr.DataArray:
+        """Return the levels at which half of the runs reach the state, of the replicates of `curves`."""
+        return gathered(lambda part: half_level_samples(part, self, together), runs)["half_level_sample"]
 
     def modelled(self, curves: xr.Dataset) -> xr.Dataset:
         """Return curves whose dispersions include the modelling uncertainty if the mean rate is to include it."""

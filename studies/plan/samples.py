@@ -162,10 +162,14 @@ def fitted(runs: xr.Dataset, fit: Fit) -> xr.Dataset:
 
 def pooled_curves(runs: xr.Dataset, fit: Fit, keep: bool) -> xr.Dataset:
     """Fit the curve of all samples, each a run of its motion, on model; with its replicates if `keep` is set."""
-    of_one = runs[["overturned"]].drop_vars(
+    return fit.curves(flags_of_samples(runs), replicates=keep, together=("sample",))
+
+
+def flags_of_samples(runs: xr.Dataset) -> xr.Dataset:
+    """Return the overturnings of runs without the coordinates of their samples."""
+    return runs[["overturned"]].drop_vars(
         [name for name, coordinate in runs.coords.items() if "sample" in coordinate.dims]
     )
-    return fit.curves(of_one, replicates=keep, together=("sample",))
 
 
 def yearly(

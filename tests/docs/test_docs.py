@@ -5,6 +5,7 @@ import functools
 import importlib
 import importlib.util
 import inspect
+import json
 import re
 import shlex
 import shutil
@@ -47,7 +48,7 @@ COMMANDS_NOT_RUN = {
 }
 """Commands that pages show and no test runs; any other is run, studies with --dry-run."""
 LANGUAGES = {"python", "pycon", "sh", "toml", "text", "console", "json"}
-DIRECTIVES = {"{toctree}", "{include}", "{eval-rst}", "{math}"}
+DIRECTIVES = {"{toctree}", "{include}", "{image}", "{eval-rst}", "{math}"}
 
 
 class Block(NamedTuple):
@@ -325,6 +326,23 @@ def test_extensions_are_short(page):
     assert len(first.text.splitlines()) < 50
 
 
+@pytest.mark.slow
+def test_the_notebook_prints_what_it_shows(reader, capsys):
+    """The notebook of the researcher's tutorial has the page's code in the page's order, and runs."""
+    text = (DOCS / "tutorials/researcher.md").read_text(encoding="utf-8")
+    cells = json.loads(load("made_pages").notebook(text))["cells"]
+    code = [cell for cell in cells if cell["cell_type"] == "code"]
+    assert [cell["source"] + "\n" for cell in code] == [
+        block.text for block in blocks_of(text) if block.info == ["python"]
+    ]
+    assert not re.search(r"\]\((?!https?:)|```", "".join(cell["source"] for cell in cells))
+    names = {"__name__": "__main__"}
+    for cell in code:
+        exec(compile(cell["source"], "notebook", "exec"), names)
+        output = capsys.readouterr().out
+        assert all(prints(shown["text"], output) for shown in cell["outputs"]), cell["source"]
+
+
 class TestApi:
     pages = load("made_pages")
 
@@ -361,6 +379,12 @@ class TestApi:
             for name in names:
                 one = getattr(importlib.import_module(module), name)
                 assert inspect.getdoc(one), name
+
+    def test_usage_of_commands_has_no_module(self):
+        """The command line is that of a reader, whatever process makes the page."""
+        usages = re.findall(r"(?m)^toppling \w+.*", self.pages.commands_page())
+        assert "toppling run [OPTIONS] STUDY.TOML" in usages
+        assert not any(" -m " in usage for usage in usages)
 
     def test_the_page_of_study_files(self, monkeypatch):
         monkeypatch.syspath_prepend(DOCS)

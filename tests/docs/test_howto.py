@@ -100,6 +100,15 @@ def test_precision_of_a_region(run):
     assert "±6.4 % at most" in str(results["account"].values[0])
 
 
+def test_the_yielding_building_without_its_strength(run, tmp_path):
+    whole = (EXAMPLES / "yielding.toml").read_text("utf-8")
+    (tmp_path / "elastic.toml").write_text(re.sub(r"(?m)^(yield_coeff|strength_disp).*\n", "", whole), encoding="utf-8")
+    elastic, _ = run(tmp_path / "elastic.toml")
+    bookcase, cabinet = elastic["half_level"].isel(model=0, floor=-1).values / 9.80665
+    words = f"cabinets on the roof overturn at {cabinet:.2f} g and half of the bookcases at {bookcase:.2f} g"
+    assert words in text_of("buildings")
+
+
 def test_kits_for_a_target(run):
     _, printed = example(run, "kits")
     assert re.search(

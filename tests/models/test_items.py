@@ -17,7 +17,7 @@ def test_free_by_default_and_placed_where_asked(name):
     placed = CATALOGUE.placed(name)
     assert (placed.width, placed.height, placed.restraint) == (free.width, free.height, None)
     assert item.placement.startswith("free: " if item.wall_gap is None else "back to ")
-    assert item.placement.endswith("(judgement)")
+    assert item.placement.endswith("(assumed)")
     if item.wall_gap is None:
         assert placed is free
     else:

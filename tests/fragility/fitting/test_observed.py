@@ -12,6 +12,8 @@ from scipy.stats import norm
 
 import toppling as tp
 from toppling.fragility import fit_fragility
+from toppling.fragility.fitting.bootstrap import draw_motions
+from toppling.fragility.fitting.fit import CurveOptions, half_level_samples
 
 LEVELS = np.geomspace(1.0, 4.0, 9)
 
@@ -46,6 +48,36 @@ def test_of_a_lognormal_curve_by_hand():
 def around(share, motions):
     half = stdtrit(motions - 1, 0.975) * math.sqrt(share * (1.0 - share) / motions)
     return share - half, share + half
+
+
+def refitted(draw, replicates):
+    """Levels of half of replicates, and of fits to their motions, each as often as it was drawn."""
+    data = draw(LOGNORMAL, 1, 60, 7).isel(study=0)
+    strata = (np.arange(60),)
+    if "stripe" in data.coords:
+        strata = tuple(np.flatnonzero(data["stripe"].values == stripe) for stripe in np.unique(data["stripe"]))
+    again = half_level_samples(data, CurveOptions(replicates=replicates, seed=3))["half_level_sample"].values
+    fits = []
+    for weights in draw_motions(strata, replicates, 3):
+        drawn = data.isel(motion=np.repeat(np.arange(data.sizes["motion"]), weights.astype(int)))
+        labels = np.arange(drawn.sizes["motion"])
+        drawn = drawn.assign_coords({name: ("motion", labels) for name in ("motion", "record") if name in drawn.coords})
+        fits.append(float(fit_fragility(drawn, intervals="profile")["half_level"]))
+    return again, np.array(fits)
+
+
+@pytest.mark.parametrize("draw", [ida, stripes])
+def test_replicates_are_fits_to_drawn_motions(draw):
+    again, fits = refitted(draw, 20)
+    assert again == pytest.approx(fits, rel=1e-12)
+
+
+def test_replicates_of_a_cloud():
+    """They keep window and dispersion of the line through all runs: they scatter as fits to drawn motions do."""
+    again, fits = map(np.log, refitted(cloud, 100))
+    assert np.nanmean(again) == pytest.approx(np.nanmean(fits), abs=0.02)
+    assert np.nanstd(again) == pytest.approx(np.nanstd(fits), rel=0.25)
+    assert np.corrcoef(again, fits)[0, 1] > 0.8
 
 
 def test_half_is_half_where_the_fit_misses_it():

@@ -70,7 +70,7 @@ def test_units_that_begin_with_a_greek_letter_are_unknown(tmp_path, unit):
 
 
 def test_columns_above_the_ground_are_doubted(tmp_path):
-    with pytest.warns(ImplausibleInput, match="acc_block .g.: of a structure or block, not of what shakes it?"):
+    with pytest.warns(ImplausibleInput, match="acc_block .g.: of a structure or block, not of its ground motion?"):
         read(tmp_path, columns("time (s),acc_block (g),acc_table (g)", 1, 2))
     with pytest.warns(ImplausibleInput, match="drift is left out: no acceleration, by its name"):
         motion = read(tmp_path, columns("# units: g\ntime (s),ground,drift", 1, 1))

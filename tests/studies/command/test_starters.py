@@ -51,7 +51,7 @@ class TestEach:
         assert [one.name for one in Path("of us").iterdir()] == ["mine"]
         for name in KINDS[kind]:
             assert name in files
-        assert replace.startswith("to replace, ")
+        assert replace.startswith("replace these invented inputs: ")
         assert shlex.split(following)[1:] == ["toppling", "run", "of us/mine/study.toml", "--out", "of us/mine/results"]
 
     def test_the_same_bytes_again(self, kind, written, tmp_path):

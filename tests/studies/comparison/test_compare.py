@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 import xarray as xr
 from lognormal import fit_lognormal
+from scipy.optimize import isotonic_regression
+from scipy.stats import norm
 
 import toppling as tp
 from toppling.studies.command.cli import main
 from toppling.studies.comparison import curves, figures, pieces, sides
 from toppling.studies.comparison.compare import compare
-from toppling.studies.comparison.inputs import inputs_that_differ
+from toppling.studies.comparison.inputs import inputs_that_differ, notes_on_inputs
 from toppling.studies.store.differences import changes
 from toppling.studies.store.outputs import RECORD
 from toppling.studies.text.error import StudyError
@@ -110,6 +112,19 @@ def resampled(flags, levels, weights):
     return np.array([one.median for one in found]), np.array([one.dispersion for one in found])
 
 
+def half_levels(flags, levels, weights):
+    """Levels at which half of flags (level, motion) overturn, on straight lines in normal scores over ln x."""
+    n = weights[0].sum()
+    found = []
+    for w in weights:
+        rising = isotonic_regression((flags * w).sum(axis=1) / n).x
+        scores, x = norm.ppf(np.clip(rising, 0.25 / n, 1.0 - 0.25 / n)), np.log(levels)
+        first, last = np.argmax(scores >= 0.0), np.argmax(scores > 0.0)
+        ends = [np.interp(0.0, scores[[at - 1, at]], x[[at - 1, at]]) for at in (first, last)]
+        found.append(np.exp(np.mean(ends)))
+    return np.array(found)
+
+
 def drawn(seed, replicates, motions):
     """How often each motion is drawn: replicate r from SeedSequence(seed, spawn_key=(r,))."""
     found = []
@@ -147,7 +162,7 @@ class TestCurves:
         found = lines_of(folder, "base", "motions")
         a, b = (xr.open_dataset(folder / name / "results.nc") for name in ("base", "motions"))
         where = {"block": block, "model": str(a["model"].values[a["law"].values.tolist().index(law)])}
-        for quantity, name in (("median",) * 2, ("dispersion",) * 2, ("rate",) * 2, ("chance", "risk_probability")):
+        for quantity, name in (("half_level",) * 2, ("dispersion",) * 2, ("rate",) * 2, ("chance", "risk_probability")):
             line = one(found, quantity, block, law)
             values = [float(each[name].sel(where)) for each in (a, b)]
             assert (line.a.value, line.b.value) == pytest.approx(values, rel=1e-12)
@@ -155,7 +170,7 @@ class TestCurves:
             assert line.a.lower == pytest.approx(float(a[f"{name}_lower"].sel(where)), rel=1e-12)
             upper = float(b[f"{name}_upper"].sel(where))
             # (an end beyond all levels that were run is open)
-            upper = math.inf if quantity == "median" and upper > float(b["level"][-1]) else upper
+            upper = math.inf if quantity == "half_level" and upper > float(b["level"][-1]) else upper
             assert line.b.upper == pytest.approx(upper, rel=1e-12)
 
     @pytest.mark.slow
@@ -163,18 +178,20 @@ class TestCurves:
     def test_intervals_by_brute_force(self, folder, other, seed, k0):
         """Draws are the same for both sides where the motions are, and independent where they are not."""
         found = lines_of(folder, "base", other)
-        both, sides = [], []
+        both, sides, halves = [], [], []
         for name, own in (("base", 0), (other, seed)):
             results = xr.open_dataset(folder / name / "results.nc")
             flags = results["overturned"].isel(model=0).sel(block="wide").transpose("level", "motion").values
             sides.append(results.isel(model=0).sel(block="wide"))
-            both.append(resampled(flags, results["level"].values, drawn(own, 120, flags.shape[-1])))
+            levels, weights = results["level"].values, drawn(own, 120, flags.shape[-1])
+            both.append(resampled(flags, levels, weights))
+            halves.append(half_levels(flags, levels, weights))
         (m_a, d_a), (m_b, d_b) = both
         rates = studentised(sides[1], m_b, d_b, k0) / studentised(sides[0], m_a, d_a, K0)
         runs, fitted = (float(sides[1][name] / sides[0][name]) for name in ("rate_of_runs", "rate"))
         # (the interval of a ratio of rates also contains itself moved to that of the runs)
         for quantity, ratio, apart in (
-            ("median", m_b / m_a, 1.0),
+            ("half_level", halves[1] / halves[0], 1.0),
             ("dispersion", d_b / d_a, 1.0),
             ("rate", rates, runs / fitted),
         ):
@@ -192,7 +209,7 @@ class TestCurves:
         found = lines_of(folder, "base", "site")
         results = xr.open_dataset(folder / "base/results.nc")
         for line in found.lines:
-            if line.quantity in ("median", "dispersion"):
+            if line.quantity in ("half_level", "dispersion"):
                 assert (line.ratio, line.verdict) == ((1.0, 1.0, 1.0), "the same")
             elif line.quantity == "rate":
                 assert line.ratio == pytest.approx((2.0, 2.0, 2.0), rel=1e-9)
@@ -209,9 +226,9 @@ class TestCurves:
     def test_two_laws_of_one_study(self, folder):
         found = lines_of(folder, "base", "base", ("discrete", "housner"))
         results = xr.open_dataset(folder / "base/results.nc")
-        line = one(found, "median", "wide")
+        line = one(found, "half_level", "wide")
         assert [name.split()[0] for name in line.laws] == ["discrete", "housner"]
-        values = results["median"].sel(block="wide").values
+        values = results["half_level"].sel(block="wide").values
         assert line.ratio.value == pytest.approx(values[0] / values[1], rel=1e-12)
         assert line.ratio.lower < line.ratio.value < line.ratio.upper
 
@@ -233,6 +250,16 @@ class TestCurves:
         assert [fact.names for fact in found.inputs] == [("hazard.k0", "0.002", "0.004")]
 
 
+@pytest.mark.parametrize(("period", "changed"), [(1.0, True), (2.0, False)])
+def test_floors_of_another_building_are_no_changed_records(folder, period, changed):
+    """The motions of both sides differ: only under one building have their records or corrections changed."""
+    with sides.two_sides(folder / "base", folder / "motions", False) as (a, b):
+        one = a._replace(study={**a.study, "building": {"period_s": 1.0}})
+        other = b._replace(study={**a.study, "building": {"period_s": period}})
+        (fact,) = (fact for fact in notes_on_inputs(one, other, True, True) if fact.what == "comparison.other_motions")
+    assert fact.more["changed"] is changed
+
+
 def test_values_are_told_apart(folder):
     """Numbers of equal leading digits, and long values that differ at their end."""
     with sides.two_sides(folder / "base", folder / "nearly", False) as (a, b):
@@ -245,8 +272,8 @@ def test_values_are_told_apart(folder):
     assert list(changes(*files)) == [("file", '.../a/folder/first.csv"', '.../a/folder/second.csv"')]
 
 
-class TestMediansAboveTheLevels:
-    """A median above the highest level that was run is not compared: no run says how far above it lies."""
+class TestLevelsThatAreNotReached:
+    """A level of half above the highest level of the runs is not compared: no run says how far above it lies."""
 
     @pytest.fixture(scope="class")
     @staticmethod
@@ -256,13 +283,12 @@ class TestMediansAboveTheLevels:
         (folder / "low.toml").write_text(text, encoding="utf-8")
         tp.Study.from_toml(folder / "low.toml").run(folder / "low")
         with xr.open_dataset(folder / "low" / "results.nc") as stored:
-            median = stored["median"].load()
-        wide = median.sel(block="wide", model="housner e=e_R")
-        assert 6.0 < float(wide) < 100.0
+            half = stored["half_level"].load()
+        assert float(half.sel(block="wide", model="housner e=e_R")) == math.inf
         return folder / "low"
 
     def test_a_line(self, folder, low):
-        line = one(lines_of(folder, "low", "base"), "median", "wide", "housner")
+        line = one(lines_of(folder, "low", "base"), "half_level", "wide", "housner")
         assert math.isnan(line.a.value)
         assert math.isfinite(line.b.value)
         assert math.isnan(line.ratio.value)
@@ -272,7 +298,7 @@ class TestMediansAboveTheLevels:
     def test_in_the_file(self, folder, low, tmp_path):
         compare(low, folder / "base", tmp_path)
         rows = list(csv.DictReader((tmp_path / "comparison.csv").open(encoding="utf-8")))
-        row = next(row for row in rows if row["name"] == "wide" and row["quantity"].startswith("Fitted median"))
+        row = next(row for row in rows if row["name"] == "wide" and row["quantity"].startswith("Half overturn"))
         assert (row["a"], row["ratio"], row["a_is"]) == ("", "", "not reached")
         assert float(row["b"]) > 6.0
 

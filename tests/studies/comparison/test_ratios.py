@@ -36,9 +36,9 @@ def test_a_few_motions_decide_nothing(motions, verdict):
 )
 def test_ends_of_ratios_beyond_any_runs_are_open(ends, shown):
     sides = Range(9.80665, -math.inf, 19.6133), Range(9.80665, 4.903325, math.inf)
-    median = Quantity("median", "g", 9.80665, "m s-2", {"measure": "PGA", "state": "overturning"})
-    own = Line("median", "rack", "", ("housner", "housner"), *sides, Range(2.0, *ends), OPEN)
-    table = table_of([own], [median], "95 %")
+    half = Quantity("half_level", "g", 9.80665, "m s-2", {"measure": "PGA", "verb": "overturn"})
+    own = Line("half_level", "rack", "", ("housner", "housner"), *sides, Range(2.0, *ends), OPEN)
+    table = table_of([own], [half], "95 %")
     assert table.cells(table.lines[0])[1:4] == ["1.00 (below 2.00)", "1.00 (above 0.500)", shown]
 
 

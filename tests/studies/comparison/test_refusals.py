@@ -178,10 +178,12 @@ class TestStudyFiles:
         assert "name two laws" in capsys.readouterr().err
 
 
-def test_medians_of_what_uplifted_are_not_compared(folder, tmp_path):
-    """Of one study under two forms: the medians differ, though both curves pass a half at the same level."""
+def test_dispersions_of_what_uplifted_are_not_compared(folder, tmp_path):
+    """Of one study under two forms: the curves differ, and half overturn at the same level."""
     found = compare(folder / "base", folder / "factors", tmp_path)
     assert [fact.names for fact in found.notes if fact.what == "comparison.of_uplift"] == [("uplift-lognormal",)]
-    assert not found.tables or not any("median" in str(name) for table in found.tables for name in table.column("name"))
+    (table,) = (table for table in found.tables if "overturn" in table.title)
+    assert table.title.startswith("Half overturn at")
+    assert set(table.column("verdict")) == {"the same"}
     with xr.open_dataset(folder / "factors/results.nc") as results:
         assert results["median"].attrs["long_name"].startswith("median of the curve of what uplifted")

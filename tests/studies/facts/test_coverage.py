@@ -37,6 +37,7 @@ UNNAMED = (
     "Level at which half",
     "Fitted median",
     "Ratio of annual rates",
+    "Ratio of half levels",
     "Observed",
     "Sobol'",
     "Rank",

@@ -736,9 +736,9 @@ def test_two_of_them_are_compared(study, finished, tmp_path, capsys):
     study(STUDY.replace("seed = 4", "seed = 5")).run(tmp_path / "other")
     folders = [str(finished[1].parent), str(tmp_path / "other")]
     assert main(["compare", *folders, "--out", str(tmp_path / "out")]) == 0
-    assert "Fitted median" in capsys.readouterr().out
+    assert "Half overturn at" in capsys.readouterr().out
     with two_sides(*map(Path, folders)) as sides:
-        lines = [one for one in compare_curves(*sides)[0].lines if one.quantity == "median"]
+        lines = [one for one in compare_curves(*sides)[0].lines if one.quantity == "half_level"]
     assert len(lines) == 2
     for line in lines:
         assert 0.8 < line.ratio.lower < 1.0 < line.ratio.upper < 1.25
