@@ -38,7 +38,7 @@ def reached_so_far(curves: Sequence[SequentialCurve], motions: int) -> str:
     if not going:
         every = f"all {len(curves):,} curves have" if len(curves) > 1 else "the curve has"
         return f"{motions:,} motions, {every} stopped"
-    widest = max(going, key=lambda one: one.looks[-1].ratio)
+    widest = max(going, key=lambda curve: curve.looks[-1].ratio)
     until = widest.until
     asked = f"±{until.tolerance:g}" if until.target == PROBABILITY else f"±{100.0 * until.tolerance:g} %"
     stopped = f"{len(curves) - len(going):,} of {counted(len(curves), 'curve')} stopped"

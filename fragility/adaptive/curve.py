@@ -139,8 +139,8 @@ class SequentialCurve:
             cells = hazard_cells(self._hazard, self._global.log_median, scale)
             x, weights = draw_levels(cells, self._global.log_median, scale, uniform)
             # a motion that is run both ways is one motion: its runs share its rate
-            _, own, ways = np.unique(motions, return_inverse=True, return_counts=True)
-            return WavePlan(exp(x), weights / ways[own])
+            _, place, ways = np.unique(motions, return_inverse=True, return_counts=True)
+            return WavePlan(exp(x), weights / ways[place])
         if self.until.target == DISPERSION:
             z = WIDE * self._places(motions) + JITTER * (2.0 * uniform[0] - 1.0)
             return self._unweighted(self._global.log_median + scale * z)
@@ -252,26 +252,26 @@ class SequentialCurve:
         local = None if near is None else enclosing(near.median(), self._seen)
         self._centre = middle
         k, room = self.motions, self.until.room
-        told = (local, curve, spread)
+        estimates = (local, curve, spread)
         if self.until.target == MEDIAN:
-            return _told(k, local, room, told)
+            return _look_at(k, local, room, estimates)
         if self.until.target == DISPERSION:
-            return _told(k, spread, room, told)
+            return _look_at(k, spread, room, estimates)
         if self.until.target == RATE:
-            return self._rate(k, told)
+            return self._rate(k, estimates)
         self._centre = math.log(self.until.level)
-        return self._probability(k, told)
+        return self._probability(k, estimates)
 
-    def _rate(self, k: int, told: Known) -> Look:
+    def _rate(self, k: int, estimates: Known) -> Look:
         """Look at the rate from weighted runs; its upper end includes a possible rate below the levels of falls."""
         rate, cells = self.weighted_rate(), self.cells
         if cells is None or not rate.value > 0.0:
-            return Look(k, *UNKNOWN, *told)
+            return Look(k, *UNKNOWN, *estimates)
         up = rate.reach + unseen_tail(cells, self._weights, self._seen)
         ratio = up / (self.until.room * rate.value)
-        return Look(k, ratio, rate.value, max(0.0, rate.value - rate.reach), rate.value + up, *told)
+        return Look(k, ratio, rate.value, max(0.0, rate.value - rate.reach), rate.value + up, *estimates)
 
-    def _probability(self, k: int, told: Known) -> Look:
+    def _probability(self, k: int, estimates: Known) -> Look:
         """Look at the probability of a level: by a local fit, or if all runs nearby end alike, by their number."""
         reach = WINDOW * self._distance()
         x = math.log(self.until.level)
@@ -281,9 +281,9 @@ class SequentialCurve:
             # (a motion counts once: its runs are as alike as they can be)
             n = np.unique(near.motion).size
             lower, upper = map(float, binomial_interval(n if near.fell[0] else 0, n, CONFIDENCE, "clopper-pearson"))
-            return Look(k, (upper - lower) / self.until.room, float(near.fell[0]), lower, upper, *told)
+            return Look(k, (upper - lower) / self.until.room, float(near.fell[0]), lower, upper, *estimates)
         if not near.x.size:
-            return Look(k, *UNKNOWN, *told)
+            return Look(k, *UNKNOWN, *estimates)
         fitted, _ = local_probit(self._seen, x, reach, follow=False)
         if fitted is None:  # (as many motions as runs that fell, each counted once)
             n = np.unique(near.motion).size
@@ -291,17 +291,17 @@ class SequentialCurve:
             falls = min(max(round(value * n), 1), n - 1) if n > 1 else round(value)
             lower, upper = map(float, binomial_interval(falls, n, CONFIDENCE, "clopper-pearson"))
         else:
-            found = fitted.probability(x)
-            value, (lower, upper) = found.value, found.proportion()
-        return Look(k, 0.5 * (upper - lower) / self.until.room, value, lower, upper, *told)
+            estimate = fitted.probability(x)
+            value, (lower, upper) = estimate.value, estimate.proportion()
+        return Look(k, 0.5 * (upper - lower) / self.until.room, value, lower, upper, *estimates)
 
 
 Known = tuple[Estimate | None, Estimate, Estimate]
 """Local and global ln(median), and ln(dispersion)."""
 
 
-def _told(motions: int, estimate: Estimate | None, room: float, told: Known) -> Look:
+def _look_at(motions: int, estimate: Estimate | None, room: float, estimates: Known) -> Look:
     if estimate is None or not math.isfinite(room):
-        return Look(motions, *UNKNOWN, *told)
+        return Look(motions, *UNKNOWN, *estimates)
     reach = estimate.reach
-    return Look(motions, reach / room, estimate.value, estimate.value - reach, estimate.value + reach, *told)
+    return Look(motions, reach / room, estimate.value, estimate.value - reach, estimate.value + reach, *estimates)

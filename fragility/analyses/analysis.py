@@ -119,9 +119,9 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     axes = axes_of(design.motions)
     request = _about(axes, request)
     sizes = {**specimens.sizes, **design.sizes}
-    each = math.prod(list(specimens.sizes.values())[1:])
+    per_block = math.prod(list(specimens.sizes.values())[1:])
     motions = [along_width(motion) for motion in design.motions]
-    work = work_of(specimens.oscillators, motions, design.factors, request, each)
+    work = work_of(specimens.oscillators, motions, design.factors, request, per_block)
     across = None
     if axes == BOTH_AXES and request.sliding:
         work = work._replace(oscillators=request.specimens(plane=True))
@@ -138,8 +138,8 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     outputs = output_variables(request, runs, specimens.blocks, work, sizes)
     measures, characteristics = thread.result()
     if axes == BOTH_AXES:
-        outputs = {name: told(output, BOTH[OUTPUTS[name].both]) for name, output in outputs.items()}
-        measures = {name: told(measure, OF_WIDTH) for name, measure in measures.items()}
+        outputs = {name: with_words(output, BOTH[OUTPUTS[name].both]) for name, output in outputs.items()}
+        measures = {name: with_words(measure, OF_WIDTH) for name, measure in measures.items()}
     coordinates = {
         **specimens.coordinates,
         **(depth_coordinate(specimens.blocks) if axes and "block" in specimens.sizes else {}),
@@ -170,7 +170,7 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
         screened = screened_runs(given, characteristics, ScreenRequest(), None, request.runner.array)
         labelled = with_screen(labelled, screened)
     taken = {*labelled.variables, *labelled.dims, *MEANT, *MEASURES}
-    return labelled.assign_coords({name: one for name, one in design.described.items() if name not in taken})
+    return labelled.assign_coords({name: values for name, values in design.described.items() if name not in taken})
 
 
 def _about(axes: str, request: Request) -> Request:
@@ -185,7 +185,7 @@ def _about(axes: str, request: Request) -> Request:
     return request._replace(outputs=[*request.outputs, AXIS]) if usual else request
 
 
-def told(variable: xr.Variable, more: str) -> xr.Variable:
+def with_words(variable: xr.Variable, more: str) -> xr.Variable:
     """Return a variable with more words at the end of its long name."""
     attributes = {**variable.attrs, "long_name": f"{variable.attrs['long_name']}{more}"}
     return xr.Variable(variable.dims, variable.data, attributes)

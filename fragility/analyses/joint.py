@@ -97,18 +97,18 @@ def joint_falls(
     >>> import toppling as tp
     >>> shelves = BlockArray([0.4, 0.41, 0.42, 0.43], [1.8, 1.8, 1.9, 1.9])
     >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(40, seed=1)
-    >>> found = joint_falls(shelves, tp.HousnerImpact(), shakes, [4.5])
-    >>> bool((found["fallen_sd"] > 1.5 * found["fallen_sd_independent"]).item())
+    >>> shares = joint_falls(shelves, tp.HousnerImpact(), shakes, [4.5])
+    >>> bool((shares["fallen_sd"] > 1.5 * shares["fallen_sd_independent"]).item())
     True
     """
     if isinstance(intensity_measure(im), BlockMeasure):
         raise ValueError(f"im must not depend on the block, whose motions would differ in one event, got {im!r:.40}")
     if isinstance(blocks, BlockArray) and blocks.own:
-        own = " and ".join(blocks.own)
-        raise ValueError(f"blocks must take {own} from the laws, and not have their own: give laws for each {own}")
+        keys = " and ".join(blocks.own)
+        raise ValueError(f"blocks must take {keys} from the laws, and not have their own: give laws for each {keys}")
     if isinstance(levels, str):
         raise TypeError(f"levels must be numbers, common to all blocks and events, got {levels!r:.40}")
-    if any(isinstance(one, SlidingLaw) for one in (models if isinstance(models, Sequence) else [models])):
+    if any(isinstance(law, SlidingLaw) for law in (models if isinstance(models, Sequence) else [models])):
         raise ValueError("models must be laws of rocking blocks, which overturn: sliding ones do not")
     number, chosen = _sample(blocks, checks.count("sample", sample, at_least=2), checks.count("seed", seed))
     runs = ida(

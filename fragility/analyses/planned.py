@@ -81,8 +81,8 @@ def run_table(
     --------
     >>> import toppling as tp
     >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(3)
-    >>> own = {"motion": [0, 0, 1, 2], "level": [2.0, 4.0, 3.0, 5.0]}
-    >>> run_table(tp.catalogue["bookcase-5-shelf"], tp.HousnerImpact(), shakes, own)["run_motion"].values.tolist()
+    >>> table = {"motion": [0, 0, 1, 2], "level": [2.0, 4.0, 3.0, 5.0]}
+    >>> run_table(tp.catalogue["bookcase-5-shelf"], tp.HousnerImpact(), shakes, table)["run_motion"].values.tolist()
     [0, 0, 1, 2]
     """
     request = check_request(blocks, models, outputs, True, client, progress, screen)
@@ -117,11 +117,11 @@ def run_table(
         **({} if ground is None else {"im_at": GROUND}),
     }
     runs = runs_of(0, 0, wave, rows, kept, scaled, measured, axes)
-    found = labelled(request, [runs], scaled, configuration, "Runs of freestanding blocks by a table")
+    labelled_runs = labelled(request, [runs], scaled, configuration, "Runs of freestanding blocks by a table")
     shaken = Shaken(0.0)
     if request.screen:
         shaken.add(plain)
-    return with_sparse_screen(found, request, shaken, ScreenRequest())
+    return with_sparse_screen(labelled_runs, request, shaken, ScreenRequest())
 
 
 def _rows(table: Any, labels: Mapping[str, list[str]]) -> Rows:

@@ -103,17 +103,17 @@ def p58_estimate(blocks: Block | Sequence[Block]) -> xr.Dataset:
     >>> round(p58_estimate(Block(0.40, 1.80))["median"].item(), 3)
     0.393
     """
-    found = labelled_sequence("blocks", blocks, Block)
-    width, height = _widths(found)
+    every = labelled_sequence("blocks", blocks, Block)
+    width, height = _widths(every)
     a, b, c = P58_COEFFICIENTS
     rows = fema_p58()
-    outside = np.zeros(len(found), dtype=bool)
+    outside = np.zeros(len(every), dtype=bool)
     for sizes, known in ((width, rows["width"].values), (height, rows["height"].values)):
         outside |= (sizes < known.min()) | (sizes > known.max())
     curves = _curves(
-        found,
+        every,
         exp(a + b * log(width) + c * log(height)),
-        np.full(len(found), DISPERSION),
+        np.full(len(every), DISPERSION),
         "pgv",
         "Fragility by the law between FEMA P-58's medians",
     )
@@ -157,16 +157,16 @@ def japanese(blocks: Block | Sequence[Block], criterion: str = "acceleration") -
     >>> round(japanese(block)["median"].item(), 3), round(japanese(block, "velocity")["median"].item(), 3)
     (2.664, 0.492)
     """
-    found = labelled_sequence("blocks", blocks, Block)
+    every = labelled_sequence("blocks", blocks, Block)
     chosen = checks.choice("criterion", criterion, CRITERIA)
-    width, height = _widths(found)
+    width, height = _widths(every)
     slenderness = width / height
     if chosen == "acceleration":
         im, median = "pga", STANDARD_GRAVITY * slenderness * (1.0 + slenderness)
     else:
         # 10 cm/s with sizes in cm is 1 m/s with sizes in m: 0.1 m/s * 100 / sqrt(100)
         im, median = "pgv", width / np.sqrt(height) * power(1.0 + slenderness, 2.5)
-    return _curves(found, median, np.full(len(found), DISPERSION), im, f"Japanese criterion of overturning in {chosen}")
+    return _curves(every, median, np.full(len(every), DISPERSION), im, f"Japanese criterion of overturning in {chosen}")
 
 
 def _widths(blocks: Sequence[Block]) -> tuple[Array, Array]:

@@ -123,9 +123,9 @@ def _along(levels: Array, seen: Array, motions: Array, shares: tuple[float, ...]
     rising = _rising(seen, motions)
     least = 0.25 / motions
     x, held = log(levels), np.maximum.accumulate(np.clip(rising, least, 1.0 - least))
-    found = np.empty((len(shares), 3))
+    log_levels = np.empty((len(shares), 3))
     normal = BENDS[0].inverse(held)
-    for row, share in zip(found, shares, strict=True):
+    for row, share in zip(log_levels, shares, strict=True):
         n = float(motions[np.abs(rising - share).argmin()])
         half = math.inf if n <= 1.0 else float(scipy.special.stdtrit(n - 1.0, 0.5 + 0.5 * confidence))
         half *= math.sqrt(share * (1.0 - share) / n)
@@ -141,7 +141,7 @@ def _along(levels: Array, seen: Array, motions: Array, shares: tuple[float, ...]
             ends = rising == 0.0
             at = [_passed(x, bend.inverse(held), bend.inverse(share + half), first=False, ends=ends) for bend in BENDS]
             row[2] = max(x[0], *at)
-    return exp(found)
+    return exp(log_levels)
 
 
 def _rising(shares: Array, weights: Array) -> Array:
@@ -177,10 +177,10 @@ def _passed(x: Array, scores: Array, score: float, *, first: bool, ends: Flags |
 
 def _near(sample: Sample, shares: tuple[float, ...], options: Options) -> Array:
     """Return the levels of shares by the runs near each."""
-    found = np.full((len(shares), 3), np.nan)
+    log_levels = np.full((len(shares), 3), np.nan)
     line = _line(sample, replace(options, penalty="auto", keep=False))
-    if not line.found:
-        return found
+    if not line.exists:
+        return log_levels
     motion, level, fell = sample.single_runs
     x, motions = log(sample.levels[level]), int(motion[-1]) + 1
     scale = math.exp(line.log_value(None))
@@ -189,7 +189,7 @@ def _near(sample: Sample, shares: tuple[float, ...], options: Options) -> Array:
     away = x - places[:, None]
     near = np.abs(away) <= reach
     t = scipy.special.stdtrit(np.maximum(near.sum(axis=1) - 1.0, 1.0), 0.5 + 0.5 * options.confidence)
-    for row, share in zip(found, shares, strict=True):
+    for row, share in zip(log_levels, shares, strict=True):
         steep = _density(float(scipy.special.ndtri(share))) / scale
         ends = []
         for bend in BENDS:
@@ -217,7 +217,7 @@ def _near(sample: Sample, shares: tuple[float, ...], options: Options) -> Array:
         if ends:
             levels, lower, upper = zip(*ends, strict=True)
             row[:] = levels[0], min(lower), max(upper)
-    return np.asarray(exp(found))
+    return np.asarray(exp(log_levels))
 
 
 def _line(sample: Sample, options: Options) -> Estimate:

@@ -46,8 +46,8 @@ class CellCounts:
         if self._dense.size:
             self._dense += np.bincount(keys, minlength=self._dense.size)
             return
-        found, counts = np.unique(keys, return_counts=True)
-        self._keys, at = np.unique(np.concatenate([self._keys, found]), return_inverse=True)
+        new, counts = np.unique(keys, return_counts=True)
+        self._keys, at = np.unique(np.concatenate([self._keys, new]), return_inverse=True)
         counts = np.concatenate([self._counts, counts])
         self._counts = np.zeros(self._keys.size, np.int64)
         np.add.at(self._counts, at, counts)
@@ -72,11 +72,11 @@ class PatternTable:
         bounds = np.append(np.flatnonzero(np.diff(cluster, prepend=-1)), cluster.size)
         pairs = np.stack([cell.astype(np.int32), counts.astype(np.int32)], axis=1)
         for begin, end in pairwise(bounds.tolist()):
-            own = pairs[begin:end]
-            key = hashlib.blake2b(own.data, digest_size=16).digest()
+            pattern = pairs[begin:end]
+            key = hashlib.blake2b(pattern.data, digest_size=16).digest()
             if key not in self._numbers:
                 self._numbers[key] = len(self._numbers)
-                self._parts.append(own.copy())
+                self._parts.append(pattern.copy())
             self.of_cluster[cluster[begin]] = self._numbers[key]
 
     @property

@@ -112,10 +112,10 @@ def tails(eta, link):
             log_small = log_f + math.log(ratio)
             hazard = 1.0 / ratio
         log_large = math.log1p(-small)
-        other = f / (1.0 - small)
+        reverse = f / (1.0 - small)
         if eta < 0.0:
-            return log_small, log_large, log_f, hazard, other, -eta, -1.0
-        return log_large, log_small, log_f, other, hazard, -eta, -1.0
+            return log_small, log_large, log_f, hazard, reverse, -eta, -1.0
+        return log_large, log_small, log_f, reverse, hazard, -eta, -1.0
     if link == LOGIT:
         e = math.exp(-abs(eta))
         small = e / (1.0 + e)
@@ -457,7 +457,7 @@ def covariances(kind, link, z, k, n, fits, weights, starts, cells, counts, outco
     """
     scratch = np.zeros((SCRATCH, z.size))
     scores = np.zeros((2, outcomes.size if kind == BINOMIAL else z.size + 1))
-    one = np.zeros(z.size + 1)
+    single = np.zeros(z.size + 1)
     for r in range(fits.shape[0]):
         out[r, :] = np.nan
         a = fits[r, A]
@@ -486,9 +486,9 @@ def covariances(kind, link, z, k, n, fits, weights, starts, cells, counts, outco
         else:
             for cell in range(z.size + 1):
                 if k[r, cell] > 0.0:
-                    one[cell] = 1.0
-                    state = evaluate(kind, link, a, b, z, one, n[r], np.bool_(False), scratch)
-                    one[cell] = 0.0
+                    single[cell] = 1.0
+                    state = evaluate(kind, link, a, b, z, single, n[r], np.bool_(False), scratch)
+                    single[cell] = 0.0
                     scores[0, cell] = state[2]
                     scores[1, cell] = state[3]
         total = maa = mab = mbb = 0.0
@@ -598,8 +598,8 @@ def profile_end(kind, link, z, k, n, penalised, what, eta, a, b, drop, side, tol
         outer = inner + step
         if abs(outer) > (LARGE if what == SLOPE else 1e6):
             return side * np.inf
-        found, slope, free = profile(kind, link, z, k, n, penalised, what, eta, outer, free, PRECISE, scratch)
-        fall = value - found - drop
+        top, slope, free = profile(kind, link, z, k, n, penalised, what, eta, outer, free, PRECISE, scratch)
+        fall = value - top - drop
         if not fall < 0.0:
             break
         inner = outer
@@ -613,8 +613,8 @@ def profile_end(kind, link, z, k, n, penalised, what, eta, a, b, drop, side, tol
         if abs(new - at) <= tolerance * (1.0 + abs(at)) or new in (inner, outer):
             return new
         at = new
-        found, slope, free = profile(kind, link, z, k, n, penalised, what, eta, at, free, PRECISE, scratch)
-        fall = value - found - drop
+        top, slope, free = profile(kind, link, z, k, n, penalised, what, eta, at, free, PRECISE, scratch)
+        fall = value - top - drop
         if fall < 0.0:
             inner = at
         else:
@@ -662,8 +662,8 @@ def signed_roots(kind, link, z, k, n, fits, always, what, eta, at, free, out):
         out[r] = np.nan
         sign = 0.0
         if b > 0.0:
-            own = math.log(b) if what == SLOPE else (eta - a) / b
-            sign = 1.0 if own > at else -1.0
+            parameter = math.log(b) if what == SLOPE else (eta - a) / b
+            sign = 1.0 if parameter > at else -1.0
         if always:
             if not b > 0.0:
                 continue

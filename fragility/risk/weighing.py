@@ -34,26 +34,26 @@ class SampledRates(NamedTuple):
     weights: Array
 
 
-def fractiles_of(found: Sequence[SampledRates], weights: Array, shares: Sequence[float]) -> Array:
+def fractiles_of(branches: Sequence[SampledRates], weights: Array, shares: Sequence[float]) -> Array:
     """Return weighted order statistics (curve, fractile); NaN for a curve without an estimate in some branch."""
-    curves = found[0].mean.size
+    curves = branches[0].mean.size
     out = np.full((curves, len(shares)), np.nan)
-    each = []
-    for rates, weight in zip(found, weights, strict=True):
+    masses = []
+    for rates, weight in zip(branches, weights, strict=True):
         part = np.broadcast_to(rates.weights, rates.modelled.shape[1:])
-        each.append((weight * part / part.sum()).ravel())
-    mass = np.concatenate(each)
+        masses.append((weight * part / part.sum()).ravel())
+    mass = np.concatenate(masses)
     for i in range(curves):
-        if any(np.isnan(rates.mean[i]) for rates in found):
+        if any(np.isnan(rates.mean[i]) for rates in branches):
             continue
-        values = np.concatenate([rates.modelled[i].ravel() for rates in found])
+        values = np.concatenate([rates.modelled[i].ravel() for rates in branches])
         known = ~np.isnan(values)
         part = mass.copy()
         begin = 0
-        for own, weight in zip(
-            found, weights, strict=True
+        for branch, weight in zip(
+            branches, weights, strict=True
         ):  # (a replicate may have no curve; its branch keeps its weight)
-            end = begin + own.modelled[i].size
+            end = begin + branch.modelled[i].size
             held = part[begin:end][known[begin:end]].sum()
             part[begin:end] *= weight / held if held > 0.0 else np.nan
             begin = end
@@ -64,16 +64,16 @@ def fractiles_of(found: Sequence[SampledRates], weights: Array, shares: Sequence
     return out
 
 
-def shares_of_spread(names: Sequence[tuple[str, str, str]], found: Sequence[SampledRates], weights: Array) -> Array:
+def shares_of_spread(names: Sequence[tuple[str, str, str]], branches: Sequence[SampledRates], weights: Array) -> Array:
     """Return the shares (curve, source) of the variance of ln(rate) of branches by model, motions and hazard."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        plain = [log(rates.samples) for rates in found]
-        modelled = [log(rates.modelled) for rates in found]
+        plain = [log(rates.samples) for rates in branches]
+        modelled = [log(rates.modelled) for rates in branches]
         # (of each branch: the mean over replicates, on its realisations)
-        central = [_moments(one)[0] for one in plain]
+        central = [_moments(logs)[0] for logs in plain]
     cells: list[tuple[str, str, str]] = []
     columns, mass = [], []
-    for (model, motions, hazard), rates, values, weight in zip(names, found, central, weights, strict=True):
+    for (model, motions, hazard), rates, values, weight in zip(names, branches, central, weights, strict=True):
         for k, share in enumerate(rates.weights):
             cells.append((model, motions, f"{hazard} {k}"))
             columns.append(values[:, k])
@@ -88,7 +88,7 @@ def shares_of_spread(names: Sequence[tuple[str, str, str]], found: Sequence[Samp
         out[:, i] = _variance(main, np.array([part[at].sum() for at in of]))
     out[:, SOURCES.index(JOINT)] = np.maximum(between - out[:, :3].sum(axis=1), 0.0)
     finite, both = np.zeros(means.shape[0]), np.zeros(means.shape[0])
-    for rates, before, after, weight in zip(found, plain, modelled, weights, strict=True):
+    for rates, before, after, weight in zip(branches, plain, modelled, weights, strict=True):
         of_realisations = rates.weights / rates.weights.sum()
         finite += weight * times(_moments(before)[1], of_realisations)
         both += weight * times(_moments(after)[1], of_realisations)

@@ -20,10 +20,10 @@ _DECIDING = ("overturned", "overturning_time")
 
 def axes_of(motions: Sequence[Record]) -> str:
     """Return the axes of motions: `BOTH_AXES`, `WEAK_AXIS`, or '' for one component; ValueError if they differ."""
-    found = {record.axes for record in motions}
-    if len(found) > 1:
+    axes = {record.axes for record in motions}
+    if len(axes) > 1:
         raise ValueError("motions must all shake one way: both axes, the weak axis, or one component, got several")
-    return found.pop() if found else ""
+    return axes.pop() if axes else ""
 
 
 def check_axes(axes: str, blocks: Sequence[Block], models: Sequence[Model]) -> None:
@@ -109,7 +109,7 @@ def of_both(outputs: Sequence[str], x: Mapping[str, Any], y: Mapping[str, Any]) 
     - peak_rotation: the larger, pi/2 if the block fell, so that the other axis does not count after the fall;
     - impacts, impact_velocity and direction: of the axis about which it fell, else the larger.
     """
-    found: dict[str, Any] = {}
+    outputs_of_both: dict[str, Any] = {}
     axis: Any = None
     if any(map(_decided, outputs)):
         fell_x, fell_y = x["overturned"], y["overturned"]
@@ -119,14 +119,14 @@ def of_both(outputs: Sequence[str], x: Mapping[str, Any], y: Mapping[str, Any]) 
         axis = np.where(first_x, np.int8(1), np.where(fell_y, np.int8(2), np.int8(0))).astype(np.int8)
     for name in outputs:
         if name == AXIS:
-            found[name] = axis
+            outputs_of_both[name] = axis
         elif OUTPUTS[name].both == EITHER:
-            found[name] = x[name] | y[name]
+            outputs_of_both[name] = x[name] | y[name]
         elif OUTPUTS[name].both == EARLIER:
-            found[name] = np.fmin(x[name], y[name])
+            outputs_of_both[name] = np.fmin(x[name], y[name])
         elif _decided(name):
             larger = np.maximum(x[name], y[name])
-            found[name] = np.where(axis == 1, x[name], np.where(axis == 2, y[name], larger))
+            outputs_of_both[name] = np.where(axis == 1, x[name], np.where(axis == 2, y[name], larger))
         else:
-            found[name] = np.maximum(x[name], y[name])
-    return found
+            outputs_of_both[name] = np.maximum(x[name], y[name])
+    return outputs_of_both

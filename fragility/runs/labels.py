@@ -46,21 +46,21 @@ def _output(name: str, runs: Runs, blocks: Sequence[Block], work: Work, array: A
     """An output (oscillator, level, motion), as the engine returned it or derived from its outputs."""
     if name not in DERIVED:
         return runs.results[name]
-    needed = [runs.results[own] for own in DERIVED[name]]
+    needed = [runs.results[output] for output in DERIVED[name]]
     if name == "mode":
         return _modes(blocks, work, array)
     derived = array(needed[0].shape, np.dtype(OUTPUTS[name].kind))
-    each, formula = len(derived) // len(blocks), OUTPUTS[name].formula
+    per_block, formula = len(derived) // len(blocks), OUTPUTS[name].formula
     if formula is not None:
         for i, row in enumerate(derived):
-            row[...] = formula(blocks[i // each], *(output[i] for output in needed))
+            row[...] = formula(blocks[i // per_block], *(output[i] for output in needed))
         return derived
     to_front, to_back = _pushes(work)
-    for i, (own, oscillator) in enumerate(zip(derived, _rocking(work), strict=True)):
+    for i, (forces, oscillator) in enumerate(zip(derived, _rocking(work), strict=True)):
         factors = work.factors_of(Chunk(i, i + 1, 0, len(work.motions)))[0]
-        held = held_by(blocks[i // each], oscillator)
-        front, back, ruptured = (one[i] for one in needed)
-        own[...] = largest_force(held, front, back, ruptured, factors * to_front, factors * to_back)
+        held = held_by(blocks[i // per_block], oscillator)
+        front, back, ruptured = (output[i] for output in needed)
+        forces[...] = largest_force(held, front, back, ruptured, factors * to_front, factors * to_back)
     return derived
 
 
@@ -73,14 +73,14 @@ def _rocking(work: Work) -> Iterator[Oscillator]:
 
 def _modes(blocks: Sequence[Block], work: Work, array: Allocator) -> NDArray[np.int8]:
     """Return the first mode of each sliding block (slider, level, motion): see `models.sliding.mode`."""
-    found = array((len(work.oscillators), work.levels, len(work.motions)), np.dtype(np.int8))
-    each = len(found) // len(blocks)
-    for i, (own, slider) in enumerate(zip(found, work.oscillators, strict=True)):
+    modes = array((len(work.oscillators), work.levels, len(work.motions)), np.dtype(np.int8))
+    per_block = len(modes) // len(blocks)
+    for i, (modes_of_slider, slider) in enumerate(zip(modes, work.oscillators, strict=True)):
         factors = work.factors_of(Chunk(i, i + 1, 0, len(work.motions)))[0]
         for k, motion in enumerate(work.motions):
             demanded = demand(motion.acceleration, motion.vertical, np.ascontiguousarray(factors[:, k]))
-            own[:, k] = mode_of(blocks[i // each], slider[0], demanded)
-    return found
+            modes_of_slider[:, k] = mode_of(blocks[i // per_block], slider[0], demanded)
+    return modes
 
 
 def _pushes(work: Work) -> tuple[Array, Array]:

@@ -59,8 +59,8 @@ class Request(NamedTuple):
         laws = self.models
 
         def of_block(block: Block) -> list[Specimen]:
-            own = block.across if across else block
-            return [specimen_of(own, law, plane) for law in laws]
+            turned = block.across if across else block
+            return [specimen_of(turned, law, plane) for law in laws]
 
         return OscillatorGrid(self.blocks, of_block, len(laws))
 
@@ -137,16 +137,16 @@ def check_vertical(models: Iterable[Model], motions: Iterable[Record]) -> None:
     """Raise ValueError for motions with a vertical component, and a law that is not in exact geometry."""
     lifted = next((motion.label for motion in motions if motion.vertical is not None), None)
     rocking = [law for law in models if not isinstance(law, SlidingLaw)]
-    other = next((law.label for law in rocking if getattr(law, "geometry", "") != "exact"), None)
-    if lifted is not None and other is not None:
+    linear = next((law.label for law in rocking if getattr(law, "geometry", "") != "exact"), None)
+    if lifted is not None and linear is not None:
         raise ValueError(
-            f"vertical shaking needs exact geometry: {lifted!r} shakes vertically, too, and {other!r} is linear in the "
-            'rotation; take HousnerImpact() (the law "housner")'
+            f"vertical shaking needs exact geometry: {lifted!r} shakes vertically, too, and {linear!r} is linear in "
+            'the rotation; take HousnerImpact() (the law "housner")'
         )
 
 
 def work_of(
-    oscillators: Sequence[Specimen], motions: Sequence[Record], factors: Factors, request: Request, each: int = 1
+    oscillators: Sequence[Specimen], motions: Sequence[Record], factors: Factors, request: Request, per_block: int = 1
 ) -> Work:
     """Return the work of a request: every oscillator under factors (block, level, motion; see `Work`) times motions.
 
@@ -158,8 +158,8 @@ def work_of(
             "shake (motions.as_recorded)"
         )
     wanted = [*request.outputs, *(ENDS if request.sliding else ())]
-    names = tuple(dict.fromkeys(own for name in wanted for own in DERIVED.get(name, (name,))))
-    return Work(oscillators, tuple(motions), factors, request.skip, names, each)
+    names = tuple(dict.fromkeys(needed for name in wanted for needed in DERIVED.get(name, (name,))))
+    return Work(oscillators, tuple(motions), factors, request.skip, names, per_block)
 
 
 def collect_about(
@@ -182,12 +182,12 @@ def collect_about(
         for work, before in zip(works, (0, total // 2), strict=True)
     )
     shape = next(iter(x.results.values())).shape
-    found = {name: runner.array(shape, OUTPUTS[name].kind) for name in work.outputs}
+    outputs = {name: runner.array(shape, OUTPUTS[name].kind) for name in work.outputs}
     for row in range(shape[0]):  # (arrays may lie in files)
         of_row = ({name: values[row] for name, values in runs.results.items()} for runs in (x, y))
         for name, values in of_both(work.outputs, *of_row).items():
-            found[name][row] = values
-    return Runs(found, x.tally + y.tally)
+            outputs[name][row] = values
+    return Runs(outputs, x.tally + y.tally)
 
 
 def collect(work: Work, runner: Runner, progress: Progress | None, least: float | None = None) -> Runs:
@@ -208,18 +208,18 @@ def collect(work: Work, runner: Runner, progress: Progress | None, least: float 
 
 def labelled_sequence(name: str, values: Any, kind: type[Labelled]) -> list[Labelled]:
     """Return blocks (or laws) as a list; TypeError for other types, ValueError for equal labels or none."""
-    found = [values] if isinstance(values, kind) else list(values) if isinstance(values, Iterable) else [values]
-    if not found:
+    sequence = [values] if isinstance(values, kind) else list(values) if isinstance(values, Iterable) else [values]
+    if not sequence:
         raise ValueError(f"{name} must hold at least one, got none")
-    for value in found:
+    for value in sequence:
         if not isinstance(value, kind):
             raise TypeError(f"{name} must be one {kind.__name__} or a sequence of them, got {checks.kind(value)}")
     taken: set[str] = set()
-    for value in found:
+    for value in sequence:
         if value.label in taken:
             raise ValueError(f"{name} must have unique labels, got {value.label!r} more than once")
         taken.add(value.label)
-    return found
+    return sequence
 
 
 def runner_of(client: Client | Runner | None) -> Runner:

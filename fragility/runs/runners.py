@@ -137,8 +137,8 @@ class ConfiguredScheduler(Runner):
 
     def run(self, work: Work, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, ChunkResult]]:
         """Yield every chunk with its results."""
-        with _executor(scheduler()) as (compute, workers, here):
-            window = WINDOW if here else WINDOW_ELSEWHERE * workers
+        with _executor(scheduler()) as (compute, workers, in_process):
+            window = WINDOW if in_process else WINDOW_ELSEWHERE * workers
             for first in range(0, len(chunks), window):
                 if self.stop():
                     raise KeyboardInterrupt
@@ -162,19 +162,19 @@ class _Window:
         """Yield every chunk with its results; KeyboardInterrupt if not all were begun."""
         self._thread.start()
         stopped = False
-        one: tuple[int, ChunkResult | None] | BaseException | None = (0, None)
+        result: tuple[int, ChunkResult | None] | BaseException | None = (0, None)
         try:
-            while (one := self._finished.get()) is not None:
-                if isinstance(one, BaseException):
-                    raise one
-                number, done = one
+            while (result := self._finished.get()) is not None:
+                if isinstance(result, BaseException):
+                    raise result
+                number, done = result
                 if done is None:
                     stopped = True
                 else:
                     yield self._chunks[number], done
         finally:
             self._left = True
-            ended = one is None or isinstance(one, BaseException)
+            ended = result is None or isinstance(result, BaseException)
             while not ended and self._thread.is_alive():  # (the caller takes no more, but there may be no room for it)
                 with suppress(Empty):
                     self._finished.get(timeout=POLL_SECONDS)
@@ -189,21 +189,21 @@ class _Window:
             # (dask would begin them in the order of their names; the last chunks of a plan are the shortest)
             state["ready"].sort(key=lambda key: key[1], reverse=True)
 
-        told: set[int] = set()
+        sent: set[int] = set()
 
         def finished(key: Any, done: ChunkResult | None, graph: Any, state: Any, worker: Any) -> None:
             state["cache"][key] = None  # (or dask would hold all results until the end)
-            told.add(key[1])
+            sent.add(key[1])
             self._finished.put((key[1], done))
 
         try:
             # (callbacks that the user has registered, such as dask's progress bar, are called as well)
             looking_on = [*Callback.active, Callback(start_state=begin, posttask=finished)._callback]
-            found = self._compute(self._graph, list(self._graph), callbacks=looking_on)
-            if len(found) != len(self._chunks):
-                raise RuntimeError(f"the scheduler returned {len(found)} of {len(self._chunks)} results")
-            for number, done in enumerate(found):
-                if number not in told:  # by a scheduler of the user without callbacks
+            results = self._compute(self._graph, list(self._graph), callbacks=looking_on)
+            if len(results) != len(self._chunks):
+                raise RuntimeError(f"the scheduler returned {len(results)} of {len(self._chunks)} results")
+            for number, done in enumerate(results):
+                if number not in sent:  # by a scheduler of the user without callbacks
                     self._finished.put((number, done))
             self._finished.put(None)
         except BaseException as error:
@@ -226,12 +226,12 @@ def _executor(compute: Callable[..., Any]) -> Iterator[tuple[Callable[..., Any],
     elif compute is dask.threaded.get:
         with ThreadPoolExecutor(thread_count(), "toppling") if pool is None else nullcontext(pool) as threads:
             # (dask's own function begins as many tasks as there are threads, each of which then waits for the next)
-            here = isinstance(threads, ThreadPoolExecutor)
-            yield partial(get_async, threads.submit, AHEAD * thread_count()), thread_count(), here
+            in_process = isinstance(threads, ThreadPoolExecutor)
+            yield partial(get_async, threads.submit, AHEAD * thread_count()), thread_count(), in_process
     elif compute is dask.multiprocessing.get:
         workers = thread_count()
-        own = ProcessPoolExecutor(workers, dask.multiprocessing.get_context(), _ignore_interrupts)
-        with own if pool is None else nullcontext(pool) as processes:
+        processes_of_study = ProcessPoolExecutor(workers, dask.multiprocessing.get_context(), _ignore_interrupts)
+        with processes_of_study if pool is None else nullcontext(pool) as processes:
             yield partial(compute, pool=processes, chunksize=1), workers, False
     else:
         yield compute, thread_count(), False

@@ -53,21 +53,21 @@ def check_surface(near: Surface, points: Array, motions: Index, x: Array, fell: 
     numbers = np.broadcast_to(motions, x.shape[1:]).ravel()
     rows, _ = near.terms(points)
     middle = near.log_medians(points)
-    found, influences, used = [], [], []
+    differences, influences, used = [], [], []
     for block in range(len(points)):
         fitted, _ = fit_probit(Observations(x[block].ravel(), fell[block].ravel(), numbers))
-        own = None if fitted is None else fitted.median()
-        if own is None or not np.isfinite(own.error) or not own.error > 0.0:
+        median = None if fitted is None else fitted.median()
+        if median is None or not np.isfinite(median.error) or not median.error > 0.0:
             continue
-        size = max(own.influence.size, len(near.influence))
-        influence = np.pad(own.influence, (0, size - own.influence.size))
+        size = max(median.influence.size, len(near.influence))
+        influence = np.pad(median.influence, (0, size - median.influence.size))
         influence[: len(near.influence)] -= times(near.influence[:, : rows.shape[1]], rows[block])
-        found.append(own.value - middle[block])
+        differences.append(median.value - middle[block])
         influences.append(influence)
         used.append(block)
     if not used:
         return Check(points[:0], np.zeros(0), np.zeros(0), 1.0, 0.0)
-    difference, table = np.array(found), np.array(influences)
+    difference, table = np.array(differences), np.array(influences)
     covariance = times(table, np.ascontiguousarray(table.T))
     error = np.sqrt(np.diag(covariance))
     k, n = np.unique(motions).size, difference.size

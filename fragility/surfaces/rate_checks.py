@@ -47,11 +47,11 @@ def rate_levels(hazard: HazardCurve, log_medians: Array, dispersions: Array, uni
 
     uniform (2, stratum, motion): numbers in [0, 1), the same for all blocks.
     """
-    found = [
+    pairs = [
         draw_levels(hazard_cells(hazard, middle, spread), middle, spread, uniform)
         for middle, spread in zip(log_medians.tolist(), dispersions.tolist(), strict=True)
     ]
-    return np.stack([x for x, _ in found]), np.stack([weights for _, weights in found])
+    return np.stack([x for x, _ in pairs]), np.stack([weights for _, weights in pairs])
 
 
 def check_rates(points: Array, curve_rates: Array, weights: Array, fell: Flags, motions: Index) -> RatePlane | None:
@@ -61,8 +61,8 @@ def check_rates(points: Array, curve_rates: Array, weights: Array, fell: Flags, 
     """
     _, cluster = np.unique(motions, return_inverse=True)
     k = int(cluster.max()) + 1
-    each = (weights * fell).sum(axis=1)
-    sums = np.stack([np.bincount(cluster, row, k) for row in each]) / (motions.size / k)
+    rates = (weights * fell).sum(axis=1)
+    sums = np.stack([np.bincount(cluster, row, k) for row in rates]) / (motions.size / k)
     direct = sums.mean(axis=1)
     used = direct > 0.0
     rows = basis(points, DEGREE)
@@ -70,12 +70,12 @@ def check_rates(points: Array, curve_rates: Array, weights: Array, fell: Flags, 
         return None
     influence = (sums[used] / direct[used, None] - 1.0) / k * np.sqrt(k / (k - 1.0))
     ratio = log(direct[used] / curve_rates[used])
-    own = rows[used]
-    solved = solve(crossed(own, own), own.T)
+    rows_used = rows[used]
+    solved = solve(crossed(rows_used, rows_used), rows_used.T)
     coefficients = times(solved, ratio)
     share = times(solved, influence)
-    plane_influence = times(own, share)
-    left = ratio - times(own, coefficients)
+    plane_influence = times(rows_used, share)
+    left = ratio - times(rows_used, coefficients)
     error = np.linalg.norm(influence - plane_influence, axis=1)
     chance = 2.0 * scipy.special.stdtr(max(k - 2, 1), -np.abs(left / np.where(error > 0.0, error, np.inf)))
     beyond = chance < LIKELY / used.sum()

@@ -84,7 +84,7 @@ def uncertain_ida(
         raise ValueError(f"models must be one law where 'law' is an input, got {len(laws)}")
     drawn = samples if isinstance(samples, xr.Dataset) else inputs.sample(samples)
     pairs = [pair for law in laws for pair in inputs.realise(block, law, drawn)]
-    blocks = [one for one, _ in pairs]
+    blocks = [piece_block for piece_block, _ in pairs]
     n = drawn.sizes["sample"]
     design = incremental(levels, motions, im, blocks, ground, polarity)
     # (coordinates of the blocks are put on sample: they are the same for every model)
@@ -95,8 +95,8 @@ def uncertain_ida(
         for name, coordinate in design.coordinates.items()
     }
     axes = axes_of(design.motions)
-    for one, law in pairs:
-        check_axes(axes, [one], [law])
+    for piece, law in pairs:
+        check_axes(axes, [piece], [law])
     design = design._replace(title="Incremental dynamic analysis of an uncertain block", coordinates=coordinates)
     several = None if isinstance(models, Law) else laws
     specimens = Specimens(
@@ -113,7 +113,7 @@ def uncertain_ida(
             "models": [describe_law(law) for law in laws],
             **{name: design.configuration[name] for name in ("im", "levels")},
         },
-        [oscillator_of(one.across, law) for one, law in pairs] if axes == BOTH_AXES else None,
+        [oscillator_of(piece_block.across, law) for piece_block, law in pairs] if axes == BOTH_AXES else None,
         pairs,
     )
     return analyse(request, specimens, design)
@@ -129,9 +129,9 @@ def _sample_coordinates(
     n = drawn.sizes["sample"]
     coordinates: dict[str, Any] = {str(name): variable.variable for name, variable in drawn.data_vars.items()}
     blocks = [block for block, _ in pairs[:n]]
-    for name, one in {**block_coordinates(blocks), **(depth_coordinate(blocks) if deep else {})}.items():
+    for name, coordinate in {**block_coordinates(blocks), **(depth_coordinate(blocks) if deep else {})}.items():
         if name != "block":
-            coordinates[name] = xr.Variable("sample", one.values, one.attrs)
+            coordinates[name] = xr.Variable("sample", coordinate.values, coordinate.attrs)
     dims = ("sample",) if models is None else ("model", "sample")
     shape = (n,) if models is None else (len(models), n)
     laws = [law for _, law in pairs]

@@ -129,17 +129,17 @@ def screen(
     >>> import toppling as tp
     >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(4)
     >>> runs = tp.ida(tp.catalogue["file-vertical-2-drawer"], tp.HousnerImpact(), shakes, [2.0, 9.8])
-    >>> found = screen(runs, shakes, friction=0.5)
-    >>> round(float(found["friction_uplift"][0]), 3), bool(found["squat"][0])
+    >>> screened = screen(runs, shakes, friction=0.5)
+    >>> round(float(screened["friction_uplift"][0]), 3), bool(screened["squat"][0])
     (0.625, True)
-    >>> found["verdict"].values[0, 0, :, 0].tolist()  # squat; at 1 g it slides, too
+    >>> screened["verdict"].values[0, 0, :, 0].tolist()  # squat; at 1 g it slides, too
     [1, 7]
     """
     try:
         least, greatest = factors
     except (TypeError, ValueError):
         raise ValueError(f"factors must be a least and a greatest one, got {factors!r}") from None
-    lowest, highest = (checks.number("factors", one, above=0.0) for one in (least, greatest))
+    lowest, highest = (checks.number("factors", factor, above=0.0) for factor in (least, greatest))
     if lowest >= highest:
         raise ValueError(f"factors must be a least and a greatest one, got {lowest:g} and {highest:g}")
     bounds = Bounds((lowest, highest), checks.number("half_width", half_width, above=0.0, below=0.5))
@@ -189,5 +189,5 @@ def screen(
 def with_screen(runs: xr.Dataset, screened: Screened) -> xr.Dataset:
     """Add to runs the variables of their screen, and its settings."""
     variables, settings = screened
-    told = json.dumps(settings, ensure_ascii=False)
-    return runs.assign(variables).assign_coords(reason=reason_names()).assign_attrs(screen=told)
+    text = json.dumps(settings, ensure_ascii=False)
+    return runs.assign(variables).assign_coords(reason=reason_names()).assign_attrs(screen=text)

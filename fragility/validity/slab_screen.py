@@ -121,8 +121,8 @@ class ScreenInput(NamedTuple):
             curves = np.unique(np.stack([self.places["block"], self.places["model"], motion]), axis=1)[:2]
             return int(np.unique(curves, axis=1, return_counts=True)[1].min())
         stripes = known["stripe"].values.tolist() if "stripe" in known else [0] * n
-        each = set(zip(floor_labels(known, n), stripes, names, strict=True))
-        return min(Counter(of_motion[:2] for of_motion in each).values(), default=0)
+        motions = set(zip(floor_labels(known, n), stripes, names, strict=True))
+        return min(Counter(of_motion[:2] for of_motion in motions).values(), default=0)
 
 
 NEEDED = ("width", "cm_height", "alpha", "p", "inertia_factor", "e", "delta", "rest", "pga")
@@ -176,11 +176,11 @@ def screened_runs(
     """Return the screen with every variable: `array` allocates those with a value for every run."""
     sizes, dims = given.sizes, tuple(given.sizes)
 
-    def keep(found: dict[str, xr.Variable], variables: dict[str, xr.Variable], where: Where) -> None:
-        put(found, ordered(variables, dims), where, sizes, array)
+    def keep(kept: dict[str, xr.Variable], variables: dict[str, xr.Variable], where: Where) -> None:
+        put(kept, ordered(variables, dims), where, sizes, array)
 
-    found, settings = screened_slabs(given, shaking, asked, flips, keep, shares)
-    return {name: found[name] for name in ORDER if name in found}, settings
+    screened, settings = screened_slabs(given, shaking, asked, flips, keep, shares)
+    return {name: screened[name] for name in ORDER if name in screened}, settings
 
 
 def screened_slabs(
@@ -199,9 +199,9 @@ def screened_slabs(
     """
     labels = [str(label) for label in given.coordinates["block"].values]
     available = friction_by_block(asked.friction, labels)
-    known = all(isinstance(one, FixedFriction) for one in available)
+    known = all(isinstance(coefficient, FixedFriction) for coefficient in available)
     sizes, dims = given.sizes, tuple(given.sizes)
-    found: dict[str, xr.Variable] = {}
+    kept: dict[str, xr.Variable] = {}
     counts = Shares(sizes) if shares is None else shares
     for where in given.slabs():
         part = given.part(where)
@@ -214,10 +214,10 @@ def screened_slabs(
         if asked.friction is not None:
             variables["slides"] = slides_of(chances, known)
         counts.add(holds, variables["verdict"], where)
-        keep(found, variables, where)
+        keep(kept, variables, where)
     if flips is not None:
-        found |= flips.variables(dims)
-    found["outside"] = counts.outside(found.get("undecided"))
+        kept |= flips.variables(dims)
+    kept["outside"] = counts.outside(kept.get("undecided"))
     fewest = given.fewest_motions
     settings = {
         "friction": described_friction(asked.friction, available, labels),
@@ -230,7 +230,7 @@ def screened_slabs(
         "perturbation": PERTURBATION,
         **({"vertical": True} if given.lifted else {}),
     }
-    return found | few_motions(fewest, asked.bounds), settings
+    return kept | few_motions(fewest, asked.bounds), settings
 
 
 def described_friction(friction: Any, available: Sequence[Friction], labels: Sequence[str]) -> Any:
@@ -320,12 +320,12 @@ def _outputs(runs: xr.Dataset) -> Iterator[str]:
 
 def _dims(runs: xr.Dataset) -> tuple[str, ...]:
     """Dimensions of the runs in their usual order; TypeError if the dataset has no runs."""
-    found = next(_outputs(runs), None) if isinstance(runs, xr.Dataset) else None
-    if found is None or not {*NEEDED} <= {*runs.coords}:
+    output = next(_outputs(runs), None) if isinstance(runs, xr.Dataset) else None
+    if output is None or not {*NEEDED} <= {*runs.coords}:
         raise TypeError("runs must be a dataset of runs with its coordinates, as toppling.ida returns it")
-    dims = {str(dim) for dim in runs[found].dims}
+    dims = {str(dim) for dim in runs[output].dims}
     if not dims <= {*DIMS}:
-        raise ValueError(f"runs must be on block, model, motion and possibly level, got dims {runs[found].dims}")
+        raise ValueError(f"runs must be on block, model, motion and possibly level, got dims {runs[output].dims}")
     return tuple(dim for dim in DIMS if dim in dims)
 
 
@@ -342,13 +342,13 @@ def _elastic_frequency(known: Mapping[str, xr.Variable]) -> xr.Variable:
         delta = xr.apply_ufunc(np.where, of_bed.isnull(), delta, of_bed)
     stiffness = (1.0 / delta - 1.0) * (alpha.copy(data=np.sin(alpha.values)) / alpha)
     frequency = known["p"] * stiffness.copy(data=np.sqrt(stiffness.values)) / (2.0 * np.pi)
-    found: xr.Variable = xr.apply_ufunc(np.where, elastic, frequency, np.nan)
-    return found.transpose("block", "model")
+    frequencies: xr.Variable = xr.apply_ufunc(np.where, elastic, frequency, np.nan)
+    return frequencies.transpose("block", "model")
 
 
 def _own_amplitude(known: Mapping[str, xr.Variable]) -> xr.Variable:
     """True for motions (motion,) whose amplitude is their own and no parameter; for all if runs do not state it."""
     if "own_amplitude" in known:
-        found: xr.Variable = known["own_amplitude"].astype(bool)
-        return found
+        own_amplitude: xr.Variable = known["own_amplitude"].astype(bool)
+        return own_amplitude
     return xr.Variable(("motion",), np.ones(known["pga"].sizes["motion"], np.bool_))

@@ -58,7 +58,7 @@ def _lifting_peaks(
     thresholds: xr.Variable = STANDARD_GRAVITY / slenderness / factor
     sizes = {str(dim): size for dim, size in thresholds.sizes.items()}
     scale = spread(factor, sizes)
-    found = np.zeros(thresholds.shape)
+    peaks = np.zeros(thresholds.shape)
     ends, order = np.arange(len(rising) + 1), None
     if motion is not None:
         order = np.argsort(motion, kind="stable")
@@ -67,8 +67,8 @@ def _lifting_peaks(
         if reached.size and stop > first:
             at = slice(first, stop) if order is None else order[first:stop]
             place = np.searchsorted(reached, thresholds.values[..., at], side="right")
-            found[..., at] = scale[..., at] * reached[np.minimum(place, reached.size - 1)]
-    return xr.Variable(thresholds.dims, found)
+            peaks[..., at] = scale[..., at] * reached[np.minimum(place, reached.size - 1)]
+    return xr.Variable(thresholds.dims, peaks)
 
 
 def friction_by_block(friction: Any, labels: list[str]) -> list[Friction]:

@@ -88,10 +88,10 @@ def shaken_by(runs: xr.Dataset, motions: Motions | Generator, share: float) -> S
 
     Motions of a generator are made again, with the seed of the runs.
     """
-    found = Shaken(share)
+    shaken = Shaken(share)
     if not isinstance(motions, Generator):
-        found.add(records_of(runs, motions))
-        return found
+        shaken.add(records_of(runs, motions))
+        return shaken
     polarity = BOTH if POLARITY in runs.coords else AS_RECORDED
     ways = 2 if polarity == BOTH else 1
     seed = configuration_of(runs).get("seed")
@@ -102,9 +102,9 @@ def shaken_by(runs: xr.Dataset, motions: Motions | Generator, share: float) -> S
         mine = np.flatnonzero((given >= first) & (given < first + AT_ONCE))
         if mine.size:
             made = records_under(motions.sample(AT_ONCE, seed, first), polarity)
-            own = [made[i] for i in (ways * (given[mine] - first) + places[mine]).tolist()]
-            found.add(same_motions(runs.isel(motion=mine), own))
-    return found
+            records = [made[i] for i in (ways * (given[mine] - first) + places[mine]).tolist()]
+            shaken.add(same_motions(runs.isel(motion=mine), records))
+    return shaken
 
 
 def selected(runs: xr.Dataset) -> xr.Dataset:
@@ -117,7 +117,7 @@ def selected(runs: xr.Dataset) -> xr.Dataset:
     if not held or not dims <= {*runs.dims}:
         raise TypeError("runs must be a dataset of runs with its coordinates, as toppling.ida returns it")
     runs = runs.isel(motion=np.argsort(runs["motion_number"].values, kind="stable"))
-    return runs.isel({RUN: np.logical_and.reduce([one >= 0 for one in places_in(runs).values()])})
+    return runs.isel({RUN: np.logical_and.reduce([places >= 0 for places in places_in(runs).values()])})
 
 
 def sparse_screen(
@@ -173,10 +173,10 @@ class RunFlips(NamedTuple):
 
     def variables(self, _: tuple[str, ...]) -> dict[str, xr.Variable]:
         """Return the share of flags that change among those tested, and the number of these, which curves differ in."""
-        each, tested = ("block", "model"), self._numbers(self.repeated)
-        found = undecided_variables(self.chosen, each, self._numbers(self.changed), tested)
+        dims, tested = ("block", "model"), self._numbers(self.repeated)
+        shares = undecided_variables(self.chosen, dims, self._numbers(self.changed), tested)
         text = "runs that were run again, perturbed"
-        return {**found, "undecided_tested": labelled(xr.Variable(each, tested), text)}
+        return {**shares, "undecided_tested": labelled(xr.Variable(dims, tested), text)}
 
     def _numbers(self, flags: Flags) -> Index:
         return np.bincount(self.curve[flags], minlength=math.prod(self.shape)).reshape(self.shape)
@@ -195,10 +195,10 @@ def _flips(
     tests = []
     for curve in curves_of(runs):
         number[curve.runs] = curve.block * len(laws) + curve.model
-        own = np.isin(curve.motions, list(kept))
-        repeated[curve.runs[own]] = True
-        if own.any():
-            tests.append((curve.block, laws[curve.model], curve.runs[own], curve.motions[own].tolist()))
+        among = np.isin(curve.motions, list(kept))
+        repeated[curve.runs[among]] = True
+        if among.any():
+            tests.append((curve.block, laws[curve.model], curve.runs[among], curve.motions[among].tolist()))
     work = [perturbed_runs(1, [law], 1, len(motions), 1.0, about) for _, law, _, motions in tests]
     for k, (block, law, at, motions) in enumerate(tests):
         flags = runs[FLAGS[0]].values[at][None, None, None]

@@ -53,14 +53,14 @@ def write_building(
         raise ExchangeError(f"pelicun's quantities need a row a piece, and {rows:,} are more than {MAX_CURVES:,}")
     offsets = np.array([-float(_location(line)) for line in lines])
     located = curves.assign_coords(offset=("item", offsets, {"units": DIMENSIONLESS}))
-    found = curve_set(located.assign_attrs(im_at="ground"), TABLE_MARKS, ids)
-    notes = dict(zip(found.ids, (line.note for line in lines), strict=True))
-    metadata = metadata_text(found, description, notes, REPLACED)
-    written = write_table(found, folder / FRAGILITY, metadata, located=True)
-    by_id = dict(zip(found.ids, lines, strict=True))
+    curve_rows = curve_set(located.assign_attrs(im_at="ground"), TABLE_MARKS, ids)
+    notes = dict(zip(curve_rows.ids, (line.note for line in lines), strict=True))
+    metadata = metadata_text(curve_rows, description, notes, REPLACED)
+    written = write_table(curve_rows, folder / FRAGILITY, metadata, located=True)
+    by_id = dict(zip(curve_rows.ids, lines, strict=True))
     paths = [*written.paths, write_text(folder / QUANTITIES, _quantities(by_id))]
-    labels = {name: curve.labels[0] for name, curve in zip(found.ids, found.curves, strict=True)}
-    paths += write_consequences(folder, by_id, labels, currency, found.title, description)
+    labels = {name: curve.labels[0] for name, curve in zip(curve_rows.ids, curve_rows.curves, strict=True)}
+    paths += write_consequences(folder, by_id, labels, currency, curve_rows.title, description)
     return written._replace(paths=tuple(paths))
 
 

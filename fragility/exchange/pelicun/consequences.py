@@ -71,14 +71,14 @@ def currency_unit(currency: str) -> str:
 
 
 def write_consequences(
-    folder: Path, found: Mapping[str, Line], labels: Mapping[str, str], currency: str, title: str, description: str
+    folder: Path, lines: Mapping[str, Line], labels: Mapping[str, str], currency: str, title: str, description: str
 ) -> list[Path]:
     """Write the table of consequences, by ids of components, and its metadata; nothing if there is no consequence.
 
     ``units.json`` is written if pelicun does not have the currency.
     """
-    valued = any(one.cost.median > 0.0 for one in found.values())
-    lasting = any(one.downtime is not None for one in found.values())
+    valued = any(line.cost.median > 0.0 for line in lines.values())
+    lasting = any(line.downtime is not None for line in lines.values())
     if not (valued or lasting):
         return []
     unit = currency_unit(currency)
@@ -87,8 +87,8 @@ def write_consequences(
     of_time = "Time for which a piece that falls is out of use, days. " if lasting else ""
     about = f"{of_cost}{of_time}{description}"
     paths = [
-        write_text(table, _table(found, unit, valued)),
-        write_text(table.with_suffix(".json"), _metadata(found, labels, title, about)),
+        write_text(table, _table(lines, unit, valued)),
+        write_text(table.with_suffix(".json"), _metadata(lines, labels, title, about)),
     ]
     if valued and unit != KNOWN_CURRENCY:
         measures = {f"measure {si}": units for si, units in UNITS_OF_MEASURES.items()}
@@ -96,9 +96,9 @@ def write_consequences(
     return paths
 
 
-def _table(found: Mapping[str, Line], unit: str, valued: bool) -> str:
+def _table(lines: Mapping[str, Line], unit: str, valued: bool) -> str:
     rows = [["ID", "Incomplete", "Quantity-Unit", "DV-Unit", "DS1-Family", "DS1-Theta_0", "DS1-Theta_1"]]
-    for name, line in found.items():
+    for name, line in lines.items():
         if valued:
             rows.append([f"{name}-Cost", "0", "1 EA", unit, *_cells(line.cost)])
         if line.downtime is not None:
@@ -106,20 +106,20 @@ def _table(found: Mapping[str, Line], unit: str, valued: bool) -> str:
     return csv_text(rows)
 
 
-def _cells(one: Amount) -> list[str]:
-    return [one.family, repr(one.median), repr(one.dispersion) if one.family else ""]
+def _cells(amount: Amount) -> list[str]:
+    return [amount.family, repr(amount.median), repr(amount.dispersion) if amount.family else ""]
 
 
-def _of_time(one: Line) -> str:
-    if one.downtime is None:
+def _of_time(line: Line) -> str:
+    if line.downtime is None:
         return ""
-    return f" and downtime of {f'{one.pieces} that fall together' if one.pieces > 1 else 'one'}"
+    return f" and downtime of {f'{line.pieces} that fall together' if line.pieces > 1 else 'one'}"
 
 
-def _metadata(found: Mapping[str, Line], labels: Mapping[str, str], title: str, description: str) -> str:
+def _metadata(lines: Mapping[str, Line], labels: Mapping[str, str], title: str, description: str) -> str:
     return json_of(
         {
-            "_GeneralInformation": general_information(title, description, found),
+            "_GeneralInformation": general_information(title, description, lines),
             **{
                 name: {
                     "Description": f"{labels[name]}: cost of one{_of_time(line)}",
@@ -129,7 +129,7 @@ def _metadata(found: Mapping[str, Line], labels: Mapping[str, str], title: str, 
                     "ControllingDemand": "Damage Quantity",
                     "DamageStates": {"DS1": {"Description": STATE, "RepairAction": REPLACED}},
                 }
-                for name, line in found.items()
+                for name, line in lines.items()
             },
         }
     )
