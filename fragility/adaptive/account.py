@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from ...core.wording import counted
-from .curve import SequentialCurve
+from .sequential import SequentialCurve
 from .stopping import ALL_FELL, MISFIT, MOST_MOTIONS, NONE_FELL, REACHED, motions_needed, reason_text
 from .until import PROBABILITY, RATE
 

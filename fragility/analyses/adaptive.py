@@ -26,8 +26,8 @@ from ...motions.plausibility import record_doubts
 from ...motions.polarity import AS_RECORDED
 from ...motions.simulated.generator import Generator
 from ..adaptive.account import reached_so_far
-from ..adaptive.curve import RUNS, SequentialCurve, WavePlan
 from ..adaptive.rate import check_ends
+from ..adaptive.sequential import RUNS, SequentialCurve, WavePlan
 from ..adaptive.stopping import motions_needed, next_wave
 from ..adaptive.until import RATE, Until, until_of
 from ..fitting.states import OVERTURNED, UPLIFTED, Slip, State, check_axes_of, flags_of, needed_output, state_name

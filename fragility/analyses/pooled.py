@@ -26,9 +26,9 @@ from ..adaptive.until import MEDIAN, Until, until_of
 from ..hazard.curve import HazardCurve
 from ..runs.request import check_request
 from ..runs.scaling import BlockMeasure
-from ..surfaces.curves import PooledCurves
 from ..surfaces.domain import domain_of, some_points
 from ..surfaces.evaluation import LawSurfaces, curves_at
+from ..surfaces.sequential import PooledCurves
 from ..validity.plausibility import block_doubts
 from .region_runs import PooledPlan, PooledRuns, blocks_at, own_options, with_own
 from .surface_results import POOLED, surface_curves, surface_dataset, variables_of

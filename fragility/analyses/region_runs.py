@@ -25,10 +25,10 @@ from ..runs.request import Request, check_vertical
 from ..runs.runners import shared
 from ..runs.scaling import check_factors, name_at
 from ..surfaces.checks import BLOCKS, MOTIONS, RUNS, RUNS_OF_MANY, Check, check_surface
-from ..surfaces.curves import FIRM, PooledCurves
 from ..surfaces.domain import Domain, candidates, check_points, cut_check_points, design_weights, designed, normals
 from ..surfaces.evaluation import Curves
 from ..surfaces.rate_checks import STRATA, STRATA_OF_MANY, RatePlane, check_rates, rate_levels
+from ..surfaces.sequential import FIRM, PooledCurves
 from .adaptive import fall_start, first_levels, peaks_of
 from .other_measures import OtherMeasures
 from .waves import MotionSource, MotionWave, Scaled, run_wave

@@ -31,8 +31,8 @@ from ..runs.outputs import BOTH as OF_BOTH, OUTPUTS
 from ..runs.plan import Work, plan_chunks
 from ..runs.provenance import blocks_of, carried_attributes, factors_of, records_of
 from ..runs.request import ENDS, runner_of
+from ..validity.friction_demand import friction_by_block
 from ..validity.plausibility import LEAST_GAP, cut_slides, end_doubts
-from ..validity.sliding import friction_by_block
 
 if TYPE_CHECKING:
     from distributed import Client

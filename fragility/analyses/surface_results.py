@@ -20,11 +20,11 @@ from ..adaptive.stopping import REACHED, motions_needed
 from ..hazard.curve import HazardCurve
 from ..runs.labels import law_coordinates
 from ..surfaces.checks import Check
-from ..surfaces.curves import FIRM, PooledCurves
 from ..surfaces.domain import NARROW, Domain
 from ..surfaces.evaluation import Curves, LawSurfaces, curves_at
 from ..surfaces.gain import gain_words
 from ..surfaces.rate_checks import RatePlane
+from ..surfaces.sequential import FIRM, PooledCurves
 from ..surfaces.surface import Cut, Surface
 from .region_runs import PooledPlan, PooledRuns, own_options
 

@@ -13,7 +13,7 @@ from ...core.units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
 from ...motions.intensity.naming import written_level
 from .curve import HazardCurve
 from .pieces import NONE
-from .rates import IMPOSSIBLY_OFTEN
+from .poisson import IMPOSSIBLY_OFTEN
 from .reading import LARGER, LOW_PERCENT, NOT_USED, UNNAMED
 
 MOST_OFTEN = 0.2

@@ -37,7 +37,7 @@ from ..fitting.links import LOGNORMAL
 from ..hazard.curve import HazardCurve
 from ..hazard.pieces import ABOVE_RULES, BELOW_RULES, EXTEND, HOLD, Pieces
 from ..hazard.plausibility import warn_of_hazards
-from ..hazard.rates import probability_in
+from ..hazard.poisson import probability_in
 from ..runs.provenance import configuration_of
 from ..validity.limits import of_rates
 from .common_measure import in_hazard_measure

@@ -16,7 +16,7 @@ from ...core.wording import given_percent
 from ..curves.curve import coordinates_on
 from ..fitting.bootstrap import percentile_interval
 from ..fitting.states import CROSSED, NO_RATE, OK, TOO_HIGH, TOO_LOW
-from ..hazard.rates import rate_from_probability
+from ..hazard.poisson import rate_from_probability
 from ..runs.provenance import configuration_of
 
 SIZES = ("alpha", "R", "width", "height", "cm_height")

@@ -20,6 +20,7 @@ from ..numerics.slabs import RUNS, Allocator, Where, put, slabs
 from ..runs.factors import ScaleFactors
 from ..runs.provenance import BED, DESCRIBED, FLOORS, RUN, floor_labels, scale_factors
 from .characteristics import Characteristics
+from .friction_demand import NEEDS, chance_below, compact, friction_by_block, friction_demands, slides_of
 from .reasons import (
     AIRBORNE,
     ELASTIC_MODE,
@@ -33,7 +34,6 @@ from .reasons import (
     labelled,
     verdict_of,
 )
-from .sliding import NEEDS, chance_below, compact, friction_by_block, friction_demands, slides_of
 from .undecided import PERTURBATION, Flips
 
 SQUAT_RATIO = 2.0

@@ -19,9 +19,9 @@ from ..runs.factors import ScaleFactors
 from ..runs.labels import block_coordinates, law_variable, restitution_variable
 from ..runs.provenance import BED
 from .characteristics import Characteristics
+from .friction_demand import NEEDS
 from .reasons import labelled, reason_names
 from .slab_screen import SQUAT_RATIO, ScreenInput, ScreenRequest, ordered, screened_slabs
-from .sliding import NEEDS
 from .undecided import FlipCounts
 
 OF_BLOCKS = ("squat", "friction_uplift", "friction_impact", "elastic_frequency")

@@ -10,7 +10,7 @@ from known_truths import CORRELATED, LOGNORMAL, MIXTURE, UPLIFT, WEIBULL
 
 from toppling.fragility import HazardCurve
 from toppling.fragility.adaptive.account import account
-from toppling.fragility.adaptive.curve import SequentialCurve
+from toppling.fragility.adaptive.sequential import SequentialCurve
 from toppling.fragility.adaptive.stopping import next_wave
 from toppling.fragility.adaptive.until import until_of
 
