@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -25,9 +25,8 @@ from ...motions.intensity.naming import FLOOR, GROUND, GROUND_FLOORS
 from ...motions.plausibility import record_doubts
 from ...motions.polarity import AS_RECORDED
 from ...motions.simulated.generator import Generator
-from ..adaptive.account import reached_so_far
 from ..adaptive.rate import check_ends
-from ..adaptive.sequential import RUNS, SequentialCurve, WavePlan
+from ..adaptive.sequential import RUNS, SequentialCurve, WavePlan, reached_so_far
 from ..adaptive.stopping import motions_needed, next_wave
 from ..adaptive.until import RATE, Until, until_of
 from ..fitting.states import OVERTURNED, UPLIFTED, Slip, State, check_axes_of, flags_of, needed_output, state_name
@@ -35,6 +34,7 @@ from ..hazard.curve import HazardCurve
 from ..runs.plan import refuse_endless_runs
 from ..runs.provenance import ADAPTIVE, AXES
 from ..runs.request import ENDS, Request, check_request
+from ..runs.runners import Workers
 from ..validity.plausibility import block_doubts, cut_slides, end_doubts, law_doubts
 from ..validity.slab_screen import ScreenRequest
 from ..validity.sparse_screen import Shaken
@@ -53,11 +53,6 @@ from .waves import (
     run_rows,
     scaled_to,
 )
-
-if TYPE_CHECKING:
-    from distributed import Client
-
-    from ..runs.runners import Runner
 
 PGA_RANGE = (1.0, 8.0)
 """First levels in peak acceleration, over g tan(alpha): a block on a rigid floor uplifts at 1."""
@@ -89,7 +84,7 @@ def adaptive_ida(
     im: str | Measure = "pga",
     until: Mapping[str, Any] | Until | None = None,
     outputs: Sequence[str] | None = None,
-    client: Client | Runner | None = None,
+    client: Workers = None,
     *,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     polarity: str = AS_RECORDED,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -20,13 +20,9 @@ from ...motions.intensity.measure import Measure
 from ..adaptive.probit import student
 from ..adaptive.until import CONFIDENCE
 from ..numerics.proportions import binomial_interval
+from ..runs.runners import Workers
 from ..runs.scaling import BlockMeasure, intensity_measure
 from .ida import ida
-
-if TYPE_CHECKING:
-    from distributed import Client
-
-    from ..runs.runners import Runner
 
 SAMPLE = 2000
 """Blocks of which runs are made: a share has an error of one hundredth at most."""
@@ -42,7 +38,7 @@ def joint_falls(
     motions: xr.DataArray | Iterable[xr.DataArray],
     levels: Any,
     im: str | Measure = "pga",
-    client: Client | Runner | None = None,
+    client: Workers = None,
     *,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     sample: int = SAMPLE,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -20,6 +20,7 @@ from ...motions.plausibility import record_doubts
 from ..runs.plan import refuse_endless_runs
 from ..runs.provenance import AXES, PLANNED
 from ..runs.request import check_request
+from ..runs.runners import Workers
 from ..runs.scaling import ground_of
 from ..validity.plausibility import block_doubts, law_doubts, level_doubts
 from ..validity.slab_screen import ScreenRequest
@@ -27,11 +28,6 @@ from ..validity.sparse_screen import Shaken
 from .friction_draws import is_random
 from .sparse import labelled, runs_of, with_sparse_screen
 from .waves import MotionWave, Rows, check_own_levels, check_row_factors, checked_axes, run_rows, scaled_to
-
-if TYPE_CHECKING:
-    from distributed import Client
-
-    from ..runs.runners import Runner
 
 COLUMNS = ("block", "model", "motion", "level")
 
@@ -43,7 +39,7 @@ def run_table(
     table: Mapping[str, Any],
     im: str | Measure = "pga",
     outputs: Sequence[str] | None = None,
-    client: Client | Runner | None = None,
+    client: Workers = None,
     *,
     screen: bool = True,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,

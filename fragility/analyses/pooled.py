@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from itertools import product
+from typing import Any
 
 import xarray as xr
 
@@ -25,6 +26,7 @@ from ..adaptive.stopping import ALL_FELL, NONE_FELL
 from ..adaptive.until import MEDIAN, Until, until_of
 from ..hazard.curve import HazardCurve
 from ..runs.request import check_request
+from ..runs.runners import Workers
 from ..runs.scaling import BlockMeasure
 from ..surfaces.domain import domain_of, some_points
 from ..surfaces.evaluation import LawSurfaces, curves_at
@@ -33,11 +35,6 @@ from ..validity.plausibility import block_doubts
 from .region_runs import PooledPlan, PooledRuns, blocks_at, own_options, with_own
 from .surface_results import POOLED, surface_curves, surface_dataset, variables_of
 from .waves import MotionSource, scaled_to
-
-if TYPE_CHECKING:
-    from distributed import Client
-
-    from ..runs.runners import Runner
 
 BLOCKS_A_MOTION = 16
 MOST_BLOCKS_A_MOTION = 256
@@ -53,7 +50,7 @@ def pooled(
     motions: Generator | xr.DataArray | Iterable[xr.DataArray],
     im: str | Measure = "pga",
     until: Mapping[str, Any] | Until | None = None,
-    client: Client | Runner | None = None,
+    client: Workers = None,
     *,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     polarity: str = AS_RECORDED,
@@ -199,7 +196,7 @@ def checked_plan(
     until: Mapping[str, Any] | Until | None,
     blocks_per_motion: int = BLOCKS_A_MOTION,
     hazard: HazardCurve | None = None,
-    client: Client | Runner | None = None,
+    client: Workers = None,
 ) -> PooledPlan:
     """Check the arguments of `pooled`, and lay out the region of the blocks; errors as there."""
     domain = domain_of(variables_of(columns))
@@ -209,8 +206,11 @@ def checked_plan(
     request = check_request(blocks_at(domain, domain.vertices[:1]), models, ["overturned"], True, client, None)
     laws = [model for model in request.models if isinstance(model, Law)]
     varied = tuple(columns.own)
-    for law in laws:
-        _check_own(law, varied)
+    for law, name in product(laws, varied):
+        if name not in law.options:
+            raise ValueError(f"blocks have {name} of their own, and {law.label!r} has none: leave it out, or the law")
+        if name == "e" and law.options["e"] is not None:
+            raise ValueError(f"e must be left out of laws where blocks have their own, got {law.label!r}")
     options = own_options(domain, domain.vertices, varied)
     for block, option in zip(blocks_at(domain, domain.vertices), options, strict=True):
         for law in laws:
@@ -236,15 +236,6 @@ def checked_plan(
     if hazard is not None:
         _check_hazard(hazard, plan)
     return plan
-
-
-def _check_own(law: Law, options: Sequence[str]) -> None:
-    """Raise ValueError for a law that does not take the options that blocks have of their own."""
-    for name in options:
-        if name not in law.options:
-            raise ValueError(f"blocks have {name} of their own, and {law.label!r} has none: leave it out, or the law")
-        if name == "e" and law.options["e"] is not None:
-            raise ValueError(f"e must be left out of laws where blocks have their own, got {law.label!r}")
 
 
 def _check_hazard(hazard: HazardCurve, plan: PooledPlan) -> None:

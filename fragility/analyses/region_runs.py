@@ -24,10 +24,21 @@ from ..runs.axes import axes_of
 from ..runs.request import Request, check_vertical
 from ..runs.runners import shared
 from ..runs.scaling import check_factors, name_at
-from ..surfaces.checks import BLOCKS, MOTIONS, RUNS, RUNS_OF_MANY, Check, check_surface
+from ..surfaces.checks import (
+    BLOCKS,
+    MOTIONS,
+    RUNS,
+    RUNS_OF_MANY,
+    STRATA,
+    STRATA_OF_MANY,
+    Check,
+    RatePlane,
+    check_rates,
+    check_surface,
+    rate_levels,
+)
 from ..surfaces.domain import Domain, candidates, check_points, cut_check_points, design_weights, designed, normals
 from ..surfaces.evaluation import Curves
-from ..surfaces.rate_checks import STRATA, STRATA_OF_MANY, RatePlane, check_rates, rate_levels
 from ..surfaces.sequential import FIRM, PooledCurves
 from .adaptive import fall_start, first_levels, peaks_of
 from .other_measures import OtherMeasures

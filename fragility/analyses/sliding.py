@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -31,13 +31,9 @@ from ..runs.outputs import BOTH as OF_BOTH, OUTPUTS
 from ..runs.plan import Work, plan_chunks
 from ..runs.provenance import blocks_of, carried_attributes, factors_of, records_of
 from ..runs.request import ENDS, runner_of
+from ..runs.runners import Runner, Workers
 from ..validity.friction_demand import friction_by_block
 from ..validity.plausibility import LEAST_GAP, cut_slides, end_doubts
-
-if TYPE_CHECKING:
-    from distributed import Client
-
-    from ..runs.runners import Runner
 
 DRAWS = 100
 """Coefficients of friction that each motion is run with."""
@@ -64,7 +60,7 @@ def slide_runs(
     friction: float | Friction | Mapping[str, float | Friction],
     kinetic_ratio: float = 1.0,
     draws: int = DRAWS,
-    client: Client | Runner | None = None,
+    client: Workers = None,
     progress: Progress | None = None,
     polarity: str = AS_RECORDED,
     trip: float | Mapping[str, float] | None = None,

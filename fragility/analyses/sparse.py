@@ -16,8 +16,7 @@ from ...core.units import DIMENSIONLESS, PER_YEAR, described, provenance
 from ...motions.arrays import BOTH_AXES, motion_coordinates
 from ...motions.intensity.dataset import measure_named, measure_variables
 from ...motions.intensity.naming import GROUND
-from ..adaptive.account import account, half_width
-from ..adaptive.sequential import SequentialCurve
+from ..adaptive.sequential import SequentialCurve, account, half_width
 from ..adaptive.stopping import reason_text
 from ..adaptive.until import MEDIAN, PROBABILITY, RATE
 from ..runs.labels import depth_coordinate

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -22,14 +22,10 @@ from ..runs.factors import dense, unscaled
 from ..runs.labels import measured
 from ..runs.provenance import STRIPES
 from ..runs.request import check_request
+from ..runs.runners import Workers
 from ..runs.scaling import Scaling, ground_of, increasing, intensity_measure, scaling
 from ..validity.plausibility import stripe_doubts
 from .analysis import Design, analyse, specimens_of
-
-if TYPE_CHECKING:
-    from distributed import Client
-
-    from ..runs.runners import Runner
 
 Motions = xr.DataArray | Iterable[xr.DataArray] | Selection
 AT_LEVEL = 1e-9
@@ -43,7 +39,7 @@ def stripes(
     levels: Any,
     im: str | Measure = "pga",
     outputs: Sequence[str] | None = None,
-    client: Client | Runner | None = None,
+    client: Workers = None,
     *,
     screen: bool = True,
     scale: bool = True,

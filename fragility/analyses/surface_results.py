@@ -12,18 +12,25 @@ import xarray as xr
 
 from ...core import checks
 from ...core.elementary import Array, arctan, exp, log, tan
-from ...core.units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, PER_YEAR, RADIAN, STANDARD_GRAVITY, described
+from ...core.units import (
+    ANGULAR_VELOCITY,
+    DIMENSIONLESS,
+    PER_YEAR,
+    RADIAN,
+    STANDARD_GRAVITY,
+    described,
+    variables as variables_on,
+)
 from ...core.wording import counted
 from ...models import Block
 from ...models.columns import BlockArray
 from ..adaptive.stopping import REACHED, motions_needed
 from ..hazard.curve import HazardCurve
-from ..runs.labels import law_coordinates
-from ..surfaces.checks import Check
+from ..runs.labels import OF_BLOCKS, law_coordinates
+from ..surfaces.checks import Check, RatePlane
 from ..surfaces.domain import NARROW, Domain
 from ..surfaces.evaluation import Curves, LawSurfaces, curves_at
 from ..surfaces.gain import gain_words
-from ..surfaces.rate_checks import RatePlane
 from ..surfaces.sequential import FIRM, PooledCurves
 from ..surfaces.surface import Cut, Surface
 from .region_runs import PooledPlan, PooledRuns, own_options
@@ -254,18 +261,12 @@ def _check_variables(plan: PooledPlan, checked: Sequence[Check]) -> dict[str, xr
     shape = len(checked), most
     columns = {name: np.full(shape, np.nan) for name in ("difference", "error", "p", "alpha", *plan.own)}
     for i, check in enumerate(checked):
-        n = check.difference.size
         log_p, log_tan = plan.domain.variables(check.points)[:, :2].T
         options = own_options(plan.domain, check.points, plan.own)
-        for name in plan.own:
-            columns[name][i, :n] = [option[name] for option in options]
-        for name, values in (
-            ("difference", check.difference),
-            ("error", check.error),
-            ("p", exp(log_p)),
-            ("alpha", arctan(exp(log_tan))),
-        ):
-            columns[name][i, :n] = values
+        values = {name: np.array([option[name] for option in options]) for name in plan.own}
+        values |= {"difference": check.difference, "error": check.error, "p": exp(log_p), "alpha": arctan(exp(log_tan))}
+        for name, array in values.items():
+            columns[name][i, : check.difference.size] = array
     labels = {
         "difference": (DIMENSIONLESS, "ln median of a block from runs of its own, less that of the surface"),
         "error": (DIMENSIONLESS, "standard error of the difference"),
@@ -274,10 +275,8 @@ def _check_variables(plan: PooledPlan, checked: Sequence[Check]) -> dict[str, xr
         **{name: (DIMENSIONLESS, f"{_OWN[name]} of the block") for name in plan.own},
     }
     return {
-        f"check_{name}": xr.Variable(
-            ("model", "check"), columns[name], dict(zip(("units", "long_name"), label, strict=True))
-        )
-        for name, label in labels.items()
+        f"check_{name}": xr.Variable(("model", "check"), columns[name], described(text, units))
+        for name, (units, text) in labels.items()
     }
 
 
@@ -309,10 +308,7 @@ def _run_variables(plan: PooledPlan, runs: PooledRuns) -> dict[str, xr.Variable]
             "whether the block overturned",
         ),
     }
-    return {
-        name: xr.Variable("pooled_run", values, described(text, units))
-        for name, (values, units, text) in labels.items()
-    }
+    return {name: xr.Variable(*variable) for name, variable in variables_on("pooled_run", labels).items()}
 
 
 _OWN = {"e": "coefficient of restitution", "delta": "half width of the elastic zone over alpha"}
@@ -396,15 +392,7 @@ def _block_columns(columns: BlockArray) -> dict[str, xr.Variable]:
     """Return the labels and properties of blocks."""
     labels = {
         "block": (columns.names.astype(object), DIMENSIONLESS, "block"),
-        "width": (columns.width, METRE, "full width"),
-        "height": (columns.height, METRE, "full height"),
-        "cm_height": (columns.cm_height, METRE, "height of the centre of mass"),
-        "alpha": (columns.alpha, RADIAN, "slenderness angle"),
-        "R": (columns.R, METRE, "distance from the centre of mass to the corner"),
-        "p": (columns.p, ANGULAR_VELOCITY, "rocking frequency parameter"),
-        "inertia_factor": (columns.inertia, DIMENSIONLESS, "moment of inertia about the corner over m R²"),
+        **{name: (getattr(columns, name.removesuffix("_factor")), *words) for name, words in OF_BLOCKS.items()},
         **{f"own_{name}": (values, DIMENSIONLESS, f"{_OWN[name]} of its own") for name, values in columns.own.items()},
     }
-    return {
-        name: xr.Variable("block", values, described(text, units)) for name, (values, units, text) in labels.items()
-    }
+    return {name: xr.Variable(*variable) for name, variable in variables_on("block", labels).items()}

@@ -10,16 +10,14 @@ from __future__ import annotations
 import csv
 from collections.abc import Sequence
 from importlib import resources
-from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.doubts import warn
 from ...core.elementary import Array, exp, log, power
-from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY, described, provenance
+from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY, described, provenance, variables as variables_on
 from ...models import Block
 from ...motions.intensity.measure import MEASURES
 from ..fitting.states import OK
@@ -178,14 +176,14 @@ def _widths(blocks: Sequence[Block]) -> tuple[Array, Array]:
 def _curves(blocks: Sequence[Block], median: Array, dispersion: Array, im: str, title: str) -> xr.Dataset:
     """Return lognormal curves on ``block`` that need no fit."""
     measure = MEASURES[im]
-    variables: dict[str, tuple[NDArray[Any], str, str]] = {
+    table = {
         "median": (median, measure.units, f"median {measure.long_name} at overturning"),
         "dispersion": (dispersion, DIMENSIONLESS, "lognormal standard deviation of the fragility curve"),
         "converged": (np.ones(len(blocks), dtype=bool), DIMENSIONLESS, "whether there is a curve"),
         "status": (np.array([OK] * len(blocks), dtype=object), DIMENSIONLESS, "ok, or why there is no estimate"),
     }
     return xr.Dataset(
-        {name: ("block", values, described(text, unit)) for name, (values, unit, text) in variables.items()},
+        variables_on("block", table),
         coords=block_coordinates(blocks),
         attrs={
             "title": title,

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.elementary import Array, exp, log
-from ...core.units import DIMENSIONLESS, described
+from ...core.units import DIMENSIONLESS, variables as variables_on
 from ..fitting.first_overturning import SHIFT, brackets, level_shift, spacing_attributes
 from ..fitting.states import OVERTURNED, State, reached, state_name
 from ..runs.provenance import carried_attributes, intensity_of, level_measure, scaled_to_levels
@@ -135,7 +135,7 @@ def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Data
         [level_shift(flags[where], levels) for where in np.ndindex(*flags.shape[:-2])], flags.shape[:-2]
     )
     name = state_name(state)
-    variables = {
+    table = {
         "lower": (lower, ordered.units, f"highest level below the first {name}: {ordered.long_name}"),
         "upper": (capacities.upper, ordered.units, f"lowest level with {name}: {ordered.long_name}"),
         "capacity": (
@@ -151,10 +151,7 @@ def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Data
         if set(coordinate.dims) <= set(dims) and name != "intensity"
     }
     return xr.Dataset(
-        {
-            **{name: (dims, values, described(text, units)) for name, (values, units, text) in variables.items()},
-            "level_shift": (dims[:-1], shifts, SHIFT),
-        },
+        {**variables_on(dims, table), "level_shift": (dims[:-1], shifts, SHIFT)},
         coords=coords,
         attrs={
             **carried_attributes(runs.attrs),

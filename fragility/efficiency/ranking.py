@@ -23,12 +23,12 @@ from ..fitting.states import OVERTURNED, State, state_name
 from ..numerics.slabs import gathered, sizes_of
 from ..runs.provenance import (
     as_given,
+    floor_names,
     load_coordinates,
     motions_by_floor,
     number_of_motions,
     polarity_pairs,
     provenance_from,
-    without_floors,
 )
 from .candidates import Candidate, Motions, candidates_of, covariates_of, motions_of_runs
 from .capacity import OrderedRuns, ordered_runs
@@ -178,7 +178,7 @@ def _by_floor(
     """Compare all measures, floor by floor if the motions are of several floors."""
     if index is None:
         return _compare(runs, options)
-    apart = without_floors(runs)
+    apart = runs.drop_vars(floor_names(runs.coords))
     parts = [_compare(apart.isel(motion=group), options) for group in groups]
     joined = xr.concat(parts, xr.DataArray(index, name="floor"), combine_attrs="override")
     return joined.transpose("block", "model", "floor", ...)

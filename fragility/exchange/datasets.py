@@ -55,7 +55,7 @@ def curve_set(curves: xr.Dataset, marks: str, chosen: Sequence[str] | None = Non
     of_levels = curves["level"] if "level" in curves.coords else base
     im = str(curves.attrs.get("im") or of_levels.attrs.get("im", ""))
     units = _si_unit(im, str((of_levels if form == ISOTONIC else base).attrs.get("units", DIMENSIONLESS)))
-    axes = [[_text(value) for value in _axis(curves, dim)] for dim in dims]
+    axes = [[_text(value) for value in curves[dim].values] for dim in dims]
     labels = list(itertools.product(*axes))
     parameters = [CurveParameters()] * len(labels)
     probabilities: list[Array | None] = [None] * len(labels)
@@ -130,7 +130,10 @@ def curve_dataset(curves: CurveSet, source: str) -> xr.Dataset:
         if curve.problem:
             raise ExchangeError(f"{source}: curve {name}: {curve.problem}")
         rows[at] = (name, curve.with_reason())
-    coords = {**_labels(curves.dims, axes), **_levels_of(curves)}
+    coords = _labels(curves.dims, axes)
+    if curves.levels is not None:
+        attributes = {"units": curves.units, "long_name": curves.long_name, "im": curves.im}
+        coords["level"] = xr.Variable("level", curves.levels, attributes)
     variables = _variables(curves, [None if row is None else row[1] for row in rows], shape)
     coords |= {name: variables.pop(name) for name in OF_THE_BLOCK if name in variables}
     coords["id"] = _id_variable(curves.dims, ["" if row is None else row[0] for row in rows], shape)
@@ -216,13 +219,6 @@ def _labels(dims: Sequence[str], axes: Sequence[Sequence[str]]) -> dict[str, xr.
     return coords
 
 
-def _levels_of(curves: CurveSet) -> dict[str, xr.Variable]:
-    if curves.levels is None:
-        return {}
-    attributes = {"units": curves.units, "long_name": curves.long_name, "im": curves.im}
-    return {"level": xr.Variable("level", curves.levels, attributes)}
-
-
 def _id_variable(dims: tuple[str, ...], names: Sequence[str], shape: tuple[int, ...]) -> xr.Variable:
     """Return the ids of the components, which are the same for every limit state of a component."""
     table = np.array(names, dtype=object).reshape(shape)
@@ -280,10 +276,6 @@ def _at_every_row(curves: xr.Dataset, name: str, dims: tuple[str, ...]) -> NDArr
     like = xr.DataArray(np.empty([curves.sizes[dim] for dim in dims], dtype=bool), dims=dims)
     spread = curves[name].variable.to_base_variable()
     return np.asarray(xr.DataArray(spread).broadcast_like(like).transpose(*dims).values).reshape(-1)
-
-
-def _axis(curves: xr.Dataset, dim: str) -> NDArray[Any]:
-    return np.asarray(curves[dim].values if dim in curves.coords else np.arange(curves.sizes[dim]))
 
 
 def _text(value: Any) -> str:

@@ -25,7 +25,6 @@ Ends = tuple[float, float]
 
 WALD, PROFILE, BOOTSTRAP = "wald", "profile", "bootstrap"
 INTERVALS = (WALD, PROFILE, BOOTSTRAP)
-TOLERANCE = 1e-12
 DISPERSION = None
 """Selector of ln(dispersion), instead of a probability p that selects ln x of the fractile p."""
 
@@ -230,7 +229,6 @@ class Estimate:
                 lines.b[0],
                 0.5 * root * root,
                 -1.0 if root > 0.0 else 1.0,
-                TOLERANCE,
             )
         )
 

@@ -185,10 +185,7 @@ def _step_columns(step: UpliftStep, options: Options) -> Columns:
         "uplift_median_se": 0.0 if step.lower == step.upper else math.nan,
         "uplift_median_lower": step.lower,
         "uplift_median_upper": step.upper,
-        "uplift_dispersion": 0.0,
-        "uplift_dispersion_se": 0.0,
-        "uplift_dispersion_lower": 0.0,
-        "uplift_dispersion_upper": 0.0,
+        **{f"uplift_dispersion{end}": 0.0 for end in ("", "_se", "_lower", "_upper")},
     }
     if options.keep:
         columns["uplift_median_sample"] = np.full(options.replicates, step.at)
@@ -236,7 +233,7 @@ def profile_interval(first: Estimate, second: Estimate, p: float, confidence: fl
     best = float(log_fractile(first.lines, second.lines, p)[0])
     variances = (log_fractile_variance(first.fits, second.fits, p, plain)[0] for plain in (False, True))
     drop = 0.5 * float(scipy.special.chdtri(1.0, 1.0 - confidence)) * max(next(variances) / next(variances), 1.0)
-    top = sum(_line_value(factor, factor.lines.a[0], factor.lines.b[0]) for factor in (first, second))
+    top = _value(first) + _value(second)
 
     def excess(t: float) -> float:
         """Return the drop of the profile log-likelihood at t less the drop that is allowed."""
@@ -281,16 +278,12 @@ def _arguments(factor: Estimate) -> tuple[int, int, Array, Array, Array, bool]:
     return data.kind, lines.link.code, data.z, data.failures[0], data.runs[0], bool(lines.penalised[0])
 
 
-def _line_value(factor: Estimate, a: float, b: float) -> float:
-    kind, link, z, failures, runs, penalised = _arguments(factor)
-    return float(engine.evaluate(kind, link, a, b, z, failures, runs, penalised, _scratch(factor))[0])
+def _value(factor: Estimate) -> float:
+    kind, link, *data = _arguments(factor)
+    return float(engine.evaluate(kind, link, factor.lines.a[0], factor.lines.b[0], *data, _scratch(factor))[0])
 
 
 def _profile(factor: Estimate, t: float, eta: float, scratch: Array) -> float:
     """Return the largest log-likelihood of a factor whose line passes eta at ln x = t."""
-    kind, link, z, failures, runs, penalised = _arguments(factor)
-    at = (t - factor.lines.centre) / factor.lines.width
-    guess = factor.lines.b[0]
-    what = engine.FRACTILE
-    optimum = engine.profile(kind, link, z, failures, runs, penalised, what, eta, at, guess, engine.PRECISE, scratch)
-    return float(optimum[0])
+    at, guess = (t - factor.lines.centre) / factor.lines.width, factor.lines.b[0]
+    return float(engine.profile(*_arguments(factor), engine.FRACTILE, eta, at, guess, engine.PRECISE, scratch)[0])

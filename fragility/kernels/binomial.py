@@ -37,6 +37,8 @@ MAX_ITERATIONS = 100
 PRECISE = 1e-11
 OF_MANY = 1e-6
 VALUE_ONLY = 1e-5
+# Relative size of the last step to the end of an interval.
+OF_END = 1e-12
 # ln Phi is a Taylor polynomial about the nearest of NODES a unit, where |eta| is below EDGE.
 EDGE = 4
 NODES = 16
@@ -516,12 +518,13 @@ def covariances(kind, link, z, k, n, fits, weights, starts, cells, counts, outco
 
 
 @kernel()
-def maximise_line(kind, link, z, k, n, penalised, base_a, base_b, along_a, along_b, s, tolerance, scratch):
-    """Return the maximum along (base) + s (along): s, value, gradient (2).
+def maximise_line(kind, link, z, k, n, penalised, line, s, tolerance, scratch):
+    """Return the maximum on a line of (a, b), base + s along: s, value, gradient (2); line: base (2), along (2).
 
     The last step, no more than the tolerance (relative), is not evaluated: the value includes the gain of Newton's
     parabola, the gradient is from before the step.
     """
+    base_a, base_b, along_a, along_b = line
     state = evaluate(kind, link, base_a + s * along_a, base_b + s * along_b, z, k, n, penalised, scratch)
     for _ in range(MAX_ITERATIONS):
         value, _, ga, gb, haa, hab, hbb, iaa, iab, ibb = state
@@ -557,9 +560,9 @@ def profile(kind, link, z, k, n, penalised, what, eta, at, s, tolerance, scratch
     """
     if what == SLOPE:
         b = math.exp(at)
-        s, value, _, gb = maximise_line(kind, link, z, k, n, penalised, 0.0, b, 1.0, 0.0, s, tolerance, scratch)
+        s, value, _, gb = maximise_line(kind, link, z, k, n, penalised, (0.0, b, 1.0, 0.0), s, tolerance, scratch)
         return value, gb * b, s
-    s, value, ga, _ = maximise_line(kind, link, z, k, n, penalised, eta, 0.0, -at, 1.0, s, tolerance, scratch)
+    s, value, ga, _ = maximise_line(kind, link, z, k, n, penalised, (eta, 0.0, -at, 1.0), s, tolerance, scratch)
     if not s > 0.0:  # a curve does not decrease
         value = evaluate(kind, link, eta, 0.0, z, k, n, penalised, scratch)[0]
         return value, 0.0, 0.0
@@ -567,7 +570,7 @@ def profile(kind, link, z, k, n, penalised, what, eta, at, s, tolerance, scratch
 
 
 @kernel(keep=True)
-def profile_end(kind, link, z, k, n, penalised, what, eta, a, b, drop, side, tolerance):
+def profile_end(kind, link, z, k, n, penalised, what, eta, a, b, drop, side):
     """Return the parameter at which the profile is `drop` below its value at (a, b), on a side (+1, -1), or +-inf.
 
     The end is infinite if the profile never drops so far. `what`: FRACTILE, its place on z with F^-1(p) = eta; SLOPE,
@@ -610,7 +613,7 @@ def profile_end(kind, link, z, k, n, penalised, what, eta, a, b, drop, side, tol
         new = at + fall / slope if slope != 0.0 else np.nan
         if not (min(inner, outer) < new < max(inner, outer)):
             new = 0.5 * (inner + outer)
-        if abs(new - at) <= tolerance * (1.0 + abs(at)) or new in (inner, outer):
+        if abs(new - at) <= OF_END * (1.0 + abs(at)) or new in (inner, outer):
             return new
         at = new
         top, slope, free = profile(kind, link, z, k, n, penalised, what, eta, at, free, PRECISE, scratch)

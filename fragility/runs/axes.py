@@ -11,7 +11,6 @@ from ...models import Block, Model
 from ...models.sliding.law import SlidingLaw
 from ...motions.arrays import BOTH_AXES, WEAK_AXIS, Record
 from .outputs import AXIS, DECIDING, EARLIER, EITHER, FALLEN, OF_AXES, OUTPUTS, SLIDES_IN_PLANE
-from .plan import Work
 
 WEAK_RATIO = 1.6
 """Ratio of depth to width from which the axis along the width decides alone (docs/theory/axes.md)."""
@@ -91,12 +90,6 @@ def needed(outputs: Sequence[str]) -> tuple[str, ...]:
     if any(map(_decided, outputs)):
         every += _DECIDING
     return tuple(dict.fromkeys(every))
-
-
-def both_works(work: Work, across: Sequence[Any]) -> tuple[Work, Work]:
-    """Return the work about each axis; `across`: the specimens of the blocks in the direction of their depth."""
-    along = work._replace(outputs=needed(work.outputs))
-    return along, along._replace(oscillators=across, motions=tuple(map(along_depth, work.motions)))
 
 
 def of_both(outputs: Sequence[str], x: Mapping[str, Any], y: Mapping[str, Any]) -> dict[str, Any]:

@@ -118,15 +118,11 @@ class Cluster(Runner):
 
 
 @cache
-def _sources() -> str:
-    """Return a hash of the sources outside the engine that compute a chunk."""
-    files = sorted(Path(__file__).parent.glob("*.py"))
-    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:12]
-
-
 def worker_identity() -> dict[str, str]:
     """Return the identity of the engine and of the sources around it, which are the same on all machines of a study."""
-    return {**engine_identity(), "sources": _sources()}
+    files = sorted(Path(__file__).parent.glob("*.py"))
+    sources = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:12]
+    return {**engine_identity(), "sources": sources}
 
 
 def check_workers(client: Client) -> None:

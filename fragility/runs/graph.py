@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from dask.typing import Key
-
 from ...models.runs import engine_identity
 from .plan import Chunk, ChunkResult, LeftError, Work, never, run_chunk, run_part
-
-Graph = dict[Key, Any]
-"""Tasks by their keys: a function with its arguments; keys and lists of keys represent the results of these tasks."""
 
 
 class ChunkTask:
@@ -62,8 +57,3 @@ def engine_difference(theirs: Mapping[str, str], ours: Mapping[str, str]) -> str
             )
             return f"has {name} {theirs.get(name)}, this process {version}: {remedy}"
     return ""
-
-
-def chunk_graph(work: Work, chunks: Sequence[Chunk], stop: Callable[[], bool] = never) -> Graph:
-    """Return a task for every chunk, by the keys ("chunk", number); once `stop` returns True they return None."""
-    return {("chunk", i): (ChunkTask(work, chunk, stop),) for i, chunk in enumerate(chunks)}

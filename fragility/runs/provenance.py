@@ -187,16 +187,12 @@ def floor_of_each_motion(runs: xr.Dataset | xr.DataArray) -> list[str]:
 
 def floor_labels(coordinates: Mapping[Any, xr.Variable | xr.DataArray], motions: int) -> list[str]:
     """Return the floor of each motion as text from the coordinates of runs, empty if none is given."""
-    name = next(iter(_floor_names(coordinates)), None)
+    name = next(iter(floor_names(coordinates)), None)
     return [""] * motions if name is None else [str(value) for value in coordinates[name].values]
 
 
-def without_floors(runs: xr.Dataset) -> xr.Dataset:
-    """Return the runs without the floors of their motions."""
-    return runs.drop_vars(_floor_names(runs.coords))
-
-
-def _floor_names(coordinates: Mapping[Any, xr.Variable | xr.DataArray]) -> list[str]:
+def floor_names(coordinates: Mapping[Any, xr.Variable | xr.DataArray]) -> list[str]:
+    """Return the names of the coordinates with the floors of the motions."""
     return [floor for floor in FLOORS if floor in coordinates and coordinates[floor].dims == ("motion",)]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,16 +16,13 @@ from ...models.runs import TALLY, Specimen
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.law import SlidingLaw
 from ...motions.arrays import Record
-from .axes import axes_of, both_works, of_both
+from .axes import along_depth, axes_of, needed, of_both
 from .factors import Factors
 from .oscillators import OscillatorGrid
 from .outputs import DERIVED, OF_ROCKING, OF_SLIDING, OUTPUTS
 from .plan import Work, plan_chunks
 from .progress import part_of
-from .runners import ConfiguredScheduler, Runner, default_client
-
-if TYPE_CHECKING:
-    from distributed import Client
+from .runners import ConfiguredScheduler, Runner, Workers, default_client
 
 Labelled = TypeVar("Labelled", Block, Law, Model)
 
@@ -90,7 +87,7 @@ def check_request(
     models: Model | Sequence[Model],
     outputs: Sequence[str] | None,
     skip: bool,
-    client: Client | Runner | None,
+    client: Workers,
     progress: Progress | None,
     screen: bool = False,
 ) -> Request:
@@ -107,11 +104,6 @@ def check_request(
     return Request(
         checked, laws, wanted, skip, runner_of(client), progress, screen and not isinstance(laws[0], SlidingLaw)
     )
-
-
-def rocking_laws(models: Sequence[Model]) -> list[Law]:
-    """Return models that are all laws of rocking; TypeError if one is not."""
-    return labelled_sequence("models", models, Law)  # type: ignore[type-abstract]
 
 
 def specimen_of(block: Block, model: Model, plane: bool = False) -> Specimen:
@@ -163,11 +155,7 @@ def work_of(
 
 
 def collect_about(
-    work: Work,
-    across: Sequence[Specimen] | None,
-    runner: Runner,
-    progress: Progress | None,
-    least: float | None = None,
+    work: Work, across: Sequence[Specimen] | None, runner: Runner, progress: Progress | None, least: float | None = None
 ) -> Runs:
     """Do the work, also about the other axis if there are specimens of it, and put the outputs of the two together.
 
@@ -175,7 +163,8 @@ def collect_about(
     """
     if across is None:
         return collect(work, runner, progress, least)
-    works = both_works(work, across)
+    along = work._replace(outputs=needed(work.outputs))
+    works = (along, along._replace(oscillators=across, motions=tuple(map(along_depth, work.motions))))
     total = sum(work.runs for work in works)
     x, y = (
         collect(work, runner, part_of(progress, before, total), least)
@@ -222,7 +211,7 @@ def labelled_sequence(name: str, values: Any, kind: type[Labelled]) -> list[Labe
     return sequence
 
 
-def runner_of(client: Client | Runner | None) -> Runner:
+def runner_of(client: Workers) -> Runner:
     """Return the runner of a client: by default dask's configuration; TypeError for other types."""
     if client is None:
         client = default_client()

@@ -13,7 +13,7 @@ from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from functools import partial
 from queue import Empty, Queue
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import dask.multiprocessing
 import dask.threaded
@@ -25,7 +25,7 @@ from dask.system import CPU_COUNT
 from numpy.typing import NDArray
 
 from ..numerics.slabs import in_memory
-from .graph import chunk_graph
+from .graph import ChunkTask
 from .plan import Chunk, ChunkResult, Work, never
 
 if TYPE_CHECKING:
@@ -124,6 +124,10 @@ class Runner(ABC):
         """Keep a sentence on the reached precision of an analysis at adaptive levels."""
 
 
+Workers: TypeAlias = "Client | Runner | None"
+"""Computes the chunks of runs: the client of a cluster, a runner, or dask's configuration (None)."""
+
+
 @dataclass(frozen=True)
 class ConfiguredScheduler(Runner):
     """The scheduler that dask is configured with: threads of this process (the engine does not hold the interpreter
@@ -155,7 +159,12 @@ class _Window:
         self._chunks = chunks
         self._compute = compute
         self._finished: Queue[tuple[int, ChunkResult | None] | BaseException | None] = Queue(AHEAD * workers)
-        self._graph = chunk_graph(work, chunks, lambda: self._left or stop())
+
+        def left() -> bool:
+            return self._left or stop()
+
+        # (tasks by their keys: a function with its arguments)
+        self._graph = {("chunk", i): (ChunkTask(work, chunk, left),) for i, chunk in enumerate(chunks)}
         self._thread = threading.Thread(target=self._work, name="toppling-graph", daemon=True)
 
     def results(self) -> Iterator[tuple[Chunk, ChunkResult]]:

@@ -13,7 +13,7 @@ from ..curves.curve import LognormalCurves
 from ..hazard.pieces import Pieces
 from ..risk.convolution import rates_and_slopes
 from ..runs.runners import shared
-from .rate_checks import RatePlane
+from .checks import RatePlane
 from .surface import Surface
 
 SLAB = 50_000

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import xarray as xr
 
@@ -18,14 +18,10 @@ from ..analyses.analysis import Specimens, analyse
 from ..analyses.ida import incremental
 from ..runs.axes import axes_of, check_axes
 from ..runs.labels import block_coordinates, depth_coordinate, law_coordinates, law_variable, restitution_variable
-from ..runs.request import check_request, rocking_laws
+from ..runs.request import check_request, labelled_sequence
+from ..runs.runners import Workers
 from .inputs import RandomInputs
 from .realisation import LAW
-
-if TYPE_CHECKING:
-    from distributed import Client
-
-    from ..runs.runners import Runner
 
 
 def uncertain_ida(
@@ -36,7 +32,7 @@ def uncertain_ida(
     levels: Any,
     im: str | Measure = "pga",
     outputs: Sequence[str] = ("overturned", "peak_rotation"),
-    client: Client | Runner | None = None,
+    client: Workers = None,
     *,
     samples: int | xr.Dataset = 64,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
@@ -79,7 +75,7 @@ def uncertain_ida(
     if not isinstance(inputs, RandomInputs):
         raise TypeError(f"inputs must be RandomInputs, got {checks.kind(inputs)}")
     request = check_request(block, models, outputs, True, client, progress)
-    laws = rocking_laws(request.models)
+    laws = labelled_sequence("models", request.models, Law)  # type: ignore[type-abstract]
     if len(laws) > 1 and LAW in inputs.names:
         raise ValueError(f"models must be one law where 'law' is an input, got {len(laws)}")
     drawn = samples if isinstance(samples, xr.Dataset) else inputs.sample(samples)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Annotated, Any, Protocol
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +19,8 @@ from ...models.oscillator import Oscillator
 from ...motions.arrays import Record
 from ..runs.outputs import AXIS
 from ..runs.request import Request, collect, collect_about, runner_of, work_of
-from ..runs.runners import Runner
+from ..runs.runners import Workers
 from .distributions import Beta, Lognormal
-
-if TYPE_CHECKING:
-    from distributed import Client
 
 INDEPENDENT, TOGETHER = "independent", "together"
 PIECES = (INDEPENDENT, TOGETHER)
@@ -188,7 +185,7 @@ def overturning_flags(
     oscillators: Sequence[Oscillator],
     motions: Sequence[Record],
     factors: Array,
-    client: Client | Runner | None = None,
+    client: Workers = None,
     progress: Progress | None = None,
 ) -> Flags:
     """Return flags (oscillator, level, motion) of all oscillators under the same scaled motions.
@@ -206,7 +203,7 @@ def falls_of_axes(
     across: Sequence[Oscillator] | None,
     motions: Sequence[Record],
     factors: Array,
-    client: Client | Runner | None = None,
+    client: Workers = None,
     progress: Progress | None = None,
     held: bool = False,
 ) -> tuple[NDArray[np.int8], NDArray[np.int8] | None, Flags | None]:

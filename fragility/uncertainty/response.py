@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -14,13 +14,9 @@ from ...models import Block, Law
 from ...motions.intensity.measure import Measure
 from ...motions.polarity import AS_RECORDED
 from ..curves.probability import overturning_probability
+from ..runs.runners import Workers
 from .ida import uncertain_ida
 from .inputs import RandomInputs
-
-if TYPE_CHECKING:
-    from distributed import Client
-
-    from ..runs.runners import Runner
 
 
 def overturning_response(
@@ -33,7 +29,7 @@ def overturning_response(
     *,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     polarity: str = AS_RECORDED,
-    client: Client | Runner | None = None,
+    client: Workers = None,
     progress: Progress | None = None,
 ) -> Callable[[xr.Dataset], xr.DataArray]:
     """Return a function from samples to the probability of overturning at every level.

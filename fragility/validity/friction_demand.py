@@ -41,7 +41,7 @@ def friction_demands(
     """Return the coefficient of friction below which blocks slide, at uplift and while they rock.
 
     `slenderness`, `inertia`: on block, or on run. `peak`: peak acceleration of the scaled motions, m/s². `factor`:
-    their scale factors. `rising`: `rising_peaks` of the motions, without which the demand at uplift is left out.
+    their scale factors. `rising`: of the motions (`Characteristics`), without which the demand at uplift is left out.
     `motion` (run,): the places of the motions of runs.
     """
     needs = {SLIDES_WHILE_ROCKING: xr.apply_ufunc(friction_at_uplift, slenderness, peak, inertia)}

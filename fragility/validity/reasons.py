@@ -64,14 +64,14 @@ class Shares:
     """Counts, slab by slab, of the runs with each reason; `sizes`: of all runs by dimension, in order."""
 
     def __init__(self, sizes: Mapping[str, int]) -> None:
-        self._each = {dim: size for dim, size in sizes.items() if dim in ("block", "model")}
-        self.runs: Any = math.prod(size for dim, size in sizes.items() if dim not in self._each)
-        self._counts = np.zeros((*self._each.values(), len(REASONS) + 1), np.int64)
+        self._sizes = {dim: size for dim, size in sizes.items() if dim in ("block", "model")}
+        self.runs: Any = math.prod(size for dim, size in sizes.items() if dim not in self._sizes)
+        self._counts = np.zeros((*self._sizes.values(), len(REASONS) + 1), np.int64)
 
     def add(self, holds: Mapping[Reason, xr.Variable], verdict: xr.Variable, where: Where) -> None:
         """Add the counts of a slab."""
-        counts = self._counts[tuple(where.get(dim, slice(None)) for dim in self._each)]
-        kept = {dim: counts.shape[i] for i, dim in enumerate(self._each)}
+        counts = self._counts[tuple(where.get(dim, slice(None)) for dim in self._sizes)]
+        kept = {dim: counts.shape[i] for i, dim in enumerate(self._sizes)}
         runs = math.prod(size for dim, size in verdict.sizes.items() if dim not in kept)
         for i, on in [*((REASONS.index(reason), hold) for reason, hold in holds.items()), (len(REASONS), verdict > 0)]:
             over = [dim for dim in on.dims if dim not in kept]
@@ -82,8 +82,8 @@ class Shares:
         """Return the share of all runs for each reason; for `undecided` the share among the runs tested."""
         shares = self._counts / self.runs
         if undecided is not None:
-            shares[..., REASONS.index(UNDECIDED)] = spread(undecided, self._each)
-        return labelled(xr.Variable((*self._each, "reason"), shares), "share of the runs for which the reason holds")
+            shares[..., REASONS.index(UNDECIDED)] = spread(undecided, self._sizes)
+        return labelled(xr.Variable((*self._sizes, "reason"), shares), "share of the runs for which the reason holds")
 
 
 class CurveShares(Shares):
@@ -102,8 +102,8 @@ class CurveShares(Shares):
 
     def outside(self, undecided: xr.Variable | None) -> xr.Variable:
         """Return the share of the runs of each curve for each reason, as of all runs."""
-        runs = np.bincount(self._curve[self._near], minlength=math.prod(self._each.values()))
-        self.runs = runs.reshape(*self._each.values(), 1)
+        runs = np.bincount(self._curve[self._near], minlength=math.prod(self._sizes.values()))
+        self.runs = runs.reshape(*self._sizes.values(), 1)
         return super().outside(undecided)
 
 

@@ -34,7 +34,7 @@ from .reasons import (
     labelled,
     verdict_of,
 )
-from .undecided import PERTURBATION, Flips
+from .undecided import PERTURBATION, FlipCounts, RunFlips
 
 SQUAT_RATIO = 2.0
 """h/b below which bouncing decides (Lipscombe and Pellegrino 1993)."""
@@ -144,18 +144,12 @@ def known_coordinates(runs: xr.Dataset) -> dict[str, xr.Variable]:
     return {name: runs[name].variable.compute() for name in names}
 
 
-class Bounds(NamedTuple):
-    """Limits that pass: minimum and maximum scale factor, and maximum half width of an interval."""
-
-    factors: tuple[float, float] = FACTORS
-    half_width: float = HALF_WIDTH
-
-
 class ScreenRequest(NamedTuple):
-    """Request for a screen of runs: friction and bounds as of `screen`, and the share of the motions tested."""
+    """Request for a screen of runs: friction and limits as of `screen`, and the share of the motions tested."""
 
     friction: float | Friction | Mapping[str, float | Friction] | None = None
-    bounds: Bounds = Bounds()
+    factors: tuple[float, float] = FACTORS
+    half_width: float = HALF_WIDTH
     undecided: float = 0.0
 
 
@@ -169,7 +163,7 @@ def screened_runs(
     given: ScreenInput,
     shaking: Characteristics | None,
     asked: ScreenRequest,
-    flips: Flips | None,
+    flips: FlipCounts | RunFlips | None,
     array: Allocator,
     shares: Shares | None = None,
 ) -> Screened:
@@ -187,7 +181,7 @@ def screened_slabs(
     given: ScreenInput,
     shaking: Characteristics | None,
     asked: ScreenRequest,
-    flips: Flips | None,
+    flips: FlipCounts | RunFlips | None,
     keep: Keep,
     shares: Shares | None = None,
 ) -> Screened:
@@ -207,7 +201,7 @@ def screened_slabs(
         part = given.part(where)
         shaken = None if shaking is None else shaking.part(where.get("motion", slice(None)))
         friction = available[where.get("block", slice(None))]
-        variables, chances, holds = _screen_slab(part, shaken, friction, asked.bounds)
+        variables, chances, holds = _screen_slab(part, shaken, friction, asked.factors)
         if flips is not None:
             holds[UNDECIDED] = flips.flipped(where, dims)
         variables["verdict"] = verdict_of(part.sizes, holds)
@@ -221,8 +215,8 @@ def screened_slabs(
     fewest = given.fewest_motions
     settings = {
         "friction": described_friction(asked.friction, available, labels),
-        "factors": list(asked.bounds.factors),
-        "half_width": asked.bounds.half_width,
+        "factors": list(asked.factors),
+        "half_width": asked.half_width,
         "fewest_motions": fewest,
         "motions": shaking is not None,
         "tested": asked.undecided,
@@ -230,7 +224,7 @@ def screened_slabs(
         "perturbation": PERTURBATION,
         **({"vertical": True} if given.lifted else {}),
     }
-    return kept | few_motions(fewest, asked.bounds), settings
+    return kept | few_motions(fewest, asked.half_width), settings
 
 
 def described_friction(friction: Any, available: Sequence[Friction], labels: Sequence[str]) -> Any:
@@ -255,19 +249,19 @@ def ordered(variables: Mapping[str, xr.Variable], dims: tuple[str, ...]) -> dict
     }
 
 
-def few_motions(fewest: int, bounds: Bounds) -> dict[str, xr.Variable]:
+def few_motions(fewest: int, widest: float) -> dict[str, xr.Variable]:
     """Return the variables on the number of motions; `fewest`: of the floor with the fewest."""
     half = wilson_half_width(fewest)
     text = "half width of the 95 % interval of a probability of 1/2"
-    few = f"whether interval_half_width is above {bounds.half_width:g}"
+    few = f"whether interval_half_width is above {widest:g}"
     return {
         "interval_half_width": labelled(xr.Variable((), half), text),
-        "few_motions": labelled(xr.Variable((), half > bounds.half_width), few),
+        "few_motions": labelled(xr.Variable((), half > widest), few),
     }
 
 
 def _screen_slab(
-    given: ScreenInput, shaking: Characteristics | None, available: list[Friction], bounds: Bounds
+    given: ScreenInput, shaking: Characteristics | None, available: list[Friction], bounds: tuple[float, float]
 ) -> tuple[dict[str, xr.Variable], dict[Reason, xr.Variable], dict[Reason, xr.Variable]]:
     """Return the variables of some blocks and motions, their probabilities of sliding, and flags of each reason."""
     known, on_runs = given.coordinates, given.on_runs
@@ -293,7 +287,7 @@ def _screen_slab(
         "elastic_frequency": labelled(frequency, "frequency of the law's elastic mode", HERTZ),
         "scale_factor": labelled(factor, "scale factor of the motion"),
     }
-    far = (factor < bounds.factors[0]) | (factor > bounds.factors[1])
+    far = (factor < bounds[0]) | (factor > bounds[1])
     holds = {
         SQUAT: on_runs(variables["squat"]),
         **{reason: chance > 0.5 for reason, chance in chances.items()},

@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from ...core.aliases import Array, Flags, Index, Progress
+from ...core.aliases import Array, Flags, Progress
 from ...motions.arrays import POLARITY, Record
 from ...motions.polarity import AS_RECORDED, BOTH, records_under
 from ...motions.simulated.generator import Generator
-from ..numerics.slabs import Where
 from ..runs.factors import ScaleFactors
 from ..runs.progress import part_of
 from ..runs.provenance import (
@@ -33,16 +31,9 @@ from ..runs.provenance import (
 )
 from ..runs.runners import Runner
 from .characteristics import Characteristics
-from .reasons import CurveShares, labelled
-from .slab_screen import (
-    NEEDED,
-    Screened,
-    ScreenInput,
-    ScreenRequest,
-    known_coordinates,
-    screened_runs,
-)
-from .undecided import FLAGS, count_flips_of, perturbed_runs, turned, undecided_variables
+from .reasons import CurveShares
+from .slab_screen import NEEDED, Screened, ScreenInput, ScreenRequest, known_coordinates, screened_runs
+from .undecided import FLAGS, RunFlips, count_flips_of, perturbed_runs, turned
 
 OF_RUNS = ("run_block", "run_model", "run_motion")
 """Variables with the block, the law and the motion of a run, by number."""
@@ -148,38 +139,6 @@ def sparse_screen(
     shaking = None if shaken is None else shaken.characteristics
     shares = CurveShares(sizes, curve, runs_near_curves(runs))
     return screened_runs(given, shaking, asked, flips, np.empty, shares)
-
-
-class RunFlips(NamedTuple):
-    """Flags of runs in a table that a perturbation changes (run,), and the runs that were repeated.
-
-    chosen (motion,): True for the motions whose runs were repeated; curve (run,): the number of the curve of each.
-    """
-
-    chosen: Flags
-    repeated: Flags
-    changed: Flags
-    curve: Index
-    shape: tuple[int, int]
-
-    @property
-    def tested(self) -> int:
-        """Number of runs of each block under each law that were repeated, at most."""
-        return int(self._numbers(self.repeated).max())
-
-    def flipped(self, where: Where, dims: tuple[str, ...]) -> xr.Variable:
-        """Return True for runs of a slab whose flag a perturbation changes."""
-        return xr.Variable(dims, self.changed[where[RUN]])
-
-    def variables(self, _: tuple[str, ...]) -> dict[str, xr.Variable]:
-        """Return the share of flags that change among those tested, and the number of these, which curves differ in."""
-        dims, tested = ("block", "model"), self._numbers(self.repeated)
-        shares = undecided_variables(self.chosen, dims, self._numbers(self.changed), tested)
-        text = "runs that were run again, perturbed"
-        return {**shares, "undecided_tested": labelled(xr.Variable(dims, tested), text)}
-
-    def _numbers(self, flags: Flags) -> Index:
-        return np.bincount(self.curve[flags], minlength=math.prod(self.shape)).reshape(self.shape)
 
 
 def _flips(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple, Protocol, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -30,7 +30,7 @@ from ..runs.factors import Factors, either_side
 from ..runs.oscillators import OscillatorGrid
 from ..runs.plan import Work
 from ..runs.progress import part_of
-from ..runs.provenance import Motions, about_both_axes, blocks_of, factors_under, laws_of, records_of
+from ..runs.provenance import RUN, Motions, about_both_axes, blocks_of, factors_under, laws_of, records_of
 from ..runs.request import collect
 from ..runs.runners import Runner
 from .reasons import labelled
@@ -40,20 +40,6 @@ Pairs = Sequence[tuple[Block, Law]]
 
 PERTURBATION = 1e-6
 FLAGS = ("overturned",)
-
-
-class Flips(Protocol):
-    """Runs whose flag a perturbation changes, among those that were repeated."""
-
-    @property
-    def tested(self) -> int:
-        """Number of runs of each block under each law that were repeated, at most."""
-
-    def flipped(self, where: Where, dims: tuple[str, ...]) -> xr.Variable:
-        """Return, on the dimensions of the runs, True for runs of a slab whose flag a perturbation changes."""
-
-    def variables(self, dims: tuple[str, ...]) -> dict[str, xr.Variable]:
-        """Return the share of flags that change among those tested, and its interval as if runs were independent."""
 
 
 def undecided_variables(
@@ -108,6 +94,38 @@ class FlipCounts(NamedTuple):
         over = tuple(range(1, self.counts.ndim - 1))
         flipped = np.stack([np.count_nonzero(counts > 0, axis=over) for counts in self.counts])
         return undecided_variables(self.chosen, curve_dims, flipped, np.full(flipped.shape, self.tested))
+
+
+class RunFlips(NamedTuple):
+    """Flags of runs in a table that a perturbation changes (run,), and the runs that were repeated.
+
+    chosen (motion,): True for the motions whose runs were repeated; curve (run,): the number of the curve of each.
+    """
+
+    chosen: Flags
+    repeated: Flags
+    changed: Flags
+    curve: Index
+    shape: tuple[int, int]
+
+    @property
+    def tested(self) -> int:
+        """Number of runs of each block under each law that were repeated, at most."""
+        return int(self._numbers(self.repeated).max())
+
+    def flipped(self, where: Where, dims: tuple[str, ...]) -> xr.Variable:
+        """Return True for runs of a slab whose flag a perturbation changes."""
+        return xr.Variable(dims, self.changed[where[RUN]])
+
+    def variables(self, _: tuple[str, ...]) -> dict[str, xr.Variable]:
+        """Return the share of flags that change among those tested, and the number of these, which curves differ in."""
+        dims, tested = ("block", "model"), self._numbers(self.repeated)
+        shares = undecided_variables(self.chosen, dims, self._numbers(self.changed), tested)
+        text = "runs that were run again, perturbed"
+        return {**shares, "undecided_tested": labelled(xr.Variable(dims, tested), text)}
+
+    def _numbers(self, flags: Flags) -> Index:
+        return np.bincount(self.curve[flags], minlength=math.prod(self.shape)).reshape(self.shape)
 
 
 def count_flips(

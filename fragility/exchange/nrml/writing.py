@@ -1,7 +1,7 @@
 """Writing of curves as OpenQuake's fragility models (NRML 0.5): lognormal functions, and discrete functions for others.
 
 NRML's mean and stddev are of the lognormal variable itself, not its median and dispersion. PGA and SA are in g, PGV and
-PGD in cm/s and cm. The module `reading` reads the models back.
+PGD in cm/s and cm.
 """
 
 from __future__ import annotations
