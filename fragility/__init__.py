@@ -49,10 +49,9 @@ if TYPE_CHECKING:
         Normal as Normal,
         Uniform as Uniform,
     )
-    from .uncertainty.ida import uncertain_ida as uncertain_ida
+    from .uncertainty.ida import overturning_response as overturning_response, uncertain_ida as uncertain_ida
     from .uncertainty.indices import sobol_indices as sobol_indices, tornado as tornado
     from .uncertainty.inputs import RandomInputs as RandomInputs
-    from .uncertainty.response import overturning_response as overturning_response
     from .uncertainty.variance import (
         capacity_variance_shares as capacity_variance_shares,
         variance_shares as variance_shares,

@@ -257,12 +257,10 @@ def _begun(
 ) -> dict[tuple[int, int], SequentialCurve]:
     """Return the curves of all blocks under all laws, whose search begins with the results of the first motions."""
     curves = {}
-    for block, piece in enumerate(request.blocks):
-        for model, law in enumerate(request.models):
-            start = slip_start(law, piece, plan.state) if isinstance(law, SlidingLaw) else fall_start(piece)
-            low, high = first_levels(start, peaks, plan.scaled, measured[block % len(measured)])
-            begun = SequentialCurve(plan.until, low, high, plan.runs_per_motion, plan.seed)
-            curves[block, model] = begun
+    for (i, block), (j, law) in product(enumerate(request.blocks), enumerate(request.models)):
+        start = slip_start(law, block, plan.state) if isinstance(law, SlidingLaw) else fall_start(block)
+        low, high = first_levels(start, peaks, plan.scaled, measured[i % len(measured)])
+        curves[i, j] = SequentialCurve(plan.until, low, high, plan.runs_per_motion, plan.seed)
     return curves
 
 

@@ -172,7 +172,7 @@ def pooled(
     described = {
         "design": POOLED,
         "models": [describe_law(law) for law in plan.laws],
-        **({"own": list(plan.own)} if plan.own else {}),
+        **({"own": list(plan.varied)} if plan.varied else {}),
         "blocks": len(columns),
         **plan.source.describe(),
         "im": plan.scaled.name,

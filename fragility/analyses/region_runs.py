@@ -59,7 +59,7 @@ CHECKED_TOGETHER = 500
 
 
 class PooledPlan(NamedTuple):
-    """A pooled analysis, checked; most: of the motions; own: the options of its laws that blocks have of their own."""
+    """A pooled analysis, checked; most: of the motions; varied: options of its laws that blocks have of their own."""
 
     request: Request
     laws: Sequence[Law]
@@ -71,7 +71,7 @@ class PooledPlan(NamedTuple):
     blocks_per_motion: int
     seed: int
     hazard: HazardCurve | None
-    own: tuple[str, ...] = ()
+    varied: tuple[str, ...] = ()
 
     @property
     def power(self) -> float:
@@ -249,7 +249,7 @@ class PooledRuns:
     def _fell(self, points: Array, laws: Sequence[int], wave: MotionWave, x: Array, measured: Array) -> Any:
         """Run blocks at points (block, axis) at ln levels (law, block, run, motion); return outcomes of that shape."""
         plan = self.plan
-        blocks, options = blocks_at(plan.domain, points), own_options(plan.domain, points, plan.own)
+        blocks, options = blocks_at(plan.domain, points), own_options(plan.domain, points, plan.varied)
         pieces = list(zip(blocks, options, strict=True))
         specimens = [oscillator_of(block, with_own(plan.laws[k], weights)) for k in laws for block, weights in pieces]
         levels = exp(x).reshape(len(specimens), *x.shape[2:])

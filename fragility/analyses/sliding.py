@@ -25,12 +25,11 @@ from ...models.sliding.runs import LABELS, TRIP_VELOCITY
 from ...models.sliding.trip import OF_TRIPS, TRIPS, trips
 from ...motions.arrays import AS_GIVEN, DRAW, POLARITY, RECORD, Record, polarity_coordinate
 from ...motions.polarity import AS_RECORDED, BOTH, POLARITIES, REVERSED
-from ..numerics.slabs import in_memory
 from ..runs.axes import along_depth, along_width, axes_of
 from ..runs.outputs import BOTH as OF_BOTH, OUTPUTS
-from ..runs.plan import Work, plan_chunks
+from ..runs.plan import Work
 from ..runs.provenance import blocks_of, carried_attributes, factors_of, records_of
-from ..runs.request import ENDS, runner_of
+from ..runs.request import ENDS, collect, runner_of
 from ..runs.runners import Runner, Workers
 from ..validity.friction_demand import friction_by_block
 from ..validity.plausibility import LEAST_GAP, cut_slides, end_doubts
@@ -292,16 +291,9 @@ def slips_of(
     """Return outputs (`SLIPS`, m) of sliders (slider, level, motion) under motions times factors (level, motion).
 
     Motions are along the width, and have the motions along the depth as companions if blocks slide in the plane.
-
-    They are NaN in runs in which the vertical acceleration takes the weight.
+    Outputs are NaN in runs in which the vertical acceleration takes the weight.
     """
-    work = Work(sliders, tuple(motions), factors[None], True, names)
-    shape = (len(sliders), factors.shape[0], len(motions))
-    outputs = {name: in_memory(shape, np.float64) for name in names}
-    for chunk, part in runner.run(work, plan_chunks(work)):
-        for name, values in zip(names, part.results, strict=True):
-            outputs[name][chunk.row : chunk.row_stop, :, chunk.first : chunk.stop] = values
-    return outputs
+    return collect(Work(sliders, tuple(motions), factors[None], True, names), runner, None).results
 
 
 def _labelled(

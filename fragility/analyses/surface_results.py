@@ -164,15 +164,13 @@ def surface_dataset(
 
 def _attributes(plan: PooledPlan, runs: PooledRuns) -> dict[str, Any]:
     """Return the attributes that curves of further blocks need."""
-    rated = {} if plan.hazard is None else {"hazard": json.dumps(plan.hazard.describe())}
-    asked = json.dumps(plan.until.describe())
     return {
-        "until": asked,
-        "own": json.dumps(plan.own),
+        "until": json.dumps(plan.until.describe()),
+        "own": json.dumps(plan.varied),
         "power": plan.power,
         "level_units": plan.scaled.units,
         "level_name": runs.level_name,
-        **rated,
+        **({} if plan.hazard is None else {"hazard": json.dumps(plan.hazard.describe())}),
     }
 
 
@@ -210,7 +208,7 @@ def _cut_words(plan: PooledPlan, cut: Cut) -> str:
     domain = plan.domain
     k = next(i for i in range(domain.back.shape[1]) if np.array_equal(domain.back[:, i], cut.normal))
     low, place, high = (float(domain.middle[k]) + shift for shift in (cut.low, cut.place, cut.high))
-    option = plan.own[k - 3] if k >= 3 else ""
+    option = plan.varied[k - 3] if k >= 3 else ""
     if k == 0 and float(np.sqrt((domain.back[:, 2] ** 2).sum())) < NARROW:
         # with one inertia factor the frequency gives the size
         inertia = float(domain.middle[2])
@@ -259,11 +257,11 @@ def _rate_variables(known: Sequence[LawSurfaces], terms: int) -> dict[str, xr.Va
 def _check_variables(plan: PooledPlan, checked: Sequence[Check]) -> dict[str, xr.Variable]:
     most = max(check.difference.size for check in checked)
     shape = len(checked), most
-    columns = {name: np.full(shape, np.nan) for name in ("difference", "error", "p", "alpha", *plan.own)}
+    columns = {name: np.full(shape, np.nan) for name in ("difference", "error", "p", "alpha", *plan.varied)}
     for i, check in enumerate(checked):
         log_p, log_tan = plan.domain.variables(check.points)[:, :2].T
-        options = own_options(plan.domain, check.points, plan.own)
-        values = {name: np.array([option[name] for option in options]) for name in plan.own}
+        options = own_options(plan.domain, check.points, plan.varied)
+        values = {name: np.array([option[name] for option in options]) for name in plan.varied}
         values |= {"difference": check.difference, "error": check.error, "p": exp(log_p), "alpha": arctan(exp(log_tan))}
         for name, array in values.items():
             columns[name][i, : check.difference.size] = array
@@ -272,7 +270,7 @@ def _check_variables(plan: PooledPlan, checked: Sequence[Check]) -> dict[str, xr
         "error": (DIMENSIONLESS, "standard error of the difference"),
         "p": (ANGULAR_VELOCITY, "rocking frequency parameter of the block"),
         "alpha": (RADIAN, "slenderness angle of the block"),
-        **{name: (DIMENSIONLESS, f"{_OWN[name]} of the block") for name in plan.own},
+        **{name: (DIMENSIONLESS, f"{_OWN[name]} of the block") for name in plan.varied},
     }
     return {
         f"check_{name}": xr.Variable(("model", "check"), columns[name], described(text, units))
@@ -284,7 +282,7 @@ def _run_variables(plan: PooledPlan, runs: PooledRuns) -> dict[str, xr.Variable]
     pools = [law.runs for law in runs.laws]
     points = np.concatenate([pool.points for pool in pools])
     log_p, log_tan, inertia = plan.domain.variables(points)[:, :3].T
-    options = own_options(plan.domain, points, plan.own)
+    options = own_options(plan.domain, points, plan.varied)
     unit = plan.power * (math.log(STANDARD_GRAVITY) + log_tan)
     model = np.repeat(np.arange(len(pools)), [pool.x.size for pool in pools])
     labels: dict[str, tuple[Any, str, str]] = {
@@ -295,7 +293,7 @@ def _run_variables(plan: PooledPlan, runs: PooledRuns) -> dict[str, xr.Variable]
         "run_inertia_factor": (inertia, DIMENSIONLESS, "inertia factor of its block"),
         **{
             f"run_{name}": (np.array([option[name] for option in options]), DIMENSIONLESS, f"{_OWN[name]} of its block")
-            for name in plan.own
+            for name in plan.varied
         },
         "run_level": (
             exp(np.concatenate([pool.x for pool in pools]) + unit),
@@ -321,11 +319,11 @@ def _law_coordinates(plan: PooledPlan) -> dict[str, xr.Variable]:
     labels = []
     for law in plan.laws:
         parts = law.label.split(" ")
-        for name in plan.own:
+        for name in plan.varied:
             parts = [f"{signs[name]}own" if part.startswith(signs[name]) else part for part in parts]
         labels.append(" ".join(parts))
     coordinates["model"] = xr.Variable("model", np.array(labels, dtype=object), coordinates["model"].attrs)
-    if "delta" in plan.own:
+    if "delta" in plan.varied:
         coordinates["delta"] = xr.Variable("model", np.full(len(labels), np.nan), coordinates["delta"].attrs)
     return coordinates
 

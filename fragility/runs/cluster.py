@@ -28,9 +28,8 @@ import numpy as np
 
 from ...models.runs import Specimen, engine_identity
 from ...motions.arrays import Record, digest
-from .graph import engine_difference
 from .plan import Chunk, ChunkResult, Work, never, run_part
-from .runners import AHEAD, Runner
+from .runners import AHEAD, Runner, engine_difference
 
 if TYPE_CHECKING:
     from distributed import Client, Future

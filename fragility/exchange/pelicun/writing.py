@@ -93,9 +93,9 @@ def write_table(
         heading += [f"LS{i}-Family", f"LS{i}-Theta_0", f"LS{i}-Theta_1", f"LS{i}-DamageStateWeights"]
     table = [heading]
     for name, rows in components.items():
-        both_ways = rows[0].numbers.get("directional", 1.0) if directional is None else float(directional)
+        directed = rows[0].numbers.get("directional", 1.0) if directional is None else float(directional)
         offset = int(rows[0].numbers.get("offset", 0.0))
-        cells = [name, str(int(name in missing)), demand.name, demand.unit, str(offset), str(int(both_ways != 0.0))]
+        cells = [name, str(int(name in missing)), demand.name, demand.unit, str(offset), str(int(directed != 0.0))]
         for row in rows:
             cells += [*_thetas(curve_rows, row, demand), row.words.get("weights", "")]
         table.append(cells)
