@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from .fitting.states import Slip as Slip, reached as reached
     from .hazard.curve import HazardCurve as HazardCurve
     from .hazard.files import read_hazard as read_hazard
-    from .hazard.rates import probability_in as probability_in, rate_from_probability as rate_from_probability
+    from .hazard.poisson import probability_in as probability_in, rate_from_probability as rate_from_probability
     from .hazard.reading import HazardError as HazardError
     from .numerics.proportions import binomial_interval as binomial_interval, wilson_interval as wilson_interval
     from .risk.annual_rate import annual_rate as annual_rate, rate_share_above as rate_share_above
@@ -49,10 +49,9 @@ if TYPE_CHECKING:
         Normal as Normal,
         Uniform as Uniform,
     )
-    from .uncertainty.ida import uncertain_ida as uncertain_ida
+    from .uncertainty.ida import overturning_response as overturning_response, uncertain_ida as uncertain_ida
     from .uncertainty.indices import sobol_indices as sobol_indices, tornado as tornado
     from .uncertainty.inputs import RandomInputs as RandomInputs
-    from .uncertainty.response import overturning_response as overturning_response
     from .uncertainty.variance import (
         capacity_variance_shares as capacity_variance_shares,
         variance_shares as variance_shares,

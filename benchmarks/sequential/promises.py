@@ -18,8 +18,8 @@ import numpy as np
 from ...core.aliases import Array
 from ...core.streams import stream
 from ...fragility import HazardCurve
-from ...fragility.adaptive.curve import SequentialCurve
 from ...fragility.adaptive.probit import Observations, fit_probit, local_probit
+from ...fragility.adaptive.sequential import SequentialCurve
 from ...fragility.adaptive.stopping import REACHED, StoppingRule, next_wave
 from ...fragility.adaptive.until import DISPERSION as SPREAD, MEDIAN as CENTRE, PROBABILITY, RATE, Until
 from .truths import DISPERSION, MEDIAN, TRUTHS, Truth

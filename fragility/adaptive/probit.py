@@ -76,13 +76,13 @@ def student(freedom: float) -> float:
     return float(scipy.special.stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE)) if freedom >= 1 else math.inf
 
 
-def difference(one: Estimate, other: Estimate) -> tuple[float, float]:
+def difference(first: Estimate, second: Estimate) -> tuple[float, float]:
     """Return one estimate less another from the same motions, and the standard error of the difference."""
-    size = max(one.influence.size, other.influence.size)
-    own = np.pad(one.influence, (0, size - one.influence.size)) - np.pad(
-        other.influence, (0, size - other.influence.size)
+    size = max(first.influence.size, second.influence.size)
+    influence = np.pad(first.influence, (0, size - first.influence.size)) - np.pad(
+        second.influence, (0, size - second.influence.size)
     )
-    return one.value - other.value, math.sqrt(times(own, own))
+    return first.value - second.value, math.sqrt(times(influence, influence))
 
 
 class Probit(NamedTuple):
@@ -137,10 +137,10 @@ class Probit(NamedTuple):
         k = self.motions
         if k < FEWEST:
             return Estimate(value, math.inf, np.zeros(0), k)
-        own = math.sqrt(k / (k - 1.0)) * times(self.influence, gradient)
+        influence = math.sqrt(k / (k - 1.0)) * times(self.influence, gradient)
         covariance = inverse(self.information)
         alone = float(times(times(gradient, covariance), gradient))
-        return Estimate(value, math.sqrt(max(float(times(own, own)), alone)), own, k)
+        return Estimate(value, math.sqrt(max(float(times(influence, influence)), alone)), influence, k)
 
 
 def enclosing(estimate: Estimate, runs: Observations) -> Estimate:
@@ -176,7 +176,7 @@ def fit_probit(runs: Observations) -> tuple[Probit | None, str]:
     z = (runs.x - line.centre) / line.width
     scores = _scores(float(line.a[0]) + float(line.b[0]) * z, runs.fell)
     size = int(runs.motion.max()) + 1
-    summed = np.stack([np.bincount(runs.motion, own, size) for own in (scores, scores * z)], axis=1)
+    summed = np.stack([np.bincount(runs.motion, values, size) for values in (scores, scores * z)], axis=1)
     influence = times(summed, inverse(information))
     return Probit(line, influence, information, np.unique(runs.motion).size), status
 
@@ -204,15 +204,15 @@ def local_probit(runs: Observations, centre: float, reach: float, follow: bool) 
     The window has the middle `centre` and the half width `reach` in ln level: one dispersion is enough to determine the
     slope. With `follow` it moves to the median of the fit until it settles; its middle is returned, too.
     """
-    found: Probit | None = None
+    local: Probit | None = None
     for _ in range(ROUNDS if follow else 1):
         near, _status = fit_probit(runs.within(centre, reach))
         if near is None:
             break
-        found = near
+        local = near
         # (no more than the window at a time: a nearly flat fit has its median anywhere)
         moved = min(max(near.log_median - centre, -reach), reach)
         if not follow or abs(moved) <= SETTLED * reach:
             break
         centre += moved
-    return found, centre
+    return local, centre

@@ -110,8 +110,8 @@ def hazard_cells(hazard: HazardCurve, log_median: float, dispersion: float) -> H
     low = log_median - max(LEAST_BELOW, DEVIATIONS * dispersion + slope * dispersion**2)
     high = log_median + max(LEAST_ABOVE, DEVIATIONS * dispersion)
     points = log(np.asarray(hazard.levels))
-    own = points[(points > low) & (points < high)]
-    edges = np.unique(np.concatenate([np.linspace(low, high, CELLS + 1), own]))
+    within = points[(points > low) & (points < high)]
+    edges = np.unique(np.concatenate([np.linspace(low, high, CELLS + 1), within]))
     rates = hazard.rate_at(exp(edges))
     if not np.isfinite(rates).all():
         raise ValueError(
@@ -201,5 +201,5 @@ def unseen_tail(cells: HazardCells, weights: Array, runs: Observations) -> float
     chances = link.cumulative(line.a[0] + line.b[0] * (x[below] - line.centre) / line.width)
     known = np.isfinite(weights)
     low = known & runs.fell & (runs.x <= seen)
-    found = float(weights[low].sum()) / np.unique(runs.motion[known]).size
-    return max(0.0, float(times(rates[below], chances)) - found)
+    seen_rate = float(weights[low].sum()) / np.unique(runs.motion[known]).size
+    return max(0.0, float(times(rates[below], chances)) - seen_rate)

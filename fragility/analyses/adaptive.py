@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -25,9 +25,8 @@ from ...motions.intensity.naming import FLOOR, GROUND, GROUND_FLOORS, measure_na
 from ...motions.plausibility import record_doubts
 from ...motions.polarity import AS_RECORDED
 from ...motions.simulated.generator import Generator
-from ..adaptive.account import reached_so_far
-from ..adaptive.curve import RUNS, SequentialCurve, WavePlan
 from ..adaptive.rate import check_ends
+from ..adaptive.sequential import RUNS, SequentialCurve, WavePlan, reached_so_far
 from ..adaptive.stopping import motions_needed, next_wave
 from ..adaptive.until import RATE, Until, until_of
 from ..fitting.states import OVERTURNED, UPLIFTED, Slip, State, check_axes_of, flags_of, needed_output, state_name
@@ -35,6 +34,7 @@ from ..hazard.curve import HazardCurve
 from ..runs.plan import refuse_endless_runs
 from ..runs.provenance import ADAPTIVE, AXES
 from ..runs.request import ENDS, Request, check_request
+from ..runs.runners import Workers
 from ..validity.plausibility import block_doubts, cut_slides, end_doubts, law_doubts
 from ..validity.slab_screen import ScreenRequest
 from ..validity.sparse_screen import Shaken
@@ -53,11 +53,6 @@ from .waves import (
     run_rows,
     scaled_to,
 )
-
-if TYPE_CHECKING:
-    from distributed import Client
-
-    from ..runs.runners import Runner
 
 PGA_RANGE = (1.0, 8.0)
 """First levels in peak acceleration, over g tan(alpha): a block on a rigid floor uplifts at 1."""
@@ -89,7 +84,7 @@ def adaptive_ida(
     im: str | Measure = "pga",
     until: Mapping[str, Any] | Until | None = None,
     outputs: Sequence[str] | None = None,
-    client: Client | Runner | None = None,
+    client: Workers = None,
     *,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     polarity: str = AS_RECORDED,
@@ -138,8 +133,8 @@ def adaptive_ida(
     --------
     >>> import toppling as tp
     >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01)
-    >>> found = adaptive_ida(tp.Block(0.4, 1.8), tp.EnergyConsistent(), shakes, until={"median": 0.25})
-    >>> found["stopped_because"].item()
+    >>> curves = adaptive_ida(tp.Block(0.4, 1.8), tp.EnergyConsistent(), shakes, until={"median": 0.25})
+    >>> curves["stopped_because"].item()
     'precision reached'
     """
     laws = list(models) if isinstance(models, Iterable) else [models]
@@ -173,13 +168,13 @@ def adaptive(
     plan = Plan(until, state, runs_per_motion, seed, scaled, source, source.most(until))
     doubts = [*block_doubts(request.blocks), *law_doubts(request.blocks, request.models, request.outputs)]
     curves: dict[tuple[int, int], SequentialCurve] = {}
-    others = OtherMeasures(scaled)
+    other_measures = OtherMeasures(scaled)
     cut: dict[str, bool] = {}
     asked = ScreenRequest() if screening is None else screening
     if state != OVERTURNED:  # (stability is tested of that outcome, of which these levels tell little)
         asked = asked._replace(undecided=0.0)
     shaken = Shaken(asked.undecided)
-    waves = list(_waves(request, plan, curves, others, doubts, cut, shaken))
+    waves = list(_waves(request, plan, curves, other_measures, doubts, cut, shaken))
     ends = end_doubts(cut.values(), list(cut))
     warn(list(dict.fromkeys([*doubts, *ends])))
     named = {} if state == OVERTURNED else {"state": state_name(state)}
@@ -196,17 +191,17 @@ def adaptive(
         **({"im_at": GROUND} if source.on_ground else {}),
     }
     title = "Incremental dynamic analysis of freestanding blocks, at adaptive levels"
-    found = labelled(request, waves, scaled, configuration, title, named.get("state"))
-    found = with_estimates(found, list(curves.values()), others, named.get("state"))
-    found = with_sparse_screen(found, request, shaken, asked)
-    return found.assign_attrs(notes=ends[0].sentence) if ends else found
+    runs = labelled(request, waves, scaled, configuration, title, named.get("state"))
+    runs = with_estimates(runs, list(curves.values()), other_measures, named.get("state"))
+    runs = with_sparse_screen(runs, request, shaken, asked)
+    return runs.assign_attrs(notes=ends[0].sentence) if ends else runs
 
 
 def _waves(
     request: Request,
     plan: Plan,
     curves: dict[tuple[int, int], SequentialCurve],
-    others: OtherMeasures,
+    other_measures: OtherMeasures,
     doubts: list[Doubt],
     cut: dict[str, bool],
     shaken: Shaken,
@@ -223,7 +218,7 @@ def _waves(
         _check_wave(axes, wave, plan)
         doubts += record_doubts([record for record in wave.records if not record.reverse_of])
         measured = plan.scaled.measured(wave, request.blocks)
-        others.add(wave)
+        other_measures.add(wave)
         if request.screen:
             shaken.add(wave.records)
         if not curves:
@@ -231,16 +226,16 @@ def _waves(
             curves |= _begun(request, plan, peaks_of(wave), measured)
         plans = {where: curve.plan(wave.numbers) for where, curve in curves.items() if not curve.stopped}
         rows = _rows(plans)
-        found = _outputs(request, wave, plans, rows, plan, measured)
+        outputs = _outputs(request, wave, plans, rows, plan, measured)
         if request.sliding:
-            cut |= _cut(found, rows.motion, wave.records)
+            cut |= _cut(outputs, rows.motion, wave.records)
         done = int(wave.numbers[-1]) + 1
         first = 0
-        for where, own in plans.items():
-            mine = slice(first, first := first + own.levels.size)
-            reached = flags_of(found[needed][mine], plan.state, request.blocks[where[0]].alpha)
-            curves[where].add(wave.numbers, own, reached.reshape(own.levels.T.shape).T, last=done >= plan.most)
-        kept = {name: found[name] for name in (*request.outputs, FRICTION) if name in found}
+        for where, design in plans.items():
+            mine = slice(first, first := first + design.levels.size)
+            reached = flags_of(outputs[needed][mine], plan.state, request.blocks[where[0]].alpha)
+            curves[where].add(wave.numbers, design, reached.reshape(design.levels.T.shape).T, last=done >= plan.most)
+        kept = {name: outputs[name] for name in (*request.outputs, FRICTION) if name in outputs}
         if plan.until.target == RATE:
             kept = {"weight": np.concatenate([plan.weights.T.ravel() for plan in plans.values()]), **kept}
         yield runs_of(number, records, wave, rows, kept, plan.scaled, measured, axes)
@@ -261,14 +256,12 @@ def _begun(
     request: Request, plan: Plan, peaks: tuple[Array, Array], measured: Array
 ) -> dict[tuple[int, int], SequentialCurve]:
     """Return the curves of all blocks under all laws, whose search begins with the results of the first motions."""
-    found = {}
-    for block, one in enumerate(request.blocks):
-        for model, law in enumerate(request.models):
-            start = slip_start(law, one, plan.state) if isinstance(law, SlidingLaw) else fall_start(one)
-            low, high = first_levels(start, peaks, plan.scaled, measured[block % len(measured)])
-            begun = SequentialCurve(plan.until, low, high, plan.runs_per_motion, plan.seed)
-            found[block, model] = begun
-    return found
+    curves = {}
+    for (i, block), (j, law) in product(enumerate(request.blocks), enumerate(request.models)):
+        start = slip_start(law, block, plan.state) if isinstance(law, SlidingLaw) else fall_start(block)
+        low, high = first_levels(start, peaks, plan.scaled, measured[i % len(measured)])
+        curves[i, j] = SequentialCurve(plan.until, low, high, plan.runs_per_motion, plan.seed)
+    return curves
 
 
 def _expected(curves: Mapping[tuple[int, int], SequentialCurve], done: int, most: int) -> int:
@@ -362,11 +355,11 @@ def first_levels(start: Start, peaks: tuple[Array, Array], scaled: Scaled, measu
 def _rows(plans: Mapping[tuple[int, int], WavePlan]) -> Rows:
     """Return the runs of a wave, curve by curve and motion by motion."""
     sizes = [plan.levels.size for plan in plans.values()]
-    each = [plan.levels.shape for plan in plans.values()]
+    shapes = [plan.levels.shape for plan in plans.values()]
     return Rows(
         np.repeat([block for block, _ in plans], sizes),
         np.repeat([model for _, model in plans], sizes),
-        np.concatenate([np.repeat(np.arange(motions), runs) for runs, motions in each]),
+        np.concatenate([np.repeat(np.arange(motions), runs) for runs, motions in shapes]),
         np.concatenate([plan.levels.T.ravel() for plan in plans.values()]),
     )
 
@@ -386,21 +379,21 @@ def _outputs(
         return run_rows(request, wave.records, rows, factors)
     friction = np.concatenate(
         [
-            draws(law, request.blocks[block], plan.seed, wave.numbers, own.levels.shape[0]).T.ravel()
-            for (block, model), own in plans.items()
+            draws(law, request.blocks[block], plan.seed, wave.numbers, design.levels.shape[0]).T.ravel()
+            for (block, model), design in plans.items()
             if isinstance(law := request.models[model], SlidingLaw)
         ]
     )
     drawn = np.array([isinstance(law, RandomSliding) for law in request.models])[rows.model]
     factors = np.where(drawn, factors / friction, factors)
-    found = run_rows(request, wave.records, rows, factors)
-    for name in PROPORTIONAL & found.keys():
-        found[name] = np.where(drawn, found[name] * friction, found[name])
-    return {**found, FRICTION: friction}
+    outputs = run_rows(request, wave.records, rows, factors)
+    for name in PROPORTIONAL & outputs.keys():
+        outputs[name] = np.where(drawn, outputs[name] * friction, outputs[name])
+    return {**outputs, FRICTION: friction}
 
 
-def _cut(found: Mapping[str, NDArray[Any]], motion: Index, records: Sequence[Record]) -> dict[str, bool]:
+def _cut(outputs: Mapping[str, NDArray[Any]], motion: Index, records: Sequence[Record]) -> dict[str, bool]:
     """Return flags, by label, of the motions that end while blocks slide."""
     on = np.zeros(len(records), np.bool_)
-    on[motion[cut_slides(*(found[name] for name in ENDS))]] = True
+    on[motion[cut_slides(*(outputs[name] for name in ENDS))]] = True
     return dict(zip([record.label for record in records], on.tolist(), strict=True))

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+import threading
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import xarray as xr
 
@@ -18,20 +19,22 @@ from ...core.units import provenance
 from ...models import Block, Model, describe_block, describe_law
 from ...models.runs import Specimen
 from ...motions.arrays import BOTH_AXES, DOWNWARD, DRAW, POLARITY, RECORD, Record, motion_coordinates
-from ...motions.intensity.measure import MEASURES
+from ...motions.intensity.evaluation import measure_variables
+from ...motions.intensity.measure import MEASURES, RESULT_MEASURES
 from ...motions.plausibility import record_doubts
 from ...motions.polarity import BOTH as BOTH_WAYS
 from ..runs.axes import along_width, axes_of, check_axes, check_outputs
 from ..runs.factors import Factors, ScaleFactors
 from ..runs.labels import block_coordinates, depth_coordinate, law_coordinates, output_variables, restitution_variable
 from ..runs.outputs import AXIS, BOTH, OUTPUTS
-from ..runs.plan import refuse_endless_runs
+from ..runs.plan import LeftError, refuse_endless_runs
 from ..runs.provenance import AXES, DESCRIBED, STRIPES
 from ..runs.request import ENDS, USUAL, Request, check_vertical, collect_about, work_of
+from ..runs.runners import thread_count
+from ..validity.characteristics import Characteristics
 from ..validity.plausibility import block_doubts, cut_slides, end_doubts, law_doubts, level_doubts
 from ..validity.screen import with_screen
 from ..validity.slab_screen import ScreenInput, ScreenRequest, screened_runs
-from .measuring import MeasuringThread
 
 OF_WIDTH = ", of the component along the width"
 """End of the long name of measures of motions along both axes; their screen is of the width, too."""
@@ -119,9 +122,9 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     axes = axes_of(design.motions)
     request = _about(axes, request)
     sizes = {**specimens.sizes, **design.sizes}
-    each = math.prod(list(specimens.sizes.values())[1:])
+    per_block = math.prod(list(specimens.sizes.values())[1:])
     motions = [along_width(motion) for motion in design.motions]
-    work = work_of(specimens.oscillators, motions, design.factors, request, each)
+    work = work_of(specimens.oscillators, motions, design.factors, request, per_block)
     across = None
     if axes == BOTH_AXES and request.sliding:
         work = work._replace(oscillators=request.specimens(plane=True))
@@ -138,8 +141,8 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     outputs = output_variables(request, runs, specimens.blocks, work, sizes)
     measures, characteristics = thread.result()
     if axes == BOTH_AXES:
-        outputs = {name: told(output, BOTH[OUTPUTS[name].both]) for name, output in outputs.items()}
-        measures = {name: told(measure, OF_WIDTH) for name, measure in measures.items()}
+        outputs = {name: with_words(output, BOTH[OUTPUTS[name].both]) for name, output in outputs.items()}
+        measures = {name: with_words(measure, OF_WIDTH) for name, measure in measures.items()}
     coordinates = {
         **specimens.coordinates,
         **(depth_coordinate(specimens.blocks) if axes and "block" in specimens.sizes else {}),
@@ -170,7 +173,7 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
         screened = screened_runs(given, characteristics, ScreenRequest(), None, request.runner.array)
         labelled = with_screen(labelled, screened)
     taken = {*labelled.variables, *labelled.dims, *MEANT, *MEASURES}
-    return labelled.assign_coords({name: one for name, one in design.described.items() if name not in taken})
+    return labelled.assign_coords({name: values for name, values in design.described.items() if name not in taken})
 
 
 def _about(axes: str, request: Request) -> Request:
@@ -185,7 +188,69 @@ def _about(axes: str, request: Request) -> Request:
     return request._replace(outputs=[*request.outputs, AXIS]) if usual else request
 
 
-def told(variable: xr.Variable, more: str) -> xr.Variable:
+def with_words(variable: xr.Variable, more: str) -> xr.Variable:
     """Return a variable with more words at the end of its long name."""
     attributes = {**variable.attrs, "long_name": f"{variable.attrs['long_name']}{more}"}
     return xr.Variable(variable.dims, variable.data, attributes)
+
+
+MotionProperties = tuple[dict[str, xr.Variable], Characteristics | None]
+"""The measures that every result carries, and the characteristics for the screen (None without a screen)."""
+
+
+class _Motions(list[Record]):
+    """Motions that are gone through until they are left."""
+
+    left = False
+
+    def __iter__(self) -> Iterator[Record]:
+        for motion in super().__iter__():
+            if self.left:
+                raise LeftError
+            yield motion
+
+
+class MeasuringThread:
+    """Thread that measures motions, and stops after the current motion if the runs, its context, end early.
+
+    (Interrupted, or their cluster lost.  No daemon, which Python ends within C++ code, and the process with it.)
+
+    It starts at once; with `screen` it computes the characteristics of the motions, too. If dask is limited to one
+    thread, they are computed at their first use.
+    """
+
+    def __init__(self, motions: Sequence[Record], screen: bool) -> None:
+        self._motions = _Motions(motions)
+        self._screen = screen
+        self._measured: MotionProperties | None = None
+        self._error: Exception | None = None
+        self._done = threading.Event()
+        self._started = thread_count() > 1
+        if self._started:
+            threading.Thread(target=self._work, name="toppling-motions").start()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        self._motions.left = kind is not None
+
+    def _work(self) -> None:
+        try:
+            measures = measure_variables(self._motions, RESULT_MEASURES)
+            self._measured = measures, Characteristics.of(self._motions) if self._screen else None
+        except Exception as error:
+            self._error = error
+        self._done.set()
+
+    def result(self) -> MotionProperties:
+        """Wait for the thread and return its result, or raise its error."""
+        if self._started:
+            with self:
+                self._done.wait()  # Python treats a thread with an interrupted join as ended, and exits
+        else:
+            self._work()
+        if self._error is not None:
+            raise self._error
+        assert self._measured is not None
+        return self._measured

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
 
 import xarray as xr
 
@@ -16,13 +15,9 @@ from ...motions.polarity import AS_RECORDED, arrays_under, records_under
 from ..runs.factors import unscaled
 from ..runs.provenance import CLOUD
 from ..runs.request import check_request
+from ..runs.runners import Workers
 from ..runs.scaling import SCALE, ground_of, intensities, intensity_measure, name_at, scaling
 from .analysis import Design, analyse, specimens_of
-
-if TYPE_CHECKING:
-    from distributed import Client
-
-    from ..runs.runners import Runner
 
 Motions = xr.DataArray | Iterable[xr.DataArray]
 
@@ -33,7 +28,7 @@ def cloud(
     motions: Motions,
     im: str | Measure = "pga",
     outputs: Sequence[str] | None = None,
-    client: Client | Runner | None = None,
+    client: Workers = None,
     *,
     screen: bool = True,
     ground: Motions | None = None,

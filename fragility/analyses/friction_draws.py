@@ -51,7 +51,7 @@ def draws(law: SlidingLaw, block: Block, seed: int, motions: Index, runs: int) -
     Random coefficients of one motion are equally spaced in probability, from a random start. Each is a draw from the
     distribution at any level, and a motion's runs have small and large coefficients.
     """
-    begin = np.array([stream(seed, *DRAWS, one).random() for one in motions.tolist()])
+    begin = np.array([stream(seed, *DRAWS, motion).random() for motion in motions.tolist()])
     share = (begin + np.arange(runs)[:, None] / runs) % 1.0
     return law.coefficients(block, share)
 

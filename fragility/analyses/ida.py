@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import xarray as xr
 
@@ -17,13 +17,9 @@ from ...motions.simulated.generator import Generator
 from ..runs.labels import measured
 from ..runs.provenance import IDA
 from ..runs.request import check_request
+from ..runs.runners import Workers
 from ..runs.scaling import ground_of, scaling
 from .analysis import Design, analyse, specimens_of
-
-if TYPE_CHECKING:
-    from distributed import Client
-
-    from ..runs.runners import Runner
 
 
 def ida(
@@ -33,7 +29,7 @@ def ida(
     levels: Any,
     im: str | Measure = "pga",
     outputs: Sequence[str] | None = None,
-    client: Client | Runner | None = None,
+    client: Workers = None,
     skip: bool = True,
     *,
     screen: bool = True,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -20,13 +20,9 @@ from ...motions.intensity.measure import Measure
 from ..adaptive.probit import student
 from ..adaptive.until import CONFIDENCE
 from ..numerics.proportions import binomial_interval
+from ..runs.runners import Workers
 from ..runs.scaling import BlockMeasure, intensity_measure
 from .ida import ida
-
-if TYPE_CHECKING:
-    from distributed import Client
-
-    from ..runs.runners import Runner
 
 SAMPLE = 2000
 """Blocks of which runs are made: a share has an error of one hundredth at most."""
@@ -42,7 +38,7 @@ def joint_falls(
     motions: xr.DataArray | Iterable[xr.DataArray],
     levels: Any,
     im: str | Measure = "pga",
-    client: Client | Runner | None = None,
+    client: Workers = None,
     *,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     sample: int = SAMPLE,
@@ -97,18 +93,18 @@ def joint_falls(
     >>> import toppling as tp
     >>> shelves = BlockArray([0.4, 0.41, 0.42, 0.43], [1.8, 1.8, 1.9, 1.9])
     >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(40, seed=1)
-    >>> found = joint_falls(shelves, tp.HousnerImpact(), shakes, [4.5])
-    >>> bool((found["fallen_sd"] > 1.5 * found["fallen_sd_independent"]).item())
+    >>> shares = joint_falls(shelves, tp.HousnerImpact(), shakes, [4.5])
+    >>> bool((shares["fallen_sd"] > 1.5 * shares["fallen_sd_independent"]).item())
     True
     """
     if isinstance(intensity_measure(im), BlockMeasure):
         raise ValueError(f"im must not depend on the block, whose motions would differ in one event, got {im!r:.40}")
     if isinstance(blocks, BlockArray) and blocks.own:
-        own = " and ".join(blocks.own)
-        raise ValueError(f"blocks must take {own} from the laws, and not have their own: give laws for each {own}")
+        keys = " and ".join(blocks.own)
+        raise ValueError(f"blocks must take {keys} from the laws, and not have their own: give laws for each {keys}")
     if isinstance(levels, str):
         raise TypeError(f"levels must be numbers, common to all blocks and events, got {levels!r:.40}")
-    if any(isinstance(one, SlidingLaw) for one in (models if isinstance(models, Sequence) else [models])):
+    if any(isinstance(law, SlidingLaw) for law in (models if isinstance(models, Sequence) else [models])):
         raise ValueError("models must be laws of rocking blocks, which overturn: sliding ones do not")
     number, chosen = _sample(blocks, checks.count("sample", sample, at_least=2), checks.count("seed", seed))
     runs = ida(

@@ -48,9 +48,9 @@ class OtherMeasures:
         motions = wave.records if wave.ground is None else wave.ground
         some = [motions[i] for i in chosen]
         base = self._scaled.base
-        power, own = (1.0, np.zeros(len(some))) if base is None else (base.power, log(measure(base, some)))
-        for row, one in zip(self._ratios, self.measures, strict=True):
-            row[numbers[numbers < MOTIONS]] = power / one.power * log(measure(one, some)) - own
+        power, log_base = (1.0, np.zeros(len(some))) if base is None else (base.power, log(measure(base, some)))
+        for row, candidate in zip(self._ratios, self.measures, strict=True):
+            row[numbers[numbers < MOTIONS]] = power / candidate.power * log(measure(candidate, some)) - log_base
 
     def gains(self, runs: Observations) -> list[Gain]:
         """Return the gains of the other measures, from the runs under the motions that they are known of."""
@@ -60,7 +60,7 @@ class OtherMeasures:
 
     def variables(self, gains: Sequence[Sequence[Gain]], dims: tuple[str, ...], shape: tuple[int, ...]) -> xr.Dataset:
         """Return gains (curve, other measure) as variables on `dims` of a shape, and the other measure."""
-        table = np.array([[tuple(one) for one in row] for row in gains]).reshape(*shape, len(self.measures), 3)
+        table = np.array([[tuple(gain) for gain in row] for row in gains]).reshape(*shape, len(self.measures), 3)
         text = "number of times fewer motions that levels in another measure would take for the median, or more"
         interval = f"{100.0 * CONFIDENCE:g} % interval of: "
         words = ("", f"lower end of the {interval}", f"upper end of the {interval}")
@@ -78,8 +78,8 @@ def _candidates(scaled: Scaled) -> list[Measure]:
     """Return the measures without parameters that grow with a motion; of pairs, two of them in the same way."""
     base = scaled.base
     if isinstance(base, PairMeasure):
-        found = [type(base)(MEASURES[name]) for name in OF_PAIRS]
-        return [one for one in found if one.label != base.label]
+        candidates = [type(base)(MEASURES[name]) for name in OF_PAIRS]
+        return [candidate for candidate in candidates if candidate.label != base.label]
     return [
         measure
         for measure in MEASURES.values()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -20,6 +20,7 @@ from ...motions.plausibility import record_doubts
 from ..runs.plan import refuse_endless_runs
 from ..runs.provenance import AXES, PLANNED
 from ..runs.request import check_request
+from ..runs.runners import Workers
 from ..runs.scaling import ground_of
 from ..validity.plausibility import block_doubts, law_doubts, level_doubts
 from ..validity.slab_screen import ScreenRequest
@@ -27,11 +28,6 @@ from ..validity.sparse_screen import Shaken
 from .friction_draws import is_random
 from .sparse import labelled, runs_of, with_sparse_screen
 from .waves import MotionWave, Rows, check_own_levels, check_row_factors, checked_axes, run_rows, scaled_to
-
-if TYPE_CHECKING:
-    from distributed import Client
-
-    from ..runs.runners import Runner
 
 COLUMNS = ("block", "model", "motion", "level")
 
@@ -43,7 +39,7 @@ def run_table(
     table: Mapping[str, Any],
     im: str | Measure = "pga",
     outputs: Sequence[str] | None = None,
-    client: Client | Runner | None = None,
+    client: Workers = None,
     *,
     screen: bool = True,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
@@ -81,8 +77,8 @@ def run_table(
     --------
     >>> import toppling as tp
     >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(3)
-    >>> own = {"motion": [0, 0, 1, 2], "level": [2.0, 4.0, 3.0, 5.0]}
-    >>> run_table(tp.catalogue["bookcase-5-shelf"], tp.HousnerImpact(), shakes, own)["run_motion"].values.tolist()
+    >>> table = {"motion": [0, 0, 1, 2], "level": [2.0, 4.0, 3.0, 5.0]}
+    >>> run_table(tp.catalogue["bookcase-5-shelf"], tp.HousnerImpact(), shakes, table)["run_motion"].values.tolist()
     [0, 0, 1, 2]
     """
     request = check_request(blocks, models, outputs, True, client, progress, screen)
@@ -117,11 +113,11 @@ def run_table(
         **({} if ground is None else {"im_at": GROUND}),
     }
     runs = runs_of(0, 0, wave, rows, kept, scaled, measured, axes)
-    found = labelled(request, [runs], scaled, configuration, "Runs of freestanding blocks by a table")
+    labelled_runs = labelled(request, [runs], scaled, configuration, "Runs of freestanding blocks by a table")
     shaken = Shaken(0.0)
     if request.screen:
         shaken.add(plain)
-    return with_sparse_screen(found, request, shaken, ScreenRequest())
+    return with_sparse_screen(labelled_runs, request, shaken, ScreenRequest())
 
 
 def _rows(table: Any, labels: Mapping[str, list[str]]) -> Rows:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from itertools import product
+from typing import Any
 
 import xarray as xr
 
@@ -25,19 +26,15 @@ from ..adaptive.stopping import ALL_FELL, NONE_FELL
 from ..adaptive.until import MEDIAN, Until, until_of
 from ..hazard.curve import HazardCurve
 from ..runs.request import check_request
+from ..runs.runners import Workers
 from ..runs.scaling import BlockMeasure
-from ..surfaces.curves import PooledCurves
 from ..surfaces.domain import domain_of, some_points
 from ..surfaces.evaluation import LawSurfaces, curves_at
+from ..surfaces.sequential import PooledCurves
 from ..validity.plausibility import block_doubts
 from .region_runs import PooledPlan, PooledRuns, blocks_at, own_options, with_own
 from .surface_results import POOLED, surface_curves, surface_dataset, variables_of
 from .waves import MotionSource, scaled_to
-
-if TYPE_CHECKING:
-    from distributed import Client
-
-    from ..runs.runners import Runner
 
 BLOCKS_A_MOTION = 16
 MOST_BLOCKS_A_MOTION = 256
@@ -53,7 +50,7 @@ def pooled(
     motions: Generator | xr.DataArray | Iterable[xr.DataArray],
     im: str | Measure = "pga",
     until: Mapping[str, Any] | Until | None = None,
-    client: Client | Runner | None = None,
+    client: Workers = None,
     *,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     polarity: str = AS_RECORDED,
@@ -137,8 +134,8 @@ def pooled(
     >>> import toppling as tp
     >>> shelves = [tp.Block(0.3, height) for height in (1.2, 1.5, 1.8, 2.1)]
     >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01)
-    >>> found = pooled(shelves, tp.HousnerImpact(), shakes, until={"median": 0.25})
-    >>> dict(found["half_level"].sizes), found["stopped_because"].values.tolist()
+    >>> curves = pooled(shelves, tp.HousnerImpact(), shakes, until={"median": 0.25})
+    >>> dict(curves["half_level"].sizes), curves["stopped_because"].values.tolist()
     ({'block': 4, 'model': 1}, ['precision reached'])
     """
     checks.callback("progress", progress)
@@ -150,32 +147,32 @@ def pooled(
     given = some_points(plan.domain, points, BAND_POINTS)
     warn(block_doubts(columns))
     laws = [PooledCurves(plan.until, given, plan.seed) for _ in plan.laws]
-    found = PooledRuns(plan, laws, points, progress)
-    checked = found.until_known()
-    for law, one in zip(plan.laws, laws, strict=True):
-        if one.stopped in (NONE_FELL, ALL_FELL):
+    runs = PooledRuns(plan, laws, points, progress)
+    checked = runs.until_known()
+    for law, curves_of_law in zip(plan.laws, laws, strict=True):
+        if curves_of_law.stopped in (NONE_FELL, ALL_FELL):
             raise ValueError(
-                f"{one.stopped} of {law.label} at all levels tried: give motions that shake, or another im"
+                f"{curves_of_law.stopped} of {law.label} at all levels tried: give motions that shake, or another im"
             )
-        if one.near is None:
+        if curves_of_law.near is None:
             raise ValueError(
-                f"{counted(one.motions, 'motion')} of {counted(blocks_per_motion, 'block')} each are too few for a "
-                f"surface of {law.label}: allow more motions, or run more blocks under each"
+                f"{counted(curves_of_law.motions, 'motion')} of {counted(blocks_per_motion, 'block')} each are too few "
+                f"for a surface of {law.label}: allow more motions, or run more blocks under each"
             )
     known = [
-        LawSurfaces(law.near, law.curve, law.band().factor, own.worst)
-        for law, own in zip(laws, checked, strict=True)
+        LawSurfaces(law.near, law.curve, law.band().factor, check.worst)
+        for law, check in zip(laws, checked, strict=True)
         if law.near is not None and law.curve is not None
     ]
     if hazard is not None:
-        unit = found.unit(found.check_points)
-        curves = [curves_at(one, found.check_points, unit, hazard.pieces()[0]) for one in known]
-        known = [one._replace(rates=plane) for one, plane in zip(known, found.rates(curves), strict=True)]
-    surface = surface_dataset(plan, found, known, checked)
+        unit = runs.unit(runs.check_points)
+        curves = [curves_at(fitted, runs.check_points, unit, hazard.pieces()[0]) for fitted in known]
+        known = [fitted._replace(rates=plane) for fitted, plane in zip(known, runs.rates(curves), strict=True)]
+    surface = surface_dataset(plan, runs, known, checked)
     described = {
         "design": POOLED,
         "models": [describe_law(law) for law in plan.laws],
-        **({"own": list(plan.own)} if plan.own else {}),
+        **({"own": list(plan.varied)} if plan.varied else {}),
         "blocks": len(columns),
         **plan.source.describe(),
         "im": plan.scaled.name,
@@ -199,32 +196,35 @@ def checked_plan(
     until: Mapping[str, Any] | Until | None,
     blocks_per_motion: int = BLOCKS_A_MOTION,
     hazard: HazardCurve | None = None,
-    client: Client | Runner | None = None,
+    client: Workers = None,
 ) -> PooledPlan:
     """Check the arguments of `pooled`, and lay out the region of the blocks; errors as there."""
     domain = domain_of(variables_of(columns))
     given = models if isinstance(models, Iterable) else [models]
-    if any(isinstance(one, SlidingLaw) for one in given):
+    if any(isinstance(model, SlidingLaw) for model in given):
         raise ValueError("pooled curves are of blocks that rock: sliding ones differ in other numbers")
     request = check_request(blocks_at(domain, domain.vertices[:1]), models, ["overturned"], True, client, None)
     laws = [model for model in request.models if isinstance(model, Law)]
     varied = tuple(columns.own)
-    for law in laws:
-        _check_own(law, varied)
+    for law, name in product(laws, varied):
+        if name not in law.options:
+            raise ValueError(f"blocks have {name} of their own, and {law.label!r} has none: leave it out, or the law")
+        if name == "e" and law.options["e"] is not None:
+            raise ValueError(f"e must be left out of laws where blocks have their own, got {law.label!r}")
     options = own_options(domain, domain.vertices, varied)
     for block, option in zip(blocks_at(domain, domain.vertices), options, strict=True):
         for law in laws:
             # blocks outside the range of every law, such as an e_R below 0, must be an error before the runs
             with_own(law, option).oscillator(block)
     scaled = scaled_to(im)
-    if isinstance(scaled.one, BlockMeasure):
-        raise ValueError(f"im must not depend on the block, got {scaled.name}: give {scaled.one.measure.label}")
+    if isinstance(scaled.intensity, BlockMeasure):
+        raise ValueError(f"im must not depend on the block, got {scaled.name}: give {scaled.intensity.measure.label}")
     asked = until
     if not isinstance(until, Until):
-        own = dict(until or {}) if isinstance(until, Mapping) or until is None else until
-        if isinstance(own, dict) and isinstance(own.get("motions", {}), Mapping):
-            own["motions"] = {"most": MOST, **own.get("motions", {})}
-        asked = own
+        aims = dict(until or {}) if isinstance(until, Mapping) or until is None else until
+        if isinstance(aims, dict) and isinstance(aims.get("motions", {}), Mapping):
+            aims["motions"] = {"most": MOST, **aims.get("motions", {})}
+        asked = aims
     goal = until_of(asked)
     if goal.target != MEDIAN:
         raise ValueError(f"until must name the median for pooled curves, got {goal.target}")
@@ -236,15 +236,6 @@ def checked_plan(
     if hazard is not None:
         _check_hazard(hazard, plan)
     return plan
-
-
-def _check_own(law: Law, own: Sequence[str]) -> None:
-    """Raise ValueError for a law that does not take the options that blocks have of their own."""
-    for name in own:
-        if name not in law.options:
-            raise ValueError(f"blocks have {name} of their own, and {law.label!r} has none: leave it out, or the law")
-        if name == "e" and law.options["e"] is not None:
-            raise ValueError(f"e must be left out of laws where blocks have their own, got {law.label!r}")
 
 
 def _check_hazard(hazard: HazardCurve, plan: PooledPlan) -> None:

@@ -24,11 +24,22 @@ from ..runs.axes import axes_of
 from ..runs.request import Request, check_vertical
 from ..runs.runners import shared
 from ..runs.scaling import check_factors, name_at
-from ..surfaces.checks import BLOCKS, MOTIONS, RUNS, RUNS_OF_MANY, Check, check_surface
-from ..surfaces.curves import FIRM, PooledCurves
+from ..surfaces.checks import (
+    BLOCKS,
+    MOTIONS,
+    RUNS,
+    RUNS_OF_MANY,
+    STRATA,
+    STRATA_OF_MANY,
+    Check,
+    RatePlane,
+    check_rates,
+    check_surface,
+    rate_levels,
+)
 from ..surfaces.domain import Domain, candidates, check_points, cut_check_points, design_weights, designed, normals
 from ..surfaces.evaluation import Curves
-from ..surfaces.rate_checks import STRATA, STRATA_OF_MANY, RatePlane, check_rates, rate_levels
+from ..surfaces.sequential import FIRM, PooledCurves
 from .adaptive import fall_start, first_levels, peaks_of
 from .other_measures import OtherMeasures
 from .waves import MotionSource, MotionWave, Scaled, run_wave
@@ -48,7 +59,7 @@ CHECKED_TOGETHER = 500
 
 
 class PooledPlan(NamedTuple):
-    """A pooled analysis, checked; most: of the motions; own: the options of its laws that blocks have of their own."""
+    """A pooled analysis, checked; most: of the motions; varied: options of its laws that blocks have of their own."""
 
     request: Request
     laws: Sequence[Law]
@@ -60,7 +71,7 @@ class PooledPlan(NamedTuple):
     blocks_per_motion: int
     seed: int
     hazard: HazardCurve | None
-    own: tuple[str, ...] = ()
+    varied: tuple[str, ...] = ()
 
     @property
     def power(self) -> float:
@@ -70,21 +81,21 @@ class PooledPlan(NamedTuple):
 
 def blocks_at(domain: Domain, points: Array) -> list[Block]:
     """Return blocks of the properties at points of the region."""
-    found: list[Block] = []
+    blocks: list[Block] = []
     for log_p, log_tan, inertia in domain.variables(points)[:, :3].tolist():
         factor = min(max(inertia, 1.0 + 1e-9), 2.0)
         size = STANDARD_GRAVITY / (factor * math.exp(2.0 * log_p))
-        found.append(Block.from_slenderness(math.atan(math.exp(log_tan)), size, factor, f"point {len(found)}"))
-    return found
+        blocks.append(Block.from_slenderness(math.atan(math.exp(log_tan)), size, factor, f"point {len(blocks)}"))
+    return blocks
 
 
-def own_options(domain: Domain, points: Array, own: Sequence[str]) -> list[dict[str, float]]:
+def own_options(domain: Domain, points: Array, names: Sequence[str]) -> list[dict[str, float]]:
     """Return the options of the laws that blocks have of their own (`BlockArray.own`), at points of the region."""
-    found = domain.variables(points)[:, 3:]
-    for column, name in enumerate(own):
+    values = domain.variables(points)[:, 3:]
+    for column, name in enumerate(names):
         # (rounding on the way from the axes must not put an e above 1)
-        found[:, column] = exp(found[:, column]) if name == "delta" else np.minimum(found[:, column], 1.0)
-    return [dict(zip(own, row, strict=True)) for row in found.tolist()]
+        values[:, column] = exp(values[:, column]) if name == "delta" else np.minimum(values[:, column], 1.0)
+    return [dict(zip(names, row, strict=True)) for row in values.tolist()]
 
 
 def checked_runs(made: bool, rated: bool) -> tuple[int, int]:
@@ -96,9 +107,9 @@ def checked_runs(made: bool, rated: bool) -> tuple[int, int]:
     return runs, strata if rated else 0
 
 
-def with_own(law: Law, own: Mapping[str, float]) -> Law:
+def with_own(law: Law, options: Mapping[str, float]) -> Law:
     """Return a law with the options that a block has of its own."""
-    return replace(law, **own) if own else law  # type: ignore[type-var]
+    return replace(law, **options) if options else law  # type: ignore[type-var]
 
 
 class PooledRuns:
@@ -177,19 +188,19 @@ class PooledRuns:
         start = self._start(blocks, part, measured) if any(self.laws[k].near is None for k in going) else (unit, unit)
         x = np.stack([self.laws[k].plan(points, part.numbers, start) for k in going])
         fell = self._fell(points, going, part, (x + unit[:, None])[:, :, None], measured)
-        for own, k in enumerate(going):
-            self.laws[k].add(points, part.numbers, x[own], fell[own, :, 0])
+        for row, k in enumerate(going):
+            self.laws[k].add(points, part.numbers, x[row], fell[row, :, 0])
         self._runs += x.size
 
     def _design(self) -> Array:
         """Return the shares of the candidates, for the law with the widest interval."""
         going = [law for law in self.laws if not law.stopped]
-        worst = max(going, key=lambda one: one.ratios[-1][1] if one.ratios else math.inf)
+        worst = max(going, key=lambda law: law.ratios[-1][1] if law.ratios else math.inf)
         return design_weights(self._candidates, worst.degrees[0], worst.dispersions(self._candidates), worst.cut)
 
     def _tell(self) -> None:
         going = [law for law in self.laws if not law.stopped and law.ratios]
-        widest = max(going, key=lambda one: one.ratios[-1][1], default=None)
+        widest = max(going, key=lambda law: law.ratios[-1][1], default=None)
         if widest is not None:
             motions, ratio = widest.ratios[-1]
             needed = min(self.plan.most, max(motions_needed(motions, ratio, FIRM), motions))
@@ -206,8 +217,8 @@ class PooledRuns:
         """Return the runs of one check of every law, and of its rates, after this number of motions."""
         source = self.plan.source
         under = max(MOTIONS, motions // CHECKED_SHARE) if source.size is None else source.size
-        each = checked_runs(source.size is None, self.plan.hazard is not None)
-        return len(self.laws) * len(self.check_points) * sum(each) * under
+        counts = checked_runs(source.size is None, self.plan.hazard is not None)
+        return len(self.laws) * len(self.check_points) * sum(counts) * under
 
     def _take(self, wave: MotionWave) -> None:
         """Check motions, and keep warnings on them."""
@@ -238,9 +249,9 @@ class PooledRuns:
     def _fell(self, points: Array, laws: Sequence[int], wave: MotionWave, x: Array, measured: Array) -> Any:
         """Run blocks at points (block, axis) at ln levels (law, block, run, motion); return outcomes of that shape."""
         plan = self.plan
-        blocks, options = blocks_at(plan.domain, points), own_options(plan.domain, points, plan.own)
+        blocks, options = blocks_at(plan.domain, points), own_options(plan.domain, points, plan.varied)
         pieces = list(zip(blocks, options, strict=True))
-        specimens = [oscillator_of(one, with_own(plan.laws[k], own)) for k in laws for one, own in pieces]
+        specimens = [oscillator_of(block, with_own(plan.laws[k], weights)) for k in laws for block, weights in pieces]
         levels = exp(x).reshape(len(specimens), *x.shape[2:])
         factors = np.asarray(plan.scaled.factors(levels, measured))
         check_factors(factors, wave.records)
@@ -253,21 +264,21 @@ class PooledRuns:
         """
         points = self._check_points(k, law)
         runs = self._check_runs(k, law, points)
-        found = _raised(law, points, runs)
+        check = _raised(law, points, runs)
         before = self._worst_before_cut.pop(k, None)
         if before is not None:
-            found = _better(law, found, points, runs, before)
+            check = _better(law, check, points, runs, before)
         # (a few blocks may miss a jump that all runs together show)
-        elif k not in self._tried_cuts and law.cut_region(normals(self.plan.domain), found.passed):
+        elif k not in self._tried_cuts and law.cut_region(normals(self.plan.domain), check.passed):
             self._tried_cuts.add(k)
-            self._worst_before_cut[k] = found.worst
+            self._worst_before_cut[k] = check.worst
             if not self._goes_on(law):
                 return self._checked(k, law)
-            return found
+            return check
         missed = law.stopped == REACHED and law.band().reach > self.plan.until.room
-        if found.passed and missed and not self._goes_on(law):
+        if check.passed and missed and not self._goes_on(law):
             law.run_out(MOST_MOTIONS if self.plan.source.size is None else NO_MORE)
-        return found
+        return check
 
     def _goes_on(self, law: PooledCurves) -> bool:
         """Continue with a law that has reached its precision if there are motions left; return True if it continues."""
@@ -291,9 +302,9 @@ class PooledRuns:
         unit = self._unit(blocks)[:, None, None]
         n, _ = checked_runs(plan.source.size is None, rated=False)
         parts: list[tuple[Index, Array, Any]] = []
-        for wave in self._others():
-            each, block = np.arange(n)[:, None, None], np.arange(len(points))[:, None]
-            places = (each + block + wave.numbers) % RUNS
+        for wave in self._further_waves():
+            run, block = np.arange(n)[:, None, None], np.arange(len(points))[:, None]
+            places = (run + block + wave.numbers) % RUNS
             x = np.moveaxis(law.near_medians(points, np.linspace(-1.0, 1.0, RUNS)[places]), 0, 1)
             measured = plan.scaled.measured(wave, blocks)[0]
             parts.append((wave.numbers, x, self._fell(points, [k], wave, (x + unit)[None], measured)[0]))
@@ -309,11 +320,11 @@ class PooledRuns:
         blocks = blocks_at(plan.domain, self.check_points)
         _, strata = checked_runs(plan.source.size is None, rated=True)
         parts: list[tuple[Index, Array, Any]] = []
-        for wave in self._others():
+        for wave in self._further_waves():
             uniform = [stream(plan.seed, *RATE_KEY, int(number)).random((2, strata)) for number in wave.numbers]
             drawn = np.stack(uniform, axis=-1)
             levels = [rate_levels(plan.hazard, curve.log_curve_median, curve.dispersion, drawn) for curve in curves]
-            x, weights = (np.stack(one) for one in zip(*levels, strict=True))
+            x, weights = (np.stack(arrays) for arrays in zip(*levels, strict=True))
             measured = plan.scaled.measured(wave, blocks)[0]
             parts.append((wave.numbers, weights, self._fell(self.check_points, range(len(curves)), wave, x, measured)))
             self._runs += x.size
@@ -323,7 +334,7 @@ class PooledRuns:
             check_rates(self.check_points, curve.rate, weights[k], fell[k], motions) for k, curve in enumerate(curves)
         ]
 
-    def _others(self) -> Iterator[MotionWave]:
+    def _further_waves(self) -> Iterator[MotionWave]:
         """Return motions of which the surfaces have no runs; all motions of a set."""
         source = self.plan.source
         first, n = 0, self.plan.most
@@ -342,12 +353,12 @@ def _raised(law: PooledCurves, points: Array, runs: tuple[Index, Array, Flags]) 
     """Check a law, with a degree more and again if it fails, and return the last check."""
     while True:
         assert law.near is not None
-        found = check_surface(law.near, points, *runs)
-        if found.passed or not law.raise_degree():
-            return found
+        check = check_surface(law.near, points, *runs)
+        if check.passed or not law.raise_degree():
+            return check
 
 
-def _better(law: PooledCurves, found: Check, points: Array, runs: tuple[Index, Array, Flags], before: float) -> Check:
+def _better(law: PooledCurves, check: Check, points: Array, runs: tuple[Index, Array, Flags], before: float) -> Check:
     """Decide if a cut stays, by the first check with it, and return the check of the remaining surface.
 
     The cut stays if the blocks differ from it by at most half as much as from one surface through the same runs. The
@@ -355,9 +366,9 @@ def _better(law: PooledCurves, found: Check, points: Array, runs: tuple[Index, A
     check before the cut, 0 if that check had passed.
     """
     cut = law.without_cut()
-    other = _raised(law, points, runs)
-    if found.worst < SHRUNK * other.worst:
+    uncut = _raised(law, points, runs)
+    if check.worst < SHRUNK * uncut.worst:
         law.take(cut)
-        return found
+        return check
     # (that these blocks differ less does not take back what the others said)
-    return other._replace(worst=max(other.worst, before))
+    return uncut._replace(worst=max(uncut.worst, before))

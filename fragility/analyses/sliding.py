@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -25,19 +25,14 @@ from ...models.sliding.runs import LABELS, TRIP_VELOCITY
 from ...models.sliding.trip import OF_TRIPS, TRIPS, trips
 from ...motions.arrays import AS_GIVEN, DRAW, POLARITY, RECORD, Record, polarity_coordinate
 from ...motions.polarity import AS_RECORDED, BOTH, POLARITIES, REVERSED
-from ..numerics.slabs import in_memory
 from ..runs.axes import along_depth, along_width, axes_of
 from ..runs.outputs import BOTH as OF_BOTH, OUTPUTS
-from ..runs.plan import Work, plan_chunks
+from ..runs.plan import Work
 from ..runs.provenance import blocks_of, carried_attributes, factors_of, records_of
-from ..runs.request import ENDS, runner_of
+from ..runs.request import ENDS, collect, runner_of
+from ..runs.runners import Runner, Workers
+from ..validity.friction_demand import friction_by_block
 from ..validity.plausibility import LEAST_GAP, cut_slides, end_doubts
-from ..validity.sliding import friction_by_block
-
-if TYPE_CHECKING:
-    from distributed import Client
-
-    from ..runs.runners import Runner
 
 DRAWS = 100
 """Coefficients of friction that each motion is run with."""
@@ -64,7 +59,7 @@ def slide_runs(
     friction: float | Friction | Mapping[str, float | Friction],
     kinetic_ratio: float = 1.0,
     draws: int = DRAWS,
-    client: Client | Runner | None = None,
+    client: Workers = None,
     progress: Progress | None = None,
     polarity: str = AS_RECORDED,
     trip: float | Mapping[str, float] | None = None,
@@ -141,8 +136,8 @@ def slide_runs(
     >>> from toppling.models.friction import LognormalFriction
     >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(4)
     >>> runs = tp.ida(tp.catalogue["file-vertical-2-drawer"], tp.HousnerImpact(), shakes, [2.0, 9.8])
-    >>> found = slide_runs(runs, shakes, LognormalFriction(0.5, 0.3), draws=20)
-    >>> (found["mode"] == 1).mean("motion").values.round(2).tolist()  # at 0.2 g, and at 1 g
+    >>> slides = slide_runs(runs, shakes, LognormalFriction(0.5, 0.3), draws=20)
+    >>> (slides["mode"] == 1).mean("motion").values.round(2).tolist()  # at 0.2 g, and at 1 g
     [[[0.0, 0.75]]]
     """
     ratio = PART.number("kinetic_ratio", kinetic_ratio)
@@ -161,7 +156,7 @@ def slide_runs(
     if plane and obstacles:
         raise ValueError("trip must be left out for motions of both components: trips are of one component")
     names = (*SLIPS, AFTER, TRIP_VELOCITY) if obstacles else (*SLIPS, AFTER)
-    coefficients = np.stack([coefficients_of(one, number) for one in available])
+    coefficients = np.stack([coefficients_of(block_friction, number) for block_friction in available])
     if (coefficients == coefficients[:, :1]).all():
         coefficients = coefficients[:, :1]
     factors = factors_of(runs)
@@ -179,8 +174,8 @@ def slide_runs(
         if sliding.size:
             at = obstacles.get(block.label, math.inf)
             wanted = names if block.label in obstacles else (*SLIPS, AFTER)
-            found = slips_of(sliders_of(coefficient[sliding], ratio, at, plane), plain, scale, runner, wanted)
-            for name, values in found.items():
+            slid = slips_of(sliders_of(coefficient[sliding], ratio, at, plane), plain, scale, runner, wanted)
+            for name, values in slid.items():
                 # (what rocks about its width does not slide along it alone)
                 slips[name][i, sliding] = np.where(modes[i, sliding] == Mode.SLIDES, values, 0.0) if plane else values
         done += sliding.size
@@ -188,7 +183,7 @@ def slide_runs(
             progress(done * scale.size, total * scale.size)
     for values in slips.values():
         values[modes == Mode.AIRBORNE] = np.nan
-    on, labels = cut_slides(slips["slide_peak"], slips.pop(AFTER)), [one.label for one in plain]
+    on, labels = cut_slides(slips["slide_peak"], slips.pop(AFTER)), [record.label for record in plain]
     doubts = end_doubts(on, labels)
     warn(doubts)
     if mirrored:
@@ -215,13 +210,13 @@ def slide_runs(
 
 def _fallen_off(blocks: list[Block], slips: Mapping[str, Array]) -> Any:
     """Return flags of blocks that slid over their edges (block, draw, level, motion)."""
-    found = np.zeros(slips["slide_forward"].shape, np.bool_)
-    for own, block, forward, backward in zip(
-        found, blocks, slips["slide_forward"], slips["slide_backward"], strict=True
+    fallen = np.zeros(slips["slide_forward"].shape, np.bool_)
+    for flags, block, forward, backward in zip(
+        fallen, blocks, slips["slide_forward"], slips["slide_backward"], strict=True
     ):
         if block.edge is not None:
-            own[...] = block.edge.fallen_off(forward, backward, block.b)
-    return found
+            flags[...] = block.edge.fallen_off(forward, backward, block.b)
+    return fallen
 
 
 def slides_below(block: Block, plane: bool) -> float:
@@ -239,8 +234,8 @@ def number_of_slides(block: Block, friction: Friction, plane: bool, draws: int =
 
 def coefficients_of(friction: Friction, number: int) -> Array:
     """Return equally probable coefficients in increasing order, the quantiles of (k + 1/2)/number."""
-    found = friction.quantile((np.arange(number) + 0.5) / number)
-    return np.clip(found, LEAST_FRICTION, MOST_FRICTION)
+    coefficients = friction.quantile((np.arange(number) + 0.5) / number)
+    return np.clip(coefficients, LEAST_FRICTION, MOST_FRICTION)
 
 
 def _obstacles(trip: float | Mapping[str, float] | None, labels: Sequence[str]) -> dict[str, float]:
@@ -251,22 +246,22 @@ def _obstacles(trip: float | Mapping[str, float] | None, labels: Sequence[str]) 
     unknown = [name for name in given if name not in labels]
     if unknown:
         raise ValueError(f"trip must name blocks of the runs, got {unknown[0]!r}")
-    return {name: checks.number("trip", one, at_least=LEAST_GAP, unit="m") for name, one in given.items()}
+    return {name: checks.number("trip", distance, at_least=LEAST_GAP, unit="m") for name, distance in given.items()}
 
 
 def demands(motions: Sequence[Record], factors: Array) -> Array:
     """Return the friction (level, motion) that keeps blocks in place under motions times factors (level, motion)."""
-    found = [demand(motion.acceleration, motion.vertical, factors[:, k].copy()) for k, motion in enumerate(motions)]
-    return np.stack(found, axis=1)
+    columns = [demand(motion.acceleration, motion.vertical, factors[:, k].copy()) for k, motion in enumerate(motions)]
+    return np.stack(columns, axis=1)
 
 
 def demands_in_plane(motions: Sequence[Record], factors: Array, level: float) -> Array:
     """Return the same under both components of motions, of a block with this b/h along its width."""
-    found = [
+    columns = [
         demand_in_plane(motion.acceleration, along_depth(motion).acceleration, motion.vertical, factors[:, k], level)
         for k, motion in enumerate(motions)
     ]
-    return np.stack(found, axis=1)
+    return np.stack(columns, axis=1)
 
 
 def _modes(block: Block, coefficients: Array, motions: Sequence[Record], factors: Array, plane: bool) -> Any:
@@ -296,16 +291,9 @@ def slips_of(
     """Return outputs (`SLIPS`, m) of sliders (slider, level, motion) under motions times factors (level, motion).
 
     Motions are along the width, and have the motions along the depth as companions if blocks slide in the plane.
-
-    They are NaN in runs in which the vertical acceleration takes the weight.
+    Outputs are NaN in runs in which the vertical acceleration takes the weight.
     """
-    work = Work(sliders, tuple(motions), factors[None], True, names)
-    shape = (len(sliders), factors.shape[0], len(motions))
-    found = {name: in_memory(shape, np.float64) for name in names}
-    for chunk, part in runner.run(work, plan_chunks(work)):
-        for name, values in zip(names, part.results, strict=True):
-            found[name][chunk.row : chunk.row_stop, :, chunk.first : chunk.stop] = values
-    return found
+    return collect(Work(sliders, tuple(motions), factors[None], True, names), runner, None).results
 
 
 def _labelled(
@@ -320,16 +308,16 @@ def _labelled(
 
     `mirrored`: the second half of the draws are the first with the floor moving the other way.
     """
-    each, motions = coefficients.shape[1], runs.sizes["motion"]
-    draws = each // 2 if mirrored else each
+    per_motion, motions = coefficients.shape[1], runs.sizes["motion"]
+    draws = per_motion // 2 if mirrored else per_motion
     dims = ("block", "model", "level", "motion") if "level" in runs.dims else ("block", "model", "motion")
 
     def on_runs(values: Any) -> Any:
-        found = np.moveaxis(values, 1, -1).reshape(values.shape[0], 1, values.shape[2], motions * each)
-        return found if "level" in runs.dims else found[:, :, 0]
+        sequence = np.moveaxis(values, 1, -1).reshape(values.shape[0], 1, values.shape[2], motions * per_motion)
+        return sequence if "level" in runs.dims else sequence[:, :, 0]
 
-    every = np.repeat(np.arange(motions), each)
-    own = {"block", "level", "motion"}
+    every = np.repeat(np.arange(motions), per_motion)
+    shared = {"block", "level", "motion"}
     coordinates = {
         name: coordinate.isel(motion=every) if "motion" in coordinate.dims else coordinate
         for name, coordinate in runs.coords.items()
@@ -337,15 +325,15 @@ def _labelled(
     kept = {
         name: coordinate.variable
         for name, coordinate in coordinates.items()
-        if coordinate.dims and {*coordinate.dims} <= own
+        if coordinate.dims and {*coordinate.dims} <= shared
     }
-    if each > 1:
+    if per_motion > 1:
         labels = [str(value) for value in runs["motion"].values[every]]
-        reverse = np.tile(np.arange(each) >= draws, motions)
+        reverse = np.tile(np.arange(per_motion) >= draws, motions)
         names = [label + REVERSED if back else label for label, back in zip(labels, reverse.tolist(), strict=True)]
         if draws > 1:
             names = [f"{name}, friction {k % draws + 1}" for k, name in enumerate(names)]
-            kept[DRAW] = xr.Variable("motion", np.tile(np.arange(each) % draws + 1, motions), OF_DRAWS)
+            kept[DRAW] = xr.Variable("motion", np.tile(np.arange(per_motion) % draws + 1, motions), OF_DRAWS)
         if mirrored:
             kept[POLARITY] = polarity_coordinate(reverse)
         kept[RECORD] = xr.Variable("motion", kept.get(RECORD, kept["motion"]).values, AS_GIVEN)

@@ -16,8 +16,7 @@ from ...core.units import DIMENSIONLESS, PER_YEAR, described, provenance
 from ...motions.arrays import BOTH_AXES, motion_coordinates
 from ...motions.intensity.evaluation import measure_variables
 from ...motions.intensity.naming import GROUND, measure_named
-from ..adaptive.account import account, half_width
-from ..adaptive.curve import SequentialCurve
+from ..adaptive.sequential import SequentialCurve, account, half_width
 from ..adaptive.stopping import reason_text
 from ..adaptive.until import MEDIAN, PROBABILITY, RATE
 from ..runs.labels import depth_coordinate
@@ -30,7 +29,7 @@ from ..surfaces.gain import gain_words
 from ..validity.screen import with_screen
 from ..validity.slab_screen import ScreenRequest
 from ..validity.sparse_screen import Shaken, sparse_screen
-from .analysis import OF_WIDTH, specimens_of, told
+from .analysis import OF_WIDTH, specimens_of, with_words
 from .friction_draws import FRICTION
 from .other_measures import OtherMeasures
 from .waves import MotionWave, Rows, Scaled
@@ -74,11 +73,11 @@ def runs_of(
     }
     peaks = measure_variables(wave.records, [measure_named("pga")])
     if axes == BOTH_AXES:
-        peaks = {name: told(peak, OF_WIDTH) for name, peak in peaks.items()}
+        peaks = {name: with_words(peak, OF_WIDTH) for name, peak in peaks.items()}
     coordinates: dict[str, xr.Variable] = {**motion_coordinates(list(wave.records)), **peaks}
     long_name = name_at(scaled.long_name, wave.records, wave.ground)
-    if scaled.one is not None:
-        values = measured if isinstance(scaled.one, BlockMeasure) else measured[0]
+    if scaled.intensity is not None:
+        values = measured if isinstance(scaled.intensity, BlockMeasure) else measured[0]
         name = scaled.name if wave.ground is None else f"{GROUND}_{scaled.name}"
         attributes = described(long_name, scaled.units)
         coordinates[name] = xr.Variable(("motion",) if values.ndim == 1 else ("block", "motion"), values, attributes)
@@ -126,24 +125,24 @@ def labelled(
         **(depth_coordinate(request.blocks) if waves[0].axes else {}),
         **{str(name): coordinate.variable for name, coordinate in motions.coords.items()},
     }
-    told = provenance({**specimens.configuration, **configuration})
-    attributes = {"title": title, "design": configuration["design"], "im": scaled.name, **told}
+    described_configuration = provenance({**specimens.configuration, **configuration})
+    attributes = {"title": title, "design": configuration["design"], "im": scaled.name, **described_configuration}
     return xr.Dataset(variables, coords=coordinates, attrs=attributes)
 
 
 def with_estimates(
-    runs: xr.Dataset, curves: Sequence[SequentialCurve], others: OtherMeasures, state: str | None
+    runs: xr.Dataset, curves: Sequence[SequentialCurve], other_measures: OtherMeasures, state: str | None
 ) -> xr.Dataset:
     """Add to runs the estimates of each curve, and the better measures; the attribute `state` if not overturning."""
     until, shape = curves[0].until, (runs.sizes["block"], runs.sizes["model"])
-    gains = [others.gains(curve.seen) for curve in curves]
+    gains = [other_measures.gains(curve.seen) for curve in curves]
     # (of other answers the scatter of capacities does not say how many motions they take)
-    offers = [gain_words(others.labels, gain) if until.target == MEDIAN else "" for gain in gains]
-    other = others.variables(gains, ("block", "model"), shape)
-    found = runs.assign(curve_variables(curves, shape, runs["level"].attrs, offers, state))
+    offers = [gain_words(other_measures.labels, gain) if until.target == MEDIAN else "" for gain in gains]
+    ratios = other_measures.variables(gains, ("block", "model"), shape)
+    estimated = runs.assign(curve_variables(curves, shape, runs["level"].attrs, offers, state))
     return (
-        found.assign({str(name): variable.variable for name, variable in other.data_vars.items()})
-        .assign_coords({str(name): coordinate.variable for name, coordinate in other.coords.items()})
+        estimated.assign({str(name): variable.variable for name, variable in ratios.data_vars.items()})
+        .assign_coords({str(name): coordinate.variable for name, coordinate in ratios.coords.items()})
         .assign_attrs(
             until=json.dumps(until.describe()),
             **({} if state is None else {"state": state}),
@@ -152,13 +151,13 @@ def with_estimates(
     )
 
 
-def with_sparse_screen(found: xr.Dataset, request: Request, shaken: Shaken, asked: ScreenRequest) -> xr.Dataset:
+def with_sparse_screen(runs: xr.Dataset, request: Request, shaken: Shaken, asked: ScreenRequest) -> xr.Dataset:
     """Add to runs the variables of their screen, if requested."""
     if not request.screen:
-        return found
-    about = 2 if configuration_of(found).get(AXES) == BOTH_AXES else 1
-    progress = part_of(request.progress, about * found.sizes[RUN])
-    return with_screen(found, sparse_screen(found, shaken, asked, request.runner, progress))
+        return runs
+    about = 2 if configuration_of(runs).get(AXES) == BOTH_AXES else 1
+    progress = part_of(request.progress, about * runs.sizes[RUN])
+    return with_screen(runs, sparse_screen(runs, shaken, asked, request.runner, progress))
 
 
 def numbers(dim: str, n: int) -> dict[str, xr.Variable]:
@@ -185,14 +184,14 @@ def curve_variables(
 
     def column(name: str, values: Sequence[Any], units: str, text: str) -> None:
         array = np.array(values, dtype=object if isinstance(values[0], str) else None).reshape(shape)
-        found[name] = xr.Variable(dims, array, described(text, units))
+        variables[name] = xr.Variable(dims, array, described(text, units))
 
     def interval(name: str, ends: Sequence[tuple[float, float, float]], units: str, text: str) -> None:
         for suffix, k in (("", 0), ("_lower", 1), ("_upper", 2)):
             words = ("", "lower end of the 95 % interval of: ", "upper end of the 95 % interval of: ")[k]
             column(f"{name}{suffix}", [end[k] for end in ends], units, words + text)
 
-    found: dict[str, xr.Variable] = {}
+    variables: dict[str, xr.Variable] = {}
     looks = [curve.looks[-1] for curve in curves]
     near = f"level at which {half}, from levels near it: {measure}"
     interval("half_level", [_ends(look.local) for look in looks], unit, near)
@@ -209,7 +208,7 @@ def curve_variables(
     if target == RATE:
         interval("rate", asked, PER_YEAR, f"annual rate of {of}, from weighted runs without a form of curve")
         fitted = [curve.fitted_rate() for curve in curves]
-        rates = [math.nan if one is None else one.value for one in fitted]
+        rates = [math.nan if rate is None else rate.value for rate in fitted]
         text = f"annual rate of {of}, of the lognormal curve through all runs"
         column("rate_of_curve", rates, PER_YEAR, text)
         differ = [curve.rate_misfit() for curve in curves]
@@ -228,8 +227,8 @@ def curve_variables(
         for curve, offer in zip(curves, offers, strict=True)
     ]
     column("account", accounts, DIMENSIONLESS, "what was reached, and what more would bring")
-    found |= look_variables(curves, shape)
-    return found
+    variables |= look_variables(curves, shape)
+    return variables
 
 
 def look_variables(curves: Sequence[SequentialCurve], shape: tuple[int, int]) -> dict[str, xr.Variable]:
@@ -239,7 +238,7 @@ def look_variables(curves: Sequence[SequentialCurve], shape: tuple[int, int]) ->
     for row, curve in zip(widths, curves, strict=True):
         row[: len(curve.looks)] = [half_width(curve, look.ratio) for look in curve.looks]
     text = "half width of the 95 % interval after each wave, in the terms of until"
-    motions: Index = np.array([one.motions for one in longest], dtype=np.int64)
+    motions: Index = np.array([look.motions for look in longest], dtype=np.int64)
     return {
         "look_half_width": xr.Variable(("block", "model", "look"), widths.reshape(*shape, -1), described(text)),
         "look_motions": xr.Variable("look", motions, described("motions until the look")),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -22,14 +22,10 @@ from ..runs.factors import dense, unscaled
 from ..runs.labels import measured
 from ..runs.provenance import STRIPES
 from ..runs.request import check_request
+from ..runs.runners import Workers
 from ..runs.scaling import Scaling, ground_of, increasing, intensity_measure, scaling
 from ..validity.plausibility import stripe_doubts
 from .analysis import Design, analyse, specimens_of
-
-if TYPE_CHECKING:
-    from distributed import Client
-
-    from ..runs.runners import Runner
 
 Motions = xr.DataArray | Iterable[xr.DataArray] | Selection
 AT_LEVEL = 1e-9
@@ -43,7 +39,7 @@ def stripes(
     levels: Any,
     im: str | Measure = "pga",
     outputs: Sequence[str] | None = None,
-    client: Client | Runner | None = None,
+    client: Workers = None,
     *,
     screen: bool = True,
     scale: bool = True,
@@ -107,13 +103,13 @@ def stripes(
     _check_selections(motions, values, im)
     arrays, sets = _sets("motions", motions, values.size, polarity)
     below = [None] * values.size if ground is None else _sets("ground", ground, values.size, polarity)[1]
-    plain = [record for own in sets for record in own]
+    plain = [record for members in sets for record in members]
     scalings = stripe_scalings(values, sets, im, request.blocks, below, scale)
     scaled = _joined(scalings)
-    stripe = np.repeat(np.arange(1, values.size + 1), [len(own) for own in sets])
+    stripe = np.repeat(np.arange(1, values.size + 1), [len(members) for members in sets])
     names, given = [record.label for record in plain], [record.given for record in plain]
     if len(set(names)) < len(names):
-        plain = [one._replace(label=f"{one.label}, stripe {k}") for one, k in zip(plain, stripe, strict=True)]
+        plain = [record._replace(label=f"{record.label}, stripe {k}") for record, k in zip(plain, stripe, strict=True)]
     attributes = {"units": scaled.units, "long_name": scaled.long_name, "im": scaled.name}
     intensity = xr.Variable("motion", values[stripe - 1], attributes)
     design = Design(
@@ -150,38 +146,38 @@ def stripe_scalings(
     scale: bool,
 ) -> list[Scaling]:
     """Return the scaling of each stripe to its level; motions that are run as they are are doubted if far from it."""
-    found = []
+    scalings = []
     for level, motions, earth in zip(levels, sets, below, strict=True):
         # (motions of floors that yield belong to their level, and are taken as they are)
-        own = motions if scale else [motion._replace(own_level=False) for motion in motions]
-        found.append(scaling([level], own, im, blocks, None if earth is None else ground_of(own, earth)))
+        shaking = motions if scale else [motion._replace(own_level=False) for motion in motions]
+        scalings.append(scaling([level], shaking, im, blocks, None if earth is None else ground_of(shaking, earth)))
     if scale:
-        return found
-    measured = [1.0 if scaled.measured is None else scaled.measured for scaled in found]
-    warn(stripe_doubts(found[0].name, zip(levels, measured, strict=True)))
+        return scalings
+    measured = [1.0 if scaled.measured is None else scaled.measured for scaled in scalings]
+    warn(stripe_doubts(scalings[0].name, zip(levels, measured, strict=True)))
     return [
-        scaled._replace(factors=np.ones((1, 1, len(sequence)))) for scaled, sequence in zip(found, sets, strict=True)
+        scaled._replace(factors=np.ones((1, 1, len(sequence)))) for scaled, sequence in zip(scalings, sets, strict=True)
     ]
 
 
 def _check_selections(motions: Any, levels: Array, im: str | Measure) -> None:
     """Raise ValueError for a selection of another level or measure, or one that does not agree with the hazard."""
     chosen = list(motions) if isinstance(motions, list | tuple) else []
-    if not any(isinstance(one, Selection) for one in chosen):
+    if not any(isinstance(stripe, Selection) for stripe in chosen):
         return
     measure = intensity_measure(im)
-    if not all(isinstance(one, Selection) for one in chosen):
+    if not all(isinstance(stripe, Selection) for stripe in chosen):
         raise TypeError("motions must all be selections, or none of them")
-    for i, (one, level) in enumerate(zip(chosen, levels, strict=False), start=1):
-        given, at = one.report.attrs["given"], one.report.attrs["level"]
+    for i, (selection, level) in enumerate(zip(chosen, levels, strict=False), start=1):
+        given, at = selection.report.attrs["given"], selection.report.attrs["level"]
         if measure is None or measure.label != given:
             raise ValueError(f"motions[{i}] is selected for levels of {given}, im must be that, got {im!r}")
         if abs(at / level - 1.0) > AT_LEVEL:
             raise ValueError(f"motions[{i}] is selected for {given} = {at:g}, its level is {level:g}")
-        if not one.consistent:
+        if not selection.consistent:
             raise ValueError(
-                f"motions[{i}] is not hazard-consistent ({one.why}): select from other candidates, leave the level "
-                "out, or give its motions as they are"
+                f"motions[{i}] is not hazard-consistent ({selection.why}): select from other candidates, leave the "
+                "level out, or give its motions as they are"
             )
 
 
@@ -204,12 +200,12 @@ def _sets(
     sets = list(motions)
     if len(sets) != n:
         raise ValueError(f"{name} must hold one set of motions for each of the {n} levels, got {len(sets)}")
-    every, found = [], []
-    for i, one in enumerate(sets, start=1):
+    every, records_by_stripe = [], []
+    for i, members in enumerate(sets, start=1):
         try:
-            arrays = arrays_under(one.motions if isinstance(one, Selection) else one, polarity)
-            found.append(records(arrays))
+            arrays = arrays_under(members.motions if isinstance(members, Selection) else members, polarity)
+            records_by_stripe.append(records(arrays))
         except (TypeError, ValueError) as error:
             raise type(error)(f"{name}[{i}]: {error}") from None
         every += arrays
-    return every, found
+    return every, records_by_stripe

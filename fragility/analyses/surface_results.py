@@ -12,19 +12,26 @@ import xarray as xr
 
 from ...core import checks
 from ...core.elementary import Array, arctan, exp, log, tan
-from ...core.units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, PER_YEAR, RADIAN, STANDARD_GRAVITY, described
+from ...core.units import (
+    ANGULAR_VELOCITY,
+    DIMENSIONLESS,
+    PER_YEAR,
+    RADIAN,
+    STANDARD_GRAVITY,
+    described,
+    variables as variables_on,
+)
 from ...core.wording import counted
 from ...models import Block
 from ...models.block_array import BlockArray
 from ..adaptive.stopping import REACHED, motions_needed
 from ..hazard.curve import HazardCurve
-from ..runs.labels import law_coordinates
-from ..surfaces.checks import Check
-from ..surfaces.curves import FIRM, PooledCurves
+from ..runs.labels import OF_BLOCKS, law_coordinates
+from ..surfaces.checks import Check, RatePlane
 from ..surfaces.domain import NARROW, Domain
 from ..surfaces.evaluation import Curves, LawSurfaces, curves_at
 from ..surfaces.gain import gain_words
-from ..surfaces.rate_checks import RatePlane
+from ..surfaces.sequential import FIRM, PooledCurves
 from ..surfaces.surface import Cut, Surface
 from .region_runs import PooledPlan, PooledRuns, own_options
 
@@ -60,35 +67,35 @@ def surface_curves(
         raise ValueError("surface must keep its dimension model: select laws with a list, isel(model=[0])")
     if hazard is not None and json.dumps(hazard.describe()) != surface.attrs.get("hazard"):
         raise ValueError("hazard must be that of the analysis, on which its check of rates depends")
-    own = json.loads(surface.attrs["own"])
-    if list(columns.own) != own:
-        having = " and ".join(own) or "neither e nor delta"
+    options = json.loads(surface.attrs["own"])
+    if list(columns.own) != options:
+        having = " and ".join(options) or "neither e nor delta"
         raise ValueError(f"blocks must have {having} of their own, as those of the analysis")
     domain = Domain(*(surface[f"region_{name}"].values for name in Domain._fields))
     points = domain.points(variables_of(columns))
     inside = domain.holds(points)
     if not inside.all():
         first = int(np.argmin(inside))
-        others = int((~inside).sum()) - 1
-        which = f"{str(columns.names[first])!r:.80} " + (f"and {others:,} more are" if others else "is")
+        rest = int((~inside).sum()) - 1
+        which = f"{str(columns.names[first])!r:.80} " + (f"and {rest:,} more are" if rest else "is")
         raise ValueError(f"{which} outside the region of the blocks of the analysis, where its surfaces say nothing")
     log_unit = float(surface.attrs["power"]) * log(STANDARD_GRAVITY * tan(columns.alpha))
     pieces = None if hazard is None else hazard.pieces()[0]
-    found = [
+    curves = [
         curves_at(_law_surfaces(surface, i, domain.size), points, log_unit, pieces)
         for i in range(surface.sizes["model"])
     ]
-    return _curve_dataset(columns, found, surface, hazard is not None)
+    return _curve_dataset(columns, curves, surface, hazard is not None)
 
 
 def variables_of(columns: BlockArray) -> Array:
     """Return ln p, ln tan(alpha), the inertia factor, and own e and ln delta of blocks, (block, variable)."""
-    own = [log(values) if name == "delta" else values for name, values in columns.own.items()]
-    return np.stack([log(columns.p), log(tan(columns.alpha)), columns.inertia, *own], axis=1)
+    options = [log(values) if name == "delta" else values for name, values in columns.own.items()]
+    return np.stack([log(columns.p), log(tan(columns.alpha)), columns.inertia, *options], axis=1)
 
 
 def surface_dataset(
-    plan: PooledPlan, found: PooledRuns, known: Sequence[LawSurfaces], checked: Sequence[Check]
+    plan: PooledPlan, runs: PooledRuns, known: Sequence[LawSurfaces], checked: Sequence[Check]
 ) -> xr.Dataset:
     """Return the surfaces, their checks and the runs as a dataset."""
     none = {"units": DIMENSIONLESS}
@@ -113,7 +120,7 @@ def surface_dataset(
         term = f"{kind}_term"
         near = kind == "near"
         which, spread = ("runs near the medians", " (of all runs, times a factor)") if near else ("all runs", "")
-        for name, own, on, text in (
+        for name, array, on, text in (
             ("coefficients", coefficients, ("model", term), f"of ln median, then of ln dispersion{spread}"),
             ("covariance", covariance, ("model", term, f"{term}_too"), "of the coefficients"),
             (
@@ -125,7 +132,7 @@ def surface_dataset(
             ("motions", [surface.motions for surface in surfaces], ("model",), "number of motions"),
         ):
             long_name = f"surface of {which}: {name} {text}" if name != "motions" else f"{text} of the surface"
-            variables[f"{kind}_{name}"] = xr.Variable(on, own, {**none, "long_name": long_name})
+            variables[f"{kind}_{name}"] = xr.Variable(on, array, {**none, "long_name": long_name})
 
     variables |= _cut_variables([surfaces.near.cut for surfaces in known], plan.domain.size)
 
@@ -133,7 +140,7 @@ def surface_dataset(
         kind = object if isinstance(values[0], str) else None
         variables[name] = xr.Variable("model", np.array(values, dtype=kind), {**none, "long_name": text})
 
-    reaches = [math.expm1(law.band().reach + surfaces.apart) for law, surfaces in zip(found.laws, known, strict=True)]
+    reaches = [math.expm1(law.band().reach + surfaces.apart) for law, surfaces in zip(runs.laws, known, strict=True)]
     of_laws(
         "band_factor", [surfaces.factor for surfaces in known], "standard errors within which all medians lie at once"
     )
@@ -141,31 +148,29 @@ def surface_dataset(
         "lack_of_fit", [math.expm1(surfaces.apart) for surfaces in known], "share by which checks differ beyond chance"
     )
     of_laws("check_p_value", [check.p_value for check in checked], "chance of differences as large as the check's")
-    of_laws("motions_run", [law.motions for law in found.laws], "motions of the surface")
+    of_laws("motions_run", [law.motions for law in runs.laws], "motions of the surface")
     of_laws("half_width", reaches, "half width of the widest interval of a median, as a share")
-    of_laws("stopped_because", [law.stopped for law in found.laws], "why no further motions were run")
-    gains = [found.others.gains(law.centred) for law in found.laws]
-    offers = [gain_words(found.others.labels, gain) for gain in gains]
-    accounts = [_account(plan, *each) for each in zip(found.laws, known, checked, reaches, offers, strict=True)]
+    of_laws("stopped_because", [law.stopped for law in runs.laws], "why no further motions were run")
+    gains = [runs.others.gains(law.centred) for law in runs.laws]
+    offers = [gain_words(runs.others.labels, gain) for gain in gains]
+    accounts = [_account(plan, *parts) for parts in zip(runs.laws, known, checked, reaches, offers, strict=True)]
     of_laws("account", accounts, "what was reached, and what more would bring")
     if plan.hazard is not None:
         variables |= _rate_variables(known, plan.domain.size + 1)
-    variables |= _check_variables(plan, checked) | _run_variables(plan, found)
-    surfaces_found = xr.Dataset(variables, coords=_law_coordinates(plan), attrs=_attributes(plan, found))
-    return surfaces_found.merge(found.others.variables(gains, ("model",), (len(gains),)))
+    variables |= _check_variables(plan, checked) | _run_variables(plan, runs)
+    surfaces_found = xr.Dataset(variables, coords=_law_coordinates(plan), attrs=_attributes(plan, runs))
+    return surfaces_found.merge(runs.others.variables(gains, ("model",), (len(gains),)))
 
 
-def _attributes(plan: PooledPlan, found: PooledRuns) -> dict[str, Any]:
+def _attributes(plan: PooledPlan, runs: PooledRuns) -> dict[str, Any]:
     """Return the attributes that curves of further blocks need."""
-    rated = {} if plan.hazard is None else {"hazard": json.dumps(plan.hazard.describe())}
-    asked = json.dumps(plan.until.describe())
     return {
-        "until": asked,
-        "own": json.dumps(plan.own),
+        "until": json.dumps(plan.until.describe()),
+        "own": json.dumps(plan.varied),
         "power": plan.power,
         "level_units": plan.scaled.units,
-        "level_name": found.level_name,
-        **rated,
+        "level_name": runs.level_name,
+        **({} if plan.hazard is None else {"hazard": json.dumps(plan.hazard.describe())}),
     }
 
 
@@ -202,18 +207,18 @@ def _cut_words(plan: PooledPlan, cut: Cut) -> str:
     """Return the place of the cut of the region, in the terms of its blocks."""
     domain = plan.domain
     k = next(i for i in range(domain.back.shape[1]) if np.array_equal(domain.back[:, i], cut.normal))
-    low, place, high = (float(domain.middle[k]) + one for one in (cut.low, cut.place, cut.high))
-    own = plan.own[k - 3] if k >= 3 else ""
+    low, place, high = (float(domain.middle[k]) + shift for shift in (cut.low, cut.place, cut.high))
+    option = plan.varied[k - 3] if k >= 3 else ""
     if k == 0 and float(np.sqrt((domain.back[:, 2] ** 2).sum())) < NARROW:
         # with one inertia factor the frequency gives the size
         inertia = float(domain.middle[2])
-        high, place, low = (STANDARD_GRAVITY / (inertia * math.exp(2.0 * one)) for one in (low, place, high))
+        high, place, low = (STANDARD_GRAVITY / (inertia * math.exp(2.0 * log_p)) for log_p in (low, place, high))
         name, unit = "a size R", " m"
-    elif k in {0, 1} or own == "delta":
-        low, place, high = (math.exp(one) for one in (low, place, high))
+    elif k in {0, 1} or option == "delta":
+        low, place, high = (math.exp(log_value) for log_value in (low, place, high))
         name, unit = {0: ("a frequency p", " 1/s"), 1: ("tan α", "")}.get(k, ("δ", ""))
     else:
-        name, unit = ("an inertia factor" if k == 2 else own), ""
+        name, unit = ("an inertia factor" if k == 2 else option), ""
     return (
         f"the region is cut at {name} of {place:#.4g}{unit}, where medians jump: intervals of blocks between "
         f"{low:#.4g} and {high:#.4g}{unit} hold both sides"
@@ -252,40 +257,32 @@ def _rate_variables(known: Sequence[LawSurfaces], terms: int) -> dict[str, xr.Va
 def _check_variables(plan: PooledPlan, checked: Sequence[Check]) -> dict[str, xr.Variable]:
     most = max(check.difference.size for check in checked)
     shape = len(checked), most
-    columns = {name: np.full(shape, np.nan) for name in ("difference", "error", "p", "alpha", *plan.own)}
+    columns = {name: np.full(shape, np.nan) for name in ("difference", "error", "p", "alpha", *plan.varied)}
     for i, check in enumerate(checked):
-        n = check.difference.size
         log_p, log_tan = plan.domain.variables(check.points)[:, :2].T
-        options = own_options(plan.domain, check.points, plan.own)
-        for name in plan.own:
-            columns[name][i, :n] = [option[name] for option in options]
-        for name, values in (
-            ("difference", check.difference),
-            ("error", check.error),
-            ("p", exp(log_p)),
-            ("alpha", arctan(exp(log_tan))),
-        ):
-            columns[name][i, :n] = values
+        options = own_options(plan.domain, check.points, plan.varied)
+        values = {name: np.array([option[name] for option in options]) for name in plan.varied}
+        values |= {"difference": check.difference, "error": check.error, "p": exp(log_p), "alpha": arctan(exp(log_tan))}
+        for name, array in values.items():
+            columns[name][i, : check.difference.size] = array
     labels = {
         "difference": (DIMENSIONLESS, "ln median of a block from runs of its own, less that of the surface"),
         "error": (DIMENSIONLESS, "standard error of the difference"),
         "p": (ANGULAR_VELOCITY, "rocking frequency parameter of the block"),
         "alpha": (RADIAN, "slenderness angle of the block"),
-        **{name: (DIMENSIONLESS, f"{_OWN[name]} of the block") for name in plan.own},
+        **{name: (DIMENSIONLESS, f"{_OWN[name]} of the block") for name in plan.varied},
     }
     return {
-        f"check_{name}": xr.Variable(
-            ("model", "check"), columns[name], dict(zip(("units", "long_name"), label, strict=True))
-        )
-        for name, label in labels.items()
+        f"check_{name}": xr.Variable(("model", "check"), columns[name], described(text, units))
+        for name, (units, text) in labels.items()
     }
 
 
-def _run_variables(plan: PooledPlan, found: PooledRuns) -> dict[str, xr.Variable]:
-    pools = [law.runs for law in found.laws]
+def _run_variables(plan: PooledPlan, runs: PooledRuns) -> dict[str, xr.Variable]:
+    pools = [law.runs for law in runs.laws]
     points = np.concatenate([pool.points for pool in pools])
     log_p, log_tan, inertia = plan.domain.variables(points)[:, :3].T
-    options = own_options(plan.domain, points, plan.own)
+    options = own_options(plan.domain, points, plan.varied)
     unit = plan.power * (math.log(STANDARD_GRAVITY) + log_tan)
     model = np.repeat(np.arange(len(pools)), [pool.x.size for pool in pools])
     labels: dict[str, tuple[Any, str, str]] = {
@@ -296,12 +293,12 @@ def _run_variables(plan: PooledPlan, found: PooledRuns) -> dict[str, xr.Variable
         "run_inertia_factor": (inertia, DIMENSIONLESS, "inertia factor of its block"),
         **{
             f"run_{name}": (np.array([option[name] for option in options]), DIMENSIONLESS, f"{_OWN[name]} of its block")
-            for name in plan.own
+            for name in plan.varied
         },
         "run_level": (
             exp(np.concatenate([pool.x for pool in pools]) + unit),
             plan.scaled.units,
-            f"level of the run: {found.level_name}",
+            f"level of the run: {runs.level_name}",
         ),
         "run_overturned": (
             np.concatenate([pool.fell for pool in pools]),
@@ -309,10 +306,7 @@ def _run_variables(plan: PooledPlan, found: PooledRuns) -> dict[str, xr.Variable
             "whether the block overturned",
         ),
     }
-    return {
-        name: xr.Variable("pooled_run", values, described(text, units))
-        for name, (values, units, text) in labels.items()
-    }
+    return {name: xr.Variable(*variable) for name, variable in variables_on("pooled_run", labels).items()}
 
 
 _OWN = {"e": "coefficient of restitution", "delta": "half width of the elastic zone over alpha"}
@@ -320,23 +314,23 @@ _OWN = {"e": "coefficient of restitution", "delta": "half width of the elastic z
 
 def _law_coordinates(plan: PooledPlan) -> dict[str, xr.Variable]:
     """Return the labels and options of laws, without the options that blocks have of their own."""
-    found = law_coordinates(plan.laws)
+    coordinates = law_coordinates(plan.laws)
     signs = {"e": "e=", "delta": "δ="}
     labels = []
     for law in plan.laws:
         parts = law.label.split(" ")
-        for name in plan.own:
+        for name in plan.varied:
             parts = [f"{signs[name]}own" if part.startswith(signs[name]) else part for part in parts]
         labels.append(" ".join(parts))
-    found["model"] = xr.Variable("model", np.array(labels, dtype=object), found["model"].attrs)
-    if "delta" in plan.own:
-        found["delta"] = xr.Variable("model", np.full(len(labels), np.nan), found["delta"].attrs)
-    return found
+    coordinates["model"] = xr.Variable("model", np.array(labels, dtype=object), coordinates["model"].attrs)
+    if "delta" in plan.varied:
+        coordinates["delta"] = xr.Variable("model", np.full(len(labels), np.nan), coordinates["delta"].attrs)
+    return coordinates
 
 
 def _law_surfaces(surface: xr.Dataset, i: int, variables: int) -> LawSurfaces:
     """Return the surfaces of a law from a dataset."""
-    found = []
+    pair = []
     cut = None
     if "cut_normal" in surface and np.isfinite(surface["cut_places"].values[i]).all():
         cut = Cut(surface["cut_normal"].values[i], *surface["cut_places"].values[i].tolist())
@@ -346,9 +340,9 @@ def _law_surfaces(surface: xr.Dataset, i: int, variables: int) -> LawSurfaces:
         first, second = surface[f"{kind}_degrees"].values[i].tolist()
         covariance = surface[f"{kind}_covariance"].values[i, :n, :n]
         motions = int(surface[f"{kind}_motions"].values[i])
-        found.append(Surface(variables, (first, second), coefficients[:n], covariance, motions, np.zeros((0, n)), cut))
+        pair.append(Surface(variables, (first, second), coefficients[:n], covariance, motions, np.zeros((0, n)), cut))
     factor, apart = (float(surface[name].values[i]) for name in ("band_factor", "lack_of_fit"))
-    near, curve = found
+    near, curve = pair
     rates = None
     if "rate_coefficients" in surface and np.isfinite(surface["rate_coefficients"].values[i]).all():
         rates = RatePlane(*(surface[f"rate_{name}"].values[i] for name in RatePlane._fields))
@@ -358,7 +352,7 @@ def _law_surfaces(surface: xr.Dataset, i: int, variables: int) -> LawSurfaces:
 _INTERVAL = ("", "lower end of the 95 % interval of: ", "upper end of the 95 % interval of: ")
 
 
-def _curve_dataset(columns: BlockArray, found: Sequence[Curves], surface: xr.Dataset, rated: bool) -> xr.Dataset:
+def _curve_dataset(columns: BlockArray, laws: Sequence[Curves], surface: xr.Dataset, rated: bool) -> xr.Dataset:
     """Return curves as variables on (block, model)."""
     unit = surface.attrs["level_units"]
     name = surface.attrs["level_name"]
@@ -379,8 +373,8 @@ def _curve_dataset(columns: BlockArray, found: Sequence[Curves], surface: xr.Dat
     for k, (name, (units, text)) in enumerate(labels.items()):
         if name.startswith("rate") and not rated:
             continue
-        values = np.empty((len(columns), len(found)))
-        for i, curves in enumerate(found):
+        values = np.empty((len(columns), len(laws)))
+        for i, curves in enumerate(laws):
             values[:, i] = exp(curves[k]) if units == unit else curves[k]
         variables[name] = xr.Variable(("block", "model"), values, described(text, units))
     of_laws = {
@@ -396,15 +390,7 @@ def _block_columns(columns: BlockArray) -> dict[str, xr.Variable]:
     """Return the labels and properties of blocks."""
     labels = {
         "block": (columns.names.astype(object), DIMENSIONLESS, "block"),
-        "width": (columns.width, METRE, "full width"),
-        "height": (columns.height, METRE, "full height"),
-        "cm_height": (columns.cm_height, METRE, "height of the centre of mass"),
-        "alpha": (columns.alpha, RADIAN, "slenderness angle"),
-        "R": (columns.R, METRE, "distance from the centre of mass to the corner"),
-        "p": (columns.p, ANGULAR_VELOCITY, "rocking frequency parameter"),
-        "inertia_factor": (columns.inertia, DIMENSIONLESS, "moment of inertia about the corner over m R²"),
+        **{name: (getattr(columns, name.removesuffix("_factor")), *words) for name, words in OF_BLOCKS.items()},
         **{f"own_{name}": (values, DIMENSIONLESS, f"{_OWN[name]} of its own") for name, values in columns.own.items()},
     }
-    return {
-        name: xr.Variable("block", values, described(text, units)) for name, (values, units, text) in labels.items()
-    }
+    return {name: xr.Variable(*variable) for name, variable in variables_on("block", labels).items()}

@@ -73,14 +73,14 @@ class Scaled(NamedTuple):
     units: str
     long_name: str
     base: Measure | None
-    one: Measure | BlockMeasure | None
+    intensity: Measure | BlockMeasure | None
 
     def measured(self, wave: MotionWave, blocks: Sequence[Block]) -> Array:
         """Return the measure of the unscaled motions, (block or 1, motion)."""
-        if self.one is None:
+        if self.intensity is None:
             return np.ones((1, len(wave.records)))
-        found = intensities(self.one, wave.records if wave.ground is None else wave.ground, blocks)
-        return np.atleast_2d(found)
+        values = intensities(self.intensity, wave.records if wave.ground is None else wave.ground, blocks)
+        return np.atleast_2d(values)
 
     def factors(self, levels: Array, measured: Array) -> Array:
         """Return the factors that bring motions of a measure to levels; shapes that broadcast."""
@@ -93,11 +93,11 @@ class Scaled(NamedTuple):
 
 def scaled_to(im: str | Measure) -> Scaled:
     """Return the measure of a name; errors as `intensity_measure`."""
-    one = intensity_measure(im)
-    if one is None:
+    intensity = intensity_measure(im)
+    if intensity is None:
         return Scaled(SCALE, DIMENSIONLESS, "scale factor", None, None)
-    base = one.measure if isinstance(one, BlockMeasure) else one
-    return Scaled(one.label, one.units, one.long_name, base, one)
+    base = intensity.measure if isinstance(intensity, BlockMeasure) else intensity
+    return Scaled(intensity.label, intensity.units, intensity.long_name, base, intensity)
 
 
 class MotionSource:
@@ -125,7 +125,7 @@ class MotionSource:
         if len({record.floor for record in records}) > 1:
             raise ValueError("motions must be of one floor for adaptive levels, got several: take one at a time")
         below = None if ground is None else ground_of(records, records_under(ground, polarity))
-        given = [list(own) for _, own in groupby(range(len(records)), lambda i: records[i].given)]
+        given = [list(members) for _, members in groupby(range(len(records)), lambda i: records[i].given)]
         order = stream(seed, *ORDER).permutation(len(given))
         self._sets = [[records[i] for i in given[k]] for k in order]
         self._below = None if below is None else [[below[i] for i in given[k]] for k in order]
@@ -137,10 +137,10 @@ class MotionSource:
             records = records_under(self.generator.sample(n, self.seed, first), self._polarity)
             ways = len(records) // n
             return MotionWave(np.repeat(np.arange(first, first + n), ways), records, None)
-        own = self._sets[first : first + n]
-        numbers = np.repeat(np.arange(first, first + len(own)), [len(one) for one in own])
-        below = None if self._below is None else [one for two in self._below[first : first + n] for one in two]
-        return MotionWave(numbers, [one for two in own for one in two], below)
+        sets = self._sets[first : first + n]
+        numbers = np.repeat(np.arange(first, first + len(sets)), [len(members) for members in sets])
+        below = None if self._below is None else [record for two in self._below[first : first + n] for record in two]
+        return MotionWave(numbers, [record for two in sets for record in two], below)
 
     def most(self, until: Until) -> int:
         """Return the maximum number of motions; ValueError for a set smaller than the required minimum."""
@@ -209,10 +209,10 @@ def run_rows(
     both = axes_of(records) == BOTH_AXES
     specimens = specimens_in(request, both and request.sliding)
     across = request.specimens(across=True) if both and not request.sliding else None
-    found: dict[str, NDArray[Any]] = {}
+    outputs: dict[str, NDArray[Any]] = {}
     grids = list(_grids(rows.block * len(request.models) + rows.model, rows.motion))
-    each = 1 if across is None else 2
-    done, total = 0, each * sum(at.size for _, _, at in grids)
+    axes = 1 if across is None else 2
+    done, total = 0, axes * sum(at.size for _, _, at in grids)
     of_runs = np.append(factors, 1.0)
     for curves, motions, at in grids:
         results = run_wave(
@@ -223,10 +223,10 @@ def run_rows(
             of_runs[at],
             part_of(progress, done, total),
         )
-        done += each * at.size
+        done += axes * at.size
         for name, values in results.items():
-            found.setdefault(name, np.empty(of_runs.size, values.dtype))[at] = values
-    return {name: values[:-1] for name, values in found.items()}
+            outputs.setdefault(name, np.empty(of_runs.size, values.dtype))[at] = values
+    return {name: values[:-1] for name, values in outputs.items()}
 
 
 def _grids(curve: Index, motion: Index) -> Iterator[tuple[list[int], list[int], Index]]:
@@ -238,21 +238,21 @@ def _grids(curve: Index, motion: Index) -> Iterator[tuple[list[int], list[int], 
     order = np.lexsort((motion, curve))
     new = np.diff(curve[order], prepend=-1).astype(bool) | np.diff(motion[order], prepend=-1).astype(bool)
     starts = np.flatnonzero(new)
-    each = np.diff(np.append(starts, curve.size))
+    runs = np.diff(np.append(starts, curve.size))
     of_cell, under = curve[order[starts]], motion[order[starts]]
     grids: dict[tuple[int, tuple[int, ...]], list[tuple[int, Index]]] = {}
-    cells = np.lexsort((of_cell, each))
-    ends = np.flatnonzero(np.diff(each[cells]).astype(bool) | np.diff(of_cell[cells]).astype(bool)) + 1
+    cells = np.lexsort((of_cell, runs))
+    ends = np.flatnonzero(np.diff(runs[cells]).astype(bool) | np.diff(of_cell[cells]).astype(bool)) + 1
     for mine in np.split(cells, ends):
-        alike = int(each[mine[0]]), tuple(under[mine].tolist())
+        alike = int(runs[mine[0]]), tuple(under[mine].tolist())
         grids.setdefault(alike, []).append((int(of_cell[mine[0]]), starts[mine]))
     if len(grids) > MOST_GRIDS and len(grids) * FEWEST_OF_A_GRID > curve.size:
         every, motion_of = np.unique(of_cell), np.unique(under)
-        if every.size * motion_of.size * each.max() <= MOST_REPEATED * curve.size:
-            at = np.full((every.size, each.max(), motion_of.size), -1)
-            for k in range(each.max()):
-                own = starts + np.minimum(k, each - 1)
-                at[np.searchsorted(every, of_cell), k, np.searchsorted(motion_of, under)] = order[own]
+        if every.size * motion_of.size * runs.max() <= MOST_REPEATED * curve.size:
+            at = np.full((every.size, runs.max(), motion_of.size), -1)
+            for k in range(runs.max()):
+                picked = starts + np.minimum(k, runs - 1)
+                at[np.searchsorted(every, of_cell), k, np.searchsorted(motion_of, under)] = order[picked]
             yield every.tolist(), motion_of.tolist(), at
             return
     for (number, motions), curves in grids.items():

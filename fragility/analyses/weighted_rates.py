@@ -28,13 +28,13 @@ def weighted_rate_samples(runs: xr.Dataset, replicates: int, seed: int = 0, stat
     drawn = draw_motions((np.arange(clusters.max() + 1),), replicates, seed)
     verdicts = runs[needed_output(state)].values
     alpha = runs["alpha"].values if "alpha" in runs.coords else np.full(runs.sizes["block"], math.nan)
-    found = np.empty((runs.sizes["block"], runs.sizes["model"], replicates))
-    for i, j, own, motions in curves_of(runs):
-        fell = np.asarray(flags_of(verdicts[own], state, float(alpha[i])), dtype=np.bool_)
-        found[i, j] = weighted_samples(runs["weight"].values[own], fell, clusters[motions], drawn)
+    rates = np.empty((runs.sizes["block"], runs.sizes["model"], replicates))
+    for i, j, rows, motions in curves_of(runs):
+        fell = np.asarray(flags_of(verdicts[rows], state, float(alpha[i])), dtype=np.bool_)
+        rates[i, j] = weighted_samples(runs["weight"].values[rows], fell, clusters[motions], drawn)
     text = "annual rate of each replicate, from weighted runs without a form of curve"
     return xr.DataArray(
-        found,
+        rates,
         {"block": runs["block"].variable, "model": runs["model"].variable},
         ("block", "model", "replicate"),
         attrs=described(text, PER_YEAR),

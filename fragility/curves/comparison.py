@@ -39,42 +39,42 @@ def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARG
     --------
     >>> import xarray as xr
     >>> ends = {"median": 2.0, "median_lower": 1.6, "median_upper": 2.4}
-    >>> found = xr.Dataset({name: ("block", [value], {"units": "m s-1"}) for name, value in ends.items()},
-    ...                    {"block": ["shelf"]}, {"im": "pgv"})
+    >>> curves = xr.Dataset({name: ("block", [value], {"units": "m s-1"}) for name, value in ends.items()},
+    ...                     {"block": ["shelf"]}, {"im": "pgv"})
     >>> known = xr.Dataset({"median": ("block", [1.0], {"units": "m s-1"})}, {"block": ["shelf"]}, {"im": "pgv"})
-    >>> median_ratio(found, known)["verdict"].values.tolist()
+    >>> median_ratio(curves, known)["verdict"].values.tolist()
     ['higher']
     """
     width = CHANCE.number("margin", margin)
-    for name, one, other in (
+    for name, expected, given in (
         ("measure", curves.attrs.get("im"), published.attrs.get("im")),
         ("unit", curves["median"].attrs.get("units"), published["median"].attrs.get("units")),
     ):
-        if one != other:
-            raise ValueError(f"published medians must be of the {name} of the curves, {one!r}, got {other!r}")
+        if expected != given:
+            raise ValueError(f"published medians must be of the {name} of the curves, {expected!r}, got {given!r}")
     blocks = [block for block in curves["block"].values if block in published["block"].values]
     if not blocks:
         raise ValueError("curves and published medians must have blocks in common, got none")
-    here = curves.sel(block=blocks)
+    compared = curves.sel(block=blocks)
     base = (
         published["median"]
         .sel(block=blocks)
         .drop_vars([name for name in published["median"].coords if name != "block"], errors="ignore")
     )
-    ratio, lower, upper = (here[name] / base for name in ("median", "median_lower", "median_upper"))
+    ratio, lower, upper = (compared[name] / base for name in ("median", "median_lower", "median_upper"))
     least, most = 1.0 / (1.0 + width), 1.0 + width
     low, high = (end.transpose(*ratio.dims).values for end in (lower, upper))
     conditions = [np.isnan(low) | np.isnan(high), (low >= least) & (high <= most), low > 1.0, high < 1.0]
     verdict = np.select(conditions, [OPEN, AGREES, HIGHER, LOWER], OPEN).astype(object)
     text = "median over the published one"
-    found = {
+    results = {
         "ratio": (ratio, text),
         "lower": (lower, f"lower end of the interval of the {text}"),
         "upper": (upper, f"upper end of the interval of the {text}"),
         "verdict": (ratio.copy(data=verdict), "fitted median against the published one: agrees, higher, lower or open"),
     }
     return xr.Dataset(
-        {name: one.assign_attrs(units=DIMENSIONLESS, long_name=words) for name, (one, words) in found.items()},
+        {name: data.assign_attrs(units=DIMENSIONLESS, long_name=words) for name, (data, words) in results.items()},
         attrs={
             "title": "Medians against published ones",
             **provenance_from("ratio of medians", {"margin": width}, curves=curves, published=published),

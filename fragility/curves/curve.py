@@ -107,13 +107,13 @@ class TabulatedCurves(NamedTuple):
                     f"{exp(points[row, at]):g}: give outside='least' or 'most'"
                 )
         most = outside == MOST
-        found = np.empty(points.shape)
+        chances = np.empty(points.shape)
         for row, (line, value, shift) in enumerate(zip(points, values, shifts, strict=True)):
             ends = {"left": value[0] if most else 0.0, "right": 1.0 if most else value[-1]} if outside != REFUSE else {}
-            found[row] = np.interp(line, self.log_levels + shift, value, **ends)
+            chances[row] = np.interp(line, self.log_levels + shift, value, **ends)
         broken = np.isnan(values).any(axis=1)
-        found[broken] = np.nan
-        return found.reshape(shape)
+        chances[broken] = np.nan
+        return chances.reshape(shape)
 
     def shifted(self, log_factor: Array) -> Self:
         """Return the curves with every level multiplied by a factor, given by its logarithm."""
@@ -167,7 +167,7 @@ def form_name(curves: xr.Dataset) -> str:
         UPLIFT: ("median", "dispersion", "uplift_median", "uplift_dispersion"),
         **dict.fromkeys(LINKED, ("median", "dispersion")),
     }.get(name, ("probability", "level"))
-    missing = [one for one in wanted if one not in curves]
+    missing = [key for key in wanted if key not in curves]
     if missing:
         held = ", ".join(map(str, curves.data_vars)) or "nothing"
         raise ValueError(
@@ -190,16 +190,16 @@ def curve_arrays(curves: xr.Dataset, replicates: bool = False) -> tuple[CurveArr
         return _tabulated(curves, suffix)
     wanted = ["median", "dispersion"] + (["uplift_median", "uplift_dispersion"] if name == UPLIFT else [])
     # a fit may keep the uplift fixed and resample only the rest
-    found = [curves[one + suffix] if one + suffix in curves else curves[one] for one in wanted]
-    arrays = xr.broadcast(*found)
+    parameters = [curves[key + suffix] if key + suffix in curves else curves[key] for key in wanted]
+    arrays = xr.broadcast(*parameters)
     dims = _ordered(arrays[0].dims)
     values = [np.asarray(array.transpose(*dims).values, dtype=np.float64) for array in arrays]
-    for one, value in zip(wanted, values, strict=True):
-        wrong = value < 0.0 if one.endswith("dispersion") else value <= 0.0
+    for parameter, value in zip(wanted, values, strict=True):
+        wrong = value < 0.0 if parameter.endswith("dispersion") else value <= 0.0
         wrong |= np.isinf(value)
         if wrong.any():
-            allowed = "finite and >= 0" if one.endswith("dispersion") else "finite and > 0"
-            raise ValueError(f"{one} of the curves must be {allowed}, got {value[wrong][0]:g}")
+            allowed = "finite and >= 0" if parameter.endswith("dispersion") else "finite and > 0"
+            raise ValueError(f"{parameter} of the curves must be {allowed}, got {value[wrong][0]:g}")
     if name in LINKED:
         if (values[1] == 0.0).any():
             raise ValueError(f"dispersion of {name} curves must be > 0, got 0")

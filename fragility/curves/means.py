@@ -54,10 +54,10 @@ def resampled_means(
     n = values.shape[-1]
     counts = draw_motions(strata or (np.arange(n),), replicates, seed)
     flat = values.reshape(-1, n)
-    found = array((flat.shape[0], replicates), np.float64)
+    means = array((flat.shape[0], replicates), np.float64)
     for part in _parts(*flat.shape):
-        found[part] = _means(flat[part], counts)
-    return found.reshape(*values.shape[:-1], replicates)
+        means[part] = _means(flat[part], counts)
+    return means.reshape(*values.shape[:-1], replicates)
 
 
 def _parts(statistics: int, motions: int) -> Iterator[slice]:
@@ -106,19 +106,19 @@ def mean_interval(
     n = values.shape[-1]
     flat = np.ascontiguousarray(values, dtype=np.float64).reshape(-1, n)
     mean = flat.mean(axis=-1)
-    own = strata or (np.arange(n),)
-    agree = np.all([flat[:, one].min(axis=-1) == flat[:, one].max(axis=-1) for one in own], axis=0)
+    groups = strata or (np.arange(n),)
+    agree = np.all([flat[:, stratum].min(axis=-1) == flat[:, stratum].max(axis=-1) for stratum in groups], axis=0)
     ends = np.empty((2, flat.shape[0]))
-    counts = draw_motions(own, replicates, seed) if drawn is None else drawn
+    counts = draw_motions(groups, replicates, seed) if drawn is None else drawn
     for part in _parts(*flat.shape):
-        ends[:, part] = _studentised(flat[part], counts, level, own, signed)
+        ends[:, part] = _studentised(flat[part], counts, level, groups, signed)
     if most is None:
         ends[:, agree] = np.nan
     else:
         bound = np.broadcast_to(np.asarray(most, dtype=np.float64), values.shape[:-1]).ravel()
         ends = np.minimum(ends, bound)
         bound = bound[agree]
-        fewest = min(one.size for one in own)
+        fewest = min(stratum.size for stratum in groups)
         differing = float(wilson_interval(np.zeros(1, np.int64), np.array([fewest]), level)[1][0])
         ends[0, agree] = mean[agree] * (1.0 - differing)
         ends[1, agree] = ends[0, agree] + bound * differing
@@ -135,8 +135,8 @@ def sampling_error(values: Array | Flags, ways: int = 1) -> Array:
     motions, draws = values.shape[-2], values.shape[-1] // ways
     if draws == 1:
         return np.full(values.shape[:-2], np.nan)
-    each = values.reshape(*values.shape[:-1], ways, draws).mean(axis=-2)
-    return np.asarray(np.sqrt(each.var(axis=-1, ddof=1).sum(axis=-1) / draws) / motions)
+    ways_mean = values.reshape(*values.shape[:-1], ways, draws).mean(axis=-2)
+    return np.asarray(np.sqrt(ways_mean.var(axis=-1, ddof=1).sum(axis=-1) / draws) / motions)
 
 
 def share_error(flags: Array | Flags, ways: int = 1) -> Array:
@@ -176,7 +176,7 @@ def quantiles(
     n, realisations = values.shape[-2:]
     pooled = np.sort(values.reshape(*values.shape[:-2], -1), axis=-1)
     bound = np.broadcast_to(np.asarray(most, dtype=np.float64), pooled.shape[:-1])
-    found = np.empty((4, *pooled.shape[:-1], probabilities.size))
+    table = np.empty((4, *pooled.shape[:-1], probabilities.size))
     for i, q in enumerate(probabilities):
         cumulative = scipy.special.bdtr(np.arange(n + 1), n, q)
         tail = 0.5 - 0.5 * confidence
@@ -184,16 +184,16 @@ def quantiles(
         low = int(np.searchsorted(cumulative, tail))
         high = int(np.searchsorted(cumulative, 1.0 - tail)) + 1
         rank = max(1, math.ceil(q * n * realisations * (1.0 - 1e-12)))
-        found[0, ..., i] = pooled[..., rank - 1]
-        found[1, ..., i] = pooled[..., (low - 1) * realisations] if low > 0 else 0.0
-        found[2, ..., i] = pooled[..., high * realisations - 1] if high <= n else bound
-        at = found[0, ..., i][..., None, None]
+        table[0, ..., i] = pooled[..., rank - 1]
+        table[1, ..., i] = pooled[..., (low - 1) * realisations] if low > 0 else 0.0
+        table[2, ..., i] = pooled[..., high * realisations - 1] if high <= n else bound
+        at = table[0, ..., i][..., None, None]
         error = np.stack([-share_error(values < at, ways), share_error(values <= at, ways)], axis=-1)
         shares = np.nan_to_num(q + ERRORS * error)
         ranks = np.clip(np.ceil(shares * n * realisations), 1, n * realisations).astype(np.int64)
         away = np.abs(np.take_along_axis(pooled, ranks - 1, axis=-1) - at[..., 0]).max(axis=-1) / ERRORS
-        found[3, ..., i] = np.where(np.isnan(error).any(axis=-1), np.nan, away)
-    return Quantiles(*found)
+        table[3, ..., i] = np.where(np.isnan(error).any(axis=-1), np.nan, away)
+    return Quantiles(*table)
 
 
 def _studentised(values: Array, counts: Array, confidence: float, strata: tuple[Index, ...], signed: bool) -> Array:
@@ -207,8 +207,8 @@ def _studentised(values: Array, counts: Array, confidence: float, strata: tuple[
     variance, variances = np.zeros_like(centre), np.zeros_like(drawn)
     for stratum in strata:
         # (sums of arrays in another order of memory have other last digits)
-        own, often = np.ascontiguousarray(relative[:, stratum]), np.ascontiguousarray(counts[:, stratum])
-        deviation = own - own.mean(axis=1, keepdims=True)
+        values_of_stratum, often = np.ascontiguousarray(relative[:, stratum]), np.ascontiguousarray(counts[:, stratum])
+        deviation = values_of_stratum - values_of_stratum.mean(axis=1, keepdims=True)
         variance += np.sum(deviation**2, axis=1, keepdims=True)
         variances += np.einsum("sn,rn->sr", deviation**2, often)
         variances -= np.einsum("sn,rn->sr", deviation, often) ** 2 / stratum.size

@@ -80,7 +80,7 @@ def _counts(flags: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:
         return _at_levels(flags)
     parts = [_at_levels(flags.isel(motion=group)) for group in groups]
     rest = [dim for dim in parts[0][0].dims if dim != "level"]
-    overturnings, runs = (xr.concat(one, floor).transpose(*rest, "floor", ...) for one in zip(*parts, strict=True))
+    overturnings, runs = (xr.concat(part, floor).transpose(*rest, "floor", ...) for part in zip(*parts, strict=True))
     return overturnings, runs
 
 

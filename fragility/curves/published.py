@@ -10,16 +10,14 @@ from __future__ import annotations
 import csv
 from collections.abc import Sequence
 from importlib import resources
-from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.doubts import warn
 from ...core.elementary import Array, exp, log, power
-from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY, described, provenance
+from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY, described, provenance, variables as variables_on
 from ...models import Block
 from ...motions.intensity.measure import MEASURES
 from ..fitting.states import OK
@@ -103,17 +101,17 @@ def p58_estimate(blocks: Block | Sequence[Block]) -> xr.Dataset:
     >>> round(p58_estimate(Block(0.40, 1.80))["median"].item(), 3)
     0.393
     """
-    found = labelled_sequence("blocks", blocks, Block)
-    width, height = _widths(found)
+    every = labelled_sequence("blocks", blocks, Block)
+    width, height = _widths(every)
     a, b, c = P58_COEFFICIENTS
     rows = fema_p58()
-    outside = np.zeros(len(found), dtype=bool)
+    outside = np.zeros(len(every), dtype=bool)
     for sizes, known in ((width, rows["width"].values), (height, rows["height"].values)):
         outside |= (sizes < known.min()) | (sizes > known.max())
     curves = _curves(
-        found,
+        every,
         exp(a + b * log(width) + c * log(height)),
-        np.full(len(found), DISPERSION),
+        np.full(len(every), DISPERSION),
         "pgv",
         "Fragility by the law between FEMA P-58's medians",
     )
@@ -157,16 +155,16 @@ def japanese(blocks: Block | Sequence[Block], criterion: str = "acceleration") -
     >>> round(japanese(block)["median"].item(), 3), round(japanese(block, "velocity")["median"].item(), 3)
     (2.664, 0.492)
     """
-    found = labelled_sequence("blocks", blocks, Block)
+    every = labelled_sequence("blocks", blocks, Block)
     chosen = checks.choice("criterion", criterion, CRITERIA)
-    width, height = _widths(found)
+    width, height = _widths(every)
     slenderness = width / height
     if chosen == "acceleration":
         im, median = "pga", STANDARD_GRAVITY * slenderness * (1.0 + slenderness)
     else:
         # 10 cm/s with sizes in cm is 1 m/s with sizes in m: 0.1 m/s * 100 / sqrt(100)
         im, median = "pgv", width / np.sqrt(height) * power(1.0 + slenderness, 2.5)
-    return _curves(found, median, np.full(len(found), DISPERSION), im, f"Japanese criterion of overturning in {chosen}")
+    return _curves(every, median, np.full(len(every), DISPERSION), im, f"Japanese criterion of overturning in {chosen}")
 
 
 def _widths(blocks: Sequence[Block]) -> tuple[Array, Array]:
@@ -178,14 +176,14 @@ def _widths(blocks: Sequence[Block]) -> tuple[Array, Array]:
 def _curves(blocks: Sequence[Block], median: Array, dispersion: Array, im: str, title: str) -> xr.Dataset:
     """Return lognormal curves on ``block`` that need no fit."""
     measure = MEASURES[im]
-    variables: dict[str, tuple[NDArray[Any], str, str]] = {
+    table = {
         "median": (median, measure.units, f"median {measure.long_name} at overturning"),
         "dispersion": (dispersion, DIMENSIONLESS, "lognormal standard deviation of the fragility curve"),
         "converged": (np.ones(len(blocks), dtype=bool), DIMENSIONLESS, "whether there is a curve"),
         "status": (np.array([OK] * len(blocks), dtype=object), DIMENSIONLESS, "ok, or why there is no estimate"),
     }
     return xr.Dataset(
-        {name: ("block", values, described(text, unit)) for name, (values, unit, text) in variables.items()},
+        variables_on("block", table),
         coords=block_coordinates(blocks),
         attrs={
             "title": title,

@@ -49,14 +49,14 @@ def resurrections(ida: xr.Dataset, state: State = OVERTURNED) -> xr.Dataset:
     floor, groups = motions_by_floor(flags)
     flags = flags.sortby("level").transpose(..., "level", "motion")
     parts = [_counts(flags.isel(motion=motions)) for motions in groups]
-    found = parts[0] if floor is None else xr.concat(parts, floor).transpose(..., "floor")
-    found = found.assign(
-        returned=found["stood"] / found["pairs"].where(found["pairs"] > 0),
-        motions_returned=found["motions_stood"] / found["motions"].where(found["motions"] > 0),
+    counts = parts[0] if floor is None else xr.concat(parts, floor).transpose(..., "floor")
+    counts = counts.assign(
+        returned=counts["stood"] / counts["pairs"].where(counts["pairs"] > 0),
+        motions_returned=counts["motions_stood"] / counts["motions"].where(counts["motions"] > 0),
     ).drop_vars("motions_stood")
     for name, text in _LONG_NAMES.items():
-        found[name].attrs = described(text)
-    return found.assign_attrs(
+        counts[name].attrs = described(text)
+    return counts.assign_attrs(
         {**carried_attributes(ida.attrs), "title": "Blocks that stand above their first overturning"}
     )
 

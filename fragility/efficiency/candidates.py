@@ -86,19 +86,19 @@ def candidates_of(runs: xr.Dataset, ordered: OrderedRuns, run_motions: RunMotion
     if not isinstance(also, Iterable):
         raise TypeError(f"also must be measures or their names, got {checks.kind(also)}")
     for name in also:
-        one = intensity_measure(name)
-        if one is None:
+        chosen_measure = intensity_measure(name)
+        if chosen_measure is None:
             raise ValueError(f"also must name intensity measures, got {SCALE!r}, which is none")
-        chosen[one.label] = one
-    found = [_candidate(one, runs, run_motions) for one in chosen.values()]
+        chosen[chosen_measure.label] = chosen_measure
+    candidates = [_candidate(candidate, runs, run_motions) for candidate in chosen.values()]
     if ordered.name not in chosen:
-        own = Candidate(ordered.name, ordered.units, ordered.long_name, ordered.power, ordered.log_measured.values)
-        found.insert(0, own)
-    return found
+        of_runs = Candidate(ordered.name, ordered.units, ordered.long_name, ordered.power, ordered.log_measured.values)
+        candidates.insert(0, of_runs)
+    return candidates
 
 
-def _candidate(one: Measure | BlockMeasure, runs: xr.Dataset, run_motions: RunMotions) -> Candidate:
-    base = one.measure if isinstance(one, BlockMeasure) else one
+def _candidate(quantity: Measure | BlockMeasure, runs: xr.Dataset, run_motions: RunMotions) -> Candidate:
+    base = quantity.measure if isinstance(quantity, BlockMeasure) else quantity
     if base.power == 0.0:
         raise ValueError(f"{base.label!r} does not grow with the motion: it is a covariate, not a measure to rank")
     values = _values(base, runs, run_motions)
@@ -108,18 +108,18 @@ def _candidate(one: Measure | BlockMeasure, runs: xr.Dataset, run_motions: RunMo
         label = run_motions.labels[int(np.argmin(values > 0.0))]
         raise ValueError(f"motion {label!r} has {base.label} = {values.min():g} and no capacity in it")
     logs = log(values)
-    if isinstance(one, BlockMeasure):
-        logs = logs + log([[one.per_block(block)] for block in blocks_of(runs)])
+    if isinstance(quantity, BlockMeasure):
+        logs = logs + log([[quantity.per_block(block)] for block in blocks_of(runs)])
     # (runs of one floor do not name it, but their peaks are of a floor)
     place = place_in(str(runs["pga"].attrs.get("long_name", ""))) if "pga" in runs.coords else ""
-    return Candidate(one.label, one.units, long_name_at(one.long_name, place or FLOOR), base.power, logs)
+    return Candidate(quantity.label, quantity.units, long_name_at(quantity.long_name, place or FLOOR), base.power, logs)
 
 
-def _values(one: Measure, runs: xr.Dataset, run_motions: RunMotions) -> Array | None:
+def _values(quantity: Measure, runs: xr.Dataset, run_motions: RunMotions) -> Array | None:
     """Return a measure of every unscaled motion, from the runs' coordinates or the records; None without either."""
-    if one.label in runs.coords and runs[one.label].dims == ("motion",):
-        return np.asarray(runs[one.label].values, dtype=float)
-    return None if run_motions.records is None else measure(one, run_motions.records)
+    if quantity.label in runs.coords and runs[quantity.label].dims == ("motion",):
+        return np.asarray(runs[quantity.label].values, dtype=float)
+    return None if run_motions.records is None else measure(quantity, run_motions.records)
 
 
 def covariates_of(runs: xr.Dataset, run_motions: RunMotions) -> list[xr.DataArray]:
@@ -127,18 +127,18 @@ def covariates_of(runs: xr.Dataset, run_motions: RunMotions) -> list[xr.DataArra
 
     They are magnitude and distances of the motions, and the measures that do not grow with the motion.
     """
-    found: dict[str, tuple[Array, dict[str, Any]]] = {}
+    covariates: dict[str, tuple[Array, dict[str, Any]]] = {}
     for name in SCENARIO:
         having = [
             array[name] for array in run_motions.arrays if name in array.coords and array[name].dims == ("motion",)
         ]
         if having:
-            found[name] = _matched(having, run_motions.labels), having[0].attrs
-    for name, one in MEASURES.items():
-        values = _values(one, runs, run_motions) if one.power == 0.0 else None
+            covariates[name] = _matched(having, run_motions.labels), having[0].attrs
+    for name, feature in MEASURES.items():
+        values = _values(feature, runs, run_motions) if feature.power == 0.0 else None
         if values is not None:
-            found[name] = values, described(one.long_name, one.units)
-    return [_regressor(name, values, attributes) for name, (values, attributes) in found.items()]
+            covariates[name] = values, described(feature.long_name, feature.units)
+    return [_regressor(name, values, attributes) for name, (values, attributes) in covariates.items()]
 
 
 def _matched(arrays: Sequence[xr.DataArray], labels: Sequence[str]) -> Array:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.elementary import Array, exp, log
-from ...core.units import DIMENSIONLESS, described
+from ...core.units import DIMENSIONLESS, variables as variables_on
 from ..fitting.first_overturning import SHIFT, brackets, level_shift, spacing_attributes
 from ..fitting.states import OVERTURNED, State, reached, state_name
 from ..runs.provenance import carried_attributes, intensity_of, level_measure, scaled_to_levels
@@ -68,19 +68,19 @@ def ordered_runs(runs: xr.Dataset, state: State = OVERTURNED) -> OrderedRuns:
     values = np.asarray(levels.values, dtype=float)
     if not np.all(np.isfinite(values)) or np.any(values <= 0.0):
         raise ValueError(f"levels must be finite and > 0, got {values.min():g} to {values.max():g}")
-    one = level_measure(runs)
-    found = OrderedRuns(
+    measured = level_measure(runs)
+    ordered = OrderedRuns(
         flags,
         without_coordinates(levels.copy(data=log(levels.values))),
-        without_coordinates(one.values.copy(data=log(one.values.values))),
-        1.0 if one.measure is None else one.measure.power,
-        one.name,
+        without_coordinates(measured.values.copy(data=log(measured.values.values))),
+        1.0 if measured.measure is None else measured.measure.power,
+        measured.name,
         str(levels.attrs.get("units", DIMENSIONLESS)),
-        str(levels.attrs.get("long_name", one.name)),
+        str(levels.attrs.get("long_name", measured.name)),
         order,
         not scaled_to_levels(runs),
     )
-    return found._replace(overturned=found.in_order(flags).astype(bool))
+    return ordered._replace(overturned=ordered.in_order(flags).astype(bool))
 
 
 def without_coordinates(array: xr.DataArray) -> xr.DataArray:
@@ -126,24 +126,24 @@ def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Data
         raise ValueError("capacities need every motion at several levels, got runs at one intensity each")
     levels = exp(ordered.log_levels.values)
     flags = ordered.overturned.values
-    found = brackets(flags, levels)
-    lower = np.where(np.isfinite(found.lower), found.lower, 0.0)
-    middle = np.sqrt(lower) * np.sqrt(found.upper)
-    known = (lower > 0.0) & np.isfinite(found.upper)
+    capacities = brackets(flags, levels)
+    lower = np.where(np.isfinite(capacities.lower), capacities.lower, 0.0)
+    middle = np.sqrt(lower) * np.sqrt(capacities.upper)
+    known = (lower > 0.0) & np.isfinite(capacities.upper)
     dims = tuple(d for d in ordered.overturned.dims if d != "level")
     shifts = np.reshape(
         [level_shift(flags[where], levels) for where in np.ndindex(*flags.shape[:-2])], flags.shape[:-2]
     )
     name = state_name(state)
-    variables = {
+    table = {
         "lower": (lower, ordered.units, f"highest level below the first {name}: {ordered.long_name}"),
-        "upper": (found.upper, ordered.units, f"lowest level with {name}: {ordered.long_name}"),
+        "upper": (capacities.upper, ordered.units, f"lowest level with {name}: {ordered.long_name}"),
         "capacity": (
             np.where(known, middle, np.nan),
             ordered.units,
             f"geometric mean of lower and upper: {ordered.long_name}",
         ),
-        "stood_above": (found.stood_above, DIMENSIONLESS, f"whether a level above is without {name}"),
+        "stood_above": (capacities.stood_above, DIMENSIONLESS, f"whether a level above is without {name}"),
     }
     coords = {
         name: coordinate
@@ -151,10 +151,7 @@ def overturning_capacity(runs: xr.Dataset, state: State = OVERTURNED) -> xr.Data
         if set(coordinate.dims) <= set(dims) and name != "intensity"
     }
     return xr.Dataset(
-        {
-            **{name: (dims, values, described(text, units)) for name, (values, units, text) in variables.items()},
-            "level_shift": (dims[:-1], shifts, SHIFT),
-        },
+        {**variables_on(dims, table), "level_shift": (dims[:-1], shifts, SHIFT)},
         coords=coords,
         attrs={
             **carried_attributes(runs.attrs),

@@ -23,12 +23,12 @@ from ..fitting.states import OVERTURNED, State, state_name
 from ..numerics.slabs import gathered, sizes_of
 from ..runs.provenance import (
     as_given,
+    floor_names,
     load_coordinates,
     motions_by_floor,
     number_of_motions,
     polarity_pairs,
     provenance_from,
-    without_floors,
 )
 from .candidates import Candidate, Motions, candidates_of, covariates_of, motions_of_runs
 from .capacity import OrderedRuns, ordered_runs
@@ -141,8 +141,8 @@ def rank_measures(
     >>> import toppling as tp
     >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(20)
     >>> runs = tp.ida(tp.catalogue["bookcase-5-shelf"], tp.HousnerImpact(), shakes, np.linspace(1.0, 12.0, 23))
-    >>> found = rank_measures(runs, shakes, ["Sa(1.0)"], replicates=50)
-    >>> found.sizes["measure"], float(found.excess.min()), int(found["rank"].min())
+    >>> ranking = rank_measures(runs, shakes, ["Sa(1.0)"], replicates=50)
+    >>> ranking.sizes["measure"], float(ranking.excess.min()), int(ranking["rank"].min())
     (7, 0.0, 1)
     """
     options = RankingOptions(
@@ -178,7 +178,7 @@ def _by_floor(
     """Compare all measures, floor by floor if the motions are of several floors."""
     if index is None:
         return _compare(runs, options)
-    apart = without_floors(runs)
+    apart = runs.drop_vars(floor_names(runs.coords))
     parts = [_compare(apart.isel(motion=group), options) for group in groups]
     joined = xr.concat(parts, xr.DataArray(index, name="floor"), combine_attrs="override")
     return joined.transpose("block", "model", "floor", ...)
@@ -220,7 +220,7 @@ class RankingOptions(NamedTuple):
     def described(self) -> dict[str, Any]:
         """Options as plain values, without the motions, which the runs determine."""
         return {
-            "also": [one if isinstance(one, str) else one.label for one in self.also],
+            "also": [measure if isinstance(measure, str) else measure.label for measure in self.also],
             "state": state_name(self.state),
             "least_demand": self.least_demand,
             "replicates": self.replicates,
@@ -252,7 +252,7 @@ def _compare(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
     # (a motion that is run both ways counts once, as given: its two capacities are not independent)
     given = as_given(runs)
     slope, error, p, motions = capacity_trends(
-        [(lower[..., given], upper[..., given]) for lower, upper in ends], [one.isel(motion=given) for one in known]
+        [(lower[..., given], upper[..., given]) for lower, upper in ends], [x.isel(motion=given) for x in known]
     )
     for name, values, text in (
         ("slope", slope, "slope of ln capacity on the covariate"),
@@ -262,8 +262,8 @@ def _compare(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
         variables[name] = ((*dims, "covariate"), *_column(values, text))
     coords = {
         **_coordinates(runs, candidates),
-        "covariate": ("covariate", *_texts([one.name for one in known], "covariate")),
-        "covariate_long_name": ("covariate", *_texts([one.attrs["long_name"] for one in known], "what it is")),
+        "covariate": ("covariate", *_texts([x.name for x in known], "covariate")),
+        "covariate_long_name": ("covariate", *_texts([x.attrs["long_name"] for x in known], "what it is")),
         "covariate_motions": ("covariate", *_column(motions, "motions whose covariate is known")),
     }
     labels = [candidate.label for candidate in candidates]
@@ -304,21 +304,21 @@ def _dispersions(
     if levels < FEWEST:
         return fit_dispersions(ends, weights)
     whole, status = fit_dispersions(ends, weights[:1])
-    found = np.concatenate([whole, np.empty((*whole.shape[:-1], options.replicates))], axis=-1)
+    dispersions = np.concatenate([whole, np.empty((*whole.shape[:-1], options.replicates))], axis=-1)
     for i in range(min(LEVEL_SAMPLES, options.replicates)):
         kept = np.unique([0, levels - 1, *stream(options.seed, i, levels).integers(levels, size=levels)])
         sampled = _capacities(ordered, kept)
         of_levels = [_log_capacities(sampled, candidate) for candidate in candidates]
-        own = slice(1 + i, None, LEVEL_SAMPLES)
-        sample, _ = fit_dispersions(of_levels, np.concatenate([weights[:1], weights[own]]))
-        found[..., own] = sample[..., 1:]
-    return found, status
+        rows = slice(1 + i, None, LEVEL_SAMPLES)
+        sample, _ = fit_dispersions(of_levels, np.concatenate([weights[:1], weights[rows]]))
+        dispersions[..., rows] = sample[..., 1:]
+    return dispersions, status
 
 
-def _log_capacities(capacities: Brackets, one: Candidate) -> LogCapacityEnds:
+def _log_capacities(capacities: Brackets, candidate: Candidate) -> LogCapacityEnds:
     """Return the ends of ln capacity in a measure, in the shape of the capacities."""
-    values = np.atleast_2d(one.log_values)[:, None, :]
-    return values + one.power * capacities.lower, values + one.power * capacities.upper
+    values = np.atleast_2d(candidate.log_values)[:, None, :]
+    return values + candidate.power * capacities.lower, values + candidate.power * capacities.upper
 
 
 Column = tuple[NDArray[Any], dict[str, str]]

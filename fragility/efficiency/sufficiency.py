@@ -76,8 +76,8 @@ def stripe_sufficiency(runs: xr.Dataset, covariates: Sequence[str | Measure] = U
     >>> pool = tp.motions.CloughPenzien(duration=8.0, dt=0.02).sample(60, seed=4)
     >>> block = tp.Block(width=0.2, height=1.0)
     >>> runs = tp.stripes(block, tp.HousnerImpact(), [pool, pool], [3.0, 4.0], outputs=["overturned"])
-    >>> found = stripe_sufficiency(runs, ["pgv"])
-    >>> bool(found["slope"].item() > 0.0), bool(found["p_value"].item() < 0.05)
+    >>> tests = stripe_sufficiency(runs, ["pgv"])
+    >>> bool(tests["slope"].item() > 0.0), bool(tests["p_value"].item() < 0.05)
     (True, True)
     """
     _check(runs)
@@ -91,10 +91,10 @@ def stripe_sufficiency(runs: xr.Dataset, covariates: Sequence[str | Measure] = U
     clusters = clusters_of(runs)
     fell = runs["overturned"].transpose("block", "model", "motion").values
     blocks, models = fell.shape[:2]
-    found = [[slopes(residuals / spread, stripe, fell[i, j], clusters) for j in range(models)] for i in range(blocks)]
-    slope = np.array([[one.slope for one in row] for row in found])
-    error = np.array([[one.error for one in row] for row in found])
-    used = np.array([[one.runs for one in row] for row in found])
+    tests = [[slopes(residuals / spread, stripe, fell[i, j], clusters) for j in range(models)] for i in range(blocks)]
+    slope = np.array([[test.slope for test in row] for row in tests])
+    error = np.array([[test.error for test in row] for row in tests])
+    used = np.array([[test.runs for test in row] for row in tests])
     of_odds = "change of the log odds of overturning per standard deviation of the covariate within stripes"
     dims = ("block", "model", "covariate")
 
@@ -133,17 +133,17 @@ def _covariates(runs: xr.Dataset, wanted: Sequence[str | Measure]) -> tuple[list
     if isinstance(wanted, str | Measure) or not isinstance(wanted, Sequence) or not wanted:
         raise TypeError(f"covariates must be a sequence of measures or 'factor', got {checks.kind(wanted)}")
     name = str(runs["intensity"].attrs.get("im", ""))
-    own = measure_named(name, "im of the runs")
-    if own.label not in runs.coords or own.power == 0.0:
-        raise ValueError(f"the runs hold no {own.label} of the motions as given, from which their factors follow")
-    log_factor = log(runs["intensity"].values / runs[own.label].values) / own.power
+    of_runs = measure_named(name, "im of the runs")
+    if of_runs.label not in runs.coords or of_runs.power == 0.0:
+        raise ValueError(f"the runs hold no {of_runs.label} of the motions as given, from which their factors follow")
+    log_factor = log(runs["intensity"].values / runs[of_runs.label].values) / of_runs.power
     labels, columns = [], []
-    for one in wanted:
-        if one == FACTOR:
+    for feature in wanted:
+        if feature == FACTOR:
             labels.append(FACTOR)
             columns.append(log_factor)
             continue
-        measure = measure_named(one)
+        measure = measure_named(feature)
         if measure.label not in runs.coords or runs[measure.label].dims != ("motion",):
             raise ValueError(f"the runs hold no {measure.label} of their motions")
         labels.append(measure.label)

@@ -41,16 +41,16 @@ def fit_dispersions(ends: Sequence[LogCapacityEnds], weights: Array) -> tuple[Ar
     Rows are shared between threads; the result of a row depends on that row alone.
     """
     shape = (*ends[0][0].shape[:-1], len(ends))
-    lower, upper = (np.stack(one, axis=-2).reshape(-1, weights.shape[1]) for one in zip(*ends, strict=True))
+    lower, upper = (np.stack(side, axis=-2).reshape(-1, weights.shape[1]) for side in zip(*ends, strict=True))
     sizes = (lower.shape[0], weights.shape[0])
     location, dispersion, status = np.empty(sizes), np.empty(sizes), np.empty(sizes, np.int8)
     workers = min(thread_count(), sizes[0])
     bounds = np.linspace(0, sizes[0], workers + 1).astype(int).tolist()
 
     def part(ends: tuple[int, int]) -> None:
-        own = slice(*ends)
-        results = location[own], dispersion[own], status[own]
-        engine.fit_rows(lower[own], upper[own], weights, RESAMPLE_TOLERANCE, *results)
+        rows = slice(*ends)
+        results = location[rows], dispersion[rows], status[rows]
+        engine.fit_rows(lower[rows], upper[rows], weights, RESAMPLE_TOLERANCE, *results)
 
     list(shared(part, list(pairwise(bounds))))
     return dispersion.reshape(*shape, -1), status[:, 0].copy().reshape(shape)
@@ -60,9 +60,9 @@ def fit_trend(ends: LogCapacityEnds, covariate: Array) -> tuple[Array, Array]:
     """Return the slope (…) of ln capacity on a covariate (motion,) and its standard error; NaN without a fit."""
     shape = ends[0].shape[:-1]
     lower, upper = (np.ascontiguousarray(end.reshape(-1, covariate.size)) for end in ends)
-    found = np.empty(lower.shape[0]), np.empty(lower.shape[0]), np.empty(lower.shape[0], np.int8)
-    engine.fit_trends(lower, upper, covariate, *found)
-    return found[0].reshape(shape), found[1].reshape(shape)
+    fits = np.empty(lower.shape[0]), np.empty(lower.shape[0]), np.empty(lower.shape[0], np.int8)
+    engine.fit_trends(lower, upper, covariate, *fits)
+    return fits[0].reshape(shape), fits[1].reshape(shape)
 
 
 def capacity_trends(
@@ -78,11 +78,11 @@ def capacity_trends(
     slope, error, p = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.nan)
     counts = np.zeros(len(covariates), np.int64)
     for c, covariate in enumerate(covariates):
-        here = np.isfinite(covariate.values)
-        x = covariate.values[here]
+        known = np.isfinite(covariate.values)
+        x = covariate.values[known]
         counts[c] = x.size
         for j, (lower, upper) in enumerate(ends):
-            slope[..., j, c], error[..., j, c] = fit_trend((lower[..., here], upper[..., here]), x)
+            slope[..., j, c], error[..., j, c] = fit_trend((lower[..., known], upper[..., known]), x)
         p[..., c] = 2.0 * scipy.special.stdtr(max(x.size - 2, 1), -np.abs(slope[..., c] / error[..., c]))
     return slope, error, p, counts
 
@@ -105,7 +105,7 @@ def demand_trends(
     y = log(demand.transpose(*order).where(used, 1.0).values)
     t = np.where(kept, np.broadcast_to(ordered.factors_by_block[:, None], kept.shape), 0.0)
     ones = kept.astype(float)
-    count, s_t, s_tt, s_y, s_ty, s_yy = (one.sum(axis=-1) for one in (ones, t, t * t, y, t * y, y * y))
+    count, s_t, s_tt, s_y, s_ty, s_yy = (product.sum(axis=-1) for product in (ones, t, t * t, y, t * y, y * y))
     blocks, models, motions = count.shape
     shape = (blocks, models, len(candidates), weights.shape[0])
     slope, scatter = np.full(shape, np.nan), np.full(shape, np.nan)

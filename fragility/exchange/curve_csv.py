@@ -59,25 +59,25 @@ def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str], ids: Seque
     two hexadecimal digits.
     """
     file = checks.path(path)
-    found = curve_set(curves, TABLE_MARKS, ids)
-    accompanying = [name for name in CURVE_NUMBERS if any(name in curve.numbers for curve in found.curves)]
-    words = [name for name in CURVE_WORDS if any(name in curve.words for curve in found.curves)]
-    parameters = {UPLIFT: PARAMETERS, ISOTONIC: ()}.get(found.form, PARAMETERS[:2])
-    of_curves = ("level", "probability") if found.form == ISOTONIC else parameters
-    state = [found.state] if found.state != OVERTURNING and LIMIT_STATE not in found.dims else []
-    form = [found.form] if found.form in LINKED else []
-    heading = ["id", *found.dims, "measure", "measured_at", *(["state"] if state else []), *(["form"] if form else [])]
-    heading += [_with_unit(name, found.units) for name in (*of_curves, *accompanying)]
+    chosen = curve_set(curves, TABLE_MARKS, ids)
+    accompanying = [name for name in CURVE_NUMBERS if any(name in curve.numbers for curve in chosen.curves)]
+    words = [name for name in CURVE_WORDS if any(name in curve.words for curve in chosen.curves)]
+    parameters = {UPLIFT: PARAMETERS, ISOTONIC: ()}.get(chosen.form, PARAMETERS[:2])
+    of_curves = ("level", "probability") if chosen.form == ISOTONIC else parameters
+    state = [chosen.state] if chosen.state != OVERTURNING and LIMIT_STATE not in chosen.dims else []
+    form = [chosen.form] if chosen.form in LINKED else []
+    heading = ["id", *chosen.dims, "measure", "measured_at", *(["state"] if state else []), *(["form"] if form else [])]
+    heading += [_with_unit(name, chosen.units) for name in (*of_curves, *accompanying)]
     lines = io.StringIO()
     table = csv.writer(lines, lineterminator="\n")
     table.writerow(map(guarded, [*heading, "status", *words]))
-    for name, curve in zip(found.ids, found.curves, strict=True):
-        first = [guarded(text) for text in (name, *curve.labels, found.im, found.place, *state, *form)]
+    for name, curve in zip(chosen.ids, chosen.curves, strict=True):
+        first = [guarded(text) for text in (name, *curve.labels, chosen.im, chosen.place, *state, *form)]
         last = [*(_written(curve.numbers.get(key, math.nan)) for key in accompanying), guarded(curve.status)]
         last += [guarded(curve.words.get(key, "")) for key in words]
-        for numbers in _rows(curve, parameters, found):
+        for numbers in _rows(curve, parameters, chosen):
             table.writerow([*first, *map(_written, numbers), *last])
-    return Written((write_text(file, lines.getvalue()),), tuple(dict.fromkeys(found.ids)), found.missing())
+    return Written((write_text(file, lines.getvalue()),), tuple(dict.fromkeys(chosen.ids)), chosen.missing())
 
 
 def _with_unit(name: str, units: str) -> str:
@@ -85,12 +85,12 @@ def _with_unit(name: str, units: str) -> str:
     return f"{name} ({_SPELLED.get(unit, unit)})"
 
 
-def _rows(curve: CurveRow, parameters: Sequence[str], found: CurveSet) -> Iterable[Sequence[float]]:
-    if found.levels is None:
+def _rows(curve: CurveRow, parameters: Sequence[str], chosen: CurveSet) -> Iterable[Sequence[float]]:
+    if chosen.levels is None:
         return [[getattr(curve.parameters, name) for name in parameters]]
     if curve.probability is None:
         return [(math.nan, math.nan)]
-    return zip(found.levels.tolist(), curve.probability.tolist(), strict=True)
+    return zip(chosen.levels.tolist(), curve.probability.tolist(), strict=True)
 
 
 def _written(value: float) -> str:

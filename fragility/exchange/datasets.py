@@ -55,13 +55,13 @@ def curve_set(curves: xr.Dataset, marks: str, chosen: Sequence[str] | None = Non
     of_levels = curves["level"] if "level" in curves.coords else base
     im = str(curves.attrs.get("im") or of_levels.attrs.get("im", ""))
     units = _si_unit(im, str((of_levels if form == ISOTONIC else base).attrs.get("units", DIMENSIONLESS)))
-    axes = [[_text(value) for value in _axis(curves, dim)] for dim in dims]
+    axes = [[_text(value) for value in curves[dim].values] for dim in dims]
     labels = list(itertools.product(*axes))
     parameters = [CurveParameters()] * len(labels)
     probabilities: list[Array | None] = [None] * len(labels)
     if form == ISOTONIC:
         table = np.asarray(base.transpose(*dims, "level").values, dtype=float).reshape(len(labels), -1)
-        probabilities = [None if np.isnan(one).all() else one for one in table]
+        probabilities = [None if np.isnan(curve).all() else curve for curve in table]
     else:
         names = PARAMETERS if form == UPLIFT else PARAMETERS[:2]
         columns = {name: column for name in names if (column := _column(curves, name, dims)) is not None}
@@ -100,28 +100,28 @@ def curve_set(curves: xr.Dataset, marks: str, chosen: Sequence[str] | None = Non
         form,
         levels,
         title,
-        tuple(_text(one) for one in curves["floor"].values.reshape(-1)) if "floor" in curves.coords else (),
+        tuple(_text(floor) for floor in curves["floor"].values.reshape(-1)) if "floor" in curves.coords else (),
         _text(curves.attrs.get("state", OVERTURNING)),
         GROUND if at_ground else place_in(str(of_levels.attrs.get("long_name", ""))) or FLOOR,
     )
 
 
-def curve_dataset(found: CurveSet, source: str) -> xr.Dataset:
+def curve_dataset(curves: CurveSet, source: str) -> xr.Dataset:
     """Return rows as a dataset of curves on the set's dimensions; missing combinations are NaN."""
     taken = {*PARAMETERS, *CURVE_NUMBERS, *CURVE_WORDS, "probability", "level", "status", "converged", "id"} & {
-        *found.dims
+        *curves.dims
     }
-    if taken or len(set(found.dims)) < len(found.dims):
-        raise ExchangeError(f"{source}: {' and '.join(found.dims)!r:.100} must not name the labels of curves")
-    axes = [list(dict.fromkeys(curve.labels[k] for curve in found.curves)) for k in range(len(found.dims))]
+    if taken or len(set(curves.dims)) < len(curves.dims):
+        raise ExchangeError(f"{source}: {' and '.join(curves.dims)!r:.100} must not name the labels of curves")
+    axes = [list(dict.fromkeys(curve.labels[k] for curve in curves.curves)) for k in range(len(curves.dims))]
     shape = tuple(len(axis) for axis in axes)
-    each = 1 if found.levels is None else found.levels.size
-    if math.prod(shape) * each > MAX_NUMBERS:
-        sizes = " x ".join(f"{n} {dim}" for n, dim in zip((*shape, each), (*found.dims, "levels"), strict=True))
+    levels = 1 if curves.levels is None else curves.levels.size
+    if math.prod(shape) * levels > MAX_NUMBERS:
+        sizes = " x ".join(f"{n} {dim}" for n, dim in zip((*shape, levels), (*curves.dims, "levels"), strict=True))
         raise ExchangeError(f"{source}: {sizes} are more than {MAX_NUMBERS:,} numbers")
     positions = [{label: i for i, label in enumerate(axis)} for axis in axes]
     rows: list[tuple[str, CurveRow] | None] = [None] * math.prod(shape)
-    for name, curve in zip(found.ids, found.curves, strict=True):
+    for name, curve in zip(curves.ids, curves.curves, strict=True):
         at = 0
         for position, label, size in zip(positions, curve.labels, shape, strict=True):
             at = at * size + position[label]
@@ -130,49 +130,52 @@ def curve_dataset(found: CurveSet, source: str) -> xr.Dataset:
         if curve.problem:
             raise ExchangeError(f"{source}: curve {name}: {curve.problem}")
         rows[at] = (name, curve.with_reason())
-    coords = {**_labels(found.dims, axes), **_levels_of(found)}
-    variables = _variables(found, [None if row is None else row[1] for row in rows], shape)
+    coords = _labels(curves.dims, axes)
+    if curves.levels is not None:
+        attributes = {"units": curves.units, "long_name": curves.long_name, "im": curves.im}
+        coords["level"] = xr.Variable("level", curves.levels, attributes)
+    variables = _variables(curves, [None if row is None else row[1] for row in rows], shape)
     coords |= {name: variables.pop(name) for name in OF_THE_BLOCK if name in variables}
-    coords["id"] = _id_variable(found.dims, ["" if row is None else row[0] for row in rows], shape)
+    coords["id"] = _id_variable(curves.dims, ["" if row is None else row[0] for row in rows], shape)
     return xr.Dataset(
         variables,
         coords=coords,
         attrs={
-            "title": found.title,
-            **provenance({"im": found.im, "source": source}),
-            "im": found.im,
-            "form": found.form,
-            **({} if LIMIT_STATE in found.dims else {"state": found.state}),
-            **({"im_at": "ground"} if found.ground else {}),
+            "title": curves.title,
+            **provenance({"im": curves.im, "source": source}),
+            "im": curves.im,
+            "form": curves.form,
+            **({} if LIMIT_STATE in curves.dims else {"state": curves.state}),
+            **({"im_at": "ground"} if curves.ground else {}),
         },
     )
 
 
-def _variables(found: CurveSet, rows: Sequence[CurveRow | None], shape: tuple[int, ...]) -> dict[str, xr.Variable]:
+def _variables(curves: CurveSet, rows: Sequence[CurveRow | None], shape: tuple[int, ...]) -> dict[str, xr.Variable]:
     """Return every variable of the rows, including the variables in `OF_THE_BLOCK`."""
     variables: dict[str, xr.Variable] = {}
 
     def add(name: str, values: Any, unit: str, text: str, dtype: Any = float) -> None:
-        dims = found.dims if name != "probability" else (*found.dims, "level")
-        sizes = shape if found.levels is None or name != "probability" else (*shape, found.levels.size)
+        dims = curves.dims if name != "probability" else (*curves.dims, "level")
+        sizes = shape if curves.levels is None or name != "probability" else (*shape, curves.levels.size)
         array = np.array(values, dtype=dtype).reshape(sizes)
         variables[name] = xr.Variable(dims, array, described(text, unit))
 
-    if found.levels is not None:
-        nothing = np.full(found.levels.size, np.nan)
+    if curves.levels is not None:
+        nothing = np.full(curves.levels.size, np.nan)
         table = [nothing if row is None or row.probability is None else row.probability for row in rows]
         add("probability", table, DIMENSIONLESS, "probability of the limit state")
     else:
         parameters = [CurveParameters() if row is None else row.parameters for row in rows]
-        add("median", [parameter.median for parameter in parameters], found.units, f"median {found.long_name}")
-        kind = "standard deviation of ln(capacity)" if found.form in LINKED else "lognormal standard deviation"
+        add("median", [parameter.median for parameter in parameters], curves.units, f"median {curves.long_name}")
+        kind = "standard deviation of ln(capacity)" if curves.form in LINKED else "lognormal standard deviation"
         text = f"{kind} of the fragility curve"
         add("dispersion", [parameter.dispersion for parameter in parameters], DIMENSIONLESS, text)
-        if found.form == UPLIFT:
+        if curves.form == UPLIFT:
             add(
                 "uplift_median",
                 [parameter.uplift_median for parameter in parameters],
-                found.units,
+                curves.units,
                 "median level of uplift",
             )
             text = "lognormal standard deviation of the uplift curve, 0 for a step"
@@ -184,7 +187,7 @@ def _variables(found: CurveSet, rows: Sequence[CurveRow | None], shape: tuple[in
     for name, (unit, text) in CURVE_NUMBERS.items():
         numbers = [math.nan if row is None else row.numbers.get(name, math.nan) for row in rows]
         if not all(map(math.isnan, numbers)):
-            add(name, numbers, found.units if unit == LEVEL else unit, text)
+            add(name, numbers, curves.units if unit == LEVEL else unit, text)
             if name in OF_THE_BLOCK:
                 variables[name] = _of_the_block(variables[name])
     for name, text in CURVE_WORDS.items():
@@ -214,13 +217,6 @@ def _labels(dims: Sequence[str], axes: Sequence[Sequence[str]]) -> dict[str, xr.
             attributes = described(dim.replace("_", " "))
             coords[dim] = xr.Variable(dim, np.array(axis, dtype=object), attributes)
     return coords
-
-
-def _levels_of(found: CurveSet) -> dict[str, xr.Variable]:
-    if found.levels is None:
-        return {}
-    attributes = {"units": found.units, "long_name": found.long_name, "im": found.im}
-    return {"level": xr.Variable("level", found.levels, attributes)}
 
 
 def _id_variable(dims: tuple[str, ...], names: Sequence[str], shape: tuple[int, ...]) -> xr.Variable:
@@ -282,10 +278,6 @@ def _at_every_row(curves: xr.Dataset, name: str, dims: tuple[str, ...]) -> NDArr
     return np.asarray(xr.DataArray(spread).broadcast_like(like).transpose(*dims).values).reshape(-1)
 
 
-def _axis(curves: xr.Dataset, dim: str) -> NDArray[Any]:
-    return np.asarray(curves[dim].values if dim in curves.coords else np.arange(curves.sizes[dim]))
-
-
 def _text(value: Any) -> str:
     text = str(value)
     try:
@@ -315,10 +307,10 @@ def _ids(
     of_components = [dims[k] for k in at]
     brought = _texts(curves, "id", dims)
     if brought is not None:
-        own = dict(zip(keys, brought, strict=True)).values()
-        if len(set(own)) == len(components) and all(is_id(one, OPENQUAKE_MARKS + TABLE_MARKS) for one in own):
-            if all(is_id(one, marks) for one in own):
+        ids = dict(zip(keys, brought, strict=True)).values()
+        if len(set(ids)) == len(components) and all(is_id(name, OPENQUAKE_MARKS + TABLE_MARKS) for name in ids):
+            if all(is_id(name, marks) for name in ids):
                 return tuple(brought)
-            keys, of_components = [(one,) for one in brought], []
+            keys, of_components = [(name,) for name in brought], []
     made = make_ids(list(dict.fromkeys(keys)), of_components)
     return tuple(made[key] for key in keys)

@@ -49,13 +49,13 @@ def grid(rows: Sequence[CurveRow], tail: float, step: float) -> Array:
     A line over h errs by an eighth of that curvature times h². Each factor is allowed half of the error.
     """
     grids, lows, highs, steps = [], [], [], []
-    for one in (row.parameters for row in rows):
-        factors = [(one.median, one.dispersion, *_ends(one.link, tail))]
-        if one.uplifting:
-            factors.append((one.uplift_median, one.uplift_dispersion, *_ends(LOGNORMAL, tail)))
-            if one.uplift_dispersion == 0.0:
-                steps += [one.uplift_median * (1.0 - step), one.uplift_median]
-        curvature, slope = STEEPEST[one.link]
+    for parameters in (row.parameters for row in rows):
+        factors = [(parameters.median, parameters.dispersion, *_ends(parameters.link, tail))]
+        if parameters.uplifting:
+            factors.append((parameters.uplift_median, parameters.uplift_dispersion, *_ends(LOGNORMAL, tail)))
+            if parameters.uplift_dispersion == 0.0:
+                steps += [parameters.uplift_median * (1.0 - step), parameters.uplift_median]
+        curvature, slope = STEEPEST[parameters.link]
         for median, dispersion, low, high in factors:
             if dispersion > 0.0:
                 h = math.sqrt(4.0 * ERROR / (curvature / dispersion**2 + slope / dispersion))

@@ -51,9 +51,9 @@ def number(file: Path, where: str, text: str) -> float:
     stripped = text.strip()
     try:
         # float() reads 1_000 and the digits of every script; a table has neither
-        found = float(stripped) if stripped.isascii() and "_" not in stripped else math.nan
+        value = float(stripped) if stripped.isascii() and "_" not in stripped else math.nan
     except ValueError:
-        found = math.nan
-    if not math.isfinite(found):
+        value = math.nan
+    if not math.isfinite(value):
         raise ExchangeError(f"{file}: {where} must be a finite number, got {stripped[:30]!r}")
-    return found
+    return value

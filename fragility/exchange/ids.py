@@ -62,7 +62,7 @@ def check_ids(ids: Sequence[str], components: int, marks: str) -> list[str]:
     chosen = [str(number) for number in ids]
     if len(chosen) != components:
         raise ValueError(f"ids must be one a component, got {len(chosen):,} for {components:,} components")
-    bad = next((one for one in chosen if not is_id(one, marks)), None)
+    bad = next((chosen_id for chosen_id in chosen if not is_id(chosen_id, marks)), None)
     if bad is not None:
         raise ValueError(
             f"ids must begin with a letter, hold letters, digits and {' '.join(marks)} alone, have at most {MAX_ID} "
@@ -89,13 +89,13 @@ def make_ids(labels: Sequence[tuple[str, ...]], dims: Sequence[str] = ()) -> dic
         for label in labels
     }
     counts = Counter(made.lower() for made in plain.values())
-    found = {
-        one: made if counts[made.lower()] == 1 and is_id(made) else f"{made[: MAX_ID - DIGITS - 1]}_{_digest(one)}"
-        for one, made in plain.items()
+    made_ids = {
+        key: made if counts[made.lower()] == 1 and is_id(made) else f"{made[: MAX_ID - DIGITS - 1]}_{_digest(key)}"
+        for key, made in plain.items()
     }
-    if len({made.lower() for made in found.values()}) < len(found):
-        raise ExchangeError(f"{len(found)} curves get ids that are alike: rename their blocks or models")
-    return found
+    if len({made.lower() for made in made_ids.values()}) < len(made_ids):
+        raise ExchangeError(f"{len(made_ids)} curves get ids that are alike: rename their blocks or models")
+    return made_ids
 
 
 def _plain(labels: Sequence[str]) -> str:
@@ -105,17 +105,17 @@ def _plain(labels: Sequence[str]) -> str:
 
 def _slug(label: str) -> str:
     """Return a label's letters and digits: Greek letters by name, no accents, an underscore for runs of all else."""
-    found = []
+    letters = []
     for character in unicodedata.normalize("NFKD", label):
         if character.isascii():
-            found.append(character if character.isalnum() else "_")
+            letters.append(character if character.isalnum() else "_")
             continue
         words = unicodedata.name(character, "").split(" ")
         if words[0] == "GREEK" and words[2:3] == ["LETTER"] and len(words) == 4:
-            found.append(words[3].lower())
+            letters.append(words[3].lower())
         elif not unicodedata.combining(character):
-            found.append("_")
-    return re.sub(r"_+", "_", "".join(found)).strip("_")
+            letters.append("_")
+    return re.sub(r"_+", "_", "".join(letters)).strip("_")
 
 
 def _digest(labels: tuple[str, ...]) -> str:
@@ -131,14 +131,14 @@ class Component(NamedTuple):
     reason: str | None
 
 
-def component_record(found: CurveSet, rows: Sequence[CurveRow]) -> dict[str, Any]:
+def component_record(curves: CurveSet, rows: Sequence[CurveRow]) -> dict[str, Any]:
     """Return our record of a component in the types of JSON."""
-    labels = dict(zip(found.dims, rows[0].labels, strict=True))
+    labels = dict(zip(curves.dims, rows[0].labels, strict=True))
     labels.pop(LIMIT_STATE, None)
     reason = next((row.status for row in rows if not row.estimated), None)
     return {
         "labels": labels,
-        **({} if found.limit_states == (OVERTURNING,) else {"limit_states": list(found.limit_states)}),
+        **({} if curves.limit_states == (OVERTURNING,) else {"limit_states": list(curves.limit_states)}),
         **{name: rows[0].numbers[name] for name in SIZES if name in rows[0].numbers},
         **({} if reason is None else {"status": reason}),
         **({"note": GUESSED} if reason is None and any(row.status == SEPARATED for row in rows) else {}),
@@ -192,29 +192,29 @@ def labelled_curves(
         for doubt in doubts
     )
     written = [components.get(name) for name, _, _ in rows]
-    dims_of = {None if one is None else tuple(one.labels) for one in written}
+    dims_of = {None if record is None else tuple(record.labels) for record in written}
     dims = next(iter(dims_of)) if len(dims_of) == 1 else None
     several = any(at > 0 for _, at, _ in rows)
     named = []
-    for (name, at, curve), one in zip(rows, written, strict=True):
-        labels = (name,) if dims is None or one is None else tuple(one.labels.values())
+    for (name, at, curve), component in zip(rows, written, strict=True):
+        labels = (name,) if dims is None or component is None else tuple(component.labels.values())
         state, status, sizes = states[at], curve.status, {}
-        if one is not None:
-            state = one.limit_states[at] if at < len(one.limit_states) else state
-            status = one.reason if status != OK and one.reason is not None else status
-            sizes = dict(one.sizes)
+        if component is not None:
+            state = component.limit_states[at] if at < len(component.limit_states) else state
+            status = component.reason if status != OK and component.reason is not None else status
+            sizes = dict(component.sizes)
         named.append(
             curve._replace(
                 labels=(*labels, state) if several else labels, status=status, numbers={**curve.numbers, **sizes}
             )
         )
-    found = ("block",) if dims is None else dims
-    return (*found, LIMIT_STATE) if several else found, tuple(named)
+    named_dims = ("block",) if dims is None else dims
+    return (*named_dims, LIMIT_STATE) if several else named_dims, tuple(named)
 
 
 def common_limit_state(rows: Sequence[tuple[str, int, CurveRow]], components: Mapping[str, Component]) -> str:
     """Return the limit state of curves that have only one: from our records, or LS1 if these differ or are missing."""
     written = [components.get(name) for name, _, _ in rows]
-    named = {None if one is None else (*one.limit_states, OVERTURNING)[0] for one in written}
-    found = named.pop() if len(named) == 1 else None
-    return "LS1" if found is None else found
+    named = {None if record is None else (*record.limit_states, OVERTURNING)[0] for record in written}
+    state = named.pop() if len(named) == 1 else None
+    return "LS1" if state is None else state

@@ -181,10 +181,10 @@ class CurveSet(NamedTuple):
 
     def components(self) -> dict[str, list[CurveRow]]:
         """Return the curves of each component by id, in the order of the limit states."""
-        found: dict[str, list[CurveRow]] = {}
+        components: dict[str, list[CurveRow]] = {}
         for name, curve in zip(self.ids, self.curves, strict=True):
-            found.setdefault(name, []).append(curve)
-        return found
+            components.setdefault(name, []).append(curve)
+        return components
 
     def missing(self) -> dict[str, str]:
         """Return the reasons for missing curves, by the ids of components that lack at least one limit state."""
@@ -243,7 +243,7 @@ def spectral_period(im: str) -> tuple[str, float] | None:
 
 
 def select_measure(
-    file: Path, found: Mapping[tuple[str, bool], Entries], im: str | None
+    file: Path, entries: Mapping[tuple[str, bool], Entries], im: str | None
 ) -> tuple[tuple[str, bool], Entries]:
     """Return the measure (label, of the ground) that `im` selects, or the only one of a file, with its entries.
 
@@ -254,13 +254,13 @@ def select_measure(
         named, place = im or "", ""
     measure = intensity_measure(named) if named else None
     wanted = None if im is None else SCALE if measure is None else measure.label
-    keys = [key for key in found if wanted in (None, key[0]) and place in ("", PLACES[key[1]])]
+    keys = [key for key in entries if wanted in (None, key[0]) and place in ("", PLACES[key[1]])]
     # name the place for the ground, and if a measure exists in both places
     held = ", ".join(
-        f"{label} of the {PLACES[ground]}" if ground or (label, True) in found else label for label, ground in found
+        f"{label} of the {PLACES[ground]}" if ground or (label, True) in entries else label for label, ground in entries
     )
     if not keys:
         raise ExchangeError(f"{file}: holds no curves of {im}" + (f", but of {held}" if held else ""))
     if len(keys) > 1:
         raise ExchangeError(f"{file}: holds curves of {held}: choose one with im, or rows by their ids")
-    return keys[0], found[keys[0]]
+    return keys[0], entries[keys[0]]

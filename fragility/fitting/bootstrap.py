@@ -86,11 +86,11 @@ def percentile_interval(
         return Percentiles(np.full(shape, np.nan), np.full(shape, np.nan), np.zeros(shape, np.int64))
     rows = rows.reshape(math.prod(shape), rows.shape[-1])
     missing = np.isnan(rows)
-    each = np.broadcast_to(1.0 if weights is None else weights, rows.shape)
+    mass = np.broadcast_to(1.0 if weights is None else weights, rows.shape)
     if not against:
-        each = np.where(missing, 0.0, each)
-    lower = _reached(np.where(missing, -np.inf, rows), each, 0.5 - 0.5 * confidence)
-    upper = -_reached(np.where(missing, -np.inf, -rows), each, 0.5 - 0.5 * confidence)
+        mass = np.where(missing, 0.0, mass)
+    lower = _reached(np.where(missing, -np.inf, rows), mass, 0.5 - 0.5 * confidence)
+    upper = -_reached(np.where(missing, -np.inf, -rows), mass, 0.5 - 0.5 * confidence)
     used = np.sum(~missing, axis=-1)
     return Percentiles(lower.reshape(shape), upper.reshape(shape), used.reshape(shape))
 
@@ -103,8 +103,8 @@ def _reached(rows: Array, weights: Array, share: float) -> Array:
     first = np.argmax(summed >= share * summed[:, -1:] * (1.0 - 1e-9), axis=-1)
     # replicates of weight 0 would come first where the share is nearly 0
     first = np.maximum(first, np.argmax(summed > 0.0, axis=-1))
-    found = np.take_along_axis(rows, np.take_along_axis(order, first[:, None], axis=-1), axis=-1)[:, 0]
-    return np.where(summed[:, -1] > 0.0, found, np.nan)
+    values = np.take_along_axis(rows, np.take_along_axis(order, first[:, None], axis=-1), axis=-1)[:, 0]
+    return np.where(summed[:, -1] > 0.0, values, np.nan)
 
 
 def studentised_interval(

@@ -86,6 +86,6 @@ def level_shift(overturned: Flags, levels: Array) -> float:
 
 def _capacity(rows: Flags, x: Array) -> Array:
     """Return the middle of the interval of each first overturning, NaN if an end is not known."""
-    found = brackets(rows, x)
-    known = np.isfinite(found.lower) & np.isfinite(found.upper)
-    return np.where(known, 0.5 * (np.where(known, found.lower, 0.0) + np.where(known, found.upper, 0.0)), np.nan)
+    ends = brackets(rows, x)
+    known = np.isfinite(ends.lower) & np.isfinite(ends.upper)
+    return np.where(known, 0.5 * (np.where(known, ends.lower, 0.0) + np.where(known, ends.upper, 0.0)), np.nan)

@@ -267,14 +267,14 @@ def fitted_curves(
 
     def columns_of(i: int) -> Columns:
         sample = samples[i]
-        found = form.fit(sample, options, ResampledData.of(sample, options, i) if options.resamples else None)
-        return found | observed_columns(sample, found, LINKS.get(form.name), options)
+        fitted = form.fit(sample, options, ResampledData.of(sample, options, i) if options.resamples else None)
+        return fitted | observed_columns(sample, fitted, LINKS.get(form.name), options)
 
     columns = []
     # (a caller's own fit may not be safe in threads)
-    each = map if isinstance(form, CustomForm) else shared
-    for one in each(columns_of, range(len(samples))):
-        columns.append(one)
+    mapped = map if isinstance(form, CustomForm) else shared
+    for result in mapped(columns_of, range(len(samples))):
+        columns.append(result)
         if progress is not None:
             progress(len(columns), len(samples))
     return label_curves(columns, trials, options.fractiles, options.confidence, options.replicates)
@@ -283,17 +283,17 @@ def fitted_curves(
 def _with_shift(curves: xr.Dataset, data: xr.Dataset, trials: Trials, state: State) -> xr.Dataset:
     """Return curves of first overturnings with the effect of their levels."""
     flags = reached(data, state)
-    own = [dim for dim in trials.dims if dim in flags.dims]
-    flags = flags.transpose(*own, ..., "motion", "level")
+    common = [dim for dim in trials.dims if dim in flags.dims]
+    flags = flags.transpose(*common, ..., "motion", "level")
     levels = data["level"].values.astype(np.float64)
     _, groups = motions_by_floor(flags)
     shifts = [
         level_shift(flags.values[where][..., motions, :].astype(np.bool_), levels)
-        for where in np.ndindex(*flags.shape[: len(own)])
+        for where in np.ndindex(*flags.shape[: len(common)])
         for motions in groups
     ]
-    found = curves.assign(level_shift=(trials.dims, np.reshape(shifts, trials.shape), SHIFT))
-    return found.assign_attrs(spacing_attributes(levels))
+    shifted = curves.assign(level_shift=(trials.dims, np.reshape(shifts, trials.shape), SHIFT))
+    return shifted.assign_attrs(spacing_attributes(levels))
 
 
 def default_form(state: State) -> str:
@@ -327,8 +327,8 @@ def _intervals(asked: str | None, form: Form, trials: Trials) -> str:
 
 
 def _fractiles(values: Sequence[float]) -> tuple[float, ...]:
-    found = [values] if np.ndim(values) == 0 else list(values)
-    return tuple(CHANCE.number("fractiles", share) for share in found)
+    shares = [values] if np.ndim(values) == 0 else list(values)
+    return tuple(CHANCE.number("fractiles", share) for share in shares)
 
 
 def _method(form: Form, method: str, options: Options, trials: Trials) -> str:

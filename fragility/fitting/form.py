@@ -43,10 +43,10 @@ class Form(ABC):
 
     def state_probabilities(self, sample: Sample, penalty: str) -> Array:
         """The probability of each state at each level, (level, STATES), under the curve fitted to the sample."""
-        found = np.zeros((sample.levels.size, STATES))
-        found[:, TOPPLED] = self.probabilities(sample, sample.cells[None], penalty)[0]
-        found[:, STOOD] = 1.0 - found[:, TOPPLED]
-        return found
+        chances = np.zeros((sample.levels.size, STATES))
+        chances[:, TOPPLED] = self.probabilities(sample, sample.cells[None], penalty)[0]
+        chances[:, STOOD] = 1.0 - chances[:, TOPPLED]
+        return chances
 
 
 def log_likelihood_of(probability: Array, overturnings: Index, runs: Index) -> float:
@@ -125,7 +125,7 @@ class CustomForm(Form):
         band = percentile_interval(again.T, options.confidence, against=True)
         stated = getattr(best, "log_likelihood", None)
         fractions = np.array([0.5, *options.fractiles])
-        samples = np.array([self._fractiles(one, x, fractions) for one in every]).T
+        samples = np.array([self._fractiles(fitted, x, fractions) for fitted in every]).T
         columns: Columns = {
             "probability": curve,
             # a replicate without a curve may lie anywhere: an end that it decides is 0 or 1
@@ -134,12 +134,12 @@ class CustomForm(Form):
             "log_likelihood": log_likelihood_of(curve, overturnings, runs) if stated is None else float(stated),
             "status": OK,
             "converged": True,
-            "failed_replicates": sum(one is None for one in every),
+            "failed_replicates": sum(fitted is None for fitted in every),
             **percentile_columns(sample, self._fractiles(best, x, fractions), samples, options),
         }
         parameters = _parameters(best)
         for name, value in parameters.items():
-            drawn_values = np.array([_parameters(one).get(name, np.nan) for one in every])
+            drawn_values = np.array([_parameters(fitted).get(name, np.nan) for fitted in every])
             ends = percentile_interval(drawn_values, options.confidence, against=True)
             columns |= {f"parameter_{name}": value}
             columns |= {f"parameter_{name}_lower": float(ends.lower), f"parameter_{name}_upper": float(ends.upper)}
@@ -152,13 +152,13 @@ class CustomForm(Form):
 
     def _all(self, sample: Sample, cells: Array) -> list[FittedCurve | None]:
         overturnings, runs = sample.counts_in(cells)
-        found: list[FittedCurve | None] = []
+        curves: list[FittedCurve | None] = []
         for k, n in zip(overturnings.astype(np.int64), runs.astype(np.int64), strict=True):
             try:
-                found.append(self._fit(sample.levels[n > 0], k[n > 0], n[n > 0]))
+                curves.append(self._fit(sample.levels[n > 0], k[n > 0], n[n > 0]))
             except (ValueError, ArithmeticError, np.linalg.LinAlgError):
-                found.append(None)
-        return found
+                curves.append(None)
+        return curves
 
     def _at(self, fitted: FittedCurve, x: Array) -> Array:
         values = np.asarray(fitted.probability(x), dtype=float)
@@ -177,8 +177,8 @@ class CustomForm(Form):
 
 
 def _parameters(fitted: Any) -> dict[str, float]:
-    found = getattr(fitted, "parameters", None)
-    return {} if found is None else {str(name): float(value) for name, value in dict(found).items()}
+    values = getattr(fitted, "parameters", None)
+    return {} if values is None else {str(name): float(value) for name, value in dict(values).items()}
 
 
 def _invert(probability: Callable[[Array], Array], p: Array, low: float, high: float) -> Array:

@@ -105,8 +105,8 @@ def goodness_of_fit(
     number = checks.count("replicates", replicates, at_least=1)
     start = checks.count("seed", seed)
     cloud = trials.design == CLOUD
-    found = [_test(chosen, sample, penalty, number, start, cloud) for sample in trials.samples]
-    statistic, p_value = np.array(found).T.reshape((2, *trials.shape))
+    tests = [_test(chosen, sample, penalty, number, start, cloud) for sample in trials.samples]
+    statistic, p_value = np.array(tests).T.reshape((2, *trials.shape))
     text = "largest standardised sum of residuals" if cloud else "deviance"
     return xr.Dataset(
         {
@@ -176,12 +176,12 @@ def compare_forms(
             curves["aic"] = curves["log_likelihood"] * np.nan
         fits.append(curves[["aic", "log_likelihood"]].drop_vars("level", errors="ignore"))
     named = xr.Variable("form", np.array(names, dtype=object), described("form of curve"))
-    found: xr.Dataset = xr.concat(fits, named, combine_attrs="drop_conflicts").assign_coords(form=named)
-    found["aic_difference"] = found["aic"] - found["aic"].min("form")
-    found["aic_difference"].attrs = described("criterion over the least of all forms")
+    compared: xr.Dataset = xr.concat(fits, named, combine_attrs="drop_conflicts").assign_coords(form=named)
+    compared["aic_difference"] = compared["aic"] - compared["aic"].min("form")
+    compared["aic_difference"].attrs = described("criterion over the least of all forms")
     for name in ("aic", "log_likelihood"):
-        found[name].attrs = dict(fits[0][name].attrs)
-    return found.assign_attrs(title="Forms of fragility curves compared")
+        compared[name].attrs = dict(fits[0][name].attrs)
+    return compared.assign_attrs(title="Forms of fragility curves compared")
 
 
 def _test(form: Form, sample: Sample, penalty: str, replicates: int, seed: int, cloud: bool) -> tuple[float, float]:
@@ -199,11 +199,11 @@ def _test(form: Form, sample: Sample, penalty: str, replicates: int, seed: int, 
 def _simulated(form: Form, sample: Sample, penalty: str, replicates: int, seed: int) -> Array:
     """Cells (replicate, cell) drawn from the fitted curve."""
     draw = _first_overturnings if sample.by_interval else _motions if sample.repeated else _runs
-    one = draw(form, sample, penalty)
-    found = np.empty((replicates, sample.cells.size))
+    drawn = draw(form, sample, penalty)
+    cells = np.empty((replicates, sample.cells.size))
     for replicate in range(replicates):
-        found[replicate] = one(stream(seed, replicate))
-    return found
+        cells[replicate] = drawn(stream(seed, replicate))
+    return cells
 
 
 def _first_overturnings(form: Form, sample: Sample, penalty: str) -> Draw:
@@ -217,12 +217,12 @@ def _motions(form: Form, sample: Sample, penalty: str) -> Draw:
     """Return a generator of the states of all runs, whose normal scores are correlated within each motion."""
     chances = form.state_probabilities(sample, penalty)
     motion, level, fell = sample.single_runs
-    shared, own = _score_shares(motion, level, fell - chances[level, TOPPLED], chances[:, TOPPLED])
+    shared, single = _score_shares(motion, level, fell - chances[level, TOPPLED], chances[:, TOPPLED])
     # (score below which a run overturns, and below which it lifts off)
     falls, lifts = scipy.special.ndtri(np.minimum([chances[:, TOPPLED], chances[:, ROCKED:].sum(axis=1)], 1.0))
 
     def draw(rng: np.random.Generator) -> Array:
-        score = shared * rng.standard_normal(motion[-1] + 1)[motion] + own * rng.standard_normal(motion.size)
+        score = shared * rng.standard_normal(motion[-1] + 1)[motion] + single * rng.standard_normal(motion.size)
         state = np.where(score < falls[level], TOPPLED, np.where(score < lifts[level], ROCKED, STOOD))
         return np.bincount(level * STATES + state, minlength=sample.cells.size).astype(float)
 

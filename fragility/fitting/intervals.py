@@ -25,7 +25,6 @@ Ends = tuple[float, float]
 
 WALD, PROFILE, BOOTSTRAP = "wald", "profile", "bootstrap"
 INTERVALS = (WALD, PROFILE, BOOTSTRAP)
-TOLERANCE = 1e-12
 DISPERSION = None
 """Selector of ln(dispersion), instead of a probability p that selects ln x of the fractile p."""
 
@@ -113,14 +112,14 @@ class Estimate:
         return self.fits.lines
 
     @property
-    def found(self) -> bool:
+    def exists(self) -> bool:
         """True if there is an estimate."""
         return self.status in {OK, SEPARATED} and bool(np.isfinite(self.lines.a[0]))
 
     @property
     def penalised(self) -> bool:
         """True if the estimate maximises the penalised likelihood."""
-        return self.found and bool(self.lines.penalised[0])
+        return self.exists and bool(self.lines.penalised[0])
 
     def interval_kind(self, asked: str) -> str:
         """Return the kind of interval that the data allow if `asked` is the requested kind.
@@ -132,11 +131,11 @@ class Estimate:
 
     def log_value(self, p: float | None) -> float:
         """Return ln x of the fractile p, or ln(dispersion)."""
-        return float(self.fits.log_values(p)[0]) if self.found else math.nan
+        return float(self.fits.log_values(p)[0]) if self.exists else math.nan
 
     def log_error(self, p: float | None) -> float:
         """Return the standard error of `log_value`."""
-        return math.sqrt(max(self.fits.log_variances(p)[0], 0.0)) if self.found else math.nan
+        return math.sqrt(max(self.fits.log_variances(p)[0], 0.0)) if self.exists else math.nan
 
     def log_interval(self, p: float | None, asked: str, confidence: float) -> Ends:
         """Return the interval of `log_value`, of the requested kind if the data allow it.
@@ -159,7 +158,7 @@ class Estimate:
         Chandler, R. E. and Bate, S. (2007). Biometrika 94, 167-183. DiCiccio, T. J., Martin, M. A. and Stern, S.
         E. (2001). Canadian Journal of Statistics 29, 67-76.
         """
-        if not self.found:
+        if not self.exists:
             return math.nan, math.nan
         kind = self.interval_kind(asked)
         z = float(scipy.special.ndtri(0.5 + 0.5 * confidence))
@@ -230,7 +229,6 @@ class Estimate:
                 lines.b[0],
                 0.5 * root * root,
                 -1.0 if root > 0.0 else 1.0,
-                TOLERANCE,
             )
         )
 
@@ -240,8 +238,8 @@ def estimate(
 ) -> Estimate:
     """Fit one factor of a curve; `outcomes` is the outcome of each cell (None: intervals of first overturning)."""
     data = data_of(sample.levels, sample.cells[None], outcomes)
-    own = sample.resampled(np.ones((1, sample.patterns.of_cluster.size)))[0] if sample.patterns is not None else None
-    fits = _fits(link, sample, outcomes, data, own, options.penalty, None)
+    weights = None if sample.patterns is None else sample.resampled(np.ones((1, sample.patterns.of_cluster.size)))[0]
+    fits = _fits(link, sample, outcomes, data, weights, options.penalty, None)
     status = status_of(fits.lines, data, fits.covariance)
     always = PENALTIES[options.penalty] == engine.ALWAYS
     if drawn is None:

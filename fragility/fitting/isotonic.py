@@ -40,8 +40,8 @@ def crossings(levels: Array, probabilities: Array, p: float) -> Array:
     x = log(levels)
     with np.errstate(divide="ignore", invalid="ignore"):
         inside = exp(x[last] + (p - before) / (at - before) * (x[first] - x[last]))
-    found = np.where(first > 0, inside, np.where(at == p, levels[0], 0.0))
-    return np.where(np.isnan(probabilities).any(axis=1), np.nan, np.where(reached.any(axis=1), found, np.inf))
+    levels_of_p = np.where(first > 0, inside, np.where(at == p, levels[0], 0.0))
+    return np.where(np.isnan(probabilities).any(axis=1), np.nan, np.where(reached.any(axis=1), levels_of_p, np.inf))
 
 
 class IsotonicForm(Form):

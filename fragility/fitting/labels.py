@@ -113,5 +113,5 @@ def _column(values: Sequence[Any], shape: tuple[int, ...]) -> NDArray[np.generic
         return np.array(values, dtype=object)[: math.prod(shape)].reshape(shape)
     array = np.asarray(known)
     filled = [np.full(array.shape, np.nan) if value is None else value for value in values]
-    found = np.array(filled)[: math.prod(shape)]
-    return found.reshape((*shape, *array.shape))
+    column = np.array(filled)[: math.prod(shape)]
+    return column.reshape((*shape, *array.shape))

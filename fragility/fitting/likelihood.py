@@ -18,9 +18,8 @@ import numpy as np
 from ...core.elementary import Array, Flags, Index, log
 from ..kernels import binomial as engine
 from .links import Link
-from .patterns import Patterns
 from .states import ALL, DECREASING, FAILED, FLAT, NO_RUNS, NONE, OK, ONE_LEVEL, SEPARATED
-from .trials import failures_of, gap_between
+from .trials import Patterns, failures_of, gap_between
 
 # In the order of the kernel's codes.
 STATUSES = (OK, NO_RUNS, ONE_LEVEL, NONE, ALL, SEPARATED, DECREASING, FAILED)

@@ -59,8 +59,8 @@ def _weibull_quantile(p: Any) -> Any:
 
 # wrapped in functions, so that scipy's parts load only when they are first used
 LINKS: dict[str, Link] = {
-    one.name: one
-    for one in (
+    link.name: link
+    for link in (
         Link(LOGNORMAL, engine.PROBIT, 1.0, _normal, _normal_quantile, "Phi(ln(x/median)/dispersion)"),
         Link("log-logistic", engine.LOGIT, math.pi / math.sqrt(3.0), _logistic, _logistic_quantile, "logistic in ln x"),
         Link("weibull", engine.CLOGLOG, math.pi / math.sqrt(6.0), _weibull, _weibull_quantile, "1 - exp(-(x/scale)^b)"),

@@ -145,9 +145,9 @@ def _along(levels: Array, seen: Array, motions: Array, shares: tuple[float, ...]
     """Return the levels of shares along common levels, from the share seen at each and the number of motions there."""
     rising = _rising(seen, motions)
     x, held = log(levels), _clipped(rising, motions)
-    found = np.empty((len(shares), 3))
+    log_levels = np.empty((len(shares), 3))
     normal = BENDS[0].inverse(held)
-    for row, share in zip(found, shares, strict=True):
+    for row, share in zip(log_levels, shares, strict=True):
         n = float(motions[np.abs(rising - share).argmin()])
         half = math.inf if n <= 1.0 else float(scipy.special.stdtrit(n - 1.0, 0.5 + 0.5 * confidence))
         half *= math.sqrt(share * (1.0 - share) / n)
@@ -163,7 +163,7 @@ def _along(levels: Array, seen: Array, motions: Array, shares: tuple[float, ...]
             ends = rising == 0.0
             at = [_passed(x, bend.inverse(held), bend.inverse(share + half), first=False, ends=ends) for bend in BENDS]
             row[2] = max(x[0], *at)
-    return exp(found)
+    return exp(log_levels)
 
 
 def _clipped(rising: Array, motions: Array) -> Array:
@@ -180,14 +180,14 @@ def _rising_of(fell: Array, runs: Array) -> Array:
     """
     levels = fell.shape[1]
     summed = [np.cumsum(np.pad(counts, ((0, 0), (1, 0))), axis=1) for counts in (fell, runs)]
-    found = np.full(fell.shape, -np.inf)
+    rising = np.full(fell.shape, -np.inf)
     for start in range(levels):
         total, number = (sums[:, start + 1 :] - sums[:, [start]] for sums in summed)
         with np.errstate(divide="ignore", invalid="ignore"):
             share = total / number
         smallest = np.fmin.accumulate(share[:, ::-1], axis=1)[:, ::-1]
-        found[:, start:] = np.fmax(found[:, start:], smallest)
-    return found
+        rising[:, start:] = np.fmax(rising[:, start:], smallest)
+    return rising
 
 
 def _rising(shares: Array, weights: Array) -> Array:
@@ -223,14 +223,14 @@ def _passed(x: Array, scores: Array, score: float, *, first: bool, ends: Flags |
 
 def _near(sample: Sample, shares: tuple[float, ...], options: Options) -> Array:
     """Return the levels of shares by the runs near each."""
-    found = np.full((len(shares), 3), np.nan)
+    log_levels = np.full((len(shares), 3), np.nan)
     line = _line(sample, replace(options, penalty="auto", keep=False))
-    if not line.found:
-        return found
+    if not line.exists:
+        return log_levels
     motion, fell, places, away, near = _about(sample, line)
     motions, scale = int(motion[-1]) + 1, math.exp(line.log_value(None))
     t = scipy.special.stdtrit(np.maximum(near.sum(axis=1) - 1.0, 1.0), 0.5 + 0.5 * options.confidence)
-    for row, share in zip(found, shares, strict=True):
+    for row, share in zip(log_levels, shares, strict=True):
         steep = _density(float(scipy.special.ndtri(share))) / scale
         ends = []
         for bend in BENDS:
@@ -258,7 +258,7 @@ def _near(sample: Sample, shares: tuple[float, ...], options: Options) -> Array:
         if ends:
             levels, lower, upper = zip(*ends, strict=True)
             row[:] = levels[0], min(lower), max(upper)
-    return np.asarray(exp(found))
+    return np.asarray(exp(log_levels))
 
 
 def _about(sample: Sample, line: Estimate) -> tuple[Index, Flags, Array, Array, Flags]:
@@ -274,7 +274,7 @@ def _about(sample: Sample, line: Estimate) -> tuple[Index, Flags, Array, Array, 
 def _near_again(sample: Sample, weights: Array, options: Options) -> Array:
     """Return the levels of half by the runs near each, of replicates of the motions."""
     line = _line(sample, replace(options, penalty="auto", keep=False))
-    if not line.found:
+    if not line.exists:
         return np.full(weights.shape[0], np.nan)
     motion, fell, places, away, near = _about(sample, line)
     summed = np.zeros((int(motion[-1]) + 1, PLACES))

@@ -97,12 +97,12 @@ def state_named(name: str) -> State | None:
     >>> [state_named(state_name(state)) for state in ("uplifted", 0.5, Slip(0.1, "front"))]
     ['uplifted', 0.5, Slip(distance=0.1, side='front')]
     """
-    found = next((state for state, words in NAMES.items() if words == name), None)
+    state_of_name = next((state for state, words in NAMES.items() if words == name), None)
     turned = re.fullmatch(r"\|theta\|/alpha > (\S+)", name)
     slid = re.fullmatch(r"a slip above (\S+) m(?: to the (front|back))?", name)
     if slid is not None:
         return Slip(float(slid[1]), slid[2] or "either")
-    return found if turned is None else float(turned[1])
+    return state_of_name if turned is None else float(turned[1])
 
 
 def needed_output(state: State) -> str:

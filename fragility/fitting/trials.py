@@ -6,9 +6,11 @@ intensity), and counts.  Nothing is fitted here.
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,8 +35,79 @@ from ..runs.provenance import (
     motions_by_floor,
     number_of_motions,
 )
-from .patterns import CellCounts, Patterns, PatternTable
 from .states import OVERTURNED, UPLIFTED, State, flags_of, needed_output, reached, state_name
+
+DENSE = 4
+"""A table of counts is dense up to this many counts for each run of a slab."""
+
+
+class Patterns(NamedTuple):
+    """Patterns of outcomes; motions with the same outcomes share one.
+
+    `of_cluster` (cluster,) is the pattern of each motion, -1 if it has no run here. `cells[starts[p]:starts[p + 1]]`
+    are the cells in which the runs of pattern p lie; `counts` is the number of runs in each.
+    """
+
+    of_cluster: Index
+    starts: Index
+    cells: Index
+    counts: Index
+
+
+class CellCounts:
+    """Counts of the runs of each cluster in each cell; keys are cluster * size + cell, increasing."""
+
+    def __init__(self, clusters: int, size: int) -> None:
+        self.size = size
+        self._dense = np.zeros(clusters * size if clusters * size <= DENSE * slabs.RUNS else 0, np.int64)
+        self._keys = np.empty(0, np.int64)
+        self._counts = np.empty(0, np.int64)
+
+    def add(self, keys: Index) -> None:
+        """Add further runs."""
+        if self._dense.size:
+            self._dense += np.bincount(keys, minlength=self._dense.size)
+            return
+        new, counts = np.unique(keys, return_counts=True)
+        self._keys, at = np.unique(np.concatenate([self._keys, new]), return_inverse=True)
+        counts = np.concatenate([self._counts, counts])
+        self._counts = np.zeros(self._keys.size, np.int64)
+        np.add.at(self._counts, at, counts)
+
+    @property
+    def entries(self) -> tuple[Index, Index]:
+        """Keys and counts of the cells with runs."""
+        keys = np.flatnonzero(self._dense) if self._dense.size else self._keys
+        return keys, self._dense[keys] if self._dense.size else self._counts
+
+
+class PatternTable:
+    """Patterns of outcomes, collected cluster by cluster."""
+
+    def __init__(self, clusters: int) -> None:
+        self.of_cluster = np.full(clusters, -1, dtype=np.int64)
+        self._numbers: dict[bytes, int] = {}
+        self._parts: list[NDArray[np.int32]] = []
+
+    def add(self, cluster: Index, cell: Index, counts: Index) -> None:
+        """Add further clusters, in their order, with the number of their runs in each cell."""
+        bounds = np.append(np.flatnonzero(np.diff(cluster, prepend=-1)), cluster.size)
+        pairs = np.stack([cell.astype(np.int32), counts.astype(np.int32)], axis=1)
+        for begin, end in pairwise(bounds.tolist()):
+            pattern = pairs[begin:end]
+            key = hashlib.blake2b(pattern.data, digest_size=16).digest()
+            if key not in self._numbers:
+                self._numbers[key] = len(self._numbers)
+                self._parts.append(pattern.copy())
+            self.of_cluster[cluster[begin]] = self._numbers[key]
+
+    @property
+    def patterns(self) -> Patterns:
+        """All patterns that were added."""
+        starts = np.cumsum([0, *(len(part) for part in self._parts)], dtype=np.int64)
+        cells, counts = np.concatenate(self._parts).T.astype(np.int64, order="C")
+        return Patterns(self.of_cluster, starts, cells, counts)
+
 
 UPLIFT_KNOWN_IN = ("pga", "pga_normalised")
 """Measures of levels in which the uplift of rigid blocks is known exactly."""
@@ -223,8 +296,8 @@ def rocking_thresholds(data: xr.Dataset) -> xr.DataArray:
     tangent = xr.apply_ufunc(tan, alpha)
     level = tangent.where(data["lever"] != "R", np.sin(alpha)).where(data["geometry"] != "linear", alpha)
     level = level / tangent if im == "pga_normalised" else level * STANDARD_GRAVITY
-    found: xr.DataArray = level.where(rigid).transpose(*alpha.dims, *data["law"].dims)
-    return found
+    thresholds: xr.DataArray = level.where(rigid).transpose(*alpha.dims, *data["law"].dims)
+    return thresholds
 
 
 def _trials_of_counts(data: xr.Dataset) -> Trials:
@@ -276,8 +349,8 @@ def _trials_of_runs(data: xr.Dataset, first: bool, state: State, together: Seque
     flags = flags.transpose(*dims, *rest)
     lifted = None if lifted is None else lifted.transpose(*dims, *rest)
     x = data["level" if design == IDA else "intensity"]
-    one = flags.isel(dict.fromkeys(together, 0), drop=True)
-    intensities = _intensities(x, one)
+    single = flags.isel(dict.fromkeys(together, 0), drop=True)
+    intensities = _intensities(x, single)
     clusters = clusters_of(flags)
     ways = flags.sizes["motion"] // number_of_motions(flags)
     floor, groups = motions_by_floor(flags)
@@ -328,7 +401,7 @@ def _trials_of_adaptive(data: xr.Dataset, first: bool, state: State, together: S
     block, model = (np.atleast_1d(data[f"{dim}_number"].values) for dim in ("block", "model"))
     if "motion" not in data.dims:
         raise ValueError("runs at adaptive levels must keep their motion dimension, got a selection without it")
-    numbers = [f"run_{one}" for one in ("block", "model", "motion")]
+    numbers = [f"run_{dim}" for dim in ("block", "model", "motion")]
     if any(data[number].dtype.kind not in "iu" for number in numbers) or not data.sizes["motion"]:
         raise ValueError(
             "runs at adaptive levels must keep motions, and whole numbers of their blocks, models and motions: "
@@ -339,11 +412,11 @@ def _trials_of_adaptive(data: xr.Dataset, first: bool, state: State, together: S
     alpha = np.broadcast_to(data["alpha"].values if "alpha" in data.coords else math.nan, block.shape)
     verdicts = data[needed_output(state)].values
     samples = []
-    for i, j, own, of_run in curves_of(data):
-        if not own.size:
+    for i, j, rows, of_run in curves_of(data):
+        if not rows.size:
             raise ValueError(f"runs must hold some of block number {block[i]} under law number {model[j]}, got none")
-        fell = flags_of(verdicts[own], state, float(alpha[i]))
-        levels, where = np.unique(x[own], return_inverse=True)
+        fell = flags_of(verdicts[rows], state, float(alpha[i]))
+        levels, where = np.unique(x[rows], return_inverse=True)
         size = levels.size * STATES
         cell = STATES * where + np.where(fell, TOPPLED, STOOD)
         keys, counts = np.unique(motions[of_run] * size + cell, return_counts=True)
@@ -372,30 +445,30 @@ def _sample(
     """
     levels, where = np.unique(x, return_inverse=True)
     chosen = np.arange(clusters.size)[motions]
-    own = clusters[chosen]
+    of_motion = clusters[chosen]
     alike, size = (1, levels.size + 1) if first else (where.size, levels.size * STATES)
     runs = math.prod(fell.shape[:-2]) * alike if fell.ndim > 1 else 1
     cells = np.zeros(size)
     known = PatternTable(int(clusters.max()) + 1)
-    step = max(1, slabs.RUNS * known.of_cluster.size // (own.size * (fell.shape[-2] if fell.ndim > 1 else 1)))
+    step = max(1, slabs.RUNS * known.of_cluster.size // (of_motion.size * (fell.shape[-2] if fell.ndim > 1 else 1)))
     for begin in range(0, known.of_cluster.size, step):
-        here = np.flatnonzero((own >= begin) & (own < begin + step))
-        if not here.size:
+        within = np.flatnonzero((of_motion >= begin) & (of_motion < begin + step))
+        if not within.size:
             continue
         table = CellCounts(min(step, known.of_cluster.size - begin), size)
-        for part, lifts in _flag_slabs(fell, up, chosen[here]):
+        for part, lifts in _flag_slabs(fell, up, chosen[within]):
             if first:
                 rising = np.argsort(x, kind="stable")
                 lowest = where[rising][part[..., rising, :].argmax(axis=-2)]
                 cell = np.where(part.any(axis=-2), lowest, levels.size)
             else:
                 state = np.where(part, TOPPLED, STOOD if lifts is None else np.where(lifts, ROCKED, STOOD))
-                cell = STATES * (where[:, None] if fell.ndim > 1 else where[here]) + state
-            table.add(np.broadcast_to(own[here] - begin, cell.shape).ravel() * size + cell.ravel())
+                cell = STATES * (where[:, None] if fell.ndim > 1 else where[within]) + state
+            table.add(np.broadcast_to(of_motion[within] - begin, cell.shape).ravel() * size + cell.ravel())
         keys, counts = table.entries
         cells += np.bincount(keys % size, counts, size)
         known.add(begin + keys // size, keys % size, counts)
-    repeated = bool(np.bincount(own).max() * runs > 1)
+    repeated = bool(np.bincount(of_motion).max() * runs > 1)
     return Sample(levels, cells, first, threshold, up is not None, repeated, known.patterns)
 
 
@@ -404,7 +477,7 @@ def _flag_slabs(fell: Flags, up: Flags | None, motions: Index) -> Iterator[tuple
     if fell.ndim == 1:
         yield fell[motions], None if up is None else up[motions]
         return
-    rows, more = (None if one is None else one.reshape(-1, *one.shape[-2:]) for one in (fell, up))
+    rows, more = (None if flags is None else flags.reshape(-1, *flags.shape[-2:]) for flags in (fell, up))
     assert rows is not None
     step = max(1, slabs.RUNS // (rows.shape[1] * motions.size))
     for begin in range(0, rows.shape[0], step):
@@ -426,7 +499,7 @@ def _intensities(x: xr.DataArray, flags: xr.DataArray) -> Array:
 
 def _strata(stripe: NDArray[Any], clusters: Index) -> tuple[Index, ...] | None:
     """Return the ground motions of each stripe, to be drawn stripe by stripe; None if stripes share one."""
-    members = tuple(np.unique(clusters[stripe == one]) for one in np.unique(stripe))
+    members = tuple(np.unique(clusters[stripe == label]) for label in np.unique(stripe))
     return members if sum(member.size for member in members) == clusters.max() + 1 else None
 
 
@@ -441,7 +514,7 @@ def _per_curve(values: xr.DataArray, like: xr.DataArray) -> list[float]:
     """Return a value for each curve in the order of `like`; NaN if the values have other dimensions."""
     if not set(values.dims) <= set(like.dims):
         return [np.nan] * like.size
-    return [float(one) for one in values.broadcast_like(like).transpose(*like.dims).values.ravel()]
+    return [float(value) for value in values.broadcast_like(like).transpose(*like.dims).values.ravel()]
 
 
 def _curve_coordinates(data: xr.Dataset, dims: tuple[Hashable, ...]) -> dict[Hashable, xr.DataArray]:

@@ -25,16 +25,16 @@ class TwoParameterForm(Form):
         self.text = f"P(x) = {link.text}"
 
     def fit(self, sample: Sample, options: Options, drawn: ResampledData | None) -> Columns:
-        found = estimate(self.link, sample, _outcomes(sample), options, drawn)
-        likelihood = float(found.lines.log_likelihood[0])
+        line = estimate(self.link, sample, _outcomes(sample), options, drawn)
+        likelihood = float(line.lines.log_likelihood[0])
         columns: Columns = {
-            **parameter_columns(found, "", options),
-            **fractile_columns(found, options),
+            **parameter_columns(line, "", options),
+            **fractile_columns(line, options),
             "log_likelihood": likelihood,
-            "aic": 4.0 - 2.0 * likelihood if found.found else math.nan,
-            "status": found.status,
-            "penalised": found.penalised,
-            "converged": found.found,
+            "aic": 4.0 - 2.0 * likelihood if line.exists else math.nan,
+            "status": line.status,
+            "penalised": line.penalised,
+            "converged": line.exists,
         }
         return columns | median_bound_columns(sample, options)
 
@@ -47,23 +47,23 @@ def _outcomes(sample: Sample) -> Index | None:
     return None if sample.by_interval else outcomes_of(OVERTURNING_OUTCOMES, sample.levels.size)
 
 
-def parameter_columns(found: Estimate, prefix: str, options: Options) -> Columns:
+def parameter_columns(line: Estimate, prefix: str, options: Options) -> Columns:
     """Columns of median and dispersion with standard errors, intervals and replicates; names begin with `prefix`."""
     columns: Columns = {}
-    lost = np.zeros(0) if found.resampled is None else _without_curve(found.resampled)
+    lost = np.zeros(0) if line.resampled is None else _without_curve(line.resampled)
     for name, p in (("median", 0.5), ("dispersion", None)):
-        lower, upper = found.log_interval(p, options.intervals, options.confidence)
-        value = unlogged(found.log_value(p))
+        lower, upper = line.log_interval(p, options.intervals, options.confidence)
+        value = unlogged(line.log_value(p))
         columns |= {
             f"{prefix}{name}": value,
-            f"{prefix}{name}_se": value * found.log_error(p),
+            f"{prefix}{name}_se": value * line.log_error(p),
             f"{prefix}{name}_lower": unlogged(lower),
             f"{prefix}{name}_upper": unlogged(upper),
         }
-        if options.keep and found.resampled is not None:
-            columns[f"{prefix}{name}_sample"] = exp(np.where(lost, np.nan, found.resampled.log_values(p)))
-    if found.resampled is not None:
-        columns[f"{prefix}penalised_replicates"] = int(found.resampled.lines.penalised.sum())
+        if options.keep and line.resampled is not None:
+            columns[f"{prefix}{name}_sample"] = exp(np.where(lost, np.nan, line.resampled.log_values(p)))
+    if line.resampled is not None:
+        columns[f"{prefix}penalised_replicates"] = int(line.resampled.lines.penalised.sum())
         columns[f"{prefix}failed_replicates"] = int(lost.sum())
     return columns
 
@@ -74,11 +74,11 @@ def _without_curve(fits: LineFits) -> Flags:
     return ~(np.isfinite(median) & (median > 0.0) & np.isfinite(dispersion))
 
 
-def fractile_columns(found: Estimate, options: Options) -> Columns:
+def fractile_columns(line: Estimate, options: Options) -> Columns:
     """Columns of the fractiles with their intervals, each (fraction,)."""
-    ends = [found.log_interval(p, options.intervals, options.confidence) for p in options.fractiles]
+    ends = [line.log_interval(p, options.intervals, options.confidence) for p in options.fractiles]
     return {
-        "fractile": np.array([unlogged(found.log_value(p)) for p in options.fractiles]),
+        "fractile": np.array([unlogged(line.log_value(p)) for p in options.fractiles]),
         "fractile_lower": np.array([unlogged(lower) for lower, _ in ends]),
         "fractile_upper": np.array([unlogged(upper) for _, upper in ends]),
     }

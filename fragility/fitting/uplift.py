@@ -56,15 +56,15 @@ class UpliftForm(Form):
 
     def fit(self, sample: Sample, options: Options, drawn: ResampledData | None) -> Columns:
         first = _step(sample) or estimate(LOGNORMAL_LINK, sample, _uplifts(sample), options, drawn)
-        found = estimate(LOGNORMAL_LINK, sample, _outcomes(sample, first), options, drawn)
-        whole = found.found and (isinstance(first, UpliftStep) or first.found)
-        status = found.status if isinstance(first, UpliftStep) or first.found else first.status
+        second = estimate(LOGNORMAL_LINK, sample, _outcomes(sample, first), options, drawn)
+        whole = second.exists and (isinstance(first, UpliftStep) or first.exists)
+        status = second.status if isinstance(first, UpliftStep) or first.exists else first.status
         if status == NO_RUNS and sample.cells.any():  # none that uplifted
             status = NONE
         columns: Columns = {
-            **parameter_columns(found, "", options),
+            **parameter_columns(second, "", options),
             "status": status,
-            "penalised": found.penalised,
+            "penalised": second.penalised,
             "converged": whole,
             **median_bound_columns(sample, options),
         }
@@ -76,13 +76,13 @@ class UpliftForm(Form):
             parameters = 4
         names = ("fractile", "fractile_lower", "fractile_upper")
         parts = [
-            self._fractile(first, found, p, sample.gap, options) if whole else (math.nan,) * 3
+            self._fractile(first, second, p, sample.gap, options) if whole else (math.nan,) * 3
             for p in options.fractiles
         ]
         columns |= {name: np.array([part[i] for part in parts]) for i, name in enumerate(names)}
         likelihood = math.nan
         if whole:
-            curve = _product(first if isinstance(first, UpliftStep) else first.lines, found.lines, sample.levels)[0]
+            curve = _product(first if isinstance(first, UpliftStep) else first.lines, second.lines, sample.levels)[0]
             likelihood = log_likelihood_of(curve, *sample.level_counts)
         return columns | {"log_likelihood": likelihood, "aic": 2.0 * parameters - 2.0 * likelihood}
 
@@ -92,15 +92,15 @@ class UpliftForm(Form):
 
     def state_probabilities(self, sample: Sample, penalty: str) -> Array:
         first, second = self._refit(sample, sample.cells[None], penalty)
-        found = np.zeros((sample.levels.size, STATES))
-        found[:, TOPPLED] = _product(first, second, sample.levels)[0]
+        chances = np.zeros((sample.levels.size, STATES))
+        chances[:, TOPPLED] = _product(first, second, sample.levels)[0]
         if sample.uplift_known and isinstance(first, FittedLines):
             lifted = first.probability(sample.levels)[0]
-            found[:, ROCKED] = lifted - found[:, TOPPLED]
+            chances[:, ROCKED] = lifted - chances[:, TOPPLED]
         elif sample.uplift_known and isinstance(first, UpliftStep):
-            found[:, ROCKED] = (sample.levels >= first.at) - found[:, TOPPLED]
-        found[:, STOOD] = 1.0 - found[:, TOPPLED] - found[:, ROCKED]
-        return found
+            chances[:, ROCKED] = (sample.levels >= first.at) - chances[:, TOPPLED]
+        chances[:, STOOD] = 1.0 - chances[:, TOPPLED] - chances[:, ROCKED]
+        return chances
 
     @staticmethod
     def _refit(sample: Sample, cells: Array, penalty: str) -> tuple[UpliftStep | FittedLines, FittedLines]:
@@ -115,7 +115,7 @@ class UpliftForm(Form):
         """Return a fractile of the product and its interval, which contains the gap of separated data."""
         if isinstance(first, UpliftStep):
             ends = second.log_interval(p, options.intervals, options.confidence)
-            value, lower, upper = (max(unlogged(one), first.at) for one in (second.log_value(p), *ends))
+            value, lower, upper = (max(unlogged(log_value), first.at) for log_value in (second.log_value(p), *ends))
             return value, lower, upper
         value = float(log_fractile(first.lines, second.lines, p)[0])
         lower, upper = (unlogged(end) for end in _interval(first, second, p, value, options))
@@ -185,10 +185,7 @@ def _step_columns(step: UpliftStep, options: Options) -> Columns:
         "uplift_median_se": 0.0 if step.lower == step.upper else math.nan,
         "uplift_median_lower": step.lower,
         "uplift_median_upper": step.upper,
-        "uplift_dispersion": 0.0,
-        "uplift_dispersion_se": 0.0,
-        "uplift_dispersion_lower": 0.0,
-        "uplift_dispersion_upper": 0.0,
+        **{f"uplift_dispersion{end}": 0.0 for end in ("", "_se", "_lower", "_upper")},
     }
     if options.keep:
         columns["uplift_median_sample"] = np.full(options.replicates, step.at)
@@ -236,7 +233,7 @@ def profile_interval(first: Estimate, second: Estimate, p: float, confidence: fl
     best = float(log_fractile(first.lines, second.lines, p)[0])
     variances = (log_fractile_variance(first.fits, second.fits, p, plain)[0] for plain in (False, True))
     drop = 0.5 * float(scipy.special.chdtri(1.0, 1.0 - confidence)) * max(next(variances) / next(variances), 1.0)
-    top = sum(_line_value(one, one.lines.a[0], one.lines.b[0]) for one in (first, second))
+    top = _value(first) + _value(second)
 
     def excess(t: float) -> float:
         """Return the drop of the profile log-likelihood at t less the drop that is allowed."""
@@ -250,9 +247,9 @@ def profile_interval(first: Estimate, second: Estimate, p: float, confidence: fl
                 return math.inf
             return -(_profile(first, t, eta, scratch[0]) + _profile(second, t, rest, scratch[1]))
 
-        own = math.log(max(float(_eta(first.lines, np.array([t]))[0] - scipy.special.ndtri(p)), 1e-3))
-        found = scipy.optimize.minimize_scalar(loss, bracket=(own - 0.5, own + 0.5), tol=1e-10)
-        return float(top + found.fun - drop)
+        guess = math.log(max(float(_eta(first.lines, np.array([t]))[0] - scipy.special.ndtri(p)), 1e-3))
+        optimum = scipy.optimize.minimize_scalar(loss, bracket=(guess - 0.5, guess + 0.5), tol=1e-10)
+        return float(top + optimum.fun - drop)
 
     ends = []
     for side in (-1.0, 1.0):
@@ -272,25 +269,21 @@ def _eta(lines: FittedLines, log_x: Array) -> Array:
     return lines.a + lines.b * (log_x - lines.centre) / lines.width
 
 
-def _scratch(one: Estimate) -> Array:
-    return np.zeros((engine.SCRATCH, one.fits.data.z.size))
+def _scratch(factor: Estimate) -> Array:
+    return np.zeros((engine.SCRATCH, factor.fits.data.z.size))
 
 
-def _arguments(one: Estimate) -> tuple[int, int, Array, Array, Array, bool]:
-    lines, data = one.lines, one.fits.data
+def _arguments(factor: Estimate) -> tuple[int, int, Array, Array, Array, bool]:
+    lines, data = factor.lines, factor.fits.data
     return data.kind, lines.link.code, data.z, data.failures[0], data.runs[0], bool(lines.penalised[0])
 
 
-def _line_value(one: Estimate, a: float, b: float) -> float:
-    kind, link, z, failures, runs, penalised = _arguments(one)
-    return float(engine.evaluate(kind, link, a, b, z, failures, runs, penalised, _scratch(one))[0])
+def _value(factor: Estimate) -> float:
+    kind, link, *data = _arguments(factor)
+    return float(engine.evaluate(kind, link, factor.lines.a[0], factor.lines.b[0], *data, _scratch(factor))[0])
 
 
-def _profile(one: Estimate, t: float, eta: float, scratch: Array) -> float:
+def _profile(factor: Estimate, t: float, eta: float, scratch: Array) -> float:
     """Return the largest log-likelihood of a factor whose line passes eta at ln x = t."""
-    kind, link, z, failures, runs, penalised = _arguments(one)
-    at = (t - one.lines.centre) / one.lines.width
-    guess = one.lines.b[0]
-    what = engine.FRACTILE
-    found = engine.profile(kind, link, z, failures, runs, penalised, what, eta, at, guess, engine.PRECISE, scratch)
-    return float(found[0])
+    at, guess = (t - factor.lines.centre) / factor.lines.width, factor.lines.b[0]
+    return float(engine.profile(*_arguments(factor), engine.FRACTILE, eta, at, guess, engine.PRECISE, scratch)[0])

@@ -140,7 +140,7 @@ class HazardCurve:
         im: str | Measure,
         units: str | None = None,
         source: str = "",
-        **other: Any,
+        **options: Any,
     ) -> HazardCurve:
         """A curve from points whose levels are in `units` (``g``, ``m/s2``, ``cm/s2``, ``cm/s`` …; SI if not given).
 
@@ -154,7 +154,7 @@ class HazardCurve:
         if units is not None:
             check_points(values, [np.asarray(rates, dtype=np.float64)], units)
         with np.errstate(over="ignore"):
-            return cls((values * factor).tolist(), rates, im, source, **other)
+            return cls((values * factor).tolist(), rates, im, source, **options)
 
     @classmethod
     def power_law(cls, k0: float, k: float, im: str | Measure, units: str | None = None) -> HazardCurve:
@@ -249,7 +249,7 @@ class HazardCurve:
 
     def describe(self) -> dict[str, Any]:
         """Return the curve as plain values for the attributes of a dataset."""
-        found: dict[str, Any] = {
+        plain: dict[str, Any] = {
             "im": self.im,
             "units": self.units,
             "at": self.at,
@@ -258,14 +258,14 @@ class HazardCurve:
             "rates": list(self.rates),
         }
         if self.curvature:
-            found["curvature"] = self.curvature
+            plain["curvature"] = self.curvature
         if self.fractile is not None:
-            found["fractile"] = self.fractile
+            plain["fractile"] = self.fractile
         if self.weights is not None:
-            found["weights"] = list(self.weights)
+            plain["weights"] = list(self.weights)
         if self.realisations is not None:
-            found["realisations"] = [list(row) for row in self.realisations]
-        return found
+            plain["realisations"] = [list(row) for row in self.realisations]
+        return plain
 
 
 def hazard_measure(im: str | Measure) -> Measure:

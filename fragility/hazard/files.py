@@ -107,7 +107,7 @@ def _table(lines: Lines, im: str | None, site: Site, units: str | None, years: f
             break
     else:
         raise HazardError(f"{lines.file}: holds no line that names its columns")
-    separator = next((one for one in (";", "\t") if one in text), ",")
+    separator = next((mark for mark in (";", "\t") if mark in text), ",")
     names = row_words(lines, text, separator)
     if len(names) > MOST_LEVELS:
         raise HazardError(f"{lines.file}: line {lines.number} has {len(names)} columns, at most {MOST_LEVELS} are read")

@@ -213,8 +213,8 @@ def _read_comments(
     for pattern, word in _ENGLISH.items():
         text = pattern.sub(word, text)
     where = f"{lines.file}: {format_ or f'line {lines.number}'} names"
-    for other, plural in (("probability", "probabilities"), ("return period", "return periods")):
-        if quantity.kind == "rate" and _KINDS[other].search(text.lower()) and not _RATES.search(text):
+    for contrary, plural in (("probability", "probabilities"), ("return period", "return periods")):
+        if quantity.kind == "rate" and _KINDS[contrary].search(text.lower()) and not _RATES.search(text):
             raise HazardError(f"{where} rates, a comment {plural}: correct one of them")
     _refuse_other_comments(lines, text, label, unit, where)
     _refuse_other_time(lines, text, quantity, where)
@@ -222,8 +222,8 @@ def _read_comments(
     unused = (match[0].strip() for match in _NOT_USED.finditer(text))
     used = next((part for part in unused if part[0] not in "tT" or "Sa(" not in label), None)
     notes = f" ({LARGER})" if larger else f" ({NOT_USED} {plain(used)})" if used else ""
-    fractile, said = _fractile(lines, kind or (stated(lines, comment, "kind") or "").lower()), _fractile_of(lines, text)
-    return fractile if kind else fractile or said, notes
+    fractile, q = _fractile(lines, kind or (stated(lines, comment, "kind") or "").lower()), _fractile_of(lines, text)
+    return fractile if kind else fractile or q, notes
 
 
 def _refuse_other_time(lines: Lines, comment: str, quantity: Quantity, where: str) -> None:
@@ -231,16 +231,16 @@ def _refuse_other_time(lines: Lines, comment: str, quantity: Quantity, where: st
     time = stated(lines, comment, "investigation_time")
     words = comment.lower()
     for text in words.split("#"):
-        said = [match[0] for match in _OTHER_RATES.finditer(text)]
-        said += [match[0] for match in _PER_CENT.finditer(text) if quantity.unit != 0.01]
+        contrary = [match[0] for match in _OTHER_RATES.finditer(text)]
+        contrary += [match[0] for match in _PER_CENT.finditer(text) if quantity.unit != 0.01]
         spoken = [kind for kind, pattern in _KINDS.items() if pattern.search(text)]
         probable = quantity.kind == "probability" and spoken == ["probability"] and not re.search(r"\d ?%", text)
         if probable or (quantity.kind == "rate" and re.search("rate|frequen|exceed", text)):
             per = [match for match in _TIME.finditer(text) if _belongs(match, "rate") and match[0][0] != "1"]
-            said += [at[0] for at in per if float(at["number"] or 1.0) * _YEARS[at["unit"]] != quantity.years]
-        if said and not _OF_SOURCES.search(text):
-            own = f"probabilities in {quantity.years:g} yr" if probable else _WRITTEN[quantity.kind].partition(",")[0]
-            raise HazardError(f"{where} {own}, a comment {plain(said[0].strip())!r}: correct one of them")
+            contrary += [at[0] for at in per if float(at["number"] or 1.0) * _YEARS[at["unit"]] != quantity.years]
+        if contrary and not _OF_SOURCES.search(text):
+            head = f"probabilities in {quantity.years:g} yr" if probable else _WRITTEN[quantity.kind].partition(",")[0]
+            raise HazardError(f"{where} {head}, a comment {plain(contrary[0].strip())!r}: correct one of them")
     if time is None and _ANNUAL.search(words) and _KINDS["probability"].search(words) and not _RATES.search(words):
         time = "1"
     if time is None:
@@ -248,8 +248,8 @@ def _refuse_other_time(lines: Lines, comment: str, quantity: Quantity, where: st
     years = lines.value(time, "investigation_time", above=0.0, at=max(lines.number - 1, 1))
     if quantity.kind != "probability" or quantity.years != years:
         held = f"probabilities in {quantity.years:g} yr" if quantity.kind == "probability" else f"{quantity.kind}s"
-        other = f"a comment probabilities in {years:g} yr"
-        raise HazardError(f"{where} {held}, {other}: correct one of them")
+        remark = f"a comment probabilities in {years:g} yr"
+        raise HazardError(f"{where} {held}, {remark}: correct one of them")
 
 
 def _fractile_of(lines: Lines, comment: str) -> float | None:
@@ -258,9 +258,9 @@ def _fractile_of(lines: Lines, comment: str) -> float | None:
     if spread is not None:
         what = "a bound" if spread["bound"] else "a standard deviation"
         raise HazardError(f"{lines.file}: a comment names {what}: give the mean, or correct it")
-    other = vertical[0].strip("# ") if vertical else other_damping(comment, DAMPING)
-    if other:
-        raise HazardError(f"{lines.file}: a comment names {other!r}: levels are of horizontal shaking, damped by 5 %")
+    words = vertical[0].strip("# ") if vertical else other_damping(comment, DAMPING)
+    if words:
+        raise HazardError(f"{lines.file}: a comment names {words!r}: levels are of horizontal shaking, damped by 5 %")
     for match in _FRACTILES.finditer(comment):
         number = next((text for name, text in match.groupdict().items() if text and name != "median"), "")
         share = float(number.replace(",", ".") or 0.5) / (1.0 if re.match("0?[.,]|$", number) else 100.0)
@@ -281,14 +281,14 @@ def _refuse_other_comments(lines: Lines, comment: str, label: str, unit: str | N
         # (a measure is what its levels are of, not a peak of something else)
         words = _NAMED.sub(lambda match: "velocity" if re.search("v$|ve", match[0].lower()) else "acceleration", text)
         stated = [levels for levels in units_in(words, lines.number) if not levels.once]
-        other = [
+        mismatched = [
             levels.text.strip()
             for levels in stated
             if _si(levels.text, label) not in (None, _si(unit, label))
             or (levels.quantity == "acceleration" and math.isnan(levels.factor))
         ]
-        if other and len(other) == len(stated):
-            raise HazardError(f"{where} levels in {unit}, a comment in {plain(other[0])}: correct one of them")
+        if mismatched and len(mismatched) == len(stated):
+            raise HazardError(f"{where} levels in {unit}, a comment in {plain(mismatched[0])}: correct one of them")
 
 
 def _si(unit: str | None, label: str) -> float | None:
@@ -326,9 +326,9 @@ def _column_quantity(lines: Lines, name: str, years: float | None) -> tuple[Quan
     where = f"{lines.file}: line {lines.number}"
     text = re.sub(r"(?<![a-z])(?:any one|any|one|a) (?=year)", "1 ", " ".join(name.lower().split()))
     weight = None
-    if (found := _WEIGHT.search(text)) is not None:
-        weight = lines.value(found[1], f"the weight in {name[:40]!r}", above=0.0)
-        text = text.replace(found[0], "")
+    if (match := _WEIGHT.search(text)) is not None:
+        weight = lines.value(match[1], f"the weight in {name[:40]!r}", above=0.0)
+        text = text.replace(match[0], "")
     kind = next((kind for kind, words in _KINDS.items() if words.search(text)), None)
     if years is not None and kind != "probability":
         raise HazardError(f"{where} names no probability, so years must not be given, got {name[:40]!r}")
@@ -349,16 +349,16 @@ def _column_quantity(lines: Lines, name: str, years: float | None) -> tuple[Quan
     if strange or len(stated) > 1 or not all(_belongs(time, kind) for time in times):
         what = f", whose {strange[0][:20]!r} is not known" if strange else ""
         raise HazardError(f"{where} must give {_WRITTEN[kind]}, got {name[:60]!r}{what}")
-    own = next(iter(stated), None)
+    period = next(iter(stated), None)
     if kind != "probability":
-        return Quantity(kind, 1.0 if own is None else own), weight
-    if own is None and years is None:
+        return Quantity(kind, 1.0 if period is None else period), weight
+    if period is None and years is None:
         raise HazardError(
             f"{where} names a probability but not in how many years (`probability in 50 years`), got {name[:40]!r}"
         )
-    if own is not None and years is not None:
+    if period is not None and years is not None:
         raise HazardError(f"{where} names the years of a probability, so years must not be given: {name[:40]!r}")
-    time = years if own is None else own
+    time = years if period is None else period
     if not time:
         raise HazardError(f"{where} names a probability in 0 years, got {name[:40]!r}")
     return Quantity(kind, time, unit), weight
@@ -463,9 +463,9 @@ def _named_measure(lines: Lines, comment: str, im: str | None) -> tuple[str, str
 def _measure_of_place(file: Path) -> str | None:
     """Return the measure in the name of a file or of one of two folders above it, as nshmp-haz' ``SA1P0``."""
     for text in (file.stem, file.parent.name, file.parent.parent.name):
-        found = set(_PLACE.findall(text))
-        if len(found) == 1:
-            return measure_label(found.pop())
+        names = set(_PLACE.findall(text))
+        if len(names) == 1:
+            return measure_label(names.pop())
         with suppress(ValueError):
             return measure_label(text)
     return None
@@ -481,10 +481,10 @@ def one_measure(lines: Lines, names: list[str], im: str | None) -> tuple[str, li
     held = dict.fromkeys(label for label in labels if label is not None)
     label = _chosen(lines.file, held, im)
     columns = zip(names, matches, labels, strict=True)
-    levels = [float(match[2]) for match, own in zip(matches, labels, strict=True) if match is not None and own == label]
+    levels = [float(match[2]) for match, key in zip(matches, labels, strict=True) if match is not None and key == label]
     if levels != sorted(levels) or (len(levels) < 5 and _POES.issuperset(levels)):
         raise HazardError(f"{lines.file}: {MAP}")
-    return label, [f"poe-{match[2]}" if match is not None and own == label else name for name, match, own in columns]
+    return label, [f"poe-{match[2]}" if match is not None and text == label else name for name, match, text in columns]
 
 
 def _chosen(file: Path, held: Iterable[str], im: str | None) -> str:
@@ -505,9 +505,9 @@ def read_nshmp(
     label, unnamed = _named_measure(lines, comment, im)
     heading = lines.number
     columns = [at for at, name in enumerate(names) if re.fullmatch(r"[\d.][\d.eE+-]{0,30}", name)]
-    other = [name for at, name in enumerate(names) if at not in columns and name not in ("name", "lon", "lat", "vs30")]
-    if other or len(columns) < 2:
-        problem = f"got a column {other[0][:40]!r}" if other else f"got {len(columns)} levels"
+    extra = [name for at, name in enumerate(names) if at not in columns and name not in ("name", "lon", "lat", "vs30")]
+    if extra or len(columns) < 2:
+        problem = f"got a column {extra[0][:40]!r}" if extra else f"got {len(columns)} levels"
         raise HazardError(f"{lines.file}: line {heading} must name name, lon, lat and at least two levels, {problem}")
     levels = [lines.value(names[at], "a level", at=heading) for at in columns]
     quantity = Quantity("rate") if years is None else Quantity("probability", years)
@@ -532,7 +532,7 @@ def _sites(lines: Lines, names: list[str], columns: list[int]) -> Iterator[_Site
     if not {"lon", "lat"} <= set(names):
         raise HazardError(f"{lines.file}: line {lines.number} must name lon and lat, got {names[0][:40]!r}, …")
     longitude, latitude = names.index("lon"), names.index("lat")
-    title = next((names.index(one) for one in ("name", "custom_site_id") if one in names), None)
+    title = next((names.index(title_name) for title_name in ("name", "custom_site_id") if title_name in names), None)
     for line in lines:
         if not line.strip() or line.startswith("#"):
             continue
@@ -548,9 +548,9 @@ def _selected_site(lines: Lines, rows: Iterator[_SiteRow], site: Site) -> _SiteR
         first = next(rows, None)
         if first is None:
             raise HazardError(f"{lines.file}: holds no site")
-        others = sum(1 for _ in rows)
-        if others:
-            raise HazardError(f"{lines.file}: holds {others + 1} sites: give site, a number, a name or (lon, lat)")
+        further = sum(1 for _ in rows)
+        if further:
+            raise HazardError(f"{lines.file}: holds {further + 1} sites: give site, a number, a name or (lon, lat)")
         return first
     if isinstance(site, str):
         named = [row for row in rows if row.name == site]
@@ -558,7 +558,7 @@ def _selected_site(lines: Lines, rows: Iterator[_SiteRow], site: Site) -> _SiteR
             raise HazardError(f"{lines.file}: holds {len(named) or 'no'} sites of the name {site!r:.40}")
         return named[0]
     if isinstance(site, tuple | list) and len(site) == 2:
-        longitude, latitude = (checks.number("site", one, unit="degrees") for one in site)
+        longitude, latitude = (checks.number("site", degrees, unit="degrees") for degrees in site)
         nearest, distance, alike = None, math.inf, 0
         for row in rows:
             turn = abs((row.longitude - longitude + 180.0) % 360.0 - 180.0)
@@ -605,16 +605,16 @@ def read_services(lines: Lines, im: str | None, component: str) -> HazardCurve:
     entries = response if old else _member(file, response, "hazardCurves")
     if not isinstance(entries, list) or not entries:
         raise HazardError(f"{file}: response must be a list of hazard curves, got {_shown(entries)}")
-    found: dict[str, Any] = {}
+    by_label: dict[str, Any] = {}
     for entry in entries:
         imt = _member(file, _member(file, entry, "metadata") if old else entry, "imt")
         text = imt.get("value") if isinstance(imt, dict) else imt
         label = program_measure(lines, text if isinstance(text, str) else _shown(text))
-        if label in found:
+        if label in by_label:
             raise HazardError(f"{file}: holds several curves of {label}: keep the one of the site")
-        found[label] = entry
-    label = _chosen(file, found, im)
-    curves = _member(file, found[label], "data")
+        by_label[label] = entry
+    label = _chosen(file, by_label, im)
+    curves = _member(file, by_label[label], "data")
     if not isinstance(curves, list):
         raise HazardError(f"{file}: data must be a list, got {_shown(curves)}")
     named = {str(_member(file, curve, "component")): curve for curve in curves}
@@ -623,26 +623,26 @@ def read_services(lines: Lines, im: str | None, component: str) -> HazardCurve:
     if component not in named:
         raise HazardError(f"{file}: holds no component {component!r:.40}, only {plain(', '.join(named)) or 'none'}")
     if old:
-        levels = _member(file, _member(file, found[label], "metadata"), "xvalues")
+        levels = _member(file, _member(file, by_label[label], "metadata"), "xvalues")
         rates = _member(file, named[component], "yvalues")
     else:
         values = _member(file, named[component], "values")
         levels, rates = _member(file, values, "xs"), _member(file, values, "ys")
-    about = (found[label] if old else response).get("metadata")
+    about = (by_label[label] if old else response).get("metadata")
     texts = {key.lower(): str(text) for key, text in about.items()} if isinstance(about, dict) else {}
     y = texts.get("ylabel", "rate").replace("⁻¹", "-1")
     if "probab" in y.lower() or _column_quantity(lines, y, None)[0] != Quantity("rate"):
         raise HazardError(f"{file}: gives {_shown(y)}, but annual rates are needed: save the response with these")
-    own = unit_of_program(label)
+    own_unit = unit_of_program(label)
     for unit in units_in(_NAMED.sub("acceleration", texts.get("xlabel", "")), lines.number):
         # (the services write g for every measure)
-        if unit.text.strip() != "g" and _si(unit.text, label) != _si(own, label):
-            raise HazardError(f"{file}: gives {_shown(texts['xlabel'])}, but levels in {own} are needed")
-    x, rates = (_numbers(file, name, one) for name, one in (("levels", levels), ("rates", rates)))
+        if unit.text.strip() != "g" and _si(unit.text, label) != _si(own_unit, label):
+            raise HazardError(f"{file}: gives {_shown(texts['xlabel'])}, but levels in {own_unit} are needed")
+    x, rates = (_numbers(file, name, numbers) for name, numbers in (("levels", levels), ("rates", rates)))
     if x.size != rates.size:
         raise HazardError(f"{file}: {label} must have one rate a level, got {rates.size} for {x.size} levels")
     larger = f" ({LARGER})" * (texts.get("maxdir") == "True")
-    return curve_of(file, label, own, x, [rates], None, f"USGS{larger}, {plain(component)}")
+    return curve_of(file, label, own_unit, x, [rates], None, f"USGS{larger}, {plain(component)}")
 
 
 def _member(file: Path, holder: Any, key: str) -> Any:

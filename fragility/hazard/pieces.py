@@ -59,8 +59,8 @@ class Pieces(NamedTuple):
     def rate(self, u: Array) -> Array:
         """Return H at u, of any shape."""
         piece = self.find(u)
-        found = exp(self.log_at(piece, u))
-        return np.where(u <= self.stop[-1], found, np.where(np.isnan(u), np.nan, 0.0))
+        rates = exp(self.log_at(piece, u))
+        return np.where(u <= self.stop[-1], rates, np.where(np.isnan(u), np.nan, 0.0))
 
     def some(self, which: Flags) -> Self:
         """Return some of the pieces."""

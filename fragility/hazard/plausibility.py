@@ -13,7 +13,7 @@ from ...core.units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
 from ...motions.intensity.naming import written_level
 from .curve import HazardCurve
 from .pieces import NONE
-from .rates import IMPOSSIBLY_OFTEN
+from .poisson import IMPOSSIBLY_OFTEN
 from .reading import LARGER, LOW_PERCENT, NOT_USED, UNNAMED
 
 MOST_OFTEN = 0.2
@@ -56,26 +56,26 @@ _BOUNDS = {
 def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     """Return the input warnings on a hazard curve: damaging motions every year, high levels, missing statements."""
     name = hazard.source.partition(",")[0] or "hazard"
-    found = []
+    notes = []
     if UNNAMED in hazard.source:
-        found.append(Doubt(KIND, f"{name}: {UNNAMED}: it is taken as {hazard.im}, the measure of the levels"))
+        notes.append(Doubt(KIND, f"{name}: {UNNAMED}: it is taken as {hazard.im}, the measure of the levels"))
     if LARGER in hazard.source:
-        found.append(Doubt(KIND, f"{name}: {LARGER}: it is taken as {hazard.im}, of one component, not as RotD100"))
+        notes.append(Doubt(KIND, f"{name}: {LARGER}: it is taken as {hazard.im}, of one component, not as RotD100"))
     if NOT_USED in hazard.source:
         text = hazard.source.partition(f"{NOT_USED} ")[2].partition(")")[0]
-        found.append(Doubt(KIND, f"{name}: a comment says {text!r}, which is not used: are levels and rates right so?"))
+        notes.append(Doubt(KIND, f"{name}: a comment says {text!r}, which is not used: are levels and rates right so?"))
     if hazard.fractile is not None:
         what = f"{name}: a fractile of {100.0 * hazard.fractile:g} %, not the mean: all rates are of this fractile"
-        found.append(Doubt(KIND, what, settled=True))
+        notes.append(Doubt(KIND, what, settled=True))
     if realisation := re.search(r"OpenQuake (rlz-\d+)", hazard.source):
         what = f"{name}: one branch of the logic tree ({realisation[1]}), not the mean: all rates are of this branch"
-        found.append(Doubt(KIND, what, settled=True))
+        notes.append(Doubt(KIND, what, settled=True))
     bounds = _BOUNDS.get(hazard.units)
     base = getattr(hazard.measure, "base", hazard.measure).label  # (of one component)
     if bounds is None or base in ("arias", "cav"):
-        return found
+        return notes
     if LOW_PERCENT in hazard.source:
-        found.append(Doubt(KIND, f"{name}: {LOW_PERCENT}: fractions under a heading of per cent?"))
+        notes.append(Doubt(KIND, f"{name}: {LOW_PERCENT}: fractions under a heading of per cent?"))
     damaging = bounds.damaging if hazard.of_formula else max(bounds.damaging, hazard.levels[0])
     often = float(hazard.rate_at(damaging, above=NONE))
     peak = base in ("pga", "pgv") and hazard.at == "ground" and not hazard.of_formula
@@ -84,7 +84,7 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     most = MOST_OFTEN * amplified * max(bounds.damaging / damaging, 0.2)
     most = MOST_OFTEN_OF_LAW if hazard.of_formula else most
     if often > most * (1.0 + 1e-9):  # a formula may reach the maximum except for its last digit
-        found.append(
+        notes.append(
             Doubt(
                 KIND,
                 f"{name}: {written_level(hazard.measure, damaging)} is exceeded {often:,.4g} times per year, more "
@@ -95,10 +95,10 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     first, twice = (float(hazard.rate_at(factor * hazard.levels[0], above=NONE)) for factor in (1.0, 2.0))
     if LEAST_CERTAIN < first <= 1.0 and twice > FLAT * first and not hazard.of_formula:
         what = f"the rates begin at {first:.3g} and hardly fall, as probabilities near 1 do"
-        found.append(Doubt(KIND, f"{name}: {what}: probabilities in 50 years in place of annual rates?"))
+        notes.append(Doubt(KIND, f"{name}: {what}: probabilities in 50 years in place of annual rates?"))
     highest = amplified * bounds.highest
     if hazard.rate_at(highest, above=NONE) > 1.0 / RETURN_PERIOD:
-        found.append(
+        notes.append(
             Doubt(
                 KIND,
                 f"{name}: {written_level(hazard.measure, highest)} is exceeded more than once in "
@@ -108,16 +108,16 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
         )
     elif often < (highest / damaging) ** STEEPNESS * float(hazard.rate_at(highest, above=NONE)):
         what = f"rates hardly fall up to {written_level(hazard.measure, highest)}"
-        found.append(Doubt(KIND, f"{name}: {what}: is the exponent k its inverse, or are levels in another unit?"))
+        notes.append(Doubt(KIND, f"{name}: {what}: is the exponent k its inverse, or are levels in another unit?"))
     if hazard.levels[-1] < bounds.weakest:
-        found.append(
+        notes.append(
             Doubt(
                 KIND,
                 f"{name}: the curve ends at {written_level(hazard.measure, hazard.levels[-1])}, below all shaking that "
                 "damages: another unit of the levels?",
             )
         )
-    return found
+    return notes
 
 
 def warn_of_hazards(hazards: Iterable[HazardCurve]) -> None:
@@ -128,12 +128,12 @@ def warn_of_hazards(hazards: Iterable[HazardCurve]) -> None:
 
 def disaggregation_doubts(hazard: HazardCurve, level: float, rate: float, name: str) -> list[Doubt]:
     """Return a warning if the rate (1/year) of a disaggregation's level (SI) differs from the study's hazard."""
-    own = _known(hazard, level)
-    if hazard.at != "ground" or not max(own / rate, rate / own) > OF_DISAGGREGATION:
+    curve_rate = _known(hazard, level)
+    if hazard.at != "ground" or not max(curve_rate / rate, rate / curve_rate) > OF_DISAGGREGATION:
         return []
     sentence = (
         f"{name}: {written_level(hazard.measure, level)} is exceeded {rate:.3g} times per year, by the hazard curve "
-        f"{own:.3g} times: are both of one site?"
+        f"{curve_rate:.3g} times: are both of one site?"
     )
     return [Doubt(KIND, sentence)]
 

@@ -44,10 +44,10 @@ class Quantity(NamedTuple):
 def row_words(lines: Lines, line: str, separator: str) -> list[str]:
     """Return the words of a row of a table."""
     try:
-        found = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
+        words = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
     except csv.Error as error:
         raise HazardError(f"{lines.file}: line {lines.number} is no row of a table ({error})") from None
-    return [word.strip() for word in found]
+    return [word.strip() for word in words]
 
 
 def rate_of_word(lines: Lines, word: str, name: str, quantity: Quantity, at: int | None = None) -> float:

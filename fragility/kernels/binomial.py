@@ -37,6 +37,8 @@ MAX_ITERATIONS = 100
 PRECISE = 1e-11
 OF_MANY = 1e-6
 VALUE_ONLY = 1e-5
+# Relative size of the last step to the end of an interval.
+OF_END = 1e-12
 # ln Phi is a Taylor polynomial about the nearest of NODES a unit, where |eta| is below EDGE.
 EDGE = 4
 NODES = 16
@@ -112,10 +114,10 @@ def tails(eta, link):
             log_small = log_f + math.log(ratio)
             hazard = 1.0 / ratio
         log_large = math.log1p(-small)
-        other = f / (1.0 - small)
+        reverse = f / (1.0 - small)
         if eta < 0.0:
-            return log_small, log_large, log_f, hazard, other, -eta, -1.0
-        return log_large, log_small, log_f, other, hazard, -eta, -1.0
+            return log_small, log_large, log_f, hazard, reverse, -eta, -1.0
+        return log_large, log_small, log_f, reverse, hazard, -eta, -1.0
     if link == LOGIT:
         e = math.exp(-abs(eta))
         small = e / (1.0 + e)
@@ -457,7 +459,7 @@ def covariances(kind, link, z, k, n, fits, weights, starts, cells, counts, outco
     """
     scratch = np.zeros((SCRATCH, z.size))
     scores = np.zeros((2, outcomes.size if kind == BINOMIAL else z.size + 1))
-    one = np.zeros(z.size + 1)
+    single = np.zeros(z.size + 1)
     for r in range(fits.shape[0]):
         out[r, :] = np.nan
         a = fits[r, A]
@@ -486,9 +488,9 @@ def covariances(kind, link, z, k, n, fits, weights, starts, cells, counts, outco
         else:
             for cell in range(z.size + 1):
                 if k[r, cell] > 0.0:
-                    one[cell] = 1.0
-                    state = evaluate(kind, link, a, b, z, one, n[r], np.bool_(False), scratch)
-                    one[cell] = 0.0
+                    single[cell] = 1.0
+                    state = evaluate(kind, link, a, b, z, single, n[r], np.bool_(False), scratch)
+                    single[cell] = 0.0
                     scores[0, cell] = state[2]
                     scores[1, cell] = state[3]
         total = maa = mab = mbb = 0.0
@@ -516,12 +518,13 @@ def covariances(kind, link, z, k, n, fits, weights, starts, cells, counts, outco
 
 
 @kernel()
-def maximise_line(kind, link, z, k, n, penalised, base_a, base_b, along_a, along_b, s, tolerance, scratch):
-    """Return the maximum along (base) + s (along): s, value, gradient (2).
+def maximise_line(kind, link, z, k, n, penalised, line, s, tolerance, scratch):
+    """Return the maximum on a line of (a, b), base + s along: s, value, gradient (2); line: base (2), along (2).
 
     The last step, no more than the tolerance (relative), is not evaluated: the value includes the gain of Newton's
     parabola, the gradient is from before the step.
     """
+    base_a, base_b, along_a, along_b = line
     state = evaluate(kind, link, base_a + s * along_a, base_b + s * along_b, z, k, n, penalised, scratch)
     for _ in range(MAX_ITERATIONS):
         value, _, ga, gb, haa, hab, hbb, iaa, iab, ibb = state
@@ -557,9 +560,9 @@ def profile(kind, link, z, k, n, penalised, what, eta, at, s, tolerance, scratch
     """
     if what == SLOPE:
         b = math.exp(at)
-        s, value, _, gb = maximise_line(kind, link, z, k, n, penalised, 0.0, b, 1.0, 0.0, s, tolerance, scratch)
+        s, value, _, gb = maximise_line(kind, link, z, k, n, penalised, (0.0, b, 1.0, 0.0), s, tolerance, scratch)
         return value, gb * b, s
-    s, value, ga, _ = maximise_line(kind, link, z, k, n, penalised, eta, 0.0, -at, 1.0, s, tolerance, scratch)
+    s, value, ga, _ = maximise_line(kind, link, z, k, n, penalised, (eta, 0.0, -at, 1.0), s, tolerance, scratch)
     if not s > 0.0:  # a curve does not decrease
         value = evaluate(kind, link, eta, 0.0, z, k, n, penalised, scratch)[0]
         return value, 0.0, 0.0
@@ -567,7 +570,7 @@ def profile(kind, link, z, k, n, penalised, what, eta, at, s, tolerance, scratch
 
 
 @kernel(keep=True)
-def profile_end(kind, link, z, k, n, penalised, what, eta, a, b, drop, side, tolerance):
+def profile_end(kind, link, z, k, n, penalised, what, eta, a, b, drop, side):
     """Return the parameter at which the profile is `drop` below its value at (a, b), on a side (+1, -1), or +-inf.
 
     The end is infinite if the profile never drops so far. `what`: FRACTILE, its place on z with F^-1(p) = eta; SLOPE,
@@ -598,8 +601,8 @@ def profile_end(kind, link, z, k, n, penalised, what, eta, a, b, drop, side, tol
         outer = inner + step
         if abs(outer) > (LARGE if what == SLOPE else 1e6):
             return side * np.inf
-        found, slope, free = profile(kind, link, z, k, n, penalised, what, eta, outer, free, PRECISE, scratch)
-        fall = value - found - drop
+        top, slope, free = profile(kind, link, z, k, n, penalised, what, eta, outer, free, PRECISE, scratch)
+        fall = value - top - drop
         if not fall < 0.0:
             break
         inner = outer
@@ -610,11 +613,11 @@ def profile_end(kind, link, z, k, n, penalised, what, eta, a, b, drop, side, tol
         new = at + fall / slope if slope != 0.0 else np.nan
         if not (min(inner, outer) < new < max(inner, outer)):
             new = 0.5 * (inner + outer)
-        if abs(new - at) <= tolerance * (1.0 + abs(at)) or new in (inner, outer):
+        if abs(new - at) <= OF_END * (1.0 + abs(at)) or new in (inner, outer):
             return new
         at = new
-        found, slope, free = profile(kind, link, z, k, n, penalised, what, eta, at, free, PRECISE, scratch)
-        fall = value - found - drop
+        top, slope, free = profile(kind, link, z, k, n, penalised, what, eta, at, free, PRECISE, scratch)
+        fall = value - top - drop
         if fall < 0.0:
             inner = at
         else:
@@ -662,8 +665,8 @@ def signed_roots(kind, link, z, k, n, fits, always, what, eta, at, free, out):
         out[r] = np.nan
         sign = 0.0
         if b > 0.0:
-            own = math.log(b) if what == SLOPE else (eta - a) / b
-            sign = 1.0 if own > at else -1.0
+            parameter = math.log(b) if what == SLOPE else (eta - a) / b
+            sign = 1.0 if parameter > at else -1.0
         if always:
             if not b > 0.0:
                 continue

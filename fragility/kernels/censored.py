@@ -79,13 +79,13 @@ def _likelihood(theta, lower, upper, design, weights, gradient, information):
         gradient[0] += w * slope
         information[0, 0] += w * (bend_high * high * high - bend_low * low * low + slope * slope)
         mixed = w * (bend_low * low - bend_high * high + slope * down)
-        own = w * (bend_high - bend_low + down * down)
+        curvature = w * (bend_high - bend_low + down * down)
         for j in range(k):
             x = design[i, j]
             gradient[1 + j] += w * down * x
             information[0, 1 + j] += mixed * x
             for m in range(j + 1):
-                information[1 + j, 1 + m] += own * x * design[i, m]
+                information[1 + j, 1 + m] += curvature * x * design[i, m]
     for j in range(k):
         information[1 + j, 0] = information[0, 1 + j]
         for m in range(j):
@@ -195,15 +195,15 @@ def _maximise(theta, lower, upper, design, weights, tolerance, value, gradient, 
 @kernel(error_model="python")
 def _contributions(theta, lower, upper, design):
     """Parts (n, 6) of each interval in value, gradient (2) and information (00, 01, 11) at theta = (gamma, beta)."""
-    found = np.empty((lower.size, 6))
-    one, gradient, information = np.ones(1), np.empty(2), np.empty((2, 2))
+    parts = np.empty((lower.size, 6))
+    weight, gradient, information = np.ones(1), np.empty(2), np.empty((2, 2))
     for i in range(lower.size):
-        own = slice(i, i + 1)
-        found[i, 0] = _likelihood(theta, lower[own], upper[own], design[own], one, gradient, information)
-        found[i, 1:3] = gradient
-        found[i, 3:5] = information[0]
-        found[i, 5] = information[1, 1]
-    return found
+        row = slice(i, i + 1)
+        parts[i, 0] = _likelihood(theta, lower[row], upper[row], design[row], weight, gradient, information)
+        parts[i, 1:3] = gradient
+        parts[i, 3:5] = information[0]
+        parts[i, 5] = information[1, 1]
+    return parts
 
 
 @kernel(error_model="python")
@@ -245,8 +245,8 @@ def fit_rows(lower, upper, weights, tolerance, location, dispersion, status):
         for b in range(weights.shape[0]):
             location[row, b] = np.nan
             dispersion[row, b] = np.nan
-            found = _existence(low, high, weights[b])
-            if found == OK:
+            result = _existence(low, high, weights[b])
+            if result == OK:
                 theta[:] = first
                 sums[:] = 0.0
                 for j in range(start.shape[0]):
@@ -256,9 +256,9 @@ def fit_rows(lower, upper, weights, tolerance, location, dispersion, status):
                 information[0] = sums[3:5]
                 information[1] = sums[4:6]
                 limit = 1e-6 if b == 0 else tolerance
-                found = _maximise(theta, low, high, design, weights[b], limit, sums[0], gradient, information)
-            status[row, b] = found
-            if found == OK:
+                result = _maximise(theta, low, high, design, weights[b], limit, sums[0], gradient, information)
+            status[row, b] = result
+            if result == OK:
                 if b == 0:
                     first[:] = theta
                     start = _contributions(first, low, high, design)
@@ -288,13 +288,13 @@ def fit_trends(lower, upper, covariate, slope, error, status):
         design[:, 1] = (covariate - mean) / deviation
         centre, spread = _frame(lower[row], upper[row])
         low, high = (lower[row] - centre) / spread, (upper[row] - centre) / spread
-        found = _existence(low, high, weights)
-        if found == OK:
+        result = _existence(low, high, weights)
+        if result == OK:
             theta[:] = (1.0, 0.0, 0.0)
             value = _likelihood(theta, low, high, design, weights, gradient, information)
-            found = _maximise(theta, low, high, design, weights, 1e-6, value, gradient, information)
-        status[row] = found
-        if found != OK:
+            result = _maximise(theta, low, high, design, weights, 1e-6, value, gradient, information)
+        status[row] = result
+        if result != OK:
             continue
         # of beta_1/gamma
         direction[:] = (-theta[2] / (theta[0] * theta[0]), 0.0, 1.0 / theta[0])

@@ -33,8 +33,8 @@ def slope_at(u, reference, slope, curvature):
 
 
 @kernel(keep=True)
-def normal_integrals(start, stop, reference, log_rate, slope, curvature, median, dispersion, found):
-    """Write the integrals of H dPhi((u - median)/dispersion) over pieces into `found` (curve, piece).
+def normal_integrals(start, stop, reference, log_rate, slope, curvature, median, dispersion, integrals):
+    """Write the integrals of H dPhi((u - median)/dispersion) over pieces into `integrals` (curve, piece).
 
     start, stop (curve, piece), or (1, piece) of all curves; median, dispersion (curve,).  The integral of an empty
     piece is 0, and of a curve that is NaN it is NaN.
@@ -44,10 +44,10 @@ def normal_integrals(start, stop, reference, log_rate, slope, curvature, median,
         row = i if start.shape[0] > 1 else 0
         for j in range(reference.size):
             if math.isnan(m):
-                found[i, j] = np.nan
+                integrals[i, j] = np.nan
                 continue
             if stop[row, j] <= start[row, j]:
-                found[i, j] = 0.0
+                integrals[i, j] = 0.0
                 continue
             r = math.sqrt(1.0 + 2.0 * curvature[j] * beta * beta)
             # its value is the same at every point: it is taken where its two terms are smallest
@@ -70,8 +70,8 @@ def normal_integrals(start, stop, reference, log_rate, slope, curvature, median,
                 else:
                     first, begin = t, value
             if first >= 0.0:
-                found[i, j] = (begin - end) / r
+                integrals[i, j] = (begin - end) / r
             elif last <= 0.0:
-                found[i, j] = (end - begin) / r
+                integrals[i, j] = (end - begin) / r
             else:
-                found[i, j] = (np.exp(whole) - begin - end) / r
+                integrals[i, j] = (np.exp(whole) - begin - end) / r

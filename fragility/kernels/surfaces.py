@@ -12,9 +12,9 @@ FURTHEST = 1e8
 
 
 @kernel(keep=True)
-def fill_terms(points, exponents, found):
+def fill_terms(points, exponents, products):
     """Write products of Chebyshev polynomials of degrees `exponents` (term, variable) at points (point, variable) into
-    `found` (point, term).
+    `products` (point, term).
     """
     variables = points.shape[1]
     degree = 0
@@ -33,7 +33,7 @@ def fill_terms(points, exponents, found):
             value = 1.0
             for k in range(variables):
                 value *= table[k, exponents[term, k]]
-            found[i, term] = value
+            products[i, term] = value
 
 
 @kernel(keep=True)

@@ -28,12 +28,12 @@ Where = dict[str, slice]
 
 def slabs(sizes: Mapping[str, int], dims: Sequence[str]) -> Iterator[Where]:
     """Yield the bounds of slabs along the dimensions, the first cut first; one slab if all runs fit in it."""
-    here = [dim for dim in dims if dim in sizes]
+    cut = [dim for dim in dims if dim in sizes]
     runs = math.prod(size for dim, size in sizes.items() if dim in OF_RUNS)
-    if not here or (runs <= RUNS and sizes.get("block", 0) <= BLOCKS):
+    if not cut or (runs <= RUNS and sizes.get("block", 0) <= BLOCKS):
         yield {}
         return
-    dim, *rest = here
+    dim, *rest = cut
     size = sizes[dim]
     step = max(1, RUNS // max(1, runs // size))
     if dim == "block":
@@ -61,21 +61,21 @@ def gathered(
     dimensions are from the first slab. `sizes`: sizes by which slabs are cut, if they differ from the sizes of the
     runs.
     """
-    found = [(where, of(runs.isel(where))) for where in slabs(sizes_of(runs) if sizes is None else sizes, dims)]
+    parts = [(where, of(runs.isel(where))) for where in slabs(sizes_of(runs) if sizes is None else sizes, dims)]
     for dim in reversed(dims):  # (slabs of equal bounds along the dimensions before it are joined along this one)
-        if any(dim in where for where, _ in found):
-            found = _joined(found, dim)
-    return found[0][1]
+        if any(dim in where for where, _ in parts):
+            parts = _joined(parts, dim)
+    return parts[0][1]
 
 
 def _joined(parts: list[tuple[Where, xr.Dataset]], dim: str) -> list[tuple[Where, xr.Dataset]]:
     groups: dict[tuple[tuple[str, int], ...], list[xr.Dataset]] = {}
     bounds: dict[tuple[tuple[str, int], ...], Where] = {}
-    for where, one in parts:
+    for where, results in parts:
         rest = {name: part for name, part in where.items() if name != dim}
         key = tuple((name, part.start) for name, part in rest.items())
         bounds[key] = rest
-        groups.setdefault(key, []).append(one)
+        groups.setdefault(key, []).append(results)
     return [
         (
             bounds[key],
@@ -94,7 +94,7 @@ def _joined(parts: list[tuple[Where, xr.Dataset]], dim: str) -> list[tuple[Where
 
 
 def put(
-    found: dict[str, xr.Variable],
+    variables: dict[str, xr.Variable],
     part: Mapping[str, xr.Variable],
     where: Where,
     sizes: Mapping[str, int],
@@ -102,10 +102,10 @@ def put(
 ) -> None:
     """Write the variables of a slab into the variables of all runs; allocate these with `array` at the first slab."""
     for name, variable in part.items():
-        if name not in found:
+        if name not in variables:
             shape = tuple(sizes.get(str(dim), variable.sizes[dim]) for dim in variable.dims)
-            found[name] = xr.Variable(variable.dims, array(shape, variable.dtype), variable.attrs)
-        found[name].data[tuple(where.get(str(dim), slice(None)) for dim in variable.dims)] = variable.values
+            variables[name] = xr.Variable(variable.dims, array(shape, variable.dtype), variable.attrs)
+        variables[name].data[tuple(where.get(str(dim), slice(None)) for dim in variable.dims)] = variable.values
 
 
 def in_memory(shape: tuple[int, ...], dtype: Any) -> NDArray[Any]:

@@ -29,33 +29,33 @@ def chances_of_any(chance: Array, counts: Index, independent: bool) -> Array:
     return 1.0 - power(1.0 - chance, counts[:, None, None])
 
 
-def chances_of_none(any_piece: Array, members: Flags, found: Array | None = None) -> Array:
+def chances_of_none(any_piece: Array, members: Flags, none_falls: Array | None = None) -> Array:
     """Return the probability, given the motion, that nothing of a set overturns: (model, set, level, motion).
 
-    members (set, item): True if an item belongs to a set; given the motion, items are independent. `found`: the result
-    for preceding items, multiplied in place.
+    members (set, item): True if an item belongs to a set; given the motion, items are independent. `none_falls`: the
+    result for preceding items, multiplied in place.
     """
-    if found is None:
-        found = np.ones(_of_sets(any_piece.shape, members))
+    if none_falls is None:
+        none_falls = np.ones(_of_sets(any_piece.shape, members))
     for i, member in enumerate(members.T):
         stays = 1.0 - any_piece[:, i]
         for s in np.flatnonzero(member):
-            found[:, s] *= stays
-    return found
+            none_falls[:, s] *= stays
+    return none_falls
 
 
-def expected_totals(chance: Array, amounts: Array, members: Flags, found: Array | None = None) -> Array:
+def expected_totals(chance: Array, amounts: Array, members: Flags, totals: Array | None = None) -> Array:
     """Return the expected amount, given the motion, that overturns in each set: (model, set, level, motion).
 
-    amounts (item,): the amount of all pieces of an item.  `found`: the result for preceding items, added to in place.
+    amounts (item,): the amount of all pieces of an item. `totals`: the result for preceding items, added to in place.
     """
-    if found is None:
-        found = np.zeros(_of_sets(chance.shape, members))
+    if totals is None:
+        totals = np.zeros(_of_sets(chance.shape, members))
     for i, member in enumerate(members.T):
-        own = amounts[i] * chance[:, i]
+        expected = amounts[i] * chance[:, i]
         for s in np.flatnonzero(member):
-            found[:, s] += own
-    return found
+            totals[:, s] += expected
+    return totals
 
 
 def fallen_pieces(flags: Flags, drawn: Index) -> Array:

@@ -37,7 +37,7 @@ from ..fitting.links import LOGNORMAL
 from ..hazard.curve import HazardCurve
 from ..hazard.pieces import ABOVE_RULES, BELOW_RULES, EXTEND, HOLD, Pieces
 from ..hazard.plausibility import warn_of_hazards
-from ..hazard.rates import probability_in
+from ..hazard.poisson import probability_in
 from ..runs.provenance import configuration_of
 from ..validity.limits import of_rates
 from .common_measure import in_hazard_measure
@@ -173,15 +173,15 @@ def annual_rate(
     edges = _bin_edges(bins, hazard)
     arrays, dims = in_hazard_measure(curves, hazard)
     pieces = hazard.pieces(below, above)
-    found = rates_of(arrays, pieces[0], outside)
-    share, mean, mode = _deaggregate(arrays, found.rate, pieces[0], edges, outside)
+    rates_at = rates_of(arrays, pieces[0], outside)
+    share, mean, mode = _deaggregate(arrays, rates_at.rate, pieces[0], edges, outside)
     units, measure = hazard.units, long_name_at(hazard.measure.long_name, hazard.at)
     text = f"probability of overturning in {time:g} years"
     variables: dict[str, tuple[tuple[str, ...], NDArray[Any], str, str]] = {
-        "rate": (dims, found.rate, PER_YEAR, "annual rate of overturning"),
-        "probability": (dims, probability_in(found.rate, time), DIMENSIONLESS, text),
-        "share_below": (dims, found.share_below, DIMENSIONLESS, "share of the rate from below the hazard's levels"),
-        "share_above": (dims, found.share_above, DIMENSIONLESS, "share of the rate from above the hazard's levels"),
+        "rate": (dims, rates_at.rate, PER_YEAR, "annual rate of overturning"),
+        "probability": (dims, probability_in(rates_at.rate, time), DIMENSIONLESS, text),
+        "share_below": (dims, rates_at.share_below, DIMENSIONLESS, "share of the rate from below the hazard's levels"),
+        "share_above": (dims, rates_at.share_above, DIMENSIONLESS, "share of the rate from above the hazard's levels"),
         "intensity_mean": (dims, mean, units, f"geometric mean of the {measure} that overturns"),
         "intensity_mode": (dims, mode, units, f"{measure} of the bin that contributes most per unit of ln x"),
         "share": ((*dims, "bin"), share, DIMENSIONLESS, f"share of the rate in a bin of {measure}"),
@@ -190,19 +190,19 @@ def annual_rate(
     if samples is not None:
         apart = _of_runs(curves, arrays, pieces)
         lower, upper, used = samples.ends(level, samples.values)
-        beside = [samples.mirrored]
+        sampled = [samples.mirrored]
         if apart is not None:
-            within = (lower <= found.rate * apart[:, 0]) & (found.rate * apart[:, 0] <= upper)
+            within = (lower <= rates_at.rate * apart[:, 0]) & (rates_at.rate * apart[:, 0] <= upper)
             with np.errstate(divide="ignore", invalid="ignore"):
-                missed = np.where(within | np.isnan(found.rate), 0.0, 1.0 / apart[:, 0] - 1.0)
+                missed = np.where(within | np.isnan(rates_at.rate), 0.0, 1.0 / apart[:, 0] - 1.0)
             more = "rate of the curve over that of its runs, less 1; 0 within the curve's interval"
             of = "annual rate of overturning of the runs, and of the curve beyond their levels"
             variables |= {
-                OF_RUNS: (dims, found.rate * apart[:, 0], PER_YEAR, of),
+                OF_RUNS: (dims, rates_at.rate * apart[:, 0], PER_YEAR, of),
                 MISFIT: (dims, missed, DIMENSIONLESS, more),
             }
-            beside.append(samples.values * apart[:, None, -samples.values.shape[-1] :])
-        for values in (each for each in beside if each is not None):
+            sampled.append(samples.values * apart[:, None, -samples.values.shape[-1] :])
+        for values in (samples_of_rate for samples_of_rate in sampled if samples_of_rate is not None):
             ends = samples.ends(level, values)
             lower, upper = np.fmin(lower, ends.lower), np.fmax(upper, ends.upper)
         percent = given_percent(level)
@@ -293,8 +293,8 @@ def rate_share_above(
     shape = tuple(curves.sizes[dim] for dim in dims)
     at = xr.DataArray(levels) if not isinstance(levels, xr.DataArray) else levels
     places = [at.sizes[dim] if dim in at.dims else 1 for dim in dims]
-    each = np.broadcast_to(at.values.reshape(places), shape).ravel()
-    share = _share_above(arrays, rates_of(arrays, pieces, outside).rate, pieces, each, outside)
+    thresholds = np.broadcast_to(at.values.reshape(places), shape).ravel()
+    share = _share_above(arrays, rates_of(arrays, pieces, outside).rate, pieces, thresholds, outside)
     return xr.DataArray(share.reshape(shape), coordinates_on(curves, dims), dims)
 
 
@@ -322,14 +322,14 @@ def _samples(curves: xr.Dataset, hazard: HazardCurve, below: str, above: str, ou
         return None
     arrays, dims = in_hazard_measure(curves, hazard, replicates)
     pieces = hazard.pieces(below, above)
-    each = pieces[1:] if realisations else pieces
-    rates = [rates_of(arrays, curve, outside).rate for curve in each]
+    hazards = pieces[1:] if realisations else pieces
+    rates = [rates_of(arrays, curve, outside).rate for curve in hazards]
     count = curves.sizes["replicate"] if replicates else 1
     values = np.stack(rates, axis=-1).reshape(-1, count, len(rates))
     mirrored = None
     if replicates:
-        own = in_hazard_measure(curves, hazard)[0]
-        rate = np.stack([rates_of(own, curve, outside).rate for curve in each], axis=-1)
+        plain = in_hazard_measure(curves, hazard)[0]
+        rate = np.stack([rates_of(plain, curve, outside).rate for curve in hazards], axis=-1)
         if form_name(curves) == LOGNORMAL:
             values = _studentised(curves, rate, values)
         else:
@@ -350,10 +350,10 @@ def _studentised(curves: xr.Dataset, rates: Array, samples: Array) -> Array:
     too short on the unsafe side. Efron, B. and Tibshirani, R. J. (1993). An introduction to the bootstrap. Chapman and
     Hall, chapters 12 and 22.
     """
-    own = _of_motions(curves, False).dispersion.reshape(-1, 1)
-    sampled = _of_motions(curves, True).dispersion.reshape(own.size, samples.shape[1])
+    spread = _of_motions(curves, False).dispersion.reshape(-1, 1)
+    sampled = _of_motions(curves, True).dispersion.reshape(spread.size, samples.shape[1])
     # (a step has no error to be scaled by)
-    ratio = np.divide(own, sampled, out=np.ones_like(sampled), where=(own > 0.0) & (sampled > 0.0))
+    ratio = np.divide(spread, sampled, out=np.ones_like(sampled), where=(spread > 0.0) & (sampled > 0.0))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         scale = np.minimum(ratio, MOST_RATIO)[..., None] ** POWER
         step = (log(samples) - log(rates)[:, None]) * scale
@@ -375,7 +375,7 @@ def _of_runs(curves: xr.Dataset, arrays: CurveArrays, hazards: list[Pieces]) -> 
     shift = np.nan_to_num(arrays.log_median.ravel() - plain.log_median)
     ends = 2.0 * levels[[0, -1]] - levels[[1, -2]]
     at = np.concatenate([ends[:1], levels, ends[1:]])
-    found = []
+    ratios = []
     for hazard in hazards:
         rate = rates_of(plain.shifted(shift), hazard).rate
         by_shares, by_curve = (
@@ -383,8 +383,8 @@ def _of_runs(curves: xr.Dataset, arrays: CurveArrays, hazards: list[Pieces]) -> 
             for values in (seen, plain.probability(levels))
         )
         with np.errstate(divide="ignore", invalid="ignore"):
-            found.append(np.maximum(1.0 + (by_shares - by_curve) / rate, 0.0))
-    return np.stack(found, axis=-1)
+            ratios.append(np.maximum(1.0 + (by_shares - by_curve) / rate, 0.0))
+    return np.stack(ratios, axis=-1)
 
 
 def _of_motions(curves: xr.Dataset, replicates: bool) -> LognormalCurves:

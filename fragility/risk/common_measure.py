@@ -39,10 +39,10 @@ def in_hazard_measure(
         if units != hazard.units:
             raise ValueError(f"levels of the curves are in {units!r} and of the hazard curve in {hazard.units!r}")
         return arrays, dims
-    one = BLOCK_MEASURES[name]
-    if one.measure.label != hazard.im:
+    block_measure = BLOCK_MEASURES[name]
+    if block_measure.measure.label != hazard.im:
         raise ValueError(
-            f"curves are of {name!r}, which needs a hazard curve of {one.measure.label!r}, got {hazard.im!r}"
+            f"curves are of {name!r}, which needs a hazard curve of {block_measure.measure.label!r}, got {hazard.im!r}"
         )
     factor = per_block(curves, name)
     on = [factor.sizes.get(dim, 1) for dim in dims]
@@ -70,7 +70,7 @@ def per_block(curves: xr.Dataset, im: str) -> xr.DataArray:
 def check_floor(curves: xr.Dataset, hazard: HazardCurve) -> None:
     """Raise ValueError if the levels of the curves are of another floor's motion than the hazard."""
     at_ground = levels_of_the_ground(curves)
-    floors = [str(one) for one in np.atleast_1d(curves["floor"].values)] if "floor" in curves.coords else []
+    floors = [str(floor) for floor in np.atleast_1d(curves["floor"].values)] if "floor" in curves.coords else []
     upper = [floor for floor in floors if floor not in GROUND_FLOORS]
     if hazard.at == FLOOR:
         if at_ground:

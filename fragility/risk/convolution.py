@@ -55,16 +55,16 @@ def rates_of(curves: CurveArrays, hazard: Pieces, outside: str = REFUSE) -> Rate
     With "refuse" `outside`, the values of a tabulated curve beyond its levels must not change a rate.
     """
     curves = curves.flat()
-    found = np.empty((3, curves.shape[0]))
+    table = np.empty((3, curves.shape[0]))
     if isinstance(curves, TabulatedCurves):
         for rows in _tables(curves):
-            found[:, rows] = _tabulated_rates(curves.rows(rows), hazard, outside)
+            table[:, rows] = _tabulated_rates(curves.rows(rows), hazard, outside)
     else:
-        for first in range(0, found.shape[1], ROWS):
+        for first in range(0, table.shape[1], ROWS):
             part = slice(first, first + ROWS)
-            own = curves.rows(part)
-            found[:, part] = _lognormal_rates(own, hazard, _stieltjes(own, hazard))
-    return Rates(*found)
+            part_curves = curves.rows(part)
+            table[:, part] = _lognormal_rates(part_curves, hazard, _stieltjes(part_curves, hazard))
+    return Rates(*table)
 
 
 @_QUIET
@@ -79,14 +79,14 @@ def rates_and_slopes(curves: LognormalCurves, hazard: Pieces) -> tuple[Rates, Ar
 
     with k the slope of the piece's parabola at m and r as above.
     """
-    found = np.empty((5, curves.shape[0]))
-    for first in range(0, found.shape[1], ROWS):
+    table = np.empty((5, curves.shape[0]))
+    for first in range(0, table.shape[1], ROWS):
         part = slice(first, first + ROWS)
-        own = curves.rows(part)
-        whole = _stieltjes(own, hazard)
-        found[:3, part] = _lognormal_rates(own, hazard, whole)
-        found[3:, part] = _slopes(own, hazard, whole) / found[0, part]
-    return Rates(*found[:3]), found[3:]
+        part_curves = curves.rows(part)
+        whole = _stieltjes(part_curves, hazard)
+        table[:3, part] = _lognormal_rates(part_curves, hazard, whole)
+        table[3:, part] = _slopes(part_curves, hazard, whole) / table[0, part]
+    return Rates(*table[:3]), table[3:]
 
 
 def _slopes(curves: LognormalCurves, hazard: Pieces, whole: Array) -> Array:
@@ -96,17 +96,17 @@ def _slopes(curves: LognormalCurves, hazard: Pieces, whole: Array) -> Array:
     for end in (hazard.start, hazard.stop):
         finite = np.where(np.isinf(end), 0.0, end)
         z.append((finite - median) / beta)
-        own = exp(hazard.log_at(slice(None), finite) - 0.5 * z[-1] ** 2) / math.sqrt(2.0 * math.pi)
-        density.append(np.where(np.isinf(end), 0.0, own))
+        ends = exp(hazard.log_at(slice(None), finite) - 0.5 * z[-1] ** 2) / math.sqrt(2.0 * math.pi)
+        density.append(np.where(np.isinf(end), 0.0, ends))
     fall = hazard.slope_at(slice(None), median) * beta
     bend = 1.0 + 2.0 * hazard.curvature * beta**2
     once = -(density[1] - density[0] + fall * whole) / bend
     twice = (whole - fall * once - (z[1] * density[1] - z[0] * density[0])) / bend
-    found = np.stack([(once / beta).sum(axis=1), (twice - whole).sum(axis=1)])
+    slopes = np.stack([(once / beta).sum(axis=1), (twice - whole).sum(axis=1)])
     if hazard.above == NONE:  # (without the events above the highest level, P there times their rate)
         last = density[1][:, -1]
-        found += np.stack([last / curves.dispersion, z[1][:, -1] * last])
-    return found
+        slopes += np.stack([last / curves.dispersion, z[1][:, -1] * last])
+    return slopes
 
 
 @_QUIET
@@ -114,20 +114,20 @@ def contributions(curves: CurveArrays, hazard: Pieces, edges: Array, outside: st
     """Return the rates (curve, edge - 1), 1/year, from each interval between `edges` (edge,), ascending u = ln x."""
     curves = curves.flat()
     rule = LEAST if outside == REFUSE else outside  # a rate without an error is the same under both rules
-    found = np.empty((curves.shape[0], edges.size - 1))
+    rates = np.empty((curves.shape[0], edges.size - 1))
     if isinstance(curves, TabulatedCurves):
         for rows in _tables(curves):
             table = curves.rows(rows)
             pieces = hazard.split(np.concatenate([edges, table.log_levels + table.shift[0]]))
-            found[rows] = _gathered(_tabulated_parts(table, pieces, rule), pieces, edges)
+            rates[rows] = _gathered(_tabulated_parts(table, pieces, rule), pieces, edges)
     else:
         pieces = hazard.split(edges)
-        found = _gathered(_parts(curves, pieces), pieces, edges)
+        rates = _gathered(_parts(curves, pieces), pieces, edges)
     if hazard.above == HOLD:
         at = int(np.searchsorted(edges, hazard.last, side="left")) - 1
-        if 0 <= at < found.shape[1]:
-            found[:, at] += _held(curves, hazard, rule)
-    return found
+        if 0 <= at < rates.shape[1]:
+            rates[:, at] += _held(curves, hazard, rule)
+    return rates
 
 
 def _gathered(parts: Array, pieces: Pieces, edges: Array) -> Array:
@@ -194,27 +194,27 @@ def _stieltjes(curves: LognormalCurves, pieces: Pieces) -> Array:
     begins = not np.all(np.isneginf(step))
     start = np.maximum(pieces.start, step) if begins else pieces.start[None, :]
     stop = np.maximum(pieces.stop, step) if begins else pieces.stop[None, :]
-    found = np.zeros((curves.shape[0], pieces.stop.size))
-    found[np.isnan(curves.log_median) | np.isnan(curves.log_uplift)] = np.nan
-    one = np.flatnonzero(over ^ uplift)
-    if one.size:
-        ends = [end if end.shape[0] == 1 else end[one] for end in (start, stop)]
-        median = np.where(over, curves.log_median, curves.log_uplift)[one]
-        dispersion = np.where(over, curves.dispersion, curves.uplift_dispersion)[one]
+    integrals = np.zeros((curves.shape[0], pieces.stop.size))
+    integrals[np.isnan(curves.log_median) | np.isnan(curves.log_uplift)] = np.nan
+    single = np.flatnonzero(over ^ uplift)
+    if single.size:
+        ends = [end if end.shape[0] == 1 else end[single] for end in (start, stop)]
+        median = np.where(over, curves.log_median, curves.log_uplift)[single]
+        dispersion = np.where(over, curves.dispersion, curves.uplift_dispersion)[single]
         # NaN of a missing curve stays NaN
-        found[one] += _normal(pieces, ends[0], ends[1], median, dispersion)
+        integrals[single] += _normal(pieces, ends[0], ends[1], median, dispersion)
     both = np.flatnonzero(over & uplift)
     if both.size:
-        found[both] += product_integral(curves.rows(both), pieces)
-    return found
+        integrals[both] += product_integral(curves.rows(both), pieces)
+    return integrals
 
 
 def _normal(pieces: Pieces, start: Array, stop: Array, median: Array, dispersion: Array) -> Array:
     """Integral of H dPhi((u - median)/dispersion) from start to stop of every piece: (curve, piece) of (…, piece)."""
-    found = np.empty((median.size, pieces.stop.size))
+    integrals = np.empty((median.size, pieces.stop.size))
     laws = pieces.reference, pieces.log_rate, pieces.slope, pieces.curvature
-    engine.normal_integrals(start, stop, *laws, median, dispersion, found)
-    return found
+    engine.normal_integrals(start, stop, *laws, median, dispersion, integrals)
+    return integrals
 
 
 def _times(probability: Array, rate: Array) -> Array:
@@ -241,22 +241,22 @@ def _by_parts(curves: LognormalCurves, pieces: Pieces, whole: Array) -> Array:
         finite = np.where(np.isinf(end), 0.0, end)
         both = _times(curves.probability(finite), exp(pieces.log_at(slice(None), finite)))
         values.append(np.where(np.isinf(end), 0.0, both))
-    found = values[0] - values[1] + whole
+    integrals = values[0] - values[1] + whole
     level = (pieces.slope == 0.0) & (pieces.curvature == 0.0)
-    return np.where(level & ~np.isnan(found), 0.0, found)
+    return np.where(level & ~np.isnan(integrals), 0.0, integrals)
 
 
 def _tabulated_rates(curves: TabulatedCurves, hazard: Pieces, outside: str) -> Array:
     """Return rates and both shares, (3, curve), of curves with the same levels."""
     pieces = hazard.split(curves.log_levels + curves.shift[0])
-    found = []
+    by_rule = []
     for rule in (LEAST, MOST) if outside == REFUSE else (outside,):
         parts = _tabulated_parts(curves, pieces, rule)
         held = _held(curves, hazard, rule) if hazard.above == HOLD else np.zeros(parts.shape[0])
         below = parts[:, pieces.stop <= hazard.first].sum(axis=1)
         above = parts[:, pieces.start >= hazard.last].sum(axis=1) + held
-        found.append(_with_shares(parts.sum(axis=1) + held, below, above))
-    least, most = found[0][0], found[-1][0]
+        by_rule.append(_with_shares(parts.sum(axis=1) + held, below, above))
+    least, most = by_rule[0][0], by_rule[-1][0]
     # (the comparison is False for NaN)
     differ = most - least > SAME * least
     if differ.any():
@@ -267,7 +267,7 @@ def _tabulated_rates(curves: TabulatedCurves, hazard: Pieces, outside: str) -> A
             f"{curves.values[at, -1]:g}, bounds its rate by {least[at]:.3g} and {most[at]:.3g} per year: give "
             "outside='least' or 'most'"
         )
-    return found[0]
+    return by_rule[0]
 
 
 def _tabulated_parts(curves: TabulatedCurves, pieces: Pieces, outside: str) -> Array:

@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import scipy
 import xarray as xr
 
 from ...core import checks
-from ...core.elementary import Array, times
+from ...core.elementary import Array, log, times
 from ...core.parameters import BETA_M, CHANCE, PART
 from ...core.streams import stream
 from ...core.units import DIMENSIONLESS, PER_YEAR, described, provenance
@@ -27,7 +28,6 @@ from .annual_rate import rates_alone
 from .common_measure import in_hazard_measure
 from .convolution import rates_of
 from .modelling import MODELLING, with_modelling
-from .weighing import SOURCES, SampledRates, fractiles_of, shares_of_spread
 
 FRACTILES = (0.05, 0.16, 0.5, 0.84, 0.95)
 SAMPLES = 1000
@@ -103,8 +103,8 @@ def epistemic_rates(
     --------
     >>> curves = xr.Dataset({"median": ((), 0.6, {"units": "m s-2"}), "dispersion": 0.4}, attrs={"im": "pga"})
     >>> hazard = HazardCurve.power_law(1e-4, 2.5, "pga")
-    >>> found = epistemic_rates([Branch("a law", "records", "hazard", curves, hazard, 1.0)], 0.4)
-    >>> [f"{rate:.2e}" for rate in found["rate_fractile"].values]
+    >>> rates = epistemic_rates([Branch("a law", "records", "hazard", curves, hazard, 1.0)], 0.4)
+    >>> [f"{rate:.2e}" for rate in rates["rate_fractile"].values]
     ['1.14e-04', '2.18e-04', '5.91e-04', '1.60e-03', '3.05e-03']
     """
     beta = BETA_M.number("modelling_dispersion", modelling_dispersion)
@@ -114,10 +114,10 @@ def epistemic_rates(
     every = _checked(branches)
     warn_of_hazards(branch.hazard for branch in every)
     first, dims = every[0].curves, in_hazard_measure(every[0].curves, every[0].hazard)[1]
-    found = [_rates(one, beta, below, above, outside, seed) for one in every]
-    weights = np.array([one.weight for one in every])
-    own = np.stack([one.mean for one in found], axis=-1)
-    mean = times(own, weights)
+    sampled = [_rates(branch, beta, below, above, outside, seed) for branch in every]
+    weights = np.array([branch.weight for branch in every])
+    means = np.stack([rates.mean for rates in sampled], axis=-1)
+    mean = times(means, weights)
     if beta > 0.0:
         modelled = [
             rates_alone(with_modelling(branch.curves, beta), branch.hazard, below, above, outside)[1].ravel()
@@ -125,25 +125,25 @@ def epistemic_rates(
         ]
         mean = times(np.stack(modelled, axis=-1), weights)
     names = [(branch.model, branch.motions, branch.hazard_name) for branch in every]
-    spread = shares_of_spread(names, found, weights)
-    quantiles = fractiles_of(found, weights, shares)
+    spread = shares_of_spread(names, sampled, weights)
+    quantiles = fractiles_of(sampled, weights, shares)
     shape = [first.sizes[dim] for dim in dims]
     text = "annual rate of overturning"
     variables = {
         "rate_mean": (dims, mean.reshape(shape), PER_YEAR, f"{text}, mean over all branches"),
         "rate_fractile": ((*dims, "fractile"), quantiles.reshape(*shape, -1), PER_YEAR, f"{text} of the fractile"),
-        "branch_rate": ((*dims, "branch"), own.reshape(*shape, -1), PER_YEAR, f"{text} of the branch"),
+        "branch_rate": ((*dims, "branch"), means.reshape(*shape, -1), PER_YEAR, f"{text} of the branch"),
         "spread": ((*dims, "source"), spread.reshape(*shape, -1), DIMENSIONLESS, "share of the variance of ln(rate)"),
     }
     return xr.Dataset(
-        {name: (on, values, described(said, units)) for name, (on, values, units, said) in variables.items()},
+        {name: (on, values, described(long_name, units)) for name, (on, values, units, long_name) in variables.items()},
         coords={
-            **{name: one for name, one in coordinates_on(first, dims).items() if one.dims},
+            **{name: coordinate for name, coordinate in coordinates_on(first, dims).items() if coordinate.dims},
             "fractile": _labelled("fractile", np.array(shares), "probability that the rate is lower"),
             "source": _labelled("source", np.array(SOURCES, object), "what spreads the rate"),
-            "branch_model": _labelled("branch", np.array([one.model for one in every], object), "model"),
-            "branch_motions": _labelled("branch", np.array([one.motions for one in every], object), "motions"),
-            "branch_hazard": _labelled("branch", np.array([one.hazard_name for one in every], object), "hazard"),
+            "branch_model": _labelled("branch", np.array([branch.model for branch in every], object), "model"),
+            "branch_motions": _labelled("branch", np.array([branch.motions for branch in every], object), "motions"),
+            "branch_hazard": _labelled("branch", np.array([branch.hazard_name for branch in every], object), "hazard"),
             "branch_weight": _labelled("branch", weights, "weight of the branch"),
         },
         attrs={
@@ -159,16 +159,16 @@ def _checked(branches: Sequence[Branch]) -> list[Branch]:
     every = list(branches)
     if not every:
         raise ValueError("branches must hold at least one, got none")
-    for one in every:
-        if not isinstance(one, Branch):
-            raise TypeError(f"branches must be Branch, got {checks.kind(one)}")
-        PART.number("weight of a branch", one.weight)
-        if one.hazard.fractile is not None and one.hazard.weights is not None:
+    for combination in every:
+        if not isinstance(combination, Branch):
+            raise TypeError(f"branches must be Branch, got {checks.kind(combination)}")
+        PART.number("weight of a branch", combination.weight)
+        if combination.hazard.fractile is not None and combination.hazard.weights is not None:
             raise ValueError(
-                f"hazard {one.hazard_name!r:.60} of a branch must be the mean of its realisations, got their fractile "
-                f"{one.hazard.fractile:g}"
+                f"hazard {combination.hazard_name!r:.60} of a branch must be the mean of its realisations, got their "
+                f"fractile {combination.hazard.fractile:g}"
             )
-    total = math.fsum(one.weight for one in every)
+    total = math.fsum(branch.weight for branch in every)
     if not math.isclose(total, 1.0, rel_tol=1e-9):
         raise ValueError(f"weights of the branches must sum to 1, got {total:.9g}")
     names = [(branch.model, branch.motions, branch.hazard_name) for branch in every]
@@ -176,39 +176,39 @@ def _checked(branches: Sequence[Branch]) -> list[Branch]:
     if len(set(names)) < len(names) or len(names) < whole:
         raise ValueError(f"branches must be every combination of models, motions and hazards once, got {len(names)}")
     shares: list[dict[str, float]] = [{}, {}, {}]
-    for one, words in zip(every, names, strict=True):
+    for combination, words in zip(every, names, strict=True):
         for share, word in zip(shares, words, strict=True):
-            share[word] = share.get(word, 0.0) + one.weight
-    for one, name in zip(every, names, strict=True):
+            share[word] = share.get(word, 0.0) + combination.weight
+    for combination, name in zip(every, names, strict=True):
         product = math.prod(share[word] for share, word in zip(shares, name, strict=True))
-        if not math.isclose(one.weight, product, rel_tol=1e-6):
+        if not math.isclose(combination.weight, product, rel_tol=1e-6):
             raise ValueError(
                 "weights of branches must be products of those of their models, motions and hazards, got "
-                f"{one.weight:g} for {' / '.join(name)!r:.100} in place of {product:g}"
+                f"{combination.weight:g} for {' / '.join(name)!r:.100} in place of {product:g}"
             )
-    for one in every[1:]:
-        _refuse_others(every[0].curves, one.curves)
+    for combination in every[1:]:
+        _refuse_others(every[0].curves, combination.curves)
     return every
 
 
 def _refuse_others(first: xr.Dataset, curves: xr.Dataset) -> None:
     """Raise ValueError if curves are not of the same blocks and floors, in their order."""
     for name in ("block", "floor"):
-        own, other = (np.atleast_1d(one[name].values) if name in one.coords else None for one in (first, curves))
-        same = (own is None) == (other is None) and (own is None or np.array_equal(own, np.asarray(other)))
+        base, labels = (np.atleast_1d(data[name].values) if name in data.coords else None for data in (first, curves))
+        same = (base is None) == (labels is None) and (base is None or np.array_equal(base, np.asarray(labels)))
         if not same or first.sizes.get(name) != curves.sizes.get(name):
             raise ValueError(f"curves of all branches must be of the same {name}s in the same order")
 
 
-def _rates(one: Branch, beta: float, below: str, above: str, outside: str, seed: int) -> SampledRates:
+def _rates(branch: Branch, beta: float, below: str, above: str, outside: str, seed: int) -> SampledRates:
     """Return the rates of one branch."""
     if beta > 0.0:
-        with_modelling(one.curves, 0.0)  # (refuses curves that it cannot be in, or is in already)
-    pieces = one.hazard.pieces(below, above)
-    realisations = pieces[1:] if one.hazard.weights is not None else pieces
-    weights = np.ones(1) if one.hazard.weights is None else np.asarray(one.hazard.weights)
-    mean = rates_of(in_hazard_measure(one.curves, one.hazard)[0].flat(), pieces[0], outside).rate
-    arrays = _sampled(one, SAMPLES if beta > 0.0 else 1)
+        with_modelling(branch.curves, 0.0)  # (refuses curves that it cannot be in, or is in already)
+    pieces = branch.hazard.pieces(below, above)
+    realisations = pieces[1:] if branch.hazard.weights is not None else pieces
+    weights = np.ones(1) if branch.hazard.weights is None else np.asarray(branch.hazard.weights)
+    mean = rates_of(in_hazard_measure(branch.curves, branch.hazard)[0].flat(), pieces[0], outside).rate
+    arrays = _sampled(branch, SAMPLES if beta > 0.0 else 1)
     samples = np.stack([rates_of(arrays.flat(), piece, outside).rate for piece in realisations], axis=-1)
     count = arrays.shape[-1]
     shaped = samples.reshape(mean.size, count, weights.size)
@@ -221,11 +221,11 @@ def _rates(one: Branch, beta: float, below: str, above: str, outside: str, seed:
     return SampledRates(mean, shaped, modelled.reshape(shaped.shape), weights)
 
 
-def _sampled(one: Branch, least: int) -> CurveArrays:
+def _sampled(branch: Branch, least: int) -> CurveArrays:
     """Return the curves of a branch (curve, replicate): its bootstrap replicates, or copies of its curves."""
-    if has_replicates(one.curves):
-        return in_hazard_measure(one.curves, one.hazard, True)[0]
-    arrays = in_hazard_measure(one.curves, one.hazard)[0].flat()
+    if has_replicates(branch.curves):
+        return in_hazard_measure(branch.curves, branch.hazard, True)[0]
+    arrays = in_hazard_measure(branch.curves, branch.hazard)[0].flat()
     if isinstance(
         arrays, TabulatedCurves
     ):  # (tabulated curves are never shifted by beta_m, so that one copy is enough)
@@ -235,3 +235,110 @@ def _sampled(one: Branch, least: int) -> CurveArrays:
 
 def _labelled(dim: str, values: Array, long_name: str) -> xr.Variable:
     return xr.Variable(dim, values, described(long_name))
+
+
+MODELS, MOTIONS, HAZARD, MODEL_ERROR, FINITE, JOINT = (
+    "models",
+    "motions",
+    "hazard",
+    "modelling",
+    "number of motions",
+    "together",
+)
+SOURCES = (MODELS, MOTIONS, HAZARD, MODEL_ERROR, FINITE, JOINT)
+"""Sources of spread of a rate: branches of models, motions and hazards; beta_m; the finite number of motions; joint
+effects of branches.
+"""
+
+
+class SampledRates(NamedTuple):
+    """Rates of one branch: of its best estimate (curve,), and samples (curve, replicate, realisation) with and without
+    modelling uncertainty; weights of the realisations.
+    """
+
+    mean: Array
+    samples: Array
+    modelled: Array
+    weights: Array
+
+
+def fractiles_of(branches: Sequence[SampledRates], weights: Array, shares: Sequence[float]) -> Array:
+    """Return weighted order statistics (curve, fractile); NaN for a curve without an estimate in some branch."""
+    curves = branches[0].mean.size
+    out = np.full((curves, len(shares)), np.nan)
+    masses = []
+    for rates, weight in zip(branches, weights, strict=True):
+        part = np.broadcast_to(rates.weights, rates.modelled.shape[1:])
+        masses.append((weight * part / part.sum()).ravel())
+    mass = np.concatenate(masses)
+    for i in range(curves):
+        if any(np.isnan(rates.mean[i]) for rates in branches):
+            continue
+        values = np.concatenate([rates.modelled[i].ravel() for rates in branches])
+        known = ~np.isnan(values)
+        part = mass.copy()
+        begin = 0
+        for branch, weight in zip(
+            branches, weights, strict=True
+        ):  # (a replicate may have no curve; its branch keeps its weight)
+            end = begin + branch.modelled[i].size
+            held = part[begin:end][known[begin:end]].sum()
+            part[begin:end] *= weight / held if held > 0.0 else np.nan
+            begin = end
+        order = np.argsort(values[known], kind="stable")
+        total = np.cumsum(part[known][order])
+        at = np.searchsorted(total / total[-1], np.array(shares) - 1e-12)
+        out[i] = values[known][order][np.minimum(at, order.size - 1)]
+    return out
+
+
+def shares_of_spread(names: Sequence[tuple[str, str, str]], branches: Sequence[SampledRates], weights: Array) -> Array:
+    """Return the shares (curve, source) of the variance of ln(rate) of branches by model, motions and hazard."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        plain = [log(rates.samples) for rates in branches]
+        modelled = [log(rates.modelled) for rates in branches]
+        # (of each branch: the mean over replicates, on its realisations)
+        central = [_moments(logs)[0] for logs in plain]
+    cells: list[tuple[str, str, str]] = []
+    columns, mass = [], []
+    for (model, motions, hazard), rates, values, weight in zip(names, branches, central, weights, strict=True):
+        for k, share in enumerate(rates.weights):
+            cells.append((model, motions, f"{hazard} {k}"))
+            columns.append(values[:, k])
+            mass.append(weight * share / rates.weights.sum())
+    means, part = np.stack(columns, axis=1), np.array(mass)
+    out = np.zeros((means.shape[0], len(SOURCES)))
+    between = _variance(means, part)
+    for i in range(3):
+        kinds = list(dict.fromkeys(cell[i] for cell in cells))
+        of = [np.array([cell[i] == name for cell in cells]) for name in kinds]
+        main = np.stack([times(means[:, at], part[at]) / part[at].sum() for at in of], axis=1)
+        out[:, i] = _variance(main, np.array([part[at].sum() for at in of]))
+    out[:, SOURCES.index(JOINT)] = np.maximum(between - out[:, :3].sum(axis=1), 0.0)
+    finite, both = np.zeros(means.shape[0]), np.zeros(means.shape[0])
+    for rates, before, after, weight in zip(branches, plain, modelled, weights, strict=True):
+        of_realisations = rates.weights / rates.weights.sum()
+        finite += weight * times(_moments(before)[1], of_realisations)
+        both += weight * times(_moments(after)[1], of_realisations)
+    out[:, SOURCES.index(FINITE)] = finite
+    # (replicates and beta_m are independent of each other)
+    out[:, SOURCES.index(MODEL_ERROR)] = np.maximum(both - finite, 0.0)
+    whole = out.sum(axis=1, keepdims=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(np.isfinite(whole) & (whole > 0.0), out / whole, np.nan)
+
+
+def _moments(values: Array) -> tuple[Array, Array]:
+    """Return mean and variance over replicates (curve, realisation) of those that are known, NaN without any."""
+    known = np.isfinite(values)
+    number = known.sum(axis=1)
+    part = np.where(number > 0, 1.0 / np.maximum(number, 1), np.nan)
+    mean = np.where(known, values, 0.0).sum(axis=1) * part
+    off = np.where(known, values - mean[:, None], 0.0)
+    return mean, (off * off).sum(axis=1) * part
+
+
+def _variance(values: Array, weights: Array) -> Array:
+    mean = times(values, weights) / weights.sum()
+    off = values - mean[:, None]
+    return np.asarray(times(off * off, weights) / weights.sum())

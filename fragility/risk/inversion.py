@@ -16,7 +16,7 @@ from ...core.wording import given_percent
 from ..curves.curve import coordinates_on
 from ..fitting.bootstrap import percentile_interval
 from ..fitting.states import CROSSED, NO_RATE, OK, TOO_HIGH, TOO_LOW
-from ..hazard.rates import rate_from_probability
+from ..hazard.poisson import rate_from_probability
 from ..runs.provenance import configuration_of
 
 SIZES = ("alpha", "R", "width", "height", "cm_height")
@@ -111,7 +111,7 @@ def size_for_rate(
     configuration = {"target_rate": goal, "along": along, "blocks": sizes.tolist(), "rates": configuration_of(rates)}
     return xr.Dataset(
         variables,
-        coords={name: one for name, one in coordinates_on(rates, dims).items() if name != along},
+        coords={name: coordinate for name, coordinate in coordinates_on(rates, dims).items() if name != along},
         attrs={"title": f"Blocks that meet a rate of overturning: {along}", **provenance(configuration)},
     )
 
@@ -158,8 +158,8 @@ def _crossings(sizes: Array, rates: Array, goal: float) -> tuple[Index, Array]:
     at = np.where(falls, last, np.argmax(flips, axis=-1))
     met = np.take_along_axis(points, at[..., None], axis=-1)[..., 0]
     never = np.where(above[..., 0] == falls, np.inf, -np.inf)
-    found = np.where(count > 0, met, never)
-    return count, np.where(np.isnan(rates).any(axis=-1), np.nan, found)
+    sizes_met = np.where(count > 0, met, never)
+    return count, np.where(np.isnan(rates).any(axis=-1), np.nan, sizes_met)
 
 
 def _weights(rates: xr.Dataset, rows: list[str]) -> Array | None:

@@ -126,14 +126,14 @@ def with_modelling(curves: xr.Dataset, dispersion: float) -> xr.Dataset:
         return curves
     plain = [f"{name}_se" for name in ("median", "dispersion")]
     plain += [f"fractile{end}" for end in ("", "_lower", "_upper")]
-    found = curves.drop_vars([name for name in plain if name in curves])
+    widened = curves.drop_vars([name for name in plain if name in curves])
     text = f"dispersion of motions and model (beta_m = {beta:g})"
     for name in ("dispersion", "dispersion_lower", "dispersion_upper", "dispersion_sample"):
-        if name in found:
-            whole = found[name].copy(data=np.hypot(found[name].values, beta))
+        if name in widened:
+            whole = widened[name].copy(data=np.hypot(widened[name].values, beta))
             long_name = text if name == "dispersion" else f"{text}: {name.rpartition('_')[2]}"
-            found[name] = whole.assign_attrs(described(long_name))
-    return found.assign_attrs({MODELLING: beta})
+            widened[name] = whole.assign_attrs(described(long_name))
+    return widened.assign_attrs({MODELLING: beta})
 
 
 def blurred(hazard: HazardCurve, dispersion: float, levels: Array) -> HazardCurve:

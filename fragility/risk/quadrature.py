@@ -99,19 +99,19 @@ def product_integral(curves: LognormalCurves, pieces: Pieces) -> Array:
 
     def density(u: Array, owner: Index) -> Array:
         row, piece = np.divmod(owner, count)
-        one = curves.rows(row)
-        z1 = (u - one.log_median[:, None]) / one.dispersion[:, None]
-        z2 = (u - one.log_uplift[:, None]) / one.uplift_dispersion[:, None]
-        rise = exp(-0.5 * z1 * z1) / one.dispersion[:, None] * scipy.special.ndtr(z2)
-        rise += exp(-0.5 * z2 * z2) / one.uplift_dispersion[:, None] * scipy.special.ndtr(z1)
+        rows = curves.rows(row)
+        z1 = (u - rows.log_median[:, None]) / rows.dispersion[:, None]
+        z2 = (u - rows.log_uplift[:, None]) / rows.uplift_dispersion[:, None]
+        rise = exp(-0.5 * z1 * z1) / rows.dispersion[:, None] * scipy.special.ndtr(z2)
+        rise += exp(-0.5 * z2 * z2) / rows.uplift_dispersion[:, None] * scipy.special.ndtr(z1)
         rate = exp(pieces.log_at(piece[:, None], u))
         return np.where(rise == 0.0, 0.0, rise * rate / np.sqrt(2.0 * np.pi))
 
     start, stop, row, piece = _panels(curves, pieces, low, high)
     groups = np.repeat(np.arange(curves.shape[0]), count)
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        found = integrate(density, start, stop, row * count + piece, groups)
-    return found.reshape(-1, count)
+        integrals = integrate(density, start, stop, row * count + piece, groups)
+    return integrals.reshape(-1, count)
 
 
 def event_integral(
@@ -128,8 +128,8 @@ def event_integral(
         rate = exp(hazard.log_at(piece, u)) * hazard.slope_at(piece, u)
         probability = curves.rows(row).probability(u, outside)
         # 0 where the probability is 0, even for an infinite rate
-        found = np.where(probability == 0.0, 0.0, probability * rate)
-        return found if weight is None else found * weight(u, row)
+        density_values = np.where(probability == 0.0, 0.0, probability * rate)
+        return density_values if weight is None else density_values * weight(u, row)
 
     start, stop, row, _ = _panels(curves, hazard, low, high)
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):

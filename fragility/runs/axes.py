@@ -11,7 +11,6 @@ from ...models import Block, Model
 from ...models.sliding.law import SlidingLaw
 from ...motions.arrays import BOTH_AXES, WEAK_AXIS, Record
 from .outputs import AXIS, DECIDING, EARLIER, EITHER, FALLEN, OF_AXES, OUTPUTS, SLIDES_IN_PLANE
-from .plan import Work
 
 WEAK_RATIO = 1.6
 """Ratio of depth to width from which the axis along the width decides alone (docs/theory/axes.md)."""
@@ -20,10 +19,10 @@ _DECIDING = ("overturned", "overturning_time")
 
 def axes_of(motions: Sequence[Record]) -> str:
     """Return the axes of motions: `BOTH_AXES`, `WEAK_AXIS`, or '' for one component; ValueError if they differ."""
-    found = {record.axes for record in motions}
-    if len(found) > 1:
+    axes = {record.axes for record in motions}
+    if len(axes) > 1:
         raise ValueError("motions must all shake one way: both axes, the weak axis, or one component, got several")
-    return found.pop() if found else ""
+    return axes.pop() if axes else ""
 
 
 def check_axes(axes: str, blocks: Sequence[Block], models: Sequence[Model]) -> None:
@@ -93,12 +92,6 @@ def needed(outputs: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(every))
 
 
-def both_works(work: Work, across: Sequence[Any]) -> tuple[Work, Work]:
-    """Return the work about each axis; `across`: the specimens of the blocks in the direction of their depth."""
-    along = work._replace(outputs=needed(work.outputs))
-    return along, along._replace(oscillators=across, motions=tuple(map(along_depth, work.motions)))
-
-
 def of_both(outputs: Sequence[str], x: Mapping[str, Any], y: Mapping[str, Any]) -> dict[str, Any]:
     """Return outputs of runs about both axes from those about each (`x` along the width, `y` along the depth).
 
@@ -109,7 +102,7 @@ def of_both(outputs: Sequence[str], x: Mapping[str, Any], y: Mapping[str, Any]) 
     - peak_rotation: the larger, pi/2 if the block fell, so that the other axis does not count after the fall;
     - impacts, impact_velocity and direction: of the axis about which it fell, else the larger.
     """
-    found: dict[str, Any] = {}
+    outputs_of_both: dict[str, Any] = {}
     axis: Any = None
     if any(map(_decided, outputs)):
         fell_x, fell_y = x["overturned"], y["overturned"]
@@ -119,14 +112,14 @@ def of_both(outputs: Sequence[str], x: Mapping[str, Any], y: Mapping[str, Any]) 
         axis = np.where(first_x, np.int8(1), np.where(fell_y, np.int8(2), np.int8(0))).astype(np.int8)
     for name in outputs:
         if name == AXIS:
-            found[name] = axis
+            outputs_of_both[name] = axis
         elif OUTPUTS[name].both == EITHER:
-            found[name] = x[name] | y[name]
+            outputs_of_both[name] = x[name] | y[name]
         elif OUTPUTS[name].both == EARLIER:
-            found[name] = np.fmin(x[name], y[name])
+            outputs_of_both[name] = np.fmin(x[name], y[name])
         elif _decided(name):
             larger = np.maximum(x[name], y[name])
-            found[name] = np.where(axis == 1, x[name], np.where(axis == 2, y[name], larger))
+            outputs_of_both[name] = np.where(axis == 1, x[name], np.where(axis == 2, y[name], larger))
         else:
-            found[name] = np.maximum(x[name], y[name])
-    return found
+            outputs_of_both[name] = np.maximum(x[name], y[name])
+    return outputs_of_both

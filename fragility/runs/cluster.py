@@ -28,9 +28,8 @@ import numpy as np
 
 from ...models.runs import Specimen, engine_identity
 from ...motions.arrays import Record, digest
-from .graph import engine_difference
 from .plan import Chunk, ChunkResult, Work, never, run_part
-from .runners import AHEAD, Runner
+from .runners import AHEAD, Runner, engine_difference
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -118,15 +117,11 @@ class Cluster(Runner):
 
 
 @cache
-def _sources() -> str:
-    """Return a hash of the sources outside the engine that compute a chunk."""
-    files = sorted(Path(__file__).parent.glob("*.py"))
-    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:12]
-
-
 def worker_identity() -> dict[str, str]:
     """Return the identity of the engine and of the sources around it, which are the same on all machines of a study."""
-    return {**engine_identity(), "sources": _sources()}
+    files = sorted(Path(__file__).parent.glob("*.py"))
+    sources = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:12]
+    return {**engine_identity(), "sources": sources}
 
 
 def check_workers(client: Client) -> None:
@@ -221,7 +216,7 @@ def _run_part(oscillators: Sequence[Specimen], sources: list[_MadeMotions | tupl
     places, factors, skip, outputs, engine = pickle.loads(task)
     _check_engine("a worker", worker_identity(), engine)
     motions = [
-        one for source in sources for one in (_motions_of(source) if isinstance(source, _MadeMotions) else source)
+        motion for source in sources for motion in (_motions_of(source) if isinstance(source, _MadeMotions) else source)
     ]
     done = run_part(oscillators, [motions[i] for i in places], factors, skip, outputs)
     return pickle.dumps(done, pickle.HIGHEST_PROTOCOL)
@@ -276,20 +271,20 @@ class _ThreadCount:
 
 def _finished(news: SimpleQueue[Future[Any]], threads: _ThreadCount, running: int) -> list[Future[Any]]:
     """Wait for at least one finished chunk and others that finish soon; ClusterError if no worker is left."""
-    found: list[Future[Any]] = []
-    while not found:
+    finished: list[Future[Any]] = []
+    while not finished:
         try:
-            found.append(news.get(timeout=NEWS_SECONDS))
+            finished.append(news.get(timeout=NEWS_SECONDS))
         except Empty:
             threads.count()
     ends = time.monotonic() + TOGETHER_SECONDS
     enough = min(threads.count(), running)
     with suppress(Empty):
-        while len(found) < enough:
-            found.append(news.get(timeout=max(0.0, ends - time.monotonic())))
+        while len(finished) < enough:
+            finished.append(news.get(timeout=max(0.0, ends - time.monotonic())))
     while not news.empty():
-        found.append(news.get())
-    return found
+        finished.append(news.get())
+    return finished
 
 
 def _gathered(futures: list[Future[Any]], client: Client) -> list[ChunkResult]:
@@ -298,7 +293,7 @@ def _gathered(futures: list[Future[Any]], client: Client) -> list[ChunkResult]:
     from distributed import CancelledError, KilledWorker  # noqa: PLC0415 - loaded where there is a cluster
 
     try:
-        found: list[bytes] = client.gather(futures)
+        results: list[bytes] = client.gather(futures)
     except KilledWorker:
         raise ClusterError(
             f"{_address(client)}: one chunk killed several workers, one after the other (out of memory?)"
@@ -307,7 +302,7 @@ def _gathered(futures: list[Future[Any]], client: Client) -> list[ChunkResult]:
         raise _lost(client) from None
     except ImportError as error:
         raise ClusterError(f"{_address(client)}: a worker lacks what it needs ({error})") from None
-    return [pickle.loads(one) for one in found]
+    return [pickle.loads(result) for result in results]
 
 
 def _lost(client: Client) -> ClusterError:

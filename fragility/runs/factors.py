@@ -75,7 +75,7 @@ class ScaleFactors(NamedTuple):
 
     def part(self, where: Where) -> ScaleFactors:
         """Return the factors of the blocks and motions of a slab."""
-        levels, measured = (one.isel(where, missing_dims="ignore") for one in (self.levels, self.measured))
+        levels, measured = (variable.isel(where, missing_dims="ignore") for variable in (self.levels, self.measured))
         return self._replace(levels=levels, measured=measured)
 
     @property

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -46,41 +46,35 @@ def _output(name: str, runs: Runs, blocks: Sequence[Block], work: Work, array: A
     """An output (oscillator, level, motion), as the engine returned it or derived from its outputs."""
     if name not in DERIVED:
         return runs.results[name]
-    needed = [runs.results[own] for own in DERIVED[name]]
+    needed = [runs.results[output] for output in DERIVED[name]]
     if name == "mode":
         return _modes(blocks, work, array)
     derived = array(needed[0].shape, np.dtype(OUTPUTS[name].kind))
-    each, formula = len(derived) // len(blocks), OUTPUTS[name].formula
+    per_block, formula = len(derived) // len(blocks), OUTPUTS[name].formula
     if formula is not None:
         for i, row in enumerate(derived):
-            row[...] = formula(blocks[i // each], *(output[i] for output in needed))
+            row[...] = formula(blocks[i // per_block], *(output[i] for output in needed))
         return derived
     to_front, to_back = _pushes(work)
-    for i, (own, oscillator) in enumerate(zip(derived, _rocking(work), strict=True)):
+    for i, (forces, oscillator) in enumerate(zip(derived, work.oscillators, strict=True)):
+        assert isinstance(oscillator, Oscillator)  # (only what rocks has a restraint)
         factors = work.factors_of(Chunk(i, i + 1, 0, len(work.motions)))[0]
-        held = held_by(blocks[i // each], oscillator)
-        front, back, ruptured = (one[i] for one in needed)
-        own[...] = largest_force(held, front, back, ruptured, factors * to_front, factors * to_back)
+        held = held_by(blocks[i // per_block], oscillator)
+        front, back, ruptured = (output[i] for output in needed)
+        forces[...] = largest_force(held, front, back, ruptured, factors * to_front, factors * to_back)
     return derived
-
-
-def _rocking(work: Work) -> Iterator[Oscillator]:
-    """Yield the specimens of work in which all of them rock."""
-    for oscillator in work.oscillators:
-        assert isinstance(oscillator, Oscillator)
-        yield oscillator
 
 
 def _modes(blocks: Sequence[Block], work: Work, array: Allocator) -> NDArray[np.int8]:
     """Return the first mode of each sliding block (slider, level, motion): see `models.sliding.mode`."""
-    found = array((len(work.oscillators), work.levels, len(work.motions)), np.dtype(np.int8))
-    each = len(found) // len(blocks)
-    for i, (own, slider) in enumerate(zip(found, work.oscillators, strict=True)):
+    modes = array((len(work.oscillators), work.levels, len(work.motions)), np.dtype(np.int8))
+    per_block = len(modes) // len(blocks)
+    for i, (modes_of_slider, slider) in enumerate(zip(modes, work.oscillators, strict=True)):
         factors = work.factors_of(Chunk(i, i + 1, 0, len(work.motions)))[0]
         for k, motion in enumerate(work.motions):
             demanded = demand(motion.acceleration, motion.vertical, np.ascontiguousarray(factors[:, k]))
-            own[:, k] = mode_of(blocks[i // each], slider[0], demanded)
-    return found
+            modes_of_slider[:, k] = mode_of(blocks[i // per_block], slider[0], demanded)
+    return modes
 
 
 def _pushes(work: Work) -> tuple[Array, Array]:
@@ -103,16 +97,24 @@ def _strings(values: Sequence[str]) -> NDArray[np.object_]:
     return np.array(values, dtype=object)
 
 
+OF_BLOCKS = {
+    "width": (METRE, "full width"),
+    "height": (METRE, "full height"),
+    "cm_height": (METRE, "height of the centre of mass"),
+    "alpha": (RADIAN, "slenderness angle"),
+    "R": (METRE, "distance from the centre of mass to the corner"),
+    "p": (ANGULAR_VELOCITY, "rocking frequency parameter"),
+    "inertia_factor": (DIMENSIONLESS, "moment of inertia about the corner over m R²"),
+}
+"""Properties of blocks, with their units and long names."""
+
+
 def block_coordinates(blocks: Sequence[Block]) -> dict[str, xr.Variable]:
     """Return the labels and properties of blocks, on ``block``."""
+    attributes_of = {"cm_height": "h", "inertia_factor": "inertia"}
     columns: dict[str, tuple[list[float], str, str]] = {
-        "width": ([b.width for b in blocks], METRE, "full width"),
-        "height": ([b.height for b in blocks], METRE, "full height"),
-        "cm_height": ([b.h for b in blocks], METRE, "height of the centre of mass"),
-        "alpha": ([b.alpha for b in blocks], RADIAN, "slenderness angle"),
-        "R": ([b.R for b in blocks], METRE, "distance from the centre of mass to the corner"),
-        "p": ([b.p for b in blocks], ANGULAR_VELOCITY, "rocking frequency parameter"),
-        "inertia_factor": ([b.inertia for b in blocks], DIMENSIONLESS, "moment of inertia about the corner over m R²"),
+        name: ([getattr(block, attributes_of.get(name, name)) for block in blocks], *words)
+        for name, words in OF_BLOCKS.items()
     }
     labels = _strings([block.label for block in blocks])
     coordinates = {"block": xr.Variable("block", labels, described("block"))}

@@ -47,13 +47,13 @@ class OscillatorGrid(Sequence[Specimen], Generic[Row]):
             return tuple(self[row] for row in rows)
         if not rows:
             return ()
-        bounds, found = self._last
+        bounds, specimens = self._last
         if bounds != (rows.start, rows.stop):
             first, last = rows.start // self._per_block, -(-rows.stop // self._per_block)
-            near = [one for block in self._blocks[first:last] for one in self._oscillators_of(block)]
-            found = tuple(near[rows.start - first * self._per_block : rows.stop - first * self._per_block])
-            self._last = (rows.start, rows.stop), found
-        return found
+            near = [specimen for block in self._blocks[first:last] for specimen in self._oscillators_of(block)]
+            specimens = tuple(near[rows.start - first * self._per_block : rows.stop - first * self._per_block])
+            self._last = (rows.start, rows.stop), specimens
+        return specimens
 
     @property
     def first(self) -> tuple[Specimen, ...]:

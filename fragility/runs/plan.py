@@ -88,7 +88,7 @@ class Work(NamedTuple):
     """The runs of all oscillators under factors times all motions.
 
     `factors` (block, level, motion): of one block if they are the same for all blocks; otherwise the oscillators are
-    ordered block by block, equally many for each. `outputs`: names of the outputs of a run. `each`: number of
+    ordered block by block, equally many for each. `outputs`: names of the outputs of a run. `per_block`: number of
     consecutive oscillators that chunks keep together, or divide in the same places (the laws of a block).
     """
 
@@ -97,7 +97,7 @@ class Work(NamedTuple):
     factors: Factors
     skip: bool = True
     outputs: tuple[str, ...] = tuple(ENGINE_OUTPUTS)
-    each: int = 1
+    per_block: int = 1
 
     @property
     def levels(self) -> int:
@@ -119,15 +119,15 @@ class Work(NamedTuple):
         blocks = self.factors.shape[0]
         if blocks == 1:
             return dense(self.factors)[:, :, motions]
-        each = len(self.oscillators) // blocks
-        rows = np.arange(chunk.row, chunk.row_stop) // each
+        per_block = len(self.oscillators) // blocks
+        rows = np.arange(chunk.row, chunk.row_stop) // per_block
         near = slice(int(rows[0]), int(rows[-1]) + 1)
-        own = (
+        factors = (
             self.factors.part(near, motions)
             if isinstance(self.factors, BlockFactors)
             else self.factors[near, :, motions]
         )
-        return np.ascontiguousarray(own[rows - rows[0]])
+        return np.ascontiguousarray(factors[rows - rows[0]])
 
 
 def seconds_of_a_chunk(total: float, least: float | None = None) -> float:
@@ -221,35 +221,35 @@ def _costs(work: Work) -> Array:
     """Return the planning figure of each oscillator, s per sample; for a grid, the figure of its first block."""
     oscillators = work.oscillators
     dt = float(np.mean([motion.dt for motion in work.motions]))
-    each = oscillators.first if isinstance(oscillators, OscillatorGrid) else oscillators
-    seconds = [seconds_per_sample(specimen, dt) for specimen in each]
+    specimens = oscillators.first if isinstance(oscillators, OscillatorGrid) else oscillators
+    seconds = [seconds_per_sample(specimen, dt) for specimen in specimens]
     return work.levels * np.tile(seconds, len(oscillators) // max(len(seconds), 1))
 
 
 def _rows(work: Work, per_row: Array, longest: float, target: float) -> Bounds:
     """Bounds of groups of oscillators that share a motion's samples: at most about a chunk under the longest motion.
 
-    Groups contain the same oscillators of each entry of `Work.each`: several whole entries, or a part of one.
+    Groups contain the same oscillators of each entry of `Work.per_block`: several whole entries, or a part of one.
     """
-    each = work.each
-    entries = per_row.reshape(-1, each)
-    runs, cost = each * work.levels, float(entries[0].sum()) * longest
-    if each == 1 or not _enough(runs, cost, target):
-        return [(first * each, stop * each) for first, stop in _groups(entries.sum(axis=1), runs, longest, target)]
+    group = work.per_block
+    entries = per_row.reshape(-1, group)
+    runs, cost = group * work.levels, float(entries[0].sum()) * longest
+    if group == 1 or not _enough(runs, cost, target):
+        return [(first * group, stop * group) for first, stop in _groups(entries.sum(axis=1), runs, longest, target)]
     parts = _groups(entries.max(axis=0), work.levels, longest, target)  # (laws may differ in cost)
-    return [(i * each + first, i * each + stop) for i in range(len(entries)) for first, stop in parts]
+    return [(i * group + first, i * group + stop) for i in range(len(entries)) for first, stop in parts]
 
 
 def _groups(costs: Array, runs: int, longest: float, target: float) -> Bounds:
     """Bounds of groups of entries, with `runs` runs each under one motion."""
-    found = []
+    bounds = []
     row, spent = 0, 0.0
     for i, cost in enumerate((costs * longest).tolist(), start=1):
         spent += cost
         if _enough((i - row) * runs, spent, target) or i == len(costs):
-            found.append((row, i))
+            bounds.append((row, i))
             row, spent = i, 0.0
-    return found
+    return bounds
 
 
 def _enough(together: int, spent: float, target: float) -> bool:
@@ -323,23 +323,23 @@ def run_part(
     for first in range(0, len(motions), together):
         stop = min(first + together, len(motions))
         shakes = motions[first:stop]
-        own = np.broadcast_to(factors[:, :, first:stop], (n, levels, stop - first))
+        factors_of_runs = np.broadcast_to(factors[:, :, first:stop], (n, levels, stop - first))
         costs = np.array([seconds[shake.dt] * shake.acceleration.size for shake in shakes]).T
         parts = _parts(np.repeat(costs, levels, axis=0).ravel())
         if len(shakes) > 1 or len(parts) > 1:
-            specimen, _, motion = (axis.ravel() for axis in np.indices(own.shape))
-            given = own.ravel()
-            found = []
+            specimen, _, motion = (axis.ravel() for axis in np.indices(factors_of_runs.shape))
+            given = factors_of_runs.ravel()
+            part_runs = []
             for part in parts:
                 if total > 2.0 * PART_SECONDS and left():
                     raise LeftError
                 listed = specimen[part], motion[part], given[part]
-                found.append(run_mixed(tables, *listed, shakes, skip, flags_only, tally))
-            runs = np.concatenate(found).reshape(*own.shape, -1)
+                part_runs.append(run_mixed(tables, *listed, shakes, skip, flags_only, tally))
+            runs = np.concatenate(part_runs).reshape(*factors_of_runs.shape, -1)
         else:
             if total > 2.0 * PART_SECONDS and left():
                 raise LeftError
-            runs = run_specimens(tables, own[..., 0], shakes[0], skip, flags_only, tally)[:, :, None]
+            runs = run_specimens(tables, factors_of_runs[..., 0], shakes[0], skip, flags_only, tally)[:, :, None]
         # (of sliding blocks all results are NaN there)
         rocks = isinstance(tables, Stack) and any(motion.vertical is not None for motion in shakes)
         airborne = runs[..., COLUMNS["airborne"]] == 1.0 if rocks else None

@@ -13,7 +13,7 @@ def part_of(progress: Progress | None, before: int, total: int | None = None) ->
     if progress is None:
         return None
 
-    def told(done: int, of_part: int) -> None:
+    def shifted(done: int, of_part: int) -> None:
         progress(before + done, before + of_part if total is None else total)
 
-    return told
+    return shifted

@@ -49,10 +49,10 @@ def configuration_of(data: xr.Dataset | xr.DataArray) -> dict[str, Any]:
     Datasets may be from files of other programs, whose attribute of that name may have any content.
     """
     try:
-        found = json.loads(data.attrs.get("configuration", "{}"))
+        configuration = json.loads(data.attrs.get("configuration", "{}"))
     except (TypeError, ValueError):
         return {}
-    return found if isinstance(found, dict) else {}
+    return configuration if isinstance(configuration, dict) else {}
 
 
 def load_coordinates(data: xr.Dataset) -> None:
@@ -131,10 +131,10 @@ def level_measure(runs: xr.Dataset) -> LevelMeasure:
     if "im" not in levels.attrs:
         raise ValueError("runs must have levels or intensities and say of which measure, as toppling.ida returns them")
     im = str(levels.attrs["im"])
-    one = intensity_measure(im)
-    if one is None:
+    intensity = intensity_measure(im)
+    if intensity is None:
         return LevelMeasure(im, None, xr.DataArray(np.ones(runs.sizes["motion"]), dims="motion"))
-    measure = one.measure if isinstance(one, BlockMeasure) else one
+    measure = intensity.measure if isinstance(intensity, BlockMeasure) else intensity
     below = f"{GROUND}_{im}"
     name = below if below in runs.coords or levels_of_the_ground(runs) else im
     if name in runs.coords:
@@ -153,8 +153,8 @@ def scale_factors(runs: xr.Dataset) -> ScaleFactors:
     """Return the scale factors of labelled runs, from their levels and measures, to be computed slab by slab."""
     if not scaled_to_levels(runs):
         return unscaled(runs.sizes["motion"])
-    one = level_measure(runs)
-    return ScaleFactors(intensity_of(runs).variable, one.values.variable, one.measure)
+    levels = level_measure(runs)
+    return ScaleFactors(intensity_of(runs).variable, levels.values.variable, levels.measure)
 
 
 def factors_of(runs: xr.Dataset) -> Array:
@@ -168,12 +168,12 @@ def factors_of(runs: xr.Dataset) -> Array:
 
 def factors_under(runs: xr.Dataset, motions: Flags) -> Factors:
     """Return `factors_of` for some motions, to be computed part by part if they differ between blocks at levels."""
-    one = level_measure(runs) if scaled_to_levels(runs) and design_of(runs) == IDA else None
-    if one is None or one.measure is None or "block" not in one.values.dims:
+    levels_measure = level_measure(runs) if scaled_to_levels(runs) and design_of(runs) == IDA else None
+    if levels_measure is None or levels_measure.measure is None or "block" not in levels_measure.values.dims:
         return factors_of(runs)[:, :, motions]
     levels = np.asarray(intensity_of(runs).values, dtype=float)
-    measured = np.ascontiguousarray(one.values.transpose("block", "motion").values[:, motions])
-    return BlockFactors(levels, measured, one.measure, np.ones(levels.size))
+    measured = np.ascontiguousarray(levels_measure.values.transpose("block", "motion").values[:, motions])
+    return BlockFactors(levels, measured, levels_measure.measure, np.ones(levels.size))
 
 
 FLOORS = ("floor", "motion_floor")
@@ -187,16 +187,12 @@ def floor_of_each_motion(runs: xr.Dataset | xr.DataArray) -> list[str]:
 
 def floor_labels(coordinates: Mapping[Any, xr.Variable | xr.DataArray], motions: int) -> list[str]:
     """Return the floor of each motion as text from the coordinates of runs, empty if none is given."""
-    name = next(iter(_floor_names(coordinates)), None)
+    name = next(iter(floor_names(coordinates)), None)
     return [""] * motions if name is None else [str(value) for value in coordinates[name].values]
 
 
-def without_floors(runs: xr.Dataset) -> xr.Dataset:
-    """Return the runs without the floors of their motions."""
-    return runs.drop_vars(_floor_names(runs.coords))
-
-
-def _floor_names(coordinates: Mapping[Any, xr.Variable | xr.DataArray]) -> list[str]:
+def floor_names(coordinates: Mapping[Any, xr.Variable | xr.DataArray]) -> list[str]:
+    """Return the names of the coordinates with the floors of the motions."""
     return [floor for floor in FLOORS if floor in coordinates and coordinates[floor].dims == ("motion",)]
 
 
@@ -208,7 +204,7 @@ def motions_by_floor(runs: xr.Dataset | xr.DataArray) -> tuple[xr.Variable | Non
         return None, [np.arange(runs.sizes["motion"])]
     whole = all(label.isdecimal() for label in labels)
     floors = floor_coordinates([int(label) for label in labels] if whole else labels)["floor"]
-    return floors, [np.flatnonzero([one == label for one in of_motion]) for label in labels]
+    return floors, [np.flatnonzero([floor == label for floor in of_motion]) for label in labels]
 
 
 def ground_names(runs: xr.Dataset | xr.DataArray) -> list[str]:
@@ -254,9 +250,9 @@ def as_given(runs: xr.Dataset | xr.DataArray) -> Flags:
 
 def about_both_axes(data: xr.Dataset | xr.DataArray) -> bool:
     """Return True for runs of blocks about both axes, and for a result derived from them alone."""
-    told = configuration_of(data)
-    of_runs = told.get("runs")
-    return (of_runs if isinstance(of_runs, dict) else told).get(AXES) == BOTH_AXES
+    configuration = configuration_of(data)
+    of_runs = configuration.get("runs")
+    return (of_runs if isinstance(of_runs, dict) else configuration).get(AXES) == BOTH_AXES
 
 
 def blocks_of(runs: xr.Dataset) -> list[Block]:
@@ -268,7 +264,7 @@ def blocks_of(runs: xr.Dataset) -> list[Block]:
     names = ("width", "height", "cm_height", "inertia_factor")
     columns: dict[str, list[Any]] = {name: runs[name].values.astype(float).tolist() for name in names}
     if "depth" in runs.coords:
-        columns["depth"] = [None if math.isnan(one) else one for one in runs["depth"].values.tolist()]
+        columns["depth"] = [None if math.isnan(depth) else depth for depth in runs["depth"].values.tolist()]
     if "round" in runs.coords:
         columns["round"] = runs["round"].values.tolist()
     if EDGE in runs.coords:
@@ -284,11 +280,11 @@ def blocks_of(runs: xr.Dataset) -> list[Block]:
 def laws_of(runs: xr.Dataset) -> list[Law]:
     """Return the laws of labelled runs, from their configuration; ValueError if it does not contain them."""
     try:
-        described = [dict(one) for one in configuration_of(runs)["models"]]
-        unknown = [one["law"] for one in described if one["law"] not in LAWS]
+        described = [dict(law) for law in configuration_of(runs)["models"]]
+        unknown = [law["law"] for law in described if law["law"] not in LAWS]
         if unknown:
             raise ValueError(f"runs must have laws of this package to be repeated, got {unknown[0]!r}")
-        laws = [LAWS[one.pop("law")](**one) for one in described]
+        laws = [LAWS[law.pop("law")](**law) for law in described]
         known = {law.label: law for law in laws}
         return [known[str(label)] for label in runs["model"].values]
     except (KeyError, TypeError) as error:
@@ -302,30 +298,30 @@ def records_of(runs: xr.Dataset, motions: Motions) -> list[Record]:
     """
     polarity = BOTH if POLARITY in runs.coords else AS_RECORDED
     if "stripe" not in runs.coords:
-        known = {one.label: one for one in records_under(motions, polarity)}  # type: ignore[arg-type]
+        known = {record.label: record for record in records_under(motions, polarity)}  # type: ignore[arg-type]
         return same_motions(runs, [known.get(str(label)) for label in runs["motion"].values])
     sets: list[Any] = [] if isinstance(motions, xr.DataArray) else list(motions)
     stripe = runs["stripe"].values.tolist()
     keys = list(zip(stripe, map(str, runs[RECORD].values), as_given(runs).tolist(), strict=True))
     if len(sets) < max(stripe):
         raise ValueError(f"motions must be one set for each of the {max(stripe)} stripes, got {len(sets)}")
-    found = {
-        (k, one.given, not one.reverse_of): one
-        for k, own in enumerate(sets, start=1)
-        for one in records_under(own, polarity)
+    records = {
+        (k, record.given, not record.reverse_of): record
+        for k, members in enumerate(sets, start=1)
+        for record in records_under(members, polarity)
     }
-    return same_motions(runs, [found.get(key) for key in keys])
+    return same_motions(runs, [records.get(key) for key in keys])
 
 
 def places_in(runs: xr.Dataset) -> dict[str, Index]:
     """Return the positions of the block, the law and the motion of each run at adaptive levels, -1 for omitted runs."""
-    found = {}
+    places = {}
     for dim in ("block", "model", "motion"):
         numbers = np.atleast_1d(runs[f"{dim}_number"].values)
         order = np.argsort(numbers, kind="stable")
         at = order[np.minimum(np.searchsorted(numbers[order], runs[f"run_{dim}"].values), numbers.size - 1)]
-        found[dim] = np.where(numbers[at] == runs[f"run_{dim}"].values, at, -1)
-    return found
+        places[dim] = np.where(numbers[at] == runs[f"run_{dim}"].values, at, -1)
+    return places
 
 
 class CurveRuns(NamedTuple):
@@ -342,8 +338,8 @@ def curves_of(runs: xr.Dataset) -> Iterator[CurveRuns]:
     block, model = (np.atleast_1d(runs[f"{dim}_number"].values) for dim in ("block", "model"))
     motion = places_in(runs)["motion"]
     for i, j in np.ndindex(block.size, model.size):
-        own = (runs["run_block"].values == block[i]) & (runs["run_model"].values == model[j]) & (motion >= 0)
-        mine = np.flatnonzero(own)
+        selected = (runs["run_block"].values == block[i]) & (runs["run_model"].values == model[j]) & (motion >= 0)
+        mine = np.flatnonzero(selected)
         yield CurveRuns(i, j, mine, motion[mine])
 
 
@@ -356,21 +352,22 @@ def runs_near_curves(runs: xr.Dataset) -> Flags:
     there = np.logical_and.reduce([place >= 0 for place in places.values()])
     curve = places["block"] * runs["model"].size + places["model"]
     later = there & (runs["wave"].values > 0)
-    found: Flags = later | (there & ~np.isin(curve, curve[later]))
-    return found
+    near: Flags = later | (there & ~np.isin(curve, curve[later]))
+    return near
 
 
 def same_motions(runs: xr.Dataset, records: Sequence[Record | None]) -> list[Record]:
     """Return the records of the motions of runs; ValueError if there is none, or one with another PGA."""
     stored = runs["pga"].values.tolist() if "pga" in runs.coords else [None] * len(records)
-    found = []
+    matched = []
     for name, record, pga in zip(runs["motion"].values, records, stored, strict=True):
         if record is None:
             raise ValueError(f"motions must hold motion {str(name)!r} of the runs, got none")
-        own = float(np.abs(record.acceleration).max())
-        if pga is not None and not math.isclose(own, pga, rel_tol=1e-9):
+        peak = float(np.abs(record.acceleration).max())
+        if pga is not None and not math.isclose(peak, pga, rel_tol=1e-9):
             raise ValueError(
-                f"motion {str(name)!r} must be the one of the runs, with a pga of {pga:g} m/s², got one of {own:g} m/s²"
+                f"motion {str(name)!r} must be the one of the runs, with a pga of {pga:g} m/s², got one of "
+                f"{peak:g} m/s²"
             )
-        found.append(record)
-    return found
+        matched.append(record)
+    return matched

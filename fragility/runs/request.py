@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,16 +16,13 @@ from ...models.runs import TALLY, Specimen
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.law import SlidingLaw
 from ...motions.arrays import Record
-from .axes import axes_of, both_works, of_both
+from .axes import along_depth, axes_of, needed, of_both
 from .factors import Factors
 from .oscillators import OscillatorGrid
 from .outputs import DERIVED, OF_ROCKING, OF_SLIDING, OUTPUTS
 from .plan import Work, plan_chunks
 from .progress import part_of
-from .runners import ConfiguredScheduler, Runner, default_client
-
-if TYPE_CHECKING:
-    from distributed import Client
+from .runners import ConfiguredScheduler, Runner, Workers, default_client
 
 Labelled = TypeVar("Labelled", Block, Law, Model)
 
@@ -59,8 +56,8 @@ class Request(NamedTuple):
         laws = self.models
 
         def of_block(block: Block) -> list[Specimen]:
-            own = block.across if across else block
-            return [specimen_of(own, law, plane) for law in laws]
+            turned = block.across if across else block
+            return [specimen_of(turned, law, plane) for law in laws]
 
         return OscillatorGrid(self.blocks, of_block, len(laws))
 
@@ -90,7 +87,7 @@ def check_request(
     models: Model | Sequence[Model],
     outputs: Sequence[str] | None,
     skip: bool,
-    client: Client | Runner | None,
+    client: Workers,
     progress: Progress | None,
     screen: bool = False,
 ) -> Request:
@@ -107,11 +104,6 @@ def check_request(
     return Request(
         checked, laws, wanted, skip, runner_of(client), progress, screen and not isinstance(laws[0], SlidingLaw)
     )
-
-
-def rocking_laws(models: Sequence[Model]) -> list[Law]:
-    """Return models that are all laws of rocking; TypeError if one is not."""
-    return labelled_sequence("models", models, Law)  # type: ignore[type-abstract]
 
 
 def specimen_of(block: Block, model: Model, plane: bool = False) -> Specimen:
@@ -137,16 +129,16 @@ def check_vertical(models: Iterable[Model], motions: Iterable[Record]) -> None:
     """Raise ValueError for motions with a vertical component, and a law that is not in exact geometry."""
     lifted = next((motion.label for motion in motions if motion.vertical is not None), None)
     rocking = [law for law in models if not isinstance(law, SlidingLaw)]
-    other = next((law.label for law in rocking if getattr(law, "geometry", "") != "exact"), None)
-    if lifted is not None and other is not None:
+    linear = next((law.label for law in rocking if getattr(law, "geometry", "") != "exact"), None)
+    if lifted is not None and linear is not None:
         raise ValueError(
-            f"vertical shaking needs exact geometry: {lifted!r} shakes vertically, too, and {other!r} is linear in the "
-            'rotation; take HousnerImpact() (the law "housner")'
+            f"vertical shaking needs exact geometry: {lifted!r} shakes vertically, too, and {linear!r} is linear in "
+            'the rotation; take HousnerImpact() (the law "housner")'
         )
 
 
 def work_of(
-    oscillators: Sequence[Specimen], motions: Sequence[Record], factors: Factors, request: Request, each: int = 1
+    oscillators: Sequence[Specimen], motions: Sequence[Record], factors: Factors, request: Request, per_block: int = 1
 ) -> Work:
     """Return the work of a request: every oscillator under factors (block, level, motion; see `Work`) times motions.
 
@@ -158,16 +150,12 @@ def work_of(
             "shake (motions.as_recorded)"
         )
     wanted = [*request.outputs, *(ENDS if request.sliding else ())]
-    names = tuple(dict.fromkeys(own for name in wanted for own in DERIVED.get(name, (name,))))
-    return Work(oscillators, tuple(motions), factors, request.skip, names, each)
+    names = tuple(dict.fromkeys(needed for name in wanted for needed in DERIVED.get(name, (name,))))
+    return Work(oscillators, tuple(motions), factors, request.skip, names, per_block)
 
 
 def collect_about(
-    work: Work,
-    across: Sequence[Specimen] | None,
-    runner: Runner,
-    progress: Progress | None,
-    least: float | None = None,
+    work: Work, across: Sequence[Specimen] | None, runner: Runner, progress: Progress | None, least: float | None = None
 ) -> Runs:
     """Do the work, also about the other axis if there are specimens of it, and put the outputs of the two together.
 
@@ -175,19 +163,20 @@ def collect_about(
     """
     if across is None:
         return collect(work, runner, progress, least)
-    works = both_works(work, across)
+    along = work._replace(outputs=needed(work.outputs))
+    works = (along, along._replace(oscillators=across, motions=tuple(map(along_depth, work.motions))))
     total = sum(work.runs for work in works)
     x, y = (
         collect(work, runner, part_of(progress, before, total), least)
         for work, before in zip(works, (0, total // 2), strict=True)
     )
     shape = next(iter(x.results.values())).shape
-    found = {name: runner.array(shape, OUTPUTS[name].kind) for name in work.outputs}
+    outputs = {name: runner.array(shape, OUTPUTS[name].kind) for name in work.outputs}
     for row in range(shape[0]):  # (arrays may lie in files)
         of_row = ({name: values[row] for name, values in runs.results.items()} for runs in (x, y))
         for name, values in of_both(work.outputs, *of_row).items():
-            found[name][row] = values
-    return Runs(found, x.tally + y.tally)
+            outputs[name][row] = values
+    return Runs(outputs, x.tally + y.tally)
 
 
 def collect(work: Work, runner: Runner, progress: Progress | None, least: float | None = None) -> Runs:
@@ -208,21 +197,21 @@ def collect(work: Work, runner: Runner, progress: Progress | None, least: float 
 
 def labelled_sequence(name: str, values: Any, kind: type[Labelled]) -> list[Labelled]:
     """Return blocks (or laws) as a list; TypeError for other types, ValueError for equal labels or none."""
-    found = [values] if isinstance(values, kind) else list(values) if isinstance(values, Iterable) else [values]
-    if not found:
+    sequence = [values] if isinstance(values, kind) else list(values) if isinstance(values, Iterable) else [values]
+    if not sequence:
         raise ValueError(f"{name} must hold at least one, got none")
-    for value in found:
+    for value in sequence:
         if not isinstance(value, kind):
             raise TypeError(f"{name} must be one {kind.__name__} or a sequence of them, got {checks.kind(value)}")
     taken: set[str] = set()
-    for value in found:
+    for value in sequence:
         if value.label in taken:
             raise ValueError(f"{name} must have unique labels, got {value.label!r} more than once")
         taken.add(value.label)
-    return found
+    return sequence
 
 
-def runner_of(client: Client | Runner | None) -> Runner:
+def runner_of(client: Workers) -> Runner:
     """Return the runner of a client: by default dask's configuration; TypeError for other types."""
     if client is None:
         client = default_client()

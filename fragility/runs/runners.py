@@ -7,13 +7,13 @@ import signal
 import sys
 import threading
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from functools import partial
 from queue import Empty, Queue
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import dask.multiprocessing
 import dask.threaded
@@ -24,12 +24,62 @@ from dask.local import MultiprocessingPoolExecutor, get_async, get_sync
 from dask.system import CPU_COUNT
 from numpy.typing import NDArray
 
+from ...models.runs import engine_identity
 from ..numerics.slabs import in_memory
-from .graph import chunk_graph
-from .plan import Chunk, ChunkResult, Work, never
+from .plan import Chunk, ChunkResult, LeftError, Work, never, run_chunk, run_part
 
 if TYPE_CHECKING:
     from distributed import Client
+
+
+class ChunkTask:
+    """A chunk of work to be computed: in this process from the work itself, elsewhere from its own data alone."""
+
+    def __init__(self, work: Work, chunk: Chunk, stop: Callable[[], bool] = never) -> None:
+        self._work, self._chunk, self._stop = work, chunk, stop
+
+    def __call__(self) -> ChunkResult | None:
+        """Compute it; None if the work has been stopped before, or in the middle of a long one."""
+        if self._stop():
+            return None
+        try:
+            return run_chunk(self._work, self._chunk, self._stop)
+        except LeftError:
+            return None
+
+    def __reduce__(self) -> Any:
+        work, chunk = self._work, self._chunk
+        motions = work.motions[chunk.first : chunk.stop]
+        oscillators = tuple(work.oscillators[chunk.row : chunk.row_stop])
+        return partial, (
+            run_sent,
+            engine_identity(),
+            (oscillators, motions, work.factors_of(chunk), work.skip, work.outputs),
+        )
+
+
+def run_sent(engine: Mapping[str, str], data: tuple[Any, ...]) -> ChunkResult:
+    """Compute a chunk from its data in another process; ValueError if that has another engine than the sender."""
+    if difference := engine_difference(engine_identity(), engine):
+        raise ValueError(f"a worker {difference}")
+    return run_part(*data)
+
+
+def engine_difference(theirs: Mapping[str, str], ours: Mapping[str, str]) -> str:
+    """Return the difference of another process from this one, and its remedy; empty if engines are equal.
+
+    Results of different engines differ in their last digits, and therefore now and then in their outcomes.
+    """
+    for name, version in ours.items():
+        if theirs.get(name) != version:
+            remedy = (
+                "compile for the same (NUMBA_CPU_NAME=generic everywhere)"
+                if name == "processor"
+                else "install the same"
+            )
+            return f"has {name} {theirs.get(name)}, this process {version}: {remedy}"
+    return ""
+
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -124,6 +174,10 @@ class Runner(ABC):
         """Keep a sentence on the reached precision of an analysis at adaptive levels."""
 
 
+Workers: TypeAlias = "Client | Runner | None"
+"""Computes the chunks of runs: the client of a cluster, a runner, or dask's configuration (None)."""
+
+
 @dataclass(frozen=True)
 class ConfiguredScheduler(Runner):
     """The scheduler that dask is configured with: threads of this process (the engine does not hold the interpreter
@@ -137,8 +191,8 @@ class ConfiguredScheduler(Runner):
 
     def run(self, work: Work, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, ChunkResult]]:
         """Yield every chunk with its results."""
-        with _executor(scheduler()) as (compute, workers, here):
-            window = WINDOW if here else WINDOW_ELSEWHERE * workers
+        with _executor(scheduler()) as (compute, workers, in_process):
+            window = WINDOW if in_process else WINDOW_ELSEWHERE * workers
             for first in range(0, len(chunks), window):
                 if self.stop():
                     raise KeyboardInterrupt
@@ -155,26 +209,31 @@ class _Window:
         self._chunks = chunks
         self._compute = compute
         self._finished: Queue[tuple[int, ChunkResult | None] | BaseException | None] = Queue(AHEAD * workers)
-        self._graph = chunk_graph(work, chunks, lambda: self._left or stop())
+
+        def left() -> bool:
+            return self._left or stop()
+
+        # (tasks by their keys: a function with its arguments)
+        self._graph = {("chunk", i): (ChunkTask(work, chunk, left),) for i, chunk in enumerate(chunks)}
         self._thread = threading.Thread(target=self._work, name="toppling-graph", daemon=True)
 
     def results(self) -> Iterator[tuple[Chunk, ChunkResult]]:
         """Yield every chunk with its results; KeyboardInterrupt if not all were begun."""
         self._thread.start()
         stopped = False
-        one: tuple[int, ChunkResult | None] | BaseException | None = (0, None)
+        result: tuple[int, ChunkResult | None] | BaseException | None = (0, None)
         try:
-            while (one := self._finished.get()) is not None:
-                if isinstance(one, BaseException):
-                    raise one
-                number, done = one
+            while (result := self._finished.get()) is not None:
+                if isinstance(result, BaseException):
+                    raise result
+                number, done = result
                 if done is None:
                     stopped = True
                 else:
                     yield self._chunks[number], done
         finally:
             self._left = True
-            ended = one is None or isinstance(one, BaseException)
+            ended = result is None or isinstance(result, BaseException)
             while not ended and self._thread.is_alive():  # (the caller takes no more, but there may be no room for it)
                 with suppress(Empty):
                     self._finished.get(timeout=POLL_SECONDS)
@@ -189,21 +248,21 @@ class _Window:
             # (dask would begin them in the order of their names; the last chunks of a plan are the shortest)
             state["ready"].sort(key=lambda key: key[1], reverse=True)
 
-        told: set[int] = set()
+        sent: set[int] = set()
 
         def finished(key: Any, done: ChunkResult | None, graph: Any, state: Any, worker: Any) -> None:
             state["cache"][key] = None  # (or dask would hold all results until the end)
-            told.add(key[1])
+            sent.add(key[1])
             self._finished.put((key[1], done))
 
         try:
             # (callbacks that the user has registered, such as dask's progress bar, are called as well)
             looking_on = [*Callback.active, Callback(start_state=begin, posttask=finished)._callback]
-            found = self._compute(self._graph, list(self._graph), callbacks=looking_on)
-            if len(found) != len(self._chunks):
-                raise RuntimeError(f"the scheduler returned {len(found)} of {len(self._chunks)} results")
-            for number, done in enumerate(found):
-                if number not in told:  # by a scheduler of the user without callbacks
+            results = self._compute(self._graph, list(self._graph), callbacks=looking_on)
+            if len(results) != len(self._chunks):
+                raise RuntimeError(f"the scheduler returned {len(results)} of {len(self._chunks)} results")
+            for number, done in enumerate(results):
+                if number not in sent:  # by a scheduler of the user without callbacks
                     self._finished.put((number, done))
             self._finished.put(None)
         except BaseException as error:
@@ -226,12 +285,12 @@ def _executor(compute: Callable[..., Any]) -> Iterator[tuple[Callable[..., Any],
     elif compute is dask.threaded.get:
         with ThreadPoolExecutor(thread_count(), "toppling") if pool is None else nullcontext(pool) as threads:
             # (dask's own function begins as many tasks as there are threads, each of which then waits for the next)
-            here = isinstance(threads, ThreadPoolExecutor)
-            yield partial(get_async, threads.submit, AHEAD * thread_count()), thread_count(), here
+            in_process = isinstance(threads, ThreadPoolExecutor)
+            yield partial(get_async, threads.submit, AHEAD * thread_count()), thread_count(), in_process
     elif compute is dask.multiprocessing.get:
         workers = thread_count()
-        own = ProcessPoolExecutor(workers, dask.multiprocessing.get_context(), _ignore_interrupts)
-        with own if pool is None else nullcontext(pool) as processes:
+        processes_of_study = ProcessPoolExecutor(workers, dask.multiprocessing.get_context(), _ignore_interrupts)
+        with processes_of_study if pool is None else nullcontext(pool) as processes:
             yield partial(compute, pool=processes, chunksize=1), workers, False
     else:
         yield compute, thread_count(), False

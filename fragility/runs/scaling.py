@@ -55,8 +55,8 @@ class BlockMeasure:
 
 
 BLOCK_MEASURES: dict[str, BlockMeasure] = {
-    one.label: one
-    for one in (
+    measure_of_block.label: measure_of_block
+    for measure_of_block in (
         BlockMeasure(
             "pga_normalised",
             MEASURES["pga"],
@@ -131,14 +131,14 @@ def scaling(
     With `ground`, one ground motion for each motion, the measure belongs to the ground motion: the floor motions of an
     elastic building are proportional to it. Levels are > 0 and increase.
     """
-    one = intensity_measure(im)
-    values = increasing(levels, one)
-    if one is None:
+    intensity = intensity_measure(im)
+    values = increasing(levels, intensity)
+    if intensity is None:
         alike = np.broadcast_to(values[None, :, None], (1, values.size, len(motions)))
         check_factors(alike, motions)
         return Scaling(values, alike, SCALE, DIMENSIONLESS, "scale factor")
-    base = one.measure if isinstance(one, BlockMeasure) else one
-    measured = intensities(one, motions if ground is None else ground, blocks)
+    base = intensity.measure if isinstance(intensity, BlockMeasure) else intensity
+    measured = intensities(intensity, motions if ground is None else ground, blocks)
     factors: Factors
     if measured.ndim == 1:
         with np.errstate(over="ignore", under="ignore"):
@@ -146,13 +146,13 @@ def scaling(
     else:
         factors = BlockFactors(values, measured, base, np.ones(values.size))
     check_factors(factors, motions)
-    text = name_at(one.long_name, motions, ground)
-    return Scaling(values, factors, one.label, one.units, text, measured, ground is not None, base)
+    text = name_at(intensity.long_name, motions, ground)
+    return Scaling(values, factors, intensity.label, intensity.units, text, measured, ground is not None, base)
 
 
-def increasing(levels: Any, one: Measure | BlockMeasure | None) -> Array:
+def increasing(levels: Any, intensity: Measure | BlockMeasure | None) -> Array:
     """Return levels as an array (level,); ValueError unless finite, > 0, increasing and of the unit of the measure."""
-    checks.stated_unit("levels", levels, DIMENSIONLESS if one is None else one.units)
+    checks.stated_unit("levels", levels, DIMENSIONLESS if intensity is None else intensity.units)
     values = np.atleast_1d(checks.finite_array("levels", levels, ndim=(0, 1)))
     if values[0] <= 0.0:
         raise ValueError(f"levels must be > 0, got {values[0]:g}")
@@ -162,31 +162,31 @@ def increasing(levels: Any, one: Measure | BlockMeasure | None) -> Array:
     return values
 
 
-def intensities(one: Measure | BlockMeasure, motions: Sequence[Record], blocks: Sequence[Block] = ()) -> Array:
+def intensities(intensity: Measure | BlockMeasure, motions: Sequence[Record], blocks: Sequence[Block] = ()) -> Array:
     """Return a measure of unscaled motions, (motion,), or (block, motion) if it depends on the block; all > 0."""
-    if not isinstance(one, PairMeasure) and axes_of(motions) == BOTH_AXES:
+    if not isinstance(intensity, PairMeasure) and axes_of(motions) == BOTH_AXES:
         raise ValueError(
             "im must be a measure of both components where both shake, RotD50(…), RotD100(…) or GeometricMean(…), "
-            f"got {one.label!r}"
+            f"got {intensity.label!r}"
         )
-    if not isinstance(one, BlockMeasure):
-        return positive_measure(one, motions)
+    if not isinstance(intensity, BlockMeasure):
+        return positive_measure(intensity, motions)
     if not blocks:
-        raise ValueError(f"im {one.label!r} depends on the block: blocks must hold at least one, got none")
-    per_block = np.array([[one.per_block(block)] for block in blocks])
-    return np.asarray(positive_measure(one.measure, motions) * per_block)
+        raise ValueError(f"im {intensity.label!r} depends on the block: blocks must hold at least one, got none")
+    per_block = np.array([[intensity.per_block(block)] for block in blocks])
+    return np.asarray(positive_measure(intensity.measure, motions) * per_block)
 
 
 def ground_of(motions: Sequence[Record], ground: Sequence[Record]) -> list[Record]:
     """Return the ground motion below each floor motion, found by its label; ValueError if there is none."""
     known = {record.label: record for record in ground}
-    found = []
+    below = []
     for motion in motions:
         label = motion.label.removesuffix(f" floor {motion.floor}") if motion.floor else motion.label
         if label not in known:
             raise ValueError(f"ground must hold the ground motion {label!r} of motion {motion.label!r}, got none")
-        found.append(known[label])
-    return found
+        below.append(known[label])
+    return below
 
 
 def name_at(long_name: str, motions: Sequence[Record], ground: Sequence[Record] | None) -> str:

@@ -48,26 +48,26 @@ def find_cut(runs: Pool, normals: Array, degrees: tuple[int, int], start: Surfac
         for place in np.quantile(times(some.points, normal), SHARES).tolist()
     ]
     best = max(tried, key=lambda cut: cut_score(some, smooth, cut))
-    found = fit_surface(runs, degrees, smooth, best)
-    if found is None or added_terms(smooth, found) * len(tried) > PROMISING * LIKELY:
+    jumping = fit_surface(runs, degrees, smooth, best)
+    if jumping is None or added_terms(smooth, jumping) * len(tried) > PROMISING * LIKELY:
         return None
-    found = settled(found, runs)
-    return None if found is None or added_terms(smooth, found) * len(tried) > LIKELY else found
+    jumping = settled(jumping, runs)
+    return None if jumping is None or added_terms(smooth, jumping) * len(tried) > LIKELY else jumping
 
 
 def settled(surface: Surface | None, runs: Pool) -> Surface | None:
     """Return a surface with its cut at the likeliest place; None if one side has too few runs, or of None."""
-    found = surface
+    best = surface
     for _ in range(ROUNDS):
-        if found is None or found.cut is None:
-            return found
-        cut = placed(found, runs)
+        if best is None or best.cut is None:
+            return best
+        cut = placed(best, runs)
         if cut is None:
             return None
-        if cut.place == found.cut.place:
-            return found._replace(cut=cut)
-        found = fit_surface(runs, found.degrees, found, cut)
-    return found
+        if cut.place == best.cut.place:
+            return best._replace(cut=cut)
+        best = fit_surface(runs, best.degrees, best, cut)
+    return best
 
 
 def placed(surface: Surface, runs: Pool) -> Cut | None:
@@ -81,7 +81,7 @@ def placed(surface: Surface, runs: Pool) -> Cut | None:
     cut = surface.cut
     assert cut is not None
     along = cut.along(runs.points)
-    gain = _each(surface.on_side(False), runs) - _each(surface.on_side(True), runs)
+    gain = _log_likelihoods(surface.on_side(False), runs) - _log_likelihoods(surface.on_side(True), runs)
     values, block = np.unique(along, return_inverse=True)
     counts = np.cumsum(np.bincount(block))[:-1]
     # (of a place between one value and the next)
@@ -103,10 +103,10 @@ def placed(surface: Surface, runs: Pool) -> Cut | None:
 
 def log_likelihood(surface: Surface, runs: Pool) -> float:
     """Return the ln likelihood of runs."""
-    return float(_each(surface, runs).sum())
+    return float(_log_likelihoods(surface, runs).sum())
 
 
-def _each(surface: Surface, runs: Pool) -> Array:
+def _log_likelihoods(surface: Surface, runs: Pool) -> Array:
     """Return the ln likelihood of each run."""
     middle = surface.log_medians(runs.points)
     spread = surface.log_dispersions(runs.points)

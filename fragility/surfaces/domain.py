@@ -70,12 +70,12 @@ class Domain(NamedTuple):
         """Return True for points (block, axis) in the region."""
         if not self.size:
             return np.ones(len(points), np.bool_)
-        found = np.empty(len(points), np.bool_)
+        inside = np.empty(len(points), np.bool_)
         for first in range(0, len(points), TOGETHER):
             part = slice(first, first + TOGETHER)
             # (the bound has room for the order of these sums)
-            found[part] = (times(points[part], self.inside[:, :-1].T) + self.inside[:, -1] <= OUTSIDE).all(axis=1)
-        return found
+            inside[part] = (times(points[part], self.inside[:, :-1].T) + self.inside[:, -1] <= OUTSIDE).all(axis=1)
+        return inside
 
 
 def domain_of(variables: Array) -> Domain:
@@ -97,8 +97,8 @@ def domain_of(variables: Array) -> Domain:
 
 def normals(domain: Domain) -> Array:
     """Return the directions (plane, axis) across which the region may be cut: one for each variable that varies."""
-    found = np.ascontiguousarray(domain.back.T)
-    return np.asarray(found[np.linalg.norm(found, axis=1) > NARROW])
+    directions = np.ascontiguousarray(domain.back.T)
+    return np.asarray(directions[np.linalg.norm(directions, axis=1) > NARROW])
 
 
 def _hull(points: Array) -> tuple[Array, Array]:
@@ -132,10 +132,10 @@ def candidates(domain: Domain, seed: int) -> Array:
     which = random.choice(len(volumes), CANDIDATES, p=volumes / volumes.sum())
     shares = random.dirichlet(np.ones(domain.size + 1), CANDIDATES)
     inside = np.einsum("ij,ijk->ik", shares, corners[which])
-    found = np.concatenate([domain.vertices, inside])
+    points = np.concatenate([domain.vertices, inside])
     # neighbours in the order of the tree's leaves are neighbours in the region. Its first cut is across the widest
     # axis, and all axes are equally wide except for rounding.
-    return np.asarray(found[scipy.spatial.cKDTree(found.round(12), leafsize=1).indices])
+    return np.asarray(points[scipy.spatial.cKDTree(points.round(12), leafsize=1).indices])
 
 
 def design_weights(points: Array, degree: int, dispersions: Array, cut: Cut | None = None) -> Array:
@@ -201,14 +201,14 @@ def cut_check_points(domain: Domain, given: Array, number: int, seed: int, cut: 
     pool = np.concatenate([some, candidates(domain, seed)])
     pool = pool[~cut.open_at(pool)]
     along = cut.along(pool) - cut.place
-    each = number // 4
+    quarter = number // 4
     chosen = []
     for side in (along < 0.0, along >= 0.0):
         mine = np.flatnonzero(side)
-        near = mine[np.argsort(np.abs(along[mine]), kind="stable")][: NEXT * each]
-        chosen.append(random.choice(near, min(each, len(near)), replace=False))
+        near = mine[np.argsort(np.abs(along[mine]), kind="stable")][: NEXT * quarter]
+        chosen.append(random.choice(near, min(quarter, len(near)), replace=False))
     rest = np.setdiff1d(np.arange(len(pool)), np.concatenate(chosen))
-    chosen.append(random.choice(rest, min(number - 2 * each, len(rest)), replace=False))
+    chosen.append(random.choice(rest, min(number - 2 * quarter, len(rest)), replace=False))
     return np.unique(pool[np.concatenate(chosen)], axis=0)
 
 

@@ -13,7 +13,7 @@ from ..curves.curve import LognormalCurves
 from ..hazard.pieces import Pieces
 from ..risk.convolution import rates_and_slopes
 from ..runs.runners import shared
-from .rate_checks import RatePlane
+from .checks import RatePlane
 from .surface import Surface
 
 SLAB = 50_000
@@ -63,13 +63,13 @@ def curves_at(law: LawSurfaces, points: Array, log_unit: Array, hazard: Pieces |
     dispersions and rates for each block by itself. Intervals of medians and rates include the differences of the
     checks. If the runs do not decide the side of a block at a cut, its intervals include both sides.
     """
-    found = [np.empty(len(points)) for _ in Curves._fields]
+    arrays = [np.empty(len(points)) for _ in Curves._fields]
     parts = [slice(first, first + SLAB) for first in range(0, len(points), SLAB)]
     slabs = shared(lambda part: _slab(law, points[part], log_unit[part], hazard), parts)
     for part, slab in zip(parts, slabs, strict=True):
-        for array, own in zip(found, slab, strict=True):
-            array[part] = own
-    curves = Curves(*found)
+        for array, values in zip(arrays, slab, strict=True):
+            array[part] = values
+    curves = Curves(*arrays)
     if law.near.cut is not None:
         _widen(curves, law, law.near.cut.open_at(points), points, log_unit, hazard)
     return curves
@@ -81,11 +81,11 @@ def _widen(
     """Let the intervals of some blocks (block,) include both sides of the cut."""
     for far in (False, True):
         side = law._replace(near=law.near.on_side(far), curve=law.curve.on_side(far))
-        own = _slab(side, points[which], log_unit[which], hazard)
+        beyond = _slab(side, points[which], log_unit[which], hazard)
         for end, widest in (("lower", np.minimum), ("upper", np.maximum)):
             for name in (f"log_{end}", f"dispersion_{end}", f"rate_{end}"):
                 array = getattr(curves, name)
-                array[which] = widest(array[which], getattr(own, name))
+                array[which] = widest(array[which], getattr(beyond, name))
 
 
 def _slab(law: LawSurfaces, points: Array, log_unit: Array, hazard: Pieces | None) -> Curves:
@@ -111,8 +111,8 @@ def _rates(
     ratios are assumed to be independent. The errors of ln rates of curves are from the delta method.
     """
     curves = LognormalCurves(log_median, dispersion, np.full(len(points), -np.inf), np.zeros(len(points)))
-    found, (by_median, by_spread) = rates_and_slopes(curves, hazard)
-    rate = found.rate
+    rates, (by_median, by_spread) = rates_and_slopes(curves, hazard)
+    rate = rates.rate
     middle, spread = law.curve.terms(points)
     rows = np.concatenate([by_median[:, None] * middle, by_spread[:, None] * spread], axis=1)
     variance = squares(rows, law.curve.covariance)
@@ -122,4 +122,4 @@ def _rates(
         rate, variance, apart = rate * exp(ratio), variance + error**2, apart + law.rates.apart
     reach = t * np.sqrt(variance) + apart
     ends = [rate * exp(-reach), rate * exp(np.minimum(reach, 700.0))]
-    return [rate, *ends, found.share_below, found.share_above]
+    return [rate, *ends, rates.share_below, rates.share_above]

@@ -55,28 +55,28 @@ def measure_gain(runs: Observations, ratios: Array) -> Gain:
     Efficiency: Luco, N. and Cornell, C. A. (2007). Earthquake Spectra 23(2), 357-392.
     """
     used = np.unique(runs.motion)
-    own = ratios[used] if used.size and used[-1] < ratios.size else np.empty(0)
-    if own.size < FEWEST or not np.isfinite(own).all():
+    logs = ratios[used] if used.size and used[-1] < ratios.size else np.empty(0)
+    if logs.size < FEWEST or not np.isfinite(logs).all():
         return UNKNOWN
-    centre, width = float(own.mean()), float(own.std(ddof=1))
+    centre, width = float(logs.mean()), float(logs.std(ddof=1))
     if width < ALIKE:
         return Gain(1.0, 1.0, 1.0)
     places = (ratios[runs.motion] - centre) / width
-    found = fit_surface(Pool(places[:, None], runs.x, runs.fell, runs.motion), (1, 0))
-    if found is None:
+    surface = fit_surface(Pool(places[:, None], runs.x, runs.fell, runs.motion), (1, 0))
+    if surface is None:
         return UNKNOWN
-    _, slope, log_spread = found.coefficients.tolist()
+    _, slope, log_spread = surface.coefficients.tolist()
     # (in standard deviations of the ratios the slope is -b width)
     explained, left = -slope, math.exp(2.0 * log_spread)
-    first, other = left + explained**2, left + (width - explained) ** 2
-    value = math.log(first / other)
-    by_slope = -2.0 * explained / first - 2.0 * (width - explained) / other
-    by_spread = 2.0 * left * (1.0 / first - 1.0 / other)
+    first, second = left + explained**2, left + (width - explained) ** 2
+    value = math.log(first / second)
+    by_slope = -2.0 * explained / first - 2.0 * (width - explained) / second
+    by_spread = 2.0 * left * (1.0 / first - 1.0 / second)
     # (a ratio of the width with b given: explained = b width)
-    by_width = 2.0 * explained**2 / first - 2.0 * (width - explained) ** 2 / other
-    influence = found.influence[:, 1] * by_slope + found.influence[:, 2] * by_spread
-    influence[used] += by_width * 0.5 * (((own - centre) / width) ** 2 - 1.0) / own.size
-    reach = float(scipy.special.stdtrit(own.size - 3, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(times(influence, influence))
+    by_width = 2.0 * explained**2 / first - 2.0 * (width - explained) ** 2 / second
+    influence = surface.influence[:, 1] * by_slope + surface.influence[:, 2] * by_spread
+    influence[used] += by_width * 0.5 * (((logs - centre) / width) ** 2 - 1.0) / logs.size
+    reach = float(scipy.special.stdtrit(logs.size - 3, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(times(influence, influence))
     return Gain(math.exp(value), math.exp(value - min(reach, 700.0)), math.exp(min(value + reach, 700.0)))
 
 
@@ -87,9 +87,9 @@ def gain_words(labels: Sequence[str], gains: Sequence[Gain]) -> str:
     'levels in pgv would take 25 % of the motions or fewer (factor 4.0, 99 % interval 3.0–5.3)'
     """
     worth = sorted((i for i, gain in enumerate(gains) if gain.is_worth_it), key=lambda i: -gains[i].lower)[:NAMED]
-    each = [
+    shares = [
         f"in {labels[i]} would take {100.0 / gains[i].value:.0f} % of the motions or fewer (factor "
         f"{gains[i].value:.1f}, {100.0 * CONFIDENCE:g} % interval {gains[i].lower:.1f}–{gains[i].upper:.1f})"
         for i in worth
     ]
-    return f"levels {', those '.join(each)}" if each else ""
+    return f"levels {', those '.join(shares)}" if shares else ""

@@ -33,9 +33,9 @@ class Pool(NamedTuple):
     fell: Flags
     motion: Index
 
-    def joined(self, other: Pool) -> Pool:
+    def joined(self, further: Pool) -> Pool:
         """Return these runs and others after them."""
-        return Pool(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
+        return Pool(*(np.concatenate(pair) for pair in zip(self, further, strict=True)))
 
     def some(self, which: Flags) -> Pool:
         """Return the runs that a mask (run,) selects."""
@@ -44,16 +44,16 @@ class Pool(NamedTuple):
 
 def exponents(variables: int, degree: int) -> Index:
     """Return the degrees (term, variable) of all products of total degree at most `degree`, the constant first."""
-    found = [one for one in product(range(degree + 1), repeat=variables) if sum(one) <= degree]
-    return np.array(sorted(found, key=lambda one: (sum(one), one)), dtype=np.int64).reshape(len(found), variables)
+    terms = [term for term in product(range(degree + 1), repeat=variables) if sum(term) <= degree]
+    return np.array(sorted(terms, key=lambda term: (sum(term), term)), dtype=np.int64).reshape(len(terms), variables)
 
 
 def basis(points: Array, degree: int) -> Array:
     """Return products of Chebyshev polynomials (point, term) at points (point, variable) of the box [-1, 1]."""
     terms = exponents(points.shape[1], degree)
-    found = np.empty((len(points), len(terms)))
-    engine.fill_terms(np.ascontiguousarray(points), terms, found)
-    return found
+    terms_at_points = np.empty((len(points), len(terms)))
+    engine.fill_terms(np.ascontiguousarray(points), terms, terms_at_points)
+    return terms_at_points
 
 
 class Cut(NamedTuple):
@@ -82,8 +82,8 @@ def terms_at(points: Array, degree: int, cut: Cut | None = None) -> Array:
     rows = basis(points, degree)
     if cut is None:
         return rows
-    own = rows[:, : _count(points.shape[1], min(degree, JUMP_DEGREE))]
-    return np.concatenate([rows, np.where((cut.along(points) >= cut.place)[:, None], own, 0.0)], axis=1)
+    jump = rows[:, : _count(points.shape[1], min(degree, JUMP_DEGREE))]
+    return np.concatenate([rows, np.where((cut.along(points) >= cut.place)[:, None], jump, 0.0)], axis=1)
 
 
 def number_of_terms(variables: int, degrees: tuple[int, int], cut: Cut | None = None) -> int:
@@ -168,8 +168,8 @@ def fit_surface(
     K.-Y. and Zeger, S. L. (1986). Biometrika 73, 13-22.
     """
     rows = terms_at(runs.points, degrees[0], cut), terms_at(runs.points, degrees[1], cut)
-    found = _likeliest(_begin(runs, degrees, start, cut), runs, rows)
-    return None if found is None else Surface(runs.points.shape[1], degrees, *found, cut)
+    fit = _likeliest(_begin(runs, degrees, start, cut), runs, rows)
+    return None if fit is None else Surface(runs.points.shape[1], degrees, *fit, cut)
 
 
 def fit_medians(runs: Pool, degree: int, curve: Surface, start: Surface) -> Surface | None:
@@ -184,10 +184,10 @@ def fit_medians(runs: Pool, degree: int, curve: Surface, start: Surface) -> Surf
     rows = narrow[:, None] * terms_at(runs.points, degree, curve.cut), np.ones((runs.x.size, 1))
     c = _begin(runs, (degree, 0), start, curve.cut)[: rows[0].shape[1] + 1]
     c[-1] = 0.0
-    found = _likeliest(c, runs._replace(x=narrow * runs.x), rows)
-    if found is None:
+    fit = _likeliest(c, runs._replace(x=narrow * runs.x), rows)
+    if fit is None:
         return None
-    coefficients, covariance, motions, influence = found
+    coefficients, covariance, motions, influence = fit
     n, terms = c.size - 1, sum(curve.sizes[1])
     spread = curve.coefficients[-terms:].copy()
     spread[0] += coefficients[n]
@@ -249,10 +249,10 @@ def _begin(runs: Pool, degrees: tuple[int, int], start: Surface | None, cut: Cut
         c[0], c[n] = runs.x.mean(), math.log(max(float(runs.x.std()), 0.1))
         return c
     # terms are ordered by degree: lower degrees come first
-    own, known = np.cumsum([0, *sizes[0], *sizes[1]]), np.cumsum([0, *start.sizes[0], *start.sizes[1]])
+    starts, known = np.cumsum([0, *sizes[0], *sizes[1]]), np.cumsum([0, *start.sizes[0], *start.sizes[1]])
     for part in range(4):
-        common = min(own[part + 1] - own[part], known[part + 1] - known[part])
-        c[own[part] : own[part] + common] = start.coefficients[known[part] : known[part] + common]
+        common = min(starts[part + 1] - starts[part], known[part + 1] - known[part])
+        c[starts[part] : starts[part] + common] = start.coefficients[known[part] : known[part] + common]
     return c
 
 
@@ -270,12 +270,12 @@ def _solved(information: Array, score: Array) -> Array | None:
         return None
     correlation = information / np.outer(scale, scale)
     try:
-        found = solve(correlation, np.column_stack([score / scale, np.eye(scale.size)]))
+        solved = solve(correlation, np.column_stack([score / scale, np.eye(scale.size)]))
     except np.linalg.LinAlgError:
         return None
     # (numbers of condition by sums of columns)
-    sums = (np.abs(part).sum(axis=0).max() for part in (correlation, found[:, 1:]))
-    return None if math.prod(sums) > 1e12 else found[:, 0] / scale
+    sums = (np.abs(part).sum(axis=0).max() for part in (correlation, solved[:, 1:]))
+    return None if math.prod(sums) > 1e12 else solved[:, 0] / scale
 
 
 def cut_score(runs: Pool, smooth: Surface, cut: Cut) -> float:
@@ -290,16 +290,16 @@ def cut_score(runs: Pool, smooth: Surface, cut: Cut) -> float:
     return 0.0 if step is None else float(times(step, gradient))
 
 
-def added_terms(one: Surface, other: Surface) -> float:
-    """Return the probability that terms of ln median that `other` has beyond `one` differ from 0 by chance alone.
+def added_terms(fewer_terms: Surface, more_terms: Surface) -> float:
+    """Return the probability that the additional terms of ln median of `more_terms` differ from 0 by chance alone.
 
     Wald's test with the motions as clusters, by Fisher's F with the motions less the terms as degrees of freedom.
     """
-    (fewer, fewer_beyond), (more, more_beyond) = one.sizes[0], other.sizes[0]
+    (fewer, fewer_beyond), (more, more_beyond) = fewer_terms.sizes[0], more_terms.sizes[0]
     added = np.r_[fewer:more, more + fewer_beyond : more + more_beyond]
-    own = other.coefficients[added]
-    if not own.size:
+    coefficients = more_terms.coefficients[added]
+    if not coefficients.size:
         return 1.0
-    covariance = other.covariance[np.ix_(added, added)]
-    statistic = float(times(own, solve(covariance, own))) / own.size
-    return float(scipy.special.fdtrc(own.size, max(other.motions - own.size, 1), statistic))
+    covariance = more_terms.covariance[np.ix_(added, added)]
+    statistic = float(times(coefficients, solve(covariance, coefficients))) / coefficients.size
+    return float(scipy.special.fdtrc(coefficients.size, max(more_terms.motions - coefficients.size, 1), statistic))

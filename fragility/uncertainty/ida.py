@@ -1,14 +1,16 @@
-"""Incremental dynamic analysis of an uncertain block: every sample of its inputs is a block and a law of its own."""
+"""Uncertain block: every sample of its inputs is a block and a law; its response as a function of samples."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Progress
+from ...core.units import DIMENSIONLESS, described
 from ...models import Block, Law, describe_block, describe_law
 from ...models.laws import oscillator_of
 from ...motions.arrays import BOTH_AXES
@@ -16,16 +18,13 @@ from ...motions.intensity.measure import Measure
 from ...motions.polarity import AS_RECORDED
 from ..analyses.analysis import Specimens, analyse
 from ..analyses.ida import incremental
+from ..curves.probability import overturning_probability
 from ..runs.axes import axes_of, check_axes
 from ..runs.labels import block_coordinates, depth_coordinate, law_coordinates, law_variable, restitution_variable
-from ..runs.request import check_request, rocking_laws
+from ..runs.request import check_request, labelled_sequence
+from ..runs.runners import Workers
 from .inputs import RandomInputs
 from .realisation import LAW
-
-if TYPE_CHECKING:
-    from distributed import Client
-
-    from ..runs.runners import Runner
 
 
 def uncertain_ida(
@@ -36,7 +35,7 @@ def uncertain_ida(
     levels: Any,
     im: str | Measure = "pga",
     outputs: Sequence[str] = ("overturned", "peak_rotation"),
-    client: Client | Runner | None = None,
+    client: Workers = None,
     *,
     samples: int | xr.Dataset = 64,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
@@ -79,12 +78,12 @@ def uncertain_ida(
     if not isinstance(inputs, RandomInputs):
         raise TypeError(f"inputs must be RandomInputs, got {checks.kind(inputs)}")
     request = check_request(block, models, outputs, True, client, progress)
-    laws = rocking_laws(request.models)
+    laws = labelled_sequence("models", request.models, Law)  # type: ignore[type-abstract]
     if len(laws) > 1 and LAW in inputs.names:
         raise ValueError(f"models must be one law where 'law' is an input, got {len(laws)}")
     drawn = samples if isinstance(samples, xr.Dataset) else inputs.sample(samples)
     pairs = [pair for law in laws for pair in inputs.realise(block, law, drawn)]
-    blocks = [one for one, _ in pairs]
+    blocks = [piece_block for piece_block, _ in pairs]
     n = drawn.sizes["sample"]
     design = incremental(levels, motions, im, blocks, ground, polarity)
     # (coordinates of the blocks are put on sample: they are the same for every model)
@@ -95,8 +94,8 @@ def uncertain_ida(
         for name, coordinate in design.coordinates.items()
     }
     axes = axes_of(design.motions)
-    for one, law in pairs:
-        check_axes(axes, [one], [law])
+    for piece, law in pairs:
+        check_axes(axes, [piece], [law])
     design = design._replace(title="Incremental dynamic analysis of an uncertain block", coordinates=coordinates)
     several = None if isinstance(models, Law) else laws
     specimens = Specimens(
@@ -113,7 +112,7 @@ def uncertain_ida(
             "models": [describe_law(law) for law in laws],
             **{name: design.configuration[name] for name in ("im", "levels")},
         },
-        [oscillator_of(one.across, law) for one, law in pairs] if axes == BOTH_AXES else None,
+        [oscillator_of(piece_block.across, law) for piece_block, law in pairs] if axes == BOTH_AXES else None,
         pairs,
     )
     return analyse(request, specimens, design)
@@ -129,9 +128,9 @@ def _sample_coordinates(
     n = drawn.sizes["sample"]
     coordinates: dict[str, Any] = {str(name): variable.variable for name, variable in drawn.data_vars.items()}
     blocks = [block for block, _ in pairs[:n]]
-    for name, one in {**block_coordinates(blocks), **(depth_coordinate(blocks) if deep else {})}.items():
+    for name, coordinate in {**block_coordinates(blocks), **(depth_coordinate(blocks) if deep else {})}.items():
         if name != "block":
-            coordinates[name] = xr.Variable("sample", one.values, one.attrs)
+            coordinates[name] = xr.Variable("sample", coordinate.values, coordinate.attrs)
     dims = ("sample",) if models is None else ("model", "sample")
     shape = (n,) if models is None else (len(models), n)
     laws = [law for _, law in pairs]
@@ -143,3 +142,77 @@ def _sample_coordinates(
         coordinates["model"] = law_coordinates(models)["model"]
     coordinates["sample"] = drawn["sample"].variable
     return coordinates
+
+
+def overturning_response(
+    inputs: RandomInputs,
+    block: Block,
+    model: Law,
+    motions: xr.DataArray | Iterable[xr.DataArray],
+    levels: Any,
+    im: str | Measure = "pga",
+    *,
+    ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
+    polarity: str = AS_RECORDED,
+    client: Workers = None,
+    progress: Progress | None = None,
+) -> Callable[[xr.Dataset], xr.DataArray]:
+    """Return a function from samples to the probability of overturning at every level.
+
+    Parameters
+    ----------
+    inputs : RandomInputs
+        The uncertain properties of the block and its law.
+    block, model, motions, levels, im, ground, polarity, client, progress
+        As for `uncertain_ida`; the same motions for every sample.
+
+    Returns
+    -------
+    callable
+        From samples (`RandomInputs.sample`) to an array on (sample, output), for `sobol_indices` and
+        `tornado`.  Output is ``P at 3 m s-2``, …, with the coordinate `level`.
+
+    Examples
+    --------
+    >>> import toppling as tp
+    >>> from toppling.fragility import Uniform
+    >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(8)
+    >>> inputs = RandomInputs({"e": Uniform(0.85, 1.0), "alpha_factor": Uniform(0.9, 1.1)})
+    >>> shelf = tp.catalogue["bookcase-5-shelf"]
+    >>> response = overturning_response(inputs, shelf, tp.HousnerImpact(), shakes, [3.0])
+    >>> response(inputs.sample(5)).dims
+    ('sample', 'output')
+    """
+
+    def response(samples: xr.Dataset) -> xr.DataArray:
+        runs = uncertain_ida(
+            inputs,
+            block,
+            model,
+            motions,
+            levels,
+            im,
+            ["overturned"],
+            client,
+            samples=samples,
+            ground=ground,
+            polarity=polarity,
+            progress=progress,
+        )
+        counts = overturning_probability(runs)
+        if "floor" in counts.dims:
+            raise ValueError("motions must be of one floor, got several: an output for each needs a call for each")
+        level = counts["level"]
+        units = level.attrs["units"]
+        names = [f"P at {value:g}{'' if units == DIMENSIONLESS else f' {units}'}" for value in level.values]
+        return xr.DataArray(
+            counts["probability"].transpose("sample", "level").values,
+            dims=("sample", "output"),
+            coords={
+                "output": ("output", np.array(names, dtype=object), described("what is looked at")),
+                "level": ("output", level.values, dict(level.attrs)),
+            },
+            attrs={"configuration": runs.attrs["configuration"]},
+        )
+
+    return response

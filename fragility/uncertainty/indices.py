@@ -73,8 +73,8 @@ def sobol_indices(
     --------
     >>> from toppling.fragility import Uniform
     >>> inputs = RandomInputs({"a": Uniform(0.0, 1.0), "b": Uniform(0.0, 2.0)})
-    >>> found = sobol_indices(inputs, lambda one: one["a"] + one["b"], n=512)
-    >>> found.total.values.round(2).tolist()
+    >>> indices = sobol_indices(inputs, lambda sample: sample["a"] + sample["b"], n=512)
+    >>> indices.total.values.round(2).tolist()
     [0.2, 0.8]
     """
     from SALib.analyze import sobol as sobol_analysis  # noqa: PLC0415 - loads pandas and matplotlib, seconds of start
@@ -90,7 +90,7 @@ def sobol_indices(
     points = _points(inputs, size, start)
     values, rest = _evaluate(inputs, function, points)
     shape = (d, values.shape[1])
-    found = {name: np.full(shape, np.nan) for name in ("S1", "S1_conf", "ST", "ST_conf")}
+    indices = {name: np.full(shape, np.nan) for name in ("S1", "S1_conf", "ST", "ST_conf")}
     step = points.shape[0] // size
     base = np.concatenate([values[::step], values[step - 1 :: step]])
     for k in range(values.shape[1]):
@@ -99,11 +99,11 @@ def sobol_indices(
         result = sobol_analysis.analyze(
             problem, values[:, k], calc_second_order=False, num_resamples=times, conf_level=level, seed=stream(start, 1)
         )
-        for name, array in found.items():
+        for name, array in indices.items():
             array[:, k] = result[name]
     variables = {
-        **_with_ends("first", found["S1"], found["S1_conf"], "first-order Sobol' index", level),
-        **_with_ends("total", found["ST"], found["ST_conf"], "total-order Sobol' index", level),
+        **_with_ends("first", indices["S1"], indices["S1_conf"], "first-order Sobol' index", level),
+        **_with_ends("total", indices["ST"], indices["ST_conf"], "total-order Sobol' index", level),
     }
     dataset = _dataset(inputs, variables, rest)
     units = str(rest.attrs.get("units", DIMENSIONLESS))
@@ -141,7 +141,7 @@ def tornado(inputs: RandomInputs, function: Response, low: float = 0.05, high: f
     --------
     >>> from toppling.fragility import Uniform
     >>> inputs = RandomInputs({"a": Uniform(0.0, 1.0), "b": Uniform(0.0, 2.0)})
-    >>> tornado(inputs, lambda one: one["a"] - one["b"]).swing.values.round(6).tolist()
+    >>> tornado(inputs, lambda sample: sample["a"] - sample["b"]).swing.values.round(6).tolist()
     [0.9, 1.8]
     """
     _independent(inputs)
@@ -158,15 +158,15 @@ def tornado(inputs: RandomInputs, function: Response, low: float = 0.05, high: f
             turns.append([first, last])
     points = [middle]
     owner = [-1]
-    for i, own in enumerate(turns):
-        for value in own:
+    for i, values_of_input in enumerate(turns):
+        for value in values_of_input:
             points.append([*middle[:i], value, *middle[i + 1 :]])
             owner.append(i)
     values, rest = _evaluate(inputs, function, np.array(points))
     ends = np.empty((2, len(turns), values.shape[1]))
     for i, distribution in enumerate(inputs.distributions.values()):
-        own = values[np.array(owner) == i]
-        ends[:, i] = (own.min(axis=0), own.max(axis=0)) if isinstance(distribution, Categorical) else own
+        swing = values[np.array(owner) == i]
+        ends[:, i] = (swing.min(axis=0), swing.max(axis=0)) if isinstance(distribution, Categorical) else swing
     variables = {
         "low": (ends[0], f"at the {given_percent(first)} quantile, or the least of a choice"),
         "high": (ends[1], f"at the {given_percent(last)} quantile, or the greatest of a choice"),
@@ -218,8 +218,8 @@ def _points(inputs: RandomInputs, n: int, seed: int) -> Array:
     """Return the points (sample, input) of the unit cube at which Sobol' indices are evaluated."""
     from SALib.sample import sobol as sobol_sample  # noqa: PLC0415 - as above
 
-    found: Array = sobol_sample.sample(_problem(inputs), n, calc_second_order=False, seed=stream(seed, 0))
-    return found
+    points: Array = sobol_sample.sample(_problem(inputs), n, calc_second_order=False, seed=stream(seed, 0))
+    return points
 
 
 def sobol_samples(inputs: RandomInputs, n: int, seed: int) -> xr.Dataset:
@@ -230,12 +230,12 @@ def sobol_samples(inputs: RandomInputs, n: int, seed: int) -> xr.Dataset:
 def _evaluate(inputs: RandomInputs, function: Response, points: Array) -> tuple[Array, xr.DataArray]:
     """Values (sample, column) at points (sample, input) of the unit cube, and the array of the first sample."""
     samples = inputs.at(points)
-    found = function(samples)
-    if not isinstance(found, xr.DataArray):
-        found = xr.DataArray(checks.finite_array("the function's result", found), dims="sample")
-    if "sample" not in found.dims or found.sizes["sample"] != points.shape[0]:
-        raise ValueError(f"the function must give {points.shape[0]} values on sample, got {dict(found.sizes)}")
-    array = found.transpose("sample", ...).astype(float)
+    values = function(samples)
+    if not isinstance(values, xr.DataArray):
+        values = xr.DataArray(checks.finite_array("the function's result", values), dims="sample")
+    if "sample" not in values.dims or values.sizes["sample"] != points.shape[0]:
+        raise ValueError(f"the function must give {points.shape[0]} values on sample, got {dict(values.sizes)}")
+    array = values.transpose("sample", ...).astype(float)
     if not np.all(np.isfinite(array.values)):
         raise ValueError(f"the function must be finite, got {int((~np.isfinite(array)).sum())} values that are not")
     return array.values.reshape(points.shape[0], -1), array.isel(sample=[0])

@@ -254,9 +254,9 @@ class RandomInputs:
             label = str(values.get(LAW, ""))
             if label not in laws:
                 raise ValueError(f"sample {k} has law {label!r}, which is none of {', '.join(laws)}")
-            own = {name: float(values[name]) for name in taken[label]}
+            options = {name: float(values[name]) for name in taken[label]}
             try:
-                pairs.append((block_with(block, values), replace(laws[label], **own)))  # type: ignore[type-var]
+                pairs.append((block_with(block, values), replace(laws[label], **options)))  # type: ignore[type-var]
             except ValueError as error:
                 raise ValueError(f"sample {k}: {error}") from None
         return pairs
@@ -286,6 +286,6 @@ def input_doubts(inputs: RandomInputs, blocks: Sequence[Block], models: Sequence
                 given = f"{known.long_name} {value:.4g}{unit}"
                 odd.append(f"{label}: {given}, the input is {low:.4g} to {high:.4g}{unit}")
     what = f"samples do not reach the block or law that they are of ({first_of(odd)}): another unit, or half of a size?"
-    found = [Doubt("units", what)] if odd else []
+    doubts = [Doubt("units", what)] if odd else []
     slip = f"inputs scatter more than any known property ({first_of(wide)}): per cent, or another unit?"
-    return [*found, *([Doubt("units", slip)] if wide else [])]
+    return [*doubts, *([Doubt("units", slip)] if wide else [])]

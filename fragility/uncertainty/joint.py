@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Annotated, Any, Protocol
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +19,8 @@ from ...models.oscillator import Oscillator
 from ...motions.arrays import Record
 from ..runs.outputs import AXIS
 from ..runs.request import Request, collect, collect_about, runner_of, work_of
-from ..runs.runners import Runner
+from ..runs.runners import Workers
 from .distributions import Beta, Lognormal
-
-if TYPE_CHECKING:
-    from distributed import Client
 
 INDEPENDENT, TOGETHER = "independent", "together"
 PIECES = (INDEPENDENT, TOGETHER)
@@ -51,9 +48,9 @@ def drawn_pieces(how: PieceDraws, label: str, count: int, motions: int) -> Index
     """
     even = np.full(how.variants, 1.0 / how.variants)
     key = key_of(f"pieces of {label}")  # (consequences draw by the label itself)
-    pieces, each = (count, 1) if how.pieces == INDEPENDENT else (1, count)
+    pieces, together = (count, 1) if how.pieces == INDEPENDENT else (1, count)
     drawn = [stream(how.seed, *key, r).multinomial(pieces, even, size=motions) for r in range(how.realisations)]
-    return each * np.stack(drawn, axis=1)
+    return together * np.stack(drawn, axis=1)
 
 
 @dataclass(frozen=True)
@@ -133,10 +130,10 @@ def pieces_of(
     block: Block, model: Law, e: float | None = None, variability: Variability | None = None, across: bool = False
 ) -> list[tuple[Block, Law]]:
     """Return the block and the law behind each of `oscillators_of_pieces`, with the same arguments and errors."""
-    own = with_restitution(model, e)
+    law_of_pieces = with_restitution(model, e)
     if variability is None:
-        return [(block.across if across else block, own)]
-    found = []
+        return [(block.across if across else block, law_of_pieces)]
+    pairs = []
     for restitution, slenderness in variability.sample():
         angle = block.alpha
         if variability.slenderness_dispersion > 0.0:
@@ -156,12 +153,12 @@ def pieces_of(
             )
         if across:
             piece = piece.across
-        mean = own.restitution(piece)
-        law = own
+        mean = law_of_pieces.restitution(piece)
+        law = law_of_pieces
         if mean is not None and variability.restitution_sd > 0.0:
-            law = with_restitution(own, _beta(mean, variability.restitution_sd, restitution, block))
-        found.append((piece, law))
-    return found
+            law = with_restitution(law_of_pieces, _beta(mean, variability.restitution_sd, restitution, block))
+        pairs.append((piece, law))
+    return pairs
 
 
 def with_restitution(model: Law, e: float | None) -> Law:
@@ -188,7 +185,7 @@ def overturning_flags(
     oscillators: Sequence[Oscillator],
     motions: Sequence[Record],
     factors: Array,
-    client: Client | Runner | None = None,
+    client: Workers = None,
     progress: Progress | None = None,
 ) -> Flags:
     """Return flags (oscillator, level, motion) of all oscillators under the same scaled motions.
@@ -206,7 +203,7 @@ def falls_of_axes(
     across: Sequence[Oscillator] | None,
     motions: Sequence[Record],
     factors: Array,
-    client: Client | Runner | None = None,
+    client: Workers = None,
     progress: Progress | None = None,
     held: bool = False,
 ) -> tuple[NDArray[np.int8], NDArray[np.int8] | None, Flags | None]:

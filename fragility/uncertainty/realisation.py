@@ -69,25 +69,25 @@ def check_known(distributions: Mapping[str, Distribution]) -> None:
             _within(name, distribution)
 
 
-def _within(name: str, one: Distribution) -> None:
-    if isinstance(one, Categorical):
-        raise ValueError(f"input {name!r} must be a number, got choices {one.labels!r:.60}")
+def _within(name: str, distribution: Distribution) -> None:
+    if isinstance(distribution, Categorical):
+        raise ValueError(f"input {name!r} must be a number, got choices {distribution.labels!r:.60}")
     known = KNOWN[name]
-    lower, upper = one.support
+    lower, upper = distribution.support
     if lower < known.lower or upper > known.upper:
         unit = f" {known.units}" if known.units != DIMENSIONLESS else ""
         raise ValueError(
-            f"{name} must stay within {known.lower:g} to {known.upper:g}{unit}, got {one!r}, which reaches "
+            f"{name} must stay within {known.lower:g} to {known.upper:g}{unit}, got {distribution!r}, which reaches "
             f"{lower:g} to {upper:g}: give it bounds (lower, upper)"
         )
 
 
-def laws_of(one: Distribution) -> dict[str, Law]:
+def laws_of(distribution: Distribution) -> dict[str, Law]:
     """Return the laws of a choice by label; ValueError if a word names no law, or a law that needs options."""
-    if not isinstance(one, Categorical):
-        raise ValueError(f"input 'law' must be Categorical, got {one!r:.60}")
+    if not isinstance(distribution, Categorical):
+        raise ValueError(f"input 'law' must be Categorical, got {distribution!r:.60}")
     laws: dict[str, Law] = {}
-    for label, choice in zip(one.labels, one.choices, strict=True):
+    for label, choice in zip(distribution.labels, distribution.choices, strict=True):
         if isinstance(choice, Law):
             laws[label] = choice
             continue
@@ -106,7 +106,7 @@ def taken_by(laws: Mapping[str, Law], names: Iterable[str]) -> dict[str, list[st
     options = [name for name in names if name in OPTIONS]
     taken = {label: [name for name in options if name in law.options] for label, law in laws.items()}
     for name in options:
-        if not any(name in own for own in taken.values()):
+        if not any(name in options_of_law for options_of_law in taken.values()):
             raise ValueError(f"input {name!r} is no option of {', '.join(law.label for law in laws.values())}")
     return taken
 

@@ -93,7 +93,9 @@ def variance_shares(
     for part in subsets:
         expected = mean(centred, [dim for dim in factors if dim not in part])
         explained[part] = mean(expected**2, part)
-        components[part] = explained[part] - sum(component for own, component in components.items() if {*own} < {*part})
+        components[part] = explained[part] - sum(
+            component for term, component in components.items() if {*term} < {*part}
+        )
     total = explained[tuple(factors)]
     names = [BETWEEN.join(part) for part in subsets]
     variance = xr.concat([components[part] for part in subsets], _index("component", names), coords="minimal")
@@ -113,7 +115,7 @@ def variance_shares(
     }
     units = str(values.attrs.get("units", DIMENSIONLESS))
     squared = DIMENSIONLESS if units == DIMENSIONLESS else f"({units})2"
-    found = {
+    variables = {
         "variance": (variance, squared, "variance by component"),
         "share": (variance / whole, DIMENSIONLESS, "share of the total variance by component"),
         "total_share": (
@@ -129,7 +131,7 @@ def variance_shares(
         "total_variance": (total, squared, "total variance"),
     }
     return xr.Dataset(
-        {name: one.assign_attrs(units=unit, long_name=text) for name, (one, unit, text) in found.items()},
+        {name: variable.assign_attrs(units=unit, long_name=text) for name, (variable, unit, text) in variables.items()},
         attrs={"title": "Shares of variance", **provenance(configuration), "of": of},
     )
 
@@ -146,14 +148,14 @@ def _weights(
     unknown = [name for name in given if name not in factors]
     if unknown:
         raise ValueError(f"weights must be of {', '.join(factors)}, got {unknown[0]!r}")
-    found = {}
+    shares = {}
     for dim in factors:
         n = values.sizes[dim]
-        one = checks.finite_array(f"weights of {dim}", given[dim]) if dim in given else np.ones(n)
-        if one.size != n or one.min() < 0.0 or one.sum() == 0.0:
-            raise ValueError(f"weights of {dim} must be {n} numbers >= 0, not all 0, got {one.tolist()!r:.80}")
-        found[dim] = xr.DataArray(one / one.sum(), dims=dim)
-    return found
+        weight = checks.finite_array(f"weights of {dim}", given[dim]) if dim in given else np.ones(n)
+        if weight.size != n or weight.min() < 0.0 or weight.sum() == 0.0:
+            raise ValueError(f"weights of {dim} must be {n} numbers >= 0, not all 0, got {weight.tolist()!r:.80}")
+        shares[dim] = xr.DataArray(weight / weight.sum(), dims=dim)
+    return shares
 
 
 def capacity_variance_shares(
@@ -198,8 +200,8 @@ def capacity_variance_shares(
     >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(10)
     >>> laws = [tp.HousnerImpact(), tp.EnergyConsistent(), tp.DiscreteDamping()]
     >>> runs = tp.ida(tp.catalogue["bookcase-5-shelf"], laws, shakes, np.geomspace(0.5, 40.0, 30))
-    >>> found = capacity_variance_shares(runs)
-    >>> found.component.values.tolist(), float(found.share.sum().round(12))
+    >>> shares = capacity_variance_shares(runs)
+    >>> shares.component.values.tolist(), float(shares.share.sum().round(12))
     (['motion', 'model', 'motion × model'], 1.0)
     """
     capacity = gathered(lambda part: overturning_capacity(part, state), runs, ("block", "model", "sample"))
@@ -216,17 +218,17 @@ def capacity_variance_shares(
     logs.attrs = described("ln capacity")
     if "configuration" in runs.attrs:
         logs.attrs["configuration"] = runs.attrs["configuration"]
-    here = [dim for dim in ([dims] if isinstance(dims, str) else dims) if dim in logs.dims]
-    found = variance_shares(logs, here, weights)
+    factors = [dim for dim in ([dims] if isinstance(dims, str) else dims) if dim in logs.dims]
+    shares = variance_shares(logs, factors, weights)
     widths = some["upper"].copy(data=log(some["upper"].values / some["lower"].values))
-    rounding = (widths**2 / 12.0).mean(here)
-    total = found["total_variance"].where(found["share"].notnull().any("component"))  # (where there is any)
+    rounding = (widths**2 / 12.0).mean(factors)
+    total = shares["total_variance"].where(shares["share"].notnull().any("component"))  # (where there is any)
     extra: dict[str, tuple[Any, str]] = {
-        "share_known": (known.mean([*here]), "share of capacities that lie between two levels"),
+        "share_known": (known.mean([*factors]), "share of capacities that lie between two levels"),
         "rounding_share": (rounding / total, "share that the distance of the levels could be"),
         "motions": (xr.DataArray(every.size), "motions"),
         "motions_used": (xr.DataArray(used.size), "motions whose capacities are all known"),
     }
-    for name, (one, text) in extra.items():
-        found[name] = one.assign_attrs(units=DIMENSIONLESS, long_name=text)
-    return found
+    for name, (variable, text) in extra.items():
+        shares[name] = variable.assign_attrs(units=DIMENSIONLESS, long_name=text)
+    return shares

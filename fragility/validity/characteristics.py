@@ -18,7 +18,10 @@ from .reasons import labelled
 
 
 class Characteristics(NamedTuple):
-    """Lower and upper end of the frequency band of each motion (motion,), Hz, and its `rising_peaks`, m/s²."""
+    """Lower and upper end of the frequency band of each motion (motion,), Hz.
+
+    `rising`: for each motion the peaks of its half-cycles that exceed all peaks before them, m/s².
+    """
 
     low: xr.Variable
     high: xr.Variable
@@ -28,7 +31,8 @@ class Characteristics(NamedTuple):
     def of(cls, motions: Sequence[Record]) -> Characteristics:
         """Return the characteristics of motions."""
         low, high = _bands(motions)
-        return cls(low, high, rising_peaks(motions))
+        peaks = (half_cycle_peaks(record.acceleration) for record in motions)
+        return cls(low, high, [np.unique(np.maximum.accumulate(rising)) for rising in peaks])
 
     @classmethod
     def joined(cls, parts: Sequence[Characteristics]) -> Characteristics:
@@ -50,11 +54,6 @@ class Characteristics(NamedTuple):
     def part(self, motions: slice) -> Characteristics:
         """Return the characteristics of some of the motions."""
         return Characteristics(self.low[motions], self.high[motions], self.rising[motions])
-
-
-def rising_peaks(motions: Sequence[Record]) -> list[Array]:
-    """Return for each motion the peaks of its half-cycles that exceed all peaks before them, m/s²."""
-    return [np.unique(np.maximum.accumulate(half_cycle_peaks(record.acceleration))) for record in motions]
 
 
 def _bands(motions: Sequence[Record]) -> list[xr.Variable]:

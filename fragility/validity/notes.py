@@ -104,22 +104,22 @@ def screen_facts(screened: xr.Dataset, slides: bool = False) -> list[Fact]:
     checks.not_empty("screened runs", screened.sizes)
     settings = json.loads(screened.attrs["screen"])
     labels = [str(label) for label in screened["block"].values]
-    found = _squat(labels, 1.0 / screened["friction_uplift"].values, screened["squat"].values)
-    found += _friction(screened, settings)
-    found += _shaking(screened, settings)
+    facts = _squat(labels, 1.0 / screened["friction_uplift"].values, screened["squat"].values)
+    facts += _friction(screened, settings)
+    facts += _shaking(screened, settings)
     if "undecided" in screened:
-        found.append(_undecided(screened, settings))
+        facts.append(_undecided(screened, settings))
     if "round" in screened.coords and bool(screened["round"].any()):
-        found.append(Fact("block.round", names=tuple(screened["block"].values[screened["round"].values].tolist())))
+        facts.append(Fact("block.round", names=tuple(screened["block"].values[screened["round"].values].tolist())))
     if about_both_axes(screened):
-        found.append(OF_THE_WIDTH)
+        facts.append(OF_THE_WIDTH)
     more = {"vertical": bool(settings.get("vertical", False)), "slides": slides}
-    return [*found, Fact("validity.not_modelled", more=more)]
+    return [*facts, Fact("validity.not_modelled", more=more)]
 
 
-def _squat(labels: list[str], ratios: Array, here: Flags | None = None) -> list[Fact]:
+def _squat(labels: list[str], ratios: Array, squat_flags: Flags | None = None) -> list[Fact]:
     """Return squat blocks: by the height of the centre of mass over half the width, or as given by the screen."""
-    squat = np.flatnonzero(ratios < SQUAT_RATIO if here is None else here)
+    squat = np.flatnonzero(ratios < SQUAT_RATIO if squat_flags is None else squat_flags)
     if not squat.size:
         return []
     low, high = float(ratios[squat].min()), float(ratios[squat].max())
@@ -129,7 +129,7 @@ def _squat(labels: list[str], ratios: Array, here: Flags | None = None) -> list[
 def _friction(screened: xr.Dataset, settings: dict[str, Any]) -> list[Fact]:
     """Return shares of runs that slide; if no coefficient is given, the friction that blocks need."""
     given = settings["friction"] is not None
-    found = []
+    facts = []
     for reason, when, name in (
         (SLIDES_AT_UPLIFT, "uplift", "friction_uplift_demand"),
         (SLIDES_WHILE_ROCKING, "rocking", "friction_rocking_demand"),
@@ -139,30 +139,30 @@ def _friction(screened: xr.Dataset, settings: dict[str, Any]) -> list[Fact]:
         if float(shares.mean()) > 0.0:
             more = {"when": when, "given": given, **_worst(shares, _PAIR if reason is SLIDES_AT_IMPACT else _BLOCK)}
             need = greatest_need(screened, name)
-            found.append(Fact("sliding.share", float(shares.mean()), upper=need, more=more))
+            facts.append(Fact("sliding.share", float(shares.mean()), upper=need, more=more))
     if not given:
         impact = screened["friction_impact"]
         more = {
             "rocking": greatest_need(screened, "friction_rocking_demand"),
             "impact": float(impact.max()) if bool(impact.notnull().any()) else None,
         }
-        found.append(Fact("friction.not_given", math.nan, *_ends(screened["friction_uplift"].values), more=more))
-    return found
+        facts.append(Fact("friction.not_given", math.nan, *_ends(screened["friction_uplift"].values), more=more))
+    return facts
 
 
 def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[Fact]:
     """Return facts on the elastic mode, the scale factors and the number of motions."""
-    found = []
+    facts = []
     resonant, frequency = _shares(screened, ELASTIC_MODE), screened["elastic_frequency"]
     if (share := float(resonant.mean())) > 0.0:
         ends = _ends(frequency.where(resonant > 0.0).values)
-        found.append(Fact("law.elastic_mode", share, *ends, more=_worst(resonant, _LAW)))
+        facts.append(Fact("law.elastic_mode", share, *ends, more=_worst(resonant, _LAW)))
     if "rest" in screened.coords and bool((screened["rest"] == "soft").any()):
         ends = _ends(frequency.where(screened["rest"] == "soft").values)
-        found.append(Fact("support.soft", math.nan, *ends, more={"bed": False}))
+        facts.append(Fact("support.soft", math.nan, *ends, more={"bed": False}))
     if BED in screened.coords:
         ends = _ends(frequency.where(screened[BED].notnull()).values)
-        found.append(Fact("support.soft", math.nan, *ends, more={"bed": True}))
+        facts.append(Fact("support.soft", math.nan, *ends, more={"bed": True}))
     if (share := float(_shares(screened, SCALED_FAR).mean())) > 0.0:
         whole = "scale_factor" in screened  # else the minimum and the maximum of each block
         names = ["scale_factor"] if whole else ["scale_factor_lowest", "scale_factor_highest"]
@@ -171,17 +171,17 @@ def _shaking(screened: xr.Dataset, settings: dict[str, Any]) -> list[Fact]:
         least, most = (float(known.min()), float(known.max())) if known.size else (None, None)
         more = {"least": least, "most": most}
         lowest, highest = settings["factors"]
-        found.append(Fact("motion.scaled_far", share, lowest, highest, more=more))
+        facts.append(Fact("motion.scaled_far", share, lowest, highest, more=more))
     if settings.get("vertical", False):
-        found.append(Fact("motion.vertical"))
+        facts.append(Fact("motion.vertical"))
         leaving = _shares(screened, AIRBORNE)
         if (share := float(leaving.mean())) > 0.0:
-            found.append(Fact("motion.airborne", share, more=_worst(leaving, _BLOCK)))
+            facts.append(Fact("motion.airborne", share, more=_worst(leaving, _BLOCK)))
     if bool(screened["few_motions"]):
         n, widest = int(settings["fewest_motions"]), float(settings["half_width"])
         more = {"motions": n, "need": runs_for_half_width(widest), "width": widest}
-        found.append(Fact("validity.few_motions", float(screened["interval_half_width"]), more=more))
-    return found
+        facts.append(Fact("validity.few_motions", float(screened["interval_half_width"]), more=more))
+    return facts
 
 
 def near_curves(screened: xr.Dataset, name: str) -> Array:
@@ -198,9 +198,9 @@ def greatest_need(screened: xr.Dataset, name: str) -> float:
 def _undecided(screened: xr.Dataset, settings: dict[str, Any]) -> Fact:
     share = screened["undecided"]
     # (at adaptive levels curves have different numbers of runs)
-    each = screened["undecided_tested"].values if "undecided_tested" in screened else int(settings["tested_runs"])
-    tested = int(np.sum(each * share.notnull().values))
-    flipped = int(np.rint(share.fillna(0.0).values * each).sum())
+    tests = screened["undecided_tested"].values if "undecided_tested" in screened else int(settings["tested_runs"])
+    tested = int(np.sum(tests * share.notnull().values))
+    flipped = int(np.rint(share.fillna(0.0).values * tests).sum())
     low, high = (float(end) for end in wilson_interval(np.array(flipped), np.array(tested)))
     several = flipped and int(share.notnull().sum()) > 1
     more = {

@@ -58,8 +58,8 @@ def block_doubts(blocks: Iterable[Block] | BlockArray) -> list[Doubt]:
     """Return the input warnings on block sizes: sides above 20 m or below 0.01 m, widths above 1.5 m, h/b below 1."""
     if isinstance(blocks, BlockArray):
         sides, slenderness = np.stack([blocks.width, blocks.height], axis=1), 1.0 / np.tan(blocks.alpha)
-        own = blocks.own.get("e", np.ones(0))
-        low = [(str(blocks.names[i]), float(own[i])) for i in np.flatnonzero(own < LEAST_RESTITUTION).tolist()]
+        e = blocks.own.get("e", np.ones(0))
+        low = [(str(blocks.names[i]), float(e[i])) for i in np.flatnonzero(e < LEAST_RESTITUTION).tolist()]
         return [*size_doubts(sides, slenderness, lambda i: str(blocks.names[i])), *restitution_doubts(low)]
     every = list(blocks)
     sides = np.array([(block.width, block.height) for block in every]).reshape(-1, 2)
@@ -71,47 +71,47 @@ def block_doubts(blocks: Iterable[Block] | BlockArray) -> list[Doubt]:
 
 def unit_doubts(restraints: Iterable[tuple[str, Restraint]], blocks: Iterable[Block] = ()) -> list[Doubt]:
     """Return the input warnings on restraints with their blocks, and on masses and distances of blocks: wrong units."""
-    found: dict[str, list[str]] = {}
-    for name, one in restraints:
-        if not LEAST_STRENGTH <= one.strength <= MOST_STRENGTH and one.strength != math.inf:
-            found.setdefault("kN in place of N?", []).append(f"{name}: a strength of {one.strength:g} N")
+    texts: dict[str, list[str]] = {}
+    for name, anchor in restraints:
+        if not LEAST_STRENGTH <= anchor.strength <= MOST_STRENGTH and anchor.strength != math.inf:
+            texts.setdefault("kN in place of N?", []).append(f"{name}: a strength of {anchor.strength:g} N")
         elif (
-            one.strength < math.inf > one.stiffness
-            and not LEAST_STRETCH <= (stretch := one.strength / one.stiffness) <= MOST_STRETCH
+            anchor.strength < math.inf > anchor.stiffness
+            and not LEAST_STRETCH <= (stretch := anchor.strength / anchor.stiffness) <= MOST_STRETCH
         ):
-            said = f"{name}: it would stretch by {1e3 * stretch:.3g} mm before it breaks"
-            found.setdefault("a stiffness in N/m or kN/mm in place of N/mm?", []).append(said)
-        if one.front is not None and one.front < LEAST_ARM and one.kind in ("strap", "bracket", "cable"):
-            said = f"{name}: a {one.kind} that acts {1e3 * one.front:.3g} mm above the floor"
-            found.setdefault("a height in centimetres or decimetres?", []).append(said)
-        if one.slack > MOST_SLACK or 0.0 < one.slack < LEAST_SLACK:
-            found.setdefault(METRES, []).append(f"{name}: a slack of {1e3 * one.slack:g} mm")
+            text = f"{name}: it would stretch by {1e3 * stretch:.3g} mm before it breaks"
+            texts.setdefault("a stiffness in N/m or kN/mm in place of N/mm?", []).append(text)
+        if anchor.front is not None and anchor.front < LEAST_ARM and anchor.kind in ("strap", "bracket", "cable"):
+            text = f"{name}: a {anchor.kind} that acts {1e3 * anchor.front:.3g} mm above the floor"
+            texts.setdefault("a height in centimetres or decimetres?", []).append(text)
+        if anchor.slack > MOST_SLACK or 0.0 < anchor.slack < LEAST_SLACK:
+            texts.setdefault(METRES, []).append(f"{name}: a slack of {1e3 * anchor.slack:g} mm")
     for block in blocks:
         if block.depth is not None and block.depth > LARGEST:
-            found.setdefault(METRES, []).append(f"{block.label}: a depth of {block.depth:g} m")
+            texts.setdefault(METRES, []).append(f"{block.label}: a depth of {block.depth:g} m")
         if 0.0 < abs(block.cm_offset) < LEAST_OFFSET:
-            found.setdefault(METRES, []).append(f"{block.label}: an offset of {1e3 * block.cm_offset:g} mm")
+            texts.setdefault(METRES, []).append(f"{block.label}: an offset of {1e3 * block.cm_offset:g} mm")
         if 0.0 < abs(block.lean) < LEAST_LEAN:
-            said = f"{block.label}: leans by {math.degrees(block.lean):.2g} degrees"
-            found.setdefault("radians in place of degrees?", []).append(said)
+            text = f"{block.label}: leans by {math.degrees(block.lean):.2g} degrees"
+            texts.setdefault("radians in place of degrees?", []).append(text)
         if block.mass is not None:
             density = block.mass / (block.width * (block.depth or block.width) * block.height)
             most = MOST_DENSE if block.depth else UNKNOWN_DEPTH * MOST_DENSE
             if not LEAST_DENSE <= density <= most:
-                said = f"{block.label}: {block.mass:,g} kg"
-                found.setdefault("tonnes, grams or newtons in place of kg?", []).append(said)
+                text = f"{block.label}: {block.mass:,g} kg"
+                texts.setdefault("tonnes, grams or newtons in place of kg?", []).append(text)
         wall, edge = block.wall, block.edge
         gaps = (() if wall is None else (wall.gap, wall.front_gap)) + (() if edge is None else (edge.front, edge.back))
         far = (gap for gap in gaps[:2] if wall is not None and gap is not None and gap > MOST_GAP)
         odd = [*(gap for gap in gaps if gap is not None and 0.0 < gap < LEAST_GAP), *far]
         if odd:
-            found.setdefault(METRES, []).append(f"{block.label}: {1e3 * odd[0]:g} mm to a wall or an edge")
-    return [Doubt(UNITS, f"{first_of(said)}: {slip}") for slip, said in found.items()]
+            texts.setdefault(METRES, []).append(f"{block.label}: {1e3 * odd[0]:g} mm to a wall or an edge")
+    return [Doubt(UNITS, f"{first_of(texts_of_slip)}: {slip}") for slip, texts_of_slip in texts.items()]
 
 
 def size_doubts(sides: Array, slenderness: Array, name: Callable[[int], str | None]) -> list[Doubt]:
     """Return the input warnings on sides (block, 2), in m, and slendernesses (block,) of blocks with names."""
-    found = []
+    doubts = []
     large, small = sides.max(axis=1) > LARGEST, sides.min(axis=1) < SMALLEST
     wide = ~large & ~small & (sides[:, 0] > WIDEST)
     squat = ~large & ~small & ~wide & (slenderness < 1.0 - 1e-9)
@@ -136,8 +136,8 @@ def size_doubts(sides: Array, slenderness: Array, name: Callable[[int], str | No
             sizes = first_of([*(_sizes(sides[i], name(i)) for i in named[:NAMED]), *map(str, named[NAMED:])])
             have = "has" if len(named) == 1 else "have"
             of = f"{len(named):,} of {len(sides):,} blocks {have}" if len(sides) > 1 else "the block has"
-            found.append(Doubt("block size", f"{of} {text} ({sizes}): {slip}", bool(beyond.any())))
-    return found
+            doubts.append(Doubt("block size", f"{of} {text} ({sizes}): {slip}", bool(beyond.any())))
+    return doubts
 
 
 def _sizes(sides: Array, name: str | None) -> str:
@@ -165,15 +165,15 @@ def law_doubts(blocks: Sequence[Block], models: Iterable[Model], outputs: Sequen
     The latter only without an output `mode`, which shows it.
     """
     models = list(models)
-    found = stated_restitution_doubts(models)
+    doubts = stated_restitution_doubts(models)
     for law in models:
         if law.options.get("zeta", 0.0) > MOST_DAMPED:
-            found.append(Doubt(UNITS, f"{law.label}: no block is damped so: a ratio, 0.05 for 5 %?"))
+            doubts.append(Doubt(UNITS, f"{law.label}: no block is damped so: a ratio, 0.05 for 5 %?"))
         if not isinstance(law, Sliding) or "mode" in outputs:
             continue
         early = [block.label for block in blocks if law.static >= math.tan(block.alpha)]
         if early:
-            found.append(
+            doubts.append(
                 Doubt(
                     "rocks first",
                     f"{law.label}: {len(early):,} of {len(blocks):,} blocks uplift before they slide, since their "
@@ -181,7 +181,7 @@ def law_doubts(blocks: Sequence[Block], models: Iterable[Model], outputs: Sequen
                     "rock",
                 )
             )
-    return found
+    return doubts
 
 
 def cut_slides(peaks: Array, after: Array) -> Flags:
@@ -192,7 +192,7 @@ def cut_slides(peaks: Array, after: Array) -> Flags:
 
 def end_doubts(on: Iterable[bool], motions: Sequence[str]) -> list[Doubt]:
     """Return the input warning on motions that end while blocks slide (`cut_slides`)."""
-    named = [name for name, one in zip(motions, on, strict=True) if one]
+    named = [name for name, cut in zip(motions, on, strict=True) if cut]
     if not named:
         return []
     return [
@@ -228,17 +228,17 @@ def level_doubts(levels: Array, units: str) -> list[Doubt]:
 
 def stripe_doubts(im: str, stripes: Iterable[tuple[float, float | Array]]) -> list[Doubt]:
     """Return the input warning on unscaled motions: the level of each stripe, and the measure of its motions."""
-    found = []
+    doubtful = []
     for number, (level, measured) in enumerate(stripes, start=1):
         ratios = np.asarray(measured) / level
         mean, least, most = float(np.exp(np.log(ratios).mean())), float(ratios.min()), float(ratios.max())
         off = max(mean, 1.0 / mean)
         if off > NEAR_LEVEL or max(most, 1.0 / least) > FAR_FROM_LEVEL:
-            each = f"{two_digits(mean)} times as much in the mean, {two_digits(least)} to {two_digits(most)} times each"
-            found.append((off, f"stripe {number} of {short_digits(level)} in SI: they have {each}"))
-    if not found:
+            span = f"{two_digits(mean)} times as much in the mean, {two_digits(least)} to {two_digits(most)} times each"
+            doubtful.append((off, f"stripe {number} of {short_digits(level)} in SI: they have {span}"))
+    if not doubtful:
         return []
-    what = f"stripes.scale = false: the {im} of the motions is not that of {counted(len(found), 'stripe')}"
+    what = f"stripes.scale = false: the {im} of the motions is not that of {counted(len(doubtful), 'stripe')}"
     cure = "write the level that they have, scale them, or run a cloud of them"
-    off, worst = max(found)
+    off, worst = max(doubtful)
     return [Doubt("level", f"{what} ({worst}): {cure}", off > OTHER_LEVEL)]

@@ -48,42 +48,42 @@ def verdict_of(sizes: Mapping[str, int], holds: Mapping[Reason, xr.Variable]) ->
     # (reasons on the same dimensions are combined first, because there are many runs)
     for dims in {hold.dims: None for hold in holds.values()}:
         alike = [(reason, hold) for reason, hold in holds.items() if hold.dims == dims]
-        bits = np.bitwise_or.reduce([np.where(here.values, np.uint8(one.bit), np.uint8(0)) for one, here in alike])
+        bits = np.bitwise_or.reduce([np.where(on.values, np.uint8(reason.bit), np.uint8(0)) for reason, on in alike])
         np.bitwise_or(verdict, spread(xr.Variable(dims, bits), sizes), out=verdict)
-    found = labelled(xr.Variable(tuple(sizes), verdict), "what speaks against the run, 0 where nothing does")
+    variable = labelled(xr.Variable(tuple(sizes), verdict), "what speaks against the run, 0 where nothing does")
     # (only vertical shaking can use the eighth bit, which files without unsigned integers cannot hold)
-    told = [reason for reason in REASONS if reason is not AIRBORNE or reason in holds]
-    found.attrs |= {
-        "flag_masks": np.array([one.bit for one in told], np.uint8),
-        "flag_meanings": " ".join(one.name for one in told),
+    reasons = [reason for reason in REASONS if reason is not AIRBORNE or reason in holds]
+    variable.attrs |= {
+        "flag_masks": np.array([reason.bit for reason in reasons], np.uint8),
+        "flag_meanings": " ".join(reason.name for reason in reasons),
     }
-    return found
+    return variable
 
 
 class Shares:
     """Counts, slab by slab, of the runs with each reason; `sizes`: of all runs by dimension, in order."""
 
     def __init__(self, sizes: Mapping[str, int]) -> None:
-        self._each = {dim: size for dim, size in sizes.items() if dim in ("block", "model")}
-        self.runs: Any = math.prod(size for dim, size in sizes.items() if dim not in self._each)
-        self._counts = np.zeros((*self._each.values(), len(REASONS) + 1), np.int64)
+        self._sizes = {dim: size for dim, size in sizes.items() if dim in ("block", "model")}
+        self.runs: Any = math.prod(size for dim, size in sizes.items() if dim not in self._sizes)
+        self._counts = np.zeros((*self._sizes.values(), len(REASONS) + 1), np.int64)
 
     def add(self, holds: Mapping[Reason, xr.Variable], verdict: xr.Variable, where: Where) -> None:
         """Add the counts of a slab."""
-        own = self._counts[tuple(where.get(dim, slice(None)) for dim in self._each)]
-        each = {dim: own.shape[i] for i, dim in enumerate(self._each)}
-        runs = math.prod(size for dim, size in verdict.sizes.items() if dim not in each)
-        for i, here in [*((REASONS.index(one), hold) for one, hold in holds.items()), (len(REASONS), verdict > 0)]:
-            over = [dim for dim in here.dims if dim not in each]
-            times = runs // math.prod(here.sizes[dim] for dim in over)
-            own[..., i] += times * spread(here.sum(over), each).astype(np.int64)
+        counts = self._counts[tuple(where.get(dim, slice(None)) for dim in self._sizes)]
+        kept = {dim: counts.shape[i] for i, dim in enumerate(self._sizes)}
+        runs = math.prod(size for dim, size in verdict.sizes.items() if dim not in kept)
+        for i, on in [*((REASONS.index(reason), hold) for reason, hold in holds.items()), (len(REASONS), verdict > 0)]:
+            over = [dim for dim in on.dims if dim not in kept]
+            times = runs // math.prod(on.sizes[dim] for dim in over)
+            counts[..., i] += times * spread(on.sum(over), kept).astype(np.int64)
 
     def outside(self, undecided: xr.Variable | None) -> xr.Variable:
         """Return the share of all runs for each reason; for `undecided` the share among the runs tested."""
         shares = self._counts / self.runs
         if undecided is not None:
-            shares[..., REASONS.index(UNDECIDED)] = spread(undecided, self._each)
-        return labelled(xr.Variable((*self._each, "reason"), shares), "share of the runs for which the reason holds")
+            shares[..., REASONS.index(UNDECIDED)] = spread(undecided, self._sizes)
+        return labelled(xr.Variable((*self._sizes, "reason"), shares), "share of the runs for which the reason holds")
 
 
 class CurveShares(Shares):
@@ -102,8 +102,8 @@ class CurveShares(Shares):
 
     def outside(self, undecided: xr.Variable | None) -> xr.Variable:
         """Return the share of the runs of each curve for each reason, as of all runs."""
-        runs = np.bincount(self._curve[self._near], minlength=math.prod(self._each.values()))
-        self.runs = runs.reshape(*self._each.values(), 1)
+        runs = np.bincount(self._curve[self._near], minlength=math.prod(self._sizes.values()))
+        self.runs = runs.reshape(*self._sizes.values(), 1)
         return super().outside(undecided)
 
 

@@ -63,6 +63,6 @@ def _low(block: Block) -> bool:
 def _frequency(block: Block) -> float:
     """Return the natural frequency of the block on its taut restraint, Hz; 0 for a rigid one."""
     around = surroundings(block, *sides(block, "linear"), exact=False)
-    springs = [one for one in (around.front_spring, around.back_spring) if one is not None]
+    springs = [spring for spring in (around.front_spring, around.back_spring) if spring is not None]
     stiffest = max(spring.stiffness for spring in springs)
     return 0.0 if stiffest == math.inf else math.sqrt(stiffest) / (2.0 * math.pi)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -17,24 +16,12 @@ from ...models.sliding.law import SlidingLaw
 from ...motions.simulated.generator import Generator
 from ..runs.provenance import BED, RUN, Motions, provenance_from, records_of
 from ..runs.request import runner_of
-from ..runs.runners import Runner
+from ..runs.runners import Workers
 from .characteristics import Characteristics
 from .reasons import reason_names
-from .slab_screen import (
-    DIMS,
-    FACTORS,
-    HALF_WIDTH,
-    Bounds,
-    Screened,
-    ScreenRequest,
-    screen_input,
-    screened_runs,
-)
+from .slab_screen import DIMS, FACTORS, HALF_WIDTH, Screened, ScreenRequest, screen_input, screened_runs
 from .sparse_screen import NUMBERS, OF_RUNS, selected, shaken_by, sparse_screen
 from .undecided import FlipCounts, count_flips
-
-if TYPE_CHECKING:
-    from distributed import Client
 
 
 def screen(
@@ -45,7 +32,7 @@ def screen(
     factors: tuple[float, float] = FACTORS,
     half_width: float = HALF_WIDTH,
     undecided: bool | float = False,
-    client: Client | Runner | None = None,
+    client: Workers = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Screen runs for conditions under which rocking is not the right model.
@@ -129,25 +116,25 @@ def screen(
     >>> import toppling as tp
     >>> shakes = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(4)
     >>> runs = tp.ida(tp.catalogue["file-vertical-2-drawer"], tp.HousnerImpact(), shakes, [2.0, 9.8])
-    >>> found = screen(runs, shakes, friction=0.5)
-    >>> round(float(found["friction_uplift"][0]), 3), bool(found["squat"][0])
+    >>> screened = screen(runs, shakes, friction=0.5)
+    >>> round(float(screened["friction_uplift"][0]), 3), bool(screened["squat"][0])
     (0.625, True)
-    >>> found["verdict"].values[0, 0, :, 0].tolist()  # squat; at 1 g it slides, too
+    >>> screened["verdict"].values[0, 0, :, 0].tolist()  # squat; at 1 g it slides, too
     [1, 7]
     """
     try:
         least, greatest = factors
     except (TypeError, ValueError):
         raise ValueError(f"factors must be a least and a greatest one, got {factors!r}") from None
-    lowest, highest = (checks.number("factors", one, above=0.0) for one in (least, greatest))
+    lowest, highest = (checks.number("factors", factor, above=0.0) for factor in (least, greatest))
     if lowest >= highest:
         raise ValueError(f"factors must be a least and a greatest one, got {lowest:g} and {highest:g}")
-    bounds = Bounds((lowest, highest), checks.number("half_width", half_width, above=0.0, below=0.5))
+    widest = checks.number("half_width", half_width, above=0.0, below=0.5)
     share = float(undecided) if isinstance(undecided, bool | np.bool_) else SHARE.number("undecided", undecided)
     if motions is None and share > 0.0:
         raise ValueError("motions must be given where undecided runs are looked for: they are run again")
     checks.callback("progress", progress)
-    asked = ScreenRequest(friction, bounds, share)
+    asked = ScreenRequest(friction, (lowest, highest), widest, share)
     runner = runner_of(client)
     if isinstance(runs, xr.Dataset):
         # results of `slide_runs` have no law, only the name of its model
@@ -189,5 +176,5 @@ def screen(
 def with_screen(runs: xr.Dataset, screened: Screened) -> xr.Dataset:
     """Add to runs the variables of their screen, and its settings."""
     variables, settings = screened
-    told = json.dumps(settings, ensure_ascii=False)
-    return runs.assign(variables).assign_coords(reason=reason_names()).assign_attrs(screen=told)
+    text = json.dumps(settings, ensure_ascii=False)
+    return runs.assign(variables).assign_coords(reason=reason_names()).assign_attrs(screen=text)

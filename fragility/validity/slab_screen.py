@@ -20,6 +20,7 @@ from ..numerics.slabs import RUNS, Allocator, Where, put, slabs
 from ..runs.factors import ScaleFactors
 from ..runs.provenance import BED, DESCRIBED, FLOORS, RUN, floor_labels, scale_factors
 from .characteristics import Characteristics
+from .friction_demand import NEEDS, chance_below, compact, friction_by_block, friction_demands, slides_of
 from .reasons import (
     AIRBORNE,
     ELASTIC_MODE,
@@ -33,8 +34,7 @@ from .reasons import (
     labelled,
     verdict_of,
 )
-from .sliding import NEEDS, chance_below, compact, friction_by_block, friction_demands, slides_of
-from .undecided import PERTURBATION, Flips
+from .undecided import PERTURBATION, FlipCounts, RunFlips
 
 SQUAT_RATIO = 2.0
 """h/b below which bouncing decides (Lipscombe and Pellegrino 1993)."""
@@ -121,8 +121,8 @@ class ScreenInput(NamedTuple):
             curves = np.unique(np.stack([self.places["block"], self.places["model"], motion]), axis=1)[:2]
             return int(np.unique(curves, axis=1, return_counts=True)[1].min())
         stripes = known["stripe"].values.tolist() if "stripe" in known else [0] * n
-        each = set(zip(floor_labels(known, n), stripes, names, strict=True))
-        return min(Counter(of_motion[:2] for of_motion in each).values(), default=0)
+        motions = set(zip(floor_labels(known, n), stripes, names, strict=True))
+        return min(Counter(of_motion[:2] for of_motion in motions).values(), default=0)
 
 
 NEEDED = ("width", "cm_height", "alpha", "p", "inertia_factor", "e", "delta", "rest", "pga")
@@ -144,18 +144,12 @@ def known_coordinates(runs: xr.Dataset) -> dict[str, xr.Variable]:
     return {name: runs[name].variable.compute() for name in names}
 
 
-class Bounds(NamedTuple):
-    """Limits that pass: minimum and maximum scale factor, and maximum half width of an interval."""
-
-    factors: tuple[float, float] = FACTORS
-    half_width: float = HALF_WIDTH
-
-
 class ScreenRequest(NamedTuple):
-    """Request for a screen of runs: friction and bounds as of `screen`, and the share of the motions tested."""
+    """Request for a screen of runs: friction and limits as of `screen`, and the share of the motions tested."""
 
     friction: float | Friction | Mapping[str, float | Friction] | None = None
-    bounds: Bounds = Bounds()
+    factors: tuple[float, float] = FACTORS
+    half_width: float = HALF_WIDTH
     undecided: float = 0.0
 
 
@@ -169,25 +163,25 @@ def screened_runs(
     given: ScreenInput,
     shaking: Characteristics | None,
     asked: ScreenRequest,
-    flips: Flips | None,
+    flips: FlipCounts | RunFlips | None,
     array: Allocator,
     shares: Shares | None = None,
 ) -> Screened:
     """Return the screen with every variable: `array` allocates those with a value for every run."""
     sizes, dims = given.sizes, tuple(given.sizes)
 
-    def keep(found: dict[str, xr.Variable], variables: dict[str, xr.Variable], where: Where) -> None:
-        put(found, ordered(variables, dims), where, sizes, array)
+    def keep(kept: dict[str, xr.Variable], variables: dict[str, xr.Variable], where: Where) -> None:
+        put(kept, ordered(variables, dims), where, sizes, array)
 
-    found, settings = screened_slabs(given, shaking, asked, flips, keep, shares)
-    return {name: found[name] for name in ORDER if name in found}, settings
+    screened, settings = screened_slabs(given, shaking, asked, flips, keep, shares)
+    return {name: screened[name] for name in ORDER if name in screened}, settings
 
 
 def screened_slabs(
     given: ScreenInput,
     shaking: Characteristics | None,
     asked: ScreenRequest,
-    flips: Flips | None,
+    flips: FlipCounts | RunFlips | None,
     keep: Keep,
     shares: Shares | None = None,
 ) -> Screened:
@@ -199,30 +193,30 @@ def screened_slabs(
     """
     labels = [str(label) for label in given.coordinates["block"].values]
     available = friction_by_block(asked.friction, labels)
-    known = all(isinstance(one, FixedFriction) for one in available)
+    known = all(isinstance(coefficient, FixedFriction) for coefficient in available)
     sizes, dims = given.sizes, tuple(given.sizes)
-    found: dict[str, xr.Variable] = {}
+    kept: dict[str, xr.Variable] = {}
     counts = Shares(sizes) if shares is None else shares
     for where in given.slabs():
         part = given.part(where)
         shaken = None if shaking is None else shaking.part(where.get("motion", slice(None)))
         friction = available[where.get("block", slice(None))]
-        variables, chances, holds = _screen_slab(part, shaken, friction, asked.bounds)
+        variables, chances, holds = _screen_slab(part, shaken, friction, asked.factors)
         if flips is not None:
             holds[UNDECIDED] = flips.flipped(where, dims)
         variables["verdict"] = verdict_of(part.sizes, holds)
         if asked.friction is not None:
             variables["slides"] = slides_of(chances, known)
         counts.add(holds, variables["verdict"], where)
-        keep(found, variables, where)
+        keep(kept, variables, where)
     if flips is not None:
-        found |= flips.variables(dims)
-    found["outside"] = counts.outside(found.get("undecided"))
+        kept |= flips.variables(dims)
+    kept["outside"] = counts.outside(kept.get("undecided"))
     fewest = given.fewest_motions
     settings = {
         "friction": described_friction(asked.friction, available, labels),
-        "factors": list(asked.bounds.factors),
-        "half_width": asked.bounds.half_width,
+        "factors": list(asked.factors),
+        "half_width": asked.half_width,
         "fewest_motions": fewest,
         "motions": shaking is not None,
         "tested": asked.undecided,
@@ -230,7 +224,7 @@ def screened_slabs(
         "perturbation": PERTURBATION,
         **({"vertical": True} if given.lifted else {}),
     }
-    return found | few_motions(fewest, asked.bounds), settings
+    return kept | few_motions(fewest, asked.half_width), settings
 
 
 def described_friction(friction: Any, available: Sequence[Friction], labels: Sequence[str]) -> Any:
@@ -255,19 +249,19 @@ def ordered(variables: Mapping[str, xr.Variable], dims: tuple[str, ...]) -> dict
     }
 
 
-def few_motions(fewest: int, bounds: Bounds) -> dict[str, xr.Variable]:
+def few_motions(fewest: int, widest: float) -> dict[str, xr.Variable]:
     """Return the variables on the number of motions; `fewest`: of the floor with the fewest."""
     half = wilson_half_width(fewest)
     text = "half width of the 95 % interval of a probability of 1/2"
-    few = f"whether interval_half_width is above {bounds.half_width:g}"
+    few = f"whether interval_half_width is above {widest:g}"
     return {
         "interval_half_width": labelled(xr.Variable((), half), text),
-        "few_motions": labelled(xr.Variable((), half > bounds.half_width), few),
+        "few_motions": labelled(xr.Variable((), half > widest), few),
     }
 
 
 def _screen_slab(
-    given: ScreenInput, shaking: Characteristics | None, available: list[Friction], bounds: Bounds
+    given: ScreenInput, shaking: Characteristics | None, available: list[Friction], bounds: tuple[float, float]
 ) -> tuple[dict[str, xr.Variable], dict[Reason, xr.Variable], dict[Reason, xr.Variable]]:
     """Return the variables of some blocks and motions, their probabilities of sliding, and flags of each reason."""
     known, on_runs = given.coordinates, given.on_runs
@@ -293,7 +287,7 @@ def _screen_slab(
         "elastic_frequency": labelled(frequency, "frequency of the law's elastic mode", HERTZ),
         "scale_factor": labelled(factor, "scale factor of the motion"),
     }
-    far = (factor < bounds.factors[0]) | (factor > bounds.factors[1])
+    far = (factor < bounds[0]) | (factor > bounds[1])
     holds = {
         SQUAT: on_runs(variables["squat"]),
         **{reason: chance > 0.5 for reason, chance in chances.items()},
@@ -320,12 +314,12 @@ def _outputs(runs: xr.Dataset) -> Iterator[str]:
 
 def _dims(runs: xr.Dataset) -> tuple[str, ...]:
     """Dimensions of the runs in their usual order; TypeError if the dataset has no runs."""
-    found = next(_outputs(runs), None) if isinstance(runs, xr.Dataset) else None
-    if found is None or not {*NEEDED} <= {*runs.coords}:
+    output = next(_outputs(runs), None) if isinstance(runs, xr.Dataset) else None
+    if output is None or not {*NEEDED} <= {*runs.coords}:
         raise TypeError("runs must be a dataset of runs with its coordinates, as toppling.ida returns it")
-    dims = {str(dim) for dim in runs[found].dims}
+    dims = {str(dim) for dim in runs[output].dims}
     if not dims <= {*DIMS}:
-        raise ValueError(f"runs must be on block, model, motion and possibly level, got dims {runs[found].dims}")
+        raise ValueError(f"runs must be on block, model, motion and possibly level, got dims {runs[output].dims}")
     return tuple(dim for dim in DIMS if dim in dims)
 
 
@@ -342,13 +336,13 @@ def _elastic_frequency(known: Mapping[str, xr.Variable]) -> xr.Variable:
         delta = xr.apply_ufunc(np.where, of_bed.isnull(), delta, of_bed)
     stiffness = (1.0 / delta - 1.0) * (alpha.copy(data=np.sin(alpha.values)) / alpha)
     frequency = known["p"] * stiffness.copy(data=np.sqrt(stiffness.values)) / (2.0 * np.pi)
-    found: xr.Variable = xr.apply_ufunc(np.where, elastic, frequency, np.nan)
-    return found.transpose("block", "model")
+    frequencies: xr.Variable = xr.apply_ufunc(np.where, elastic, frequency, np.nan)
+    return frequencies.transpose("block", "model")
 
 
 def _own_amplitude(known: Mapping[str, xr.Variable]) -> xr.Variable:
     """True for motions (motion,) whose amplitude is their own and no parameter; for all if runs do not state it."""
     if "own_amplitude" in known:
-        found: xr.Variable = known["own_amplitude"].astype(bool)
-        return found
+        own_amplitude: xr.Variable = known["own_amplitude"].astype(bool)
+        return own_amplitude
     return xr.Variable(("motion",), np.ones(known["pga"].sizes["motion"], np.bool_))

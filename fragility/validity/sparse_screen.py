@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from ...core.aliases import Array, Flags, Index, Progress
+from ...core.aliases import Array, Flags, Progress
 from ...motions.arrays import POLARITY, Record
 from ...motions.polarity import AS_RECORDED, BOTH, records_under
 from ...motions.simulated.generator import Generator
-from ..numerics.slabs import Where
 from ..runs.factors import ScaleFactors
 from ..runs.progress import part_of
 from ..runs.provenance import (
@@ -33,16 +31,9 @@ from ..runs.provenance import (
 )
 from ..runs.runners import Runner
 from .characteristics import Characteristics
-from .reasons import CurveShares, labelled
-from .slab_screen import (
-    NEEDED,
-    Screened,
-    ScreenInput,
-    ScreenRequest,
-    known_coordinates,
-    screened_runs,
-)
-from .undecided import FLAGS, count_flips_of, perturbed_runs, turned, undecided_variables
+from .reasons import CurveShares
+from .slab_screen import NEEDED, Screened, ScreenInput, ScreenRequest, known_coordinates, screened_runs
+from .undecided import FLAGS, RunFlips, count_flips_of, perturbed_runs, turned
 
 OF_RUNS = ("run_block", "run_model", "run_motion")
 """Variables with the block, the law and the motion of a run, by number."""
@@ -88,10 +79,10 @@ def shaken_by(runs: xr.Dataset, motions: Motions | Generator, share: float) -> S
 
     Motions of a generator are made again, with the seed of the runs.
     """
-    found = Shaken(share)
+    shaken = Shaken(share)
     if not isinstance(motions, Generator):
-        found.add(records_of(runs, motions))
-        return found
+        shaken.add(records_of(runs, motions))
+        return shaken
     polarity = BOTH if POLARITY in runs.coords else AS_RECORDED
     ways = 2 if polarity == BOTH else 1
     seed = configuration_of(runs).get("seed")
@@ -102,9 +93,9 @@ def shaken_by(runs: xr.Dataset, motions: Motions | Generator, share: float) -> S
         mine = np.flatnonzero((given >= first) & (given < first + AT_ONCE))
         if mine.size:
             made = records_under(motions.sample(AT_ONCE, seed, first), polarity)
-            own = [made[i] for i in (ways * (given[mine] - first) + places[mine]).tolist()]
-            found.add(same_motions(runs.isel(motion=mine), own))
-    return found
+            records = [made[i] for i in (ways * (given[mine] - first) + places[mine]).tolist()]
+            shaken.add(same_motions(runs.isel(motion=mine), records))
+    return shaken
 
 
 def selected(runs: xr.Dataset) -> xr.Dataset:
@@ -117,7 +108,7 @@ def selected(runs: xr.Dataset) -> xr.Dataset:
     if not held or not dims <= {*runs.dims}:
         raise TypeError("runs must be a dataset of runs with its coordinates, as toppling.ida returns it")
     runs = runs.isel(motion=np.argsort(runs["motion_number"].values, kind="stable"))
-    return runs.isel({RUN: np.logical_and.reduce([one >= 0 for one in places_in(runs).values()])})
+    return runs.isel({RUN: np.logical_and.reduce([places >= 0 for places in places_in(runs).values()])})
 
 
 def sparse_screen(
@@ -150,38 +141,6 @@ def sparse_screen(
     return screened_runs(given, shaking, asked, flips, np.empty, shares)
 
 
-class RunFlips(NamedTuple):
-    """Flags of runs in a table that a perturbation changes (run,), and the runs that were repeated.
-
-    chosen (motion,): True for the motions whose runs were repeated; curve (run,): the number of the curve of each.
-    """
-
-    chosen: Flags
-    repeated: Flags
-    changed: Flags
-    curve: Index
-    shape: tuple[int, int]
-
-    @property
-    def tested(self) -> int:
-        """Number of runs of each block under each law that were repeated, at most."""
-        return int(self._numbers(self.repeated).max())
-
-    def flipped(self, where: Where, dims: tuple[str, ...]) -> xr.Variable:
-        """Return True for runs of a slab whose flag a perturbation changes."""
-        return xr.Variable(dims, self.changed[where[RUN]])
-
-    def variables(self, _: tuple[str, ...]) -> dict[str, xr.Variable]:
-        """Return the share of flags that change among those tested, and the number of these, which curves differ in."""
-        each, tested = ("block", "model"), self._numbers(self.repeated)
-        found = undecided_variables(self.chosen, each, self._numbers(self.changed), tested)
-        text = "runs that were run again, perturbed"
-        return {**found, "undecided_tested": labelled(xr.Variable(each, tested), text)}
-
-    def _numbers(self, flags: Flags) -> Index:
-        return np.bincount(self.curve[flags], minlength=math.prod(self.shape)).reshape(self.shape)
-
-
 def _flips(
     runs: xr.Dataset, factors: Array, kept: Mapping[int, Record], runner: Runner, progress: Progress | None
 ) -> RunFlips:
@@ -195,10 +154,10 @@ def _flips(
     tests = []
     for curve in curves_of(runs):
         number[curve.runs] = curve.block * len(laws) + curve.model
-        own = np.isin(curve.motions, list(kept))
-        repeated[curve.runs[own]] = True
-        if own.any():
-            tests.append((curve.block, laws[curve.model], curve.runs[own], curve.motions[own].tolist()))
+        among = np.isin(curve.motions, list(kept))
+        repeated[curve.runs[among]] = True
+        if among.any():
+            tests.append((curve.block, laws[curve.model], curve.runs[among], curve.motions[among].tolist()))
     work = [perturbed_runs(1, [law], 1, len(motions), 1.0, about) for _, law, _, motions in tests]
     for k, (block, law, at, motions) in enumerate(tests):
         flags = runs[FLAGS[0]].values[at][None, None, None]

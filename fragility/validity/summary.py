@@ -19,9 +19,9 @@ from ..runs.factors import ScaleFactors
 from ..runs.labels import block_coordinates, law_variable, restitution_variable
 from ..runs.provenance import BED
 from .characteristics import Characteristics
+from .friction_demand import NEEDS
 from .reasons import labelled, reason_names
 from .slab_screen import SQUAT_RATIO, ScreenInput, ScreenRequest, ordered, screened_slabs
-from .sliding import NEEDS
 from .undecided import FlipCounts
 
 OF_BLOCKS = ("squat", "friction_uplift", "friction_impact", "elastic_frequency")
@@ -79,11 +79,11 @@ def summary_screen(
     `verdict` nor a probability of sliding. Without a friction, only a need above 1 counts as sliding; `flips` are of
     the runs that were repeated under perturbations.
     """
-    found, settings = screened_slabs(
+    variables, settings = screened_slabs(
         given, shaking, ScreenRequest(friction), flips, partial(_keep_extremes, given.sizes)
     )
     return xr.Dataset(
-        found,
+        variables,
         coords={
             "block": ("block", given.coordinates["block"].values.astype(str).astype(object), described("block")),
             "reason": reason_names(),
@@ -94,16 +94,16 @@ def summary_screen(
 
 
 def _keep_extremes(
-    sizes: Mapping[str, int], found: dict[str, xr.Variable], variables: Mapping[str, xr.Variable], where: Where
+    sizes: Mapping[str, int], kept: dict[str, xr.Variable], variables: Mapping[str, xr.Variable], where: Where
 ) -> None:
     """Put the variables of blocks and laws alone from a slab into the variables of all blocks, and the extremes."""
-    own = ordered({name: variables[name] for name in OF_BLOCKS}, tuple(sizes))
-    put(found, own, where, sizes, in_memory)
+    of_blocks = ordered({name: variables[name] for name in OF_BLOCKS}, tuple(sizes))
+    put(kept, of_blocks, where, sizes, in_memory)
     blocks = where.get("block", slice(None))
     for name, (of, extreme, text) in EXTREMES.items():
-        if name not in found:
-            found[name] = labelled(xr.Variable("block", np.full(sizes["block"], np.nan)), text)
-        values = found[name].values
+        if name not in kept:
+            kept[name] = labelled(xr.Variable("block", np.full(sizes["block"], np.nan)), text)
+        values = kept[name].values
         values[blocks] = extreme(values[blocks], _over_runs(variables[of], extreme))
 
 
@@ -119,37 +119,37 @@ def over_samples(screened: xr.Dataset, block: Block) -> xr.Dataset:
         settings["friction"] = {block.label: next(iter(settings["friction"].values()))}
     elif settings["friction"] is not None:
         settings["friction"] = {block.label: settings["friction"][0]}
-    found = {}
+    kept = {}
     for name, variable in screened.data_vars.items():
         if "block" not in variable.dims:
-            found[name] = variable
+            kept[name] = variable
         elif name == "outside":
-            found[name] = variable.mean("block")
+            kept[name] = variable.mean("block")
         elif not str(name).startswith("undecided"):
-            found[name] = variable.min("block") if name == "scale_factor_lowest" else variable.max("block")
+            kept[name] = variable.min("block") if name == "scale_factor_lowest" else variable.max("block")
     ratio = block.h / block.b
-    found |= {"squat": xr.DataArray(ratio < SQUAT_RATIO), "friction_uplift": xr.DataArray(1.0 / ratio)}
+    kept |= {"squat": xr.DataArray(ratio < SQUAT_RATIO), "friction_uplift": xr.DataArray(1.0 / ratio)}
     if "undecided" in screened:
-        each = settings["tested_runs"]
-        found["undecided"] = screened["undecided"].mean("block")
-        ends = wilson_interval(np.rint(found["undecided"].values * each), np.full(found["undecided"].shape, each))
+        tested = settings["tested_runs"]
+        kept["undecided"] = screened["undecided"].mean("block")
+        ends = wilson_interval(np.rint(kept["undecided"].values * tested), np.full(kept["undecided"].shape, tested))
         for end, values in zip(("lower", "upper"), ends, strict=True):
-            found[f"undecided_{end}"] = found["undecided"].copy(data=values)
+            kept[f"undecided_{end}"] = kept["undecided"].copy(data=values)
     label = {"block": xr.Variable("block", np.array([block.label], dtype=object), screened["block"].attrs)}
     if BED in screened.coords:
         label[BED] = screened[BED].variable[:1]
     variables = {}
-    for name, one in found.items():
+    for name, quantity in kept.items():
         of_blocks = "block" in screened[name].dims
-        bare = one.drop_vars([coordinate for coordinate in one.coords if coordinate != "reason"])
+        bare = quantity.drop_vars([coordinate for coordinate in quantity.coords if coordinate != "reason"])
         variables[name] = (bare.expand_dims("block") if of_blocks else bare).assign_attrs(screened[name].attrs)
-    told = json.dumps(settings, ensure_ascii=False)
-    return xr.Dataset(variables, {**label, "reason": screened["reason"]}, {"screen": told})
+    text = json.dumps(settings, ensure_ascii=False)
+    return xr.Dataset(variables, {**label, "reason": screened["reason"]}, {"screen": text})
 
 
-def _over_runs(one: xr.Variable, extreme: np.ufunc) -> np.ndarray:
+def _over_runs(variable: xr.Variable, extreme: np.ufunc) -> np.ndarray:
     """The maximum or the minimum value over levels and motions, on block if it depends on it."""
-    there = [dim for dim in ("block", "level", "motion") if dim in one.dims]
-    values = one.transpose(*there).values
+    there = [dim for dim in ("block", "level", "motion") if dim in variable.dims]
+    values = variable.transpose(*there).values
     flat = values.reshape(values.shape[0] if "block" in there else 1, -1)
     return np.asarray(extreme.reduce(flat, axis=1))

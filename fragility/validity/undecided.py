@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple, Protocol, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -30,7 +30,7 @@ from ..runs.factors import Factors, either_side
 from ..runs.oscillators import OscillatorGrid
 from ..runs.plan import Work
 from ..runs.progress import part_of
-from ..runs.provenance import Motions, about_both_axes, blocks_of, factors_under, laws_of, records_of
+from ..runs.provenance import RUN, Motions, about_both_axes, blocks_of, factors_under, laws_of, records_of
 from ..runs.request import collect
 from ..runs.runners import Runner
 from .reasons import labelled
@@ -40,20 +40,6 @@ Pairs = Sequence[tuple[Block, Law]]
 
 PERTURBATION = 1e-6
 FLAGS = ("overturned",)
-
-
-class Flips(Protocol):
-    """Runs whose flag a perturbation changes, among those that were repeated."""
-
-    @property
-    def tested(self) -> int:
-        """Number of runs of each block under each law that were repeated, at most."""
-
-    def flipped(self, where: Where, dims: tuple[str, ...]) -> xr.Variable:
-        """Return, on the dimensions of the runs, True for runs of a slab whose flag a perturbation changes."""
-
-    def variables(self, dims: tuple[str, ...]) -> dict[str, xr.Variable]:
-        """Return the share of flags that change among those tested, and its interval as if runs were independent."""
 
 
 def undecided_variables(
@@ -94,20 +80,52 @@ class FlipCounts(NamedTuple):
         """Return, on the dimensions of the runs, True for runs of a slab whose flag a perturbation changes."""
         block, motion = (where.get(dim, slice(None)) for dim in ("block", "motion"))
         before = int(self.chosen[: motion.start or 0].sum())
-        here = self.chosen[motion]
-        own = self.counts[block][..., before : before + int(here.sum())]
-        own = own.max(axis=tuple(range(3, own.ndim - 1)))
-        found = np.zeros((*own.shape[:3], here.size), np.bool_)
-        found[..., here] = own > 0
-        on = xr.Variable(("block", "model", "level", "motion"), found)
+        repeated = self.chosen[motion]
+        counts = self.counts[block][..., before : before + int(repeated.sum())]
+        counts = counts.max(axis=tuple(range(3, counts.ndim - 1)))
+        flipped = np.zeros((*counts.shape[:3], repeated.size), np.bool_)
+        flipped[..., repeated] = counts > 0
+        on = xr.Variable(("block", "model", "level", "motion"), flipped)
         return (on if "level" in dims else on.isel(level=0)).transpose(*dims)
 
     def variables(self, dims: tuple[str, ...]) -> dict[str, xr.Variable]:
         """Return the share of flags that change among those tested, and its interval as if runs were independent."""
-        each = tuple(dim for dim in dims if dim in ("block", "model"))
+        curve_dims = tuple(dim for dim in dims if dim in ("block", "model"))
         over = tuple(range(1, self.counts.ndim - 1))
         flipped = np.stack([np.count_nonzero(counts > 0, axis=over) for counts in self.counts])
-        return undecided_variables(self.chosen, each, flipped, np.full(flipped.shape, self.tested))
+        return undecided_variables(self.chosen, curve_dims, flipped, np.full(flipped.shape, self.tested))
+
+
+class RunFlips(NamedTuple):
+    """Flags of runs in a table that a perturbation changes (run,), and the runs that were repeated.
+
+    chosen (motion,): True for the motions whose runs were repeated; curve (run,): the number of the curve of each.
+    """
+
+    chosen: Flags
+    repeated: Flags
+    changed: Flags
+    curve: Index
+    shape: tuple[int, int]
+
+    @property
+    def tested(self) -> int:
+        """Number of runs of each block under each law that were repeated, at most."""
+        return int(self._numbers(self.repeated).max())
+
+    def flipped(self, where: Where, dims: tuple[str, ...]) -> xr.Variable:
+        """Return True for runs of a slab whose flag a perturbation changes."""
+        return xr.Variable(dims, self.changed[where[RUN]])
+
+    def variables(self, _: tuple[str, ...]) -> dict[str, xr.Variable]:
+        """Return the share of flags that change among those tested, and the number of these, which curves differ in."""
+        dims, tested = ("block", "model"), self._numbers(self.repeated)
+        shares = undecided_variables(self.chosen, dims, self._numbers(self.changed), tested)
+        text = "runs that were run again, perturbed"
+        return {**shares, "undecided_tested": labelled(xr.Variable(dims, tested), text)}
+
+    def _numbers(self, flags: Flags) -> Index:
+        return np.bincount(self.curve[flags], minlength=math.prod(self.shape)).reshape(self.shape)
 
 
 def count_flips(
@@ -167,9 +185,9 @@ def count_flips_of(
         pairs = pairs_of(row, across)
         return [specimen for j in with_e for specimen in _either_side(*pairs[j])]
 
-    def works(oscillators_of: Callable[[Row, bool], list[Specimen]], each: int, factors: Factors) -> list[Work]:
+    def works(oscillators_of: Callable[[Row, bool], list[Specimen]], per_row: int, factors: Factors) -> list[Work]:
         def about(across: bool) -> Work:
-            grid = OscillatorGrid(rows, lambda row: oscillators_of(row, across), each)
+            grid = OscillatorGrid(rows, lambda row: oscillators_of(row, across), per_row)
             return Work(grid, tuple(map(along_depth, motions) if across else motions), factors, outputs=FLAGS)
 
         return [about(across) for across in ((False, True) if both else (False,))]
@@ -185,16 +203,16 @@ def count_flips_of(
     counts[...] = 0
     done, total = 0, sum(work.runs for about, _ in perturbed for work in about)
     for about, tested in perturbed:
-        found = []
+        about_axes = []
         for work in about:
             fell = collect(work, runner, part_of(progress, done, total)).results["overturned"]
-            found.append(fell.reshape(len(rows), -1, 2, levels, n))
+            about_axes.append(fell.reshape(len(rows), -1, 2, levels, n))
             done += work.runs
         for part in slabs(dict(zip(("block", "model", "level", "motion"), counts.shape, strict=True)), ("block",)):
-            here = part.get("block", slice(None))
-            nominal = flags_of(here)[:, tested]
-            flags = np.logical_or.reduce([flags_about[here] for flags_about in found])
-            counts[here, tested] += (flags != nominal[:, :, None]).sum(axis=2, dtype=np.int8)
+            blocks = part.get("block", slice(None))
+            nominal = flags_of(blocks)[:, tested]
+            flags = np.logical_or.reduce([flags_about[blocks] for flags_about in about_axes])
+            counts[blocks, tested] += (flags != nominal[:, :, None]).sum(axis=2, dtype=np.int8)
     return counts
 
 

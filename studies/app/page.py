@@ -19,7 +19,7 @@ from markupsafe import Markup
 from ...core.doubts import noted
 from ...core.parameters import declared
 from ...core.wording import about_percent, about_years, given_number, two_digits
-from ...fragility.hazard.rates import probability_in
+from ...fragility.hazard.poisson import probability_in
 from ...fragility.runs.scaling import ground_of, scaling
 from ...models import Block, catalogue
 from ...models.friction import CONTACTS

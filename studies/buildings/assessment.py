@@ -21,7 +21,7 @@ from ...fragility import HazardCurve
 from ...fragility.analyses.sliding import SLIDES_ON
 from ...fragility.curves.means import REPLICATES
 from ...fragility.fitting.states import OVERTURNED
-from ...fragility.hazard.levels import Hazard, LevelWeights, hazard_points, level_weights, line_weights
+from ...fragility.hazard.level_weights import Hazard, LevelWeights, hazard_points, level_weights, line_weights
 from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION
 from ...fragility.runs.labels import block_coordinates, depth_coordinate, law_coordinates
 from ...fragility.runs.progress import part_of
@@ -239,8 +239,8 @@ def assess(
     it.
 
     Annual values are the integral of the conditional value over the hazard curve
-    (`fragility.hazard.levels.level_weights`). It uses cubics in the logarithm of the level, constant above the last
-    level, to zero within one step below the first.
+    (`fragility.hazard.level_weights.level_weights`). It uses cubics in the logarithm of the level, constant above the
+    last level, to zero within one step below the first.
 
     References
     ----------

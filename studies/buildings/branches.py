@@ -17,9 +17,8 @@ from ...core.streams import key_of, stream
 from ...core.units import DIMENSIONLESS
 from ...fragility import HazardCurve
 from ...fragility.fitting.bootstrap import draw_motions
-from ...fragility.hazard.levels import level_weights
-from ...fragility.risk.epistemic import FRACTILES
-from ...fragility.risk.weighing import SOURCES, SampledRates, fractiles_of, shares_of_spread
+from ...fragility.hazard.level_weights import level_weights
+from ...fragility.risk.epistemic import FRACTILES, SOURCES, SampledRates, fractiles_of, shares_of_spread
 from ...fragility.uncertainty.joint import PieceDraws
 from ..inventory.consequences import REALISATIONS, PieceScores
 from ..inventory.contents import Inventory

@@ -13,7 +13,7 @@ from scipy.special import ndtr, ndtri
 from ...core.elementary import Array, Index, exp, geomspace, log
 from ...core.streams import key_of, stream
 from ...fragility import HazardCurve
-from ...fragility.hazard.levels import LevelWeights
+from ...fragility.hazard.level_weights import LevelWeights
 from ...fragility.risk.modelling import blurred
 from ..inventory.contents import Inventory
 from .outcomes import ANY, JointFlags, JointOutcomes

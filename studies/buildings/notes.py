@@ -15,7 +15,7 @@ from ...core.facts import Fact
 from ...core.units import DIMENSIONLESS
 from ...core.wording import listed_name
 from ...fragility import HazardCurve
-from ...fragility.hazard.levels import line_weights
+from ...fragility.hazard.level_weights import line_weights
 from ...fragility.numerics.proportions import wilson_interval
 from ...fragility.risk.modelling import MODELLING
 from ...fragility.runs.provenance import number_of_motions

@@ -16,8 +16,8 @@ from ...fragility.runs.provenance import BED, DESCRIBED
 from ...fragility.runs.runners import Runner
 from ...fragility.uncertainty.joint import Variability, pieces_of, with_restitution
 from ...fragility.validity.characteristics import Characteristics
+from ...fragility.validity.friction_demand import ANY_FLOOR
 from ...fragility.validity.slab_screen import distinct
-from ...fragility.validity.sliding import ANY_FLOOR
 from ...fragility.validity.summary import OF_BLOCKS, input_of_pairs, summary_screen
 from ...fragility.validity.undecided import FlipCounts, choose_motions, count_flips_of, perturbed_runs
 from ...models import Block, Law

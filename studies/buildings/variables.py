@@ -19,7 +19,7 @@ from ...core.wording import given_percent
 from ...fragility.curves.means import mean_interval, quantiles, share_error
 from ...fragility.fitting.bootstrap import draw_motions
 from ...fragility.hazard.curve import HazardCurve
-from ...fragility.hazard.levels import LevelWeights, level_weights
+from ...fragility.hazard.level_weights import LevelWeights, level_weights
 from ...fragility.numerics.proportions import wilson_interval
 from ...fragility.numerics.slabs import RUNS, slabs
 from ...fragility.numerics.totals import chances, exceedances

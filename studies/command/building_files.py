@@ -12,8 +12,7 @@ import xarray as xr
 from ...core.wording import counted, currency_of
 from ...fragility.curves.curve import ISOTONIC
 from ...fragility.exchange.ids import TABLE_MARKS, is_id
-from ...fragility.exchange.pelicun.building import FILES, write_building
-from ...fragility.exchange.pelicun.consequences import UNITS, Amount, Line, currency_unit
+from ...fragility.exchange.pelicun.building import FILES, UNITS, Amount, Line, currency_unit, write_building
 from ...fragility.fitting.isotonic import isotonic_probabilities
 from ..buildings.variables import JOINT
 from ..facts.method import study_of

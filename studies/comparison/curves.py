@@ -18,7 +18,7 @@ from ...core.units import DIMENSIONLESS, PER_YEAR
 from ...fragility.analyses.surface_results import POOLED
 from ...fragility.analyses.weighted_rates import weighted_rate_samples
 from ...fragility.curves.curve import UPLIFT
-from ...fragility.hazard.rates import probability_in
+from ...fragility.hazard.poisson import probability_in
 from ...fragility.risk.annual_rate import OF_RUNS
 from ...fragility.risk.modelling import MODELLING
 from ...fragility.runs.provenance import RUN

@@ -12,7 +12,7 @@ from ...core.facts import Fact
 from ...core.units import DIMENSIONLESS, PER_YEAR
 from ...core.wording import currency_of
 from ...fragility.fitting.bootstrap import draw_motions
-from ...fragility.hazard.rates import probability_in
+from ...fragility.hazard.poisson import probability_in
 from ...fragility.numerics.totals import chances, chances_of_any
 from ...fragility.runs.provenance import number_of_motions
 from ..buildings.anchoring import weights_of

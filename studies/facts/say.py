@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 from ...core import sentences, wording
 from ...core.facts import Fact
-from ...fragility.hazard.rates import probability_in
+from ...fragility.hazard.poisson import probability_in
 from ...fragility.validity.notes import TEMPLATES as OF_SCREENS
 from ..text.curve_notes import action_of, infinitive_of, reached_of, verb_of
 from ..text.names import clean

@@ -13,7 +13,7 @@ from ...core.doubts import warn
 from ...core.elementary import Array, exp
 from ...core.parameters import CHANCE, PART, SHARE
 from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY
-from ...fragility.adaptive.curve import MOST_RUNS, RUNS
+from ...fragility.adaptive.sequential import MOST_RUNS, RUNS
 from ...fragility.adaptive.until import FEWEST, LEAST, MEDIAN, MOST, PROBABILITY, TARGETS, TOLERANCES, Until, until_of
 from ...fragility.analyses.joint import FEWEST_MOTIONS as FEWEST_EVENTS, SAMPLE
 from ...fragility.analyses.pooled import BLOCKS_A_MOTION, MOST as MOST_POOLED, MOST_BLOCKS_A_MOTION

@@ -18,7 +18,7 @@ from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import KINDS, Doubt, noted
 from ...core.wording import with_article
-from ...fragility.adaptive.curve import MOST_RUNS, RUNS
+from ...fragility.adaptive.sequential import MOST_RUNS, RUNS
 from ...fragility.adaptive.until import MEDIAN, MOST, TARGETS
 from ...fragility.analyses.joint import FEWEST_MOTIONS as FEWEST_EVENTS
 from ...fragility.analyses.pooled import BLOCKS_A_MOTION, MOST as MOST_POOLED

@@ -22,7 +22,7 @@ from ...fragility.curves.curve import TABULATED
 from ...fragility.fitting.fit import FIRST
 from ...fragility.fitting.states import DIRECTIONS, OVERTURNED, of_both_axes, reached, state_name
 from ...fragility.hazard.plausibility import branch_doubts, hazard_doubts
-from ...fragility.hazard.rates import probability_in
+from ...fragility.hazard.poisson import probability_in
 from ...fragility.risk.inversion import check_family
 from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION, range_of_half_levels
 from ...fragility.runs.axes import check_axes, check_outputs

@@ -16,7 +16,7 @@ from ...core.aliases import Array, Progress
 from ...core.doubts import Doubt, noted
 from ...core.wording import counted
 from ...fragility import HazardCurve, cloud, ida, joint_falls, pooled, stripes
-from ...fragility.adaptive.curve import exploring
+from ...fragility.adaptive.sequential import exploring
 from ...fragility.adaptive.stopping import usual_motions
 from ...fragility.adaptive.until import Until
 from ...fragility.analyses.adaptive import adaptive

@@ -11,7 +11,7 @@ from ...core.facts import Fact
 from ...core.wording import listed_name
 from ...fragility.adaptive.until import CONFIDENCE
 from ...fragility.analyses.weighted_rates import weighted_rate_samples
-from ...fragility.hazard.rates import probability_in
+from ...fragility.hazard.poisson import probability_in
 from ...fragility.risk.modelling import LOWER, UPPER
 from ...models import Block
 from ..text.curve_notes import BEYOND, UNDER

@@ -10,7 +10,7 @@ import xarray as xr
 
 from ...core.units import DIMENSIONLESS
 from ...core.wording import years_text
-from ...fragility.hazard.rates import probability_in
+from ...fragility.hazard.poisson import probability_in
 from ...fragility.risk.annual_rate import OF_RUNS
 from ...fragility.risk.ratios import ratio_of
 from ...models import Block

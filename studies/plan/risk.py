@@ -18,7 +18,7 @@ from ...fragility.curves.curve import LEAST
 from ...fragility.fitting.labels import OBSERVED
 from ...fragility.fitting.states import OVERTURNED, State, state_name
 from ...fragility.hazard.pieces import EXTEND, HOLD
-from ...fragility.hazard.rates import probability_in
+from ...fragility.hazard.poisson import probability_in
 from ...fragility.numerics.slabs import gathered
 from ...fragility.risk.annual_rate import rates_alone
 from ...fragility.risk.common_measure import per_block

@@ -14,7 +14,7 @@ from ...core.units import DIMENSIONLESS, PER_YEAR
 from ...core.wording import years_text
 from ...fragility import capacity_variance_shares, fit_fragility, overturning_probability, variance_shares
 from ...fragility.fitting.intervals import WALD
-from ...fragility.hazard.rates import probability_in
+from ...fragility.hazard.poisson import probability_in
 from ...fragility.numerics.slabs import gathered
 from ...fragility.runs.factors import BlockFactors, Factors
 from ...fragility.runs.runners import Runner

@@ -10,7 +10,7 @@ import xarray as xr
 from ...core.aliases import Flags
 from ...core.units import DIMENSIONLESS
 from ...core.wording import about_percent, currency_of, given_percent
-from ...fragility.hazard.rates import probability_in
+from ...fragility.hazard.poisson import probability_in
 from ...fragility.numerics.proportions import wilson_interval
 from ...fragility.runs.provenance import number_of_motions
 from ..buildings.recommendations import YEARS, Range

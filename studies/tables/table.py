@@ -26,7 +26,7 @@ from ...core.wording import (
     three_digits,
     two_digits,
 )
-from ...fragility.hazard.rates import probability_in
+from ...fragility.hazard.poisson import probability_in
 from ..buildings.recommendations import Range
 from ..text.block_order import chosen_of
 from ..text.names import clean

@@ -12,7 +12,7 @@ import matplotlib.figure  # noqa: F401 - loaded before the limit is set
 import numpy as np
 
 from toppling.fragility.numerics import slabs
-from toppling.fragility.runs import graph, plan
+from toppling.fragility.runs import plan, runners
 from toppling.fragility.runs.outputs import OUTPUTS
 from toppling.models.runs import TALLY
 from toppling.studies.command import cli
@@ -41,7 +41,7 @@ def data_bytes():
 
 
 def main(place, limit, study, out):
-    graph.run_chunk = pretended
+    runners.run_chunk = pretended
     base.Study.prepare = lambda study: None
     slabs.RUNS = 2**17
     netcdf.SLAB_BYTES = 2**22

@@ -28,9 +28,9 @@ def fit_lognormal(levels, overturnings, runs, penalty="none"):
     np.add.at(cells[:, 0], where, np.asarray(runs) - overturnings)
     sample = Sample(distinct, cells.ravel(), False, math.nan, False, False, None)
     options = Options(0.95, WALD, (), penalty, 0, 0, False)
-    found = estimate(LINKS[LOGNORMAL], sample, outcomes_of(OVERTURNING_OUTCOMES, distinct.size), options, None)
-    likelihood = float(found.lines.log_likelihood[0])
-    if not found.found:
-        return LognormalFit(log_likelihood=likelihood, status=found.status)
-    dispersion = math.exp(found.log_value(None))
-    return LognormalFit(math.exp(found.log_value(0.5)), dispersion, found.log_error(0.5), likelihood, found.status)
+    line = estimate(LINKS[LOGNORMAL], sample, outcomes_of(OVERTURNING_OUTCOMES, distinct.size), options, None)
+    likelihood = float(line.lines.log_likelihood[0])
+    if not line.exists:
+        return LognormalFit(log_likelihood=likelihood, status=line.status)
+    dispersion = math.exp(line.log_value(None))
+    return LognormalFit(math.exp(line.log_value(0.5)), dispersion, line.log_error(0.5), likelihood, line.status)

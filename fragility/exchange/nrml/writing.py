@@ -1,7 +1,7 @@
 """Writing of curves as OpenQuake's fragility models (NRML 0.5): lognormal functions, and discrete functions for others.
 
 NRML's mean and stddev are of the lognormal variable itself, not its median and dispersion. PGA and SA are in g, PGV and
-PGD in cm/s and cm. The module `reading` reads the models back.
+PGD in cm/s and cm.
 """
 
 from __future__ import annotations
@@ -86,24 +86,24 @@ def write_nrml(
     """
     file = checks.path(path)
     share = checks.number("tail", tail, at_least=1e-9, at_most=0.01)
-    found = curve_set(curves, OPENQUAKE_MARKS, ids)
-    imt, unit = _imt(found)
-    _refuse_floors(found)
-    states = _limit_states(found)
-    missing = found.missing()
-    components = {name: rows for name, rows in found.components().items() if name not in missing}
+    model = curve_set(curves, OPENQUAKE_MARKS, ids)
+    imt, unit = _imt(model)
+    _refuse_floors(model)
+    states = _limit_states(model)
+    missing = model.missing()
+    components = {name: rows for name, rows in model.components().items() if name not in missing}
     if not components:
         raise ExchangeError(f"{file}: NRML holds estimates alone, and none of {len(missing)} curves has one")
     lines = [
         "<?xml version='1.0' encoding='utf-8'?>",
         f"<nrml xmlns={quoteattr(NAMESPACE)}>",
-        _comment({"title": found.title}),
+        _comment({"title": model.title}),
         f'<fragilityModel id="toppling" assetCategory="{CATEGORY}" lossCategory="{CATEGORY}">',
-        f"<description>{escape(_description(found, missing))}</description>",
+        f"<description>{escape(_description(model, missing))}</description>",
         f"<limitStates>{' '.join(states)}</limitStates>",
     ]
     for name, rows in components.items():
-        lines += ["", _comment(component_record(found, rows)), *_function(name, found, rows, states, imt, unit, share)]
+        lines += ["", _comment(component_record(model, rows)), *_function(name, model, rows, states, imt, unit, share)]
     lines += ["", "</fragilityModel>", "</nrml>", ""]
     return Written((write_text(file, "\n".join(lines)),), tuple(components), missing)
 
@@ -114,42 +114,42 @@ def arithmetic(median: float, dispersion: float) -> tuple[float, float]:
     return mean, mean * math.sqrt(math.expm1(dispersion**2))
 
 
-def _imt(found: CurveSet) -> tuple[str, float]:
-    spectral = spectral_period(found.im)
-    if found.im in IMTS:
-        return IMTS[found.im]
+def _imt(model: CurveSet) -> tuple[str, float]:
+    spectral = spectral_period(model.im)
+    if model.im in IMTS:
+        return IMTS[model.im]
     if spectral is not None and spectral[0] == "Sa":
         return f"SA({spectral[1]!r})", STANDARD_GRAVITY
     raise ExchangeError(
-        f"OpenQuake has no measure for {found.im or 'levels without a name'}, "
+        f"OpenQuake has no measure for {model.im or 'levels without a name'}, "
         f"allowed are {', '.join(IMTS)} and Sa(T) with 5 % damping"
     )
 
 
-def _refuse_floors(found: CurveSet) -> None:
+def _refuse_floors(model: CurveSet) -> None:
     """Raise ExchangeError for measures of a floor's motion: OpenQuake would apply them to the ground motion."""
-    upper = next((floor for floor in found.floors if floor not in ("", "0")), None)
-    if upper is not None and not found.ground:
+    upper = next((floor for floor in model.floors if floor not in ("", "0")), None)
+    if upper is not None and not model.ground:
         raise ExchangeError(
-            f"OpenQuake knows the ground's shaking alone, and {found.im} is that of floor {upper}: "
+            f"OpenQuake knows the ground's shaking alone, and {model.im} is that of floor {upper}: "
             "scale the ground motions in the study (im_at), or export for pelicun"
         )
 
 
-def _limit_states(found: CurveSet) -> list[str]:
+def _limit_states(model: CurveSet) -> list[str]:
     """Return a name that NRML accepts for each limit state."""
-    names = [re.sub(r"[^A-Za-z0-9_:]+", "_", state).strip("_") for state in found.limit_states]
+    names = [re.sub(r"[^A-Za-z0-9_:]+", "_", state).strip("_") for state in model.limit_states]
     if "" in names or len(set(names)) < len(names):
         raise ExchangeError(
-            f"limit states must have names of letters and digits, each its own, got {found.limit_states}"
+            f"limit states must have names of letters and digits, each its own, got {model.limit_states}"
         )
     return names
 
 
-def _description(found: CurveSet, missing: dict[str, str]) -> str:
-    where = "" if found.place == GROUND else " where the block stands"
-    states = " and of ".join(found.limit_states)
-    text = f"{found.title}: probability of {states} given the {found.long_name}{where}, made by toppling."
+def _description(model: CurveSet, missing: dict[str, str]) -> str:
+    where = "" if model.place == GROUND else " where the block stands"
+    states = " and of ".join(model.limit_states)
+    text = f"{model.title}: probability of {states} given the {model.long_name}{where}, made by toppling."
     if missing:
         text += f" Without an estimate and not here: {', '.join(f'{k} ({reason})' for k, reason in missing.items())}."
     return _plain(text)
@@ -169,7 +169,7 @@ def _comment(content: dict[str, Any]) -> str:
 
 
 def _function(
-    name: str, found: CurveSet, rows: Sequence[CurveRow], states: Sequence[str], imt: str, unit: float, tail: float
+    name: str, model: CurveSet, rows: Sequence[CurveRow], states: Sequence[str], imt: str, unit: float, tail: float
 ) -> list[str]:
     if all(row.lognormal for row in rows):
         low, high = (value / unit for value in _range(rows, tail))
@@ -181,7 +181,7 @@ def _function(
             mean, stddev = arithmetic(row.parameters.median / unit, row.parameters.dispersion)
             lines.append(f'<params ls="{state}" mean="{mean!r}" stddev="{stddev!r}"/>')
         return [*lines, "</fragilityFunction>"]
-    levels = found.levels if found.levels is not None else grid(rows, tail, STEP)
+    levels = model.levels if model.levels is not None else grid(rows, tail, STEP)
     lines = [
         f'<fragilityFunction id={quoteattr(name)} format="discrete">',
         f"<imls imt={quoteattr(imt)}>{_written(levels / unit)}</imls>",

@@ -42,35 +42,35 @@ UNITS_OF_MEASURES: dict[str, dict[str, float]] = {
 _SI = {"g": "m s-2", "mps": "m s-1", "m": "m"}
 
 
-def demand_of(found: CurveSet, located: bool = False) -> Demand:
+def demand_of(curves: CurveSet, located: bool = False) -> Demand:
     """Return the demand of curves; ExchangeError if pelicun has none.
 
     `located`: offsets give the place of the demand, so that a spectral demand can be of the ground.
     """
-    spectral = spectral_period(found.im)
-    if spectral is not None and (located or not found.ground):
+    spectral = spectral_period(curves.im)
+    if spectral is not None and (located or not curves.ground):
         _, demand = _SPECTRAL[spectral[0]]
         return demand._replace(name=f"{demand.name}|{spectral[1]!r}")
-    demands = _OF_THE_GROUND if found.ground else _OF_FLOORS
-    if found.im not in demands:
-        where = " of the ground" if found.ground else ""
-        spectra = "" if found.ground and not located else ", Sa(T), Sv(T) and Sd(T) with 5 % damping"
+    demands = _OF_THE_GROUND if curves.ground else _OF_FLOORS
+    if curves.im not in demands:
+        where = " of the ground" if curves.ground else ""
+        spectra = "" if curves.ground and not located else ", Sa(T), Sv(T) and Sd(T) with 5 % damping"
         raise ExchangeError(
-            f"pelicun has no demand for {found.im or 'a measure without a name'}{where}, "
+            f"pelicun has no demand for {curves.im or 'a measure without a name'}{where}, "
             f"allowed are {', '.join(demands)}{spectra}"
         )
-    return demands[found.im]
+    return demands[curves.im]
 
 
 def measure_of(demand: str) -> tuple[str, bool] | None:
     """Return the measure's label and True if it is of the ground; None for a demand without a measure here."""
     name, _, subtype = demand.partition("|")
     for ground, known in ((False, _OF_FLOORS), (True, _OF_THE_GROUND)):
-        for label, one in known.items():
-            if demand == one.name:
+        for label, entry in known.items():
+            if demand == entry.name:
                 return label, ground
-    for spectral, one in _SPECTRAL.values():
-        if name in (one.name, f"Peak {one.name}") and re.fullmatch(r"[0-9]{1,4}(?:\.[0-9]{0,17})?", subtype):
+    for spectral, entry in _SPECTRAL.values():
+        if name in (entry.name, f"Peak {entry.name}") and re.fullmatch(r"[0-9]{1,4}(?:\.[0-9]{0,17})?", subtype):
             try:
                 return spectral(float(subtype)).label, False
             except ValueError:

@@ -41,14 +41,14 @@ def general_information(title: str, description: str, ids: Iterable[str]) -> dic
 
 
 def metadata_text(
-    found: CurveSet, description: str = "", notes: Mapping[str, str] = MappingProxyType({}), repair: str = REPAIR
+    curves: CurveSet, description: str = "", notes: Mapping[str, str] = MappingProxyType({}), repair: str = REPAIR
 ) -> str:
     """Return the JSON of a table. `notes`: comments on components, by id."""
-    components = found.components()
-    about = f"{found.title}; made by toppling. {description}{ADVICE}"
+    components = curves.components()
+    about = f"{curves.title}; made by toppling. {description}{ADVICE}"
     content = {
-        GENERAL: general_information(found.title, about, components),
-        **{name: _entry(found, rows, notes.get(name, ""), repair) for name, rows in components.items()},
+        GENERAL: general_information(curves.title, about, components),
+        **{name: _entry(curves, rows, notes.get(name, ""), repair) for name, rows in components.items()},
     }
     return json_of(content)
 
@@ -58,24 +58,24 @@ def json_of(content: Mapping[str, Any]) -> str:
     return json.dumps(content, ensure_ascii=False, indent=1) + "\n"
 
 
-def _entry(found: CurveSet, rows: Sequence[CurveRow], note: str, repair: str) -> dict[str, Any]:
-    ours = component_record(found, rows)
+def _entry(curves: CurveSet, rows: Sequence[CurveRow], note: str, repair: str) -> dict[str, Any]:
+    ours = component_record(curves, rows)
     reason = ours.get("status")
-    said = [note, ours.get("note", ""), *_form(found, rows), ADVICE] if reason is None else [f"No estimate: {reason}."]
+    text = [note, ours.get("note", ""), *_form(curves, rows), ADVICE] if reason is None else [f"No estimate: {reason}."]
     return {
-        "Description": f"{', '.join(ours['labels'].values()) or found.title}: fragility in {found.long_name}",
-        "Comments": f"{' '.join(filter(None, said))}\n{RECORD}{json.dumps(ours, ensure_ascii=False)}",
+        "Description": f"{', '.join(ours['labels'].values()) or curves.title}: fragility in {curves.long_name}",
+        "Comments": f"{' '.join(filter(None, text))}\n{RECORD}{json.dumps(ours, ensure_ascii=False)}",
         "SuggestedComponentBlockSize": "1 EA",
         "RoundUpToIntegerQuantity": "True",
-        "LimitStates": _limit_states(found, rows, repair),
+        "LimitStates": _limit_states(curves, rows, repair),
     }
 
 
-def _limit_states(found: CurveSet, rows: Sequence[CurveRow], repair: str) -> dict[str, Any]:
+def _limit_states(curves: CurveSet, rows: Sequence[CurveRow], repair: str) -> dict[str, Any]:
     """Return the damage states of each limit state, which pelicun counts through all limit states of a component."""
     states: dict[str, Any] = {}
     number = 0
-    for i, (state, row) in enumerate(zip(found.limit_states, rows, strict=True), start=1):
+    for i, (state, row) in enumerate(zip(curves.limit_states, rows, strict=True), start=1):
         several = len(row.words.get("weights", "").split("|"))
         states[f"LS{i}"] = {
             f"DS{number + k}": {"Description": state, "RepairAction": repair} for k in range(1, several + 1)
@@ -84,7 +84,7 @@ def _limit_states(found: CurveSet, rows: Sequence[CurveRow], repair: str) -> dic
     return states
 
 
-def _form(found: CurveSet, rows: Sequence[CurveRow]) -> list[str]:
+def _form(curves: CurveSet, rows: Sequence[CurveRow]) -> list[str]:
     """Return the description of the form of a component's curves, and the parts of their dispersions."""
     if any(row.probability is not None for row in rows):
         return [ROUGH]
@@ -106,14 +106,14 @@ def read_metadata(file: Path) -> tuple[str, dict[str, Component]]:
         return "", {}
     _, text = read_text(file)
     try:
-        found = json.loads(text)
+        content = json.loads(text)
     except (ValueError, RecursionError):
         raise ExchangeError(f"{file}: no JSON") from None
-    if not isinstance(found, dict):
-        raise ExchangeError(f"{file}: must say something of each component, got {type(found).__name__}")
-    general = found.get(GENERAL)
+    if not isinstance(content, dict):
+        raise ExchangeError(f"{file}: must say something of each component, got {type(content).__name__}")
+    general = content.get(GENERAL)
     title = general.get("ShortName") if isinstance(general, dict) else None
-    entries = {name: component_of(_record(entry)) for name, entry in found.items() if isinstance(entry, dict)}
+    entries = {name: component_of(_record(entry)) for name, entry in content.items() if isinstance(entry, dict)}
     known = {name: entry for name, entry in entries.items() if entry is not None}
     return title if isinstance(title, str) else "", known
 

@@ -41,10 +41,10 @@ def theta(row: CurveRow, levels: Array | None, factor: float) -> str:
     else:
         assert levels is not None  # (a curve without parameters has its probabilities at levels)
         x, y = _closed(levels, row.probability)
-    kept = np.array([float(f"{one:g}") for one in x])
+    kept = np.array([float(f"{level:g}") for level in x])
     if np.any(np.diff(kept) <= 0.0):
         raise ExchangeError("pelicun keeps six digits of a level, and two levels of a curve are closer than that")
-    return f"{','.join(map(repr, (x / factor).tolist()))}|{','.join(f'{one:.6g}' for one in _rising(y))}"
+    return f"{','.join(map(repr, (x / factor).tolist()))}|{','.join(f'{p:.6g}' for p in _rising(y))}"
 
 
 def points(file: Path, where: str, theta_0: str, factor: float) -> tuple[Array, Array]:
@@ -55,7 +55,7 @@ def points(file: Path, where: str, theta_0: str, factor: float) -> tuple[Array, 
     texts = [part.split(",") for part in theta_0.split("|")]
     if len(texts) != 2 or len(texts[0]) != len(texts[1]):
         raise ExchangeError(f"{file}: Theta_0 {where} must be levels|probabilities, as many of both, with commas")
-    x, p = (np.array([number(file, f"Theta_0 {where}", one) for one in part]) for part in texts)
+    x, p = (np.array([number(file, f"Theta_0 {where}", value) for value in part]) for part in texts)
     x = x * factor
     problem = levels_problem(x)
     if problem is None and (x.size < 2 or p[0] != 0.0 or p[-1] != 1.0 or np.any(np.diff(p) < 0.0)):

@@ -75,11 +75,11 @@ def read_pelicun(path: str | os.PathLike[str], ids: Collection[str] | None = Non
     if unknown and im is None:
         demand, name = next(iter(unknown.items()))
         raise ExchangeError(f"{file}: component {name!r:.80} is in {demand!r:.60}, which no measure here is")
-    (label, ground), found = select_measure(file, by_measure, im)
+    (label, ground), entries = select_measure(file, by_measure, im)
     stated, components = read_metadata(file.with_suffix(".json"))
     states = _limit_states(file, heading)
     levels, rows_of = _at_common_levels(
-        file, [(row["ID"], *curve) for row in found for curve in _curves(file, row, states, label)]
+        file, [(row["ID"], *curve) for row in entries for curve in _curves(file, row, states, label)]
     )
     dims, named = labelled_curves(file, rows_of, components, [f"LS{i}" for i in states], units_of(label)[0])
     made = CurveSet(
@@ -134,10 +134,10 @@ def _limit_states(file: Path, heading: Sequence[str]) -> list[int]:
 
 def _at_common_levels(file: Path, read: Sequence[Read]) -> tuple[Array | None, list[tuple[str, int, CurveRow]]]:
     """Return the levels of all curves without parameters, None if there are none, and all curves at these levels."""
-    tables = [own for _, _, _, own in read if own is not None]
+    tables = [table for _, _, _, table in read if table is not None]
     if not tables:
         return None, [(name, at, curve) for name, at, curve, _ in read]
-    lognormal = next((name for name, _, curve, own in read if own is None and curve.estimated), None)
+    lognormal = next((name for name, _, curve, table in read if table is None and curve.estimated), None)
     if lognormal is not None:
         raise ExchangeError(
             f"{file}: {lognormal!r:.80} is lognormal and other components are {FAMILY}: read one family with ids"
@@ -145,11 +145,11 @@ def _at_common_levels(file: Path, read: Sequence[Read]) -> tuple[Array | None, l
     levels = np.unique(np.concatenate([x for x, _ in tables]))
     if levels.size * len(read) > MAX_NUMBERS:
         raise ExchangeError(f"{file}: {len(read):,} curves have {levels.size:,} levels: read some of them with ids")
-    found = []
-    for name, at, curve, own in read:
-        p = None if own is None else np.interp(levels, *own)
-        found.append((name, at, curve._replace(probability=p)))
-    return levels, found
+    curves = []
+    for name, at, curve, pair in read:
+        p = None if pair is None else np.interp(levels, *pair)
+        curves.append((name, at, curve._replace(probability=p)))
+    return levels, curves
 
 
 def _curves(
@@ -176,7 +176,7 @@ def _curves(
             f"got {row['Demand-Unit']!r:.30}"
         )
     unit = units[row["Demand-Unit"]]
-    found: list[tuple[int, CurveRow, tuple[Array, Array] | None]] = []
+    curves: list[tuple[int, CurveRow, tuple[Array, Array] | None]] = []
     for at, i in enumerate(states):
         family, theta_0, theta_1 = (row.get(f"LS{i}-{key}", "").strip() for key in ("Family", "Theta_0", "Theta_1"))
         if not (family or theta_0 or theta_1):
@@ -185,16 +185,16 @@ def _curves(
         weights = row.get(f"LS{i}-DamageStateWeights", "").strip()
         curve = CurveRow((), numbers=numbers, words={"weights": weights} if weights else {})
         if family == FAMILY:
-            found.append((at, curve, points(file, where, theta_0, unit)))
+            curves.append((at, curve, points(file, where, theta_0, unit)))
         elif family == LOGNORMAL:
             # (tables of multilinear curves alone have no such column)
             if f"LS{i}-Theta_1" not in row:
                 raise ExchangeError(f"{file}: has no column LS{i}-Theta_1, which the curve {where} needs")
             median = number(file, f"Theta_0 {where}", theta_0) * unit
             parameters = CurveParameters(median, number(file, f"Theta_1 {where}", theta_1))
-            found.append((at, curve._replace(parameters=parameters), None))
+            curves.append((at, curve._replace(parameters=parameters), None))
         else:
             raise ExchangeError(f"{file}: the family {where} must be lognormal or {FAMILY}, got {family!r:.30}")
-    if not found:
+    if not curves:
         raise ExchangeError(f"{file}: {name!r:.80} has no limit state and is not said to be incomplete")
-    return found
+    return curves

@@ -72,32 +72,32 @@ def write_pelicun(
     below its storey. It takes demands of the ground and spectral demands at its own location.
     """
     file = checks.path(path)
-    found = curve_set(curves, TABLE_MARKS, ids)
-    return write_table(found, file, metadata_text(found), directional)
+    curve_rows = curve_set(curves, TABLE_MARKS, ids)
+    return write_table(curve_rows, file, metadata_text(curve_rows), directional)
 
 
 def write_table(
-    found: CurveSet, file: Path, metadata: str, directional: bool | None = None, located: bool = False
+    curve_rows: CurveSet, file: Path, metadata: str, directional: bool | None = None, located: bool = False
 ) -> Written:
     """Write curves as a table, and its metadata; errors as of `write_pelicun`.
 
     `located`: the curves' offsets give the place of the demand.
     """
-    demand = demand_of(found, located)
+    demand = demand_of(curve_rows, located)
     metadata_file = file.with_suffix(".json")
     if metadata_file == file:
         raise ExchangeError(f"{file}: the table must not be named .json, its metadata are")
-    components, missing = found.components(), found.missing()
+    components, missing = curve_rows.components(), curve_rows.missing()
     heading = ["ID", "Incomplete", "Demand-Type", "Demand-Unit", "Demand-Offset", "Demand-Directional"]
-    for i in range(1, len(found.limit_states) + 1):
+    for i in range(1, len(curve_rows.limit_states) + 1):
         heading += [f"LS{i}-Family", f"LS{i}-Theta_0", f"LS{i}-Theta_1", f"LS{i}-DamageStateWeights"]
     table = [heading]
     for name, rows in components.items():
-        own = rows[0].numbers.get("directional", 1.0) if directional is None else float(directional)
+        directed = rows[0].numbers.get("directional", 1.0) if directional is None else float(directional)
         offset = int(rows[0].numbers.get("offset", 0.0))
-        cells = [name, str(int(name in missing)), demand.name, demand.unit, str(offset), str(int(own != 0.0))]
+        cells = [name, str(int(name in missing)), demand.name, demand.unit, str(offset), str(int(directed != 0.0))]
         for row in rows:
-            cells += [*_thetas(found, row, demand), row.words.get("weights", "")]
+            cells += [*_thetas(curve_rows, row, demand), row.words.get("weights", "")]
         table.append(cells)
     paths = (write_text(file, csv_text(table)), write_text(metadata_file, metadata))
     return Written(paths, tuple(components), missing)
@@ -110,10 +110,10 @@ def csv_text(rows: Iterable[Sequence[str]]) -> str:
     return lines.getvalue()
 
 
-def _thetas(found: CurveSet, row: CurveRow, demand: Demand) -> tuple[str, str, str]:
+def _thetas(curve_rows: CurveSet, row: CurveRow, demand: Demand) -> tuple[str, str, str]:
     """Return family and parameters of a curve, these empty if there is none."""
     if not row.estimated:
         return "lognormal", "", ""
     if row.lognormal:
         return "lognormal", repr(row.parameters.median / demand.factor), repr(row.parameters.dispersion)
-    return FAMILY, theta(row, found.levels, demand.factor), ""
+    return FAMILY, theta(row, curve_rows.levels, demand.factor), ""

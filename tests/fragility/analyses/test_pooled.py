@@ -16,7 +16,7 @@ from toppling.core.doubts import ImplausibleInput
 from toppling.core.units import STANDARD_GRAVITY
 from toppling.fragility import HazardCurve, pooled, surface_curves
 from toppling.fragility.analyses import region_runs
-from toppling.fragility.surfaces import curves as pooled_curves, cuts
+from toppling.fragility.surfaces import cuts, sequential as pooled_curves
 from toppling.fragility.surfaces.checks import check_surface
 from toppling.models import BlockArray
 

@@ -15,7 +15,7 @@ import toppling as tp
 from toppling.core.doubts import ImplausibleInput
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import HazardCurve, HazardError, annual_rate, read_hazard
-from toppling.fragility.hazard.levels import level_weights
+from toppling.fragility.hazard.level_weights import level_weights
 from toppling.fragility.hazard.plausibility import hazard_doubts
 from toppling.motions.readers.lines import HEAD_LINES, Lines, RecordError
 from toppling.studies.file.hazard import hazard_table

@@ -9,7 +9,7 @@ import xarray as xr
 
 import toppling as tp
 from toppling.fragility import Branch, epistemic_rates, with_modelling
-from toppling.fragility.risk.weighing import SOURCES
+from toppling.fragility.risk.epistemic import SOURCES
 
 
 def curves(median=0.6, dispersion=0.4, **more):

@@ -21,7 +21,7 @@ from toppling.fragility import (
     rate_from_probability,
 )
 from toppling.fragility.curves.curve import LognormalCurves, TabulatedCurves
-from toppling.fragility.hazard.levels import level_weights
+from toppling.fragility.hazard.level_weights import level_weights
 from toppling.fragility.hazard.pieces import pieces_of
 from toppling.fragility.risk.convolution import rates_and_slopes, rates_of
 from toppling.fragility.risk.quadrature import GAUSS, KRONROD, NODES, event_integral, integrate

@@ -13,7 +13,7 @@ from dask.callbacks import Callback
 from study_texts import crate_study
 
 import toppling as tp
-from toppling.fragility.runs import graph, plan, runners
+from toppling.fragility.runs import plan, runners
 from toppling.fragility.runs.request import check_request, work_of
 from toppling.motions.arrays import records
 from toppling.studies.command.cli import main
@@ -58,13 +58,13 @@ class TestHere:
     def test_one_thread_alone(self, shakes, small_chunks, monkeypatch):
         """Also that of the measures, and those of fits."""
         seen = set()
-        plain = graph.run_chunk
+        plain = runners.run_chunk
 
         def run(work, chunk, left):
             seen.add(threading.get_ident())
             return plain(work, chunk)
 
-        monkeypatch.setattr(graph, "run_chunk", run)
+        monkeypatch.setattr(runners, "run_chunk", run)
         with dask.config.set(num_workers=3):
             tp.ida(BLOCKS, LAWS, shakes, LEVELS)
             assert 1 < len(seen) <= 3
@@ -129,8 +129,8 @@ class TestHere:
     def test_in_the_order_of_the_plan(self, shakes, small_chunks, monkeypatch):
         """The last chunks are the shortest, whatever order dask would take."""
         seen = []
-        plain = graph.run_chunk
-        monkeypatch.setattr(graph, "run_chunk", lambda work, chunk, left: (seen.append(chunk), plain(work, chunk))[1])
+        plain = runners.run_chunk
+        monkeypatch.setattr(runners, "run_chunk", lambda work, chunk, left: (seen.append(chunk), plain(work, chunk))[1])
         with dask.config.set(scheduler="synchronous"):
             tp.ida(BLOCKS, LAWS, shakes, LEVELS)
         assert seen == plan.plan_chunks(work_of_blocks(shakes))
@@ -145,8 +145,10 @@ class TestHere:
     def test_memory_is_bounded_where_the_caller_is_slow(self, shakes, small_chunks, monkeypatch):
         """No more chunks are computed than wait to be taken, or are in flight."""
         begun = []
-        plain = graph.run_chunk
-        monkeypatch.setattr(graph, "run_chunk", lambda work, chunk, left: (begun.append(chunk), plain(work, chunk))[1])
+        plain = runners.run_chunk
+        monkeypatch.setattr(
+            runners, "run_chunk", lambda work, chunk, left: (begun.append(chunk), plain(work, chunk))[1]
+        )
         work = work_of_blocks(shakes)
         chunks = plan.plan_chunks(work)
         with dask.config.set(num_workers=2):
@@ -174,7 +176,7 @@ class TestHere:
         def fails(work, chunk, left):
             raise MemoryError("no room")
 
-        monkeypatch.setattr(graph, "run_chunk", fails)
+        monkeypatch.setattr(runners, "run_chunk", fails)
         with pytest.raises(MemoryError, match="no room"):
             tp.ida(BLOCKS, LAWS, shakes, LEVELS)
 
@@ -219,7 +221,7 @@ class TestElsewhere:
         work = work_of_blocks(shakes)
         first, *_ = chunks = plan.plan_chunks(work, 0.002)
         assert len(chunks) > 2
-        task = graph.ChunkTask(work, first)
+        task = runners.ChunkTask(work, first)
         sent = pickle.dumps(task)
         own = sum(one.acceleration.nbytes for one in work.motions[first.first : first.stop])
         assert len(sent) < own + 60_000
@@ -228,9 +230,9 @@ class TestElsewhere:
 
     def test_another_engine_is_refused(self, shakes, monkeypatch):
         work = work_of_blocks(shakes)
-        sent = pickle.dumps(graph.ChunkTask(work, plan.plan_chunks(work)[0]))
-        here = graph.engine_identity()
-        monkeypatch.setattr(graph, "engine_identity", lambda: {**here, "processor": "other"})
+        sent = pickle.dumps(runners.ChunkTask(work, plan.plan_chunks(work)[0]))
+        here = runners.engine_identity()
+        monkeypatch.setattr(runners, "engine_identity", lambda: {**here, "processor": "other"})
         with pytest.raises(ValueError, match=r"a worker has processor other, this process .*: compile for the same"):
             pickle.loads(sent)()
 

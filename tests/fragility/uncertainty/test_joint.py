@@ -15,7 +15,7 @@ from shared_cases import lifts_at
 import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY
 from toppling.fragility.curves.means import mean_interval, quantiles, resampled_means, sampling_error, share_error
-from toppling.fragility.hazard.levels import level_weights, line_weights
+from toppling.fragility.hazard.level_weights import level_weights, line_weights
 from toppling.fragility.numerics.totals import (
     chances,
     chances_of_any,

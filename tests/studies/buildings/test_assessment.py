@@ -16,7 +16,7 @@ from check_results import check_results
 import toppling as tp
 from toppling.core.wording import short_digits
 from toppling.fragility import wilson_interval
-from toppling.fragility.hazard.levels import level_weights
+from toppling.fragility.hazard.level_weights import level_weights
 from toppling.fragility.uncertainty.joint import Variability
 from toppling.models.friction import FixedFriction
 from toppling.motions import Building

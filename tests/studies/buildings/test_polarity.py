@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 import toppling as tp
 from toppling.fragility import HazardCurve, wilson_interval
 from toppling.fragility.fitting.bootstrap import draw_motions
-from toppling.fragility.hazard.levels import level_weights
+from toppling.fragility.hazard.level_weights import level_weights
 from toppling.fragility.runs.provenance import number_of_motions
 from toppling.fragility.uncertainty.joint import Variability
 from toppling.models import laws

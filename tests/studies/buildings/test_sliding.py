@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 import toppling as tp
 from toppling.core.streams import stream
 from toppling.fragility import HazardCurve
-from toppling.fragility.hazard.levels import level_weights
+from toppling.fragility.hazard.level_weights import level_weights
 from toppling.fragility.uncertainty.joint import Variability, pieces_of
 from toppling.models.friction import CONTACTS, FixedFriction, LognormalFriction
 from toppling.studies.buildings.anchoring import anchoring

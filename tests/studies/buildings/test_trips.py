@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 import toppling as tp
 from toppling.core.streams import stream
 from toppling.fragility import HazardCurve, slide_runs
-from toppling.fragility.hazard.levels import level_weights
+from toppling.fragility.hazard.level_weights import level_weights
 from toppling.fragility.uncertainty.joint import Variability, pieces_of
 from toppling.models.friction import LognormalFriction
 from toppling.studies import StudyError

@@ -13,7 +13,7 @@ from check_facts import facts_of, notes_named
 import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY
 from toppling.fragility.curves.means import resampled_means
-from toppling.fragility.hazard.levels import level_weights
+from toppling.fragility.hazard.level_weights import level_weights
 from toppling.motions.floors.histories import FloorHistories, History
 from toppling.studies import Assessment, StudyError, assess
 from toppling.studies.buildings.anchoring import anchoring

@@ -7,6 +7,7 @@ plan depends only on these outcomes and on each motion's own random stream.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,11 +15,12 @@ import numpy as np
 from ...core import checks
 from ...core.elementary import Array, Flags, Index, exp, log
 from ...core.streams import stream
+from ...core.wording import counted
 from ..fitting.states import ALL, NONE
 from ..numerics.proportions import binomial_interval
 from .probit import Estimate, Observations, Probit, difference, enclosing, fit_probit, local_probit
 from .rate import HazardCells, draw_levels, hazard_cells, unseen_tail, weighted_rate
-from .stopping import ALL_FELL, MISFIT, NONE_FELL, StoppingRule
+from .stopping import ALL_FELL, MISFIT, MOST_MOTIONS, NONE_FELL, REACHED, StoppingRule, motions_needed, reason_text
 from .until import CONFIDENCE, DISPERSION, MEDIAN, PROBABILITY, RATE, Until
 
 LEVELS = (0, 2)
@@ -139,8 +141,8 @@ class SequentialCurve:
             cells = hazard_cells(self._hazard, self._global.log_median, scale)
             x, weights = draw_levels(cells, self._global.log_median, scale, uniform)
             # a motion that is run both ways is one motion: its runs share its rate
-            _, own, ways = np.unique(motions, return_inverse=True, return_counts=True)
-            return WavePlan(exp(x), weights / ways[own])
+            _, place, ways = np.unique(motions, return_inverse=True, return_counts=True)
+            return WavePlan(exp(x), weights / ways[place])
         if self.until.target == DISPERSION:
             z = WIDE * self._places(motions) + JITTER * (2.0 * uniform[0] - 1.0)
             return self._unweighted(self._global.log_median + scale * z)
@@ -252,26 +254,26 @@ class SequentialCurve:
         local = None if near is None else enclosing(near.median(), self._seen)
         self._centre = middle
         k, room = self.motions, self.until.room
-        told = (local, curve, spread)
+        estimates = (local, curve, spread)
         if self.until.target == MEDIAN:
-            return _told(k, local, room, told)
+            return _look_at(k, local, room, estimates)
         if self.until.target == DISPERSION:
-            return _told(k, spread, room, told)
+            return _look_at(k, spread, room, estimates)
         if self.until.target == RATE:
-            return self._rate(k, told)
+            return self._rate(k, estimates)
         self._centre = math.log(self.until.level)
-        return self._probability(k, told)
+        return self._probability(k, estimates)
 
-    def _rate(self, k: int, told: Known) -> Look:
+    def _rate(self, k: int, estimates: Known) -> Look:
         """Look at the rate from weighted runs; its upper end includes a possible rate below the levels of falls."""
         rate, cells = self.weighted_rate(), self.cells
         if cells is None or not rate.value > 0.0:
-            return Look(k, *UNKNOWN, *told)
+            return Look(k, *UNKNOWN, *estimates)
         up = rate.reach + unseen_tail(cells, self._weights, self._seen)
         ratio = up / (self.until.room * rate.value)
-        return Look(k, ratio, rate.value, max(0.0, rate.value - rate.reach), rate.value + up, *told)
+        return Look(k, ratio, rate.value, max(0.0, rate.value - rate.reach), rate.value + up, *estimates)
 
-    def _probability(self, k: int, told: Known) -> Look:
+    def _probability(self, k: int, estimates: Known) -> Look:
         """Look at the probability of a level: by a local fit, or if all runs nearby end alike, by their number."""
         reach = WINDOW * self._distance()
         x = math.log(self.until.level)
@@ -281,9 +283,9 @@ class SequentialCurve:
             # (a motion counts once: its runs are as alike as they can be)
             n = np.unique(near.motion).size
             lower, upper = map(float, binomial_interval(n if near.fell[0] else 0, n, CONFIDENCE, "clopper-pearson"))
-            return Look(k, (upper - lower) / self.until.room, float(near.fell[0]), lower, upper, *told)
+            return Look(k, (upper - lower) / self.until.room, float(near.fell[0]), lower, upper, *estimates)
         if not near.x.size:
-            return Look(k, *UNKNOWN, *told)
+            return Look(k, *UNKNOWN, *estimates)
         fitted, _ = local_probit(self._seen, x, reach, follow=False)
         if fitted is None:  # (as many motions as runs that fell, each counted once)
             n = np.unique(near.motion).size
@@ -291,17 +293,85 @@ class SequentialCurve:
             falls = min(max(round(value * n), 1), n - 1) if n > 1 else round(value)
             lower, upper = map(float, binomial_interval(falls, n, CONFIDENCE, "clopper-pearson"))
         else:
-            found = fitted.probability(x)
-            value, (lower, upper) = found.value, found.proportion()
-        return Look(k, 0.5 * (upper - lower) / self.until.room, value, lower, upper, *told)
+            estimate = fitted.probability(x)
+            value, (lower, upper) = estimate.value, estimate.proportion()
+        return Look(k, 0.5 * (upper - lower) / self.until.room, value, lower, upper, *estimates)
 
 
 Known = tuple[Estimate | None, Estimate, Estimate]
 """Local and global ln(median), and ln(dispersion)."""
 
 
-def _told(motions: int, estimate: Estimate | None, room: float, told: Known) -> Look:
+def _look_at(motions: int, estimate: Estimate | None, room: float, estimates: Known) -> Look:
     if estimate is None or not math.isfinite(room):
-        return Look(motions, *UNKNOWN, *told)
+        return Look(motions, *UNKNOWN, *estimates)
     reach = estimate.reach
-    return Look(motions, reach / room, estimate.value, estimate.value - reach, estimate.value + reach, *told)
+    return Look(motions, reach / room, estimate.value, estimate.value - reach, estimate.value + reach, *estimates)
+
+
+LEAST_GAP = 0.05
+"""Per cent of a median below which a misfit, though beyond its error, is nothing to speak of."""
+
+
+def width_text(curve: SequentialCurve, ratio: float) -> str:
+    """Return a half width as text, such as ``±4.8 %`` of the median; `ratio`: half width over its allowed value."""
+    until = curve.until
+    if not math.isfinite(ratio):
+        return "no interval yet"
+    if until.target == PROBABILITY:
+        return f"±{ratio * until.room:.3f}"
+    return f"±{100.0 * half_width(curve, ratio):.1f} %"
+
+
+def half_width(curve: SequentialCurve, ratio: float) -> float:
+    """Return the half width in the terms of the tolerance."""
+    until = curve.until
+    if until.room != until.tolerance and math.isfinite(ratio):
+        return math.expm1(min(ratio * until.room, 700.0))
+    return ratio * until.room
+
+
+def reached_so_far(curves: Sequence[SequentialCurve], motions: int) -> str:
+    """Return the progress of an analysis: the widest interval among the curves that have not stopped."""
+    going = [curve for curve in curves if not curve.stopped]
+    if not going:
+        every = f"all {len(curves):,} curves have" if len(curves) > 1 else "the curve has"
+        return f"{motions:,} motions, {every} stopped"
+    widest = max(going, key=lambda curve: curve.looks[-1].ratio)
+    until = widest.until
+    asked = f"±{until.tolerance:g}" if until.target == PROBABILITY else f"±{100.0 * until.tolerance:g} %"
+    stopped = f"{len(curves) - len(going):,} of {counted(len(curves), 'curve')} stopped"
+    width = width_text(widest, widest.looks[-1].ratio)
+    return f"{motions:,} motions, {stopped}; widest interval of a {until.target}: {width}, {asked} asked"
+
+
+def account(curve: SequentialCurve, state: str | None = None) -> str:
+    """Return the reason why a curve has stopped, the reached precision, and the gain of more motions.
+
+    state: the name of a damage state other than overturning.
+    """
+    look, until = curve.looks[-1], curve.until
+    asked = f"±{until.tolerance:g}" if until.target == PROBABILITY else f"±{100.0 * until.tolerance:g} %"
+    n = f"{look.motions:,} motions"
+    low, high = curve.explored
+    if curve.stopped in (NONE_FELL, ALL_FELL):
+        return f"{reason_text(curve.stopped, state)} under {n} at levels from {low:.3g} to {high:.3g} (SI)"
+    if curve.stopped == MISFIT:
+        return (
+            f"a dispersion within {asked} is not to be had: near the median, levels give a median "
+            f"{100.0 * math.expm1(look.misfit):+.1f} % from that of the lognormal curve through all runs"
+        )
+    text = f"{width_text(curve, look.ratio)} for the {until.target} after {n}, {asked} asked"
+    if curve.stopped != REACHED:
+        needed = motions_needed(look.motions, look.ratio)
+        why = "the most allowed" if curve.stopped == MOST_MOTIONS else "all there are"
+        # (the rule wants an interval narrower than asked, and to see it again)
+        what = "the precision" if look.ratio > 1.0 else "confirming it"
+        text += f"; {n} are {why}" + (f", {what} takes about {needed:,}" if needed > look.motions else "")
+    gap = 100.0 * math.expm1(-look.misfit)
+    if abs(gap) >= LEAST_GAP:
+        text += f"; no lognormal curve fits: its median is {gap:+.1f} % from that of levels near it"
+    differs = curve.rate_misfit() if until.target == RATE else 0.0
+    if differs:
+        text += f"; the rate of the lognormal curve through all runs is {100.0 * differs:+.1f} % from this one"
+    return text

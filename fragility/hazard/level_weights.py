@@ -80,16 +80,16 @@ def level_weights(levels: Any, hazard: Hazard) -> LevelWeights:
     of Structural Engineering 128(4), 526-533 (recalled). Cubics with slopes of parabolas: Bessel's interpolation, in de
     Boor, C. (1978). A practical guide to splines, chapter IV (recalled).
     """
-    found = line_weights(levels, hazard)
-    reached = np.flatnonzero(found.weights)
+    weights = line_weights(levels, hazard)
+    reached = np.flatnonzero(weights.weights)
     if reached.size < 3:
-        return found
+        return weights
     knots, rates = hazard_points(hazard)
-    straight = found.weights[reached[0] :]
+    straight = weights.weights[reached[0] :]
     change = _beyond_lines(log(np.asarray(levels, float))[reached[0] :], log(knots), log(rates))
     most = np.divide(0.5 * straight, -change, out=np.ones_like(change), where=change < 0.0)
     bent = straight + min(1.0, float(most.min())) * change
-    return found._replace(weights=np.concatenate([found.weights[: reached[0]], bent]))
+    return weights._replace(weights=np.concatenate([weights.weights[: reached[0]], bent]))
 
 
 def line_weights(levels: Any, hazard: Hazard) -> LevelWeights:
@@ -164,7 +164,7 @@ def _beyond_lines(u: Array, at: Array, logs: Array) -> Array:
     share = (steps[:-1] / (steps[:-1] + steps[1:]))[:, None]
     inside = (1.0 - share) * lines[:-1] + share * lines[1:]
     slopes = np.concatenate([lines[:1], inside, 0.5 * lines[-1:]])
-    found = np.zeros(u.size)
+    weights = np.zeros(u.size)
     points, portions = np.polynomial.legendre.leggauss(NODES)
     for j, step in enumerate(steps):
         edges = np.concatenate([[u[j]], at[(at > u[j]) & (at < u[j + 1])], [u[j + 1]]])
@@ -174,9 +174,9 @@ def _beyond_lines(u: Array, at: Array, logs: Array) -> Array:
             z = (np.arange(parts)[:, None] + 0.5 * (1.0 + points)).ravel() / parts
             events = _rate(left, at, logs) * fall * exp(-fall * z) * np.tile(portions, parts) / (2.0 * parts)
             x = (left - u[j] + (right - left) * z) / step
-            found += step * times(events, x * (1.0 - x) ** 2) * (slopes[j] - lines[j])
-            found -= step * times(events, x**2 * (1.0 - x)) * (slopes[j + 1] - lines[j])
-    return found
+            weights += step * times(events, x * (1.0 - x) ** 2) * (slopes[j] - lines[j])
+            weights -= step * times(events, x**2 * (1.0 - x)) * (slopes[j + 1] - lines[j])
+    return weights
 
 
 def _rate(u: float, at: Array, logs: Array) -> float:

@@ -45,7 +45,7 @@ EVERY = 6
 WIDE = (-2.2, 1.6)
 """Range of these, in dispersions from the median: rates depend on the curve below it."""
 LOCAL, CURVED, WINDOW, SURELY = 0.5, 0.8, 1.5, 2.0
-"""Of runs near the median, as of `adaptive.curve`: half width in dispersions at most, by tolerance, and of the fit."""
+"""Of runs near the median, as of `adaptive.sequential`: half width in dispersions at most, by tolerance, and of fits."""
 FURTHEST = 1.0
 """Maximum difference of the two surfaces, in dispersions, for a curve of any form."""
 STEEPEST, FLATTEST = 1e-3, 10.0
@@ -180,17 +180,17 @@ class PooledCurves:
     def add(self, points: Array, motions: Index, x: Array, fell: Flags) -> None:
         """Take the outcomes (block, motion) of some blocks under motions of a wave, at ln levels x."""
         where = np.repeat(np.arange(len(points)), x.shape[1])
-        own = Pool(points[where], x.ravel(), fell.ravel(), np.broadcast_to(motions, x.shape).ravel())
-        self._new = own if self._new is None else self._new.joined(own)
+        added = Pool(points[where], x.ravel(), fell.ravel(), np.broadcast_to(motions, x.shape).ravel())
+        self._new = added if self._new is None else self._new.joined(added)
 
     def look(self, last: bool = False) -> None:
         """Fit both surfaces to the runs of all waves, after one of them, and decide whether to continue."""
         assert self._new is not None
-        own, self._new = self._new, None
-        self._runs = own if self._runs is None else self._runs.joined(own)
+        new, self._new = self._new, None
+        self._runs = new if self._runs is None else self._runs.joined(new)
         self._fit()
         if self.curve is None or self.near is None:
-            self._explore(own, last)
+            self._explore(new, last)
             return
         band = self.band()
         self.ratios.append((self.motions, band.reach / self.until.room))
@@ -224,23 +224,23 @@ class PooledCurves:
             return None
         spread = curve or self.curve
         assert spread is not None
-        runs, found = self.runs, self.near
+        runs, surface = self.runs, self.near
         window = WINDOW * self.distances(runs.points)
         for _ in range(2):  # (the window follows the medians)
-            assert found is not None
-            own = runs.some(np.abs(runs.x - found.log_medians(runs.points)) <= window)
-            if not self._enough((degree, 0), own):
+            assert surface is not None
+            nearby = runs.some(np.abs(runs.x - surface.log_medians(runs.points)) <= window)
+            if not self._enough((degree, 0), nearby):
                 return None
-            found = fit_medians(own, degree, spread, found)
-            if found is None or not self._plausible(found):
+            surface = fit_medians(nearby, degree, spread, surface)
+            if surface is None or not self._plausible(surface):
                 return None
-        return found
+        return surface
 
     def _plausible(self, near: Surface) -> bool:
         """Return True if a surface of levels near the medians stays near the surface of all runs everywhere."""
         middle, scale = self._rough(self._points)
-        own = near.log_medians(self._points)
-        return bool((np.abs(own - middle) <= FURTHEST * scale).all())
+        medians = near.log_medians(self._points)
+        return bool((np.abs(medians - middle) <= FURTHEST * scale).all())
 
     def _inside(self, curve: Surface) -> bool:
         """Return True if medians of a surface lie near the levels of runs, over the whole region."""
@@ -276,23 +276,23 @@ class PooledCurves:
         """
         if self.cut is not None or self.curve is None or not len(normals):
             return False
-        found = find_cut(self.runs, normals, self._first_degrees, self.curve)
-        if found is None or not self._inside(found):
+        cut = find_cut(self.runs, normals, self._first_degrees, self.curve)
+        if cut is None or not self._inside(cut):
             return False
-        if agreed and log_likelihood(found, self.runs) <= log_likelihood(self.curve, self.runs):
+        if agreed and log_likelihood(cut, self.runs) <= log_likelihood(self.curve, self.runs):
             return False
         self._smooth = self._surfaces()
-        self.degrees, self.cut, self.curve, self.near = self._first_degrees, found.cut, found, found
-        self.near = self._fit_near(self.degrees[0]) or found
+        self.degrees, self.cut, self.curve, self.near = self._first_degrees, cut.cut, cut, cut
+        self.near = self._fit_near(self.degrees[0]) or cut
         return True
 
     def without_cut(self) -> Surfaces:
         """Replace the surfaces by surfaces without the cut, through the current runs; return the old surfaces."""
         assert self._smooth is not None
-        own = self._surfaces()
+        replaced = self._surfaces()
         self.take(self._smooth)
         self._fit()
-        return own
+        return replaced
 
     def take(self, surfaces: Surfaces) -> None:
         """Put other surfaces in the place of these."""

@@ -32,8 +32,8 @@ def probability_in(rate: Values, years: float = 50.0) -> Values:
     least = np.min(np.asarray(rate, dtype=np.float64), initial=np.inf)
     if IMPOSSIBLY_OFTEN < least < np.inf:
         warn([Doubt("hazard", f"a rate of {least:g} per year is beyond any of damage: is it a return period, 1/rate?")])
-    found: Any = -xr.apply_ufunc(expm1, -rate * time, keep_attrs=True)
-    return cast(Values, found)
+    probability: Any = -xr.apply_ufunc(expm1, -rate * time, keep_attrs=True)
+    return cast(Values, probability)
 
 
 def rate_from_probability(probability: Values, years: float = 50.0) -> Values:
@@ -49,7 +49,7 @@ def rate_from_probability(probability: Values, years: float = 50.0) -> Values:
     wrong = (values < 0.0) | (values >= 1.0)
     if np.any(wrong):
         raise ValueError(f"probability must be at least 0 and below 1, got {values[wrong].flat[0]:g}")
-    found: Any = -xr.apply_ufunc(log1p, -probability, keep_attrs=True) / time
-    if IMPOSSIBLY_OFTEN < (least := np.min(np.asarray(found), initial=np.inf)) < np.inf:
+    rates: Any = -xr.apply_ufunc(log1p, -probability, keep_attrs=True) / time
+    if IMPOSSIBLY_OFTEN < (least := np.min(np.asarray(rates), initial=np.inf)) < np.inf:
         warn([Doubt("hazard", f"a rate of {least:g} per year is beyond any of damage: is {time:g} a rate, 1/years?")])
-    return cast(Values, found)
+    return cast(Values, rates)

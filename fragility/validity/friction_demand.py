@@ -41,7 +41,7 @@ def friction_demands(
     """Return the coefficient of friction below which blocks slide, at uplift and while they rock.
 
     `slenderness`, `inertia`: on block, or on run. `peak`: peak acceleration of the scaled motions, m/s². `factor`:
-    their scale factors. `rising`: `rising_peaks` of the motions, without which the demand at uplift is left out.
+    their scale factors. `rising`: of the motions (`Characteristics`), without which the demand at uplift is left out.
     `motion` (run,): the places of the motions of runs.
     """
     needs = {SLIDES_WHILE_ROCKING: xr.apply_ufunc(friction_at_uplift, slenderness, peak, inertia)}
@@ -58,7 +58,7 @@ def _lifting_peaks(
     thresholds: xr.Variable = STANDARD_GRAVITY / slenderness / factor
     sizes = {str(dim): size for dim, size in thresholds.sizes.items()}
     scale = spread(factor, sizes)
-    found = np.zeros(thresholds.shape)
+    peaks = np.zeros(thresholds.shape)
     ends, order = np.arange(len(rising) + 1), None
     if motion is not None:
         order = np.argsort(motion, kind="stable")
@@ -67,8 +67,8 @@ def _lifting_peaks(
         if reached.size and stop > first:
             at = slice(first, stop) if order is None else order[first:stop]
             place = np.searchsorted(reached, thresholds.values[..., at], side="right")
-            found[..., at] = scale[..., at] * reached[np.minimum(place, reached.size - 1)]
-    return xr.Variable(thresholds.dims, found)
+            peaks[..., at] = scale[..., at] * reached[np.minimum(place, reached.size - 1)]
+    return xr.Variable(thresholds.dims, peaks)
 
 
 def friction_by_block(friction: Any, labels: list[str]) -> list[Friction]:

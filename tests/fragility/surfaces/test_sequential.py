@@ -9,8 +9,8 @@ from scipy.stats import t as student
 from toppling.fragility.adaptive.stopping import MOST_MOTIONS, NONE_FELL, REACHED, next_wave
 from toppling.fragility.adaptive.until import until_of
 from toppling.fragility.surfaces.checks import check_surface
-from toppling.fragility.surfaces.curves import PooledCurves
 from toppling.fragility.surfaces.domain import candidates, design_weights, designed, domain_of
+from toppling.fragility.surfaces.sequential import PooledCurves
 from toppling.fragility.surfaces.surface import Surface
 
 GRID = np.stack(np.meshgrid(np.linspace(0, 1, 20), np.linspace(-2, -1, 20), [4 / 3]), axis=-1).reshape(-1, 3)

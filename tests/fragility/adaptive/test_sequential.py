@@ -9,8 +9,7 @@ from check_facts import numbers_in
 from known_truths import CORRELATED, LOGNORMAL, MIXTURE, UPLIFT, WEIBULL
 
 from toppling.fragility import HazardCurve
-from toppling.fragility.adaptive.account import account
-from toppling.fragility.adaptive.curve import SequentialCurve
+from toppling.fragility.adaptive.sequential import SequentialCurve, account
 from toppling.fragility.adaptive.stopping import next_wave
 from toppling.fragility.adaptive.until import until_of
 
