@@ -160,9 +160,9 @@ def _falls(
         for of, part in after.of_items():
             own = year.total(after.piece(of, part))
             saved = year.total(before.piece(of, part)) - own
-            found[f"kit_{name}"][:, of, part] = precision.of_means(own)
+            found[f"kit_{name}"][:, of, part] = precision.of_means(own, year.rate)
             # (a kit may fell a piece, too)
-            found[f"kit_{name}_saved"][:, of, part] = precision.of_means(saved, signed=True)
+            found[f"kit_{name}_saved"][:, of, part] = precision.of_means(saved, year.rate, signed=True)
             if name == "falls":
                 found["kit_share_saved"][:, of, part] = _share(saved, own + saved, precision)
     return found
