@@ -69,9 +69,8 @@ def measure_named(
             except (TypeError, ValueError) as error:
                 raise ValueError(f"{what} {name!r}: {_plainly(error, kind)}") from None
     allowed = ", ".join(repr(one) for one in (*listed, *also))
-    shown = repr(name) if len(repr(name)) <= 60 else f"{name!r:.57}..."
     more = " or ".join(f"{one}(…)" for one in (*PARAMETRIC_MEASURES, *PAIR_MEASURES))
-    raise ValueError(f"{what} must be one of {allowed}, or {more}, got {shown}")
+    raise ValueError(f"{what} must be one of {allowed}, or {more}, got {checks.shown(name)}")
 
 
 def as_known(name: str, known: Iterable[str]) -> str | None:
