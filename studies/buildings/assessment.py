@@ -227,10 +227,10 @@ def assess(
 
     Intervals of probabilities are Wilson's with one trial per motion. Intervals of means, and of all annual values, are
     from resampled motions (`fragility.means.mean_interval`), each with all its levels, floors and items. Intervals of
-    quantiles are from ranks. If all motions agree on an annual value, its ends assume that the share of motions that
-    Wilson's interval allows differs as far as possible, up to the falls of everything at every level. No place or piece
-    has a higher upper end than the building, and no place a higher lower end. The intervals leave out the uncertainty
-    of the hazard, the building and the blocks.
+    quantiles are from ranks. If all motions agree on an annual value, its ends assume the share of differing motions
+    that Wilson's interval allows. Their values are then as far away as possible: 0, or everything falls at every level.
+    No place or piece has a higher upper end than the building, and no place a higher lower end. The intervals leave out
+    the uncertainty of the hazard, the building and the blocks.
 
     Means of costs, downtimes and injuries given the motion are exact (the mean of each distribution times the
     probability of its fall). The mean of the longest downtime is a sum over 60 cells, 0.1 % to 2 % too large

@@ -60,7 +60,7 @@ class JoinedClasses:
     @property
     def rows(self) -> int:
         """Number of rows."""
-        return next(iter(self.classes.values())).shape[0]
+        return len(next(iter(self.classes.values())))
 
     @staticmethod
     def _of(values: Sequence[Array]) -> Array:
