@@ -15,7 +15,7 @@ from ...core.units import DIMENSIONLESS
 from ...fragility.numerics.slabs import RUNS, Allocator, in_memory, slabs
 from ...fragility.numerics.totals import chances, chances_of_any, chances_of_none, expected_totals, fallen_pieces
 from ...fragility.uncertainty.joint import INDEPENDENT, PieceDraws, drawn_pieces
-from ..inventory.consequences import COLUMNS, Consequence, PieceScores, cell_edges
+from ..inventory.consequences import COLUMNS, Consequence, PieceScores, cell_edges, shares_above
 from ..inventory.contents import Inventory
 
 MOST_THRESHOLDS = 60
@@ -235,7 +235,7 @@ class JointFlags:
                 row, places = self.inventory.rows[line], np.flatnonzero(self.members[:, line])
                 if row.downtime is None or not chance[:, i].any():
                     continue
-                for cell, longer in enumerate(row.downtime.shares_above(edges)[cells]):
+                for cell, longer in enumerate(shares_above(row.downtime, edges)[cells]):
                     # (of pieces that fall together, the downtimes are still independent)
                     one = longer if independent else 1.0 - power(1.0 - longer, row.count)
                     stays = 1.0 - chances_of_any(one * chance[:, [i]], self.counts[[line]], independent)[:, 0]

@@ -105,28 +105,6 @@ class Consequence:
         spread = math.sqrt(float(times(weights, (values - mean) ** 2)) / (1 if greatest else pieces))
         return self.median * mean, self.median * spread
 
-    def shares_above(self, edges: Array) -> Array:
-        """Return the mean of P(value > x) over each cell of x between `edges`, from 0 up; the last cell has no end.
-
-        Products with the widths of the cells sum to the mean: they are differences of the mean of min(value, x).
-        """
-        inner = edges[1:-1]
-        if self.dispersion == 0.0:
-            limited = np.minimum(inner, self.median)
-        elif self.distribution == LOGNORMAL:
-            score = log(inner / self.median) / self.dispersion
-            below = scipy.special.ndtr(score - self.dispersion)
-            limited = self.mean * below + inner * scipy.special.ndtr(-score)
-        else:
-            edge = 1.0 / self.dispersion
-            score = (inner / self.median - 1.0) * edge
-            whole, least = scipy.special.ndtr(edge), scipy.special.ndtr(-edge)
-            density = (exp(-0.5 * score**2) - math.exp(-0.5 * edge**2)) / math.sqrt(2.0 * math.pi)
-            below = self.median * (scipy.special.ndtr(score) - least - self.dispersion * density) / whole
-            limited = below + inner * scipy.special.ndtr(-score) / whole
-        limited = np.concatenate([[0.0], np.minimum(limited, self.mean), [self.mean]])
-        return np.clip(np.diff(limited) / np.diff(edges), 0.0, 1.0)
-
     def at(self, scores: Array) -> Array:
         """Return the values at standard normal scores, in the same shape."""
         if self.dispersion == 0.0:
@@ -149,6 +127,29 @@ def cell_edges(given: Iterable[Consequence]) -> Array:
     if every.size > CELLS:
         every = every[np.rint(np.linspace(0.0, every.size - 1.0, CELLS)).astype(np.int64)]
     return np.concatenate([[0.0], every])
+
+
+def shares_above(given: Consequence, edges: Array) -> Array:
+    """Return the mean of P(value > x) over each cell of x between `edges`, from 0 up; the last cell has no end.
+
+    Products with the widths of the cells sum to the mean: they are differences of the mean of min(value, x).
+    """
+    inner = edges[1:-1]
+    if given.dispersion == 0.0:
+        limited = np.minimum(inner, given.median)
+    elif given.distribution == LOGNORMAL:
+        score = log(inner / given.median) / given.dispersion
+        below = scipy.special.ndtr(score - given.dispersion)
+        limited = given.mean * below + inner * scipy.special.ndtr(-score)
+    else:
+        edge = 1.0 / given.dispersion
+        score = (inner / given.median - 1.0) * edge
+        whole, least = scipy.special.ndtr(edge), scipy.special.ndtr(-edge)
+        density = (exp(-0.5 * score**2) - math.exp(-0.5 * edge**2)) / math.sqrt(2.0 * math.pi)
+        below = given.median * (scipy.special.ndtr(score) - least - given.dispersion * density) / whole
+        limited = below + inner * scipy.special.ndtr(-score) / whole
+    limited = np.concatenate([[0.0], np.minimum(limited, given.mean), [given.mean]])
+    return np.clip(np.diff(limited) / np.diff(edges), 0.0, 1.0)
 
 
 @dataclass(frozen=True)
