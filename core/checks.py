@@ -37,7 +37,7 @@ def number(
 ) -> float:
     """Return `value` as a float; ValueError if it is not finite or outside the bounds, TypeError if it is no number."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
-        raise TypeError(f"{name} must be a number{_in(unit)}, got {_shown(value)}")
+        raise TypeError(f"{name} must be a number{_in(unit)}, got {shown(value)}")
     try:
         result = float(value)
     except OverflowError:
@@ -53,7 +53,7 @@ def number(
 def count(name: str, value: Any, *, at_least: int = 0) -> int:
     """Return `value` as an int; TypeError if it is not a whole number, ValueError if it is too small."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, Integral):
-        raise TypeError(f"{name} must be a whole number, got {_shown(value)}")
+        raise TypeError(f"{name} must be a whole number, got {shown(value)}")
     if int(value) < at_least:
         raise ValueError(f"{name} must be at least {at_least}, got {int(value)}")
     return int(value)
@@ -71,7 +71,7 @@ def choice(name: str, value: Any, allowed: Sequence[str]) -> str:
     if not isinstance(value, str) or value not in allowed:
         # Many words are listed without quotes, so that the sentence stays readable.
         words = ", ".join(allowed if len(allowed) > 12 else map(repr, allowed))
-        raise ValueError(f"{name} must be one of {words}, got {_shown(value)}")
+        raise ValueError(f"{name} must be one of {words}, got {shown(value)}")
     return value
 
 
@@ -86,7 +86,7 @@ def finite_array(name: str, values: Any, *, ndim: tuple[int, ...] = (1,), unit: 
             raise TypeError
         array = np.array(array, dtype=np.float64, order="C", ndmin=0)
     except (TypeError, ValueError):
-        raise TypeError(f"{name} must be real numbers{_in(unit)}, got {_shown(values)}") from None
+        raise TypeError(f"{name} must be real numbers{_in(unit)}, got {shown(values)}") from None
     if array.ndim not in ndim:
         dims = " or ".join(str(n) for n in ndim)
         raise ValueError(f"{name} must have {dims} dimension(s), got an array of shape {np.shape(values)}")
@@ -182,6 +182,10 @@ def _in(unit: str) -> str:
     return f" (in {unit})" if unit else ""
 
 
-def _shown(value: Any) -> str:
-    text = " ".join(repr(value).split())
+def shown(value: Any) -> str:
+    """Return a value for a message, in one line of at most 60 characters."""
+    try:
+        text = " ".join(repr(value).split())
+    except (ValueError, RecursionError):  # (a whole number of more than 4300 digits)
+        text = f"a value of type {type(value).__name__}"
     return text if len(text) <= 60 else f"{text[:57]}..."

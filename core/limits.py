@@ -6,6 +6,7 @@ Each is well above the largest known right file. A study of 2,000 blocks has 0.2
 
 from __future__ import annotations
 
+import io
 import math
 import os
 import re
@@ -40,19 +41,32 @@ SMALL_NETCDF = 2**25
 """Of a netCDF file that is read into memory before it is opened."""
 STRING_BYTES = 64
 """Of a string of any length in memory."""
-CELLS = 1_000_000
+CELLS, ROWS = 500_000, 200_000
 """Of all sheets of a workbook."""
-ELEMENTS = {"sheet": 256, "mergeCell": 1_000, "xf": 65_000, **dict.fromkeys(("c", "v", "f", "t", "si", "is"), CELLS)}
+PARTS, ATTRIBUTES = 10_000, 10_000
+"""Of a workbook, and of one of its elements."""
+ELEMENTS = {
+    "sheet": 256,
+    "mergeCell": 1_000,
+    "xf": 65_000,
+    "row": ROWS,
+    **dict.fromkeys(("c", "v", "f", "t", "si", "is"), CELLS),
+}
 """Of one kind in a workbook, if another number than OTHERS is allowed (cell formats: the program's own limit)."""
 OTHERS = 20_000
-"""Of any other kind (hyperlinks, rules, names); rows, and runs of rich text, are limited by the bytes alone."""
+"""Of any other kind (hyperlinks, rules, names); runs of rich text are limited by the bytes alone."""
 COVERED = 100_000
 """Cells that merged ranges and hyperlinks cover together: the reader makes an object of each."""
-_OF_CONTENT = ("row", "r", "rPr", "rFont", "sz", "color", "family", "scheme", "charset")
-_TAG = re.compile(rb"<(?:\w+:)?([A-Za-z]\w*)")
+_OF_CONTENT = ("r", "rPr", "rFont", "sz", "color", "family", "scheme", "charset")
+_NAME = rb"<(?:[^\s<>/:=!?&\"']+:)?"
+_TAG = re.compile(_NAME + rb"([A-Za-z]\w*)")
 _RANGE = re.compile(
-    rb"<(?:\w+:)?(?:mergeCell|hyperlink)\b[^>]*?\bref\s*=\s*[\"']\$?([A-Z]+)\$?(\d+):\$?([A-Z]+)\$?(\d+)"
+    _NAME + rb"(?:mergeCell|hyperlink)\b[^>]*?\bref\s*=\s*[\"']"
+    rb"\$?([A-Z]+)\$?(\d+)(?::\$?([A-Z]+)\$?(\d+))?[\"']"
 )
+_FORMULA = re.compile(rb"(" + _NAME + rb"f)\s(?:[^<>\"']|\"[^\"]*\"|'[^']*')*?(/?)>")
+_LONG = re.compile(rb"<[^<]{50000,}")
+_SHEETS = ("worksheet", "chartsheet", "dialogsheet", "macrosheet")
 
 
 def whole_content(file: Path, most_bytes: int, what: str, error: type[Exception]) -> bytes:
@@ -81,29 +95,61 @@ def memory_limit() -> int:
     return 0
 
 
-def workbook_problem(parts: zipfile.ZipFile, most_bytes: int) -> str | None:
-    """Return the reason why a workbook unfolds to more than any table does; None for others."""
+def checked_workbook(parts: zipfile.ZipFile, most_bytes: int, refused: Callable[[str], Exception]) -> io.BytesIO:
+    """Return a workbook with the parts that were checked and no others; `refused` makes the error of one that unfolds.
+
+    Sizes in the directory of a ZIP file may be wrong, and names may occur twice.
+    """
+    names = parts.namelist()
+    if len(names) > PARTS:
+        raise refused(f"holds {len(names):,} parts, allowed are {PARTS:,}; copy the table to a new workbook")
     if sum(part.file_size for part in parts.infolist()) > most_bytes:
-        return f"larger than {most_bytes // 2**20} MiB once it is unpacked"
+        raise refused(f"larger than {most_bytes // 2**20} MiB once it is unpacked")
+    found = io.BytesIO()
     counts: Counter[str] = Counter()
     covered = 0
-    for part in parts.infolist():
-        if not part.filename.endswith((".xml", ".rels")):
-            continue
-        text = parts.read(part)
-        if b"<!DOCTYPE" in text or b"\0" in text:
-            part_name = part.filename[:60]
-            return f"not a workbook (XLSX) that can be read: {part_name!r} has a document type or zeros; save it again"
-        counts.update(match[1].decode() for match in _TAG.finditer(text))
-        for left, first, right, last in _RANGE.findall(text):
-            covered += (abs(_column(right) - _column(left)) + 1) * (abs(int(last) - int(first)) + 1)
-    for name, number in counts.items():
-        most = ELEMENTS.get(name, OTHERS)
-        if name not in _OF_CONTENT and number > most:
-            return f"holds {number:,} elements {name[:30]!r}, allowed are {most:,}; copy the table to a new workbook"
+    with zipfile.ZipFile(found, "w") as checked:
+        for name in dict.fromkeys(names):
+            with parts.open(name) as part:
+                text = part.read(parts.getinfo(name).file_size + 1)
+            # (of formulas their presence counts: shared ones, which the reader writes out for each cell, become plain)
+            checked.writestr(name, _FORMULA.sub(rb"\1\2>", text))
+            if name.endswith((".xml", ".rels")):
+                problem, cells = _part_problem(text, counts)
+                covered += cells
+                if problem is not None:
+                    raise refused(f"not a workbook (XLSX) that can be read: {name[:60]!r} {problem}; save it again")
+    for kind, number in counts.items():
+        most = ELEMENTS.get(kind, OTHERS)
+        if kind not in _OF_CONTENT and number > most:
+            raise refused(
+                f"holds {number:,} elements {kind[:30]!r}, allowed are {most:,}; copy the table to a new workbook"
+            )
+    if counts["sheet"] > sum(counts[kind] for kind in _SHEETS):
+        raise refused("names more sheets than it holds; copy the table to a new workbook")
     if covered > COVERED:
-        return f"merged cells or links cover {covered:,} cells, allowed are {COVERED:,}; copy the table elsewhere"
-    return None
+        raise refused(
+            f"merged cells or links cover {covered:,} cells, allowed are {COVERED:,}; copy the table elsewhere"
+        )
+    found.seek(0)
+    return found
+
+
+def _part_problem(text: bytes, counts: Counter[str]) -> tuple[str | None, int]:
+    """Count the elements of a part of a workbook; return why it cannot be read, and the cells that its ranges cover."""
+    if b"<!DOCTYPE" in text or b"\0" in text:
+        return "has a document type or zeros", 0
+    found = Counter(match[1].decode() for match in _TAG.finditer(text))
+    counts.update(found)
+    if any(long[0].count(b"=") > ATTRIBUTES for long in _LONG.finditer(text)):
+        return f"has an element with more than {ATTRIBUTES:,} attributes", 0
+    ranges = _RANGE.findall(text)
+    if len(ranges) < found["mergeCell"] + found["hyperlink"]:
+        return "has merged cells or links in a spelling of no program", 0
+    covered = 0
+    for left, first, right, last in ranges:
+        covered += (abs(_column(right or left) - _column(left)) + 1) * (abs(int(last or first) - int(first)) + 1)
+    return None, covered
 
 
 def _column(letters: bytes) -> int:

@@ -41,6 +41,8 @@ from .sliding_engine import tables as slips
 spare_dask()
 
 MAX_FREE_SAMPLES = 10_000_000
+MAX_SPEED = 1e6
+"""Largest speed of rotation (rad/s) that a run may begin with; at 1e100 its events never end."""
 Variable = tuple[Any, str, str]
 """Values, unit and long name."""
 
@@ -109,8 +111,10 @@ def simulate(
     (True, False)
     """
     acceleration, vertical, dt, label, start = _single_motion(motion)
+    theta = checks.number("theta0", theta0, above=-0.5 * math.pi, below=0.5 * math.pi, unit="rad")
+    omega = checks.number("omega0", omega0, at_least=-MAX_SPEED, at_most=MAX_SPEED, unit="rad/s")
     if isinstance(model, Sliding) and isinstance(block, Block):
-        if theta0 != 0.0 or omega0 != 0.0:
+        if theta != 0.0 or omega != 0.0:
             raise ValueError(f"a sliding block does not rotate: theta0 and omega0 must be 0, got {theta0} and {omega0}")
         time = start + np.arange(acceleration.size, dtype=np.float64) * dt
         return _slide_history(block, model, acceleration, vertical, time, dt).assign_attrs(motion=label)
@@ -119,10 +123,8 @@ def simulate(
     oscillator = oscillator_of(block, model)
     if vertical is not None:
         _check_vertical(vertical, dt, start, label, model, oscillator)
-    if theta0 == 0.0 and omega0 == 0.0:
+    if theta == 0.0 and omega == 0.0:
         refuse_endless(block, model, acceleration.size * dt)
-    theta = checks.number("theta0", theta0, above=-0.5 * math.pi, below=0.5 * math.pi, unit="rad")
-    omega = checks.number("omega0", omega0, unit="rad/s")
     run = trace(oscillator, acceleration, dt, theta, omega, vertical=vertical)
     time = start + np.arange(acceleration.size, dtype=np.float64) * dt
     dataset = _histories(block, model, oscillator, run, acceleration, time, vertical)
@@ -164,9 +166,9 @@ def free_rocking(block: Block, model: Law, theta0: float, duration: float, dt: f
         raise ValueError(f"theta0 must satisfy 0 < |theta0| < alpha = {block.alpha:.4g} rad, got {theta!r}")
     length = checks.number("duration", duration, above=0.0, unit="s")
     step = checks.number("dt", dt, above=0.0, at_most=length, unit="s")
+    if length / step >= MAX_FREE_SAMPLES:
+        raise ValueError(f"duration/dt must be at most {MAX_FREE_SAMPLES:.0e} samples, got {length / step:.3g}")
     samples = round(length / step) + 1
-    if samples > MAX_FREE_SAMPLES:
-        raise ValueError(f"duration/dt must be at most {MAX_FREE_SAMPLES:.0e} samples, got {samples:.3g}")
     acceleration = np.zeros(samples)
     run = trace(oscillator, acceleration, step, theta)
     dataset = _histories(block, model, oscillator, run, acceleration, np.arange(samples, dtype=np.float64) * step)

@@ -172,7 +172,7 @@ def from_array(
     if len(names) != n or not all(isinstance(name, str) and name for name in names):
         raise ValueError(f"labels must be {n} non-empty strings, one a motion, got {names!r:.80}")
     if len(set(names)) != n:
-        raise ValueError(f"labels must be unique, got {_first_repeated(names)!r} more than once")
+        raise ValueError(f"labels must be unique, got {_first_repeated(names)!r:.60} more than once")
     sources = list(source) if isinstance(source, Iterable) and not isinstance(source, str) else [source] * n
     if len(sources) != n or not all(isinstance(name, str) for name in sources):
         raise ValueError(f"source must be one string or {n}, one a motion, got {source!r:.80}")
@@ -225,7 +225,8 @@ def records(motions: xr.DataArray | Iterable[xr.DataArray]) -> list[Record]:
     names = [record.label for record in plain]
     if len(set(names)) != len(names):
         raise ValueError(
-            f"motions must have unique labels, got {_first_repeated(names)!r} more than once: give one set other labels"
+            f"motions must have unique labels, got {_first_repeated(names)!r:.60} more than once: give one set other "
+            "labels"
         )
     return plain
 

@@ -25,6 +25,7 @@ from .arrays import filter_doubts, records
 # Band-limited interpolation: zero crossings of the sinc on each side, and Kaiser's beta; errors stay below 1e-5 up to
 # 0.9 of the coarser step's Nyquist frequency.
 _CROSSINGS, _KAISER = 48, 12.0
+_LOWEST_CORNER = 1e-9  # Hz
 _LARGEST_RATIO = 10_000
 _MAX_SAMPLES = 50_000_000
 _ROUNDING = 1e-12  # of a motion's peak
@@ -195,7 +196,7 @@ def resample(motions: xr.DataArray, dt: float) -> xr.DataArray:
     """
     values, old = _values(motions)
     new = checks.number("dt", dt, above=0.0, at_most=checks.MAX_STEP, unit="s")
-    ratio = Fraction(old / new).limit_denominator(_LARGEST_RATIO)
+    ratio = Fraction(min(old / new, 2.0 * _LARGEST_RATIO)).limit_denominator(_LARGEST_RATIO)
     up, down = ratio.numerator, ratio.denominator
     if not 1 <= up <= _LARGEST_RATIO or abs(up / down - old / new) > 1e-9 * old / new:
         raise ValueError(
@@ -243,7 +244,7 @@ def _filtered(motions: xr.DataArray, kind: Kind, given: dict[str, float], order:
     values, dt = _values(motions)
     corners: list[float] = []
     for name, corner in given.items():
-        what, least = (name if len(given) > 1 else "the corner frequency"), max(corners, default=0.0)
+        what, least = (name if len(given) > 1 else "the corner frequency"), max(corners, default=_LOWEST_CORNER)
         corners.append(checks.number(what, corner, above=least, below=0.5 / dt, unit="Hz"))
     poles = checks.count("order", order, at_least=1)
     if poles > 10:

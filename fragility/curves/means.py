@@ -83,11 +83,11 @@ def mean_interval(
 ) -> Interval:
     """Return studentised bootstrap intervals (…) of means over motions of values (…, motion).
 
-    `most` is the maximum possible value (the minimum is 0), broadcast over (…); no end exceeds it. If all motions
-    agree, resampling gives no interval. The ends then assume the share of differing motions that Wilson's interval
-    allows, and the largest possible difference. Without `most` the ends are NaN there. `drawn` (replicate, motion)
-    counts the draws of each motion (`draw_motions`). `strata` are positions of motions that are resampled separately,
-    such as the motions of each level if levels have their own. With `signed`, values may be negative.
+    `most` is the maximum possible value, broadcast over (…); no end exceeds it. The minimum is 0, or -`most` of
+    `signed` values. If all motions agree, resampling gives no interval. The ends then assume the share of differing
+    motions that Wilson's interval allows, and the largest possible difference. Without `most` the ends are NaN there.
+    `drawn` (replicate, motion) counts the draws of each motion (`draw_motions`). `strata` are positions of motions that
+    are resampled separately, such as the motions of each level if levels have their own.
 
     The step of each resampled mean from the mean is divided by its own error and multiplied by the error of the mean.
     The quantiles of these steps are laid off from the mean. Annual values are skewed, because a few motions under which
@@ -115,13 +115,14 @@ def mean_interval(
     if most is None:
         ends[:, agree] = np.nan
     else:
-        bound = np.broadcast_to(np.asarray(most, dtype=np.float64), values.shape[:-1]).ravel()
-        ends = np.minimum(ends, bound)
-        bound = bound[agree]
+        # (a mean may exceed its maximum by rounding)
+        bound = np.maximum(np.broadcast_to(np.asarray(most, dtype=np.float64), values.shape[:-1]).ravel(), mean)
+        least = -bound if signed else np.zeros_like(bound)
+        ends = np.clip(ends, least, bound)
         fewest = min(stratum.size for stratum in groups)
         differing = float(wilson_interval(np.zeros(1, np.int64), np.array([fewest]), level)[1][0])
-        ends[0, agree] = mean[agree] * (1.0 - differing)
-        ends[1, agree] = ends[0, agree] + bound * differing
+        ends[0, agree] = (mean + differing * (least - mean))[agree]
+        ends[1, agree] = (mean + differing * (bound - mean))[agree]
     lower, upper = ends.reshape(2, *values.shape[:-1])
     return Interval(lower, upper)
 

@@ -59,7 +59,11 @@ def binomial_interval(successes: Any, trials: Any, confidence: float = 0.95, met
     """
     level = CONFIDENCE.number("confidence", confidence)
     formula = METHODS[checks.choice("method", method, tuple(METHODS))]
-    k, n = np.broadcast_arrays(np.asarray(successes, dtype=float), np.asarray(trials, dtype=float))
+    try:
+        k, n = np.broadcast_arrays(np.asarray(successes, dtype=float), np.asarray(trials, dtype=float))
+    except (TypeError, ValueError, OverflowError, RuntimeError):
+        shapes = f"{checks.shown(successes)} and {checks.shown(trials)}"
+        raise TypeError(f"successes and trials must be numbers or arrays of shapes that fit, got {shapes}") from None
     if not np.all((k >= 0.0) & (k <= n)):
         raise ValueError("successes must lie between 0 and trials")
     known = np.where(n > 0.0, n, np.nan)

@@ -45,7 +45,7 @@ EVERY = 6
 WIDE = (-2.2, 1.6)
 """Range of these, in dispersions from the median: rates depend on the curve below it."""
 LOCAL, CURVED, WINDOW, SURELY = 0.5, 0.8, 1.5, 2.0
-"""Of runs near the median, as of `adaptive.sequential`: half width in dispersions at most, by tolerance, and of fits."""
+"""Of runs near the median, as of `adaptive.sequential`: half width in dispersions, by tolerance, and of fits."""
 FURTHEST = 1.0
 """Maximum difference of the two surfaces, in dispersions, for a curve of any form."""
 STEEPEST, FLATTEST = 1e-3, 10.0

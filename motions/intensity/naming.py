@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import fields
 
+from ...core import checks
 from ...core.units import ACCELERATION, METRE, SECOND, STANDARD_GRAVITY, VELOCITY
 from ..readers.units import unit_factor
 from .directions import PAIR_MEASURES, PairMeasure
@@ -71,9 +72,8 @@ def measure_named(
             except (TypeError, ValueError) as error:
                 raise ValueError(f"{what} {name!r}: {_plainly(error, kind)}") from None
     allowed = ", ".join(repr(label) for label in (*listed, *also))
-    shown = repr(name) if len(repr(name)) <= 60 else f"{name!r:.57}..."
     more = " or ".join(f"{form}(…)" for form in (*PARAMETRIC_MEASURES, *PAIR_MEASURES))
-    raise ValueError(f"{what} must be one of {allowed}, or {more}, got {shown}")
+    raise ValueError(f"{what} must be one of {allowed}, or {more}, got {checks.shown(name)}")
 
 
 def as_known(name: str, known: Iterable[str]) -> str | None:

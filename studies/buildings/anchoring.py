@@ -15,7 +15,7 @@ from ...core.wording import given_percent
 from ...fragility.curves.means import REPLICATES, resampled_means
 from ...fragility.numerics.slabs import Allocator, in_memory, slabs
 from .outcomes import ANY
-from .savings import AdditiveItems, EventItems, FreeItems, ItemChances, order_of, score_of
+from .savings import AdditiveItems, EventItems, FreeItems, ItemChances, most_left, order_of, score_of
 from .variables import JOINT, PER_YEAR, Precision, Year, carried_items, level_index, per_year, variable
 
 AMOUNTS = ("number", "loss")
@@ -115,7 +115,7 @@ def anchoring(
     return xr.Dataset(
         {
             **_savings(assessment, free, (units, text), cost, per_cost, precision),
-            **_stepped(assessment, order, left, (units, text), labels, cost, precision),
+            **_stepped(assessment, order, left, most_left(free, order), (units, text), labels, cost, precision),
         },
         coords={
             **kept,
@@ -200,7 +200,7 @@ def _savings(
     percent, confidence = given_percent(precision.confidence), precision.confidence
     saved = free.savings
     total = free.whole.mean(axis=-1)
-    mean, lower, upper = precision.of_means(saved)
+    mean, lower, upper = precision.of_means(saved, free.most)
     price = cost if per_cost else None
     alone = free.alone.mean(axis=-1)
     resampled = resampled_means(saved, precision.replicates, precision.seed, free.array, precision.strata)
@@ -240,6 +240,7 @@ def _stepped(
     assessment: xr.Dataset,
     order: Index,
     left: Array,
+    most: Array,
     objective: tuple[str, str],
     labels: NDArray[np.object_],
     cost: Array,
@@ -248,7 +249,7 @@ def _stepped(
     """Return the variables on (model, step), for an objective of some unit and words."""
     units, text = objective
     percent = given_percent(precision.confidence)
-    mean, lower, upper = precision.of_means(left)
+    mean, lower, upper = precision.of_means(left, most)
     models = order.shape[0]
     names = np.concatenate([np.full((models, 1), "", dtype=object), labels[order]], axis=1)
     spent = np.concatenate([np.zeros((models, 1)), np.cumsum(cost[order], axis=1)], axis=1)

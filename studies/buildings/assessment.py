@@ -227,13 +227,15 @@ def assess(
 
     Intervals of probabilities are Wilson's with one trial per motion. Intervals of means, and of all annual values, are
     from resampled motions (`fragility.means.mean_interval`), each with all its levels, floors and items. Intervals of
-    quantiles are from ranks. If nothing overturns under any motion, annual values are 0 and their intervals NaN: the
-    motions do not determine them. No place or piece has a higher upper end than the building, and no place a higher
-    lower end. The intervals leave out the uncertainty of the hazard, the building and the blocks.
+    quantiles are from ranks. If all motions agree on an annual value, its ends assume the share of differing motions
+    that Wilson's interval allows. Their values are then as far away as possible: 0, or everything falls at every level.
+    No place or piece has a higher upper end than the building, and no place a higher lower end. The intervals leave out
+    the uncertainty of the hazard, the building and the blocks.
 
     Means of costs, downtimes and injuries given the motion are exact (the mean of each distribution times the
-    probability of its fall). Quantiles and exceedances are of the realisations, and so is the mean of the longest
-    downtime (`studies.inventory.consequences`). The error in quantiles and exceedances from the draws of pieces and of
+    probability of its fall). The mean of the longest downtime is a sum over 60 cells, 0.1 % to 2 % too large
+    (`JointFlags.add_longest`). Quantiles and exceedances are of the realisations
+    (`studies.inventory.consequences`). The error in quantiles and exceedances from the draws of pieces and of
     consequences is their ``sampling_error`` (`fragility.curves.means`). Over the modelling uncertainty it is too large,
     as the scores of a motion are spread evenly. Every motion draws separately, so that intervals over motions include
     it.

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 from itertools import product
 from typing import NamedTuple
 
@@ -20,50 +22,48 @@ from ...fragility.fitting.bootstrap import draw_motions
 from ...fragility.hazard.level_weights import level_weights
 from ...fragility.risk.epistemic import FRACTILES, SOURCES, SampledRates, fractiles_of, shares_of_spread
 from ...fragility.uncertainty.joint import PieceDraws
-from ..inventory.consequences import REALISATIONS, PieceScores
 from ..inventory.contents import Inventory
 from ..text.curve_notes import SETTLED
 from .assessment import straight_weights
-from .modelling import ShiftedLevels, covering, joined, refuse_own_motions
+from .modelling import ShiftedLevels, covering, refuse_own_motions
 from .outcomes import DAY, JointFlags
 from .savings import ItemChances
 from .variables import PER_YEAR, Year, fall_flags, per_year, range_of_a_year, variable
 
-LONGEST = "downtime"
-
 
 @dataclass(frozen=True)
 class JoinedClasses:
-    """Joint results of pieces, by the values (row, 1 + level, motion, …) of their classes, at least one.
+    """Joint results of pieces, by the values (row, 1 + level, motion) of their classes, at least one.
 
-    Values are P(nothing of a set falls | motion), from which the probability of any fall is computed. With `joint` they
-    are the longest downtime of the fallen pieces (…, realisation), whose mean over its draws is taken. The first value
-    is without any fall.
+    Values are P(nothing of a set falls | motion), from which the probability of any fall is computed, or P(no fallen
+    piece is out of use for longer | motion). The first value is without any fall.
     """
 
     classes: Mapping[str, Array]
-    joint: JointFlags | None = None
 
     @property
     def together(self) -> Array:
         """The values with all classes at the same level (row, level, motion)."""
         return self._of([values[:, 1:] for values in self.classes.values()])
 
-    def blurred(self, states: ShiftedLevels) -> Array:
-        """Return the means (row, point, motion) with independent scores of the classes."""
-        if self.joint is not None:
-            return np.asarray(joined(self.joint, states).expected[LONGEST][0])
-        return self._of([states.of(values[:, 1:], 1.0) for values in self.classes.values()])
+    def blurred(self, states: ShiftedLevels) -> Iterator[Array]:
+        """Yield the means (point, motion) of each row, with independent scores of the classes."""
+        for row in range(self.rows):
+            yield self._of([states.of(values[row, 1:], 1.0) for values in self.classes.values()])
 
-    def at(self, states: Mapping[str, Index]) -> Array:
-        """Return the values (row, case, motion) with each class in a state (case,), as of `ShiftedLevels`."""
-        rows = range(next(iter(self.classes.values())).shape[0])  # (one at a time, which bounds the memory)
-        return np.stack([self._of([self.classes[label][row, at] for label, at in states.items()]) for row in rows])
+    def at(self, states: Mapping[str, Index]) -> Iterator[Array]:
+        """Yield the values (case, motion) of each row, with each class in a state (case,), as of `ShiftedLevels`."""
+        for row in range(self.rows):
+            yield self._of([self.classes[label][row, at] for label, at in states.items()])
 
-    def _of(self, values: Sequence[Array]) -> Array:
-        if self.joint is None:
-            return np.asarray(1.0 - np.prod(values, axis=0))
-        return np.asarray(np.max(values, axis=0).mean(axis=-1))
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return len(next(iter(self.classes.values())))
+
+    @staticmethod
+    def _of(values: Sequence[Array]) -> Array:
+        return np.asarray(1.0 - np.prod(values, axis=0))
 
 
 ITEM_RATE, ANY_RATE, CONSEQUENCE_RATE = "item_rate", "any_rate", "consequence_rate"
@@ -161,9 +161,7 @@ def rates_over_branches(
         stacked = [np.stack(words, axis=1) for words in zip(*of_words, strict=True)]
         weighed.keep(CONSEQUENCE_RATE, ("place", "consequence"), stacked, PER_YEAR)
     if any(row.downtime is not None for row in inventory.rows):
-        weighed.keep(
-            DOWNTIME, ("place",), weighed.of([annual.of_joined(annual.downtime) for annual in every]), per_year(DAY)
-        )
+        weighed.keep(DOWNTIME, ("place",), weighed.of([annual.downtime() for annual in every]), per_year(DAY))
     ranges = [
         range_of_a_year(
             assessments[branch.motions].sel(model=branch.model).data_vars, every[0].levels, branch.hazard, sampling.beta
@@ -337,7 +335,7 @@ class _Branch:
                 year = self._year(hazard, dispersion)
                 return year.total(together).mean(axis=-1), year.total(resampled)
             states = self._states(hazard)
-            totals = self._year_at(states.rates).total(rows.blurred(states))
+            totals = np.stack([self._year_at(states.rates).total(values) for values in rows.blurred(states)])
             return totals.mean(axis=-1), times(totals, self.drawn.T) / self.motions
 
         mean, _ = of(self.hazard, beta)
@@ -352,7 +350,8 @@ class _Branch:
         for r, states in enumerate(self._shifted):
             for s in range(number):
                 cases, rates = _cases(states, {label: beta * score[s] for label, score in scores.items()})
-                modelled[:, s, r] = times(self._year_at(rates).total(rows.at(cases)), self.drawn[s]) / self.motions
+                of_rows = np.stack([self._year_at(rates).total(values) for values in rows.at(cases)])
+                modelled[:, s, r] = times(of_rows, self.drawn[s]) / self.motions
         return _Sampled(mean, SampledRates(mean_rates, plain, modelled, self.shares))
 
     def event(self, word: str = "") -> JoinedClasses:
@@ -367,27 +366,31 @@ class _Branch:
             none[sets[:, i], 1:] *= 1.0 - self.chances.any_piece_of(self.at, int(i))
         return JoinedClasses(stays or {"": np.ones(shape)})
 
-    @property
-    def downtime(self) -> JoinedClasses:
-        """Return the longest downtime in each place."""
-        sampling = self.sampling
-        realisations = REALISATIONS if sampling.variability is None else sampling.variability.realisations
+    def downtime(self) -> _Sampled:
+        """Return the annual longest downtime in each place, summed over its cells as `JointFlags.add_longest` does."""
+        flags = fall_flags(self.assessment).isel(model=[self.at]).values
+        variability = self.sampling.variability
         joint = JointFlags(
-            self.inventory,
-            fall_flags(self.assessment).isel(model=[self.at]).values,
-            self.members,
-            np.zeros(0),  # no loss is requested
-            sampling.variability,
-            scores=PieceScores(realisations, sampling.correlation, sampling.seed),
-            polarities=self.every.polarities,
+            self.inventory, flags, self.members, np.zeros(0), variability, polarities=self.every.polarities
         )
-        stays = {}
-        for label in dict.fromkeys(self.classes):
-            part = joint.part(np.flatnonzero((self.classes == label) & self.standing))
-            if part is not None and any(row.downtime is not None for row in part.inventory.rows):
-                longest = part.results.outcomes[LONGEST][0]
-                stays[str(label)] = np.concatenate([np.zeros_like(longest[:, :1]), longest], axis=1)
-        return JoinedClasses(stays or {"": np.zeros((len(self.members), 1 + self.levels.size, self.runs, 1))}, joint)
+        places, shape = len(self.members), (self.levels.size, self.runs)
+        lasting = self.standing & np.array([row.downtime is not None for row in self.inventory.rows])
+        parts = {
+            str(label): joint.part(np.flatnonzero((self.classes == label) & lasting))
+            for label in dict.fromkeys(self.classes)
+        }
+        sums = []
+        for cells in joint.cells(places * math.prod(shape)):
+            widths = np.diff(joint.days)[cells]
+            stays = {}
+            for label, part in parts.items():
+                if part is not None:
+                    within = part.within(joint.days, cells)[:, 0].reshape(-1, *shape)
+                    stays[label] = np.concatenate([np.ones_like(within[:, :1]), within], axis=1)
+            stays = stays or {"": np.ones((widths.size * places, 1 + shape[0], self.runs))}
+            share = (np.eye(places)[:, None] * widths[:, None]).reshape(places, -1)
+            sums.append(self.of_joined(JoinedClasses(stays)).summed(share))
+        return reduce(_Sampled.plus, sums)
 
     @property
     def beyond(self) -> float:

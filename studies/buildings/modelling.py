@@ -181,10 +181,11 @@ def joined(joint: JointFlags, mixture: Mixture) -> JointOutcomes:
     )
     words = joint.inventory.consequences
     labels = np.array([row.class_label for row in joint.inventory.rows], dtype=object)
-    for label in dict.fromkeys(labels):
-        part = joint.part(np.flatnonzero((labels == label) & (joint.exposed)))
-        if part is None:
-            continue
+    parts = [
+        (str(label), joint.part(np.flatnonzero((labels == label) & joint.exposed))) for label in dict.fromkeys(labels)
+    ]
+    classes = [(label, part) for label, part in parts if part is not None]
+    for label, part in classes:
         joint_part = part.results
         for event in part.events:
             stays = mixture.of(1.0 - joint_part.happens[event.name], 1.0)
@@ -194,7 +195,7 @@ def joined(joint: JointFlags, mixture: Mixture) -> JointOutcomes:
             for i, word in enumerate(part.inventory.consequences):
                 outcomes_at.happens[event.name][:, :, words.index(word)] *= stays[:, :, i]
         named = {quantity.name for quantity in part.quantities}
-        scores = _scores(str(label), motions // joint.polarities, joint.scores.seed)
+        scores = _scores(label, motions // joint.polarities, joint.scores.seed)
         for quantity in quantities:
             if quantity.name not in named:
                 continue
@@ -209,7 +210,14 @@ def joined(joint: JointFlags, mixture: Mixture) -> JointOutcomes:
                 drawn = of_state[:, :, states, fillings]
                 outcomes_of = outcomes_at.outcomes[quantity.name][:, :, :, motion]
                 (np.maximum if quantity.greatest else np.add)(outcomes_of, drawn, out=outcomes_of)
-    outcomes_at.complete(quantities)
+
+    def within(days: Array, cells: slice) -> Array:
+        stays = np.ones((days[:-1][cells].size, *of_places))
+        for _, part in classes:
+            stays *= mixture.of(part.within(days, cells), 1.0)
+        return stays
+
+    outcomes_at.complete(joint, within)
     return outcomes_at
 
 

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from ...core.elementary import Array, Flags, Index, geomspace, times
+from ...core.elementary import Array, Flags, Index, geomspace, power, times
 from ...core.units import DIMENSIONLESS
-from ...fragility.numerics.slabs import Allocator, in_memory, slabs
+from ...fragility.numerics.slabs import RUNS, Allocator, in_memory, slabs
 from ...fragility.numerics.totals import chances, chances_of_any, chances_of_none, expected_totals, fallen_pieces
 from ...fragility.uncertainty.joint import INDEPENDENT, PieceDraws, drawn_pieces
-from ..inventory.consequences import COLUMNS, Consequence, PieceScores
+from ..inventory.consequences import COLUMNS, Consequence, PieceScores, cell_edges, shares_above
 from ..inventory.contents import Inventory
 
 MOST_THRESHOLDS = 60
@@ -75,13 +75,13 @@ class JointOutcomes(NamedTuple):
     outcomes: dict[str, Array]
     happens: dict[str, Array]
 
-    def complete(self, quantities: Iterable[Quantity]) -> None:
-        """Make events' chances out of those that nothing happens, and take the means of maxima from the outcomes."""
+    def complete(self, joint: JointFlags, within: Callable[[Array, slice], Array]) -> None:
+        """Make events' chances out of those that nothing happens, and the means of maxima (`add_longest`)."""
         for none in self.happens.values():
             np.subtract(1.0, none, out=none)
-        for quantity in quantities:
-            if quantity.greatest:  # (the mean of a maximum has no closed form)
-                np.mean(self.outcomes[quantity.name], axis=-1, out=self.expected[quantity.name])
+        for quantity in joint.quantities:
+            if quantity.greatest:
+                joint.add_longest(self.expected[quantity.name], within)
 
 
 @dataclass(frozen=True)
@@ -214,8 +214,61 @@ class JointFlags:
                 none = joint.happens[event.name][of]
                 sets = event.sets.reshape(-1, items)[:, rows]
                 chances_of_none(any_piece, sets, none.reshape(none.shape[0], -1, *shaken))
-        joint.complete(quantities)
+        joint.complete(self, self.within)
         return joint
+
+    @cached_property
+    def days(self) -> Array:
+        """Edges of the cells of downtimes, over which the mean of the longest is summed."""
+        return cell_edges(row.downtime for row in self.inventory.rows if row.downtime is not None)
+
+    def within(self, edges: Array, cells: slice) -> Array:
+        """Return P(no fallen piece is out of use for longer | motion) of cells (cell, model, place, level, motion).
+
+        P(longer) of a piece is the mean over the cell.
+        """
+        models, items, _, *shaken = self.flags.shape
+        independent = self.variability is not None and self.variability.pieces == INDEPENDENT
+        none_longer = np.ones((edges[:-1][cells].size, models, len(self.members), *shaken))
+        for of, rows, chance, _ in self.chances():
+            for i, line in enumerate(range(items)[rows]):
+                row, places = self.inventory.rows[line], np.flatnonzero(self.members[:, line])
+                if row.downtime is None or not chance[:, i].any():
+                    continue
+                for cell, longer in enumerate(shares_above(row.downtime, edges)[cells]):
+                    # (of pieces that fall together, the downtimes are still independent)
+                    falling = longer if independent else 1.0 - power(1.0 - longer, row.count)
+                    stays = 1.0 - chances_of_any(falling * chance[:, [i]], self.counts[[line]], independent)[:, 0]
+                    for place in places:
+                        none_longer[cell, of, place] *= stays
+        return none_longer
+
+    def add_longest(self, totals: Array, within: Callable[[Array, slice], Array]) -> None:
+        """Add the mean of the longest downtime: the sum over cells of the width times P(longer), with `within`.
+
+        It is at least the mean downtime of any piece, since that is the same sum of the piece alone.
+        """
+        for cells in self.cells(totals.size):
+            for width, none in zip(np.diff(self.days)[cells], within(self.days, cells), strict=True):
+                totals += width * (1.0 - none)
+
+    def cells(self, size: int) -> Iterator[slice]:
+        """Yield the bounds of slabs of the cells of downtimes, each of which takes `size` numbers."""
+        step = max(1, RUNS // size)
+        return (slice(first, first + step) for first in range(0, self.days.size - 1, step))
+
+    def can_fall(self, quantity: Quantity) -> Flags:
+        """Return True for items that can add to a quantity (item,)."""
+        return self.exposed if quantity.taken else self.standing
+
+    def most(self, quantity: Quantity) -> Array:
+        """Return the mean of a quantity if everything falls that can (place,)."""
+        if not quantity.greatest:
+            return times(self.members, quantity.amounts * self.counts * self.can_fall(quantity))
+        joint = replace(self, flags=self.standing[None, :, None, None, None], lost=None, variability=None)
+        totals = np.zeros((1, len(self.members), 1, 1))
+        joint.add_longest(totals, joint.within)
+        return totals[0, :, 0, 0]
 
     def realisations(self, quantity: Quantity) -> int:
         """Number of realisations of a quantity under each motion."""

@@ -17,9 +17,12 @@ from .variables import Year, carried_items, fall_flags
 class AdditiveItems:
     """Items whose amounts add up; `loads` (item, its supporting item, amount) are lost if either falls.
 
-    `alone` (model, item, motion) is the objective, motion by motion, if only this item could fall. `array` allocates
-    the arrays of every item and motion.
+    `alone` (model, item, motion) is the objective, motion by motion, if only this item could fall, and `most` (item,)
+    its maximum. `array` allocates the arrays of every item and motion.
     """
+
+    together = np.add
+    """Function that joins the maxima of items."""
 
     def __init__(
         self,
@@ -31,6 +34,7 @@ class AdditiveItems:
     ) -> None:
         self.array = array
         models, items, _, motions = chances.shape
+        self.most = year.rate * amounts
         self.alone = array((models, items, year.size(motions)), np.float64)
         for of, rows in chances.of_items():
             self.alone[of, rows] = year.total(chances.piece(of, rows)) * amounts[rows, None]
@@ -39,6 +43,7 @@ class AdditiveItems:
         for item, support, amount in loads:
             below = chances.piece(slice(None), slice(support, support + 1))
             self.alone[:, support] += amount * year.total(below)[:, 0]
+            self.most[support] += year.rate * amount
             if item is not None:
                 self._twice[item, support] = amount * year.total(chances.both(item, support))
 
@@ -91,6 +96,8 @@ class AdditiveItems:
 class EventItems:
     """Items of which any one causes the event; its data are as of `AdditiveItems`."""
 
+    together = np.maximum
+
     def __init__(self, chances: ItemChances, year: Year, array: Allocator) -> None:
         self.array = array
         self.chances = chances
@@ -98,6 +105,7 @@ class EventItems:
         self.levels = np.flatnonzero(year.weights)
         self.year = replace(year, weights=year.weights[self.levels])
         models, items, _, motions = chances.shape
+        self.most = np.full(items, year.rate)
         self.alone = array((models, items, self.year.size(motions)), np.float64)
         for k, part, chance in self._parts():
             self.alone[k, :, self._values(part)] = self.year.total(chance)
@@ -178,6 +186,12 @@ class EventItems:
 
 FreeItems = AdditiveItems | EventItems
 """The items that can be anchored, and their contributions to the objective, motion by motion."""
+
+
+def most_left(items: FreeItems, order: Index) -> Array:
+    """Return the maximum of the objective (model, step) if items are anchored in some order (model, item)."""
+    rest = np.flip(items.together.accumulate(np.flip(items.most[order], axis=1), axis=1), axis=1)
+    return np.concatenate([rest, np.zeros((len(order), 1))], axis=1)
 
 
 def _nothing_left(items: FreeItems) -> Array:

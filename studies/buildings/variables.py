@@ -92,8 +92,8 @@ class Precision:
         """Number of draws of each motion (replicate, motion), the same for all variables."""
         return draw_motions(self.strata, self.replicates, self.seed)
 
-    def of_means(self, values: Array, most: Any = None, signed: bool = False) -> tuple[Array, Array, Array]:
-        """Return the mean over motions (last axis, each once) and its interval; `signed` values may be negative."""
+    def of_means(self, values: Array, most: Any, signed: bool = False) -> tuple[Array, Array, Array]:
+        """Return the mean over motions (last axis, each once) and its interval, as of `mean_interval`."""
         options = self.confidence, self.replicates, self.seed
         interval = mean_interval(values, *options, most, self.drawn, self.strata, signed)
         return values.mean(axis=-1), interval.lower, interval.upper
@@ -115,12 +115,8 @@ def conditional_variables(joint: JointFlags, precision: Precision, modelled: Mod
     falls = LineEvent.of_flags("probability", "", f"a piece {joint.falls}", joint.flags, range(joint.flags.shape[1]))
     variables = line_variables(joint, [falls], precision, modelled=modelled)
     for quantity in joint.quantities:
-        # at most everything overturns that is not anchored
-        can_fall = joint.exposed if quantity.taken else joint.standing
-        most = times(joint.members, quantity.amounts * joint.counts * can_fall)[None, :, None]
-        expected = of_motions(results.expected[quantity.name], joint.polarities)
-        # the maximum of drawn values is a mean of draws, which may exceed the maximum of all pieces
-        means = precision.of_means(expected, np.maximum(most, expected.max(axis=-1)) if quantity.greatest else most)
+        most = joint.most(quantity)[None, :, None]
+        means = precision.of_means(of_motions(results.expected[quantity.name], joint.polarities), most)
         dims: tuple[str, ...] = ("model", "place", "level")
         variables |= with_interval(
             f"{quantity.name}_mean", dims, means, quantity.units, f"mean of {quantity.text}", precision
@@ -225,15 +221,18 @@ def line_variables(
     lines, runs = joint.flags.shape[1], joint.flags.size
     variables: Variables = {}
 
+    def possible(event: LineEvent, part: slice) -> Flags:
+        return joint.standing[list(event.rows[part])].reshape(-1, *(1 for _ in event.dims[event.item + 1 :]))
+
     def at_levels(event: LineEvent, part: slice) -> tuple[Array, Array, Array]:
         chance = event.chance(part)
         chance = chance if modelled is None else modelled.mixture.of(chance)
-        possible = joint.standing[list(event.rows[part])].reshape(-1, *(1 for _ in event.dims[event.item :]))
-        return precision.of_probabilities(of_motions(chance, joint.polarities), possible)
+        return precision.of_probabilities(of_motions(chance, joint.polarities), possible(event, part)[..., None])
 
     def in_a_year(event: LineEvent, part: slice) -> tuple[Array, Array, Array]:
         assert year is not None  # (else there is no rate)
-        return precision.of_year(year, joint.flags.shape[-1]).of_means(year.total(event.chance(part)))
+        most = np.where(possible(event, part), year.rate, 0.0)
+        return precision.of_year(year, joint.flags.shape[-1]).of_means(year.total(event.chance(part)), most)
 
     for event in events:
         values, text = event.of_lines(at_levels, lines, runs), f"probability that {event.text}"
@@ -294,25 +293,27 @@ def annual_variables(
         variables |= with_interval(name, ("model", "item"), amounts[quantity.name], units, of_item, precision)
         given = joint.results.expected[quantity.name]
         name = f"annual_{quantity.name}"
+        at = of_points if quantity.greatest else year
         means = precision.of_means(
-            of_points.total(results.expected[quantity.name]) if quantity.greatest else year.total(given)
+            at.total(results.expected[quantity.name] if quantity.greatest else given), at.rate * joint.most(quantity)
         )
         variables |= with_interval(name, ("model", "place"), means, units, text, precision)
-        for side, weight, at in (("below", weights.below, 0), ("above", weights.above, -1)):
-            values = weight * of_motions(given[:, :, at], joint.polarities).mean(axis=-1)
+        for side, weight, end in (("below", weights.below, 0), ("above", weights.above, -1)):
+            values = weight * of_motions(given[:, :, end], joint.polarities).mean(axis=-1)
             variables[f"{name}_{side}"] = variable(
                 ("model", "place"), values, units, f"part of it from {side} the levels"
             )
         variables |= with_interval(
             f"{quantity.name}_rate",
             ("model", "place", f"{quantity.name}_threshold"),
-            _rates_of(results.outcomes[quantity.name], quantity, of_points, precision),
+            _rates_of(joint, results.outcomes[quantity.name], quantity, of_points, precision),
             PER_YEAR,
             f"annual rate of {quantity.bound}",
             precision,
         )
     for event in joint.events:
-        happens = precision.of_means(of_points.total(results.happens[event.name]))
+        most = np.where(joint.possible(event), of_points.rate, 0.0)
+        happens = precision.of_means(of_points.total(results.happens[event.name]), most)
         text = f"annual rate at which {event.text}"
         variables |= with_interval(f"{event.name}_rate", ("model", *event.dims), happens, PER_YEAR, text, precision)
     return variables
@@ -325,23 +326,25 @@ def _of_items(joint: JointFlags, year: Year, precision: Precision) -> tuple[Arra
     for of, rows, chance, lost in joint.chances():
         pieces = year.total(chance)
         gone = pieces if lost is chance else year.total(lost)
-        rates[:, of, rows] = precision.of_means(pieces)
+        rates[:, of, rows] = precision.of_means(pieces, year.rate * joint.standing[rows])
         for quantity in joint.quantities:
-            amount_of = quantity.amounts if quantity.greatest else quantity.amounts * joint.counts
+            amount_of = (quantity.amounts if quantity.greatest else quantity.amounts * joint.counts)[rows]
             amounts[quantity.name][:, of, rows] = precision.of_means(
-                (gone if quantity.taken else pieces) * amount_of[rows, None]
+                (gone if quantity.taken else pieces) * amount_of[:, None],
+                year.rate * amount_of * joint.can_fall(quantity)[rows],
             )
     return rates, amounts
 
 
-def _rates_of(outcomes: Array, quantity: Quantity, year: Year, precision: Precision) -> Array:
+def _rates_of(joint: JointFlags, outcomes: Array, quantity: Quantity, year: Year, precision: Precision) -> Array:
     """Return the annual rates at which thresholds are exceeded (value and ends, model, place, threshold)."""
     rates = np.empty((3, *outcomes.shape[:2], quantity.thresholds.size))
     sizes = dict(zip(("model", "place", "level", "motion", "realisation"), outcomes.shape, strict=True))
     for where in slabs(sizes, ("model", "place")):
         cells = where.get("model", slice(None)), where.get("place", slice(None))
         for i, reached in enumerate(exceedances(outcomes[cells], quantity.thresholds, quantity.strictly)):
-            rates[:, *cells, i] = precision.of_means(year.total(reached.mean(axis=-1)))
+            most = np.where(joint.most(quantity)[cells[1]] > 0.0, year.rate, 0.0)
+            rates[:, *cells, i] = precision.of_means(year.total(reached.mean(axis=-1)), most)
     return rates
 
 
@@ -360,6 +363,11 @@ class Year:
     def of(cls, assessment: xr.Dataset, weights: Array) -> Year:
         """Return the sums over the levels of an assessment."""
         return cls(weights, levels_have_own_motions(assessment), 2 if POLARITY in assessment.coords else 1)
+
+    @property
+    def rate(self) -> float:
+        """The sum of 1 over levels, which no share of the motions exceeds."""
+        return float(self.weights.sum())
 
     @cached_property
     def levels(self) -> Index:
@@ -488,7 +496,7 @@ WHOLES = {
     **{f"item_{event}_rate": "item_rate" for event in (FORWARD, SIDEWAYS, "off", "overturning", "gated")},
     "item_rate": f"{ANY}_rate",
     "consequence_rate": f"{ANY}_rate",
-    **{f"item_annual_{name}": f"annual_{name}" for name in ("number", "loss", "injuries")},
+    **{f"item_annual_{name}": f"annual_{name}" for name in ("number", "loss", "downtime", "injuries")},
     "kit_front_falls": "kit_falls",
 }
 """Variables of events or amounts that another variable contains, the parts of parts first."""

@@ -16,7 +16,7 @@ from ...fragility.analyses.surface_results import POOLED
 from ...fragility.runs.provenance import as_given, number_of_motions
 from ...motions.intensity.naming import place_in
 from ..kinds.study import Study
-from ..report.results_file import read_results
+from ..report.results_file import opened_results, read_results
 from ..store.content import check_content
 from ..store.differences import changes, makes_motions, same_inputs
 from ..store.folder import RESULT_NAME, reading, refuse_unfinished, result_file
@@ -104,9 +104,15 @@ def result_of(path: Path) -> Path:
 @contextmanager
 def two_sides(first: Path, second: Path, same: bool = False, verify: bool = False) -> Iterator[tuple[Side, Side]]:
     """Open two results until the block ends: folders of finished studies, their results, or their study files."""
-    paths = [result_of(path) for path in (first, second)]
+    for path in (first, second):
+        if not path.exists():
+            raise StudyError(f"{path}: no such file")
+    paths = [result_of(path) for path in (second, first)][::-1]
     if not same and paths[0].resolve() == paths[1].resolve():
         raise StudyError(f"{first} and {second} are the same results: name another folder, or two laws with --laws")
+    for path in paths:  # (both are refused before either is read whole)
+        with opened_results(path):
+            pass
     with read_results(paths[0]) as first_results, read_results(paths[1]) as other:
         sides = []
         for name, path, results in zip("AB", paths, (first_results, other), strict=True):

@@ -10,7 +10,7 @@ import zipfile
 from typing import TYPE_CHECKING, Any
 
 from ...core.doubts import first_of
-from ...core.limits import workbook_problem
+from ...core.limits import checked_workbook
 
 if TYPE_CHECKING:
     from openpyxl.worksheet.worksheet import Worksheet
@@ -119,12 +119,10 @@ def sheet_rows(
         raise WorkbookError("an old workbook (XLS), or one with a password; save it as XLSX without a password")
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as parts:
-            problem = workbook_problem(parts, UNPACKED * most_bytes)
-        if problem is not None:
-            raise WorkbookError(problem)
+            checked = checked_workbook(parts, UNPACKED * most_bytes, WorkbookError)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # (of drawings and extensions, which do not matter here)
-            return _rows(content, sheet, most_rows)
+            return _rows(checked, sheet, most_rows)
     except (WorkbookError, MemoryError):
         raise
     except zipfile.BadZipFile:
@@ -133,17 +131,17 @@ def sheet_rows(
         raise WorkbookError(f"not a workbook (XLSX) that can be read ({type(error).__name__})") from None
 
 
-def _rows(content: bytes, name: str, most_rows: int) -> tuple[list[tuple[int, list[str]]], list[str]]:
+def _rows(content: io.BytesIO, name: str, most_rows: int) -> tuple[list[tuple[int, list[str]]], list[str]]:
     from openpyxl import load_workbook  # noqa: PLC0415 - for workbooks alone
 
     # (values and formulas are two readings of one file; merged cells are in the second alone)
-    values = load_workbook(io.BytesIO(content), read_only=True, data_only=True, keep_links=False)
+    values = load_workbook(content, read_only=True, data_only=True, keep_links=False)
     titles = {sheet.title.lower(): sheet.title for sheet in values.worksheets}
     seen = [sheet.title for sheet in values.worksheets if sheet.sheet_state == "visible"]
     if name.lower() not in titles and not seen:
         raise WorkbookError("a workbook without a sheet to be seen")
     title = titles.get(name.lower()) or seen[0]
-    formulas = load_workbook(io.BytesIO(content), keep_links=False)[title]
+    formulas = load_workbook(io.BytesIO(content.getbuffer()), keep_links=False)[title]
     merged = {(merge.min_row, merge.min_col): merge.coord for merge in formulas.merged_cells.ranges}
     sheet = values[title]
     sheet.reset_dimensions()  # (stated sizes are wrong in files of some programs)
@@ -177,7 +175,12 @@ def _hidden(sheet: Worksheet, rows: list[tuple[int, list[str]]]) -> list[str]:
         for letter, of in sorted(sheet.column_dimensions.items())
         if of.hidden and any(any(cells[(of.min or 1) - 1 : of.max]) for _, cells in rows)
     ]
-    struck = [str(n) for n, _ in rows if any(cell.value is not None and cell.font.strike for cell in sheet[n])]
+    # (the library's rows look through all cells for the last column, row after row)
+    struck = [
+        str(number)
+        for number, cells in rows
+        if any(sheet.cell(number, column).font.strike for column, text in enumerate(cells, start=1) if text)
+    ]
     hidden = {
         "struck-out row": struck,
         "hidden row": [str(number) for number, _ in rows if sheet.row_dimensions[number].hidden],

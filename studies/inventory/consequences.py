@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,7 +12,7 @@ import scipy
 
 from ...core import checks
 from ...core.distributions import Normal
-from ...core.elementary import Array, exp, times
+from ...core.elementary import Array, exp, log, times
 from ...core.parameters import SHARE
 from ...core.streams import key_of, stream
 
@@ -25,6 +26,8 @@ MOST_DRAWN = 1_000_000
 """Most pieces of a line times realisations, which bounds the memory of a motion's draws."""
 DRAWN_BYTES = 300.0
 """Memory of the draws of a piece and realisation under one motion, with all that is made of them."""
+CELLS = 60
+"""Most cells of the values over which the mean of a maximum is summed."""
 COLUMNS = {"cost": 0, "downtime": 1, "injury": 2}
 """Columns of the scores of a piece, by the consequences of `Contents`."""
 
@@ -111,6 +114,42 @@ class Consequence:
         law = Normal(self.median, self.dispersion * self.median, lower=0.0)
         # the largest probability below 1 represents scores above 8.2
         return law.quantile(np.minimum(scipy.special.ndtr(scores), np.nextafter(1.0, 0.0)))
+
+
+def cell_edges(given: Iterable[Consequence]) -> Array:
+    """Return edges of cells of the values of some consequences, from 0 to above all of them, dense where values are.
+
+    Above the last inner edge, a score of 8 more than the dispersion, lie less than 1e-15 of the mean.
+    """
+    laws = dict.fromkeys(given)
+    each = [law.at(np.linspace(-4.0, 8.0 + law.dispersion, CELLS)) for law in laws]
+    every = np.unique(np.concatenate(each))
+    if every.size > CELLS:
+        every = every[np.rint(np.linspace(0.0, every.size - 1.0, CELLS)).astype(np.int64)]
+    return np.concatenate([[0.0], every])
+
+
+def shares_above(given: Consequence, edges: Array) -> Array:
+    """Return the mean of P(value > x) over each cell of x between `edges`, from 0 up; the last cell has no end.
+
+    Products with the widths of the cells sum to the mean: they are differences of the mean of min(value, x).
+    """
+    inner = edges[1:-1]
+    if given.dispersion == 0.0:
+        limited = np.minimum(inner, given.median)
+    elif given.distribution == LOGNORMAL:
+        score = log(inner / given.median) / given.dispersion
+        below = scipy.special.ndtr(score - given.dispersion)
+        limited = given.mean * below + inner * scipy.special.ndtr(-score)
+    else:
+        edge = 1.0 / given.dispersion
+        score = (inner / given.median - 1.0) * edge
+        whole, least = scipy.special.ndtr(edge), scipy.special.ndtr(-edge)
+        density = (exp(-0.5 * score**2) - math.exp(-0.5 * edge**2)) / math.sqrt(2.0 * math.pi)
+        below = given.median * (scipy.special.ndtr(score) - least - given.dispersion * density) / whole
+        limited = below + inner * scipy.special.ndtr(-score) / whole
+    limited = np.concatenate([[0.0], np.minimum(limited, given.mean), [given.mean]])
+    return np.clip(np.diff(limited) / np.diff(edges), 0.0, 1.0)
 
 
 @dataclass(frozen=True)

@@ -160,9 +160,9 @@ def _falls(
         for of, part in after.of_items():
             with_kit_falls = year.total(after.piece(of, part))
             saved = year.total(before.piece(of, part)) - with_kit_falls
-            falls[f"kit_{name}"][:, of, part] = precision.of_means(with_kit_falls)
+            falls[f"kit_{name}"][:, of, part] = precision.of_means(with_kit_falls, year.rate)
             # (a kit may fell a piece, too)
-            falls[f"kit_{name}_saved"][:, of, part] = precision.of_means(saved, signed=True)
+            falls[f"kit_{name}_saved"][:, of, part] = precision.of_means(saved, year.rate, signed=True)
             if name == "falls":
                 falls["kit_share_saved"][:, of, part] = _share(saved, with_kit_falls + saved, precision)
     return falls

@@ -23,8 +23,8 @@ KINDS = ("fragility", "uncertainty", "performance", "sensitivity")
 
 
 @contextmanager
-def read_results(path: Path) -> Iterator[xr.Dataset]:
-    """Open a study's results until the block ends; variables of single runs are read only if they are used."""
+def opened_results(path: Path) -> Iterator[xr.Dataset]:
+    """Open a study's results until the block ends; StudyError for other files, of which the head is read alone."""
     if not path.is_file():
         raise StudyError(f"{path}: no such file" if not path.exists() else f"{path}: is no file")
     with reading(path):
@@ -43,6 +43,13 @@ def read_results(path: Path) -> Iterator[xr.Dataset]:
             raise StudyError(f"{path}: holds runs, not a study's results: toppling run writes those")
         if str(kind) not in KINDS:
             raise StudyError(f"{path}: is of the kind {str(kind)[:40]!r}; reports are of {', '.join(KINDS)} studies")
+        yield stored
+
+
+@contextmanager
+def read_results(path: Path) -> Iterator[xr.Dataset]:
+    """Open a study's results until the block ends; variables of single runs are read only if they are used."""
+    with opened_results(path) as stored:
         try:
             small = without_motions(stored).data_vars
             whole = _with_half_levels(stored.assign({name: stored[name].load() for name in small}))

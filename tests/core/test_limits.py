@@ -51,7 +51,14 @@ def many(text, number):
         (BOOK, "</sheets>", many(NAMED, 256), "257 elements 'sheet'"),
         (BOOK, "<definedNames", many('<definedName name="n{}">A1</definedName>', 20_001), "'definedName'"),
         (STYLES, "</cellXfs>", many('<xf numFmtId="{}"/>', 65_001), "'xf'"),
-        (SHEET, "</sheetData>", f"<row>{'<c/>' * 1_000_001}</row>", "'c', allowed are 1,000,000"),
+        (SHEET, "</sheetData>", f"<row>{'<c/>' * 500_001}</row>", "'c', allowed are 500,000"),
+        (SHEET, "</sheetData>", "<row/>" * 200_001, "'row', allowed are 200,000"),
+        (SHEET, "<pageMargins", MERGED.format('<mergeCell ref="&#65;1:XFD1048576"/>'), "in a spelling of no program"),
+        (SHEET, "<pageMargins", MERGED.format('<mergeCell ref="a1:xfd1048576"/>'), "in a spelling of no program"),
+        (SHEET, "<pageMargins", LINKS.format('<hyperlink ref="A:XFD"/>'), "in a spelling of no program"),
+        (BOOK, "</sheets>", many(NAMED, 100), "names more sheets than it holds"),
+        (SHEET, "</sheetData>", "<row " + many('a{}="1" ', 10_010) + "/>", "more than 10,000 attributes"),
+        (SHEET, "<pageMargins", many(PAIR, 1001).replace("<", "<a-b:"), "'mergeCell'"),
     ],
 )  # fmt: skip
 def test_workbooks_that_unfold(part, before, new, reason):
@@ -62,6 +69,28 @@ def test_workbooks_that_unfold(part, before, new, reason):
 def test_parts_that_hide_what_they_hold():
     with pytest.raises(WorkbookError, match="has a document type or zeros"):
         sheet_rows(book(also=[("xl/other.xml", "<a><!--x--></a>".encode("utf-16"))]), "inventory", 2**24, 100)
+
+
+def test_shared_formulas_are_not_written_out():
+    """Which takes the reader 45 µs a character; that a cell has a formula without a value is still said."""
+    first, other = (
+        '<c r="A4"><f ref="A4:A9" t="&#115;hared" si="0">{}1</f></c>',
+        "<c r='A{0}'><f t='shared' si='0'/></c>",
+    )
+    rows = f'<row r="4">{first.format("A1+" * 999)}</row>' + many("<row r='{0}'>" + other + "</row>", 9_000)
+    found, _ = sheet_rows(book(SHEET, "</sheetData>", rows), "inventory", 2**24, 100)
+    assert "has a formula without a value" in found[2][1][0].why
+
+
+def test_sizes_and_names_in_a_directory_that_are_untrue():
+    """A part that unfolds to more than it states is read no further; of two parts of a name, the last is read."""
+    content = bytearray(book(SHEET, "</worksheet>", " " * 10**7))
+    at = content.rfind(b"PK\x01\x02", 0, content.rfind(SHEET.encode()))
+    content[at + 24 : at + 28] = (100).to_bytes(4, "little")
+    with pytest.raises(WorkbookError, match="or a damaged one"):
+        sheet_rows(bytes(content), "inventory", 2**24, 100)
+    with pytest.raises(WorkbookError, match="parts, allowed are 10,000"):
+        sheet_rows(book(also=[(f"{i}.xml", "") for i in range(10_001)]), "inventory", 2**24, 100)
 
 
 def test_right_workbooks_are_read():

@@ -56,6 +56,10 @@ BAD_SIMULATIONS = [
     (lambda: tp.simulate(BLOCK, LAW, SHAKE, theta0=NAN), ValueError, "theta0 must be"),
     (lambda: tp.simulate(BLOCK, LAW, SHAKE, theta0=1.6), ValueError, "theta0 must be"),
     (lambda: tp.simulate(BLOCK, LAW, SHAKE, omega0=INF), ValueError, "omega0 must be"),
+    (lambda: tp.simulate(BLOCK, LAW, SHAKE, omega0=1e100), ValueError, "omega0 must be finite and >= -1e.06 and <="),
+    (lambda: tp.simulate(BLOCK, LAW, SHAKE, theta0=np.zeros(2)), TypeError, "theta0 must be a number"),
+    (lambda: tp.free_rocking(BLOCK, LAW, 0.1, 1e308), ValueError, "at most 1e.07 samples, got inf"),
+    (lambda: tp.free_rocking(BLOCK, LAW, 0.1, 5.0, dt=5e-324), ValueError, "at most 1e.07 samples, got inf"),
     (lambda: tp.simulate(BLOCK, LAW, SHAKE.isel(time=slice(0, 1))), ValueError, "at least 2 samples"),
     (lambda: tp.simulate(BLOCK, LAW, every_second()), ValueError, "states dt = .* but its time steps"),
     (lambda: tp.simulate(BLOCK, LAW, uneven()), ValueError, "time step of motion must be uniform"),
@@ -69,6 +73,12 @@ BAD_SIMULATIONS = [
 ]
 
 BAD_MOTIONS = [
+    (lambda: mo.highpass(SHAKE, 5e-324), ValueError, "corner frequency must be finite and > 1e-09"),
+    (lambda: mo.resample(SHAKE, 5e-324), ValueError, "dt must stand to the motions' step"),
+    (lambda: mo.measures([SHAKE.assign_coords(motion=["x" * 10**5])] * 2), ValueError, "got 'x{59} more than once"),
+    (lambda: mo.response_spectrum(SHAKE, 10**5000), TypeError, "got a value of type ndarray"),
+    (lambda: wilson_interval([1, 2], [3, 4, 5]), TypeError, "arrays of shapes that fit, got .1, 2. and .3, 4, 5."),
+    (lambda: wilson_interval(10**400, 5), TypeError, "must be numbers or arrays of shapes that fit"),
     (lambda: mo.from_array([], 0.01), ValueError, "must not be empty"),
     (lambda: mo.from_array([1.0], 0.01), ValueError, "at least 2 samples"),
     (lambda: mo.from_array([0.0, NAN], 0.01), ValueError, "acceleration must be finite .* got nan at index .?1"),

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from toppling.studies.buildings.variables import WHOLES
+from toppling.studies.buildings.variables import OF_A_YEAR, WHOLES
 
 ENDS = "_lower", "", "_upper"
 CLOSE = 1.0 + 1e-9
@@ -38,6 +38,8 @@ def check_intervals(results):
 def check_totals(results):
     """Assert that a building has at least what its largest part has, with both ends, and a chance at most their sum.
 
+    Annual values have both ends, also if all motions agree on them.
+
     Rates of farther slips and larger amounts are at most those of shorter and smaller ones.
     """
     for part, whole in WHOLES.items():
@@ -46,6 +48,14 @@ def check_totals(results):
             if "place" in of_whole.dims and "place" not in of_part.dims:
                 of_whole = of_whole.isel(place=0)
             assert not (of_part > CLOSE * of_whole).any(), f"{part}{end}"
+    yearly = {*OF_A_YEAR} | {part for part in WHOLES if not part.startswith("kit_")} | {"ranked_saving", "ranked_left"}
+    for name in yearly & {*results.data_vars}:
+        for end in ENDS if f"{name}_lower" in results else ():
+            assert not np.any(np.isnan(results[f"{name}{end}"]) & np.isfinite(results[name])), f"{name}{end}"
+    for name in {*OF_A_YEAR, *OF_A_YEAR.values()} & {*results.data_vars}:
+        if "place" in results[name].dims:
+            largest = results[name].isel(place=slice(1, None)).max("place")
+            assert not (largest > CLOSE * results[name].isel(place=0)).any(), name
     for name in ("probability", "rate"):
         every, pieces = f"any_{name}", "probability" if name == "probability" else "item_rate"
         if every in results and pieces in results:
@@ -54,7 +64,7 @@ def check_totals(results):
             assert not (results[pieces] > CLOSE * results[every].isel(place=0)).any(), every
     for name in results.data_vars:
         value = results[name]
-        if "place" in value.dims and name in {"any_rate", "any_probability", "number_mean", "loss_mean"}:
+        if "place" in value.dims and name in {*OF_A_YEAR, *OF_A_YEAR.values()}:
             floors = value.isel(place=slice(1, None))
             assert not (value.isel(place=0) > CLOSE * floors.sum("place")).any(), name
         steps = [dim for dim in value.dims if str(dim).endswith(("slip", "threshold"))]

@@ -263,7 +263,13 @@ class TestInAYear:
             INVENTORY, Assessment(LAW, shaking(6), [0.01, 0.02], "pga", FRAME, replace_curve(levels=[0.001, 1.0]))
         )
         assert (low.annual_number == 0.0).all()
-        assert low.annual_number_lower.isnull().all()
+        assert (low.annual_number_lower == 0.0).all()
+        # (Wilson's upper end of 0 of 6, at each level, of every piece that is not anchored)
+        share = wilson_interval(0, 6)[1] * float(low.level_weight.sum())
+        pieces = low["count"].values * ~low["anchored"].values.astype(bool)
+        np.testing.assert_allclose(low.annual_number_upper.sel(place="building"), share * pieces.sum(), rtol=1e-12)
+        np.testing.assert_allclose(low.item_rate_upper[0], np.where(pieces, share, 0.0), rtol=1e-12)
+        np.testing.assert_allclose(low.any_rate_upper.sel(place="building"), share, rtol=1e-12)
         assert "building.no_fall" in {fact.what for fact in notes(low)}
 
     def test_levels_that_begin_too_high_are_noted(self):

@@ -10,6 +10,7 @@ from study_texts import CABINET, IDA, motions
 import toppling as tp
 from toppling.studies.command.cli import main
 from toppling.studies.comparison.compare import compare
+from toppling.studies.report import results_file
 from toppling.studies.store.manifest import FOLDER, LAYOUT, MANIFEST
 
 STUDY = f'title = "Base"\n{CABINET}{motions(6)}'
@@ -81,6 +82,18 @@ def test_one_sentence(folder, tmp_path, capsys, first, second, said):
     (line,) = capsys.readouterr().err.splitlines()
     assert said in line
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("second", ["damaged", "empty", "nowhere", "notes.txt", "foreign"])
+def test_the_second_is_refused_before_the_first_is_read(folder, tmp_path, monkeypatch, capsys, second):
+    """The head of each file is read, and no variable of the other."""
+    (folder / "notes.txt").write_text("no results", encoding="utf-8")
+    (folder / "foreign").mkdir(exist_ok=True)
+    xr.Dataset({"x": 1.0}).to_netcdf(folder / "foreign/results.nc")
+    monkeypatch.setattr(results_file, "without_motions", lambda stored: pytest.fail("the first was read"))
+    assert main(["compare", str(folder / "base"), str(folder / second), "--out", str(tmp_path / "out")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert second in line
 
 
 @pytest.mark.slow

@@ -178,6 +178,41 @@ class TestAgainstSimulatedYears:
         assert float(here.downtime_rate[0]) <= float(here.any_rate)
 
 
+class TestLongestDowntime:
+    """Its mean is a sum over cells of P(longer), at least the mean of any piece."""
+
+    @pytest.mark.parametrize("dispersion", [0.1, 0.8, 2.0])
+    @pytest.mark.parametrize("distribution", ["lognormal", "normal"])
+    def test_of_several_pieces(self, monkeypatch, dispersion, distribution):
+        """The maximum of n alike pieces, whose mean is a quadrature over the density of their largest score."""
+        days = Consequence(5.0, min(dispersion, 0.5) if distribution == "normal" else dispersion, distribution)
+        for n in (1, 2, 7):
+            line = Inventory((replace(LAB.rows[0], count=n, cost=None, injury=None, downtime=days),))
+            found = shaken(monkeypatch, np.ones((1, 1, 3), bool), line).isel(model=0, level=0)
+            exact = days.of_several(n, greatest=True)[0]
+            assert float(found.downtime_mean[0]) == pytest.approx(exact, rel=1e-10 if n == 1 else 3e-3)
+            assert float(found.downtime_mean_upper[0]) == pytest.approx(float(found.downtime_mean[0]), rel=1e-12)
+
+    def test_a_total_is_at_least_its_largest_part(self, monkeypatch):
+        """Whatever is drawn: few motions, lines of which one alone counts, pieces that fall in part."""
+        for seed in range(8):
+            flags = falls(3, seed)
+            for some in (LAB, replace(LAB, rows=LAB.rows[:1]), replace(LAB, rows=LAB.rows[1:])):
+                found = shaken(monkeypatch, flags[: len(some.rows)], some)
+                assert (found.item_annual_downtime <= found.annual_downtime[:, 0] * (1.0 + 1e-12)).all()
+                alone = float(found.annual_downtime[0, 0])
+                if len(some.rows) == 1:
+                    exact = float(found.any_rate[0, 0]) * DAYS.of_several(3, greatest=True)[0]
+                    assert alone == pytest.approx(exact, rel=3e-3)
+
+    def test_known_downtimes_have_no_error(self, monkeypatch):
+        rows = (replace(LAB.rows[0], downtime=Consequence(3.0)), replace(LAB.rows[1], downtime=Consequence(8.0)))
+        flags = falls(50)[:2]
+        found = shaken(monkeypatch, flags, replace(LAB, rows=rows))
+        longest = np.max(flags * np.array([3.0, 8.0])[:, None, None], axis=0).mean(axis=-1)
+        np.testing.assert_allclose(found.downtime_mean[0, 0], longest, rtol=1e-12)
+
+
 class TestRealisations:
     def test_one_piece_alone(self, monkeypatch):
         """With correlation 1 the downtime follows from the cost: both are functions of one normal score."""

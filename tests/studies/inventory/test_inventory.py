@@ -14,6 +14,7 @@ import numpy as np
 import openpyxl
 import pytest
 from openpyxl.styles import Font
+from openpyxl.worksheet.worksheet import Worksheet
 
 import toppling as tp
 from toppling.core.doubts import ImplausibleInput
@@ -497,6 +498,14 @@ class TestWorkbooks:
         for as_cell in (number, str):
             path = book_of(rows_of(text), tmp_path / "i.xlsx", as_cell)
             assert read_inventory(path) == read_inventory(example_path())
+
+    def test_rows_take_time_in_proportion(self, tmp_path, monkeypatch):
+        """The library looks through all cells for a sheet's last column: not for every row."""
+        asked, last = [], Worksheet.max_column
+        monkeypatch.setattr(Worksheet, "max_column", property(lambda sheet: asked.append(1) or last.fget(sheet)))
+        lines = [["item", "width_m", "height_m", "floor"], *([f"shelf {n}", "0.4", "1.8", "0"] for n in range(60))]
+        assert len(read_inventory(book_of(lines, tmp_path / "i.xlsx")).rows) == 60
+        assert len(asked) < 10
 
     def test_defaults_and_labels(self, tmp_path):
         for text in (SMALL, "width_m,height_m,floor\n0.4,2,1\n"):

@@ -233,16 +233,19 @@ class TestResults:
                 saved = now[row["item"]][name].value - row[name].value
                 assert row[f"{name}_saved"].value == pytest.approx(saved, rel=1e-12, abs=1e-15), (row["item"], name)
 
-    def test_one_motion_gives_no_interval_and_the_table_says_why(self, tmp_path):
+    def test_one_motion_gives_shares_no_interval_and_the_table_says_why(self, tmp_path):
+        """Chances and rates have the interval that Wilson's of one trial permits."""
         results = study(tmp_path, text=STUDY.replace("number = 8", "number = 1")).run()
         lower, share, upper = (results[f"kit_share_saved{end}"].values for end in ("_lower", "", "_upper"))
         part = (share > 0.0) & (share < 1.0)
         assert part.any()
         assert np.isnan(lower[part]).all()
         assert np.isnan(upper[part]).all()
-        for table in (kits(results), pieces.pieces(results)):
-            assert "(no interval)" in str([*table.groups])
-            assert any("missing where all motions agree" in note for note in table.notes)
+        assert "(no interval)" in str([*kits(results).groups])
+        assert any("missing where all motions agree" in note for note in kits(results).notes)
+        assert np.isfinite(results["item_rate_lower"]).all()
+        assert np.isfinite(results["item_rate_upper"]).all()
+        assert "(no interval)" not in str([*pieces.pieces(results).groups])
 
     def test_the_terminal_has_80_columns(self, results):
         """The chosen kits are marked."""
