@@ -18,8 +18,8 @@ from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, first_names, warn
 from .components import Component, arrays_of, doubt_duration, refuse_gaps, refuse_stated_peak, single
-from .directions import direction_of
-from .lines import FEW, HEADER_WIDTH, LONGEST_STEP, MAX_SAMPLES, STEP, Lines, RecordError, known
+from .directions import direction_of, vertical_of
+from .lines import FEW, HEADER_WIDTH, LONGEST_STEP, MAX_SAMPLES, STEP, Lines, RecordError, is_blank, is_comment, known
 from .units import (
     RELATIVE,
     agreed,
@@ -94,7 +94,7 @@ _SECONDS = {
 }
 """Seconds of each unit of time that a column may have."""
 _MILLISECONDS = re.compile(
-    r"^\W*(?:times?\b(?!.{0,9}\b(?:step|interval))[^,;\d]{0,20}?(?:\bin\s+|[\[(:=]\s*))?(?:ms|msecs?|milli-?seconds?)\b"
+    r"^\W*(?:units?\s*[:=]\s*)?(?:times?\b(?!.{0,9}\b(?:step|interval))[^,;\d]{0,20}?(?:\bin\s+|[\[(:=]\s*|\s))?(?:ms|msecs?|milli-?seconds?)\b"
     r"[\s)\].]*(?:$|[,;])",
     re.IGNORECASE,
 )
@@ -105,7 +105,13 @@ _INDEX = re.compile(r"(?:index|sample|point|row|n(?:o|r)?|i|#)?\.?", re.IGNORECA
 _SPECTRUM = re.compile(r"(?:natural |eigen)?(?:p[ée]r[ií]od|fr[ée]q|frecuencia|schwingungsdauer)", re.IGNORECASE)
 _ORDINATE = re.compile(r"p?s[adev]\b|(?:pseudo\W?)?spectral|(?:rotd|gmrot)\w*\d", re.IGNORECASE)
 _COMMAS = re.compile(r"(?:^|\s)[-+]?\d+(?:,\d+)?\s+[-+]?\d+(?:,\d+)?(?:e[-+]?\d+)?(?:\s|$)", re.IGNORECASE)
-_CLOCK = re.compile(r'"?(?:\d{4}-\d\d-\d\d[T ])?\d{1,2}:\d\d:\d\d[^\s,;]*[\s,;]+[-+.\d"]', re.IGNORECASE)
+_CLOCK = re.compile(
+    r'"?(?:(?:\d{4}[-/.]\d\d?[-/.]\d\d?|\d\d?[-/.]\d\d?[-/.]\d{4})[T ,;]+)?\d{1,2}:\d\d:\d\d[^\s,;]*[\s,;]+[-+.\d"]',
+    re.IGNORECASE,
+)
+_NO_POINTS = re.compile(r"[-+]?\d+,(?:0\d+|\d{5,})(?:,[-+]?\d+,\d+)*")
+"""A line of numbers with decimal commas, between commas."""
+
 _RESULTANT = re.compile(
     r"(?i)resultant|magnitude|mean\b|average|avg\b|geo\w*.?mean|rotd|vector.?sum|\bnorm\b|\bsrss\b|"
     r"(?:a_?(?:cc)?_?)?(?:absolute|total|tot|res|abs|mag)\b|at\b"
@@ -150,6 +156,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     """Return one component for each column of accelerations."""
     file = lines.file
     header, names, table, columns = _table(lines)
+    header = [(line, text if names and i == len(header) else _as_key(text)) for i, (line, text) in enumerate(header, 1)]
     n = len(table) // max(columns, 1)
     if n < 2:
         raise RecordError(f"{file}: a motion has at least 2 samples, found {n}")
@@ -209,7 +216,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
             )
         with np.errstate(over="ignore"):  # infinity is an error later, as beyond any motion
             acceleration = values[:, column] * factor
-        label = name if columns > 1 + timed else ""
+        label = name if columns > 1 + timed else vertical_of(text for _, text in words)
         found.append(
             Component(acceleration, step, station=file.stem if label else "", component=label, processing=note)
         )
@@ -224,6 +231,19 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     for why, left in out.items():
         warn([Doubt("table", f"{file}: {first_names(left)} is left out: {why}", settled=True)])
     return found
+
+
+def _cells(text: str) -> list[str]:
+    """Return the cells of a line of a header."""
+    separator = next((mark for mark in (";", "\t", ",") if mark in text), ",")
+    return [cell.strip(' "') for cell in text.split(separator)]
+
+
+def _as_key(text: str) -> str:
+    """Return 'key: value' for a line of a header whose cells are a key and its value, and other lines as they are."""
+    key, *values = [cell for cell in _cells(text) if cell] or [""]
+    bare = re.fullmatch(r"(?=.*[^\W\d_])[^\d(\[]*(?:[\[(][^)\]]*[)\]])?", key) and not re.search("[:=：]", text)
+    return f"{key}: {values[0]}" if bare and len(set(values)) == 1 else text
 
 
 def _samples(file: Path, values: Array, header: list[tuple[int, str]]) -> tuple[Array, list[tuple[int, str]], str]:
@@ -310,7 +330,7 @@ def _table(lines: Lines) -> tuple[list[tuple[int, str]], list[str], array[float]
     columns = both = 0
     for line in lines:
         stripped = line.strip()
-        if not stripped:
+        if is_blank(line):
             continue
         fields = [f for f in re.split(r"[,;\s]+", stripped) if f]
         try:
@@ -329,13 +349,18 @@ def _table(lines: Lines) -> tuple[list[tuple[int, str]], list[str], array[float]
         if not columns:
             columns = len(row)
             apart = ";" in stripped or _COMMAS.search(stripped) or re.search(r'"[-+]?\d+,\d[\d.]*"', stripped)
-            if apart and re.search(r"\d,\d", stripped):
+            if (apart and re.search(r"\d,\d", stripped)) or _NO_POINTS.fullmatch(stripped):
                 raise lines.error(f"holds {stripped[:30]!r}: write decimals with a point")
             if not (names := _names([text for _, text in header], columns)) and columns > 1:
                 # comments may be between the heading and the numbers
-                heading = [i for i, (_, text) in enumerate(header) if not text.startswith("#")][-1:]
+                heading = [i for i, (_, text) in enumerate(header) if not is_comment(text)][-1:]
                 header += [header.pop(i) for i in heading]
                 names = _names([text for _, text in header], columns)
+            later = [cell for cell in _cells(header[-1][1])[1:columns] if _TIME.match(cell)] if header else []
+            if columns > 1 and not names and later:
+                raise lines.error(
+                    f"is below a heading whose first column is not {later[0][:30]!r}: write the times first"
+                )
             if columns > 2 and not names:
                 raise lines.error(
                     f"has {columns} columns, allowed are 1 or 2 (time, acceleration), or a heading that names them: "
@@ -372,6 +397,10 @@ def _names(header: list[str], columns: int) -> list[str]:
     if len(header) > 1 and len(found) == columns and all(unit_of(name).quantity for name in found):
         above = _names(header[:-1], columns)
         return [f"{name} ({unit.strip('[]() ')})" for name, unit in zip(above, found, strict=True)] if above else []
+    if len(found) == columns > 1 and not all(found[1:]):  # (names in a line further up: "Component,NS,EW,UD")
+        above = [_cells(text) for text in header[:-1]]
+        named = (cells[1:] for cells in reversed(above) if len(cells) == columns and len({*cells[1:], ""}) == columns)
+        found = [found[0], *next(named, [])]
     known = (
         _indexed(found) or _TIME.match(found[0]) or _SPECTRUM.match(found[0]) or all(map(_DIRECTION.fullmatch, found))
     )

@@ -55,10 +55,10 @@ _TOLD = re.compile(
     rf"(?P<unit>{_WORD})"
 )
 # ("0.2 in g" is of another number)
-_IN = re.compile(rf"(?<!\d)(?<!\d\s)\bin\s+(?!units?\b)(?P<unit>{_WORD})", re.IGNORECASE)
+_IN = re.compile(rf"(?<!\d)(?<!\d\s)\b(?:in|en|em)\s+(?!units?\b)(?P<unit>{_WORD})", re.IGNORECASE)
 _BRACKETS = re.compile(rf"[\[(](?P<unit>[^\])]*(?=[\])]){_AFTER}?)", re.IGNORECASE)
 # "ACCELERATION TIME SERIES, GAL", "Acceleration g"
-_LAST = re.compile(r"(?:,\s*|\b(?:acc[a-z]*|series|history)\s+)(?P<unit>[a-zмс%][^\s,;]*)[^\w%]*$", re.IGNORECASE)
+_LAST = re.compile(r"(?:[,:]\s*|\b(?:acc[a-z]*|series|history)\s+)(?P<unit>[a-zмс%][^\s,;]*)[^\w%]*$", re.IGNORECASE)
 _NONE_OF_OURS = re.compile(r"/s|^(?:counts?|(?:milli)?volts?|m(?:illi-?)?g|%g|digits?)$", re.IGNORECASE)
 # A unit in the open, "Acceleration m/s^2", which no other word can be.
 _OPEN = re.compile(
@@ -139,7 +139,7 @@ def unit_of(word: str, line: int = 0) -> Unit:
     text = word.strip().strip(".,;:[]").lower().replace("²", "2").replace("⁻", "-").replace("см/с", "cm/s")
     text = text.replace("м/с", "m/s")
     text = text.strip("()") if text.startswith("(") or text.count("(") != text.count(")") else text
-    text = re.sub(r"\^|\*\*|[\s_·]|\.(?=[a-z])", "", re.sub(r"sec(?:onds?)?\b|sec(?=[\d^*²])", "s", text))
+    text = re.sub(r"\^|\*\*|[\s_·]|\.(?=[a-z])", "", re.sub(r"se[cg](?:ond[oi]?s?)?\b|se[cg](?=[\d^*²])", "s", text))
     text = re.sub(r"^([cm]?m)/?\(?(?:s-?2|s\*s)\)?$|^([cm]?m)/s/s$", r"\1\2/s2", text)
     text = {"gals": "gal", "gs": "g", "g's": "g"}.get(text, text)
     if len(word) <= 40 and text in _ACCELERATION:

@@ -937,3 +937,89 @@ def test_right_files_without_a_line_end(tmp_path, text):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         read(tmp_path, text)
+
+
+CELLS = "Station,ABC,,\n{}\nAcceleration (g)\n" + COLUMN
+
+
+@pytest.mark.parametrize(
+    ("line", "options", "message"),
+    [
+        ("Sampling interval (s),0.005", {"dt": 0.01}, "its header says dt = 0.005 s, so dt must not be 0.01"),
+        ('"Sampling rate (Hz)";"200"', {"dt": 0.01}, "its header says dt = 0.005 s"),
+        ("dt\t5 ms", {"dt": 0.01}, "its header says dt = 0.005 s"),
+        ("Units,cm/s2", {"dt": 0.01}, "which of them is the unit"),
+        ("Unit,gal,gal,gal", {"dt": 0.01}, "which of them is the unit"),
+        ("Number of samples;4000", {"dt": 0.01}, "line 2 declares 4000 samples, it holds 12"),
+        ("Quantity,velocity,in cm/s", {"dt": 0.01}, "which of them is the unit|gives a velocity"),
+    ],
+)
+def test_keys_and_values_in_cells_are_not_contradicted(tmp_path, line, options, message):
+    """A header whose lines are cells of a sheet says what a header of 'key: value' says."""
+    with pytest.raises(RecordError, match=message):
+        read(tmp_path, CELLS.format(line), **options)
+
+
+@pytest.mark.parametrize("line", ["Sampling interval (s),0.005,,", '"dt";".005"', "Sampling frequency (Hz)\t200"])
+def test_a_step_in_a_cell_is_read(tmp_path, line):
+    motion = read(tmp_path, CELLS.format(line))
+    assert float(motion["dt"][0]) == 0.005
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * G, rtol=1e-15)
+
+
+@pytest.mark.parametrize(("line", "said"), [("Duration (s),40", "40"), ("Scale factor;2.5", "2.5")])
+def test_values_in_cells_are_doubted(tmp_path, line, said):
+    with pytest.warns(ImplausibleInput, match=rf"line 2 says .*{said}"):
+        read(tmp_path, CELLS.format(line), dt=0.01)
+
+
+def test_names_and_units_of_columns_in_lines_of_cells(tmp_path):
+    """A sheet of an agency: a line of components and a line of units above a heading that names the times alone."""
+    rows = "".join(f"{0.01 * i:.2f},{one},{one * one},{one**3}\n" for i, one in enumerate(SAMPLES))
+    motion = read(tmp_path, f"Station,A,A,A\nComponent,NS,EW,UD\nUnit,gal,gal,gal\nTime (s),,,\n{rows}")
+    assert motion["component"].values.tolist() == ["NS", "EW", "UD"]
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * 0.01, rtol=1e-15)
+    with pytest.raises(RecordError, match="has 4 columns"):
+        read(tmp_path, f"Unit,gal,gal,gal\nTime (s),,,\n{rows}")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("time (s),acc (g)\n" + ROWS.replace(",", ";").replace(".", ",").replace(";", ","), "decimals with a point"),
+        (COLUMN.replace(".", ",").replace("0,1\n", "0,1234567\n"), "write decimals with a point"),
+        ("acc (g),time (s)\n0.1,0.00\n0.2,0.01\n", "first column is not 'time .s.': write the times first"),
+        ("Zeit;a (g)\n13.11.2016 11:02:30,000;0,1\n13.11.2016 11:02:30,010;0,2\n", "a time of day"),
+    ],
+)
+def test_what_spreadsheets_write_is_named(tmp_path, text, message):
+    with pytest.raises(RecordError, match=message):
+        read(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("text", "factor"),
+    [
+        (f"sep=,\ntime (s),acc (g)\n{ROWS}", G),
+        (f"time (s),acc (g)\n{ROWS},\n,,\n", G),
+        (f"UNIDADES : cm/seg2\nMUESTREO : 100\ntime (s),acc\n{ROWS}", 0.01),
+        (f"# aceleración en cm/seg^2\n# dt = 0.01\n{COLUMN}", 0.01),
+    ],
+)
+def test_right_files_of_spreadsheets_and_agencies(tmp_path, text, factor):
+    motion = read(tmp_path, text)
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * factor, rtol=1e-15)
+    assert float(motion["dt"][0]) == pytest.approx(0.01, rel=1e-12, abs=0.0)
+
+
+def test_units_of_times_and_accelerations_in_one_comment(tmp_path):
+    motion = read(tmp_path, f"# Units: time ms, acceleration g\nt,a\n{scaled_times(50.0)}")
+    assert float(motion["dt"][0]) == pytest.approx(0.0005, rel=1e-12, abs=0.0)
+
+
+@pytest.mark.parametrize(("suffix", "kind"), [("VT2", "velocity"), ("dt2", "displacement")])
+def test_velocities_by_the_names_of_peer(tmp_path, suffix, kind):
+    text = at2(f"{TITLE}\n{NPTS}")
+    with pytest.raises(RecordError, match=f"a {kind} record by its name"):
+        read(tmp_path, text, f"RSN6.{suffix}")
+    read(tmp_path, at2(f"{TITLE}\nACCELERATION IN UNITS OF G\n{NPTS}"), f"RSN6.{suffix}")
