@@ -7,7 +7,7 @@ import re
 
 from ...core.parameters import YEARS
 from ...motions.intensity.measure import Measure
-from ...motions.readers.lines import Lines, RecordError, is_blank, is_comment, lines_of
+from ...motions.readers.lines import Lines, RecordError, as_key, is_blank, is_comment, lines_of
 from .curve import HazardCurve
 from .formats import MAP, OF_MEASURES, Site, one_measure, read_nshmp, read_openquake, read_plain, read_services
 from .reading import MOST_LEVELS, HazardError, measure_label, row_words
@@ -114,7 +114,7 @@ def _table(lines: Lines, im: str | None, site: Site, units: str | None, years: f
         raise HazardError(f"{lines.file}: line {lines.number} has {len(names)} columns, at most {MOST_LEVELS} are read")
     lowered = [{"longitude": "lon", "latitude": "lat"}.get(name.lower(), name.lower()) for name in names]
     # comments may be anywhere
-    comment = " ".join(line.strip() for line in lines_of(lines.file) if is_comment(line))
+    comment = " ".join(as_key(line.strip()) for line in lines_of(lines.file) if is_comment(line))
     if "lon" in lowered and (re.match(r"\w*(?:hazard|quantile)_(?:map|uhs)", lines.file.name) or "~" in text):
         raise HazardError(f"{lines.file}: {MAP}")
     if "lon" in lowered and any(OF_MEASURES.fullmatch(name) and name[:4] != "poe-" for name in lowered):

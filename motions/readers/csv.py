@@ -19,9 +19,24 @@ from ...core.aliases import Array
 from ...core.doubts import Doubt, first_names, warn
 from .components import Component, arrays_of, doubt_duration, refuse_gaps, refuse_stated_peak, single
 from .directions import direction_of, vertical_of
-from .lines import FEW, HEADER_WIDTH, LONGEST_STEP, MAX_SAMPLES, STEP, Lines, RecordError, is_blank, is_comment, known
+from .lines import (
+    FEW,
+    HEADER_WIDTH,
+    LONGEST_STEP,
+    MAX_SAMPLES,
+    STEP,
+    Lines,
+    RecordError,
+    as_key,
+    cells_of,
+    is_blank,
+    is_comment,
+    known,
+)
 from .units import (
+    COUNTED,
     RELATIVE,
+    WHOLE,
     agreed,
     doubt_factors,
     given_factor,
@@ -156,7 +171,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     """Return one component for each column of accelerations."""
     file = lines.file
     header, names, table, columns = _table(lines)
-    header = [(line, text if names and i == len(header) else _as_key(text)) for i, (line, text) in enumerate(header, 1)]
+    header = [(line, text if names and i == len(header) else as_key(text)) for i, (line, text) in enumerate(header, 1)]
     n = len(table) // max(columns, 1)
     if n < 2:
         raise RecordError(f"{file}: a motion has at least 2 samples, found {n}")
@@ -209,6 +224,8 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
         if agreed_on is not None and given is not None:
             raise RecordError(f"{file}: states its unit, so unit must not be given, got {unit!r:.60}")
         factor = given if agreed_on is None else agreed_on.factor
+        if agreed_on is None and isinstance(unit, str) and peak >= COUNTED and not (values[:, column] % 1.0).any():
+            warn([Doubt("table", f"{file}: {WHOLE} {unit!r:.20}: give unit as m/s² per count")])
         if factor is None:
             raise RecordError(
                 f"{file}: states no unit of its accelerations: write it into the heading, as 'acceleration (g)', or "
@@ -231,19 +248,6 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     for why, left in out.items():
         warn([Doubt("table", f"{file}: {first_names(left)} is left out: {why}", settled=True)])
     return found
-
-
-def _cells(text: str) -> list[str]:
-    """Return the cells of a line of a header."""
-    separator = next((mark for mark in (";", "\t", ",") if mark in text), ",")
-    return [cell.strip(' "') for cell in text.split(separator)]
-
-
-def _as_key(text: str) -> str:
-    """Return 'key: value' for a line of a header whose cells are a key and its value, and other lines as they are."""
-    key, *values = [cell for cell in _cells(text) if cell] or [""]
-    bare = re.fullmatch(r"(?=.*[^\W\d_])[^\d(\[]*(?:[\[(][^)\]]*[)\]])?", key) and not re.search("[:=：]", text)
-    return f"{key}: {values[0]}" if bare and len(set(values)) == 1 else text
 
 
 def _samples(file: Path, values: Array, header: list[tuple[int, str]]) -> tuple[Array, list[tuple[int, str]], str]:
@@ -356,7 +360,7 @@ def _table(lines: Lines) -> tuple[list[tuple[int, str]], list[str], array[float]
                 heading = [i for i, (_, text) in enumerate(header) if not is_comment(text)][-1:]
                 header += [header.pop(i) for i in heading]
                 names = _names([text for _, text in header], columns)
-            later = [cell for cell in _cells(header[-1][1])[1:columns] if _TIME.match(cell)] if header else []
+            later = [cell for cell in cells_of(header[-1][1])[1:columns] if _TIME.match(cell)] if header else []
             if columns > 1 and not names and later:
                 raise lines.error(
                     f"is below a heading whose first column is not {later[0][:30]!r}: write the times first"
@@ -398,7 +402,7 @@ def _names(header: list[str], columns: int) -> list[str]:
         above = _names(header[:-1], columns)
         return [f"{name} ({unit.strip('[]() ')})" for name, unit in zip(above, found, strict=True)] if above else []
     if len(found) == columns > 1 and not all(found[1:]):  # (names in a line further up: "Component,NS,EW,UD")
-        above = [_cells(text) for text in header[:-1]]
+        above = [cells_of(text) for text in header[:-1]]
         named = (cells[1:] for cells in reversed(above) if len(cells) == columns and len({*cells[1:], ""}) == columns)
         found = [found[0], *next(named, [])]
     known = (

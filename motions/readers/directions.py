@@ -51,6 +51,7 @@ _UPWARD = re.compile(
     r"(?i)(?<!no )(?<!without )\b(?P<word>verti[ck]al\w*)\s?(?:comp|komp|acc|motion|record|direction)"
     r"(?!\w* (?:is )?(?:not|left|removed))"
     r"|\b[ck]ompon\w+ (?P<after>verti[ck]al\w*)|\bdip\s*[:=]\s*(?P<dip>-90)\b"
+    r"|(?-i:\bC(?:OMP|omp)(?:ONENT|onent)?\.?\s+(?:UP|UD|DOWN|Z|V)\b)"
 )
 """Lines of a header about a sensor that stands upright."""
 _CHANNEL = re.compile(r"(?:chan(?:nel)?\s*\d{1,3}:?|\d{1,3}:)\s*", re.IGNORECASE)

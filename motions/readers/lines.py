@@ -309,6 +309,23 @@ def known(text: str) -> float:
     return found if math.isfinite(found) else math.nan
 
 
+def cells_of(line: str) -> list[str]:
+    """Return the cells of a line of a header."""
+    separator = next((mark for mark in (";", "\t", ",") if mark in line), ",")
+    return [cell.strip(' "') for cell in line.split(separator)]
+
+
+def as_key(line: str) -> str:
+    """Return 'key: value unit' of a line of a header whose cells are these, and other lines as they are.
+
+    The value may be in the cells of all columns.
+    """
+    key, *values = [cell for cell in cells_of(line) if cell] or [""]
+    named = _KEY.fullmatch(key) and not re.search("[:=：]", line)
+    with_unit = len(values) == 2 and not math.isnan(known(values[0])) and math.isnan(known(values[1]))
+    return f"{key}: {' '.join(dict.fromkeys(values))}" if named and (with_unit or len(set(values)) == 1) else line
+
+
 def is_comment(line: str) -> bool:
     """Return True for a line that begins with #, and for a spreadsheet program's ``sep=;``; an error (#N/A) is none."""
     text = line.lstrip()
@@ -335,6 +352,8 @@ def _shape(field: re.Match[str]) -> tuple[int, int, int]:
     return field.end(), len(field[0]), len(field[0].partition(".")[2])
 
 
+_KEY = re.compile(r"(?=.*[^\W\d_])[^\d(\[]*(?:[\[(][^)\]]*[)\]])?")
+"""A key in a cell, with or without its unit."""
 _SEPARATOR = re.compile(r'"?sep=.?"?\s*$', re.IGNORECASE)
 _CELL_ERROR = re.compile(
     r"#(?:N/A|NV|NAME\?|VALUE!|WERT!|REF!|BEZUG!|DIV/0!|NUM!|ZAHL!|NULL!|VALEUR ?!|NOMBRE ?!|¡?VALOR!)(?![\w/])"

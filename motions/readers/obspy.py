@@ -22,7 +22,7 @@ from ...core.limits import OBSPY_BYTES
 from .components import Component, without_offset
 from .directions import direction_of
 from .lines import MAX_SAMPLES, RecordError, beginning, lines_of
-from .units import Unit, agreed, given_factor, unit_of
+from .units import WHOLE, Unit, agreed, given_factor, unit_of
 
 _GROUP = "obspy.plugin.waveform"
 # SEED: band, sensor, orientation
@@ -85,7 +85,7 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
     velocity: list[str] = []
     whole = [trace.stats.channel for trace in traces if trace.data.dtype.kind in "iu"]
     if whole and isinstance(unit, str) and agreed_on is None:
-        what = f"{file}: {first_names(whole)}: whole numbers, as counts are, are taken as {unit!r:.20}"
+        what = f"{file}: {first_names(whole)}: {WHOLE} {unit!r:.20}"
         warn([Doubt("table", f"{what}: give unit as m/s² per count")])
     found: list[Component] = []
     scales = {float(trace.stats.calib) for trace in traces} - {0.0, 1.0}

@@ -73,6 +73,9 @@ _VALUE = re.compile(r"[)\]]?\s*[:=]?\s*[-+]?\.?\d")
 _TO = re.compile(r"(?:\b(?:in)?to|[-=]>|→)\s+(?P<unit>[^\s,;]+)", re.IGNORECASE)  # "gal, converted to m/s2"
 _PEAK = re.compile(r"\b(?:pga|pgv|peak|max\w*)\b[^,;:]*$", re.IGNORECASE)  # (before a unit that is its own)
 _NUMBERS = re.compile(r"\d+\.?\d*|\.\d+")
+WHOLE = "whole numbers, as counts are, are taken as"
+COUNTED = 10.0
+"""Peak of whole numbers from which they may be counts."""
 PEAK_TOLERANCE = 0.02
 """Maximum relative distance of the samples' peak from the peak in the header."""
 # Words before or after a unit that samples had once.

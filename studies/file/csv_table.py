@@ -367,7 +367,7 @@ _TOTAL = re.compile(
     r"((ground|first|second|third|top)\W+)?(floor|stor(?:e?y|ies)|level|room|raum|building|haus|wing|basement|keller"
     r"|[eud]g|\d+\.? ?og|og ?\d*|erdgeschoss|rdc|rez|étage|etage|piano|planta|piso|stock(?:werk)?|page|seite)\b.*"
 )
-_COMMENT = re.compile(r"((?:\A|[\r\n])[ \t]*)#[^\r\n]*|\A\"?sep=.?\"?(?=[\r\n])")
+_COMMENT = re.compile(r"((?:\A|[\r\n])[ \t]*)#[^\r\n]*|\A\"?(?:sep|SEP)=.?\"?(?=[\r\n])")
 """Comments, and the first line with which a spreadsheet program is told the separator."""
 _OTHER_UNITS = re.compile(
     r"(?i)\b(?:in|as|×|x|\*) ?(?:units of )?(?:1[.,' ]?000|thousands?|millions?|tsd|tausend|mio|milliers|migliaia)\b"

@@ -250,6 +250,12 @@ class TestFiles:
         with pytest.raises(HazardError):
             read_hazard(path)
 
+    def test_cells_of_comments(self, tmp_path):
+        rows = "pga (g),rate (1/yr)\n0.1,0.01\n0.4,0.001\n"
+        assert read_hazard(saved(tmp_path, f"# Quantile,0.84\n{rows}")).fractile == 0.84
+        with pytest.raises(HazardError, match="names rates, a comment probabilities in 50 yr"):
+            read_hazard(saved(tmp_path, f"# investigation_time,50,yr\n{rows}"))
+
     def test_files_of_spreadsheet_programs(self, tmp_path):
         plain = read_hazard(saved(tmp_path, "pga (g),rate (1/yr)\n0.1,0.01\n0.4,0.001\n"))
         text = "sep=;\npga (g);rate (1/yr)\n0.1;0.01\n0.4;0.001\n;\n;;\n"

@@ -74,6 +74,7 @@ def test_the_second_line_of_an_at2_file(tmp_path, end, out):
         ("Direction,Vertical", True),
         ("# vertical component, corrected", True),
         ("# Vertikalkomponente", True),
+        ("STATION 051WCW COMP. UD", True),
         ("# componente vertical", True),
         ("# azimuth: 0, dip: -90", True),
         ("# Component: N", False),

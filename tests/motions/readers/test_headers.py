@@ -949,6 +949,7 @@ CELLS = "Station,ABC,,\n{}\nAcceleration (g)\n" + COLUMN
         ('"Sampling rate (Hz)";"200"', {"dt": 0.01}, "its header says dt = 0.005 s"),
         ("dt\t5 ms", {"dt": 0.01}, "its header says dt = 0.005 s"),
         ("Units,cm/s2", {"dt": 0.01}, "which of them is the unit"),
+        ("Sampling rate,200,Hz", {"dt": 0.01}, "its header says dt = 0.005 s"),
         ("Unit,gal,gal,gal", {"dt": 0.01}, "which of them is the unit"),
         ("Number of samples;4000", {"dt": 0.01}, "line 2 declares 4000 samples, it holds 12"),
         ("Quantity,velocity,in cm/s", {"dt": 0.01}, "which of them is the unit|gives a velocity"),
@@ -960,17 +961,32 @@ def test_keys_and_values_in_cells_are_not_contradicted(tmp_path, line, options, 
         read(tmp_path, CELLS.format(line), **options)
 
 
-@pytest.mark.parametrize("line", ["Sampling interval (s),0.005,,", '"dt";".005"', "Sampling frequency (Hz)\t200"])
+@pytest.mark.parametrize(
+    "line",
+    ["Sampling interval (s),0.005,,", '"dt";".005"', "Sampling frequency (Hz)\t200", "Sampling interval;0.005;s"],
+)
 def test_a_step_in_a_cell_is_read(tmp_path, line):
     motion = read(tmp_path, CELLS.format(line))
     assert float(motion["dt"][0]) == 0.005
     np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * G, rtol=1e-15)
 
 
-@pytest.mark.parametrize(("line", "said"), [("Duration (s),40", "40"), ("Scale factor;2.5", "2.5")])
+@pytest.mark.parametrize(
+    ("line", "said"), [("Duration (s),40", "40"), ("Duration,40,s", "40 s"), ("Scale factor;2.5", "2.5")]
+)
 def test_values_in_cells_are_doubted(tmp_path, line, said):
     with pytest.warns(ImplausibleInput, match=rf"line 2 says .*{said}"):
         read(tmp_path, CELLS.format(line), dt=0.01)
+
+
+def test_whole_numbers_of_a_unit_are_doubted(tmp_path):
+    counts = "".join(f"{round(1e4 * one)}\n" for one in SAMPLES)
+    with pytest.warns(ImplausibleInput, match="whole numbers, as counts are, are taken as 'gal'"):
+        read(tmp_path, counts, dt=0.01, unit="gal")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read(tmp_path, counts, dt=0.01, unit=0.01)
+        read(tmp_path, counts.replace("1000\n", "1000.5\n"), dt=0.01, unit="gal")
 
 
 def test_names_and_units_of_columns_in_lines_of_cells(tmp_path):

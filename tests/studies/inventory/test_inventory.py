@@ -366,7 +366,8 @@ def test_units_in_comments_are_doubted(tmp_path, comment, said):
 
 
 def test_a_line_for_spreadsheet_programs_is_none_of_the_table(tmp_path):
-    assert read(tmp_path, "sep=;\n" + SMALL.replace(",", ";")) == read(tmp_path, SMALL)
+    for line in ("sep=;", '"SEP=;"'):
+        assert read(tmp_path, f"{line}\n" + SMALL.replace(",", ";")) == read(tmp_path, SMALL)
 
 
 def test_crowds_and_tiny_distances(tmp_path):
