@@ -353,15 +353,18 @@ def _table(lines: Lines) -> tuple[list[tuple[int, str]], list[str], array[float]
         if not columns:
             columns = len(row)
             apart = ";" in stripped or _COMMAS.search(stripped) or re.search(r'"[-+]?\d+,\d[\d.]*"', stripped)
-            if (apart and re.search(r"\d,\d", stripped)) or _NO_POINTS.fullmatch(stripped):
+            if apart and re.search(r"\d,\d", stripped):
                 raise lines.error(f"holds {stripped[:30]!r}: write decimals with a point")
             if not (names := _names([text for _, text in header], columns)) and columns > 1:
                 # comments may be between the heading and the numbers
                 heading = [i for i, (_, text) in enumerate(header) if not is_comment(text)][-1:]
                 header += [header.pop(i) for i in heading]
                 names = _names([text for _, text in header], columns)
-            later = [cell for cell in cells_of(header[-1][1])[1:columns] if _TIME.match(cell)] if header else []
-            if columns > 1 and not names and later:
+            if not names and _NO_POINTS.fullmatch(stripped):
+                raise lines.error(f"holds {stripped[:30]!r}: write decimals with a point")
+            heads = cells_of(header[-1][1]) if header else []
+            later = [cell for cell in heads[1:] if _TIME.match(cell) and not re.search(r"\d", cell)]
+            if len(heads) == columns and not names and later:
                 raise lines.error(
                     f"is below a heading whose first column is not {later[0][:30]!r}: write the times first"
                 )

@@ -45,11 +45,11 @@ _UNIT = re.compile(  # as in a table's heading: "(g)", "[cm/s²]", "_m_s2"
 )
 _STATED = re.compile(
     r"(?i)(?:comp(?:onent\w*|osante)?|komponente|direction|dir|richtung|direzione|direcci[óo]n|chan(?:nel)?|canale?|orientation"
-    r"|axis|成分|方向)(?: (?:name|code))?\.?\s*[:=：]\s*(?P<direction>[^,;#|]{1,30})"
+    r"|axis|成分|方向)(?: (?:name|code))?\.?\s*[:=：](?!\s*[a-z]:[\\/])\s*(?P<direction>[^,;#|]{1,30})"
 )
 _UPWARD = re.compile(
-    r"(?i)(?<!no )(?<!without )\b(?P<word>verti[ck]al\w*)\s?(?:comp|komp|acc|motion|record|direction)"
-    r"(?!\w* (?:is )?(?:not|left|removed))"
+    r"(?i)(?<!no )(?<!without )\b(?P<word>verti[ck]al\w*)\s?(?:comp(?!onents)|komp|acc|motion|record|direction)"
+    r"(?!\w*\W+positive|\w* (?:is )?(?:not|left|removed))"
     r"|\b[ck]ompon\w+ (?P<after>verti[ck]al\w*)|\bdip\s*[:=]\s*(?P<dip>-90)\b"
     r"|(?-i:\bC(?:OMP|omp)(?:ONENT|onent)?\.?\s+(?:UP|UD|DOWN|Z|V)\b)"
 )

@@ -83,6 +83,9 @@ def test_the_second_line_of_an_at2_file(tmp_path, end, out):
         ("# no vertical component", False),
         ("# horizontal and vertical components in three files", False),
         ("# fault dip: 90", False),
+        ("# vertical direction: positive is up", False),
+        ("# vertical components are in other files", False),
+        ("# dir: Z:\\records", False),
     ],
 )
 def test_a_line_of_the_header_says_that_a_component_is_vertical(tmp_path, line, out):

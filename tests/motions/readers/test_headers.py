@@ -1028,6 +1028,17 @@ def test_right_files_of_spreadsheets_and_agencies(tmp_path, text, factor):
     assert float(motion["dt"][0]) == pytest.approx(0.01, rel=1e-12, abs=0.0)
 
 
+@pytest.mark.parametrize("line", ["# Earthquake of 2011, time 14:46", "Tokyo, T2"])
+def test_words_above_that_are_no_names_of_columns(tmp_path, line):
+    assert read(tmp_path, f"# acceleration in g\n{line}\n{ROWS}").sizes["time"] == 12
+
+
+def test_whole_milliseconds_and_numbers_are_no_decimal_commas(tmp_path):
+    rows = "".join(f"{5 * i},{round(1e5 * one)}\n" for i, one in enumerate(SAMPLES))
+    motion = read(tmp_path, f"time (ms),acc (mm/s2)\n{rows}")
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * 100.0, rtol=1e-12)
+
+
 def test_units_of_times_and_accelerations_in_one_comment(tmp_path):
     motion = read(tmp_path, f"# Units: time ms, acceleration g\nt,a\n{scaled_times(50.0)}")
     assert float(motion["dt"][0]) == pytest.approx(0.0005, rel=1e-12, abs=0.0)
