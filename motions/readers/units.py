@@ -71,7 +71,9 @@ _OF_ANOTHER = re.compile(
 )
 _VALUE = re.compile(r"[)\]]?\s*[:=]?\s*[-+]?\.?\d")
 _TO = re.compile(r"(?:\b(?:in)?to|[-=]>|→)\s+(?P<unit>[^\s,;]+)", re.IGNORECASE)  # "gal, converted to m/s2"
-_PEAK = re.compile(r"\b(?:pga|pgv|peak|max\w*)\b[^,;:]*$", re.IGNORECASE)  # (before a unit that is its own)
+_PEAK = re.compile(
+    r"\b(?:pga|pgv|peak|max\w*|full[- ]?scale|range|trigger\w*|threshold|resolution)\b[^,;:]*$", re.IGNORECASE
+)  # (before a unit that is its own)
 _NUMBERS = re.compile(r"\d+\.?\d*|\.\d+")
 WHOLE = "whole numbers, as counts are, are taken as"
 COUNTED = 10.0
