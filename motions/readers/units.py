@@ -71,9 +71,8 @@ _OF_ANOTHER = re.compile(
 )
 _VALUE = re.compile(r"[)\]]?\s*[:=]?\s*[-+]?\.?\d")
 _TO = re.compile(r"(?:\b(?:in)?to|[-=]>|→)\s+(?P<unit>[^\s,;]+)", re.IGNORECASE)  # "gal, converted to m/s2"
-_PEAK = re.compile(
-    r"\b(?:pga|pgv|peak|max\w*|full[- ]?scale|range|trigger\w*|threshold|resolution)\b[^,;:]*$", re.IGNORECASE
-)  # (before a unit that is its own)
+_PEAK = re.compile(r"\b(?:pga|pgv|peak|max\w*)\b[^,;:]*$", re.IGNORECASE)  # (before a unit that is its own)
+_RANGE = re.compile(r"\b(?:full[- ]?scale|range|trigger\w*|threshold|resolution)\b[^,;:]*$", re.IGNORECASE)
 _NUMBERS = re.compile(r"\d+\.?\d*|\.\d+")
 WHOLE = "whole numbers, as counts are, are taken as"
 COUNTED = 10.0
@@ -207,7 +206,7 @@ def told(text: str, line: int, brackets: bool = True, peak: float = math.nan) ->
                 number = re.match(r"\s*\d", unit.text) and (pattern is _BRACKETS or not (brackets and named))
                 value = unit.quantity != "acceleration" and _VALUE.match(text, match.end())
                 counts = counts and not (number or value or _OF_ANOTHER.search(before))
-            if counts and (theirs or not _PEAK.search(before)):
+            if counts and (theirs or not _PEAK.search(before)) and not _RANGE.search(before):
                 found.append(unit)
     last = _LAST.search(text) if named and not found else None
     if last is not None and (unit_of(last["unit"]).quantity in named or _NONE_OF_OURS.search(last["unit"])):

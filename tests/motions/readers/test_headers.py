@@ -1028,7 +1028,9 @@ def test_right_files_of_spreadsheets_and_agencies(tmp_path, text, factor):
     assert float(motion["dt"][0]) == pytest.approx(0.01, rel=1e-12, abs=0.0)
 
 
-@pytest.mark.parametrize("line", ["Full scale (g),2", "Trigger level (g);0.01", "Sensor range [g]: 4", "PGV (cm/s),3"])
+@pytest.mark.parametrize(
+    "line", ["Full scale (g),2", "Trigger level (g);0.01", "Sensor range [g]: 0.2", "PGV (cm/s),3"]
+)
 def test_units_of_an_instrument_are_not_of_samples(tmp_path, line):
     motion = read(tmp_path, f"{line}\nUnits,m/s2\ndt,0.01\nAcceleration\n{COLUMN}")
     np.testing.assert_allclose(motion.values[0], SAMPLES, rtol=1e-15)
