@@ -7,7 +7,7 @@ import re
 
 from ...core.parameters import YEARS
 from ...motions.intensity.measure import Measure
-from ...motions.readers.lines import Lines, RecordError, lines_of
+from ...motions.readers.lines import Lines, RecordError, as_key, is_blank, is_comment, lines_of
 from .curve import HazardCurve
 from .formats import MAP, OF_MEASURES, Site, one_measure, read_nshmp, read_openquake, read_plain, read_services
 from .reading import MOST_LEVELS, HazardError, measure_label, row_words
@@ -89,7 +89,7 @@ def read_hazard(
     time = None if years is None else YEARS.number("years", years)
     try:
         with Lines(path) as lines:
-            first = next((line for line in lines.head if line.strip()), "")
+            first = next((line for line in lines.head if not is_blank(line) and not is_comment(line)), "")
             if first.lstrip().startswith(("{", "[")):
                 if units is not None or time is not None:
                     raise HazardError(f"{lines.file}: USGS services state units and rates, so neither may be given")
@@ -103,26 +103,27 @@ def read_hazard(
 def _table(lines: Lines, im: str | None, site: Site, units: str | None, years: float | None) -> HazardCurve:
     """Read any of the three kinds of CSV, distinguished by the line that names the columns."""
     for line in lines:
-        if (text := line.strip()) and not text.startswith("#"):
+        if not is_blank(line) and not is_comment(line):
             break
     else:
         raise HazardError(f"{lines.file}: holds no line that names its columns")
+    text = line.strip()
     separator = next((mark for mark in (";", "\t") if mark in text), ",")
     names = row_words(lines, text, separator)
     if len(names) > MOST_LEVELS:
         raise HazardError(f"{lines.file}: line {lines.number} has {len(names)} columns, at most {MOST_LEVELS} are read")
     lowered = [{"longitude": "lon", "latitude": "lat"}.get(name.lower(), name.lower()) for name in names]
     # comments may be anywhere
-    comment = " ".join(text for line in lines_of(lines.file) if (text := line.strip()).startswith("#"))
+    comment = " ".join(as_key(line.strip()) for line in lines_of(lines.file) if is_comment(line))
     if "lon" in lowered and (re.match(r"\w*(?:hazard|quantile)_(?:map|uhs)", lines.file.name) or "~" in text):
         raise HazardError(f"{lines.file}: {MAP}")
     if "lon" in lowered and any(OF_MEASURES.fullmatch(name) and name[:4] != "poe-" for name in lowered):
         im, lowered = one_measure(lines, lowered, im)
         comment = f"{comment} imt='{im}'"
     if any(name.startswith("poe-") for name in lowered):
-        return read_openquake(lines, comment, lowered, im, site, units, years)
+        return read_openquake(lines, comment, lowered, separator, im, site, units, years)
     if "lon" in lowered and "lat" in lowered:
-        return read_nshmp(lines, comment, lowered, im, site, units, years)
+        return read_nshmp(lines, comment, lowered, separator, im, site, units, years)
     if site is not None:
         raise HazardError(f"{lines.file}: is a table of one site, so site must not be given, got {site!r:.40}")
     return read_plain(lines, comment, names, separator, im, units, years)

@@ -17,7 +17,7 @@ from ...core.aliases import Array
 from ...core.doubts import first_names
 from ...motions.intensity.spectra import DAMPING
 from ...motions.matching.target_spectra import other_damping
-from ...motions.readers.lines import Lines, plain
+from ...motions.readers.lines import Lines, is_blank, is_comment, plain
 from ...motions.readers.units import units_in
 from .curve import HazardCurve, unit_to_si
 from .reading import (
@@ -170,7 +170,7 @@ def read_plain(
     periods = [False, *(quantity.kind == "return period" for quantity, _ in kinds)]
     decimal = False  # (True once a number shows that points mark decimals)
     for line in lines:
-        if not line.strip() or line.lstrip().startswith("#"):
+        if is_blank(line) or is_comment(line):
             continue
         words = _row_under(names, lines, line, separator)
         level = lines.value(words[0], names[0][:40])
@@ -383,7 +383,14 @@ class _SiteRow(NamedTuple):
 
 
 def read_openquake(
-    lines: Lines, comment: str, names: list[str], im: str | None, site: Site, units: str | None, years: float | None
+    lines: Lines,
+    comment: str,
+    names: list[str],
+    separator: str,
+    im: str | None,
+    site: Site,
+    units: str | None,
+    years: float | None,
 ) -> HazardCurve:
     """Read one site of an OpenQuake export of hazard curves; its comment and column names have been read."""
     label, unnamed = _named_measure(lines, comment, im)
@@ -402,7 +409,7 @@ def read_openquake(
     heading = lines.number
     columns = [at for at, name in enumerate(names) if name.startswith("poe-")]
     levels = [lines.value(names[at][4:], "a level", at=heading) for at in columns]
-    row = _selected_site(lines, _sites(lines, names, columns), site)
+    row = _selected_site(lines, _sites(lines, names, columns, separator), site)
     rates = [rate_of_word(lines, word, "poe", quantity, row.line) for word in row.words]
     text = f"OpenQuake{f' {name}' if name else ''}{unnamed}{notes}, {_site_text(row)}"
     return curve_of(lines.file, label, unit_of_program(label), levels, [rates], None, text, fractile)
@@ -499,7 +506,14 @@ def _chosen(file: Path, held: Iterable[str], im: str | None) -> str:
 
 
 def read_nshmp(
-    lines: Lines, comment: str, names: list[str], im: str | None, site: Site, units: str | None, years: float | None
+    lines: Lines,
+    comment: str,
+    names: list[str],
+    separator: str,
+    im: str | None,
+    site: Site,
+    units: str | None,
+    years: float | None,
 ) -> HazardCurve:
     """Read one site of nshmp-haz' curves.csv or total.csv; its comment and column names have been read."""
     label, unnamed = _named_measure(lines, comment, im)
@@ -513,7 +527,7 @@ def read_nshmp(
     quantity = Quantity("rate") if years is None else Quantity("probability", years)
     without = f"nshmp-haz' format{' without years' if years is None else ''}"
     fractile, notes = _read_comments(lines, comment, label, units or unit_of_program(label), quantity, without)
-    row = _selected_site(lines, _sites(lines, names, columns), site)
+    row = _selected_site(lines, _sites(lines, names, columns, separator), site)
     rates = [rate_of_word(lines, word, quantity.kind, quantity, row.line) for word in row.words]
     return curve_of(
         lines.file,
@@ -527,16 +541,16 @@ def read_nshmp(
     )
 
 
-def _sites(lines: Lines, names: list[str], columns: list[int]) -> Iterator[_SiteRow]:
+def _sites(lines: Lines, names: list[str], columns: list[int], separator: str) -> Iterator[_SiteRow]:
     """Yield the sites row by row; only the rates of the selected site are read as numbers."""
     if not {"lon", "lat"} <= set(names):
         raise HazardError(f"{lines.file}: line {lines.number} must name lon and lat, got {names[0][:40]!r}, …")
     longitude, latitude = names.index("lon"), names.index("lat")
     title = next((names.index(title_name) for title_name in ("name", "custom_site_id") if title_name in names), None)
     for line in lines:
-        if not line.strip() or line.startswith("#"):
+        if is_blank(line) or is_comment(line):
             continue
-        words = _row_under(names, lines, line, ",")
+        words = _row_under(names, lines, line, separator)
         place = [lines.value(words[at], what) for at, what in ((longitude, "a longitude"), (latitude, "a latitude"))]
         name = "" if title is None else words[title]
         yield _SiteRow(lines.number, name, place[0], place[1], [words[at] for at in columns])

@@ -12,7 +12,7 @@ import xarray as xr
 from ...core import checks
 from ...core.limits import open_netcdf
 from ..arrays import RECORDED, floor_array, records
-from ..readers.lines import HEADER_WIDTH, Lines, RecordError, beginning, existing
+from ..readers.lines import HEADER_WIDTH, Lines, RecordError, beginning, existing, is_blank, is_comment
 from ..readers.units import RELATIVE, agreed, doubt_factors, refuse_others, unit_factor, unit_of, units_in
 
 # First bytes of netCDF-3 and of HDF5, in which netCDF-4 is written.
@@ -91,7 +91,7 @@ def _read_table(lines: Lines) -> xr.DataArray:
     comments: list[tuple[int, str]] = []
     heading = None
     for line in lines:
-        if line.strip() and not line.lstrip().startswith("#"):
+        if not is_blank(line) and not is_comment(line):
             heading = line
             break
         comments.append((lines.number, line.strip()[:HEADER_WIDTH]))
@@ -130,7 +130,7 @@ def _read_table(lines: Lines) -> xr.DataArray:
                 raise RecordError(f"{file}: motion {name!r} has no column for floor {floor!r}, which others have")
     rows = []
     for line in lines:
-        if line.strip():
+        if not is_blank(line):
             fields = line.split(separator)
             if len(fields) != len(heads):
                 raise lines.error(f"must have {len(heads)} numbers, as the header has columns, got {len(fields)}")

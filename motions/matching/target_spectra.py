@@ -17,7 +17,7 @@ from ...core.doubts import Doubt, warn
 from ...core.elementary import Array, exp, geomspace, log
 from ...core.units import STANDARD_GRAVITY
 from ..intensity.spectra import DAMPING, damping_of, period_of
-from ..readers.lines import Lines, RecordError, plain
+from ..readers.lines import Lines, RecordError, is_blank, is_comment, plain
 from ..readers.units import agreed, quantities, unit_factor, unit_of, units_in
 
 EDITIONS = ("7-16", "7-22")
@@ -114,9 +114,9 @@ class TargetSpectrum:
         """
         with Lines(path) as read:
             file = read.file
-            every = [(read.number, line.strip()) for line in read if line.strip()]
-        lines = [(number, line) for number, line in every if not line.startswith("#")]
-        comments = [(number, line) for number, line in every if line.startswith("#")]
+            every = [(read.number, line.strip()) for line in read if not is_blank(line)]
+        lines = [(number, line) for number, line in every if not is_comment(line)]
+        comments = [(number, line) for number, line in every if is_comment(line)]
         heading = _HEADING.fullmatch(lines[0][1]) if lines else None
         if heading is None:
             shown = lines[0][1][:40] if lines else ""

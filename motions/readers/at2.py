@@ -16,6 +16,7 @@ from ...core.wording import system_errors
 from ...core.writing import write_bytes
 from ..arrays import from_array, records
 from .components import refuse_gaps, refuse_stated_peak
+from .directions import vertical_of
 from .lines import STEP, Lines, RecordError
 from .units import agreed, doubt_factors, quantities, refuse_others, units_in
 
@@ -31,6 +32,10 @@ _OTHER = re.compile(
     r"(?i)\b(?:velocity|displacement|geschwindigkeit|verschiebung|vitesse|d[ée]placement|veloci(?:dad|t[àa])|spostamento)"
     r"\s*(?:$|[(\[]|(?:time|history|series|trace|record|data|in|units?)\b)"
 )
+
+
+_OTHER_SUFFIXES = {".vt2": "velocity", ".dt2": "displacement"}
+"""PEER's names of files that are no AT2."""
 
 
 def _declared(line: str) -> re.Match[str] | None:
@@ -81,6 +86,8 @@ def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
         quantity = next((_OTHER.search(text) for _, text in header if _OTHER.search(text) and text not in named), None)
         if quantity is not None:
             raise RecordError(f"{file}: a {quantities(quantity[0])[0]} record, not acceleration")
+        if quantity is None and not named and (kind := _OTHER_SUFFIXES.get(file.suffix.lower())):
+            raise RecordError(f"{file}: a {kind} record by its name, not acceleration")
         refuse_others(file, header)
         dt = lines.step(match)
         unit = agreed(file, [unit for number, text in header for unit in units_in(text, number)])
@@ -103,6 +110,8 @@ def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
     except ValueError as error:
         raise RecordError(f"{file}: {error}") from None
     refuse_stated_peak(file, header, [array.values])
+    if upright := vertical_of(text for _, text in header):
+        array = array.assign_coords(component=("motion", [upright]))
     noted = {} if unit is not None else {"processing": "no unit in its header: taken as g, which AT2 files are in"}
     if noted and RARE < (reached := float(np.abs(values).max())) < 3.0:  # (more is doubted in any file)
         warn(

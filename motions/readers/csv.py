@@ -18,10 +18,25 @@ from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, first_names, warn
 from .components import Component, arrays_of, doubt_duration, refuse_gaps, refuse_stated_peak, single
-from .directions import direction_of
-from .lines import FEW, HEADER_WIDTH, LONGEST_STEP, MAX_SAMPLES, STEP, Lines, RecordError, known
+from .directions import direction_of, vertical_of
+from .lines import (
+    FEW,
+    HEADER_WIDTH,
+    LONGEST_STEP,
+    MAX_SAMPLES,
+    STEP,
+    Lines,
+    RecordError,
+    as_key,
+    cells_of,
+    is_blank,
+    is_comment,
+    known,
+)
 from .units import (
+    COUNTED,
     RELATIVE,
+    WHOLE,
     agreed,
     doubt_factors,
     given_factor,
@@ -94,7 +109,7 @@ _SECONDS = {
 }
 """Seconds of each unit of time that a column may have."""
 _MILLISECONDS = re.compile(
-    r"^\W*(?:times?\b(?!.{0,9}\b(?:step|interval))[^,;\d]{0,20}?(?:\bin\s+|[\[(:=]\s*))?(?:ms|msecs?|milli-?seconds?)\b"
+    r"^\W*(?:units?\s*[:=]\s*)?(?:times?\b(?!.{0,9}\b(?:step|interval))[^,;\d]{0,20}?(?:\bin\s+|[\[(:=]\s*|\s))?(?:ms|msecs?|milli-?seconds?)\b"
     r"[\s)\].]*(?:$|[,;])",
     re.IGNORECASE,
 )
@@ -105,7 +120,13 @@ _INDEX = re.compile(r"(?:index|sample|point|row|n(?:o|r)?|i|#)?\.?", re.IGNORECA
 _SPECTRUM = re.compile(r"(?:natural |eigen)?(?:p[ée]r[ií]od|fr[ée]q|frecuencia|schwingungsdauer)", re.IGNORECASE)
 _ORDINATE = re.compile(r"p?s[adev]\b|(?:pseudo\W?)?spectral|(?:rotd|gmrot)\w*\d", re.IGNORECASE)
 _COMMAS = re.compile(r"(?:^|\s)[-+]?\d+(?:,\d+)?\s+[-+]?\d+(?:,\d+)?(?:e[-+]?\d+)?(?:\s|$)", re.IGNORECASE)
-_CLOCK = re.compile(r'"?(?:\d{4}-\d\d-\d\d[T ])?\d{1,2}:\d\d:\d\d[^\s,;]*[\s,;]+[-+.\d"]', re.IGNORECASE)
+_CLOCK = re.compile(
+    r'"?(?:(?:\d{4}[-/.]\d\d?[-/.]\d\d?|\d\d?[-/.]\d\d?[-/.]\d{4})[T ,;]+)?\d{1,2}:\d\d:\d\d[^\s,;]*[\s,;]+[-+.\d"]',
+    re.IGNORECASE,
+)
+_NO_POINTS = re.compile(r"[-+]?\d+,(?:0\d+|\d{5,})(?:,[-+]?\d+,\d+)*")
+"""A line of numbers with decimal commas, between commas."""
+
 _RESULTANT = re.compile(
     r"(?i)resultant|magnitude|mean\b|average|avg\b|geo\w*.?mean|rotd|vector.?sum|\bnorm\b|\bsrss\b|"
     r"(?:a_?(?:cc)?_?)?(?:absolute|total|tot|res|abs|mag)\b|at\b"
@@ -150,6 +171,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     """Return one component for each column of accelerations."""
     file = lines.file
     header, names, table, columns = _table(lines)
+    header = [(line, text if names and i == len(header) else as_key(text)) for i, (line, text) in enumerate(header, 1)]
     n = len(table) // max(columns, 1)
     if n < 2:
         raise RecordError(f"{file}: a motion has at least 2 samples, found {n}")
@@ -202,6 +224,8 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
         if agreed_on is not None and given is not None:
             raise RecordError(f"{file}: states its unit, so unit must not be given, got {unit!r:.60}")
         factor = given if agreed_on is None else agreed_on.factor
+        if agreed_on is None and isinstance(unit, str) and peak >= COUNTED and not (values[:, column] % 1.0).any():
+            warn([Doubt("table", f"{file}: {WHOLE} {unit!r:.20}: give unit as m/s² per count")])
         if factor is None:
             raise RecordError(
                 f"{file}: states no unit of its accelerations: write it into the heading, as 'acceleration (g)', or "
@@ -209,7 +233,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
             )
         with np.errstate(over="ignore"):  # infinity is an error later, as beyond any motion
             acceleration = values[:, column] * factor
-        label = name if columns > 1 + timed else ""
+        label = name if columns > 1 + timed else vertical_of(text for _, text in words)
         kept.append(Component(acceleration, step, station=file.stem if label else "", component=label, processing=note))
     if not kept:
         headings = first_names([name for left in out.values() for name in left]) or "velocity or displacement"
@@ -308,7 +332,7 @@ def _table(lines: Lines) -> tuple[list[tuple[int, str]], list[str], array[float]
     columns = both = 0
     for line in lines:
         stripped = line.strip()
-        if not stripped:
+        if is_blank(line):
             continue
         fields = [f for f in re.split(r"[,;\s]+", stripped) if f]
         try:
@@ -331,9 +355,17 @@ def _table(lines: Lines) -> tuple[list[tuple[int, str]], list[str], array[float]
                 raise lines.error(f"holds {stripped[:30]!r}: write decimals with a point")
             if not (names := _names([text for _, text in header], columns)) and columns > 1:
                 # comments may be between the heading and the numbers
-                heading = [i for i, (_, text) in enumerate(header) if not text.startswith("#")][-1:]
+                heading = [i for i, (_, text) in enumerate(header) if not is_comment(text)][-1:]
                 header += [header.pop(i) for i in heading]
                 names = _names([text for _, text in header], columns)
+            if not names and _NO_POINTS.fullmatch(stripped):
+                raise lines.error(f"holds {stripped[:30]!r}: write decimals with a point")
+            heads = cells_of(header[-1][1]) if header else []
+            later = [cell for cell in heads[1:] if _TIME.match(cell) and not re.search(r"\d", cell)]
+            if len(heads) == columns and not names and later:
+                raise lines.error(
+                    f"is below a heading whose first column is not {later[0][:30]!r}: write the times first"
+                )
             if columns > 2 and not names:
                 raise lines.error(
                     f"has {columns} columns, allowed are 1 or 2 (time, acceleration), or a heading that names them: "
@@ -370,6 +402,10 @@ def _names(header: list[str], columns: int) -> list[str]:
     if len(header) > 1 and len(titles) == columns and all(unit_of(name).quantity for name in titles):
         above = _names(header[:-1], columns)
         return [f"{name} ({unit.strip('[]() ')})" for name, unit in zip(above, titles, strict=True)] if above else []
+    if len(titles) == columns > 1 and not all(titles[1:]):  # (names in a line further up: "Component,NS,EW,UD")
+        cells_above = [cells_of(text) for text in header[:-1]]
+        named = (cells[1:] for cells in reversed(cells_above) if len(cells) == columns and len({*cells[1:], ""}) == columns)
+        titles = [titles[0], *next(named, [])]
     valid = (
         _indexed(titles)
         or _TIME.match(titles[0])

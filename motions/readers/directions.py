@@ -17,7 +17,7 @@ from ...core.wording import counted
 from .lines import RecordError
 
 _SURE = (
-    r"ud|z|[beh][hnlg]z|vert(?:i[ck]\w*)?|верт\w*|d[uü][sş]ey|dikey|senkrecht\w*|pionow\w*|svisl\w*|κατακόρυφ\w*|上下|"
+    r"ud[12]?|z|[beh][hnlg]z|vert(?:i[ck]\w*)?|верт\w*|d[uü][sş]ey|dikey|senkrecht\w*|pionow\w*|svisl\w*|κατακόρυφ\w*|上下|"
     "[鉛铅垂竖][直向]|수직|상하|عمودی?|قائم"
 )
 """Words for a vertical component anywhere in a name; other words must be the whole name."""
@@ -37,10 +37,23 @@ _BEARING = re.compile(r"([NS])(\d{1,2})([EW])", re.IGNORECASE)
 _DEGREES = re.compile(r"(\d{1,3})(?:\s*deg(?:rees)?)?", re.IGNORECASE)
 # SEED: band, instrument, orientation, location; CH1 is a channel of any recorder.
 _CODE = re.compile(r"(?!CH\d)[BEHLSCVM][HNLG]([NEZ123])(?:\.?\d\d)?")
-_LEVEL = re.compile(r"[lthxy]\d?|long?|tran?|trn", re.IGNORECASE)  # (horizontal, of no known azimuth)
+_LEVEL = re.compile(
+    r"[lthxy]\d?|long?|tran?|trn|xte|yln|(?:ns|ew)[12]", re.IGNORECASE
+)  # (horizontal, of no known azimuth)
 _UNIT = re.compile(  # as in a table's heading: "(g)", "[cm/s²]", "_m_s2"
     r"\s*(?:\([^()]*\)|\[[^\[\]]*\])\s*$|(?<=[a-z])(?:[-_. ]+(?:gal|g|[cm]?m_?s-?2))+$", re.IGNORECASE
 )
+_STATED = re.compile(
+    r"(?i)(?:comp(?:onent\w*|osante)?|komponente|direction|dir|richtung|direzione|direcci[óo]n|chan(?:nel)?|canale?|orientation"
+    r"|axis|成分|方向)(?: (?:name|code))?\.?\s*[:=：](?!\s*[a-z]:[\\/])\s*(?P<direction>[^,;#|]{1,30})"
+)
+_UPWARD = re.compile(
+    r"(?i)(?<!no )(?<!without )\b(?P<word>verti[ck]al\w*)\s?(?:comp(?!onents)|komp|acc|motion|record|direction)"
+    r"(?!\w*\W+positive|\w* (?:is )?(?:not|left|removed))"
+    r"|\b[ck]ompon\w+ (?P<after>verti[ck]al\w*)|\bdip\s*[:=]\s*(?P<dip>-90)\b"
+    r"|(?-i:\bC(?:OMP|omp)(?:ONENT|onent)?\.?\s+(?:UP|UD|DOWN|Z|V)\b)"
+)
+"""Lines of a header about a sensor that stands upright."""
 _CHANNEL = re.compile(r"(?:chan(?:nel)?\s*\d{1,3}:?|\d{1,3}:)\s*", re.IGNORECASE)
 # Words apart, and those around a direction: "acc_z", "AccelZ", "vertical component", "UD成分".
 _APART = re.compile(r"[-_.,:/+()\[\]\s]+|(?<=[a-z])(?=[A-Z])|成分|方向|加速度|[軸轴動动]")
@@ -49,8 +62,8 @@ _AROUND = re.compile(
 )
 _TURNING = re.compile(r"rot|gyr|theta|omega", re.IGNORECASE)
 _NAME = re.compile(
-    r"(?i)(?P<base>.+?)(?:(?P<apart>[-_. ]*)(?P<direction>\d{3}|[ns]\d{1,2}[ew]|up|dwn|down|dn|vrt|vert?|ver|ns|ew|we|"
-    r"ud|h1|h2|[nsewvz])|[-_. ]+(?P<letter>[ltvxyzu]\d?|long?|tran?|trn))"
+    r"(?i)(?P<base>.+?)(?:(?P<apart>[-_. ]*)(?P<direction>\d{3}|[ns]\d{1,2}[ew]|zup|up|dwn|down|dn|vrt|vert?|ver|"
+    r"(?:ns|ew|ud)[12]?|we|h1|h2|[nsewvz])|[-_. ]+(?P<letter>[ltvxyzu]\d?|long?|tran?|trn))"
 )
 _KNET = re.compile(r"\.(?P<direction>NS|EW|UD)(?P<place>[12]?)", re.IGNORECASE)
 _RECORDING = re.compile(r"RSN\d+(?=_)")  # of the NGA databases
@@ -89,6 +102,18 @@ def direction_of(text: str) -> tuple[bool, float] | None:
         return False, math.nan
     upright = any(map(_UPRIGHT.fullmatch, _APART.split(text))) and not _TURNING.search(text)
     return (True, math.nan) if upright and not {"NS", "EW"} & set(every) else None
+
+
+def vertical_of(header: Iterable[str]) -> str:
+    """Return the direction that lines of words give to a single component if it is vertical, '' otherwise."""
+    for text in header:
+        stated, upward = _STATED.search(text), _UPWARD.search(text)
+        found = direction_of(stated["direction"].strip()) if stated else None
+        if stated and found and found[0]:
+            return stated["direction"].strip()
+        if upward and not found and not re.search("horizontal", text, re.IGNORECASE):
+            return "UP"
+    return ""
 
 
 def said_of(motion: xr.DataArray) -> str:
@@ -194,7 +219,8 @@ def _is_vertical(path: Path, motion: xr.DataArray, alone: bool, siblings: Mappin
     if title is not None and title[0]:
         _doubt_title(path, word, motion)
     if _levels([word]) == [False]:
-        return marked or sum(sibling.stem.startswith(base) for sibling in siblings) > 1
+        rests = (sibling.stem[len(base) :].lstrip("-_. ") for sibling in siblings if sibling.stem.startswith(base))
+        return marked or True in _levels(rests)
     for part, variants in siblings[path]:
         if _levels([part]) == [False] and ((len(part) > 1 and _UPRIGHT.fullmatch(part)) or True in _levels(variants)):
             return True

@@ -309,6 +309,34 @@ def known(text: str) -> float:
     return number if math.isfinite(number) else math.nan
 
 
+def cells_of(line: str) -> list[str]:
+    """Return the cells of a line of a header."""
+    separator = next((mark for mark in (";", "\t", ",") if mark in line), ",")
+    return [cell.strip(' "') for cell in line.split(separator)]
+
+
+def as_key(line: str) -> str:
+    """Return 'key: value unit' of a line of a header whose cells are these, and other lines as they are.
+
+    The value may be in the cells of all columns.
+    """
+    key, *values = [cell for cell in cells_of(line) if cell] or [""]
+    named = _KEY.fullmatch(key) and not re.search("[:=：]", line)
+    with_unit = len(values) == 2 and not math.isnan(known(values[0])) and math.isnan(known(values[1]))
+    return f"{key}: {' '.join(dict.fromkeys(values))}" if named and (with_unit or len(set(values)) == 1) else line
+
+
+def is_comment(line: str) -> bool:
+    """Return True for a line that begins with #, and for a spreadsheet program's ``sep=;``; an error (#N/A) is none."""
+    text = line.lstrip()
+    return _SEPARATOR.match(text) is not None or (text.startswith("#") and _CELL_ERROR.match(text) is None)
+
+
+def is_blank(line: str) -> bool:
+    """Return True for a line without text, and for the empty cells that spreadsheet programs write below a table."""
+    return not line.strip(",; \t\r\n")
+
+
 def plain(text: str, longest: int = 80) -> str:
     """Return words of a header as a label: printable characters, single blanks, not longer than a line."""
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())[:longest].rstrip()
@@ -324,6 +352,13 @@ def _shape(field: re.Match[str]) -> tuple[int, int, int]:
     return field.end(), len(field[0]), len(field[0].partition(".")[2])
 
 
+_KEY = re.compile(r"(?=.*[^\W\d_])[^\d(\[]*(?:[\[(][^)\]]*[)\]])?")
+"""A key in a cell, with or without its unit."""
+_SEPARATOR = re.compile(r'"?sep=.?"?\s*$', re.IGNORECASE)
+_CELL_ERROR = re.compile(
+    r"#(?:N/A|NV|NAME\?|VALUE!|WERT!|REF!|BEZUG!|DIV/0!|NUM!|ZAHL!|NULL!|VALEUR ?!|NOMBRE ?!|¡?VALOR!)(?![\w/])"
+)
+"""Errors of cells, which begin as comments do: in English, German, French and Spanish."""
 _FIELD = re.compile(r"[^,;\s]+")
 _OF_NUMBERS = "+-.0123456789eEdD,; \t\r\n\x1a"
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?(?=$|[\s,+-])", re.ASCII)

@@ -20,8 +20,9 @@ import numpy as np
 from ...core.doubts import Doubt, first_names, warn
 from ...core.limits import OBSPY_BYTES
 from .components import Component, without_offset
+from .directions import direction_of
 from .lines import MAX_SAMPLES, RecordError, beginning, lines_of
-from .units import Unit, agreed, given_factor, unit_of
+from .units import WHOLE, Unit, agreed, given_factor, unit_of
 
 _GROUP = "obspy.plugin.waveform"
 # SEED: band, sensor, orientation
@@ -82,6 +83,10 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
     if agreed_on is not None and factor != agreed_on.factor:
         raise RecordError(f"{file}: states its unit ({agreed_on.text}), so unit must not be {unit!r:.60}")
     velocity: list[str] = []
+    whole = [trace.stats.channel for trace in traces if trace.data.dtype.kind in "iu"]
+    if whole and isinstance(unit, str) and agreed_on is None:
+        what = f"{file}: {first_names(whole)}: {WHOLE} {unit!r:.20}"
+        warn([Doubt("table", f"{what}: give unit as m/s² per count")])
     components: list[Component] = []
     scales = {float(trace.stats.calib) for trace in traces} - {0.0, 1.0}
     if scales:
@@ -105,6 +110,8 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
         codes = trace.stats
         if _VELOCITY.fullmatch(codes.channel) and agreed_on is None and sac.get("idep") != 8:
             velocity.append(codes.channel)
+        # SAC: the inclination of the sensor, 0 and 180 degrees from upwards
+        upright = sac.get("cmpinc") in {0.0, 180.0} and direction_of(codes.channel) is None
         acceleration, note = trace.data.astype(np.float64) * factor, ""
         if not isinstance(unit, str):
             acceleration, note = without_offset(acceleration)
@@ -113,7 +120,7 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
                 acceleration,
                 float(codes.delta),
                 station=".".join(filter(None, (codes.network, codes.station, codes.location))),
-                component=codes.channel,
+                component=f"UP ({codes.channel})" if upright else codes.channel,
                 event=str(codes.starttime)[:19].replace("T", " "),
                 processing=note,
             )

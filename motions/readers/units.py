@@ -55,10 +55,10 @@ _TOLD = re.compile(
     rf"(?P<unit>{_WORD})"
 )
 # ("0.2 in g" is of another number)
-_IN = re.compile(rf"(?<!\d)(?<!\d\s)\bin\s+(?!units?\b)(?P<unit>{_WORD})", re.IGNORECASE)
+_IN = re.compile(rf"(?<!\d)(?<!\d\s)\b(?:in|en|em)\s+(?!units?\b)(?P<unit>{_WORD})", re.IGNORECASE)
 _BRACKETS = re.compile(rf"[\[(](?P<unit>[^\])]*(?=[\])]){_AFTER}?)", re.IGNORECASE)
 # "ACCELERATION TIME SERIES, GAL", "Acceleration g"
-_LAST = re.compile(r"(?:,\s*|\b(?:acc[a-z]*|series|history)\s+)(?P<unit>[a-zмс%][^\s,;]*)[^\w%]*$", re.IGNORECASE)
+_LAST = re.compile(r"(?:[,:]\s*|\b(?:acc[a-z]*|series|history)\s+)(?P<unit>[a-zмс%][^\s,;]*)[^\w%]*$", re.IGNORECASE)
 _NONE_OF_OURS = re.compile(r"/s|^(?:counts?|(?:milli)?volts?|m(?:illi-?)?g|%g|digits?)$", re.IGNORECASE)
 # A unit in the open, "Acceleration m/s^2", which no other word can be.
 _OPEN = re.compile(
@@ -72,7 +72,11 @@ _OF_ANOTHER = re.compile(
 _VALUE = re.compile(r"[)\]]?\s*[:=]?\s*[-+]?\.?\d")
 _TO = re.compile(r"(?:\b(?:in)?to|[-=]>|→)\s+(?P<unit>[^\s,;]+)", re.IGNORECASE)  # "gal, converted to m/s2"
 _PEAK = re.compile(r"\b(?:pga|pgv|peak|max\w*)\b[^,;:]*$", re.IGNORECASE)  # (before a unit that is its own)
+_RANGE = re.compile(r"\b(?:full[- ]?scale|range|trigger\w*|threshold|resolution)\b[^,;:]*$", re.IGNORECASE)
 _NUMBERS = re.compile(r"\d+\.?\d*|\.\d+")
+WHOLE = "whole numbers, as counts are, are taken as"
+COUNTED = 10.0
+"""Peak of whole numbers from which they may be counts."""
 PEAK_TOLERANCE = 0.02
 """Maximum relative distance of the samples' peak from the peak in the header."""
 # Words before or after a unit that samples had once.
@@ -139,7 +143,7 @@ def unit_of(word: str, line: int = 0) -> Unit:
     text = word.strip().strip(".,;:[]").lower().replace("²", "2").replace("⁻", "-").replace("см/с", "cm/s")
     text = text.replace("м/с", "m/s")
     text = text.strip("()") if text.startswith("(") or text.count("(") != text.count(")") else text
-    text = re.sub(r"\^|\*\*|[\s_·]|\.(?=[a-z])", "", re.sub(r"sec(?:onds?)?\b|sec(?=[\d^*²])", "s", text))
+    text = re.sub(r"\^|\*\*|[\s_·]|\.(?=[a-z])", "", re.sub(r"se[cg](?:ond[oi]?s?)?\b|se[cg](?=[\d^*²])", "s", text))
     text = re.sub(r"^([cm]?m)/?\(?(?:s-?2|s\*s)\)?$|^([cm]?m)/s/s$", r"\1\2/s2", text)
     text = {"gals": "gal", "gs": "g", "g's": "g"}.get(text, text)
     if len(word) <= 40 and text in _ACCELERATION:
@@ -202,7 +206,7 @@ def units_in(text: str, line: int, brackets: bool = True, peak: float = math.nan
                 number = re.match(r"\s*\d", unit.text) and (pattern is _BRACKETS or not (brackets and named))
                 value = unit.quantity != "acceleration" and _VALUE.match(text, match.end())
                 counts = counts and not (number or value or _OF_ANOTHER.search(before))
-            if counts and (theirs or not _PEAK.search(before)):
+            if counts and (theirs or not _PEAK.search(before)) and not _RANGE.search(before):
                 units.append(unit)
     last = _LAST.search(text) if named and not units else None
     if last is not None and (unit_of(last["unit"]).quantity in named or _NONE_OF_OURS.search(last["unit"])):

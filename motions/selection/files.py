@@ -20,7 +20,7 @@ from ..intensity.measure import MEASURES, Measure
 from ..intensity.naming import in_si, measure_named, our_name, written_level
 from ..intensity.parametric_measures import Sa
 from ..matching.target_spectra import doubt_spectrum
-from ..readers.lines import Lines, RecordError
+from ..readers.lines import Lines, RecordError, is_blank, is_comment
 from .stated import Stated
 from .target import FORMULAS, Mixture, Target
 
@@ -117,7 +117,7 @@ def opened(file: Path) -> Iterator[Lines]:
 def rows_of(lines: Lines) -> Iterator[tuple[int, list[str]]]:
     """Yield the words of each row with the number of its line; comments and empty lines are left out."""
     for line in lines:
-        if line.strip() and not line.lstrip().startswith(("#", '"#')):
+        if not is_blank(line) and not is_comment(line.lstrip(' "')):
             yield lines.number, [word.strip() for word in next(csv.reader([line]), [])]
 
 

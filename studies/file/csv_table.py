@@ -58,15 +58,20 @@ class CsvTable:
         if kind.sheet is not None and file.suffix.lower() in SUFFIXES:
             self.word, self.delimiter = "row", ","  # (no decimal commas: numbers of a workbook are no text)
             self._whole = ""
-            rows, self._odd = self._sheet(kind.sheet)
+            rows, comments, self._odd = self._sheet(kind.sheet)
             self._lines = iter(rows)
         else:
             raw = self._text()
             # (quotes in comments do not quote; empty lines in their place keep the numbers of the other lines)
             self._whole = text = _COMMENT.sub(r"\1", raw)
+            comments = [match[0].strip() for match in _COMMENT.finditer(raw)]
             # (line by line, as csv reads: the header, of , ; or tab, does not need all lines of a large file)
             lines = (line.group() for line in re.finditer(r"[^\r\n]+", text))
             heading = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), "")
+            if "|" in heading and not set(",;\t") & set(heading):
+                raise kind.error(
+                    f"{file}: columns must be separated by commas, semicolons or tabs, got {shown(heading)}"
+                )
             bare = re.sub(r'"[^"]*"', "", heading)
             self.word, self.delimiter = "line", max((",", ";", "\t"), key=bare.count)
             self._lines = self._read(text)
@@ -74,11 +79,11 @@ class CsvTable:
         if not header:
             raise kind.error(f"{file}: empty")
         self.where, self._header_line = self.at(number), number
-        self.columns = [self._column(name) for name in header]
+        self.columns = [self._column(name, len(header) == 1) for name in header]
         twice = next((name for i, name in enumerate(self.columns) if name and name in self.columns[:i]), None)
         if twice is not None:
             raise kind.error(f"{self.where}: column {twice!r} stands there twice")
-        self._odd += self._lines_left_out(raw)
+        self._odd += self._lines_left_out(raw) + self._other_units(comments)
 
     def at(self, number: int) -> str:
         """Return the words for the place of a line in the file."""
@@ -99,10 +104,20 @@ class CsvTable:
                 lines.append(str(n))
         return [f"{self._named('line', lines)}: left out, since # begins a comment"] if lines else []
 
+    def _other_units(self, comments: Iterable[str]) -> list[str]:
+        """Return the input warning on a comment about units, which nothing applies: ``# sizes in feet``."""
+        match = next((match for match in map(_OTHER_UNITS.search, comments) if match), None)
+        if match is None:
+            return []
+        return [
+            f"{self.file.name}: a comment says {shown(match[0])}, which is not applied: are the numbers in the units "
+            "of their headings?"
+        ]
+
     def _named(self, word: str, numbers: list[str]) -> str:
         return f"{self.file.name}, {word}{'s' if len(numbers) > 1 else ''} {first_of(numbers)}"
 
-    def _doubts(self) -> list[Doubt]:
+    def doubts(self) -> list[Doubt]:
         """Return the input warnings on the table, once it is read."""
         odd = list(self._odd)
         if self._short:
@@ -136,7 +151,7 @@ class CsvTable:
             yield line
         if self.unsure is not None and self.decimal != ".":
             self.unsure[0].refuse_ambiguous(self.unsure[1])
-        warn(self._doubts())
+        warn(self.doubts())
 
     def _read(self, text: str) -> Iterator[tuple[int, list[str]]]:
         """Yield the number and the cells of each line of a text that is not empty."""
@@ -160,16 +175,16 @@ class CsvTable:
                     )
                 yield reader.line_num, cells
 
-    def _sheet(self, name: str) -> tuple[list[tuple[int, list[str]]], list[str]]:
-        """Return the number and the cells of each nonempty row of a workbook's sheet, and notes on unusual parts."""
+    def _sheet(self, name: str) -> tuple[list[tuple[int, list[str]]], list[str], list[str]]:
+        """Return the numbers and cells of the nonempty rows of a workbook's sheet, its comments, and notes."""
         content = self._content()
         try:
-            rows, odd = sheet_rows(content, name, self.kind.most_bytes, self.kind.most_rows)
-            return rows, [f"{self.file.name}: {sentence}" for sentence in odd]
+            rows, comments, odd = sheet_rows(content, name, self.kind.most_bytes, self.kind.most_rows)
+            return rows, comments, [f"{self.file.name}: {sentence}" for sentence in odd]
         except WorkbookError as wrong:
             raise self.kind.error(f"{self.file}: {wrong}") from None
 
-    def _column(self, heading: str) -> str:
+    def _column(self, heading: str, alone: bool = False) -> str:
         """Return the column that a heading names; '' for a column without a name, which must be empty."""
         known = self.kind.columns
         if isinstance(heading, Unreadable):
@@ -180,6 +195,8 @@ class CsvTable:
         if name is not None or not heading:
             return name or ""
         hint = meant(heading[:MAX_TEXT], known) or f"allowed are {', '.join(known)}: rename it, or leave it out"
+        if alone:
+            hint = "titles above the heading begin with #"
         raise self.kind.error(f"{self.where}: unknown column {shown(heading)}; {hint}")
 
     def _content(self) -> bytes:
@@ -350,6 +367,14 @@ _TOTAL = re.compile(
     r"((ground|first|second|third|top)\W+)?(floor|stor(?:e?y|ies)|level|room|raum|building|haus|wing|basement|keller"
     r"|[eud]g|\d+\.? ?og|og ?\d*|erdgeschoss|rdc|rez|étage|etage|piano|planta|piso|stock(?:werk)?|page|seite)\b.*"
 )
-_COMMENT = re.compile(r"((?:\A|[\r\n])[ \t]*)#[^\r\n]*")
+_COMMENT = re.compile(r"((?:\A|[\r\n])[ \t]*)#[^\r\n]*|\A\"?(?:sep|SEP)=.?\"?(?=[\r\n])")
+"""Comments, and the first line with which a spreadsheet program is told the separator."""
+_OTHER_UNITS = re.compile(
+    r"(?i)\b(?:in|as|×|x|\*) ?(?:units of )?(?:1[.,' ]?000|thousands?|millions?|tsd|tausend|mio|milliers|migliaia)\b"
+    r"|\b[kt](?:€|(?:eur|chf|usd)\b)|\bk[€$£]|\bm(?:io|ill)\.? ?(?:€|(?:eur|usd|chf)\b)"
+    r"|\b(?:sizes?|dimensions?|widths?|heights?|lengths?|maße|abmessungen|units?|all|everything|numbers)\b[^#;]{0,40}?"
+    r"\b(?:in|are)\s+(?:[cm]m|inch(?:es)?|ft|feet|foot|centimet\w+|millimet\w+|zentimeter\w*|lbs?|pounds)\b"
+)
+"""Units in comments that no heading has."""
 _MARKED = re.compile(r"[ \t]*#\S")
 _THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}[.,]\d{3}", re.ASCII)

@@ -67,7 +67,10 @@ def _sentence(error: Any, location: tuple[int | str, ...], key: str, table: Any,
     if kind == "missing":
         return f"key {shown(key, 120)} is missing{HINTS.get(key, '')}"
     if kind in NO_LIST and isinstance(value, dict):
-        return f"{key}: there may be several: write [[{key}]] for each, not [{key}]"
+        field = _field(table, location, content)[0]
+        if field is None or next(tables_of(field.annotation), None) is not None:
+            return f"{key}: there may be several: write [[{key}]] for each, not [{key}]"
+        return f"{key}: must be a list, not a table: write {location[-1]} = [...]; a unit is a key beside it"
     if kind in NO_TABLE:
         return f"{key}: {_no_table(location, key, value)}"
     if kind == "value_error":

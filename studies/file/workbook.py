@@ -105,8 +105,8 @@ class Numeric(str):
 
 def sheet_rows(
     content: bytes, sheet: str, most_bytes: int, most_rows: int
-) -> tuple[list[tuple[int, list[str]]], list[str]]:
-    """Return the rows of a sheet that are neither empty nor comments, and sentences on differences from its display.
+) -> tuple[list[tuple[int, list[str]]], list[str], list[str]]:
+    """Return the rows of a sheet that are not empty, its comments, and sentences on differences from its display.
 
     The sheet has the name `sheet`, in any case; without such a sheet, the first sheet that is not hidden is read. A
     table has at most `most_bytes`; a workbook may be UNPACKED times as large once it is unpacked. Reading ends after
@@ -131,7 +131,7 @@ def sheet_rows(
         raise WorkbookError(f"not a workbook (XLSX) that can be read ({type(error).__name__})") from None
 
 
-def _rows(content: io.BytesIO, name: str, most_rows: int) -> tuple[list[tuple[int, list[str]]], list[str]]:
+def _rows(content: io.BytesIO, name: str, most_rows: int) -> tuple[list[tuple[int, list[str]]], list[str], list[str]]:
     from openpyxl import load_workbook  # noqa: PLC0415 - for workbooks alone
 
     # (values and formulas are two readings of one file; merged cells are in the second alone)
@@ -146,6 +146,7 @@ def _rows(content: io.BytesIO, name: str, most_rows: int) -> tuple[list[tuple[in
     sheet = values[title]
     sheet.reset_dimensions()  # (stated sizes are wrong in files of some programs)
     rows: list[tuple[int, list[str]]] = []
+    comments: list[str] = []
     for n, row in enumerate(sheet.iter_rows(), start=1):
         if n > MOST_ROWS or len(row) > MOST_COLUMNS:
             raise WorkbookError(f"row {n} reaches beyond {MOST_ROWS:,} rows or {MOST_COLUMNS:,} columns of its sheet")
@@ -155,6 +156,7 @@ def _rows(content: io.BytesIO, name: str, most_rows: int) -> tuple[list[tuple[in
                 raise WorkbookError(
                     f"row {n} begins with #, as comments do, and has other cells: rename it or empty them"
                 )
+            comments.append(str(row[0].value).strip())
             continue
         cells = [_text(cell, formulas, merged) for cell in row]
         if any(cells):
@@ -165,7 +167,8 @@ def _rows(content: io.BytesIO, name: str, most_rows: int) -> tuple[list[tuple[in
             if len(rows) > most_rows + 1:
                 break
     others = [other.title for other in values.worksheets if other.title in seen and other.title != title]
-    return rows, _hidden(formulas, rows) + _unread(title, [other for other in others if _is_filled(values[other])])
+    odd = _hidden(formulas, rows) + _unread(title, [other for other in others if _is_filled(values[other])])
+    return rows, comments, odd
 
 
 def _hidden(sheet: Worksheet, rows: list[tuple[int, list[str]]]) -> list[str]:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ...core.aliases import Array
+from ...core.doubts import warn
 from ...models.block_array import BlockArray
 from ..file.blocks import KIND, MOST_BLOCKS, read_blocks
 from ..file.csv_table import MAX_TEXT, CsvTable
@@ -31,6 +32,7 @@ def read_region(file: Path) -> BlockArray:
     except (TypeError, ValueError) as error:
         raise StudyError(f"{file}: {error}") from None
     if by_column is not None:
+        warn(table.doubts())
         return by_column
     extra = [name for name in OWN if name in table.columns]
     if extra:

@@ -96,7 +96,7 @@ def test_sizes_and_names_in_a_directory_that_are_untrue():
 def test_right_workbooks_are_read():
     """With merged cells beside the table."""
     new = MERGED.format(many(PAIR, 500))
-    rows, _ = sheet_rows(book(SHEET, "<pageMargins", new), "inventory", 2**24, 100)
+    rows, _, _ = sheet_rows(book(SHEET, "<pageMargins", new), "inventory", 2**24, 100)
     assert [cells for _, cells in rows] == [["name", "width_m"], ["shelf", "0.4"]]
 
 

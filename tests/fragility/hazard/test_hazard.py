@@ -241,6 +241,31 @@ class TestPoints:
 
 
 class TestFiles:
+    def test_errors_of_cells_are_no_comments(self, tmp_path):
+        for error in ("#N/A", "#NV", "#DIV/0!", "#NAME?"):
+            path = saved(tmp_path, f"pga (g),rate (1/yr)\n0.1,0.01\n{error},0.005\n0.4,0.001\n")
+            with pytest.raises(HazardError, match=f"line 3 gives pga .g. as '{re.escape(error)}'"):
+                read_hazard(path)
+        path = saved(tmp_path, "pga (g),rate (1/yr)\n0.1,0.01\n#N/A means nothing\n0.4,0.001\n")
+        with pytest.raises(HazardError):
+            read_hazard(path)
+
+    def test_cells_of_comments(self, tmp_path):
+        rows = "pga (g),rate (1/yr)\n0.1,0.01\n0.4,0.001\n"
+        assert read_hazard(saved(tmp_path, f"# Quantile,0.84\n{rows}")).fractile == 0.84
+        with pytest.raises(HazardError, match="names rates, a comment probabilities in 50 yr"):
+            read_hazard(saved(tmp_path, f"# investigation_time,50,yr\n{rows}"))
+
+    def test_files_of_spreadsheet_programs(self, tmp_path):
+        plain = read_hazard(saved(tmp_path, "pga (g),rate (1/yr)\n0.1,0.01\n0.4,0.001\n"))
+        text = "sep=;\npga (g);rate (1/yr)\n0.1;0.01\n0.4;0.001\n;\n;;\n"
+        found = read_hazard(saved(tmp_path, text))
+        assert (found.levels, found.rates) == (plain.levels, plain.rates)
+        text = OPENQUAKE.format(kind="mean", imt="PGA")
+        first, _, rest = text.partition("\n")
+        mean = read_hazard(saved(tmp_path, text), site=0)
+        assert read_hazard(saved(tmp_path, first + "\n" + rest.replace(",", ";")), site=0).rates == mean.rates
+
     def test_openquake(self, tmp_path):
         path = saved(tmp_path, OPENQUAKE.format(kind="mean", imt="PGA"))
         hazard = read_hazard(path, site=0)

@@ -42,6 +42,9 @@ def kept(folder, patterns=("*",), **options):
         (("NS.AT2", "EW.AT2", "UD.AT2", "s.HNE.D.AT2", "s.HNN.D.AT2", "s.HNZ.D.AT2"), ["UD.AT2", "s.HNZ.D.AT2"]),
         (("x_North.AT2", "x_East.AT2", "x_Vertical.AT2", "y_UD_acc.AT2"), ["x_Vertical.AT2", "y_UD_acc.AT2"]),
         (("x_NS_2.AT2", "x_UD_2.AT2", "x_090_corr.AT2", "x_up_corr.AT2"), ["x_UD_2.AT2", "x_up_corr.AT2"]),
+        (("RSN4_GU075XTE.AT2", "RSN4_GU075YLN.AT2", "RSN4_GU075ZUP.AT2"), ["RSN4_GU075ZUP.AT2"]),
+        (("IWTH25EW2.AT2", "IWTH25NS2.AT2", "IWTH25UD2.AT2"), ["IWTH25UD2.AT2"]),
+        (("cloud1.AT2", "cloud2.AT2", "clover.AT2", "clo.AT2"), []),
         (("GROUP.AT2", "cloud.AT2", "run-v2.AT2", "KOBE.AT2", "setup.AT2"), []),
     ],
 )
@@ -61,6 +64,41 @@ def test_the_second_line_of_an_at2_file(tmp_path, end, out):
     at2(tmp_path, "a.AT2")
     at2(tmp_path, "shaking.AT2", f"Somewhere, 1/2/1999, Station, {end}")
     assert list(kept(tmp_path)[0].attrs.get(LEFT_OUT, ())) == ["shaking.AT2"] * out
+
+
+@pytest.mark.parametrize(
+    ("line", "out"),
+    [
+        ("# Component: UP", True),
+        ("# Station: ABC, Channel: HNZ", True),
+        ("Direction,Vertical", True),
+        ("# vertical component, corrected", True),
+        ("# Vertikalkomponente", True),
+        ("STATION 051WCW COMP. UD", True),
+        ("# componente vertical", True),
+        ("# azimuth: 0, dip: -90", True),
+        ("# Component: N", False),
+        ("# Components: NS, EW, UD", False),
+        ("# Lotung vertical array", False),
+        ("# no vertical component", False),
+        ("# horizontal and vertical components in three files", False),
+        ("# fault dip: 90", False),
+        ("# vertical direction: positive is up", False),
+        ("# vertical components are in other files", False),
+        ("# dir: Z:\\records", False),
+    ],
+)
+def test_a_line_of_the_header_says_that_a_component_is_vertical(tmp_path, line, out):
+    rows = "".join(f"{0.01 * i:.2f},{a}\n" for i, a in enumerate(SHAKE))
+    (tmp_path / "a_1.csv").write_text(f"time (s),acc (g)\n{rows}", encoding="utf-8")
+    (tmp_path / "a_2.csv").write_text(f"{line}\ntime (s),acc (g)\n{rows}", encoding="utf-8")
+    assert list(kept(tmp_path)[0].attrs.get(LEFT_OUT, ())) == ["a_2.csv"] * out
+
+
+def test_a_line_of_an_at2_file_says_that_it_is_vertical(tmp_path):
+    at2(tmp_path, "a_1.AT2", "Somewhere")
+    at2(tmp_path, "a_2.AT2", "Somewhere, component: vertical")
+    assert kept(tmp_path)[0].attrs[LEFT_OUT] == ("a_2.AT2",)
 
 
 def test_a_second_line_that_says_up_beside_a_name_in_degrees(tmp_path):

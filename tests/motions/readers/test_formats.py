@@ -448,8 +448,24 @@ class TestObspy:
         path, _ = self.stream(tmp_path, "MSEED", channel=channel)
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always")
-            assert mo.read_all(path, unit="m/s2")
+            assert mo.read_all(path, unit=1e-3)
         assert [said in str(one.message) for one in told] == [True] * bool(said)
+
+    def test_whole_numbers_of_a_unit_are_doubted(self, tmp_path):
+        """Counts that a caller takes for gal."""
+        path, counts = self.stream(tmp_path, "MSEED")
+        with pytest.warns(ImplausibleInput, match="HNE, HNN, HNZ: whole numbers, as counts are, are taken as 'gal'"):
+            (found,) = mo.read_all(path, unit="gal")
+        np.testing.assert_allclose(found.values[0], counts * 0.01, rtol=1e-15)
+
+    @pytest.mark.parametrize("inclination", [0.0, 180.0])
+    def test_the_inclination_in_a_sac_header(self, tmp_path, inclination):
+        sac = pytest.importorskip("obspy.io.sac").SACTrace(data=shaking(50, 1.0).astype("f4"), delta=0.01)
+        for name, along in (("A1", 90.0), ("A2", 90.0), ("A3", inclination)):
+            sac.kcmpnm, sac.cmpinc = name, along
+            sac.write(str(tmp_path / f"{name}.sac"))
+        with pytest.warns(ImplausibleInput, match=r"a vertical component is left out \(A3.sac\)"):
+            assert len(mo.read_all(tmp_path / "*.sac", unit="m/s2")) == 2
 
     def test_channels_of_no_motion_and_uneven_steps_are_refused(self, tmp_path):
         path, _ = self.stream(tmp_path, "MSEED", channel="LDO")

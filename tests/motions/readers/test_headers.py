@@ -937,3 +937,124 @@ def test_right_files_without_a_line_end(tmp_path, text):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         read(tmp_path, text)
+
+
+CELLS = "Station,ABC,,\n{}\nAcceleration (g)\n" + COLUMN
+
+
+@pytest.mark.parametrize(
+    ("line", "options", "message"),
+    [
+        ("Sampling interval (s),0.005", {"dt": 0.01}, "its header says dt = 0.005 s, so dt must not be 0.01"),
+        ('"Sampling rate (Hz)";"200"', {"dt": 0.01}, "its header says dt = 0.005 s"),
+        ("dt\t5 ms", {"dt": 0.01}, "its header says dt = 0.005 s"),
+        ("Units,cm/s2", {"dt": 0.01}, "which of them is the unit"),
+        ("Sampling rate,200,Hz", {"dt": 0.01}, "its header says dt = 0.005 s"),
+        ("Unit,gal,gal,gal", {"dt": 0.01}, "which of them is the unit"),
+        ("Number of samples;4000", {"dt": 0.01}, "line 2 declares 4000 samples, it holds 12"),
+        ("Quantity,velocity,in cm/s", {"dt": 0.01}, "which of them is the unit|gives a velocity"),
+    ],
+)
+def test_keys_and_values_in_cells_are_not_contradicted(tmp_path, line, options, message):
+    """A header whose lines are cells of a sheet says what a header of 'key: value' says."""
+    with pytest.raises(RecordError, match=message):
+        read(tmp_path, CELLS.format(line), **options)
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["Sampling interval (s),0.005,,", '"dt";".005"', "Sampling frequency (Hz)\t200", "Sampling interval;0.005;s"],
+)
+def test_a_step_in_a_cell_is_read(tmp_path, line):
+    motion = read(tmp_path, CELLS.format(line))
+    assert float(motion["dt"][0]) == 0.005
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * G, rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"), [("Duration (s),40", "40"), ("Duration,40,s", "40 s"), ("Scale factor;2.5", "2.5")]
+)
+def test_values_in_cells_are_doubted(tmp_path, line, said):
+    with pytest.warns(ImplausibleInput, match=rf"line 2 says .*{said}"):
+        read(tmp_path, CELLS.format(line), dt=0.01)
+
+
+def test_whole_numbers_of_a_unit_are_doubted(tmp_path):
+    counts = "".join(f"{round(1e4 * one)}\n" for one in SAMPLES)
+    with pytest.warns(ImplausibleInput, match="whole numbers, as counts are, are taken as 'gal'"):
+        read(tmp_path, counts, dt=0.01, unit="gal")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read(tmp_path, counts, dt=0.01, unit=0.01)
+        read(tmp_path, counts.replace("1000\n", "1000.5\n"), dt=0.01, unit="gal")
+
+
+def test_names_and_units_of_columns_in_lines_of_cells(tmp_path):
+    """A sheet of an agency: a line of components and a line of units above a heading that names the times alone."""
+    rows = "".join(f"{0.01 * i:.2f},{one},{one * one},{one**3}\n" for i, one in enumerate(SAMPLES))
+    motion = read(tmp_path, f"Station,A,A,A\nComponent,NS,EW,UD\nUnit,gal,gal,gal\nTime (s),,,\n{rows}")
+    assert motion["component"].values.tolist() == ["NS", "EW", "UD"]
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * 0.01, rtol=1e-15)
+    with pytest.raises(RecordError, match="has 4 columns"):
+        read(tmp_path, f"Unit,gal,gal,gal\nTime (s),,,\n{rows}")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("time (s),acc (g)\n" + ROWS.replace(",", ";").replace(".", ",").replace(";", ","), "decimals with a point"),
+        (COLUMN.replace(".", ",").replace("0,1\n", "0,1234567\n"), "write decimals with a point"),
+        ("acc (g),time (s)\n0.1,0.00\n0.2,0.01\n", "first column is not 'time .s.': write the times first"),
+        ("Zeit;a (g)\n13.11.2016 11:02:30,000;0,1\n13.11.2016 11:02:30,010;0,2\n", "a time of day"),
+    ],
+)
+def test_what_spreadsheets_write_is_named(tmp_path, text, message):
+    with pytest.raises(RecordError, match=message):
+        read(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("text", "factor"),
+    [
+        (f"sep=,\ntime (s),acc (g)\n{ROWS}", G),
+        (f"time (s),acc (g)\n{ROWS},\n,,\n", G),
+        (f"UNIDADES : cm/seg2\nMUESTREO : 100\ntime (s),acc\n{ROWS}", 0.01),
+        (f"# aceleración en cm/seg^2\n# dt = 0.01\n{COLUMN}", 0.01),
+    ],
+)
+def test_right_files_of_spreadsheets_and_agencies(tmp_path, text, factor):
+    motion = read(tmp_path, text)
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * factor, rtol=1e-15)
+    assert float(motion["dt"][0]) == pytest.approx(0.01, rel=1e-12, abs=0.0)
+
+
+@pytest.mark.parametrize(
+    "line", ["Full scale (g),2", "Trigger level (g);0.01", "Sensor range [g]: 0.2", "PGV (cm/s),3"]
+)
+def test_units_of_an_instrument_are_not_of_samples(tmp_path, line):
+    motion = read(tmp_path, f"{line}\nUnits,m/s2\ndt,0.01\nAcceleration\n{COLUMN}")
+    np.testing.assert_allclose(motion.values[0], SAMPLES, rtol=1e-15)
+
+
+@pytest.mark.parametrize("line", ["# Earthquake of 2011, time 14:46", "Tokyo, T2"])
+def test_words_above_that_are_no_names_of_columns(tmp_path, line):
+    assert read(tmp_path, f"# acceleration in g\n{line}\n{ROWS}").sizes["time"] == 12
+
+
+def test_whole_milliseconds_and_numbers_are_no_decimal_commas(tmp_path):
+    rows = "".join(f"{5 * i},{round(1e5 * one)}\n" for i, one in enumerate(SAMPLES))
+    motion = read(tmp_path, f"time (ms),acc (mm/s2)\n{rows}")
+    np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * 100.0, rtol=1e-12)
+
+
+def test_units_of_times_and_accelerations_in_one_comment(tmp_path):
+    motion = read(tmp_path, f"# Units: time ms, acceleration g\nt,a\n{scaled_times(50.0)}")
+    assert float(motion["dt"][0]) == pytest.approx(0.0005, rel=1e-12, abs=0.0)
+
+
+@pytest.mark.parametrize(("suffix", "kind"), [("VT2", "velocity"), ("dt2", "displacement")])
+def test_velocities_by_the_names_of_peer(tmp_path, suffix, kind):
+    text = at2(f"{TITLE}\n{NPTS}")
+    with pytest.raises(RecordError, match=f"a {kind} record by its name"):
+        read(tmp_path, text, f"RSN6.{suffix}")
+    read(tmp_path, at2(f"{TITLE}\nACCELERATION IN UNITS OF G\n{NPTS}"), f"RSN6.{suffix}")

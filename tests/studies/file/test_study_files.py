@@ -241,6 +241,10 @@ MESSAGES = [
     (SMALL.replace("A small study", "x" * 5000), "'title' holds 5,000 characters, allowed are 4,096"),
     (SMALL.replace("A small study", " "), "title: must hold something that can be seen, got ' '"),
     (
+        SMALL + '[hazard]\nlevels = { values = [0.1, 0.2], unit = "g" }\nrates = [1e-2, 1e-3]\n',
+        "hazard.levels: must be a list, not a table: write levels = [...]; a unit is a key beside it",
+    ),
+    (
         SMALL + '[hazard]\nlevels = [0.2, 0.1]\nrates = [1e-2, 1e-3]\nunit = "g"\n',
         "hazard.levels must be strictly increasing, got 0.1 g after 0.2 g",
     ),

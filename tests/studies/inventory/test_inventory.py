@@ -343,6 +343,34 @@ def test_short_lines_and_lines_left_out_are_named(tmp_path):
     assert [(row.label, row.count, row.anchored) for row in found.rows][1:] == [("case", 12, True), ("rack", 1, False)]
 
 
+@pytest.mark.parametrize(
+    ("comment", "said"),
+    [
+        ("all values in thousands of EUR", "in thousands"),
+        ("values in 1,000 EUR", "in 1,000"),
+        ("value: k€", "k€"),
+        ("prices in TEUR", "TEUR"),
+        ("sizes in feet", "sizes in feet"),
+        ("all dimensions are in mm", "all dimensions are in mm"),
+        ("Breite und Höhe: cm", ""),
+        ("gaps in mm, values in EUR, 1000 pieces", ""),
+    ],
+)
+def test_units_in_comments_are_doubted(tmp_path, comment, said):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        read(tmp_path, f"# {comment}\n{SMALL}")
+        file = book_of(rows_of(f"# {comment}\n{SMALL}"), tmp_path / "book.xlsx")
+        read_inventory(file)
+    assert len(caught) == 2 * bool(said)
+    assert all(f"a comment says {said!r}, which is not applied" in str(warning.message) for warning in caught)
+
+
+def test_a_line_for_spreadsheet_programs_is_none_of_the_table(tmp_path):
+    for line in ("sep=;", '"SEP=;"'):
+        assert read(tmp_path, f"{line}\n" + SMALL.replace(",", ";")) == read(tmp_path, SMALL)
+
+
 def test_crowds_and_tiny_distances(tmp_path):
     heading = "catalogue,floor,persons_exposed,injury_probability,friction,trip_mm\n"
     with pytest.warns(ImplausibleInput, match=r"more than 50 persons where one piece falls \(bookcase-5-shelf: 9000\)"):

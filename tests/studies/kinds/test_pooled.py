@@ -11,6 +11,7 @@ from check_facts import notes_named, numbers_in
 from real_processes import same_after_ten_kills
 
 import toppling as tp
+from toppling.core.doubts import ImplausibleInput
 from toppling.fragility.surfaces.checks import BLOCKS, MOTIONS
 from toppling.models.block_array import BlockArray
 from toppling.studies.command.cli import main
@@ -107,6 +108,15 @@ def test_columns_are_what_lines_give(text, tmp_path):
     assert found.names.tolist() == own.names.tolist()
     for name in ("width", "height", "cm_height", "inertia"):
         np.testing.assert_allclose(getattr(found, name), getattr(own, name), rtol=1e-15)
+
+
+def test_a_table_read_by_columns_has_the_warnings_of_lines(tmp_path):
+    text = "# dimensions in ft\nname,width_m,height_m\na,1.2,5.0\n#b,1.3,5.5\nc,1.4,5.2"
+    for read in (read_region, read_blocks):
+        with pytest.warns(ImplausibleInput) as caught:
+            read(columns(tmp_path, text))
+        said = " ".join(str(warning.message) for warning in caught)
+        assert all(part in said for part in ("a comment says 'dimensions in ft'", "line 4: left out", "no line end"))
 
 
 @pytest.mark.parametrize(
