@@ -49,12 +49,13 @@ def _model_range(results: xr.Dataset) -> Iterator[Fact]:
     if RANGE not in results.attrs:
         return
     beta, at = float(results.attrs[RANGE]), reference_law(results)[0]
-    more = {"beta": beta, "factors": capacity_factors(beta), "chance": True}
+    more = {"beta": beta, "factors": capacity_factors(beta), "chance": True, "at_level": False}
     here, unit, scale = results.isel(model=at), "", 1.0
     if "item" in results.dims:
         here = here.sel(place=BUILDING)
         name = "any_rate" if "any_rate" in here else "any_probability"
-        here = here if name == "any_rate" else here.sel(level=float(results.attrs["at_level"]))
+        more["at_level"] = name != "any_rate"
+        here = here.sel(level=float(results.attrs["at_level"])) if more["at_level"] else here
     else:
         rated = "rate" in here and bool(np.isfinite(here["rate"]).any())
         name, by = ("risk_probability", RATE) if rated else (HALF, HALF)

@@ -205,7 +205,9 @@ class Table:
         texts = {column: {*self.texts(column.key)} for column in self.columns[1:]}
         alike = {column: cells.pop() for column, cells in texts.items() if len(cells) == 1 and DASH not in cells}
         alike = {column: text for column, text in alike.items() if not (column.numeric and "(" in text)}
-        same = "; ".join(f"{column.title} {text} {column.unit}".rstrip() for column, text in alike.items())
+        # (words such as "not reached" have no unit)
+        units = {column: column.unit if any(map(str.isdigit, text)) else "" for column, text in alike.items()}
+        same = "; ".join(f"{column.title} {text} {units[column]}".rstrip() for column, text in alike.items())
         table = self.but(column.key for column in alike)
         return replace(table, notes=[f"In all rows: {same}.", *self.notes]) if alike else self
 
@@ -278,6 +280,8 @@ def _number(write: Write) -> Format:
     """Return the format of a number with its interval, both in the same digits."""
 
     def text(value: float, low: float, high: float) -> str:
+        if value == 0.0 and math.isnan(low) and high > 0.0:
+            return f"at most {write(high)}"  # (no run has any of it)
         bounded = not (math.isnan(low) or math.isnan(high))
         ends = interval_text(low, high, write) if bounded else ""
         if math.isnan(value):

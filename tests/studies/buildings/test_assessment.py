@@ -1,6 +1,7 @@
 """Performance assessment: what falls together, in the building and in a year, and what anchoring saves."""
 
 import json
+import math
 from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
@@ -24,6 +25,8 @@ from toppling.studies.buildings import assessment as module
 from toppling.studies.buildings.anchoring import anchoring
 from toppling.studies.buildings.assessment import Assessment, assess
 from toppling.studies.buildings.notes import notes
+from toppling.studies.facts import building
+from toppling.studies.facts.say import say
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import example_path, read_inventory
 from toppling.studies.plots.assessment import anchoring_figure, exceedance_figure, levels_figure
@@ -33,6 +36,7 @@ mpl.use("Agg")
 
 LAW = tp.EnergyConsistent()
 FRAME = Building.flexural_shear(0.5, storeys=4)
+Z = 1.959963984540054  # (95 %)
 LEVELS = np.geomspace(0.8, 12.0, 7)
 CURVE = SimpleNamespace(
     levels=np.geomspace(0.2, 20.0, 12), rates=0.02 * np.geomspace(0.2, 20.0, 12) ** -1.8, im="pga", units="m s-2"
@@ -265,6 +269,25 @@ class TestInAYear:
         assert (low.annual_number == 0.0).all()
         assert low.annual_number_lower.isnull().all()
         assert "building.no_fall" in {fact.what for fact in notes(low)}
+
+    def test_bounds_of_amounts_without_a_fall(self):
+        """Wilson's end of 0 of 6 motions between the levels, and everything above the last one; all pieces then fall."""
+        of = replace_curve(levels=[0.001, 1.0])  # (0.1 to 1e-4 per year: the rate is 1e-4 over the level)
+        low = assess(INVENTORY, Assessment(LAW, shaking(6), [0.01, 0.02], "pga", FRAME, of))
+        assert float(low.level_weight_above) == pytest.approx(5e-3)
+        rate = Z * Z / (6 + Z * Z) * (float(low.level_weight.sum()) - 5e-3) + 5e-3
+        rows = {row["place"]: row for row in annual(low).lines}
+        for place, number, loss in (("building", 12, 4 * 300 + 2 * 900 + 5 * 100 + 50), ("ground", 2, 2 * 900)):
+            assert rows[place]["number"] == (0.0, pytest.approx(math.nan, nan_ok=True), pytest.approx(number * rate))
+            assert rows[place]["loss"].upper == pytest.approx(loss * rate)
+        assert rows["floor 1"]["loss"].upper == 0.0  # (what is anchored cannot fall)
+        texts = dict(zip(rows, annual(low).texts("loss"), strict=True))
+        assert texts["building"].startswith("at most ")
+        assert texts["floor 1"] == "0"
+        facts = {fact.what: fact for fact in (*building.answer(low), *building.details(low))}
+        assert facts["building.nothing_falls"].upper == pytest.approx(rate)
+        assert facts["consequence.loss"].upper == pytest.approx(rows["building"]["loss"].upper)
+        assert say(facts["consequence.loss"], "page") == f"Expected loss: at most {rate * 3550:.2g} EUR per year."
 
     def test_levels_that_begin_too_high_are_noted(self):
         high = assess(INVENTORY, Assessment(LAW, shaking(6), [6.0, 12.0], "pga", FRAME, CURVE))
