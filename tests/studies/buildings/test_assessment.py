@@ -271,7 +271,7 @@ class TestInAYear:
         assert "building.no_fall" in {fact.what for fact in notes(low)}
 
     def test_bounds_of_amounts_without_a_fall(self):
-        """Wilson's end of 0 of 6 motions between the levels, and everything above the last one; all pieces then fall."""
+        """Wilson's end of 0 of 6 motions between the levels, and all above the last one; all pieces then fall."""
         of = replace_curve(levels=[0.001, 1.0])  # (0.1 to 1e-4 per year: the rate is 1e-4 over the level)
         low = assess(INVENTORY, Assessment(LAW, shaking(6), [0.01, 0.02], "pga", FRAME, of))
         assert float(low.level_weight_above) == pytest.approx(5e-3)
