@@ -38,7 +38,8 @@ DOUBTS = {
     "scaling": "recordings scaled by less than 0.2 or more than 5 before they go through a building or an isolator "
     "that yields",
     "misfit": "matched motions whose mean misfit is above 5 %, or whose PGV or PGD leave their bounds (`pgv_bound`)",
-    "table": "lines that lack cells or are cut, factors not applied, what is left out, hidden cells, unlikely pairs",
+    "table": "lines that lack cells or are cut, factors not applied, what is left out, hidden cells, unlikely pairs, "
+    "floors counted from 1",
 }
 """Kinds of doubts: what each questions."""
 

@@ -75,6 +75,7 @@ USUAL: dict[str, tuple[float, float, str, str]] = {
     "arias": (1e-4, 30.0, "m/s", "cm/s?"),
     "q0": (10.0, 1e4, "", "its inverse, or per cent?"),
     "kappa": (0.001, 0.2, "s", "another unit than s?"),
+    "dt": (1e-5, 0.05, "s", "a frequency in Hz, or milliseconds?"),
 }
 """Minimum and maximum value of numbers of buildings, supports and generators, their unit, and the slips behind others.
 

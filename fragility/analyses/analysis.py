@@ -16,6 +16,7 @@ import xarray as xr
 from ...core.doubts import Doubt, warn
 from ...core.units import provenance
 from ...models import Block, Model, describe_block, describe_law
+from ...models.plausibility import block_doubts, law_doubts
 from ...models.runs import Specimen
 from ...motions.arrays import BOTH_AXES, DOWNWARD, DRAW, POLARITY, RECORD, Record, motion_coordinates
 from ...motions.intensity.measure import MEASURES
@@ -28,7 +29,7 @@ from ..runs.outputs import AXIS, BOTH, OUTPUTS
 from ..runs.plan import refuse_endless_runs
 from ..runs.provenance import AXES, DESCRIBED, STRIPES
 from ..runs.request import ENDS, USUAL, Request, check_vertical, collect_about, work_of
-from ..validity.plausibility import block_doubts, cut_slides, end_doubts, law_doubts, level_doubts
+from ..validity.plausibility import cut_slides, end_doubts, level_doubts
 from ..validity.screen import with_screen
 from ..validity.slab_screen import ScreenInput, ScreenRequest, screened_runs
 from .measuring import MeasuringThread

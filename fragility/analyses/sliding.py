@@ -17,6 +17,7 @@ from ...core.parameters import PART
 from ...core.units import described
 from ...models import Block
 from ...models.friction import Friction
+from ...models.plausibility import LEAST_GAP
 from ...models.runs import Specimen
 from ...models.scenes.edge import FALLEN_OFF, OF_FALLEN_OFF
 from ...models.sliding.law import LEAST_FRICTION, MOST_FRICTION, PlaneSlider, Slider, check_free
@@ -31,7 +32,7 @@ from ..runs.outputs import BOTH as OF_BOTH, OUTPUTS
 from ..runs.plan import Work, plan_chunks
 from ..runs.provenance import blocks_of, carried_attributes, factors_of, records_of
 from ..runs.request import ENDS, runner_of
-from ..validity.plausibility import LEAST_GAP, cut_slides, end_doubts
+from ..validity.plausibility import cut_slides, end_doubts
 from ..validity.sliding import friction_by_block
 
 if TYPE_CHECKING:

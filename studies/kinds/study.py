@@ -36,12 +36,12 @@ from ...fragility.runs.plan import (
 )
 from ...fragility.runs.runners import ConfiguredScheduler, Runner, default_client, thread_count
 from ...fragility.validity.notes import squat_facts
-from ...fragility.validity.plausibility import block_doubts, stated_restitution_doubts
 from ...fragility.validity.scenes import scene_facts
 from ...fragility.validity.undecided import perturbed_runs
 from ...models import Block, Law, Restraint
 from ...models.friction import Friction
 from ...models.oscillator import Oscillator
+from ...models.plausibility import block_doubts, stated_restitution_doubts
 from ...models.runs import engine_identity, is_compiled, prepare
 from ...motions import records
 from ...motions.arrays import BOTH_AXES, LIFTS, REVERSE_OF, WEAK_AXIS, digest, shakes_of

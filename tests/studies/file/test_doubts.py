@@ -309,12 +309,14 @@ class TestCorrections:
             ("near-fault", "f_c_hz = 6.67", "f_c: 6.67 Hz"),
             ("seismological", "q0 = 1.8", "q0: 1.8"),
             ("seismological", "kappa_s = 0.4", "kappa: 0.4 s"),
+            ("seismological", "q0 = 50 # of the step", ""),
             ("seismological", "q0 = 50\nkappa_s = 0", ""),
         ],
     )
     def test_parameters_of_generators_of_another_unit(self, tmp_path, generator, keys, said):
         path = write(tmp_path, offset=0.0)
-        made = f'generator = "{generator}"\nnumber = 1\ndt_s = 0.02\n{keys}\n'
+        step = "" if "dt_s" in keys else "dt_s = 0.02\n"
+        made = f'generator = "{generator}"\nnumber = 1\n{step}{keys}\n'
         path.write_text(path.read_text(encoding="utf-8").replace('records = "*.csv"\n', made), encoding="utf-8")
         notes = [note for note in tp.Study.from_toml(path).notes if "usual are" in note]
         assert len(notes) == bool(said)

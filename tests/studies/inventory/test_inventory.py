@@ -22,7 +22,7 @@ from toppling.studies import StudyError
 from toppling.studies.buildings.notes import inventory_notes
 from toppling.studies.buildings.pieces import SAFETY
 from toppling.studies.facts.say import notes_said
-from toppling.studies.inventory.contents import Contents, Inventory
+from toppling.studies.inventory.contents import Contents, Inventory, place_doubts
 from toppling.studies.inventory.reading import COLUMNS, InventoryError, example_path, read_inventory
 
 SHELF = tp.catalogue["bookcase-5-shelf"]
@@ -384,6 +384,28 @@ def test_what_pieces_cost_mean_and_carry(tmp_path, columns, rows, words):
     found = [str(one.message) for one in said]
     assert len(found) == bool(words), found
     assert not words or re.search(words, found[0]), found
+
+
+def placed(*floors, height=1.8):
+    return [Contents(f"piece {i}", tp.Block(0.4, height), floor) for i, floor in enumerate(floors)]
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        (placed(1, 2, 3), "floors 1 to 3, the roof, and none on floor 0, the ground: are floors counted from 1?"),
+        (placed("1", "3"), "are floors counted from 1?"),
+        (placed(0, 1, 3), ""),
+        (placed(1, 2), ""),
+        (placed(3, 3), ""),  # (a plant on the roof alone)
+        (placed(0, 1, height=6.0), "higher than their storey (piece 0: 6 m in 4 m, piece 1: 6 m in 3 m): feet?"),
+        (placed(0, 3, height=3.5), ""),  # (on the roof nothing limits it)
+    ],
+)
+def test_floors_from_1_and_pieces_in_feet(rows, words):
+    found = [doubt.sentence for doubt in place_doubts(rows, [0.0, 4.0, 7.0, 10.0])]
+    assert len(found) == bool(words), found
+    assert not words or words in found[0]
 
 
 @pytest.mark.parametrize(
