@@ -28,8 +28,8 @@ DOUBTS = {
     "PGV/PGA": "records whose PGV/PGA lies outside 0.01 to 0.8 s: another time step, or velocity headed acceleration",
     "duration": "motions longer than 900 s, steps of a second, and arrays that look transposed (`window`)",
     "hazard": "hazards that are more frequent or stronger than at any site (0.1 g or 0.1 m/s more than 0.2 times per "
-    "year, peaks of 2 g or 4 m/s in 475 years), end below 0.01 g, contradict others or comments, are one branch, or lack "
-    "a measure",
+    "year, peaks of 2 g or 4 m/s in 475 years), end below 0.01 g, contradict others or comments, are one branch, or "
+    "lack a measure",
     "selection": "stripes whose motions do not agree with the hazard, disaggregations of another level",
     "ringing": "floor motions that end while the building sways with more than a fifth of its peak acceleration",
     "collapse": "ground motions under which a building that yields collapses",

@@ -222,7 +222,9 @@ def actions(results: xr.Dataset) -> Iterator[Fact]:
         # (Eurocode 8 asks for a verification of the element and its fixing, ASCE 7 for the fixing)
         verified = str(results.attrs.get("code")).startswith("EN 1998")
         more = {"number": sum(piece.number for piece in lines), "forces": forces, "verified": verified, "kits": kits}
-        yield Fact("anchoring.lines", names=_names(lines), more={**more, **money})
+        # (a budget of kits alone is not of these lines)
+        of_lines = money if "budget_chosen" in results else {**money, "budget": math.nan}
+        yield Fact("anchoring.lines", names=_names(lines), more={**more, **of_lines})
         duty = [piece for piece in lines if piece.recommendation == DUTY]
         if duty and len(duty) < len(lines):  # (of all lines the answer says it)
             yield Fact(

@@ -40,6 +40,8 @@ FEWEST_ALIKE = 3
 """Fewest rows of a table in whose note the columns of one value are."""
 INTERVALS = "Ranges in brackets are {} intervals."
 UNBOUNDED = "(no interval)"
+SHARP = 1e-3
+"""Dispersion below which an end of an interval is open: the curve is a step."""
 AGREEING = "An interval is missing where all motions agree, or where too few of them overturn anything."
 
 
@@ -358,7 +360,8 @@ def _dispersion(value: float, low: float, high: float) -> str:
     if math.isnan(value):
         return DASH
     text = f"above {FLAT:g}" if value > FLAT else three_digits(value)
-    return text if math.isnan(low) else f"{text} ({interval_text(low, math.inf if high > FLAT else high)})"
+    ends = low if low > SHARP else -math.inf, math.inf if high > FLAT else high
+    return text if math.isnan(low) else f"{text} ({interval_text(*ends)})"
 
 
 FORMATS: dict[str, Format] = {

@@ -376,6 +376,12 @@ class TestBudget:
         assert [*items[budget_set(results(), 2100.0).chosen]] == ["shelf", "crate"]
         assert [*items[budget_set(results(), 2420.0).chosen]] == ["rack", "shelf", "crate"]
 
+    def test_a_budget_for_kits_is_not_of_the_recommended_lines(self):
+        """Without costs of anchoring the budget buys kits alone: these lines may cost more."""
+        given = results(budget=2650.0, kind="performance").assign_coords(law=("model", ["housner"]))
+        assert math.isnan(advice(given)["anchoring.lines"].more["budget"])
+        assert "Budget" not in anchoring(given).note
+
     def test_the_table_marks_them(self):
         given = results()
         chosen = budget_set(given, 2420.0).chosen
