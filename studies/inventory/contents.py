@@ -16,7 +16,7 @@ from ...core.doubts import Doubt, first_of, noted
 from ...core.parameters import PART, Parameter, check
 from ...models import Block
 from ...models.friction import CONTACTS, LOCKED, ROLLING, Friction
-from ...models.plausibility import UNITS, block_doubts, restitution_doubts
+from ...models.plausibility import LEAST_STRENGTH, MOST_STRENGTH, UNITS, block_doubts, restitution_doubts
 from ...motions.arrays import Record, from_array
 from ...motions.floors.histories import DIRECTIONS
 from ...motions.supports.isolator import Isolator
@@ -413,6 +413,11 @@ def row_doubts(rows: Sequence[Contents]) -> list[Doubt]:
             for row in rows
             for amount in (row.cost, row.downtime)
             if amount is not None and amount.dispersion > MOST_SCATTER
+        ],
+        "anchors below 10 N or above 1 MN, kN in place of N?": [
+            f"{row.label}: {row.anchor_strength:g} N"
+            for row in rows
+            if row.anchor_strength is not None and not LEAST_STRENGTH <= row.anchor_strength <= MOST_STRENGTH
         ],
         "pieces do not fit on what they stand on, as if square where no depth is given": _crowded(rows),
     }
