@@ -29,10 +29,11 @@ from ...fragility.validity.plausibility import period_doubts
 from ...fragility.validity.scenes import scene_facts
 from ...models import Block, Law
 from ...models.oscillator import Oscillator
-from ...models.plausibility import stated_restitution_doubts
+from ...models.plausibility import UNITS, stated_restitution_doubts
 from ...motions import Building, Generator
 from ...motions.arrays import BOTH_AXES, POLARITY
 from ...motions.floors.histories import FloorHistories
+from ...motions.plausibility import unusual
 from ...motions.polarity import AS_RECORDED, BOTH
 from ..buildings.anchoring import anchoring
 from ..buildings.assessment import (
@@ -502,6 +503,10 @@ class PerformanceStudy(Study):
         # (branches share hazards)
         said = dict.fromkeys(doubt for hazard in hazards for doubt in hazard_doubts(hazard))
         pieces = [*stated_restitution_doubts(self.models), *row_doubts(self.inventory.rows)]
+        spread, rate = self.variability, self.asked.discount_rate
+        scatter = (0.0, 0.0) if spread is None else (spread.restitution_sd, spread.slenderness_dispersion)
+        names = "standard deviation of the restitution", "dispersion of the slenderness", "discount rate"
+        pieces += unusual(dict(zip(names, (*scatter, rate), strict=True)), UNITS)
         if self.building is not None:
             pieces += place_doubts(self.inventory.rows, self.building.heights.tolist())
         kits = kit_doubts(self.inventory, self.kits, self.target or {})

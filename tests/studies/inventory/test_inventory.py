@@ -14,6 +14,7 @@ import numpy as np
 import openpyxl
 import pytest
 from openpyxl.styles import Font
+from study_texts import motions
 
 import toppling as tp
 from toppling.core.doubts import ImplausibleInput
@@ -408,6 +409,29 @@ def test_floors_from_1_and_pieces_in_feet(rows, words):
     found = [doubt.sentence for doubt in place_doubts(rows, [0.0, 4.0, 7.0, 10.0])]
     assert len(found) == bool(words), found
     assert not words or words in found[0]
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ("variability = { restitution_sd = 0.3 }", "standard deviation of the restitution: 0.3, usual are"),
+        ("variability = { slenderness_dispersion = 0.5 }", "dispersion of the slenderness: 0.5, usual are"),
+        ("discount_rate = 0.4", "discount rate: 0.4, usual are 0.0001 to 0.2: per cent?"),
+        ("variability = { restitution_sd = 0.03, slenderness_dispersion = 0.05 }\ndiscount_rate = 0.0", ""),
+        ("im = 'pga'\nlevels = { values = [0.2], unit = 'g' }", "are floors counted from 1?"),
+    ],
+)
+def test_numbers_of_an_inventory_study_of_another_unit(tmp_path, keys, words):
+    floors = (1, 4) if "floors" in words else (0, 1)
+    rows = "".join(f"shelf {floor},0.3,1.8,{floor}\n" for floor in floors)
+    (tmp_path / "things.csv").write_text(f"item,width_m,height_m,floor\n{rows}", encoding="utf-8")
+    building = '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nstoreys = 4\n'
+    text = f'title = "x"\n[[models]]\nlaw = "housner"\n{motions(2)}{building}'
+    file = tmp_path / "study.toml"
+    file.write_text(f'{text}[performance]\ninventory = "things.csv"\n{keys}\n', encoding="utf-8")
+    said = [doubt.sentence for doubt in tp.Study.from_toml(file).doubts if doubt.kind in ("units", "table")]
+    assert len(said) == bool(words), said
+    assert not words or words in said[0]
 
 
 @pytest.mark.parametrize(
