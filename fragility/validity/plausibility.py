@@ -52,8 +52,8 @@ def period_doubts(im: str) -> list[Doubt]:
     """Return the input warning on a measure of a period above 10 s or a damping ratio above 0.35, by its label."""
     measure = intensity_measure(im)
     plain = getattr(measure, "base", measure)
-    periods = np.array([getattr(plain, "period", 0.0), *getattr(plain, "periods", ())])
-    return spectrum_doubts(im, periods, getattr(plain, "damping", 0.0))
+    longest = max(getattr(plain, "period", 0.0), *getattr(plain, "periods", ()), 0.0)
+    return spectrum_doubts(im, float(longest), getattr(plain, "damping", 0.0))
 
 
 def level_doubts(levels: Array, units: str) -> list[Doubt]:

@@ -71,10 +71,10 @@ LONGEST_PERIOD, MOST_DAMPED = 10.0, 0.35
 """Longest period, s, and largest damping ratio of a spectrum; the damping is of a building with dampers (assumed)."""
 
 
-def spectrum_doubts(name: str, periods: Array, damping: float) -> list[Doubt]:
-    """Return the input warnings on a spectrum: periods (s) above 10 s, and a damping ratio above 0.35."""
+def spectrum_doubts(name: str, period: float, damping: float) -> list[Doubt]:
+    """Return the input warnings on a spectrum: a period (of several the shortest) above 10 s, a damping above 0.35."""
     found = []
-    if np.max(periods, initial=0.0) > LONGEST_PERIOD:
+    if period > LONGEST_PERIOD:
         slip = "milliseconds in place of s?"
         found.append(Doubt("units", f"{name}: no spectrum has periods above {LONGEST_PERIOD:g} s: {slip}"))
     if damping > MOST_DAMPED:
@@ -128,7 +128,7 @@ def response_spectrum(
     if np.unique(axis).size != axis.size:
         raise ValueError("periods must be different from each other, got one twice")
     zeta = damping_of(damping)
-    warn(spectrum_doubts("the spectrum", axis, zeta))
+    warn(spectrum_doubts("the spectrum", float(axis.min()), zeta))
     omega = 2.0 * math.pi / axis
     found = np.array([peak_responses(record.acceleration, record.dt, axis, zeta) for record in plain])
     text = f"{100.0 * zeta:g} % damping"
