@@ -51,7 +51,7 @@ def notes(assessment: xr.Dataset) -> list[Fact]:
     above = [(amount, _share(amount, "above")) for amount in amounts if amount.more > 0.0]
     found += _from("rate.share_below_levels", below, NOTABLE_BELOW)
     found += _from("rate.share_above_levels", above, NOTABLE)
-    if not bool(fall_flags(assessment).any()):
+    if amounts and not bool(fall_flags(assessment).any()):
         found.append(Fact("building.no_fall"))
     if FALLEN in assessment:
         found.append(Fact("sliding.upper_estimate"))

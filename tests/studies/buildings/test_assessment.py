@@ -269,6 +269,8 @@ class TestInAYear:
         assert (low.annual_number == 0.0).all()
         assert low.annual_number_lower.isnull().all()
         assert "building.no_fall" in {fact.what for fact in notes(low)}
+        scenario = assess(INVENTORY, Assessment(LAW, shaking(6), [0.02], "pga", FRAME))
+        assert "building.no_fall" not in {fact.what for fact in notes(scenario)}  # (there are no annual values)
 
     def test_bounds_of_amounts_without_a_fall(self):
         """Wilson's end of 0 of 6 motions between the levels, and all above the last one; all pieces then fall."""
