@@ -18,7 +18,7 @@ from ..buildings.recommendations import YEARS, Range
 from ..buildings.variables import DOUBTFUL, DRAWING, FALLEN, OF_DRAWS, PER_YEAR, level_index
 from ..inventory.consequences import Consequence
 from ..text.words import axis_of, consequence_name, floor_name, level_name, level_text
-from .table import Cells, Column, Row, Table, intervals, range_of
+from .table import Cells, Column, Row, Table, Value, intervals, range_of
 
 DRAWN = {"downtime": "out of use, days", "injuries": "injured"}
 """Headings of amounts that only some inventories give; of amounts in a year with the `span` of time."""
@@ -28,6 +28,8 @@ TENTH = 0.1
 """Share of a value above which the error of its draws is written."""
 SELDOM = 0.1
 """Amount per year below which it is written for 1,000 years."""
+NOT_STATED = "not stated"
+"""Cell of an amount that no piece of a place states."""
 CANNOT_FALL = "nothing in that place can fall"
 
 
@@ -48,13 +50,13 @@ def annual(assessment: xr.Dataset, model: int = 0) -> Table:
         values = here.sel(place=place)
         row: Cells = {
             Column("place"): place_name(str(place)),
-            Column("number", f"{fallen_word(here)} per year", "three"): amount(values, "annual_number"),
-            Column("loss", "lost per year", "three", currency_of(here)): amount(values, "annual_loss"),
+            Column("number", f"{fallen_word(here)} per year", "amount"): amount(values, "annual_number"),
+            Column("loss", "lost per year", "amount", currency_of(here)): _stated(values, "annual_loss"),
         }
         for name, (years, words) in spans.items():
-            row[Column(name, f"{DRAWN[name]} {words}", "three")] = amount(values, f"annual_{name}", 1.0 / years)
+            row[Column(name, f"{DRAWN[name]} {words}", "amount")] = _stated(values, f"annual_{name}", 1.0 / years)
         rows.append(row | {Column("any", "anything falls, once in", "years3", "years"): _rate(values, "any_rate")})
-    return Table.of("Expected per year", rows, intervals(here), dash=CANNOT_FALL)
+    return Table.of("Expected per year", rows, intervals(here, rows), dash=CANNOT_FALL)
 
 
 def at_level(assessment: xr.Dataset, level: float, model: int = 0) -> Table:
@@ -68,14 +70,14 @@ def at_level(assessment: xr.Dataset, level: float, model: int = 0) -> Table:
         row: Cells = {
             Column("place"): place_name(str(place)),
             Column("pieces", "unanchored pieces", "count"): pieces_at(here, str(place)),
-            Column("number", fallen_word(here), "three"): amount(values, "number_mean"),
+            Column("number", fallen_word(here), "amount"): amount(values, "number_mean"),
         }
         errors = values.get(f"number_quantile{DRAWING}", xr.zeros_like(values["number_quantile"])).values.tolist()
         for end, value, error in zip(ends, values["number_quantile"].values.tolist(), errors, strict=True):
             drawn |= error > TENTH * value
             row[Column(end, end, "drawn")] = Range(value, error, math.nan) if error > TENTH * value else value
-        row[Column("loss", "lost", "three", currency_of(here))] = amount(values, "loss_mean")
-        row |= {Column(name, heading, "three"): amount(values, f"{name}_mean") for name, heading in DRAWN.items()}
+        row[Column("loss", "lost", "amount", currency_of(here))] = _stated(values, "loss_mean")
+        row |= {Column(name, heading, "amount"): _stated(values, f"{name}_mean") for name, heading in DRAWN.items()}
         rows.append(row | {Column("any", "anything falls", "share"): _chance(values, "any_probability")})
     note = f"±: {OF_DRAWS} of pieces." if drawn else ""
     return Table.of(f"Expected {at_the_level(assessment, level)}", rows, intervals(here), note, dash=CANNOT_FALL)
@@ -177,9 +179,20 @@ def amount(values: xr.Dataset, name: str, scale: float = 1.0) -> Range:
     if found.value != 0.0 or found.upper > 0.0:
         return found
     unseen = most_rate(values) if name.startswith("annual_") else most_probability(values)
+    return Range(0.0, math.nan, unseen * _of_all(values, name) / scale)
+
+
+def _stated(values: xr.Dataset, name: str, scale: float = 1.0) -> Value:
+    """Return an `amount`, or in words that no piece of the place that can fall states it."""
+    found = amount(values, name, scale)
+    free = _free_pieces(values, str(values["place"].values)).any()
+    return NOT_STATED if found.value == 0.0 and free and _of_all(values, name) == 0.0 else found
+
+
+def _of_all(values: xr.Dataset, name: str) -> float:
+    """Return the mean amount if all pieces of a place fall that can."""
     quantity = name.removeprefix("annual_").removesuffix("_mean")
-    every = _free_pieces(values, str(values["place"].values)) * _mean_of_a_piece(values, quantity)
-    return Range(0.0, math.nan, unseen * float(every.sum()) / scale)
+    return float((_free_pieces(values, str(values["place"].values)) * _mean_of_a_piece(values, quantity)).sum())
 
 
 def _mean_of_a_piece(values: xr.Dataset, quantity: str) -> Array:

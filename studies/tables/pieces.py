@@ -103,10 +103,10 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
             ),
             Column("consequences", "consequence"): ", ".join(map(consequence_name, piece.consequences)) or None,
             Column("value", "mean cost, each", "given", money, priority=2): (
-                float(f"{piece.value:.2g}") if mean.get(piece.item) and piece.value else None
+                (float(f"{piece.value:.2g}") if mean.get(piece.item) else piece.value) if mean and piece.value else None
             ),
             Column("anchoring_cost", "anchoring, each", "given", money, priority=2, note=judged): piece.cost,
-            Column("saves", "saves per year, all", "three", money, priority=2): None if mean else saving,
+            Column("saves", "saves per year, all", "amount", money, priority=2): None if mean else saving,
             Column("lost", "lost per year, all", "two", money, priority=2): (
                 (saving if saving.value == 0.0 else saving.value) if mean and not piece.held else None
             ),

@@ -369,6 +369,7 @@ FORMATS: dict[str, Format] = {
     "count": lambda value, *_: f"{value:,.0f}",
     "two": _number(two_digits),
     "three": _number(three_digits),
+    "amount": _number(three_digits),
     "short": _number(short_digits),
     "drawn": lambda value, error, _: short_digits(value) + ("" if math.isnan(error) else f" ± {short_digits(error)}"),
     "plus_minus": lambda value, error, _: DASH if math.isnan(value) else f"{value:.2f} ± {error:.2f}".replace("-", "−"),
@@ -396,5 +397,5 @@ FORMATS: dict[str, Format] = {
     "dispersion": _dispersion,
 }
 """Text of a value with the ends of its interval (NaN without) by the name of its format."""
-ESTIMATES = {"level", "level2", "years", "years3", "dispersion", "chance", "chance3", "share"}
+ESTIMATES = {"amount", "level", "level2", "years", "years3", "dispersion", "chance", "chance3", "share"}
 """Formats that name a missing interval."""

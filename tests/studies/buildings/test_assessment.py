@@ -27,6 +27,7 @@ from toppling.studies.buildings.assessment import Assessment, assess
 from toppling.studies.buildings.notes import notes
 from toppling.studies.facts import building
 from toppling.studies.facts.say import say
+from toppling.studies.inventory.consequences import Consequence
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import example_path, read_inventory
 from toppling.studies.plots.assessment import anchoring_figure, exceedance_figure, levels_figure
@@ -290,6 +291,26 @@ class TestInAYear:
         assert facts["building.nothing_falls"].upper == pytest.approx(rate)
         assert facts["consequence.loss"].upper == pytest.approx(rows["building"]["loss"].upper)
         assert say(facts["consequence.loss"], "page") == f"Expected loss: at most {rate * 3550:.2g} EUR per year."
+
+    def test_amounts_that_no_piece_of_a_floor_states(self):
+        """Not 0 days: the case on the ground states no downtime, the shelves of 8 exp(0.5²/2) days each do."""
+        rows = [replace(row, downtime=Consequence(8.0, 0.5)) if row.label == "shelf" else row for row in INVENTORY.rows]
+        of = replace_curve(levels=[0.001, 1.0])
+        low = assess(replace(INVENTORY, rows=tuple(rows)), Assessment(LAW, shaking(6), [0.01, 0.02], "pga", FRAME, of))
+        cells = {row["place"]: row["downtime"] for row in annual(low).lines}
+        assert cells["ground"] == "not stated"
+        assert cells["floor 1"].value == 0.0  # (what is anchored cannot fall)
+        rate = float(next(building.answer(low)).upper)
+        assert cells["building"].upper == pytest.approx(rate * 4 * 8.0 * math.exp(0.125) * 1000.0)
+        assert annual(low).texts("downtime")[0].startswith("at most ")
+
+    def test_amounts_without_an_interval_say_so(self, found):
+        alike = found.copy(deep=True)
+        for end in ("_lower", "_upper"):
+            alike[f"annual_number{end}"][:] = np.nan
+        assert annual(alike).texts("number")[0].endswith(" (no interval)")
+        assert "all motions agree" in annual(alike).note
+        assert "all motions agree" not in annual(found).note
 
     def test_levels_that_begin_too_high_are_noted(self):
         high = assess(INVENTORY, Assessment(LAW, shaking(6), [6.0, 12.0], "pga", FRAME, CURVE))
