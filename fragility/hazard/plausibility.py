@@ -150,7 +150,7 @@ def point_off(hazard: HazardCurve, comments: Iterable[str]) -> str:
     code (``k0 = 1e-4 # annual rate at 1 g``).
 
     >>> point_off(HazardCurve([1.0, 10.0], [1e-2, 1e-4], "pga"), ["# 475 years: 0.3 g"])
-    '0.3 g once in 475 years, and the curve has it once in 865 years'
+    '0.3 g once in 475 years, and the curve has it once in 866 years'
     """
     for comment in comments:
         levels, rates = [*_LEVEL.finditer(comment)], _rates(comment)
