@@ -9,6 +9,7 @@ import numpy as np
 
 from ..core.aliases import Array
 from ..core.doubts import NAMED, Doubt, first_names, first_of
+from ..core.elementary import tan
 from .block import WIDEST, Block, likely_sizes
 from .columns import BlockArray
 from .laws import Model
@@ -44,7 +45,7 @@ NEVER = np.zeros(1, dtype=bool)
 def block_doubts(blocks: Iterable[Block] | BlockArray) -> list[Doubt]:
     """Return the input warnings on block sizes: sides above 20 m or below 0.01 m, widths above 1.5 m, h/b below 1."""
     if isinstance(blocks, BlockArray):
-        sides, slenderness = np.stack([blocks.width, blocks.height], axis=1), 1.0 / np.tan(blocks.alpha)
+        sides, slenderness = np.stack([blocks.width, blocks.height], axis=1), 1.0 / tan(blocks.alpha)
         own = blocks.own.get("e", np.ones(0))
         low = [(str(blocks.names[i]), float(own[i])) for i in np.flatnonzero(own < LEAST_RESTITUTION).tolist()]
         return [*size_doubts(sides, slenderness, lambda i: str(blocks.names[i])), *restitution_doubts(low)]
