@@ -176,7 +176,7 @@ def amount(values: xr.Dataset, name: str, scale: float = 1.0) -> Range:
     in no motion. (The longest downtime of several pieces is at most their sum.)
     """
     found = range_of(values, name, scale)
-    if found.value != 0.0 or found.upper > 0.0:
+    if found.value != 0.0 or not math.isnan(found.upper):
         return found
     unseen = most_rate(values) if name.startswith("annual_") else most_probability(values)
     return Range(0.0, math.nan, unseen * _of_all(values, name) / scale)
