@@ -28,7 +28,8 @@ DOUBTS = {
     "PGV/PGA": "records whose PGV/PGA lies outside 0.01 to 0.8 s: another time step, or velocity headed acceleration",
     "duration": "motions longer than 900 s, steps of a second, and arrays that look transposed (`window`)",
     "hazard": "hazards that are more frequent or stronger than at any site (0.1 g or 0.1 m/s more than 0.2 times per "
-    "year, peaks of 2 g or 4 m/s in 475 years), end below 0.01 g, contradict others, are one branch, or lack a measure",
+    "year, peaks of 2 g or 4 m/s in 475 years), end below 0.01 g, contradict others or comments, are one branch, or "
+    "lack a measure",
     "selection": "stripes whose motions do not agree with the hazard, disaggregations of another level",
     "ringing": "floor motions that end while the building sways with more than a fifth of its peak acceleration",
     "collapse": "ground motions under which a building that yields collapses",
@@ -38,7 +39,8 @@ DOUBTS = {
     "scaling": "recordings scaled by less than 0.2 or more than 5 before they go through a building or an isolator "
     "that yields",
     "misfit": "matched motions whose mean misfit is above 5 %, or whose PGV or PGD leave their bounds (`pgv_bound`)",
-    "table": "lines that lack cells or are cut, factors not applied, what is left out, hidden cells, unlikely pairs",
+    "table": "lines that lack cells or are cut, factors not applied, what is left out, hidden cells, unlikely pairs, "
+    "floors counted from 1",
 }
 """Kinds of doubts: what each questions."""
 

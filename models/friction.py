@@ -131,15 +131,19 @@ class Friction(ABC):
         return {"distribution": self.distribution, **asdict(self)}  # type: ignore[call-overload]
 
 
+LARGEST = 10.0
+"""Largest coefficient of friction, as of `Sliding`: 40 is per cent."""
+
+
 @dataclass(frozen=True)
 class FixedFriction(Friction):
-    """Known coefficient of friction, > 0."""
+    """Known coefficient of friction, > 0 and at most 10."""
 
     distribution: ClassVar[str] = "fixed"
     value: float
 
     def __post_init__(self) -> None:
-        checks.number("friction", self.value, above=0.0)
+        checks.number("friction", self.value, above=0.0, at_most=LARGEST)
 
     def below(self, need: ArrayLike) -> Array:
         wanted = np.asarray(need, dtype=float)
@@ -164,7 +168,7 @@ class LognormalFriction(Friction):
     dispersion: float
 
     def __post_init__(self) -> None:
-        checks.number("median of friction", self.median, above=0.0)
+        checks.number("median of friction", self.median, above=0.0, at_most=LARGEST)
         checks.number("dispersion of friction", self.dispersion, above=0.0)
 
     def below(self, need: ArrayLike) -> Array:

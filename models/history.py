@@ -10,6 +10,7 @@ import xarray as xr
 
 from ..core import checks
 from ..core.aliases import Array
+from ..core.doubts import by_study, warn
 from ..core.labelled import spare_dask
 from ..core.units import (
     ACCELERATION,
@@ -30,6 +31,7 @@ from .block import Block, describe_block
 from .engine import tables as engine
 from .laws import Law, Model, describe_law, oscillator_of, refuse_endless
 from .oscillator import Oscillator, exact_lever
+from .plausibility import block_doubts, law_doubts
 from .restraint_force import held_by, largest_force
 from .runs import Trace, leaves_floor, trace
 from .scenes.edge import FALLEN_OFF, OF_FALLEN_OFF
@@ -111,6 +113,7 @@ def simulate(
     (True, False)
     """
     acceleration, vertical, dt, label, start = _single_motion(motion)
+    _warn(block, model)
     theta = checks.number("theta0", theta0, above=-0.5 * math.pi, below=0.5 * math.pi, unit="rad")
     omega = checks.number("omega0", omega0, at_least=-MAX_SPEED, at_most=MAX_SPEED, unit="rad/s")
     if isinstance(model, Sliding) and isinstance(block, Block):
@@ -161,6 +164,7 @@ def free_rocking(block: Block, model: Law, theta0: float, duration: float, dt: f
     array([0.5     , 0.401434, 0.328487])
     """
     oscillator = oscillator_of(block, model)
+    _warn(block, model)
     theta = checks.number("theta0", theta0, unit="rad")
     if not 0.0 < abs(theta) < block.alpha:
         raise ValueError(f"theta0 must satisfy 0 < |theta0| < alpha = {block.alpha:.4g} rad, got {theta!r}")
@@ -180,6 +184,12 @@ def free_rocking(block: Block, model: Law, theta0: float, duration: float, dt: f
         peak_rotations=("peak", rotations, described("absolute rotation at turning points", RADIAN)),
         peak_times=("peak", times, described("time of turning points", SECOND)),
     ).assign_coords(peak=("peak", peak, described("number of the turning point")))
+
+
+def _warn(block: Block, model: Model) -> None:
+    """Warn a script of implausible numbers of a block and its law; studies note them themselves."""
+    if isinstance(block, Block) and isinstance(model, Model) and not by_study():
+        warn([*block_doubts([block]), *law_doubts([block], [model], ["mode"])])
 
 
 def _free_peaks(

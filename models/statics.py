@@ -5,8 +5,13 @@ from __future__ import annotations
 import math
 
 from ..core import checks
+from ..core.doubts import Doubt, by_study, warn
 from ..core.units import STANDARD_GRAVITY
 from .block import Block
+from .plausibility import UNITS
+
+IN_G = 1.0
+"""Acceleration, m/s², up to which one that would tip the block in g may be in g."""
 
 
 def required_force(block: Block, acceleration: float, height: float) -> float:
@@ -17,7 +22,7 @@ def required_force(block: Block, acceleration: float, height: float) -> float:
     block : Block
         A block with its mass.
     acceleration : float
-        Peak acceleration of its floor, m s-2, >= 0.
+        Peak acceleration of its floor, m s-2, >= 0. One that would only tip the block if it were in g causes a warning.
     height : float
         Height of the anchor above the floor, m, > 0, at most the block's.
 
@@ -40,6 +45,9 @@ def required_force(block: Block, acceleration: float, height: float) -> float:
     shaking = checks.number("acceleration", acceleration, at_least=0.0, unit="m/s²")
     z = checks.number("height", height, above=0.0, at_most=block.height, unit="m")
     b, h = _levers(block)
+    slight = 0.0 < shaking <= IN_G and shaking * h <= STANDARD_GRAVITY * b < STANDARD_GRAVITY * shaking * h
+    if slight and not by_study():
+        warn([Doubt(UNITS, f"an acceleration of {shaking:g} m/s² does not tip the block: g in place of m/s²?")])
     return max(0.0, _mass(block) * (shaking * h - STANDARD_GRAVITY * b) / z)
 
 

@@ -75,8 +75,14 @@ USUAL: dict[str, tuple[float, float, str, str]] = {
     "arias": (1e-4, 30.0, "m/s", "cm/s?"),
     "q0": (10.0, 1e4, "", "its inverse, or per cent?"),
     "kappa": (0.001, 0.2, "s", "another unit than s?"),
+    "stress_drop": (3e5, 1e8, "Pa", "bar or kPa?"),
+    "distance": (100.0, 1e6, "m", "km?"),
+    "dt": (1e-5, 0.05, "s", "a frequency in Hz, or milliseconds?"),
+    "standard deviation of the restitution": (1e-4, 0.15, "", "per cent?"),
+    "dispersion of the slenderness": (1e-4, 0.3, "", "per cent?"),
+    "discount rate": (1e-4, 0.2, "", "per cent?"),
 }
-"""Minimum and maximum value of numbers of buildings, supports and generators, their unit, and the slips behind others.
+"""Minimum and maximum of numbers of buildings, supports, generators and inventories, their unit, and likely slips.
 
 All are assumed. The largest Arias intensities of records are about 20 to 30 m/s, corners of their filters 0.05 to 1 Hz.
 Ground filters have damping ratios of 0.2 to 0.9 and 3 to 50 rad/s, paths have q0 of 50 to 1000 (recalled). Tall

@@ -17,6 +17,7 @@ from ...core.aliases import Array, Index, Progress
 from ...core.doubts import Doubt, warn
 from ...core.units import STANDARD_GRAVITY
 from ...models import Block, Model, RandomSliding
+from ...models.plausibility import block_doubts, law_doubts
 from ...models.sliding.law import SlidingLaw
 from ...motions.arrays import BOTH_AXES, Record
 from ...motions.intensity.evaluation import positive_measure
@@ -35,7 +36,7 @@ from ..runs.plan import refuse_endless_runs
 from ..runs.provenance import ADAPTIVE, AXES
 from ..runs.request import ENDS, Request, check_request
 from ..runs.runners import Workers
-from ..validity.plausibility import block_doubts, cut_slides, end_doubts, law_doubts
+from ..validity.plausibility import cut_slides, end_doubts
 from ..validity.slab_screen import ScreenRequest
 from ..validity.sparse_screen import Shaken
 from ..validity.undecided import perturbed_runs

@@ -17,6 +17,7 @@ import xarray as xr
 from ...core.doubts import Doubt, warn
 from ...core.units import provenance
 from ...models import Block, Model, describe_block, describe_law
+from ...models.plausibility import block_doubts, law_doubts
 from ...models.runs import Specimen
 from ...motions.arrays import BOTH_AXES, DOWNWARD, DRAW, POLARITY, RECORD, Record, motion_coordinates
 from ...motions.intensity.evaluation import measure_variables
@@ -32,7 +33,7 @@ from ..runs.provenance import AXES, DESCRIBED, STRIPES
 from ..runs.request import ENDS, USUAL, Request, check_vertical, collect_about, work_of
 from ..runs.runners import thread_count
 from ..validity.characteristics import Characteristics
-from ..validity.plausibility import block_doubts, cut_slides, end_doubts, law_doubts, level_doubts
+from ..validity.plausibility import cut_slides, end_doubts, level_doubts
 from ..validity.screen import with_screen
 from ..validity.slab_screen import ScreenInput, ScreenRequest, screened_runs
 

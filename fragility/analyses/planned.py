@@ -13,6 +13,7 @@ from ...core import checks
 from ...core.aliases import Index, Progress
 from ...core.doubts import warn
 from ...models import Block, Model
+from ...models.plausibility import block_doubts, law_doubts
 from ...motions.arrays import records
 from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import GROUND
@@ -22,7 +23,7 @@ from ..runs.provenance import AXES, PLANNED
 from ..runs.request import check_request
 from ..runs.runners import Workers
 from ..runs.scaling import ground_of
-from ..validity.plausibility import block_doubts, law_doubts, level_doubts
+from ..validity.plausibility import level_doubts
 from ..validity.slab_screen import ScreenRequest
 from ..validity.sparse_screen import Shaken
 from .friction_draws import is_random

@@ -16,6 +16,7 @@ from ...core.wording import counted
 from ...models import Block, Law
 from ...models.block_array import BlockArray
 from ...models.laws import describe_law
+from ...models.plausibility import block_doubts
 from ...models.sliding.law import SlidingLaw
 from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import GROUND
@@ -31,7 +32,6 @@ from ..runs.scaling import BlockMeasure
 from ..surfaces.domain import domain_of, some_points
 from ..surfaces.evaluation import LawSurfaces, curves_at
 from ..surfaces.sequential import PooledCurves
-from ..validity.plausibility import block_doubts
 from .region_runs import PooledPlan, PooledRuns, blocks_at, own_options, with_own
 from .surface_results import POOLED, surface_curves, surface_dataset, variables_of
 from .waves import MotionSource, scaled_to

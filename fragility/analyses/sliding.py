@@ -17,6 +17,7 @@ from ...core.parameters import PART
 from ...core.units import described
 from ...models import Block
 from ...models.friction import Friction
+from ...models.plausibility import LEAST_GAP
 from ...models.runs import Specimen
 from ...models.scenes.edge import FALLEN_OFF, OF_FALLEN_OFF
 from ...models.sliding.law import LEAST_FRICTION, MOST_FRICTION, PlaneSlider, Slider, check_free
@@ -32,7 +33,7 @@ from ..runs.provenance import blocks_of, carried_attributes, factors_of, records
 from ..runs.request import ENDS, collect, runner_of
 from ..runs.runners import Runner, Workers
 from ..validity.friction_demand import friction_by_block
-from ..validity.plausibility import LEAST_GAP, cut_slides, end_doubts
+from ..validity.plausibility import cut_slides, end_doubts
 
 DRAWS = 100
 """Coefficients of friction that each motion is run with."""

@@ -19,11 +19,11 @@ from ...core.doubts import warn
 from ...core.elementary import Array, exp, log, power
 from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY, described, provenance, variables as variables_on
 from ...models import Block
+from ...models.plausibility import block_doubts
 from ...motions.intensity.measure import MEASURES
 from ..fitting.states import OK
 from ..runs.labels import block_coordinates
 from ..runs.request import labelled_sequence
-from ..validity.plausibility import block_doubts
 
 CRITERIA = ("acceleration", "velocity")
 DISPERSION = 0.5

@@ -33,6 +33,8 @@ NAMES = {
     FALLEN_OFF: "a fall over an edge",
     TRIPS: "a trip over an obstacle",
 }
+MOST_STATE = 3.0
+"""Maximum of |θ|/α in a damage state: no block returns from there, so 50 is per cent."""
 DIRECTIONS = {FRONT: 1, BACK: -1}
 SIDES = {"either": "slide_peak", FRONT: "slide_forward", BACK: "slide_backward"}
 
@@ -88,7 +90,7 @@ def state_name(state: State) -> str:
         return f"a slip above {state.distance:g} m" + ("" if state.side == "either" else f" to the {state.side}")
     if isinstance(state, str):
         return NAMES[checks.choice("state", state, tuple(NAMES))]
-    return f"|theta|/alpha > {checks.number('state', state, above=0.0):g}"
+    return f"|theta|/alpha > {checks.number('state', state, above=0.0, at_most=MOST_STATE):g}"
 
 
 def state_named(name: str) -> State | None:

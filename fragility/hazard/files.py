@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import os
 import re
+from dataclasses import replace
 
 from ...core.parameters import YEARS
 from ...motions.intensity.measure import Measure
 from ...motions.readers.lines import Lines, RecordError, as_key, is_blank, is_comment, lines_of
 from .curve import HazardCurve
 from .formats import MAP, OF_MEASURES, Site, one_measure, read_nshmp, read_openquake, read_plain, read_services
-from .reading import MOST_LEVELS, HazardError, measure_label, row_words
+from .plausibility import point_off
+from .reading import MOST_LEVELS, OFF_CURVE, HazardError, measure_label, row_words
 
 
 def read_hazard(
@@ -94,7 +96,10 @@ def read_hazard(
                 if units is not None or time is not None:
                     raise HazardError(f"{lines.file}: USGS services state units and rates, so neither may be given")
                 return read_services(lines, wanted, component)
-            return _table(lines, wanted, site, units, time)
+            curve = _table(lines, wanted, site, units, time)
+        comments = (text for line in lines_of(lines.file) if (text := line.strip()).startswith("#"))
+        off = point_off(curve, comments)
+        return replace(curve, source=f"{curve.source} ({OFF_CURVE} {off})") if off else curve
     except RecordError as error:
         message = str(error).replace("no record is", "no hazard file is").replace("not a record", "not a hazard file")
         raise HazardError(message) from None

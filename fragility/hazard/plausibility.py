@@ -10,11 +10,12 @@ from typing import NamedTuple
 from ...core.aliases import Array
 from ...core.doubts import Doubt, by_study, warn
 from ...core.units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
-from ...motions.intensity.naming import written_level
+from ...core.wording import in_years
+from ...motions.intensity.naming import in_si, written_level
 from .curve import HazardCurve
 from .pieces import NONE
 from .poisson import IMPOSSIBLY_OFTEN
-from .reading import LARGER, LOW_PERCENT, NOT_USED, UNNAMED
+from .reading import LARGER, LOW_PERCENT, NOT_USED, OFF_CURVE, UNNAMED
 
 MOST_OFTEN = 0.2
 """Maximum annual rate of the weakest damaging motion at any site."""
@@ -36,6 +37,21 @@ SLIPS = (
     "is k0 of another unit of the levels, or of more than a year",
 )
 """Slips behind rates of points and of formulas."""
+
+
+_YEARS = r"(?:years?|yrs?|a|Jahren?|ans|años|anni|anos|yıl)(?!\w)"
+_NUMBER = r"(?<![\w.,])(\d{1,6}(?:\.\d{1,6})?)"
+_LEVEL = re.compile(_NUMBER + r"\s?(g|gal|c?m/s(?:\^?2|²)?)(?![\w/^²])")
+_MEASURE = re.compile(r"(?i)\bpg[avd]\b|\bsa\s?\([\d.]{1,9}\)")
+_CHANCE = re.compile(r"(\d{1,2}(?:\.\d{1,3})?)\s?%[\w\s]{0,40}?\bin\s(\d{1,4})[\s-]?" + _YEARS)
+_PERIOD = re.compile(
+    r"(?<![\w.,-])(\d{1,3}(?:,\d{3})+|[1-9]\d{1,5})[\s-]?" + _YEARS + r"|return period\D{1,6}([1-9]\d{1,5})(?!\s?[\w,])"
+)
+_RATE = re.compile(
+    r"(?<![\w.,])(\d{1,3}(?:\.\d{1,9})?(?:e-\d{1,2})?)\s?(?:(?:per|a)\syear|/\s?(?:year|yr|a)(?!\w))"
+    r"|^\s*k0\s*=\s*(\d{1,3}(?:\.\d{1,9})?(?:e-\d{1,2})?)\s*#.*\brate\b"
+)
+"""Levels, measures, probabilities in years, return periods and rates of comments."""
 
 
 class _Bounds(NamedTuple):
@@ -64,6 +80,8 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     if NOT_USED in hazard.source:
         text = hazard.source.partition(f"{NOT_USED} ")[2].partition(")")[0]
         notes.append(Doubt(KIND, f"{name}: a comment says {text!r}, which is not used: are levels and rates right so?"))
+    if OFF_CURVE in hazard.source:
+        notes.append(off_doubt(name, hazard.source.partition(f"{OFF_CURVE} ")[2].partition(")")[0]))
     if hazard.fractile is not None:
         what = f"{name}: a fractile of {100.0 * hazard.fractile:g} %, not the mean: all rates are of this fractile"
         notes.append(Doubt(KIND, what, settled=True))
@@ -118,6 +136,44 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
             )
         )
     return notes
+
+
+def off_doubt(name: str, text: str) -> Doubt:
+    """Return the input warning on a `point_off` the curve."""
+    return Doubt(KIND, f"{name}: a comment names {text}: correct one of them")
+
+
+def point_off(hazard: HazardCurve, comments: Iterable[str]) -> str:
+    """Return the first point of comments that is not on a hazard curve, and the curve's rate there; '' if all are on.
+
+    A point is one level with its unit, and one time, probability or rate. A line of a file may be a comment with its
+    code (``k0 = 1e-4 # annual rate at 1 g``).
+
+    >>> point_off(HazardCurve([1.0, 10.0], [1e-2, 1e-4], "pga"), ["# 475 years: 0.3 g"])
+    '0.3 g once in 475 years, and the curve has it once in 866 years'
+    """
+    for comment in comments:
+        levels, rates = [*_LEVEL.finditer(comment)], _rates(comment)
+        named = [match[0].replace(" ", "").lower() for match in _MEASURE.finditer(comment)]
+        if len(levels) != 1 or len(rates) != 1 or any(name != hazard.measure.label.lower() for name in named):
+            continue
+        try:
+            level = float(levels[0][1]) * in_si(levels[0][2].replace("²", "2").replace("^", ""), hazard.measure)
+        except ValueError:  # (of another measure)
+            continue
+        known = float(hazard.rate_at(level)) if level > 0.0 else 0.0
+        if known > 0.0 < rates[0] and max(known / rates[0], rates[0] / known) > OF_DISAGGREGATION:
+            here = f"{written_level(hazard.measure, level)} once in {in_years(rates[0])} years"
+            return f"{here}, and the curve has it once in {in_years(known)} years"
+    return ""
+
+
+def _rates(comment: str) -> list[float]:
+    """Return the annual rates that a comment names: as probabilities in years, return periods or rates."""
+    found = [-math.log1p(-0.01 * float(match[1])) / float(match[2]) for match in _CHANCE.finditer(comment)]
+    rest = _CHANCE.sub("", comment)
+    found += [1.0 / float(next(filter(None, match.groups())).replace(",", "")) for match in _PERIOD.finditer(rest)]
+    return found + [float(next(filter(None, match.groups()))) for match in _RATE.finditer(rest)]
 
 
 def warn_of_hazards(hazards: Iterable[HazardCurve]) -> None:

@@ -22,6 +22,7 @@ UNNAMED = "the file names no measure"
 
 LARGER = "a comment names the larger of both components"
 NOT_USED = "not used of a comment:"
+OFF_CURVE = "off the curve:"
 LOW_PERCENT = "all per cent are below 1"
 """Part of the source of such a curve."""
 

@@ -11,6 +11,7 @@ import scipy
 
 from ...core import checks
 from ...core.aliases import Array
+from ...core.doubts import Doubt, warn
 from ...core.parameters import CONFIDENCE
 
 Ends = tuple[Array, Array]
@@ -22,7 +23,7 @@ def binomial_interval(successes: Any, trials: Any, confidence: float = 0.95, met
     Parameters
     ----------
     successes, trials : array_like, broadcast against each other
-        Successes, between 0 and the trials; not whole if trials succeed in part.
+        Successes, between 0 and the trials; not whole if trials succeed in part. Shares of the trials cause a warning.
     confidence : float
         Between 0 and 1.
     method : {"wilson", "clopper-pearson", "jeffreys"}
@@ -66,6 +67,10 @@ def binomial_interval(successes: Any, trials: Any, confidence: float = 0.95, met
         raise TypeError(f"successes and trials must be numbers or arrays of shapes that fit, got {shapes}") from None
     if not np.all((k >= 0.0) & (k <= n)):
         raise ValueError("successes must lie between 0 and trials")
+    part = (k > 0.0) & (k < 1.0) & (n > 1.0)
+    if part.any() and bool((k <= 1.0).all()) and bool((2.0 * k[part] % 1.0 != 0.0).all()):
+        what = f"{k[part].flat[0]:g} successes in {n[part].flat[0]:g} trials"
+        warn([Doubt("units", f"{what}: a share in place of a number?")])
     known = np.where(n > 0.0, n, np.nan)
     lower, upper = formula(k, known, level)
     lower = np.where(k == 0.0, 0.0, lower)

@@ -46,6 +46,11 @@ def of_runs(data: xr.Dataset, motions: int) -> Iterator[str]:
             f"{counted(motions, 'motion')} leave a probability of 1/2 known to ±{wilson_half_width(motions):.2f}: "
             f"take {runs_for_half_width(NO_BETTER_THAN)} or more"
         )
+    if copies := _copies(data):
+        yield (
+            f"{counted(copies, 'motion')} of {data.sizes['motion']:,} repeat another by label and outcomes: copies "
+            "make intervals too narrow"
+        )
     if "outside" not in data or 0 in data["outside"].shape:
         return
     if mostly(data["outside"].sel(reason=SQUAT.name)):
@@ -56,6 +61,18 @@ def of_runs(data: xr.Dataset, motions: int) -> Iterator[str]:
     resonant = data["outside"].sel(reason=ELASTIC_MODE.name)
     if not soft and mostly(resonant.mean([dim for dim in resonant.dims if dim != "model"])):
         yield "the elastic mode of every law resonates in more than half of the runs: take a smaller delta"
+
+
+def _copies(data: xr.Dataset) -> int:
+    """Return the number of motions that have the label and the outcomes of an earlier motion."""
+    if not {"motion"} <= {*data.coords} or "overturned" not in data or "motion" not in data["overturned"].dims:
+        return 0
+    labels = [str(label) for label in data["motion"].values.tolist()]
+    if len({*labels}) == len(labels):
+        return 0
+    flags = np.moveaxis(data["overturned"].values, data["overturned"].dims.index("motion"), 0).astype(bool)
+    seen = [(label, row.tobytes()) for label, row in zip(labels, flags, strict=True)]
+    return len(seen) - len({*seen})
 
 
 def of_curves(curves: xr.Dataset) -> Iterator[str]:

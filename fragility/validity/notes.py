@@ -19,10 +19,10 @@ from ...core.sentences import register_of, sentence
 from ...core.wording import listed_name
 from ...models import Block
 from ...models.block_array import BlockArray
+from ...models.plausibility import block_doubts
 from ...motions.arrays import POLARITY
 from ..numerics.proportions import runs_for_half_width, wilson_interval
 from ..runs.provenance import BED, RUN, about_both_axes, runs_near_curves
-from .plausibility import block_doubts
 from .reasons import (
     AIRBORNE,
     ELASTIC_MODE,

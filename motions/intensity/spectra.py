@@ -17,6 +17,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
+from ...core.doubts import Doubt, warn
 from ...core.units import ACCELERATION, METRE, SECOND, VELOCITY, described, provenance, variables
 from ..arrays import motion_coordinates, records
 from ..kernels import oscillators as engine
@@ -66,6 +67,21 @@ def peak_responses(acceleration: Array, dt: float, periods: Array, damping: floa
     return peaks
 
 
+LONGEST_PERIOD, MOST_DAMPED = 10.0, 0.35
+"""Longest period, s, and largest damping ratio of a spectrum; the damping is of a building with dampers (assumed)."""
+
+
+def spectrum_doubts(name: str, period: float, damping: float) -> list[Doubt]:
+    """Return the input warnings on a spectrum: a period (of several the shortest) above 10 s, a damping above 0.35."""
+    found = []
+    if period > LONGEST_PERIOD:
+        slip = "milliseconds in place of s?"
+        found.append(Doubt("units", f"{name}: no spectrum has periods above {LONGEST_PERIOD:g} s: {slip}"))
+    if damping > MOST_DAMPED:
+        found.append(Doubt("units", f"{name}: no spectrum has a damping ratio of {damping:g}: 0.05 for 5 %?"))
+    return found
+
+
 def response_spectrum(
     motions: xr.DataArray | Iterable[xr.DataArray], periods: Any, damping: float = DAMPING
 ) -> xr.Dataset:
@@ -112,6 +128,7 @@ def response_spectrum(
     if np.unique(axis).size != axis.size:
         raise ValueError("periods must be different from each other, got one twice")
     zeta = damping_of(damping)
+    warn(spectrum_doubts("the spectrum", float(axis.min()), zeta))
     omega = 2.0 * math.pi / axis
     peaks = np.array([peak_responses(record.acceleration, record.dt, axis, zeta) for record in plain])
     text = f"{100.0 * zeta:g} % damping"

@@ -16,7 +16,7 @@ from ...core import checks
 from ...core.doubts import Doubt, warn
 from ...core.elementary import Array, exp, geomspace, log
 from ...core.units import STANDARD_GRAVITY
-from ..intensity.spectra import DAMPING, damping_of, period_of
+from ..intensity.spectra import DAMPING, damping_of, period_of, spectrum_doubts
 from ..readers.lines import Lines, RecordError, is_blank, is_comment, plain
 from ..readers.units import agreed, quantities, unit_factor, unit_of, units_in
 
@@ -67,6 +67,8 @@ class TargetSpectrum:
         for value in values:
             checks.number("sa", float(value), at_least=SMALLEST_SA, at_most=LARGEST_SA, unit="m/s²")
         checks.number("damping", damping_of(self.damping), at_least=0.005, at_most=0.5)
+        # (a target is a table, whose warnings reading a study keeps)
+        warn(doubt._replace(kind="table") for doubt in spectrum_doubts(self.name, float(axis[0]), self.damping))
         object.__setattr__(self, "periods", tuple(axis.tolist()))
         object.__setattr__(self, "sa", tuple(values.tolist()))
 

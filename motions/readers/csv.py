@@ -404,7 +404,7 @@ def _names(header: list[str], columns: int) -> list[str]:
         return [f"{name} ({unit.strip('[]() ')})" for name, unit in zip(above, titles, strict=True)] if above else []
     if len(titles) == columns > 1 and not all(titles[1:]):  # (names in a line further up: "Component,NS,EW,UD")
         cells_above = [cells_of(text) for text in header[:-1]]
-        named = (cells[1:] for cells in reversed(cells_above) if len(cells) == columns and len({*cells[1:], ""}) == columns)
+        named = (row[1:] for row in reversed(cells_above) if len(row) == columns and len({*row[1:], ""}) == columns)
         titles = [titles[0], *next(named, [])]
     valid = (
         _indexed(titles)

@@ -13,6 +13,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from ..command.choices import whole
+
 NEEDED = ("starlette", "uvicorn")
 """Packages of the extra `app` that no other part of toppling needs."""
 LOOPBACK = "127.0.0.1"
@@ -24,7 +26,7 @@ def live_page(
     study: Path | None = None,
     /,
     *,
-    port: int = 0,
+    port: Annotated[int, Parameter(converter=whole)] = 0,
     browser: Annotated[bool, Parameter(negative="--no-browser")] = True,
 ) -> None:
     """Open a page on this machine that answers as you change a piece: its chance of falling, with its ranges.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
-import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -29,6 +27,7 @@ from ..text.curve_notes import NOTABLE, SETTLED
 from ..text.words import level_text
 from .assessment import BUILDING, straight_weights
 from .modelling import covering
+from .pieces import dangers_meant
 from .slide_runs import faces_an_edge
 from .variables import FALLEN, fall_flags, levels_have_own_motions, variable
 
@@ -38,15 +37,6 @@ COARSE = 0.1
 """Difference between lines and cubics through the levels above which an annual value is worth a sentence."""
 APART = 10.0
 """Ratio of the maximum annual value that levels allow between them to the minimum, above which a note is written."""
-NEAR = 0.7
-"""Similarity of a consequence to one that is a matter of safety, from which it may be a slip of the pen."""
-ABROAD = {
-    "injury": "verletz|bless|l[eé]si|ferit|herid|feriment|yaral|травм|harm(?!less)|hurt|casualt|wound|victim|"
-    "danger|fatal|kill|death|gefahr|mort|muert|pelig|p[eé]ril|pericol|perigo|tehlike|ölüm|опас|people|person|life",
-    "blocks-exit": "ausgang|fluchtweg|sortie|salida|uscita|saída|çıkış|выход|exit|egress|escape",
-    "release": "freisetz|gefahrstoff|fuite|fuga|rilascio|утечк|spill|leak",
-}
-"""Beginnings of words of other languages, and of further English words, for the safety consequences."""
 AMOUNTS = {"number": "overturnings", "loss": "loss", "downtime": "downtime", "injuries": "injuries"}
 """Annual amounts of a building in words."""
 MOST_NAMED = 6
@@ -61,7 +51,7 @@ def notes(assessment: xr.Dataset) -> list[Fact]:
     above = [(amount, _share(amount, "above")) for amount in amounts if amount.more > 0.0]
     facts += _from("rate.share_below_levels", below, NOTABLE_BELOW)
     facts += _from("rate.share_above_levels", above, NOTABLE)
-    if not bool(fall_flags(assessment).any()):
+    if amounts and not bool(fall_flags(assessment).any()):
         facts.append(Fact("building.no_fall"))
     if FALLEN in assessment:
         facts.append(Fact("sliding.upper_estimate"))
@@ -120,9 +110,7 @@ def inventory_notes(inventory: Inventory, safety: Sequence[str], coded: bool) ->
     facts = []
     words = [word for word in inventory.consequences if word not in safety]
     for word in words:
-        parts = set(re.split(r"[^\w-]+", word.lower()))
-        near = [known for known in safety if known in parts or re.search(ABROAD.get(known, "$^"), word.lower())]
-        near = near or difflib.get_close_matches(word, safety, 1, NEAR)
+        near = dangers_meant(word, safety)
         if near:
             facts.append(Fact("consequence.misspelt", names=(word, *near)))
     if words and len(words) == len(inventory.consequences):
@@ -251,14 +239,14 @@ def _amounts(assessment: xr.Dataset) -> list[_Amount]:
     amounts = []
     for name, text in AMOUNTS.items():
         if f"annual_{name}" in assessment:
-            amount = free * _of_a_piece(assessment, name)
+            amount = free * of_a_piece(assessment, name)
             down, whole = float((fallen * amount).sum("item").min()), float(amount.sum())
             more = 0.0 if down >= SETTLED * whole else min(whole / max(down, 1e-300) - 1.0, 1e300)
             amounts.append(_Amount(name, text, assessment[f"annual_{name}"].sel(place=BUILDING), more, assessment))
     return amounts
 
 
-def _of_a_piece(assessment: xr.Dataset, name: str) -> xr.DataArray | float:
+def of_a_piece(assessment: xr.Dataset, name: str) -> xr.DataArray | float:
     """Return the contribution of a falling piece of each item; the median of downtimes, of which the longest counts."""
     if name == "number":
         return 1.0

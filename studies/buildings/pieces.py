@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import difflib
 import json
 import math
+import re
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -86,10 +89,20 @@ def component_of(row: Contents, building: Building | None, safety: tuple[str, ..
         h=float(building.heights[-1]) if known and building is not None else None,
         at_grade=ground,
         safety=bool({*row.consequences} & {*safety}),
+        stated=bool(row.consequences) and not any(dangers_meant(word, safety) for word in row.consequences),
         anchored=row.anchored or row.block.restraint is not None,
         strength=row.anchor_strength,
         anchor_height=row.anchor_height,
     )
+
+
+def dangers_meant(word: str, safety: Sequence[str]) -> list[str]:
+    """Return the safety consequences that another consequence may mean: a slip of the pen, or another language."""
+    if word in safety:
+        return []
+    parts = set(re.split(r"[^\w-]+", word.lower()))
+    near = [known for known in safety if known in parts or re.search(ABROAD.get(known, "$^"), word.lower())]
+    return near or difflib.get_close_matches(word, safety, 1, NEAR)
 
 
 def checks_of_items(results: xr.Dataset) -> list[CodeCheck] | None:
@@ -102,6 +115,15 @@ def checks_of_items(results: xr.Dataset) -> list[CodeCheck] | None:
 
 SAFETY = ("injury", "blocks-exit", "release")
 """Consequences that rank before money, if a study names no others."""
+NEAR = 0.7
+"""Similarity of a consequence to one that is a matter of safety, from which it may be a slip of the pen."""
+ABROAD = {
+    "injury": "verletz|bless|l[eé]si|ferit|herid|feriment|yaral|травм|harm(?!less)|hurt|casualt|wound|victim|"
+    "danger|fatal|kill|death|gefahr|mort|muert|pelig|p[eé]ril|pericol|perigo|tehlike|ölüm|опас|people|person|life",
+    "blocks-exit": "ausgang|fluchtweg|sortie|salida|uscita|saída|çıkış|выход|exit|egress|escape",
+    "release": "freisetz|gefahrstoff|fuite|fuga|rilascio|утечк|spill|leak",
+}
+"""Beginnings of words of other languages, and of further English words, for the safety consequences."""
 SHARES = (0.1, 0.5)
 """Probabilities of falling whose levels describe a piece."""
 

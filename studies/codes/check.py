@@ -24,7 +24,8 @@ class Component:
     """A piece in terms of a code: sizes (m), mass (kg), and data on its place and its anchor.
 
     `kind` is one of `CLASSES`, '' if it is not known. `z` is the height of its floor above the base, and `h` the height
-    of the roof, m; None if they are not known. `strength` is the design strength (N) of the anchors of one piece
+    of the roof, m; None if they are not known. `safety` is True if its fall is a risk to persons, and `stated` if the
+    inventory states its consequences. `strength` is the design strength (N) of the anchors of one piece
     against a horizontal force at `anchor_height` (m above its floor), None if they are not known.
     """
 
@@ -38,6 +39,7 @@ class Component:
     h: float | None = None
     at_grade: bool = False
     safety: bool = False
+    stated: bool = False
     anchored: bool = False
     strength: float | None = None
     anchor_height: float | None = None

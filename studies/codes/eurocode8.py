@@ -35,9 +35,10 @@ class Eurocode8(Code):
 
     F_a = S_a W_a gamma_a / q_a (4.24), S_a = alpha S [3 (1 + z/H)/(1 + (1 - T_a/T_1)²) - 0.5], at least alpha S (4.25).
     Elements that might cause risks to persons in case of failure shall be verified (4.3.5.1(1)P). Here these are
-    elements whose consequences are a matter of safety, and elements with gamma_a above 1. In very low seismicity the
-    code need not be observed (3.2.1(5)P): a_g up to 0.04 g, or a_g S up to 0.05 g (recommended values, national
-    choice).
+    elements whose consequences are a matter of safety, and elements with gamma_a above 1. Elements with other
+    consequences are exempt; a service of a critical facility counts if `performance.safety` names it. In very low
+    seismicity the code need not be observed (3.2.1(5)P): a_g up to 0.04 g, or a_g S up to 0.05 g (recommended values,
+    national choice).
 
     EN 1998-1:2004, Design of structures for earthquake resistance, 3.2.1, 4.3.5 (4.3.5.1 read, the formulas recalled).
     """
@@ -61,6 +62,8 @@ class Eurocode8(Code):
             return EXEMPT, "3.2.1(5)P: very low seismicity, where the national annex keeps its values"
         if component.safety or (component.importance or self.importance) > 1.0:
             return REQUIRED, "4.3.5.1(1)P"
+        if component.stated:
+            return EXEMPT, "4.3.5.1(1)P: its consequences are no risk to persons"
         return UNCHECKED, f"4.3.5.1(1)P: {UNSTATED_DANGER}"
 
     def coefficient(self, component: Component) -> tuple[float, str]:

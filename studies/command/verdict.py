@@ -52,4 +52,5 @@ def _facts(results: xr.Dataset, answered: bool) -> Iterator[Fact]:
         yield from sensitivity.answer(results)
     else:
         yield from (fact for fact in curves.answer(results) if not (answered and fact.what in BESIDE_TABLE))
+        yield from (fact for fact in curves.actions(results) if fact.what.startswith("size."))
     yield from (fact for fact in footnotes(results) if fact.what.startswith("law."))

@@ -44,7 +44,7 @@ from ..buildings.recommendations import (
 from ..buildings.sliding import shares_with_moving_supports
 from ..buildings.variables import JOINT, Year, fall_flags
 from ..codes.check import UNSTATED_DANGER
-from ..tables.assessment import at_most, fallen_word, pieces_at, span
+from ..tables.assessment import amount, at_most, fallen_word, most_rate, pieces_at, span
 from ..tables.slides import contacts_of
 from ..tables.table import range_of
 from ..text.spread import OUTER, building_spread, sources
@@ -98,7 +98,10 @@ def answer(results: xr.Dataset) -> Iterator[Fact]:
         yield _spread("building.over_branches", building_spread(results, "any_rate", BUILDING), more)
     elif "any_rate" in of_law:
         rate = range_of(whole, "any_rate")
-        yield Fact("building.any_fall" if rate.value > 0.0 else "building.nothing_falls", *rate, more=more)
+        if rate.value > 0.0:
+            yield Fact("building.any_fall", *rate, more=more)
+        else:
+            yield Fact("building.nothing_falls", 0.0, upper=most_rate(results), more=more)
     else:
         yield from _at_level(results, whole, more)
     yield from _afterwards(results, float(whole.get("any_rate", math.nan)))
@@ -124,7 +127,7 @@ def details(results: xr.Dataset) -> Iterator[Fact]:
         if branches:
             yield _spread(f"consequence.{name}", building_spread(results, f"annual_{name}", BUILDING), more)
         else:
-            yield Fact(f"consequence.{name}", *range_of(whole, f"annual_{name}"), more=more)
+            yield Fact(f"consequence.{name}", *amount(whole, f"annual_{name}"), more=more)
     yield from _carried(results)
 
 
@@ -141,8 +144,8 @@ def _at_level(results: xr.Dataset, whole: xr.Dataset, more: Mapping[str, object]
     at_level = whole.sel(level=level)
     measure = "" if str(results.attrs["im"]) == "scale" else quantity_name(results["level"], str(results.attrs["im"]))
     more = {**more, "measure": measure, "units": str(results["level"].attrs.get("units", "1"))}
-    for what, name in (("building.any_at_level", "any_probability"), ("building.number_at_level", "number_mean")):
-        yield Fact(what, *range_of(at_level, name), level=level, more=more)
+    yield Fact("building.any_at_level", *range_of(at_level, "any_probability"), level=level, more=more)
+    yield Fact("building.number_at_level", *amount(at_level, "number_mean"), level=level, more=more)
 
 
 def _afterwards(results: xr.Dataset, now: float) -> Iterator[Fact]:
@@ -219,7 +222,9 @@ def actions(results: xr.Dataset) -> Iterator[Fact]:
         # (Eurocode 8 asks for a verification of the element and its fixing, ASCE 7 for the fixing)
         verified = str(results.attrs.get("code")).startswith("EN 1998")
         more = {"number": sum(piece.number for piece in lines), "forces": forces, "verified": verified, "kits": kits}
-        yield Fact("anchoring.lines", names=_names(lines), more={**more, **money})
+        # (a budget of kits alone is not of these lines)
+        of_lines = money if "budget_chosen" in results else {**money, "budget": math.nan}
+        yield Fact("anchoring.lines", names=_names(lines), more={**more, **of_lines})
         duty = [piece for piece in lines if piece.recommendation == DUTY]
         if duty and len(duty) < len(lines):  # (of all lines the answer says it)
             yield Fact(

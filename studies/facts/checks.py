@@ -148,7 +148,7 @@ def _sliding(results: xr.Dataset) -> Fact:
     if share < MARKED and not given:
         need = greatest_need(results, "friction_rocking_demand")
         uplift = float(results["friction_uplift"].max())
-        return Fact("friction.not_given", lower=uplift, upper=need, word=UNKNOWN, remedy=remedy)
+        return Fact("friction.not_given", more={"uplift": uplift, "rocking": need}, word=UNKNOWN, remedy=remedy)
     word = GOOD if share < MARKED else INVALID if mostly(shares) else CARE
     return Fact("sliding.share" if given else "sliding.share_needed", share, names=where, word=word, remedy=remedy)
 

@@ -49,12 +49,13 @@ def _model_range(results: xr.Dataset) -> Iterator[Fact]:
     if RANGE not in results.attrs:
         return
     beta, at = float(results.attrs[RANGE]), reference_law(results)[0]
-    more = {"beta": beta, "factors": capacity_factors(beta), "chance": True}
+    more = {"beta": beta, "factors": capacity_factors(beta), "chance": True, "at_level": False}
     of_law, unit, scale = results.isel(model=at), "", 1.0
     if "item" in results.dims:
         of_law = of_law.sel(place=BUILDING)
         name = "any_rate" if "any_rate" in of_law else "any_probability"
-        of_law = of_law if name == "any_rate" else of_law.sel(level=float(results.attrs["at_level"]))
+        more["at_level"] = name != "any_rate"
+        of_law = of_law.sel(level=float(results.attrs["at_level"])) if more["at_level"] else of_law
     else:
         rated = "rate" in of_law and bool(np.isfinite(of_law["rate"]).any())
         name, by = ("risk_probability", RATE) if rated else (HALF, HALF)

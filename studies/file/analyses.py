@@ -20,7 +20,7 @@ from ...fragility.analyses.pooled import BLOCKS_A_MOTION, MOST as MOST_POOLED, M
 from ...fragility.fitting.fit import FORMS, METHODS, default_form
 from ...fragility.fitting.intervals import INTERVALS
 from ...fragility.fitting.likelihood import PENALTIES
-from ...fragility.fitting.states import NAMES as STATES, OVERTURNED
+from ...fragility.fitting.states import MOST_STATE, NAMES as STATES, OVERTURNED
 from ...fragility.runs.scaling import INTENSITY_MEASURES, intensity_measure
 from ...fragility.uncertainty.joint import Variability
 from ...fragility.validity.plausibility import level_doubts
@@ -568,9 +568,11 @@ class FitTable(Table):
         if isinstance(state, str):
             return checked(state, STATES)
         plain = isinstance(state, int | float) and not isinstance(state, bool)
-        if not plain or not 0.0 < state < math.inf:
+        if not plain or not 0.0 < state <= MOST_STATE:
             given = str(state).lower() if isinstance(state, bool) else shown(state)
-            raise ValueError(f"must be a word, as 'overturned', or a finite number > 0, of |θ|/α, got {given}")
+            raise ValueError(
+                f"must be a word, as 'overturned', or a number > 0 and <= {MOST_STATE:g}, of |θ|/α, got {given}"
+            )
         return float(state)
 
     @model_validator(mode="before")

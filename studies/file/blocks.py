@@ -13,10 +13,10 @@ from ...core.doubts import warn
 from ...core.facts import Fact
 from ...core.parameters import CHANCE, declared
 from ...core.wording import listed_name
-from ...fragility.validity.plausibility import block_doubts
 from ...models import Bed, Block, Edge, Restraint, Wall, catalogue
 from ...models.block import HALF_DIAGONAL, SLENDERNESS, UNIFORM_INERTIA_FACTOR
 from ...models.friction import CONTACTS, Friction, contact_named, friction_from
+from ...models.plausibility import block_doubts
 from ...models.scenes.restraint import KINDS
 from .csv_table import CsvTable, TableKind
 from .derived import Derived, choice, default_of, derived, in_si, keys_of

@@ -14,9 +14,9 @@ import xarray as xr
 from ...core import checks
 from ...core.doubts import Doubt, first_of, noted
 from ...core.parameters import PART, Parameter, check
-from ...fragility.validity.plausibility import UNITS, block_doubts, restitution_doubts
 from ...models import Block
 from ...models.friction import CONTACTS, LOCKED, ROLLING, Friction
+from ...models.plausibility import LEAST_STRENGTH, MOST_STRENGTH, UNITS, block_doubts, restitution_doubts
 from ...motions.arrays import Record, from_array
 from ...motions.floors.histories import DIRECTIONS
 from ...motions.supports.isolator import Isolator
@@ -414,11 +414,32 @@ def row_doubts(rows: Sequence[Contents]) -> list[Doubt]:
             for amount in (row.cost, row.downtime)
             if amount is not None and amount.dispersion > MOST_SCATTER
         ],
+        "anchors below 10 N or above 1 MN, kN in place of N?": [
+            f"{row.label}: {row.anchor_strength:g} N"
+            for row in rows
+            if row.anchor_strength is not None and not LEAST_STRENGTH <= row.anchor_strength <= MOST_STRENGTH
+        ],
         "pieces do not fit on what they stand on, as if square where no depth is given": _crowded(rows),
     }
     doubts = block_doubts([replace(row.block, name=row.label) for row in rows])
     doubts += restitution_doubts((row.label, row.e) for row in rows)
     return [*doubts, *(Doubt(UNITS, f"{what} ({first_of(named)})") for what, named in odd.items() if named)]
+
+
+def place_doubts(rows: Sequence[Contents], heights: Sequence[float]) -> list[Doubt]:
+    """Return the input warnings on lines in a building with floors at some heights (m): floors from 1, tall pieces."""
+    roof, floors = len(heights) - 1, {int(row.floor) for row in rows}
+    found = []
+    if roof in floors and len(floors) > 1 and min(floors) > 0:
+        what = f"pieces stand on floors {min(floors)} to {roof}, the roof, and none on floor 0, the ground"
+        found.append(Doubt("table", f"{what}: are floors counted from 1?"))
+    storeys = {floor: heights[floor + 1] - heights[floor] for floor in floors if floor < roof}
+    tall = [
+        f"{row.label}: {row.block.height:g} m in {storeys[int(row.floor)]:g} m"
+        for row in rows
+        if row.block.height > storeys.get(int(row.floor), math.inf)
+    ]
+    return [*found, *([Doubt(UNITS, f"pieces are higher than their storey ({first_of(tall)}): feet?")] if tall else [])]
 
 
 def _crowded(rows: Sequence[Contents]) -> list[str]:

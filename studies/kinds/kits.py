@@ -13,8 +13,8 @@ import xarray as xr
 from ...core.doubts import Doubt, first_of
 from ...core.facts import Fact
 from ...core.units import DIMENSIONLESS
-from ...fragility.validity.plausibility import UNITS, unit_doubts
 from ...models import Block
+from ...models.plausibility import UNITS, unit_doubts
 from ..buildings.variables import PER_YEAR, per_year, variable
 from ..file.analyses import PerformanceTable
 from ..file.csv_table import NO, YES

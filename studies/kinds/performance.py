@@ -25,13 +25,15 @@ from ...fragility.runs.progress import part_of
 from ...fragility.runs.scaling import SCALE
 from ...fragility.uncertainty.joint import PieceDraws, Variability, with_restitution
 from ...fragility.validity.notes import screen_facts, squat_facts
-from ...fragility.validity.plausibility import period_doubts, stated_restitution_doubts
+from ...fragility.validity.plausibility import period_doubts
 from ...fragility.validity.scenes import scene_facts
 from ...models import Block, Law
 from ...models.oscillator import Oscillator
+from ...models.plausibility import UNITS, stated_restitution_doubts
 from ...motions import Building, Generator
 from ...motions.arrays import BOTH_AXES, POLARITY
 from ...motions.floors.histories import FloorHistories
+from ...motions.plausibility import unusual
 from ...motions.polarity import AS_RECORDED, BOTH
 from ..buildings.anchoring import anchoring
 from ..buildings.assessment import (
@@ -61,7 +63,7 @@ from ..file.analyses import LevelsTable, PerformanceTable
 from ..file.hazard import OF_MOTIONS
 from ..file.schema import StudyFile
 from ..inventory.consequences import COLUMNS, DRAWN_BYTES, REALISATIONS
-from ..inventory.contents import Contents, Inventory, Stand, row_doubts
+from ..inventory.contents import Contents, Inventory, Stand, place_doubts, row_doubts
 from ..inventory.kits import Kit
 from ..inventory.reading import read_inventory
 from ..kits.savings import kit_savings, with_kit
@@ -507,6 +509,12 @@ class PerformanceStudy(Study):
         # (branches share hazards)
         of_hazards = dict.fromkeys(doubt for hazard in hazards for doubt in hazard_doubts(hazard))
         pieces = [*stated_restitution_doubts(self.models), *row_doubts(self.inventory.rows)]
+        spread, rate = self.variability, self.asked.discount_rate
+        scatter = (0.0, 0.0) if spread is None else (spread.restitution_sd, spread.slenderness_dispersion)
+        names = "standard deviation of the restitution", "dispersion of the slenderness", "discount rate"
+        pieces += unusual(dict(zip(names, (*scatter, rate), strict=True)), UNITS)
+        if self.building is not None:
+            pieces += place_doubts(self.inventory.rows, self.building.heights.tolist())
         kits = kit_doubts(self.inventory, self.kits, self.target or {})
         apart = [] if self.im == SCALE else branch_doubts(named, self.levels)
         return [

@@ -21,8 +21,8 @@ from ...fragility.fitting.states import OK, OVERTURNED, state_name
 from ...fragility.risk.modelling import USUAL_DISPERSION, range_of_half_levels
 from ...fragility.runs.progress import part_of
 from ...fragility.validity.notes import squat_facts
-from ...fragility.validity.plausibility import block_doubts
 from ...models.block_array import BlockArray
+from ...models.plausibility import block_doubts
 from ..file.schema import StudyFile
 from ..plan.designs import Pooled
 from ..region.reading import read_region

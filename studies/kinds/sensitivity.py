@@ -21,12 +21,12 @@ from ...fragility.runs.provenance import records_of
 from ...fragility.uncertainty.inputs import input_doubts
 from ...fragility.validity.characteristics import Characteristics
 from ...fragility.validity.notes import screen_facts
-from ...fragility.validity.plausibility import restitution_doubts
 from ...fragility.validity.slab_screen import screen_input
 from ...fragility.validity.summary import summary_screen
 from ...fragility.validity.undecided import count_flips, perturbed_runs
 from ...models import Block, HousnerImpact, Law
 from ...models.friction import Friction
+from ...models.plausibility import restitution_doubts
 from ..file.schema import StudyFile
 from ..file.uncertainty import GIVEN, OWN, PREVIOUS, RIGID, Sweep
 from ..plan.designs import Incremental

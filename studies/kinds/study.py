@@ -23,7 +23,7 @@ from ...core.doubts import Doubt, noted
 from ...core.facts import Fact, doubted, stored
 from ...core.wording import counted, with_article
 from ...fragility.hazard.curve import HazardCurve
-from ...fragility.hazard.plausibility import hazard_doubts
+from ...fragility.hazard.plausibility import hazard_doubts, off_doubt, point_off
 from ...fragility.numerics import slabs
 from ...fragility.runs.outputs import OUTPUTS
 from ...fragility.runs.plan import (
@@ -36,12 +36,12 @@ from ...fragility.runs.plan import (
 )
 from ...fragility.runs.runners import ConfiguredScheduler, Runner, default_client, thread_count
 from ...fragility.validity.notes import squat_facts
-from ...fragility.validity.plausibility import block_doubts, stated_restitution_doubts
 from ...fragility.validity.scenes import scene_facts
 from ...fragility.validity.undecided import perturbed_runs
 from ...models import Block, Law, Restraint
 from ...models.friction import Friction
 from ...models.oscillator import Oscillator
+from ...models.plausibility import block_doubts, stated_restitution_doubts
 from ...models.runs import engine_identity, is_compiled, prepare
 from ...motions import records
 from ...motions.arrays import BOTH_AXES, LIFTS, REVERSE_OF, WEAK_AXIS, digest, shakes_of
@@ -49,6 +49,7 @@ from ..facts.notes import INPUT_NOTES
 from ..facts.say import notes_said
 from ..file.blocks import MOST_BLOCKS, read_blocks, stiffness_notes
 from ..file.buildings import strength_notes
+from ..file.include import text_of
 from ..file.schema import StudyFile, read_study_file
 from ..file.table import all_errors
 from ..plan.designs import Design, Incremental
@@ -118,7 +119,12 @@ class Study(ABC):
             One sentence that names the file, the key, the value and the allowed values.
         """
         file = checks.path(path)
-        return study_of(lambda: read_study_file(file, target), file)
+        study = study_of(lambda: read_study_file(file, target), file)
+        # (comments may describe a curve that somebody changed)
+        comments = (line for line in text_of(file).splitlines() if "#" in line)
+        if study.site_hazard is None or not (off := point_off(study.site_hazard, comments)):
+            return study
+        return replace(study, of_tables=(*study.of_tables, off_doubt(file.name, off)))
 
     def _check_vertical(self) -> None:
         """Raise ValueError for a vertical component under a law that is not in exact geometry."""

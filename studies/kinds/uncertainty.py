@@ -31,10 +31,10 @@ from ...fragility.uncertainty.indices import sobol_samples
 from ...fragility.uncertainty.inputs import input_doubts
 from ...fragility.validity.characteristics import Characteristics
 from ...fragility.validity.notes import OF_THE_WIDTH, screen_facts
-from ...fragility.validity.plausibility import restitution_doubts
 from ...fragility.validity.slab_screen import ScreenRequest
 from ...models import Block, Law
 from ...models.friction import Friction
+from ...models.plausibility import restitution_doubts
 from ...motions import records
 from ..file.schema import StudyFile
 from ..plan.designs import Incremental

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Group, Parameter
 
+from ..command.choices import whole
 from ..text.terminal import say, terminal
 
 if TYPE_CHECKING:
@@ -60,8 +61,8 @@ def simulate_one(
     geometry: Word = None,
     scale: Annotated[float | None, Parameter(group=MOTION)] = None,
     pga: OfMotion = None,
-    seed: Annotated[int | None, Parameter(group=MOTION)] = None,
-    index: Annotated[int, Parameter(group=MOTION)] = 0,
+    seed: Annotated[int | None, Parameter(group=MOTION, converter=whole)] = None,
+    index: Annotated[int, Parameter(group=MOTION, converter=whole)] = 0,
     period: OfMotion = None,
     set_: Annotated[tuple[str, ...], Parameter(name="--set", group=MOTION, negative_iterable="")] = (),
     out: Annotated[Path, Parameter(group=OUTPUT)] = Path("results/simulate"),

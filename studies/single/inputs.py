@@ -117,6 +117,8 @@ def motion_of(
     """Return motion number `index` of a generator or pulse (with ``key=value`` settings), a record or a study."""
     keys = dict(_setting(setting) for setting in settings)
     made = name in NAMES
+    if not made:
+        _check_name(name)
     if name not in shaking.PULSES and period is not None:
         raise StudyError(f"--period belongs to pulses ({', '.join(shaking.PULSES)}), got {name!r}")
     if name not in shaking.GENERATORS and seed is not None:
@@ -150,14 +152,18 @@ def motion_of(
     return alone.assign_coords(reached)
 
 
-def _read(name: str, keys: Mapping[str, Any]) -> list[xr.DataArray]:
-    """Return the motions of record files or of a study file; for any other name the error lists the known names."""
-    from .motions import read_motions  # noqa: PLC0415 - matplotlib
-
+def _check_name(name: str) -> None:
+    """Raise StudyError for a name that is neither a file nor a known motion; the error lists these."""
     if not Path(name).exists() and not any(letter in name for letter in "./*\\"):
         near = nearest(name, NAMES)
         hint = f"; did you mean {near!r}?" if near else ""
         raise StudyError(f"MOTION must be a file, or one of {', '.join(NAMES)}, got {name!r}{hint}")
+
+
+def _read(name: str, keys: Mapping[str, Any]) -> list[xr.DataArray]:
+    """Return the motions of record files or of a study file."""
+    from .motions import read_motions  # noqa: PLC0415 - matplotlib
+
     foreign = sorted(set(keys) - RECORD_KEYS) or (sorted(keys) if name.lower().endswith(".toml") else [])
     if foreign:
         raise StudyError(f"--set {foreign[0]}: belongs to generators and pulses, got {name!r}")

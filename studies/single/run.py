@@ -19,7 +19,7 @@ from ...core.units import ACCELERATION, STANDARD_GRAVITY
 from ...core.writing import whole_file, write_bytes
 from ...fragility import ida
 from ...fragility.validity.notes import block_facts
-from ...fragility.validity.plausibility import level_doubts, stated_restitution_doubts
+from ...fragility.validity.plausibility import level_doubts
 from ...fragility.validity.reasons import (
     ELASTIC_MODE,
     REASONS,
@@ -36,6 +36,7 @@ from ...models import Block, Law, simulate
 from ...models.assembly import Surroundings
 from ...models.block import describe_scene
 from ...models.laws import describe_law
+from ...models.plausibility import stated_restitution_doubts
 from ...models.sides import sides, surroundings
 from ...motions.arrays import filter_doubts, records
 from ...motions.matching.adjustment import matching_doubts

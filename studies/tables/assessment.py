@@ -7,16 +7,18 @@ import math
 import numpy as np
 import xarray as xr
 
-from ...core.aliases import Flags
+from ...core.aliases import Array, Flags
 from ...core.units import DIMENSIONLESS
 from ...core.wording import about_percent, currency_of, given_percent
 from ...fragility.hazard.poisson import probability_in
 from ...fragility.numerics.proportions import wilson_interval
 from ...fragility.runs.provenance import number_of_motions
+from ..buildings.notes import of_a_piece
 from ..buildings.recommendations import YEARS, Range
 from ..buildings.variables import DOUBTFUL, DRAWING, FALLEN, OF_DRAWS, PER_YEAR, level_index
-from ..text.words import consequence_name, floor_name, level_name, level_text
-from .table import Cells, Column, Row, Table, intervals, range_of
+from ..inventory.consequences import Consequence
+from ..text.words import axis_of, consequence_name, floor_name, level_name, level_text
+from .table import Cells, Column, Row, Table, Value, intervals, range_of
 
 DRAWN = {"downtime": "out of use, days", "injuries": "injured"}
 """Headings of amounts that only some inventories give; of amounts in a year with the `span` of time."""
@@ -26,6 +28,8 @@ TENTH = 0.1
 """Share of a value above which the error of its draws is written."""
 SELDOM = 0.1
 """Amount per year below which it is written for 1,000 years."""
+NOT_STATED = "not stated"
+"""Cell of an amount that no piece of a place states."""
 CANNOT_FALL = "nothing in that place can fall"
 
 
@@ -46,13 +50,13 @@ def annual(assessment: xr.Dataset, model: int = 0) -> Table:
         values = of_law.sel(place=place)
         row: Cells = {
             Column("place"): place_name(str(place)),
-            Column("number", f"{fallen_word(of_law)} per year", "three"): range_of(values, "annual_number"),
-            Column("loss", "lost per year", "three", currency_of(of_law)): range_of(values, "annual_loss"),
+            Column("number", f"{fallen_word(of_law)} per year", "amount"): amount(values, "annual_number"),
+            Column("loss", "lost per year", "amount", currency_of(of_law)): _stated(values, "annual_loss"),
         }
         for name, (years, words) in spans.items():
-            row[Column(name, f"{DRAWN[name]} {words}", "three")] = range_of(values, f"annual_{name}", 1.0 / years)
+            row[Column(name, f"{DRAWN[name]} {words}", "amount")] = _stated(values, f"annual_{name}", 1.0 / years)
         rows.append(row | {Column("any", "anything falls, once in", "years3", "years"): _rate(values, "any_rate")})
-    return Table.of("Expected per year", rows, intervals(of_law), dash=CANNOT_FALL)
+    return Table.of("Expected per year", rows, intervals(of_law, rows), dash=CANNOT_FALL)
 
 
 def at_level(assessment: xr.Dataset, level: float, model: int = 0) -> Table:
@@ -66,18 +70,24 @@ def at_level(assessment: xr.Dataset, level: float, model: int = 0) -> Table:
         row: Cells = {
             Column("place"): place_name(str(place)),
             Column("pieces", "unanchored pieces", "count"): pieces_at(at_its_level, str(place)),
-            Column("number", fallen_word(at_its_level), "three"): range_of(values, "number_mean"),
+            Column("number", fallen_word(at_its_level), "amount"): amount(values, "number_mean"),
         }
         errors = values.get(f"number_quantile{DRAWING}", xr.zeros_like(values["number_quantile"])).values.tolist()
         for end, value, error in zip(ends, values["number_quantile"].values.tolist(), errors, strict=True):
             drawn |= error > TENTH * value
             row[Column(end, end, "drawn")] = Range(value, error, math.nan) if error > TENTH * value else value
-        row[Column("loss", "lost", "three", currency_of(at_its_level))] = range_of(values, "loss_mean")
-        row |= {Column(name, heading, "three"): range_of(values, f"{name}_mean") for name, heading in DRAWN.items()}
+        row[Column("loss", "lost", "amount", currency_of(at_its_level))] = _stated(values, "loss_mean")
+        row |= {Column(name, heading, "amount"): _stated(values, f"{name}_mean") for name, heading in DRAWN.items()}
         rows.append(row | {Column("any", "anything falls", "share"): _chance(values, "any_probability")})
-    shaken = f"{level_name(assessment)} = {level_text(float(at_its_level['level']), assessment['level'])}"
     note = f"±: {OF_DRAWS} of pieces." if drawn else ""
-    return Table.of(f"Expected at {shaken}", rows, intervals(at_its_level), note, dash=CANNOT_FALL)
+    return Table.of(
+        f"Expected {at_the_level(assessment, level)}", rows, intervals(at_its_level), note, dash=CANNOT_FALL
+    )
+
+
+def at_the_level(results: xr.Dataset, level: float) -> str:
+    """Return a level with its measure for a title: "at PGA of the ground = 0.3 g"."""
+    return f"at {level_name(results)} = {level_text(level, axis_of(results))}"
 
 
 def consequences(assessment: xr.Dataset, model: int = 0) -> Table:
@@ -124,10 +134,15 @@ def place_name(place: str) -> str:
 
 def pieces_at(results: xr.Dataset, place: str) -> int:
     """The number of pieces in a place that can overturn."""
+    return int(_free_pieces(results, place).sum())
+
+
+def _free_pieces(results: xr.Dataset, place: str) -> Array:
+    """Return the number of pieces of each item in a place that can overturn."""
     free = ~results["anchored"].values.astype(bool)
     if place.startswith("floor "):
         free &= results["floor"].values == place.removeprefix("floor ")
-    return int(results["count"].values[free].sum())
+    return np.where(free, results["count"].values, 0)
 
 
 def objective_unit(ranking: xr.Dataset) -> tuple[float, str]:
@@ -154,6 +169,40 @@ def _rate(values: xr.Dataset, name: str) -> Range:
     probability = name.replace("_rate", "_probability_upper")
     possible = probability in values and float(values[probability].max()) > 0.0
     return Range(0.0, math.nan, most_rate(values) if possible else math.nan)
+
+
+def amount(values: xr.Dataset, name: str, scale: float = 1.0) -> Range:
+    """Return a mean amount of a place with its interval, divided by `scale`; 0 with a bound if no run has any of it.
+
+    The bound is the amount of all pieces of the place that can fall, times the largest rate or probability of an event
+    in no motion. (The longest downtime of several pieces is at most their sum.)
+    """
+    found = range_of(values, name, scale)
+    if found.value != 0.0 or not math.isnan(found.upper):
+        return found
+    unseen = most_rate(values) if name.startswith("annual_") else most_probability(values)
+    return Range(0.0, math.nan, unseen * _of_all(values, name) / scale)
+
+
+def _stated(values: xr.Dataset, name: str, scale: float = 1.0) -> Value:
+    """Return an `amount`, or in words that no piece of the place that can fall states it."""
+    found = amount(values, name, scale)
+    free = _free_pieces(values, str(values["place"].values)).any()
+    return NOT_STATED if found.value == 0.0 and free and _of_all(values, name) == 0.0 else found
+
+
+def _of_all(values: xr.Dataset, name: str) -> float:
+    """Return the mean amount if all pieces of a place fall that can."""
+    quantity = name.removeprefix("annual_").removesuffix("_mean")
+    return float((_free_pieces(values, str(values["place"].values)) * _mean_of_a_piece(values, quantity)).sum())
+
+
+def _mean_of_a_piece(values: xr.Dataset, quantity: str) -> Array:
+    """Return the mean amount of a falling piece of each item."""
+    if quantity != "downtime":
+        return np.broadcast_to(np.asarray(of_a_piece(values, quantity)), values.sizes["item"])
+    given = [values[f"downtime_{name}"].values.tolist() for name in ("median", "dispersion", "distribution")]
+    return np.array([Consequence(*of).mean if of[0] > 0.0 else 0.0 for of in zip(*given, strict=True)])
 
 
 def most_probability(results: xr.Dataset) -> float:

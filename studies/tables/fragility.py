@@ -84,21 +84,19 @@ def curves(results: xr.Dataset) -> Table:
     notes = (
         "Dispersions are of the blocks that uplift." if "uplift_median" in selected else "",
         "Motions and inputs vary together." if "sample_median" in selected else "",
-        f"Chances in {years} are means over the samples." if "sample_rate_mean" in selected else "",
     )
     title = "Fragility curves and rates" if yearly else "Fragility curves"
     return Table.of(title, rows, intervals(selected), *notes, chosen(selected))
 
 
 def _rates(curve: xr.Dataset, years: str) -> Cells:
-    """Return the annual rate of one curve and the chance in the study's years; of samples, their means."""
+    """Return the annual rate of one curve and the chance in the study's years; of samples the mean rate, too."""
     rate, means = range_of(curve, "rate"), None
     known = math.isfinite(rate.value)
     chance: Value = range_of(curve, "risk_probability") if known else None
     if known and "sample_rate_mean" in curve:
         ends = curve["sample_rate_quantile"].values.tolist()
         means = Range(curve["sample_rate_mean"].item(), ends[0], ends[-1])
-        chance = curve["sample_risk_probability_mean"].item()
     return {
         Column("rate", "once in", "years3", "years"): rate if known else "no curve",
         Column("chance", f"in {years}", "chance3"): chance,

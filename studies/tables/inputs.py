@@ -47,7 +47,7 @@ def anchoring(results: xr.Dataset) -> Table:
     )
     rest: Row = {"item": "Total", "floor": "", "consequences": "", "force": ""}
     budget = f"Budget: {given_number(float(results.attrs.get('budget', math.nan)))} {money}".rstrip() + "."
-    notes = [budget] if "budget" in results.attrs else []
+    notes = [budget] if "budget_chosen" in results else []
     return Table("Table 1. What to anchor", columns, [*rows, rest | total] if rows else [], notes)
 
 

@@ -68,6 +68,7 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
     spread = over_branches(results) if model == reference_law(results)[0] else {}
     yearly, roof, money = "item_rate" in results, roof_of(results), currency_of(results)
     bound, of_law = bound_of(results), results.isel(model=model)
+    unseen_rate = most_rate(results) if yearly else math.nan
     spans = {name: span(results[f"item_annual_{name}"]) for name in DRAWN if f"item_annual_{name}" in results}
     means = results["cost_median"].notnull().values if "cost_median" in results.coords else np.zeros(0)
     mean = dict(zip(results["item"].values.tolist(), means.tolist(), strict=False))
@@ -79,6 +80,7 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
         values = of_law.sel(item=piece.item)
         breaks = chance_of(values, f"{RUPTURE}_probability", f"item_{RUPTURE}_rate")
         rate = spread.get(piece.item, piece.chance)
+        saving = _saving(piece, unseen_rate)
         row: Cells = {
             Column("item", "piece"): piece.item,
             Column("room", "room"): piece.room,
@@ -101,12 +103,12 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
             ),
             Column("consequences", "consequence"): ", ".join(map(consequence_name, piece.consequences)) or None,
             Column("value", "mean cost, each", "given", money, priority=2): (
-                float(f"{piece.value:.2g}") if mean.get(piece.item) and piece.value else None
+                (float(f"{piece.value:.2g}") if mean.get(piece.item) else piece.value) if mean and piece.value else None
             ),
             Column("anchoring_cost", "anchoring, each", "given", money, priority=2, note=judged): piece.cost,
-            Column("saves", "saves per year, all", "three", money, priority=2): None if mean else piece.saving,
+            Column("saves", "saves per year, all", "amount", money, priority=2): None if mean else saving,
             Column("lost", "lost per year, all", "two", money, priority=2): (
-                piece.saving.value if mean and not piece.held else None
+                (saving if saving.value == 0.0 else saving.value) if mean and not piece.held else None
             ),
         }
         for name, (years, words) in spans.items():
@@ -122,6 +124,16 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
         BRANCHES if spread else intervals(results, rows),
         f"Chances are at {level_name(results)} = {level}." if level and results.sizes["level"] > 1 else "",
     )
+
+
+def _saving(piece: Piece, unseen_rate: float) -> Range:
+    """Return the annual saving of anchoring a line; of pieces that fall in no run 0 with its largest value as a bound.
+
+    `unseen_rate`: largest annual rate of an event in no motion.
+    """
+    if piece.held or piece.saving.value != 0.0:
+        return piece.saving
+    return Range(0.0, math.nan, unseen_rate * (piece.number * piece.value + piece.carried))
 
 
 def short_pieces(results: xr.Dataset, most: int = MOST_SHORT) -> Table:
@@ -299,7 +311,10 @@ def _values(results: xr.Dataset, piece: Piece, spread: Range | None, scale: floa
         values["injured_a_year"] = UNKNOWN if unseen else piece.injuries
     chance = UNKNOWN if piece.held else piece.chance
     if unseen:  # (no motion made it fall)
-        chance = ends_of(math.nan, most_rate(results) if yearly else math.nan)
+        rate = most_rate(results) if yearly else math.nan
+        chance = ends_of(math.nan, rate)
+        if piece.saving.value == 0.0:
+            values["saving_a_year"] = ends_of(math.nan, _saving(piece, rate).upper)
     if yearly:
         return values | {"chance_in_a_year": chance_in(chance, 1.0), "chance_in_50_years": chance_in(chance, YEARS)}
     return values | {"probability_at_level": chance}

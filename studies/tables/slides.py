@@ -39,8 +39,8 @@ from ..plan.slides import (
     TRIP_DISTANCE,
     TRIP_RATE,
 )
-from ..text.words import axis_of, by_place, display_unit, floor_cell, level_text, quantity_name, reference_law
-from .assessment import bound_of
+from ..text.words import axis_of, by_place, display_unit, floor_cell, quantity_name, reference_law
+from .assessment import at_the_level, bound_of
 from .pieces import chance_of
 from .table import Cells, Column, Table, chance_in, intervals, range_of
 
@@ -81,7 +81,7 @@ def slides(results: xr.Dataset) -> Table:
     level = (
         float(json.loads(str(results.attrs["until"]))[PROBABILITY]["level"]) if adaptive and SLIP in of_law else None
     )
-    at_level = f"at {level_text(level, axis_of(results))}" if level is not None else ""
+    at_level = at_the_level(results, level) if level is not None else ""
     return Table.of(
         "Sliding" if halves else f"Sliding {at_level or _when(results)}",
         rows,
@@ -103,7 +103,7 @@ def _when(results: xr.Dataset) -> str:
     if ("years" in results.attrs and f"{FALL_OFF}_risk_probability" in results) or SLIP_RATE in results:
         return f"in {years_text(float(results.attrs['years']))}"
     level = results["level"]
-    return f"at {level_text(float(level[middle_level(results['probability'])]), level)}"
+    return at_the_level(results, float(level[middle_level(results["probability"])]))
 
 
 def _chance(block: xr.Dataset, rate: str, chance: str, adaptive: bool = False) -> Range:
@@ -205,7 +205,7 @@ def item_slides(results: xr.Dataset, model: int = 0) -> Table:
         rows.append(row | (dict.fromkeys(falls) if why else falls))
     when = f"in {YEARS:g} years"
     if "item_rate" not in results:
-        when = f"at {level_text(float(results.attrs['at_level']), results['level'])}"
+        when = at_the_level(results, float(results.attrs["at_level"]))
     locked = f"{LOCKED.capitalize()} are as on feet, as long as the brakes hold." if LOCKED in contacts else ""
     title = f"Sliding of the pieces {when}"
     return Table.of(title, rows, intervals(results), SLIDES, locked)

@@ -40,6 +40,8 @@ FEWEST_ALIKE = 3
 """Fewest rows of a table in whose note the columns of one value are."""
 INTERVALS = "Ranges in brackets are {} intervals."
 UNBOUNDED = "(no interval)"
+SHARP = 1e-3
+"""Dispersion below which an end of an interval is open: the curve is a step."""
 AGREEING = "An interval is missing where all motions agree, or where too few of them overturn anything."
 
 
@@ -205,7 +207,9 @@ class Table:
         texts = {column: {*self.texts(column.key)} for column in self.columns[1:]}
         alike = {column: cells.pop() for column, cells in texts.items() if len(cells) == 1 and DASH not in cells}
         alike = {column: text for column, text in alike.items() if not (column.numeric and "(" in text)}
-        same = "; ".join(f"{column.title} {text} {column.unit}".rstrip() for column, text in alike.items())
+        # (words such as "not reached" have no unit)
+        units = {column: column.unit if any(map(str.isdigit, text)) else "" for column, text in alike.items()}
+        same = "; ".join(f"{column.title} {text} {units[column]}".rstrip() for column, text in alike.items())
         table = self.but(column.key for column in alike)
         return replace(table, notes=[f"In all rows: {same}.", *self.notes]) if alike else self
 
@@ -276,6 +280,8 @@ def _number(write: Write) -> Format:
     """Return the format of a number with its interval, both in the same digits."""
 
     def text(value: float, low: float, high: float) -> str:
+        if value == 0.0 and math.isnan(low) and high > 0.0:
+            return f"at most {write(high)}"  # (no run has any of it)
         bounded = not (math.isnan(low) or math.isnan(high))
         ends = interval_text(low, high, write) if bounded else ""
         if math.isnan(value):
@@ -352,7 +358,8 @@ def _dispersion(value: float, low: float, high: float) -> str:
     if math.isnan(value):
         return DASH
     text = f"above {FLAT:g}" if value > FLAT else three_digits(value)
-    return text if math.isnan(low) else f"{text} ({interval_text(low, math.inf if high > FLAT else high)})"
+    ends = low if low > SHARP else -math.inf, math.inf if high > FLAT else high
+    return text if math.isnan(low) else f"{text} ({interval_text(*ends)})"
 
 
 FORMATS: dict[str, Format] = {
@@ -360,6 +367,7 @@ FORMATS: dict[str, Format] = {
     "count": lambda value, *_: f"{value:,.0f}",
     "two": _number(two_digits),
     "three": _number(three_digits),
+    "amount": _number(three_digits),
     "short": _number(short_digits),
     "drawn": lambda value, error, _: short_digits(value) + ("" if math.isnan(error) else f" ± {short_digits(error)}"),
     "plus_minus": lambda value, error, _: DASH if math.isnan(value) else f"{value:.2f} ± {error:.2f}".replace("-", "−"),
@@ -387,5 +395,5 @@ FORMATS: dict[str, Format] = {
     "dispersion": _dispersion,
 }
 """Text of a value with the ends of its interval (NaN without) by the name of its format."""
-ESTIMATES = {"level", "level2", "years", "years3", "dispersion", "chance", "chance3", "share"}
+ESTIMATES = {"amount", "level", "level2", "years", "years3", "dispersion", "chance", "chance3", "share"}
 """Formats that name a missing interval."""

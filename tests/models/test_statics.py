@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import toppling as tp
+from toppling.core.doubts import ImplausibleInput
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.models import half_weight, required_force, static_capacity
 
@@ -27,6 +28,12 @@ class TestRequiredForce:
 
     def test_nothing_is_needed_below_uplift(self):
         assert required_force(BLOCK, 0.999 * G * 0.15 / 0.9, 1.0) == 0.0
+
+    def test_an_acceleration_in_g_is_doubted(self):
+        with pytest.warns(ImplausibleInput, match="0.4 m/s² does not tip the block: g in place of m/s²"):
+            assert required_force(BLOCK, 0.4, 1.7) == 0.0
+        assert required_force(BLOCK, 0.0, 1.7) == 0.0
+        assert required_force(BLOCK, 0.1, 1.7) == 0.0  # (0.1 g tips it no more than 0.1 m/s² does)
 
     def test_capacity_and_force_agree(self):
         """At the static capacity of a strap the force needed is its strength, with an offset and a lean too."""

@@ -4,6 +4,7 @@ import dataclasses
 import json
 import re
 import time
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from toppling.core.doubts import ImplausibleInput
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import HazardCurve, HazardError, annual_rate, read_hazard
 from toppling.fragility.hazard.level_weights import level_weights
-from toppling.fragility.hazard.plausibility import hazard_doubts
+from toppling.fragility.hazard.plausibility import hazard_doubts, point_off
 from toppling.motions.readers.lines import HEAD_LINES, Lines, RecordError
 from toppling.studies.file.hazard import hazard_table
 
@@ -910,6 +911,58 @@ def test_what_a_table_may_mean_otherwise(tmp_path, text, refused):
 def test_the_larger_component_of_a_comment_is_doubted(tmp_path, comment, heading, doubted):
     found = read_hazard(saved(tmp_path, f"# {comment}\n{heading} (g),rate (1/yr)\n0.1,0.03\n0.4,0.002\n"))
     assert any("of both components" in doubt.sentence for doubt in hazard_doubts(found)) == doubted
+
+
+@pytest.mark.parametrize(
+    ("comment", "point"),
+    [
+        ("# 475 years: 0.35 g", "0.35 g once in 475 years, and the curve has it once in 1,070 years"),
+        ("# PGA of 0.35 g with 10 % probability of exceedance in 50 years", "0.35 g once in 475 years"),
+        ("# return period 475: 0.4 g", "0.4 g once in 475 years"),
+        ("# 475 Jahre: 0.15 g", "0.15 g once in 475 years"),
+        ("# 0.01 per year at 0.25 g", "0.25 g once in 100 years"),
+        ("# 35 cm/s² once in 475 years", "0.03569 g once in 475 years"),
+        ("k0 = 2.4e-4 # annual rate at 1 g", "1 g once in 4,170 years"),
+        ("# 0.25 g once in 475 years", ""),
+        ("# T_R = 2,475 yr, 0.5 g", ""),
+        ("# 0.0021/yr at 0.25 g", ""),
+        ("# Sa(1.0) of 0.1 g once in 475 years", ""),  # (of another measure)
+        ("# 0.3 m/s once in 475 years", ""),
+        ("# 0.1 g and 0.2 g in 475 years", ""),  # (which of them is not known)
+        ("# levels in g, rates per year", ""),
+        ("years = 50 # up to 2.5 g", ""),
+    ],
+)
+def test_points_of_comments_that_are_off_the_curve(tmp_path, comment, point):
+    """One level and one time in a line: 0.25 g once in 476 years is on this curve."""
+    rows = "0.05,0.04\n0.1,0.0139\n0.25,0.0021\n0.5,0.0004\n0.8,0.0001\n"
+    file = saved(tmp_path, f"# {comment.strip('# ')}\npga (g),rate (1/yr)\n{rows}")
+    curve = HazardCurve([G * level for level in (0.05, 0.1, 0.25, 0.5, 0.8)], [0.04, 0.0139, 0.0021, 4e-4, 1e-4], "pga")
+    off = point_off(curve, ["# other words", comment])
+    assert off.startswith(point)
+    assert bool(off) == bool(point)
+    if comment.startswith("# ") and "Sa(" not in comment and " m/s" not in comment:
+        try:
+            said = [doubt.sentence for doubt in hazard_doubts(read_hazard(file)) if "a comment names" in doubt.sentence]
+        except HazardError as error:  # (rates above which a comment speaks of other things)
+            assert "a comment" in str(error)
+        else:
+            assert [point in sentence for sentence in said] == [True] * bool(point)
+
+
+def test_points_of_comments_in_files_of_the_package():
+    """Examples and starters: what a comment says of a hazard is on its curve."""
+    package = Path(tp.__file__).parent / "studies"
+    files = [*package.glob("examples/*.toml"), *package.glob("starters/*.toml")]
+    found = 0
+    for file in files:
+        text = file.read_text(encoding="utf-8")
+        table = tomllib.loads(text).get("hazard", {})
+        if "k0" in table or "rates" in table:
+            hazard = hazard_table(table).build("pgv" if table["unit"] == "m/s" else "pga", file.parent)
+            assert not point_off(hazard, text.splitlines()), file
+            found += 1
+    assert found >= 10
 
 
 @pytest.mark.parametrize(

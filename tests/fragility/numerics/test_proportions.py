@@ -1,5 +1,7 @@
 """Binomial intervals: published numbers, scipy, mpmath, and what share of the time they hold the truth."""
 
+import warnings
+
 import mpmath
 import numpy as np
 import pytest
@@ -116,3 +118,12 @@ def test_probabilities_take_any_of_them():
         assert found["lower"].attrs["long_name"].endswith(f"95 % {name} interval")
     with pytest.raises(ValueError, match="method must be one of"):
         tp.overturning_probability(runs, interval="normal")
+
+
+@pytest.mark.parametrize(("successes", "doubted"), [(0.3, True), ([0.3, 1.0], True), (0.5, False), ([0.3, 3.0], False)])
+def test_shares_in_place_of_numbers(successes, doubted):
+    """0.3 of 100 is not 30 %; half a success is one of a motion's two outcomes."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        wilson_interval(successes, 100)
+    assert ["a share in place of a number?" in str(one.message) for one in said] == [True] * doubted

@@ -66,6 +66,21 @@ def test_few_motions(number, half):
         assert all(pattern.fullmatch(one) for pattern, one in zip(said, found, strict=True))
 
 
+def test_copies_of_motions():
+    """Runs joined with themselves; those with other outcomes, or under other labels, are motions of their own."""
+    runs = tp.ida(SLENDER, LAW, shakes(20), LEVELS)
+    twice = runs.isel(motion=[*range(20), 3, 7])
+    assert any(
+        one.startswith("2 motions of 22 repeat another by label and outcomes")
+        for one in told(lambda: tp.fit_fragility(twice, replicates=20))
+    )
+    renamed = twice.assign_coords(motion=[f"motion {i}" for i in range(22)])
+    other = twice.copy(deep=True)
+    other["overturned"].values[..., 20:] ^= True
+    for data in (runs, renamed, other):
+        assert not any("repeat another" in one for one in told(lambda data=data: tp.overturning_probability(data)))
+
+
 def test_few_motions_of_a_stripe():
     """The stripe with the fewest counts; polarities of one motion are one."""
     runs = tp.stripes(SLENDER, LAW, [shakes(20), shakes(4), shakes(20)], [2.0, 4.0, 8.0])

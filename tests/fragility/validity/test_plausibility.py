@@ -10,8 +10,9 @@ import toppling as tp
 from toppling.core.doubts import ImplausibleInput, noted
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import curve_probability
-from toppling.fragility.validity.plausibility import block_doubts, law_doubts, level_doubts, period_doubts, unit_doubts
+from toppling.fragility.validity.plausibility import level_doubts, period_doubts
 from toppling.models.block_array import BlockArray
+from toppling.models.plausibility import block_doubts, law_doubts, unit_doubts
 
 CABINET = tp.Block(0.4, 1.8, name="cabinet")
 SHAKES = tp.motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
@@ -78,6 +79,8 @@ STRAP = tp.Restraint.strap(1.1, 267.0, slack=0.005)
         ({"cm_offset": -0.02}, ""),
         ({"lean": 3.5e-4}, "cabinet: leans by 0.02 degrees: radians in place of degrees?"),
         ({"lean": 0.0018}, ""),
+        ({"tilt_limit": 0.0052}, "cabinet: counts as overturned at 0.3 degrees: radians in place of degrees?"),
+        ({"tilt_limit": 0.0524}, ""),
         ({"wall": tp.Wall(0.0)}, ""),
         ({"edge": tp.Edge(0.05)}, ""),
     ],
@@ -103,6 +106,24 @@ def test_numbers_of_another_unit(scene, expected):
 )
 def test_periods_in_milliseconds(im, doubted):
     assert [one.kind for one in period_doubts(im)] == ["units"] * doubted
+
+
+@pytest.mark.parametrize(
+    ("im", "said"), [("Sa(1.0, 0.5)", "0.05 for 5 %"), ("RotD50(Sa(1.0, 0.5))", "0.05 for 5 %"), ("Sa(1.0, 0.3)", "")]
+)
+def test_damping_of_measures(im, said):
+    assert [said in doubt.sentence for doubt in period_doubts(im)] == [True] * bool(said)
+
+
+def test_single_runs_are_doubted_as_studies_are():
+    """Sizes in cm, and a strap of 20 N/m (brothers: free rocking, a zeta of 5): no study notes them."""
+    strapped = tp.Block(0.3, 1.8, mass=100.0, restraint=tp.Restraint.strap(1.75, 267.0, 20.0))
+    with pytest.warns(ImplausibleInput, match=r"0.4 m × 1.8 m with both divided by 100"):
+        tp.simulate(tp.Block(40.0, 180.0), tp.HousnerImpact(), SHAKES[0])
+    with pytest.warns(ImplausibleInput, match=r"N/m or kN/mm in place of N/mm"):
+        tp.simulate(strapped, tp.HousnerImpact(geometry="linear"), SHAKES[0])
+    with pytest.warns(ImplausibleInput, match=r"0.05 for 5 %"):
+        tp.free_rocking(CABINET, tp.ViscousDamping(zeta=5.0), 0.1, 1.0)
 
 
 def test_damping_in_per_cent():

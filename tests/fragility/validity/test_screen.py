@@ -135,7 +135,9 @@ class TestFrictionNeeded:
             (lambda: friction_at_uplift(2.0, 1.0, 1.0), "inertia_factor must be > 1, got 1"),
             (lambda: friction_at_impact(-1.0, 0.5), "slenderness must be > 0, got -1"),
             (lambda: friction_at_impact(2.0, 1.5), "e must be >= 0 and <= 1, got 1.5"),
-            (lambda: FixedFriction(0.0), "friction must be finite and > 0, got 0"),
+            (lambda: FixedFriction(0.0), "friction must be finite and > 0 and <= 10, got 0"),
+            (lambda: FixedFriction(40), "friction must be finite and > 0 and <= 10, got 40"),  # (per cent)
+            (lambda: LognormalFriction(40, 0.1), "median of friction must be finite and > 0 and <= 10, got 40"),
             (lambda: LognormalFriction(0.5, 0.0), "dispersion of friction must be finite and > 0"),
         ],
     )

@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 from decimal import Decimal, localcontext
@@ -13,6 +14,7 @@ from scipy import signal
 from shared_cases import shake
 
 from toppling import motions as mo
+from toppling.core.doubts import ImplausibleInput
 from toppling.core.units import STANDARD_GRAVITY
 from toppling.motions.intensity.peaks import displacement, velocity
 from toppling.motions.intensity.spectra import peak_displacements, peak_responses
@@ -355,3 +357,15 @@ class TestFiv3:
 def test_wrong_measures(act, error, message):
     with pytest.raises(error, match=message):
         act()
+
+
+@pytest.mark.parametrize(
+    ("periods", "damping", "said"),
+    [
+        ([100.0, 200.0], 0.05, "no spectrum has periods above 10 s: milliseconds in place of s?"),
+        ([0.1, 15.0], 0.5, "no spectrum has a damping ratio of 0.5: 0.05 for 5 %?"),
+    ],
+)
+def test_spectra_of_other_units_are_doubted(periods, damping, said):
+    with pytest.warns(ImplausibleInput, match=re.escape(said)):
+        mo.response_spectrum(mo.HalfSine(1.0, 6.0).sample(1), periods, damping)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from toppling import motions as mo
-from toppling.core.doubts import noted
+from toppling.core.doubts import ImplausibleInput, noted
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.motions.intensity.peaks import displacement, velocity
 from toppling.motions.intensity.spectra import peak_displacements
@@ -469,3 +469,9 @@ class TestStudyFile:
     def test_refuses(self, tmp_path, text, message):
         with pytest.raises(ValueError, match=message):
             self.build(tmp_path, text)
+
+
+def test_periods_of_a_target_in_milliseconds():
+    with pytest.warns(ImplausibleInput, match="no spectrum has periods above 10 s: milliseconds in place of s"):
+        mo.TargetSpectrum((100.0, 500.0, 1000.0), (6.0, 8.0, 4.0))
+    mo.TargetSpectrum((0.1, 1.0, 16.0), (6.0, 8.0, 0.4))  # (codes have long periods)

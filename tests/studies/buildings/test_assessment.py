@@ -1,6 +1,7 @@
 """Performance assessment: what falls together, in the building and in a year, and what anchoring saves."""
 
 import json
+import math
 from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
@@ -24,6 +25,9 @@ from toppling.studies.buildings import assessment as module
 from toppling.studies.buildings.anchoring import anchoring
 from toppling.studies.buildings.assessment import Assessment, assess
 from toppling.studies.buildings.notes import notes
+from toppling.studies.facts import building
+from toppling.studies.facts.say import say
+from toppling.studies.inventory.consequences import Consequence
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import example_path, read_inventory
 from toppling.studies.plots.assessment import anchoring_figure, exceedance_figure, levels_figure
@@ -33,6 +37,7 @@ mpl.use("Agg")
 
 LAW = tp.EnergyConsistent()
 FRAME = Building.flexural_shear(0.5, storeys=4)
+Z = 1.959963984540054  # (95 %)
 LEVELS = np.geomspace(0.8, 12.0, 7)
 CURVE = SimpleNamespace(
     levels=np.geomspace(0.2, 20.0, 12), rates=0.02 * np.geomspace(0.2, 20.0, 12) ** -1.8, im="pga", units="m s-2"
@@ -271,6 +276,47 @@ class TestInAYear:
         np.testing.assert_allclose(low.item_rate_upper[0], np.where(pieces, share, 0.0), rtol=1e-12)
         np.testing.assert_allclose(low.any_rate_upper.sel(place="building"), share, rtol=1e-12)
         assert "building.no_fall" in {fact.what for fact in notes(low)}
+        scenario = assess(INVENTORY, Assessment(LAW, shaking(6), [0.02], "pga", FRAME))
+        assert "building.no_fall" not in {fact.what for fact in notes(scenario)}  # (there are no annual values)
+
+    def test_bounds_of_amounts_without_a_fall(self):
+        """Wilson's end of 0 of 6 motions between the levels, and all above the last one; all pieces then fall."""
+        of = replace_curve(levels=[0.001, 1.0])  # (0.1 to 1e-4 per year: the rate is 1e-4 over the level)
+        low = assess(INVENTORY, Assessment(LAW, shaking(6), [0.01, 0.02], "pga", FRAME, of))
+        assert float(low.level_weight_above) == pytest.approx(5e-3)
+        rate = Z * Z / (6 + Z * Z) * (float(low.level_weight.sum()) - 5e-3) + 5e-3
+        rows = {row["place"]: row for row in annual(low).lines}
+        for place, number, loss in (("building", 12, 4 * 300 + 2 * 900 + 5 * 100 + 50), ("ground", 2, 2 * 900)):
+            assert rows[place]["number"] == (0.0, pytest.approx(math.nan, nan_ok=True), pytest.approx(number * rate))
+            assert rows[place]["loss"].upper == pytest.approx(loss * rate)
+        assert rows["floor 1"]["loss"].upper == 0.0  # (what is anchored cannot fall)
+        texts = dict(zip(rows, annual(low).texts("loss"), strict=True))
+        assert texts["building"].startswith("at most ")
+        assert texts["floor 1"] == "0"
+        facts = {fact.what: fact for fact in (*building.answer(low), *building.details(low))}
+        assert facts["building.nothing_falls"].upper == pytest.approx(rate)
+        assert facts["consequence.loss"].upper == pytest.approx(rows["building"]["loss"].upper)
+        assert say(facts["consequence.loss"], "page") == f"Expected loss: at most {rate * 3550:.2g} EUR per year."
+
+    def test_amounts_that_no_piece_of_a_floor_states(self):
+        """Not 0 days: the case on the ground states no downtime, the shelves of 8 exp(0.5²/2) days each do."""
+        rows = [replace(row, downtime=Consequence(8.0, 0.5)) if row.label == "shelf" else row for row in INVENTORY.rows]
+        of = replace_curve(levels=[0.001, 1.0])
+        low = assess(replace(INVENTORY, rows=tuple(rows)), Assessment(LAW, shaking(6), [0.01, 0.02], "pga", FRAME, of))
+        cells = {row["place"]: row["downtime"] for row in annual(low).lines}
+        assert cells["ground"] == "not stated"
+        assert cells["floor 1"].value == 0.0  # (what is anchored cannot fall)
+        rate = float(next(building.answer(low)).upper)
+        assert cells["building"].upper == pytest.approx(rate * 4 * 8.0 * math.exp(0.125) * 1000.0)
+        assert annual(low).texts("downtime")[0].startswith("at most ")
+
+    def test_amounts_without_an_interval_say_so(self, found):
+        alike = found.copy(deep=True)
+        for end in ("_lower", "_upper"):
+            alike[f"annual_number{end}"][:] = np.nan
+        assert annual(alike).texts("number")[0].endswith(" (no interval)")
+        assert "all motions agree" in annual(alike).note
+        assert "all motions agree" not in annual(found).note
 
     def test_levels_that_begin_too_high_are_noted(self):
         high = assess(INVENTORY, Assessment(LAW, shaking(6), [6.0, 12.0], "pga", FRAME, CURVE))

@@ -376,6 +376,12 @@ class TestBudget:
         assert [*items[budget_set(results(), 2100.0).chosen]] == ["shelf", "crate"]
         assert [*items[budget_set(results(), 2420.0).chosen]] == ["rack", "shelf", "crate"]
 
+    def test_a_budget_for_kits_is_not_of_the_recommended_lines(self):
+        """Without costs of anchoring the budget buys kits alone: these lines may cost more."""
+        given = results(budget=2650.0, kind="performance").assign_coords(law=("model", ["housner"]))
+        assert math.isnan(advice(given)["anchoring.lines"].more["budget"])
+        assert "Budget" not in anchoring(given).note
+
     def test_the_table_marks_them(self):
         given = results()
         chosen = budget_set(given, 2420.0).chosen
@@ -417,6 +423,8 @@ class TestTables:
         assert texts["rack"]["chance"] == "9.5\u00a0% (7.2–12)"
         assert texts["never"]["chance"].startswith("at most 11")  # 3.84/43.84 of 0.0254 a year, all beyond
         assert texts["never"]["level"] == "not reached"
+        unseen = 3.8415 / 43.8415 * 0.0254 + 0.0001  # (of 1,000 EUR)
+        assert texts["never"]["saves"] == f"at most {1000.0 * unseen:.3g}"
         assert texts["held"]["chance"] == "–"
         assert texts["shelf"]["recommendation"] == REDUCES
 
@@ -427,6 +435,10 @@ class TestTables:
         assert rows["rack"]["saving_a_year (EUR/year)"] == pytest.approx(120.0)
         assert rows["never"]["level_at_10_percent (m s-2)"] is None
         assert rows["never"]["chance_in_a_year (1)"] is None
+        assert rows["never"]["saving_a_year (EUR/year)"] is None
+        assert rows["never"]["saving_a_year_upper (EUR/year)"] == pytest.approx(
+            1000.0 * -math.log1p(-rows["never"]["chance_in_a_year_upper (1)"])
+        )
         assert rows["unpriced"]["anchoring_cost (EUR)"] is None
         assert not any("probability_at_level" in name for name in heading)
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
 
 import toppling as tp
@@ -21,7 +22,7 @@ from toppling.studies.facts.notes import notes_of
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import InventoryError, read_inventory
 from toppling.studies.plan.slides import Slides
-from toppling.studies.tables.assessment import at_most
+from toppling.studies.tables.assessment import at_most, at_the_level
 from toppling.studies.tables.pieces import exported_pieces
 from toppling.studies.tables.slides import item_slides
 
@@ -162,10 +163,16 @@ class TestWords:
             results[f"item_trip_rate{end}"][:] = rate
         assert item_slides(results).texts("trips")[1] == "39\u00a0% (22–63)"  # (once in 100 years, 50 to 200)
         level = found(*ROWS, hazard=None).assign_attrs(at_level=float(LEVELS[-1]))
+        assert item_slides(level).title == f"Sliding of the pieces {at_the_level(level, float(LEVELS[-1]))}"
         assert item_slides(level).texts("trips")[1] == at_most(level)  # (no run of the cabinet trips there)
         for end, chance in {"": 0.39, "_lower": 0.22, "_upper": 0.63}.items():
             level[f"trip_probability{end}"][:] = chance
         assert item_slides(level).texts("trips")[1] == "39\u00a0% (22–63)"
+
+    def test_titles_name_the_measure(self):
+        level = xr.DataArray([0.5 * 9.80665], dims="level", attrs={"im": "pga", "units": "m s-2"})
+        level.attrs["long_name"] = "peak ground acceleration of the ground"
+        assert at_the_level(xr.Dataset(coords={"level": level}), 0.5 * 9.80665) == "at PGA of the ground = 0.5 g"
 
     def test_notes(self, results):
         assert "sliding.trip_criterion" in {fact.what for fact in item_slide_notes(results, Inventory(ROWS))}

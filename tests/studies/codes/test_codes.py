@@ -5,9 +5,12 @@ from dataclasses import replace
 
 import pytest
 
+from toppling.models import catalogue
+from toppling.studies.buildings.pieces import SAFETY, component_of
 from toppling.studies.codes.asce7 import Asce7, Factors, height_factor
 from toppling.studies.codes.check import EXEMPT, REQUIRED, UNCHECKED, Component, anchor_demand
 from toppling.studies.codes.eurocode8 import Eurocode8
+from toppling.studies.inventory.contents import Contents
 
 FACTORS = {"storage": Factors(1.4, 1.5, 1.0), "equipment": Factors(2.2, 2.0, 1.0)}
 
@@ -124,10 +127,30 @@ class TestEurocode8:
             (Eurocode8(0.05, 1.2, 0.0), shelf(safety=True), REQUIRED),
             (Eurocode8(0.25, 1.2, 0.0), shelf(), UNCHECKED),
             (Eurocode8(0.25, 1.2, 0.0), shelf(importance=1.5), REQUIRED),
+            (Eurocode8(0.25, 1.2, 0.0), shelf(stated=True), EXEMPT),
+            (Eurocode8(0.25, 1.2, 0.0), shelf(stated=True, safety=True), REQUIRED),
+            (Eurocode8(0.25, 1.2, 0.0), shelf(stated=True, importance=1.5), REQUIRED),
         ],
     )
     def test_who_must_be_anchored(self, code, one, status):
         assert code.check(one).status == status
+
+    @pytest.mark.parametrize(
+        ("consequences", "safety", "status"),
+        [
+            ((), SAFETY, UNCHECKED),
+            (("none",), SAFETY, EXEMPT),
+            (("medication", "records"), SAFETY, EXEMPT),
+            (("medication",), ("medication",), REQUIRED),  # (a service of a critical facility)
+            (("medication", "injury"), SAFETY, REQUIRED),
+            (("injuries",), SAFETY, UNCHECKED),  # (a slip of the pen must not exempt)
+            (("Verletzung",), SAFETY, UNCHECKED),
+        ],
+    )
+    def test_stated_consequences(self, consequences, safety, status):
+        """An empty cell alone, or a word that may mean a danger, leaves the danger to people unknown."""
+        row = Contents("shelf", catalogue["bookcase-5-shelf"], floor=0, consequences=consequences)
+        assert Eurocode8(0.25, 1.2, 0.0).check(component_of(row, None, safety)).status == status
 
     def test_what_is_missing_is_said(self):
         found = Eurocode8(0.25, 1.2, 0.3).check(shelf(at_grade=True, safety=True))

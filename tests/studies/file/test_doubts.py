@@ -182,6 +182,15 @@ class TestNotes:
             with pytest.raises(StudyError, match=message):
                 tp.Study.from_toml(path)
 
+    def test_a_point_of_a_comment_that_is_off_the_curve(self, tmp_path):
+        path = write(tmp_path, offset=0.0)
+        text = path.read_text(encoding="utf-8")
+        table = '[hazard]\nlevels = [0.1, 0.4, 0.8]\nrates = [1e-2, 1e-3, 1e-4]\nunit = "g"\n'
+        for comment, off in (("0.4 g once in 475 years", True), ("0.4 g once in 1,000 years", False)):
+            path.write_text(f"{text}# {comment}\n{table}", encoding="utf-8")
+            notes = [note for note in tp.Study.from_toml(path).notes if "a comment names" in note]
+            assert [f"{path.name}: a comment names 0.4 g once in 475 years" in note for note in notes] == [True] * off
+
     def test_an_unknown_kind(self, tmp_path):
         with pytest.raises(StudyError, match=r"accept.* must be one of block size, .*, got 'ofset'.*did you mean"):
             tp.Study.from_toml(write(tmp_path, top='accept = ["ofset"]'))
@@ -309,12 +318,14 @@ class TestCorrections:
             ("near-fault", "f_c_hz = 6.67", "f_c: 6.67 Hz"),
             ("seismological", "q0 = 1.8", "q0: 1.8"),
             ("seismological", "kappa_s = 0.4", "kappa: 0.4 s"),
+            ("seismological", "q0 = 50 # of the step", ""),
             ("seismological", "q0 = 50\nkappa_s = 0", ""),
         ],
     )
     def test_parameters_of_generators_of_another_unit(self, tmp_path, generator, keys, said):
         path = write(tmp_path, offset=0.0)
-        made = f'generator = "{generator}"\nnumber = 1\ndt_s = 0.02\n{keys}\n'
+        step = "" if "dt_s" in keys else "dt_s = 0.02\n"
+        made = f'generator = "{generator}"\nnumber = 1\n{step}{keys}\n'
         path.write_text(path.read_text(encoding="utf-8").replace('records = "*.csv"\n', made), encoding="utf-8")
         notes = [note for note in tp.Study.from_toml(path).notes if "usual are" in note]
         assert len(notes) == bool(said)

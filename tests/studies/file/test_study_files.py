@@ -19,7 +19,7 @@ from toppling.studies.file.include import line_of
 from toppling.studies.file.schema import StudyFile, read_study_file
 from toppling.studies.plan import size
 
-NUMBER = "a finite number > 0, of |θ|/α, got "
+NUMBER = "a number > 0 and <= 3, of |θ|/α, got "
 SMALL = """title = "A small study"
 
 [[blocks]]
@@ -306,6 +306,7 @@ MESSAGES = [
     (SMALL.replace("width_m = 0.5", "width_m = 0.5\nwall_gap_m = 0.02"), "'wall_gap_mm'? Then multiply by 1000"),
     (SMALL + "[friction]\ncoefficient = 0.4\n", "unknown key 'friction.coefficient'; did you mean 'static'?"),
     (SMALL + "[friction]\nmu_s = 0.4\n", "unknown key 'friction.mu_s'; did you mean 'static'?"),
+    (SMALL + "[fit]\nstate = 50\n", f"fit.state: must be a word, as 'overturned', or {NUMBER}50"),
     (SMALL + "[fit]\nconfidence = 95\n", "fit.confidence: must be >= 0.5 and < 1, got 95"),
     (SMALL + "[fit]\nconfidence = 0.05\n", "fit.confidence: must be >= 0.5 and < 1, got 0.05"),
     (SMALL + "[fit]\nmodelling_dispersion = 4\n", "fit.modelling_dispersion: must be >= 0 and <= 1.5, got 4"),

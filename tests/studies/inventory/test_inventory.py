@@ -15,6 +15,7 @@ import openpyxl
 import pytest
 from openpyxl.styles import Font
 from openpyxl.worksheet.worksheet import Worksheet
+from study_texts import motions
 
 import toppling as tp
 from toppling.core.doubts import ImplausibleInput
@@ -23,7 +24,7 @@ from toppling.studies import StudyError
 from toppling.studies.buildings.notes import inventory_notes
 from toppling.studies.buildings.pieces import SAFETY
 from toppling.studies.facts.say import notes_said
-from toppling.studies.inventory.contents import Contents, Inventory
+from toppling.studies.inventory.contents import Contents, Inventory, place_doubts
 from toppling.studies.inventory.reading import COLUMNS, InventoryError, example_path, read_inventory
 
 SHELF = tp.catalogue["bookcase-5-shelf"]
@@ -397,6 +398,8 @@ A = "0.5,0.4,,1,"
         ("width_m,value,anchoring_cost", ["0.4,1000,200000"], r"more than 100 times .* \(a: 200,000 for 1,000\)"),
         ("width_m,cost_median,anchoring_cost", ["0.4,10,5000"], r"more than 100 times .* \(a: 5,000 for 10\)"),
         ("width_m,value,anchoring_cost", ["0.4,1000,2000"], ""),
+        ("width_m,anchored,anchor_strength_n", ["0.4,yes,1.2"], r"anchors below 10 N .*, kN .* \(a: 1.2 N\)"),
+        ("width_m,anchored,anchor_strength_n", ["0.4,yes,1200"], ""),
         ("width_m,persons_exposed,injury_probability", ["0.4,10,0.5"], r"more than 1 person injured .* \(a: 5\)"),
         (ON, [A, "0.5,0.35,,1,a"], ""),
         (ON, [A, "0.5,0.5,,1,a"], r"pieces do not fit on what they stand on, .* \(b on a: wider\)"),
@@ -413,6 +416,51 @@ def test_what_pieces_cost_mean_and_carry(tmp_path, columns, rows, words):
     found = [str(one.message) for one in said]
     assert len(found) == bool(words), found
     assert not words or re.search(words, found[0]), found
+
+
+def placed(*floors, height=1.8):
+    return [Contents(f"piece {i}", tp.Block(0.4, height), floor) for i, floor in enumerate(floors)]
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        (placed(1, 2, 3), "floors 1 to 3, the roof, and none on floor 0, the ground: are floors counted from 1?"),
+        (placed("1", "3"), "are floors counted from 1?"),
+        (placed(0, 1, 3), ""),
+        (placed(1, 2), ""),
+        (placed(3, 3), ""),  # (a plant on the roof alone)
+        (placed(0, 1, height=6.0), "higher than their storey (piece 0: 6 m in 4 m, piece 1: 6 m in 3 m): feet?"),
+        (placed(0, 3, height=3.5), ""),  # (on the roof nothing limits it)
+    ],
+)
+def test_floors_from_1_and_pieces_in_feet(rows, words):
+    found = [doubt.sentence for doubt in place_doubts(rows, [0.0, 4.0, 7.0, 10.0])]
+    assert len(found) == bool(words), found
+    assert not words or words in found[0]
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ("variability = { restitution_sd = 0.3 }", "standard deviation of the restitution: 0.3, usual are"),
+        ("variability = { slenderness_dispersion = 0.5 }", "dispersion of the slenderness: 0.5, usual are"),
+        ("discount_rate = 0.4", "discount rate: 0.4, usual are 0.0001 to 0.2: per cent?"),
+        ("variability = { restitution_sd = 0.03, slenderness_dispersion = 0.05 }\ndiscount_rate = 0.0", ""),
+        ("im = 'pga'\nlevels = { values = [0.2], unit = 'g' }", "are floors counted from 1?"),
+    ],
+)
+def test_numbers_of_an_inventory_study_of_another_unit(tmp_path, keys, words):
+    floors = (1, 4) if "floors" in words else (0, 1)
+    rows = "".join(f"shelf {floor},0.3,1.8,{floor}\n" for floor in floors)
+    (tmp_path / "things.csv").write_text(f"item,width_m,height_m,floor\n{rows}", encoding="utf-8")
+    building = '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nstoreys = 4\n'
+    text = f'title = "x"\n[[models]]\nlaw = "housner"\n{motions(2)}{building}'
+    file = tmp_path / "study.toml"
+    file.write_text(f'{text}[performance]\ninventory = "things.csv"\n{keys}\n', encoding="utf-8")
+    said = [doubt.sentence for doubt in tp.Study.from_toml(file).doubts if doubt.kind in ("units", "table")]
+    assert len(said) == bool(words), said
+    assert not words or words in said[0]
 
 
 @pytest.mark.parametrize(

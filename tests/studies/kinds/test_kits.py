@@ -276,6 +276,8 @@ class TestResults:
         budget, target = actions["kit.for_budget"], actions["kit.for_target"]
         bought = zip(results["budget_kit"][0].values.tolist(), results["item"].values.tolist(), strict=True)
         assert (budget.more["budget"], budget.value) == (200.0, float(results["budget_cost"][0]))
+        assert say(budget, "page").startswith("For the budget of 200")
+        assert [say(fact, "page").count("Several pieces") for fact in (budget, target)] == [1, 0]
         assert {*budget.more["pairs"]} == {pair for pair in bought if pair[0]}
         assert budget.more["now"][0] == pytest.approx(math.fsum((results["item_rate"][0] * results["count"]).values))
         assert budget.more["then"] == [float(results[f"budget_{name}"][0]) for name in ("falls", "front_falls")]

@@ -120,6 +120,12 @@ class TestLaboratory:
         assert actions["support.lock_castors"].names == ("“instrument trolley”",)
         assert actions["support.check_brakes"].names == ("“ultra-low freezer”", "“server rack”")
 
+    def test_a_value_is_a_mean_cost(self, laboratory):
+        """The bookcase has a value of 420 EUR, and no dispersion."""
+        costs = {row["item"]: row["value"] for row in pieces(laboratory).lines}
+        assert costs["bookcase"] == 420.0
+        assert costs["standing cabinet"] == 1000.0  # (900 exp(0.5²/2) to two digits)
+
     def test_tables_of_pieces_hold_it(self, laboratory):
         table = exported_pieces(laboratory)
         rows = {row["item"]: row for row in table.lines}

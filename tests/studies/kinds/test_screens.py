@@ -225,6 +225,9 @@ class TestFriction:
         assert notes_named(unknown, "friction.not_given")
         check = check_of(unknown, "sliding")
         assert check.word == UNKNOWN
+        assert {*check.more} == {"uplift", "rocking"}  # (two needs, no range of one)
+        assert math.isnan(check.lower)
+        assert math.isnan(check.upper)
 
     def test_a_distribution(self, tmp_path):
         """Sliding counts where it is more likely than not: the median decides."""

@@ -18,6 +18,7 @@ from toppling.core.facts import INVALID
 from toppling.core.wording import two_digits
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
+from toppling.studies.command.verdict import verdict
 from toppling.studies.facts import building, curves
 from toppling.studies.facts.bars import MOST, bars_of
 from toppling.studies.facts.footnotes import footnotes
@@ -365,6 +366,7 @@ class TestFacts:
             "other dimensions unchanged. Other laws give 0.50 m. “shelf” misses that: anchor it if the size cannot "
             "change."
         )
+        assert say(size, "page") in verdict(results, answered=True)[0]  # (the study asks for it)
 
     def test_the_share_beyond_the_hazard_curve(self, folder):
         """The footnote gives the shares of the marked rows themselves."""

@@ -1,8 +1,12 @@
 """Tables say once what all rows or groups of rows have in common; captions do not repeat earlier captions."""
 
+import math
+
 import matplotlib.pyplot as plt
+import xarray as xr
 
 from toppling.studies.report.figures import pictures_of
+from toppling.studies.tables.fragility import _rates
 from toppling.studies.tables.table import Column, Table
 
 COLUMNS = Column("name", "piece"), Column("height", "height", "short", "m"), Column("law", "law")
@@ -16,6 +20,24 @@ def test_a_column_of_one_value_is_in_the_note():
     table = Table.of("Sizes", rows(("a", 1.6, "x"), ("b", 1.6, "y"), ("c", 1.6, None))).common()
     assert [column.key for column in table.columns] == ["name", "law"]
     assert "height 1.6 m" in table.note
+
+
+def test_words_in_a_note_have_no_unit():
+    table = Table.of("Sizes", rows(*((name, "not reached", "x") for name in "abc"))).common()
+    assert "height not reached;" in table.note
+
+
+class TestUncertain:
+    def test_a_chance_is_of_the_rate_beside_it(self):
+        """Once in 2,410 years is 2.05 % in 50 years, whatever the mean rate of few samples is."""
+        rate = {"rate": 1 / 2410, "rate_lower": 1 / 4030, "rate_upper": 1 / 1540}
+        chance = {name.replace("rate", "risk_probability"): -math.expm1(-50.0 * value) for name, value in rate.items()}
+        curve = xr.Dataset({**rate, **chance, "sample_rate_mean": 1 / 1010, "sample_risk_probability_mean": 0.0476})
+        curve["sample_rate_quantile"] = "quantile", [1 / 4940, 1 / 479]
+        texts = {column.title: column.text(value) for column, value in _rates(curve, "50 years").items()}
+        assert texts["once in"] == "2,410 (1,540–4,030)"
+        assert texts["in 50 years"] == "2.05\u00a0% (1.23–3.19)"
+        assert texts["mean of the samples, 90 % of them"] == "1,010 (479–4,940)"
 
 
 def test_two_rows_or_dashes_keep_their_columns():

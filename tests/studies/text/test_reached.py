@@ -82,6 +82,8 @@ def test_flat_curves(results):
     assert write(dispersion_of(flat)).startswith("above 10 (")
     flat["dispersion"][()], flat["dispersion_lower"][()] = 0.5, 0.2
     assert write(dispersion_of(flat)) == "0.500 (above 0.200)"
+    flat["dispersion_lower"][()], flat["dispersion_upper"][()] = 6.4e-17, 1.57
+    assert write(dispersion_of(flat)) == "0.500 (below 1.57)"  # (a step is no dispersion of 6e-17)
 
 
 class TestWithinLevels:
