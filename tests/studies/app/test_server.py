@@ -4,7 +4,8 @@ import asyncio
 import json
 import random
 import tomllib
-from urllib.parse import quote
+from http.client import HTTPConnection
+from urllib.parse import quote, urlsplit
 
 import numpy as np
 import pytest
@@ -15,9 +16,11 @@ from toppling.studies.command.cli import main
 
 pytest.importorskip("starlette", reason="needs the extra app")
 
+from live_page import served
+
 from toppling.studies.app import answers
 from toppling.studies.app.page import Page
-from toppling.studies.app.server import HEADERS, MOST_BYTES, application
+from toppling.studies.app.server import HEADERS, MOST_BYTES, MOST_OF_FILE, application
 
 TOKEN, PORT = "t0ken", 8000
 HOST = f"127.0.0.1:{PORT}"
@@ -178,11 +181,17 @@ def test_two_thousand_hostile_requests(app, page, folder):
             large = [
                 (b"content-length", draw.choice([b"100000000", b"-1", b"x", b"1e9", str(MOST_BYTES + 1).encode()]))
             ]
-            status, _, said = ask(app, f"/{TOKEN}/change", b"a" * 10, headers=large, length=False)
+            at = draw.choice(["change", "hazard", "save", "variant"])
+            status, _, said = ask(app, f"/{TOKEN}/{at}", b"a" * 10, headers=large, length=False)
         else:
-            chosen = draw.choice([multipart, multipart * 40, b"a" * (MOST_BYTES + 1)])
-            headers = [(b"content-type", b"multipart/form-data; boundary=x")]
-            status, _, said = ask(app, f"/{TOKEN}/change", chosen, headers=headers, length=bool(number % 3))
+            at = draw.choice(["change", "hazard"])
+            chosen = draw.choice([*spoilt, multipart, multipart * 40, multipart[:70], b"a" * (MOST_OF_FILE + 1)])
+            kinds = [b"multipart/form-data; boundary=x", b"multipart/form-data", b"\xff"]
+            headers = [(b"content-type", draw.choice(kinds))]
+            names = ["x.csv", "x.json", "../../x.csv", "/etc/passwd", "<b>.csv", "x\x00.csv", "", "é" * 300 + ".csv"]
+            query = f"name={quote(draw.choice(names))}".encode()
+            whole = number % 16 == 7
+            status, _, said = ask(app, f"/{TOKEN}/{at}", chosen, None, headers, query, length=whole)
         assert status in (413, 422), (kind, status, said[:200])
         assert len(said) < 700
         assert "Traceback" not in said
@@ -191,6 +200,37 @@ def test_two_thousand_hostile_requests(app, page, folder):
     assert statuses == {413, 422}
     assert json.dumps(page.content) == content
     assert {file.name: file.read_bytes() for file in folder.iterdir()} == before
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", ["change", "hazard?name=x.csv"])
+@pytest.mark.parametrize("chunked", [False, True])
+def test_one_hundred_megabytes_over_the_wire(tmp_path, path, chunked):
+    """The page answers or closes the connection early, goes on serving, and writes nothing."""
+    with served(tmp_path) as address:
+        place = urlsplit(address)
+        connection = HTTPConnection(place.netloc, timeout=60)
+        length = {} if chunked else {"Content-Length": "100000000"}
+        sent = 0
+
+        def parts():
+            nonlocal sent
+            for _ in range(100):
+                sent += 1
+                yield b"a" * 1_000_000
+
+        try:
+            connection.request("POST", place.path + path, parts(), length, encode_chunked=chunked)
+            reply = connection.getresponse()
+            assert reply.status == 413
+            assert b"at most" in reply.read()
+        except OSError:  # (it was closed before all was sent)
+            assert sent < 100
+        connection.close()
+        other = HTTPConnection(place.netloc, timeout=60)
+        other.request("GET", place.path + "study/piece")
+        assert other.getresponse().status == 200
+        assert {file.name for file in tmp_path.iterdir()} <= {"piece.live.toml"}
 
 
 @pytest.mark.slow
