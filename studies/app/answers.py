@@ -1,7 +1,7 @@
 """Answers of the live page: a quick answer under the reference law, and full answers, by the steps of studies alone.
 
-The page has studies of one state: the piece with its hazard, the piece in one unscaled earthquake, both with less
-restitution, and the piece with each of its restraints. Motions and results are kept from one change to the next.
+The page has studies of one state: the piece with its hazard, in one unscaled earthquake, and with each of its
+restraints. The first two have a study with less restitution. Motions and results are kept from one change to the next.
 """
 
 from __future__ import annotations
@@ -285,8 +285,8 @@ def _plain(values: Array) -> list[float]:
 class Range(NamedTuple):
     """A chance with its ranges, each None if the study has none.
 
-    They are of the motions, of the laws (by name), of friction (up to the chance without sliding), of the restitution,
-    and if all capacities are off by one factor.
+    The range of friction reaches to the chance without sliding. The range of the model is of one factor on all
+    capacities. The chances of the laws are by name.
     """
 
     value: float
