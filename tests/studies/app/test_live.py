@@ -234,6 +234,7 @@ def test_axe_finds_nothing(browser, address, width, dark):
     browser.change("blocks-0-width_m", "abc")
     assert browser.run(axe + VIOLATIONS) == []
     browser.change("blocks-0-width_m", "36")
+    browser.wait("document.getElementById('message').hidden && document.querySelector('.older')")
     assert browser.run(axe + VIOLATIONS) == []
     browser.change("blocks-0-width_m", "35")
     browser.complete(int(browser.run("document.body.dataset.version")))
