@@ -230,7 +230,7 @@ def test_axe_finds_nothing(browser, address, width, dark):
     browser.complete(0)
     browser.run("document.querySelectorAll('details').forEach((details) => { details.open = true; })")
     browser.run("document.getElementById('play').click(); document.querySelector('#basis .show').click()")
-    browser.wait("!document.getElementById('film').hidden && !document.getElementById('text').hidden")
+    browser.wait("document.getElementById('film').dataset.frame && !document.getElementById('text').hidden")
     browser.change("blocks-0-width_m", "abc")
     assert browser.run(axe + VIOLATIONS) == []
     browser.change("blocks-0-width_m", "36")
