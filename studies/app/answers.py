@@ -259,7 +259,7 @@ def numbers_of(study: FragilityStudy, stopped: Callable[[], bool] = bool, *, qui
                     found = found.assign(study.risk.modelling_range(curves, fit.modelling_dispersion))
             if study.slides is not None:
                 slides = study.slides.chances(study.blocks, in_plane(runs))[INSTEAD]
-                found = found.assign(gated(slides, found.data_vars))
+                found = found.assign(gated(slides, {str(name): found[name] for name in found.data_vars}))
     except ValueError as error:
         raise StudyError(f"{study.title}: {error}") from None
     at = {"block": 0, "model": reference_law(found)[0]}
