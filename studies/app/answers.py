@@ -1,7 +1,7 @@
 """Answers of the live page: a quick answer under the reference law, and full answers, by the steps of studies alone.
 
-The page has three studies of one state: the piece with its hazard, the piece in one unscaled earthquake, and the piece
-with each of its restraints. Motions and results of finished studies are kept from one change to the next.
+The page has studies of one state: the piece with its hazard, in one unscaled earthquake, and with each of its
+restraints. The first two have a study with less restitution. Motions and results are kept from one change to the next.
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ import xarray as xr
 from pydantic import ValidationError
 
 from ...core.aliases import Array
+from ...core.doubts import noted
 from ...core.parameters import declared
-from ...fragility import curve_probability
+from ...fragility import curve_probability, probability_in
 from ...fragility.curves.curve import LEAST
 from ...fragility.risk.modelling import LOWER, UPPER
 from ...models import Block
@@ -36,17 +37,20 @@ from ..file.models import model_table
 from ..file.refusals import refusals
 from ..file.schema import MotionSet, StudyFile
 from ..file.table import all_errors
-from ..kinds.fragility import FragilityStudy
+from ..kinds.fragility import OBSERVED, FragilityStudy
 from ..kinds.study import study_of as study_in
+from ..plan.risk import RISK_NAMES, without_replicates
+from ..plan.slides import GATED, GATED_RATE, INSTEAD, gated, in_plane
 from ..text.error import StudyError
-from ..text.reached import within_levels
 from ..text.words import display_unit, quantity_name, reference_law, reference_position, with_law_names
-from .state import EARTHQUAKE, FREE, PIECE, REMEDIES, VARIANT, piece_of
+from .state import EARTHQUAKE, FREE, LESS_RESTITUTION, PIECE, REMEDIES, VARIANT, piece_of
 
 POINTS = 60
 """Points of a drawn curve."""
 MATCHED = "the piece"
 """Name of the block of both variants."""
+LEAST_FACTOR = 0.7
+"""Lowest restitution over e_R: of the example of uncertain inputs; on rubber tests have two thirds (experiments.md)."""
 MOST_KEPT = 24
 """Most motions, and most results, that are kept."""
 Kept = TypeVar("Kept")
@@ -125,13 +129,13 @@ def contents_of(content: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     piece = {**copy.deepcopy(dict(content)), "models": applicable(content, [held] if held else [], block)}
     piece["restraints"] = {name: table for name, table in piece.get("restraints", {}).items() if table == held}
     piece = {key: table for key, table in piece.items() if table != {}}
-    # (what slides is a question to the study of the piece alone)
     held_fast = {key: table for key, table in copy.deepcopy(piece).items() if key != "friction"}
-    earthquake = {key: table for key, table in copy.deepcopy(held_fast).items() if key not in ("hazard", "fit")}
+    earthquake = {key: table for key, table in copy.deepcopy(piece).items() if key not in ("hazard", "fit")}
     earthquake["title"] = f"{piece['title']}: one earthquake"
     earthquake["ida"] = {key: value for key, value in piece["ida"].items() if key in ("im_at", "polarity")}
     earthquake["ida"] |= {"im": "scale", "levels": {"values": [1.0], "unit": "1"}}
     found = {PIECE: piece, EARTHQUAKE: earthquake}
+    found |= {name: less for of, name in LESS_RESTITUTION.items() if (less := _with_less_restitution(found[of]))}
     tables = content.get("restraints", {})
     if tables and "hazard" in content and "mass_kg" in content["blocks"][0]:
         free = {key: value for key, value in content["blocks"][0].items() if key != "restraint"}
@@ -145,6 +149,17 @@ def contents_of(content: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
             "models": models,
         }
     return found
+
+
+def _with_less_restitution(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a study under its reference law with less restitution; empty if the law has none, or a given one."""
+    law = content["models"][reference_position([str(model.get("law")) for model in content["models"]])[0]]
+    has_one = law.get("law") in LAWS and "restitution_factor" in declared(LAWS[law["law"]])
+    if not has_one or {"e", "restitution_factor"} & {*law}:
+        return {}
+    less = {key: copy.deepcopy(table) for key, table in content.items() if key != "friction"}
+    models = [{**law, "restitution_factor": LEAST_FACTOR}]
+    return {**less, "title": f"{content['title']}: less restitution", "models": models}
 
 
 def _restraint_of(content: Mapping[str, Any]) -> Any:
@@ -202,13 +217,11 @@ class Curve(NamedTuple):
     measure: str
 
 
-class Quick(NamedTuple):
-    """The answer under the reference law alone, without what only further runs give."""
+class Numbers(NamedTuple):
+    """Chances of the piece under the names of results, and the curve of the reference law."""
 
+    chances: xr.Dataset
     curve: Curve
-    rate: float
-    chance: float
-    years: float
 
 
 def reference_of(study: FragilityStudy) -> FragilityStudy:
@@ -217,21 +230,41 @@ def reference_of(study: FragilityStudy) -> FragilityStudy:
     return replace(study, models=(study.models[reference_position(words)[0]],))
 
 
-def quick_of(piece: FragilityStudy) -> Quick:
-    """Return the quick answer: the steps of the study that give curve and chance, under the reference law."""
-    one_law = reference_of(piece)
-    runs = one_law.design.run(one_law.blocks, one_law.models, one_law.fit.outputs, None, None)
-    # (intervals of the parameters take most of the time, and come with the full answer)
-    fit = replace(one_law.fit, intervals="wald") if piece.fit.intervals is None else piece.fit
-    curves = fit.curves(runs, False)
-    seen = fit.probabilities(runs).isel(block=0, model=0)
-    case = curves.isel(block=0, model=0)
-    rate = chance = years = math.nan
-    if piece.risk is not None:
-        rates = piece.risk.rates(fit.modelled(curves), fit.confidence)
-        rate, chance = float(rates["rate"].squeeze()), float(rates["probability"].squeeze())
-        years = piece.risk.years
-    return Quick(_curve(case, seen), rate, chance, years)
+def numbers_of(study: FragilityStudy, stopped: Callable[[], bool] = bool, *, quick: bool = False) -> Numbers:
+    """Return the numbers of a study by its steps, without screen, notes and slips.
+
+    quick: without ranges of the motions and the model, which take most of the time.
+    SupersededError as soon as `stopped` says so.
+    """
+    fit = replace(study.fit, intervals="wald") if quick and study.fit.intervals is None else study.fit
+
+    def watched(*_: int) -> None:
+        if stopped():
+            raise SupersededError
+
+    watched()
+    try:
+        with noted():
+            runs = study.design.run(study.blocks, study.models, fit.outputs, None, watched)
+            curves = fit.curves(runs, study.risk is not None and not quick)
+            plain, seen = without_replicates(curves), fit.probabilities(runs)
+            found = plain.drop_vars([*OBSERVED], errors="ignore").assign(seen.data_vars)
+            if not quick:
+                found = found.assign(fit.chances_of_range(plain, seen["level"]))
+            if study.risk is not None:
+                rates = study.risk.rates(fit.modelled(curves), fit.confidence)
+                named = rates.rename({old: new for old, new in RISK_NAMES.items() if old in rates}).data_vars
+                found = found.assign({name: rate for name, rate in named.items() if name != "rate_sample"})
+                if not quick:
+                    found = found.assign(study.risk.modelling_range(curves, fit.modelling_dispersion))
+            if study.slides is not None:
+                slides = study.slides.chances(study.blocks, in_plane(runs))[INSTEAD]
+                found = found.assign(gated(slides, {str(name): found[name] for name in found.data_vars}))
+    except ValueError as error:
+        raise StudyError(f"{study.title}: {error}") from None
+    at = {"block": 0, "model": reference_law(found)[0]}
+    chances = found.isel({dim: 0 for dim in ("block", "floor") if dim in found.dims})
+    return Numbers(chances, _curve(curves.isel(at), seen.isel(at)))
 
 
 def _curve(case: xr.Dataset, seen: xr.Dataset) -> Curve:
@@ -250,12 +283,18 @@ def _plain(values: Array) -> list[float]:
 
 
 class Range(NamedTuple):
-    """A chance with its ranges: of the motions, of the laws (by name), and if all capacities are off by one factor."""
+    """A chance with its ranges, each None if the study has none.
+
+    The range of friction reaches to the chance without sliding. The range of the model is of one factor on all
+    capacities. The chances of the laws are by name.
+    """
 
     value: float
     motions: tuple[float, float]
     laws: dict[str, float]
     model: tuple[float, float]
+    friction: tuple[float, float] | None
+    restitution: tuple[float, float] | None
 
     @property
     def of_laws(self) -> tuple[float, float]:
@@ -263,16 +302,37 @@ class Range(NamedTuple):
         known = [chance for chance in self.laws.values() if math.isfinite(chance)]
         return (min(known), max(known)) if known else (math.nan, math.nan)
 
+    @property
+    def whole(self) -> tuple[float, float]:
+        """The lowest and the highest chance of all ranges."""
+        ranges = (self.motions, self.of_laws, self.model, self.friction or (), self.restitution or ())
+        known = [chance for ends in ranges for chance in (*ends, self.value) if math.isfinite(chance)]
+        return (min(known), max(known)) if known else (math.nan, math.nan)
 
-def range_at(results: xr.Dataset, name: str, ends: tuple[str, str]) -> Range:
-    """Return the range of a variable of results of one block."""
-    at, _ = reference_law(results)
-    case = results.isel(block=0)
-    case = case.isel({dim: 0 for dim in ("level", "floor") if dim in case[name].dims})
+    def over(self, years: float) -> Range:
+        """Return the chances in years of annual rates."""
+
+        def chances(rates: tuple[float, ...] | None) -> Any:
+            return None if rates is None else tuple(float(probability_in(np.float64(rate), years)) for rate in rates)
+
+        laws = dict(zip(self.laws, chances(tuple(self.laws.values())), strict=True))
+        return Range(chances((self.value,))[0], chances(self.motions), laws, *map(chances, self[3:]))
+
+
+def range_at(numbers: xr.Dataset, less: xr.Dataset | None, name: str, ends: tuple[str, str]) -> Range:
+    """Return the range of a variable of numbers, and of numbers with less restitution."""
+    at, _ = reference_law(numbers)
+    case = numbers.isel(level=0)
     law = case.isel(model=at)
-    model = [float(law[f"{name}{end}"]) if f"{name}{end}" in law else math.nan for end in (LOWER, UPPER)]
-    laws = zip(map(str, case["model"].values), case[name].values.tolist(), strict=True)
-    return Range(float(law[name]), (float(law[ends[0]]), float(law[ends[1]])), dict(laws), (model[0], model[1]))
+    value = float(law[name])
+    motions = float(law[ends[0]]), float(law[ends[1]])
+    low, high = (float(law[f"{name}{end}"]) if f"{name}{end}" in law else math.nan for end in (LOWER, UPPER))
+    laws = dict(zip(map(str, case["model"].values), case[name].values.tolist(), strict=True))
+    instead = {"probability": GATED, "rate": GATED_RATE}.get(name)
+    friction = (float(law[instead]), value) if instead in law else None
+    changed = None if less is None else float(less.isel(level=0, model=0)[name])
+    restitution = None if changed is None else (min(changed, value), max(changed, value))
+    return Range(value, motions, laws, (low, high), friction, restitution)
 
 
 class Remedy(NamedTuple):
@@ -331,7 +391,6 @@ class Full(NamedTuple):
     """The full answer: results of each study of the page."""
 
     results: dict[str, xr.Dataset]
-    curve: Curve
     basis: dict[str, Basis]
     compared: Comparison | None = None
 
@@ -346,18 +405,14 @@ def full_of(
     found = {}
     for name, study in studies.items():
         found[name] = results_of(study, stopped)
-    piece = found[PIECE]
-    at, _ = reference_law(piece)
-    case = within_levels(piece).isel(block=0, model=at)
-    case = case.isel({dim: 0 for dim in ("floor",) if dim in case.dims})
-    compared = compared_of(found[VARIANT], piece, path) if VARIANT in found else None
+    compared = compared_of(found[VARIANT], found[PIECE], path) if VARIANT in found else None
     known = (
         {}
         if before is None
         else {name: before.basis[name] for name in before.basis if before.results[name] is found.get(name)}
     )
     bases = {name: known.get(name) or basis_of(found[name]) for name in found if name != VARIANT}
-    return Full(found, _curve(case, case), bases, compared)
+    return Full(found, bases, compared)
 
 
 def compared_of(variant: xr.Dataset, piece: xr.Dataset, path: Path) -> Comparison:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import copy
-import json
+import hashlib
 import math
 import threading
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -19,6 +18,7 @@ from markupsafe import Markup
 from ...core.doubts import noted
 from ...core.parameters import declared
 from ...core.wording import about_percent, about_years, given_number, two_digits
+from ...core.writing import write_bytes
 from ...fragility.hazard.poisson import probability_in
 from ...fragility.runs.scaling import ground_of, scaling
 from ...models import Block, catalogue
@@ -27,16 +27,17 @@ from ...models.laws import LAWS
 from ...motions import records
 from ..comparison.ratios import REGISTER
 from ..facts.say import environment, say
+from ..file.hazard import COMMON
 from ..film import fittings
 from ..film.frames import corners, frames_of
 from ..single.run import Simulation
 from ..tables.registry import tables
 from ..tables.table import Table
-from ..text.error import StudyError
+from ..text.error import StudyError, writing
 from ..text.words import LAW_NAMES, MEASURES, value_in, with_law_names
 from . import answers, state
-from .answers import Full, Quick, RefusalError, SupersededError
-from .state import EARTHQUAKE, PIECE, REMEDIES, VARIANT
+from .answers import Full, Numbers, RefusalError, SupersededError
+from .state import LESS_RESTITUTION, PIECE, REMEDIES, VARIANT
 
 TEMPLATES = Path(__file__).parent / "templates"
 PERSON = 1.75
@@ -45,6 +46,7 @@ TARGET = 0.01
 """Chance that a restraint is to keep, as the page begins."""
 RANGES, REST = STAGES = ("ranges", "rest")
 """Stages of the full answer: the ranges of the chances, and then restraints and the variant."""
+HAZARD_ENDINGS = (".csv", ".json")
 FILM_SPEED, FILM_FRAMES = 1.0, 25
 WIDTH, HEIGHT, LEFT, BOTTOM = 640.0, 320.0, 76.0, 44.0
 """Size and margins of the curve's drawing."""
@@ -68,7 +70,11 @@ class Page:
     length: str = "cm"
     target: float = TARGET
     version: int = 0
-    quick: Quick | None = None
+    quick: Numbers | None = None
+    numbers: dict[str, Numbers] = field(default_factory=dict)
+    """Numbers of the studies of the chances."""
+    numbers_of: int = -1
+    """The version that the numbers are of."""
     full: Full | None = None
     full_of: int = -1
     """The version that the full answer is of."""
@@ -102,23 +108,45 @@ class Page:
                 return {"form": self.form()}
             if path == "target":
                 self._aim(text)
-                known = self.full is not None and self.full_of == self.version
-                waits = known and self.full is not None and {*self.full.results} < {*self.contents}
-                return {"remedies": self.remedies()} if known and not waits else {}
+                return {"remedies": self.remedies()} if self.full_of == self.version else {}
             try:
                 content = state.edited(self.content, path, text, self.length)
             except StudyError as error:
                 raise RefusalError(str(error), path[:100]) from None
+            return self._take(content, path in SLIDERS or path in state.OF_LAWS or path.startswith("restraints."))
+
+    def take_hazard(self, name: str, content: bytes) -> dict[str, str]:
+        """Take the hazard curve of a file, which is kept with the studies; StudyError if a study cannot use it."""
+        shown = " ".join(name.split())[:60]
+        if not (ending := Path(shown.lower()).suffix) or ending not in HAZARD_ENDINGS:
+            raise StudyError(f"hazard: must be a file with {' or '.join(HAZARD_ENDINGS)}, got {shown!r}")
+        # (saved studies keep the content that they were saved with)
+        file = self.path.parent / f"hazard-{hashlib.sha256(content).hexdigest()[:16]}{ending}"
+        with self.lock:
+            new = not file.exists()
+            if new:
+                with writing(file):
+                    write_bytes(file, content)
+            kept = {key: value for key, value in self.content.get("hazard", {}).items() if key in COMMON}
+            try:
+                return self._take({**self.content, "hazard": {**kept, "file": file.name}}, False)
+            except StudyError as error:
+                if new:
+                    file.unlink()
+                raise StudyError(str(error).replace(str(file), shown).replace(file.name, shown)) from None
+
+    def _take(self, content: dict[str, Any], slid: bool) -> dict[str, str]:
+        with self.lock:
             contents = answers.contents_of(content)
             if VARIANT in self.contents:
                 contents[VARIANT] = self.contents[VARIANT]
             studies = {PIECE: answers.study_of(contents[PIECE], self.path)}
-            quick = answers.quick_of(studies[PIECE])
+            quick = answers.numbers_of(answers.reference_of(studies[PIECE]), quick=True)
             # (the files of the other studies follow with the full answer)
             state.write_state(self.path, {PIECE: contents[PIECE]})
             self.content, self.contents, self.studies, self.quick = content, contents, studies, quick
             self.version += 1
-            return self.parts(form=not (path in SLIDERS or path in state.OF_LAWS or path.startswith("restraints.")))
+            return self.parts(form=not slid)
 
     def _aim(self, text: str) -> None:
         target = state.number_in(text.replace("%", ""), "chance") / 100.0
@@ -130,8 +158,8 @@ class Page:
         """Return the parts of the page that show its quick answer."""
         with self.lock:
             if self.quick is None:
-                self.quick = answers.quick_of(self.studies[PIECE])
-            made = {"scene": self.scene(), "answer": self.render("answer"), "curve": self.curve()}
+                self.quick = answers.numbers_of(answers.reference_of(self.studies[PIECE]), quick=True)
+            made = {"scene": self.scene(), **self.chances()}
             return {"form": self.form(), **made} if form else made
 
     def complete(self, version: int, stage: str = REST) -> dict[str, str] | None:
@@ -146,23 +174,33 @@ class Page:
             if stopped():
                 return None
             contents, studies, before = self.contents, dict(self.studies), self.full
-        names = [name for name in contents if stage == REST or name in (PIECE, EARTHQUAKE)]
+            numbers = dict(self.numbers) if self.numbers_of == version else {}
+        less = {*LESS_RESTITUTION.values()}
         try:
-            for name in names:
-                if name not in studies:
+            for name in contents:
+                if name not in studies and (stage == REST or name in {*LESS_RESTITUTION} | less):
                     studies[name] = answers.study_of(contents[name], self.path)
-            full = answers.full_of({name: studies[name] for name in names}, self.path, before, stopped)
-            state.write_state(self.path, contents)
+            for name in [*LESS_RESTITUTION, *less & {*contents}] if not numbers else []:
+                numbers[name] = answers.numbers_of(studies[name], stopped, quick=name in less)
+            if stage == REST:
+                others = {name: studies[name] for name in contents if name not in less}
+                full = answers.full_of(others, self.path, before, stopped)
+                state.write_state(self.path, contents)
         except SupersededError:
             return None
         with self.lock:
             if stopped():
                 return None
-            self.studies, self.full, self.full_of = studies, full, version
-            made = {"answer": self.render("answer"), "curve": self.curve(), "basis": self.render("basis")}
-            return (
-                made if stage == RANGES else {**made, "remedies": self.remedies(), "variants": self.render("variants")}
-            )
+            self.studies, self.numbers, self.numbers_of = studies, numbers, version
+            if stage == RANGES:
+                return self.chances()
+            self.full, self.full_of = full, version
+            made = {"basis": self.render("basis"), "variants": self.render("variants")}
+            return {**self.chances(), **made, "remedies": self.remedies()}
+
+    def chances(self) -> dict[str, str]:
+        """Return the parts of the page that show the chances."""
+        return {"answer": self.render("answer"), "brief": self.render("brief"), "curve": self.curve()}
 
     def keep(self, what: str) -> dict[str, str]:
         """Keep the piece as the variant for later comparisons, or forget the variant."""
@@ -225,7 +263,8 @@ class Page:
     def render(self, name: str, **more: Any) -> str:
         """Return a part of the page, or a page, from its template."""
         ending = "py" if name == "python" else "html"
-        whole = {"page": self, "current": self.full is not None and self.full_of == self.version, **more}
+        current, checked = self.numbers_of == self.version, self.full_of == self.version
+        whole = {"page": self, "current": current, "checked": checked, **more}
         if name == "python":
             made = environment(escaping=False)
             made.loader = FileSystemLoader(TEMPLATES)
@@ -314,9 +353,9 @@ class Page:
 
     def curve(self) -> str:
         """Return the drawing of the curve with the runs behind it."""
-        current = self.full is not None and self.full_of == self.version
-        curve = self.full.curve if current and self.full is not None else self.quick.curve if self.quick else None
-        assert curve is not None
+        numbers = self.numbers[PIECE] if self.numbers_of == self.version else self.quick
+        assert numbers is not None
+        curve = numbers.curve
         low, high = math.log(curve.at[0]), math.log(curve.at[-1])
 
         def x(level: float) -> float:
@@ -344,15 +383,28 @@ class Page:
     @property
     def ranges(self) -> list[tuple[str, Any]]:
         """The chances with their ranges: in the earthquake, per year, in the years of the hazard."""
-        assert self.full is not None
-        shaken = answers.range_at(with_law_names(self.full.results[EARTHQUAKE]), "probability", ("lower", "upper"))
-        found: list[tuple[str, Any]] = [("earthquake", shaken)]
-        results = with_law_names(self.full.results[PIECE])
-        if "risk_probability" in results:
-            chance = answers.range_at(results, "risk_probability", ("risk_probability_lower", "risk_probability_upper"))
-            rate = answers.range_at(results, "rate", ("rate_lower", "rate_upper"))
-            found += [("year", _in_a_year(rate)), ("years", chance)]
+        pairs = []
+        for study, less in LESS_RESTITUTION.items():
+            changed = self.numbers[less].chances if less in self.numbers else None
+            pairs.append((with_law_names(self.numbers[study].chances), changed))
+        found = [("earthquake", answers.range_at(*pairs[1], "probability", ("lower", "upper")))]
+        if "rate" in pairs[0][0]:
+            rate = answers.range_at(*pairs[0], "rate", ("rate_lower", "rate_upper"))
+            ends = "risk_probability_lower", "risk_probability_upper"
+            chance = answers.range_at(*pairs[0], "risk_probability", ends)
+            found += [("year", rate.over(1.0)), ("years", chance._replace(friction=rate.over(self.years).friction))]
         return found
+
+    @property
+    def about(self) -> list[tuple[float, float]]:
+        """The chances under the reference law, without ranges, each with its years; none without a hazard."""
+        chances = None if self.quick is None else self.quick.chances
+        if chances is None or "rate" not in chances:
+            return []
+        values = [float(chances[name].squeeze()) for name in ("rate", "risk_probability")]
+        return [(float(probability_in(np.float64(values[0]), 1.0)), 1.0), (values[1], self.years)]
+
+    less = answers.LEAST_FACTOR
 
     @property
     def variant(self) -> str:
@@ -440,19 +492,3 @@ class Page:
 def _literal(text: str) -> str:
     """Return a text as a literal of Python, in lines if it can be."""
     return repr(text) if "'''" in text else f"r'''\n{text}'''"
-
-
-def _in_a_year(rate: answers.Range) -> answers.Range:
-    """Return the chances per year of annual rates."""
-
-    def chance(value: float) -> float:
-        return float(probability_in(np.float64(value), 1.0))
-
-    laws = {law: chance(value) for law, value in rate.laws.items()}
-    ends = [(chance(low), chance(high)) for low, high in (rate.motions, rate.model)]
-    return answers.Range(chance(rate.value), ends[0], laws, ends[1])
-
-
-def as_json(parts: Mapping[str, Any]) -> bytes:
-    """Return parts of the page as JSON."""
-    return json.dumps(parts, ensure_ascii=False, allow_nan=False).encode("utf-8")

@@ -26,6 +26,8 @@ STATIC = Path(__file__).parent / "static"
 FILES = {"app.css": "text/css; charset=utf-8", "app.js": "text/javascript; charset=utf-8", "icon.svg": "image/svg+xml"}
 MOST_BYTES = 16_384
 """Most bytes of a request's body."""
+HAZARD, MOST_OF_FILE = "/hazard", 1_000_000
+"""The address that takes the file of a hazard curve, and its most bytes."""
 HEADERS = {
     "Content-Security-Policy": (
         "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
@@ -79,8 +81,9 @@ class Guard:
         begins = f"/{self._token}/".encode()
         if not hmac.compare_digest(scope["path"].encode("utf-8", "replace")[: len(begins)], begins):
             return sentence("The address needs the token that toppling app prints.", 403)
-        if not headers.get("content-length", "0").isdecimal() or int(headers.get("content-length", "0")) > MOST_BYTES:
-            return sentence(f"A request may have at most {MOST_BYTES:,} bytes.", 413)
+        most = MOST_OF_FILE if scope["path"].endswith(HAZARD) else MOST_BYTES
+        if not headers.get("content-length", "0").isdecimal() or int(headers.get("content-length", "0")) > most:
+            return sentence(f"A request may have at most {most:,} bytes.", 413)
         return None
 
 
@@ -89,13 +92,19 @@ def sentence(text: str, status: int) -> Response:
     return PlainTextResponse(text, status, headers=HEADERS)
 
 
-async def body_of(request: Request) -> dict[str, Any]:
-    """Return the JSON object of a request; StudyError if it is none, TooLargeError if it has too many bytes."""
-    content = b""
+async def bytes_of(request: Request, most: int = MOST_BYTES) -> bytes:
+    """Return the body of a request; TooLargeError if it has too many bytes."""
+    content = bytearray()
     async for part in request.stream():
         content += part
-        if len(content) > MOST_BYTES:
-            raise TooLargeError
+        if len(content) > most:
+            raise TooLargeError(f"A request may have at most {most:,} bytes.")
+    return bytes(content)
+
+
+async def body_of(request: Request) -> dict[str, Any]:
+    """Return the JSON object of a request; StudyError if it is none, TooLargeError if it has too many bytes."""
+    content = await bytes_of(request)
     try:
         found = json.loads(content)
     except (ValueError, RecursionError):
@@ -128,6 +137,11 @@ def application(page: Page, token: str, port: int) -> ASGIApp:
         made = await run_in_threadpool(page.change, path, text)
         return _answer({"parts": made, "version": page.version})
 
+    async def hazard(request: Request) -> Response:
+        content = await bytes_of(request, MOST_OF_FILE)
+        made = await run_in_threadpool(page.take_hazard, request.query_params.get("name", ""), content)
+        return _answer({"parts": made, "version": page.version})
+
     async def variant(request: Request) -> Response:
         asked = await body_of(request)
         made = await run_in_threadpool(page.keep, asked.get("what", ""))
@@ -158,6 +172,7 @@ def application(page: Page, token: str, port: int) -> ASGIApp:
         ("/static/{name}", static, "GET"),
         ("/begin", begin, "GET"),
         ("/change", change, "POST"),
+        (HAZARD, hazard, "POST"),
         ("/variant", variant, "POST"),
         ("/complete", complete, "GET"),
         ("/film", film, "GET"),
@@ -193,8 +208,8 @@ def _one_sentence(handler: Handler) -> Handler:
             return Response(json.dumps({"said": str(error), "path": error.path}), 422, media_type="application/json")
         except StudyError as error:
             return Response(json.dumps({"said": str(error), "path": ""}), 422, media_type="application/json")
-        except TooLargeError:
-            return sentence(f"A request may have at most {MOST_BYTES:,} bytes.", 413)
+        except TooLargeError as error:
+            return sentence(str(error), 413)
         except ClientDisconnect:
             return sentence("The request ended early.", 400)
 

@@ -43,6 +43,8 @@ SIZES = {"blocks.0.width_m": "width", "blocks.0.height_m": "height"}
 OF_RESTRAINTS = ("height_m", "strength_n", "slack_mm", "cost")
 PIECE, EARTHQUAKE, REMEDIES, VARIANT = "piece", "earthquake", "remedies", "a"
 """Studies of the page; the last is the variant that the piece is compared with."""
+LESS_RESTITUTION = {PIECE: "restitution", EARTHQUAKE: "earthquake-restitution"}
+"""Studies of the same with less restitution."""
 OF_LAWS = {"models.e": "e", "models.delta": "delta"}
 """Options that the page gives to all laws of a study."""
 FREE = "free"
@@ -193,6 +195,10 @@ def edited(content: Mapping[str, Any], path: str, text: str, length: str) -> dic
         made["building"]["floors"] = [floors]
     elif path == "building":
         _build(made, text == "yes")
+    elif path == "hazard":
+        if text != "points":
+            raise StudyError(f"hazard: must be points or a file, got {text[:40]!r}")
+        made["hazard"] = start_state()["hazard"]
     elif re.fullmatch(r"hazard\.levels\.\d{1,2}", path) and "levels" in made.get("hazard", {}):
         at = int(path.rpartition(".")[2])
         if at >= len(made["hazard"]["levels"]):

@@ -15,7 +15,8 @@ function say(text, path) {
 }
 
 async function ask(address, body) {
-  const options = body ? { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) } : {};
+  const json = !(body instanceof Blob), type = json ? "application/json" : "application/octet-stream";
+  const options = body ? { method: "POST", headers: { "Content-Type": type }, body: json ? JSON.stringify(body) : body } : {};
   let answer;
   try {
     answer = await fetch(address, options);
@@ -23,8 +24,8 @@ async function ask(address, body) {
     say("toppling app has ended; start it again.");
     return null;
   }
-  const json = (answer.headers.get("Content-Type") || "").startsWith("application/json");
-  const found = json ? await answer.json() : { said: await answer.text() };
+  const object = (answer.headers.get("Content-Type") || "").startsWith("application/json");
+  const found = object ? await answer.json() : { said: await answer.text() };
   if (answer.ok) return found;
   say(found.said, found.path);
   return null;
@@ -44,13 +45,19 @@ function put(parts) {
   document.querySelectorAll("details > summary").forEach((summary) => {
     if (open.includes(summary.textContent)) summary.parentNode.open = true;
   });
+  if ("answer" in parts) {
+    sight.disconnect();
+    sight.observe(part("answer").querySelector("table"));
+  }
   if ("curve" in parts) {
     if (level !== null && level !== undefined) part("level").value = level;
     mark();
   }
 }
 
-const RANGES = ["answer", "curve", "basis"], REST = ["remedies", "variants"];
+// (the short answer stands at the lower edge while the answer is out of sight)
+const sight = new IntersectionObserver(([table]) => part("brief").classList.toggle("seen", table.isIntersecting));
+const RANGES = ["answer", "brief", "curve"], REST = ["basis", "remedies", "variants"];
 
 function older(is, ids = [...RANGES, ...REST]) {
   for (const id of ids) {
@@ -78,7 +85,8 @@ async function send() {
     const [path, value] = waiting.entries().next().value;
     waiting.delete(path);
     const began = performance.now();
-    const found = await ask("change", { path, value });
+    const file = value instanceof File;
+    const found = await ask(file ? `hazard?name=${encodeURIComponent(value.name)}` : "change", file ? value : { path, value });
     if (!found) continue;
     say("");
     const changed = found.version !== version;
@@ -88,8 +96,7 @@ async function send() {
     document.body.dataset.took = String(performance.now() - began);
     if (!changed) continue;
     older(true);
-    part("answer").classList.remove("older");
-    part("curve").classList.remove("older");
+    RANGES.forEach((id) => part(id).classList.remove("older"));
     clearTimeout(resting);
     resting = setTimeout(complete, QUIET);
   }
@@ -121,10 +128,17 @@ document.addEventListener("input", (event) => {
 
 document.addEventListener("change", (event) => {
   const field = event.target;
+  if (field.type === "file" && field.files.length) change("hazard", field.files[0]);
   if (!field.name || field.type === "range") return;
   const slider = document.querySelector(`[data-for="${field.id}"]`);
   if (slider) slider.value = field.value;
   change(field.name, field.type === "checkbox" ? (field.checked ? "yes" : "no") : field.value);
+});
+
+document.addEventListener("dragover", (event) => event.preventDefault());
+document.addEventListener("drop", (event) => {
+  event.preventDefault();
+  if (event.dataTransfer.files.length) change("hazard", event.dataTransfer.files[0]);
 });
 
 async function play() {

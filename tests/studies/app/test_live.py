@@ -1,10 +1,12 @@
 """The live page in headless Chromium: typing, sliding, saving, by keyboard, at three widths, in light and dark."""
 
 import json
+import os
 import re
 import subprocess
 import sys
 import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -210,6 +212,81 @@ def test_widths_names_and_policy(browser, address, width, dark):
     ]
     assert asked
     assert all(url.startswith(address) for url in asked)
+
+
+VIOLATIONS = (
+    "; axe.run({resultTypes: ['violations']}).then((found) => found.violations.map("
+    "(broken) => [broken.id, broken.nodes.map((node) => node.target.join(' ')).slice(0, 3)]))"
+)
+
+
+@pytest.mark.skipif("AXE_CORE" not in os.environ, reason="AXE_CORE is not the path of axe.min.js (npm: axe-core)")
+@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("dark", [False, True])
+def test_axe_finds_nothing(browser, address, width, dark):
+    """With the full answer, everything unfolded, a film, a message and the text of a study; and while ranges follow."""
+    axe = Path(os.environ["AXE_CORE"]).read_text(encoding="utf-8")
+    browser.visit(address, width, dark=dark)
+    browser.complete(0)
+    browser.run("document.querySelectorAll('details').forEach((details) => { details.open = true; })")
+    browser.run("document.getElementById('play').click(); document.querySelector('#basis .show').click()")
+    browser.wait("document.getElementById('film').dataset.frame && !document.getElementById('text').hidden")
+    browser.change("blocks-0-width_m", "abc")
+    assert browser.run(axe + VIOLATIONS) == []
+    browser.change("blocks-0-width_m", "36")
+    browser.wait("document.getElementById('message').hidden && document.querySelector('.older')")
+    assert browser.run(axe + VIOLATIONS) == []
+    browser.change("blocks-0-width_m", "35")
+    browser.complete(int(browser.run("document.body.dataset.version")))
+
+
+OUT_OF_SIGHT = """(async () => {
+  const missing = [], brief = document.getElementById('brief'), answer = document.querySelector('#answer table');
+  for (const field of document.querySelectorAll('#form input, #form select')) {
+    field.scrollIntoView({block: 'center'});
+    await new Promise((done) => setTimeout(done, 60));
+    const table = answer.getBoundingClientRect(), line = brief.getBoundingClientRect();
+    const near = table.top < innerHeight && table.bottom > 0;
+    const below = brief.checkVisibility({visibilityProperty: true}) && line.top >= 0 && line.bottom <= innerHeight + 1;
+    if (field.checkVisibility() && !near && !below) missing.push(field.id || field.name);
+  }
+  return missing;
+})()"""
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_the_answer_is_in_sight_of_what_is_moved(browser, address, width):
+    """Each field of the form is shown with the answer, or with its short form at the lower edge."""
+    browser.visit(address, width)
+    browser.complete(0)
+    assert browser.run(OUT_OF_SIGHT) == []
+    chance = browser.run("document.querySelector('#years .number').textContent")
+    assert browser.run("document.getElementById('brief').textContent").startswith(f"{chance} in 50 years, ranges")
+
+
+def test_a_dropped_hazard_file(page):
+    """Through the file field, as by the keyboard; a wrong file changes nothing."""
+    before = page.run("document.querySelector('#years .number').textContent")
+    for name, text in (("wrong.csv", "a,b\n1,2\n"), ("site.csv", "pga (g),rate (1/yr)\n0.05,4e-2\n0.8,2e-4\n")):
+        version = page.run("document.body.dataset.version")
+        script = (
+            f"(() => {{ const files = new DataTransfer(); "
+            f"files.items.add(new File([{json.dumps(text)}], {json.dumps(name)}));"
+            "const field = document.getElementById('hazard-file'); field.files = files.files;"
+            "field.dispatchEvent(new Event('change', {bubbles: true})); })()"
+        )
+        page.run(script)
+        if name == "wrong.csv":
+            page.wait("document.getElementById('message').textContent.includes('wrong.csv')")
+            assert page.run("document.body.dataset.version") == version
+            continue
+        page.wait(f"document.body.dataset.version !== {json.dumps(version)}")
+    page.complete(int(page.run("document.body.dataset.version")))
+    assert page.run("document.getElementById('hazard').selectedOptions[0].textContent").startswith("hazard-")
+    assert page.run("document.querySelector('#years .number').textContent") != before
+    page.change("hazard", "points")
+    page.complete(int(page.run("document.body.dataset.version")))
+    assert page.run("document.querySelector('#years .number').textContent") == before
 
 
 def test_the_state_outlives_the_process(folder, browser):

@@ -76,6 +76,18 @@ def test_laws_that_apply(start):
     assert {model["law"] for model in answers.contents_of(start)["piece"]["models"]} <= {*LAWS}
 
 
+def test_less_restitution_is_a_study_of_the_reference_law(start):
+    """The range of the restitution has studies of its own; none if the study gives e, or the law has no restitution."""
+    for name, of in (("restitution", "piece"), ("earthquake-restitution", "earthquake")):
+        contents = answers.contents_of(state.edited(start, "feet", "vinyl", "cm"))
+        assert contents[name]["models"] == [{"law": "housner", "restitution_factor": 0.7}]
+        assert contents[name]["ida"] == contents[of]["ida"]
+        assert "friction" in contents[of]
+        assert "friction" not in contents[name]
+    assert "restitution" not in answers.contents_of(state.edited(start, "models.e", "0.9", "cm"))
+    assert "restitution" not in answers.contents_of({**start, "models": [{"law": "vassiliou", "coefficient": 0.1}]})
+
+
 @pytest.mark.parametrize("edits", [[], [("wall", "yes"), ("blocks.0.restraint", "two brackets")], [("building", "no")]])
 def test_files_hold_valid_studies_and_the_state(start, tmp_path, edits):
     content = start
@@ -86,6 +98,8 @@ def test_files_hold_valid_studies_and_the_state(start, tmp_path, edits):
     assert [file.name for file in files] == [
         "piece.live.toml",
         "piece.live.earthquake.toml",
+        "piece.live.restitution.toml",
+        "piece.live.earthquake-restitution.toml",
         "piece.live.remedies.toml",
     ]
     for file in files:
