@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import copy
-import json
 import math
 import threading
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +16,7 @@ from markupsafe import Markup
 
 from ...core.doubts import noted
 from ...core.parameters import declared
-from ...core.wording import about_percent, about_years, given_number, two_digits
+from ...core.wording import about_percent, about_years, counted, given_number, two_digits
 from ...fragility.hazard.rates import probability_in
 from ...fragility.runs.scaling import ground_of, scaling
 from ...models import Block, catalogue
@@ -209,19 +207,6 @@ class Page:
 
     # --- parts
 
-    @cached_property
-    def _environment(self) -> Environment:
-        made = environment(escaping=True)
-        assert made.loader is not None
-        made.loader = ChoiceLoader([FileSystemLoader(TEMPLATES), made.loader])
-        made.filters |= {
-            "percent_of": about_percent,
-            "about_years": about_years,
-            "digits": two_digits,
-            "as_given": given_number,
-        }
-        return made
-
     def render(self, name: str, **more: Any) -> str:
         """Return a part of the page, or a page, from its template."""
         ending = "py" if name == "python" else "html"
@@ -231,7 +216,7 @@ class Page:
             made.loader = FileSystemLoader(TEMPLATES)
             return made.get_template(f"{name}.{ending}.j2").render(whole)
         with noted():  # (what is doubted of a rate is among the checks)
-            return Markup(self._environment.get_template(f"{name}.{ending}.j2").render(whole))
+            return Markup(page_templates().get_template(f"{name}.{ending}.j2").render(whole))
 
     def form(self) -> str:
         """Return the form."""
@@ -437,6 +422,17 @@ class Page:
         }
 
 
+@cache
+def page_templates() -> Environment:
+    """Return the templates of the page, with the filters of reports."""
+    made = environment(escaping=True)
+    assert made.loader is not None
+    made.loader = ChoiceLoader([FileSystemLoader(TEMPLATES), made.loader])
+    of_numbers = {"digits": two_digits, "as_given": given_number, "counted": counted}
+    made.filters |= {"percent_of": about_percent, "about_years": about_years, **of_numbers}
+    return made
+
+
 def _literal(text: str) -> str:
     """Return a text as a literal of Python, in lines if it can be."""
     return repr(text) if "'''" in text else f"r'''\n{text}'''"
@@ -451,8 +447,3 @@ def _in_a_year(rate: answers.Range) -> answers.Range:
     laws = {law: chance(value) for law, value in rate.laws.items()}
     ends = [(chance(low), chance(high)) for low, high in (rate.motions, rate.model)]
     return answers.Range(chance(rate.value), ends[0], laws, ends[1])
-
-
-def as_json(parts: Mapping[str, Any]) -> bytes:
-    """Return parts of the page as JSON."""
-    return json.dumps(parts, ensure_ascii=False, allow_nan=False).encode("utf-8")
