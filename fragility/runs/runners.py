@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import multiprocessing.pool
 import signal
 import sys
@@ -17,6 +18,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import dask.multiprocessing
 import dask.threaded
+import numpy as np
 from dask import config
 from dask.base import get_scheduler
 from dask.callbacks import Callback
@@ -24,9 +26,11 @@ from dask.local import MultiprocessingPoolExecutor, get_async, get_sync
 from dask.system import CPU_COUNT
 from numpy.typing import NDArray
 
-from ...models.runs import engine_identity
+from ...models.runs import TALLY, engine_identity
+from ...motions.arrays import digest
 from ..numerics.slabs import in_memory
-from .plan import Chunk, ChunkResult, LeftError, Work, never, run_chunk, run_part
+from .outputs import OUTPUTS
+from .plan import Chunk, ChunkResult, LeftError, Work, never, plan_chunks, run_chunk, run_part
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -197,6 +201,70 @@ class ConfiguredScheduler(Runner):
                 if self.stop():
                     raise KeyboardInterrupt
                 yield from _Window(work, chunks[first : first + window], self.stop, compute, workers).results()
+
+
+MOST_REMEMBERED = 2**28
+
+
+class Remembered(Runner):
+    """The configured scheduler, with the runs of each oscillator under all motions and factors of a call remembered.
+
+    `ran`: number of runs that were not remembered. More than `MOST_REMEMBERED` bytes are forgotten.
+    """
+
+    def __init__(self) -> None:
+        self._inner = ConfiguredScheduler()
+        self._known: dict[str, tuple[NDArray[Any], ...]] = {}
+        self.ran = 0
+
+    def run(self, work: Work, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, ChunkResult]]:
+        """Yield every chunk with its results."""
+        if work.factors.shape[0] > 1 or work.runs > MOST_REMEMBERED:
+            yield from self._inner.run(work, chunks)
+            return
+        if sum(array.nbytes for arrays in self._known.values() for array in arrays) > MOST_REMEMBERED:
+            self._known.clear()
+        keys = _keys(work)
+        places = {key: i for i, key in enumerate(keys) if key not in self._known}
+        if len(places) == len({*keys}):  # (nothing is known: chunks are passed on one by one)
+            yield from self._kept(work, chunks, keys)
+            return
+        if places:
+            new = work._replace(oscillators=[work.oscillators[i] for i in places.values()], per_block=1)
+            for _ in self._kept(new, plan_chunks(new), [*places]):
+                pass
+        for chunk in chunks:
+            rows = [self._known[key] for key in keys[chunk.row : chunk.row_stop]]
+            motions = slice(chunk.first, chunk.stop)
+            results = tuple(np.stack([row[k][:, motions] for row in rows]) for k in range(len(work.outputs)))
+            # (of counts, only the samples are known)
+            samples = len(rows) * work.levels * sum(motion.acceleration.size for motion in work.motions[motions])
+            tally = np.array([samples if name == "samples" else 0 for name in TALLY], np.int64)
+            yield chunk, ChunkResult(results, tally)
+
+    def _kept(self, work: Work, chunks: Sequence[Chunk], keys: Sequence[str]) -> Iterator[tuple[Chunk, ChunkResult]]:
+        """Yield chunks of the inner runner, and remember each oscillator with runs under all motions."""
+        shape = (len(keys), work.levels, len(work.motions))
+        arrays = [np.empty(shape, OUTPUTS[name].kind) for name in work.outputs]
+        seen = np.zeros(shape[::2], np.bool_)
+        for chunk, done in self._inner.run(work, chunks):
+            self.ran += done.runs
+            rows, motions = slice(chunk.row, chunk.row_stop), slice(chunk.first, chunk.stop)
+            for array, values in zip(arrays, done.results, strict=True):
+                array[rows, :, motions] = values
+            seen[rows, motions] = True
+            yield chunk, done
+        for i in np.flatnonzero(seen.all(axis=1)).tolist():
+            self._known[keys[i]] = tuple(array[i] for array in arrays)
+
+
+def _keys(work: Work) -> list[str]:
+    """Return the key of each oscillator of some work under all its motions and factors."""
+    shared = hashlib.sha256(repr((work.skip, work.outputs)).encode())
+    shared.update(np.ascontiguousarray(work.factors).tobytes())
+    for motion in work.motions:
+        shared.update(digest(motion).encode())
+    return [f"{shared.hexdigest()} {oscillator!r}" for oscillator in work.oscillators]
 
 
 class _Window:

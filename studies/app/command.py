@@ -18,8 +18,6 @@ from ..command.choices import whole
 NEEDED = ("starlette", "uvicorn")
 """Packages of the extra `app` that no other part of toppling needs."""
 LOOPBACK = "127.0.0.1"
-STATE = "piece.live.toml"
-"""File of the state if no study is given, in the current folder."""
 
 
 def live_page(
@@ -36,7 +34,7 @@ def live_page(
     Parameters
     ----------
     study
-        Study file with one block; default a bookcase.
+        Study file with one block or an inventory; default a bookcase.
     port
         Port of the page; default any free port.
     browser
@@ -63,18 +61,25 @@ def live_page(
 def _serve(bound: socket.socket, study: Path | None, *, opens: bool) -> None:
     import uvicorn  # noqa: PLC0415 - of the extra
 
+    from ..file.include import read_content  # noqa: PLC0415
+    from ..file.schema import StudyFile  # noqa: PLC0415
+    from .building import Building  # noqa: PLC0415
     from .page import Page  # noqa: PLC0415
     from .server import application  # noqa: PLC0415
+    from .state import BUILDING_STATE, PIECE_STATE  # noqa: PLC0415
 
-    page = Page.opened(Path.cwd() / STATE if study is None else study, given=study is not None)
+    folder = Path.cwd() if study is None else study.parent
+    full = study is not None and study.is_file() and "performance" in read_content(study, StudyFile).content
+    page = Page.opened(folder / PIECE_STATE if study is None or full else study, given=not full and study is not None)
+    building = Building.opened(study if study is not None and full else folder / BUILDING_STATE, given=full)
     token, port = secrets.token_urlsafe(24), bound.getsockname()[1]
-    address = f"http://{LOOPBACK}:{port}/{token}/"
+    address = f"http://{LOOPBACK}:{port}/{token}/{'building' if full else ''}"
     print(address, flush=True)
-    print(f"The state of the page is in {page.path}; end the page with Ctrl-C.", flush=True)
+    print(f"The state of the page is in {building.path if full else page.path}; end the page with Ctrl-C.", flush=True)
     if opens:
         threading.Timer(0.2, webbrowser.open, [address]).start()
     settings = uvicorn.Config(
-        application(page, token, port), log_level="critical", access_log=False, timeout_graceful_shutdown=1
+        application(page, token, port, building), log_level="critical", access_log=False, timeout_graceful_shutdown=1
     )
     with suppress(KeyboardInterrupt):  # (the usual end: the state is on the disk)
         uvicorn.Server(settings).run(sockets=[bound])

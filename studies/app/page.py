@@ -7,7 +7,7 @@ import hashlib
 import math
 import threading
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from markupsafe import Markup
 
 from ...core.doubts import noted
 from ...core.parameters import declared
-from ...core.wording import about_percent, about_years, given_number, two_digits
+from ...core.wording import about_percent, about_years, counted, given_number, two_digits
 from ...core.writing import write_bytes
 from ...fragility.hazard.poisson import probability_in
 from ...fragility.runs.scaling import ground_of, scaling
@@ -247,19 +247,6 @@ class Page:
 
     # --- parts
 
-    @cached_property
-    def _environment(self) -> Environment:
-        made = environment(escaping=True)
-        assert made.loader is not None
-        made.loader = ChoiceLoader([FileSystemLoader(TEMPLATES), made.loader])
-        made.filters |= {
-            "percent_of": about_percent,
-            "about_years": about_years,
-            "digits": two_digits,
-            "as_given": given_number,
-        }
-        return made
-
     def render(self, name: str, **more: Any) -> str:
         """Return a part of the page, or a page, from its template."""
         ending = "py" if name == "python" else "html"
@@ -270,7 +257,7 @@ class Page:
             made.loader = FileSystemLoader(TEMPLATES)
             return made.get_template(f"{name}.{ending}.j2").render(whole)
         with noted():  # (what is doubted of a rate is among the checks)
-            return Markup(self._environment.get_template(f"{name}.{ending}.j2").render(whole))
+            return Markup(page_templates().get_template(f"{name}.{ending}.j2").render(whole))
 
     def form(self) -> str:
         """Return the form."""
@@ -487,6 +474,17 @@ class Page:
             "view": [float(floor.min()) - reach - 0.1, float(floor.max()) + reach + 0.1, block.height * 1.25],
             "outcome": self.render("film", run=run.response, motion=motion + 1, at=at),
         }
+
+
+@cache
+def page_templates() -> Environment:
+    """Return the templates of the page, with the filters of reports."""
+    made = environment(escaping=True)
+    assert made.loader is not None
+    made.loader = ChoiceLoader([FileSystemLoader(TEMPLATES), made.loader])
+    of_numbers = {"digits": two_digits, "as_given": given_number, "counted": counted}
+    made.filters |= {"percent_of": about_percent, "about_years": about_years, **of_numbers}
+    return made
 
 
 def _literal(text: str) -> str:

@@ -18,16 +18,22 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from ..inventory.reading import KIND
 from ..text.error import StudyError
 from .answers import RefusalError
+from .building import Building
 from .page import Page
+from .state import BUILDING_STATE
 
 STATIC = Path(__file__).parent / "static"
-FILES = {"app.css": "text/css; charset=utf-8", "app.js": "text/javascript; charset=utf-8", "icon.svg": "image/svg+xml"}
+SCRIPTS = {f"{name}.js": "text/javascript; charset=utf-8" for name in ("shared", "app", "building")}
+FILES = {"app.css": "text/css; charset=utf-8", **SCRIPTS, "icon.svg": "image/svg+xml"}
 MOST_BYTES = 16_384
 """Most bytes of a request's body."""
 HAZARD, MOST_OF_FILE = "/hazard", 1_000_000
 """The address that takes the file of a hazard curve, and its most bytes."""
+DROP = "/building/drop"
+"""The address that takes a table, which may have as many bytes as an inventory."""
 HEADERS = {
     "Content-Security-Policy": (
         "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
@@ -40,6 +46,8 @@ HEADERS = {
     "Cache-Control": "no-store",
 }
 """Headers of every answer."""
+OF_REPORT = {"Content-Security-Policy": "default-src 'none'; style-src 'unsafe-inline'; img-src data:"}
+"""The same of a report, which has its styles and pictures in it, and no script."""
 Handler = Callable[[Request], Awaitable[Response]]
 
 
@@ -66,7 +74,9 @@ class Guard:
 
         async def headed(message: Message) -> None:
             if message["type"] == "http.response.start":
-                message["headers"] += [(key.lower().encode(), value.encode()) for key, value in HEADERS.items()]
+                given = {key for key, _ in message["headers"]}
+                named = [(key.lower().encode(), value.encode()) for key, value in HEADERS.items()]
+                message["headers"] += [pair for pair in named if pair[0] not in given]
             await send(message)
 
         await self._app(inner, receive, headed)
@@ -81,7 +91,7 @@ class Guard:
         begins = f"/{self._token}/".encode()
         if not hmac.compare_digest(scope["path"].encode("utf-8", "replace")[: len(begins)], begins):
             return sentence("The address needs the token that toppling app prints.", 403)
-        most = MOST_OF_FILE if scope["path"].endswith(HAZARD) else MOST_BYTES
+        most = {HAZARD: MOST_OF_FILE, DROP: KIND.most_bytes}.get("/" + scope["path"].split("/", 2)[-1], MOST_BYTES)
         if not headers.get("content-length", "0").isdecimal() or int(headers.get("content-length", "0")) > most:
             return sentence(f"A request may have at most {most:,} bytes.", 413)
         return None
@@ -114,8 +124,9 @@ async def body_of(request: Request) -> dict[str, Any]:
     return found
 
 
-def application(page: Page, token: str, port: int) -> ASGIApp:
-    """Return the application that serves a page at a port of this machine under a token."""
+def application(page: Page, token: str, port: int, building: Building | None = None) -> ASGIApp:
+    """Return the application that serves the pages of a piece and a building at a port of this machine."""
+    full = building or Building.opened(page.path.with_name(BUILDING_STATE), given=False)
 
     async def whole(_: Request) -> Response:
         made = await run_in_threadpool(lambda: page.render("page"))
@@ -167,8 +178,36 @@ def application(page: Page, token: str, port: int) -> ASGIApp:
     async def python(request: Request) -> Response:
         return PlainTextResponse(page.python(request.path_params["name"]))
 
+    async def building_page(_: Request) -> Response:
+        return Response(await run_in_threadpool(full.render, "page"), media_type="text/html")
+
+    async def building_state(request: Request) -> Response:
+        version = _count(request.query_params.get("version", ""), "version")
+        return _answer(await run_in_threadpool(full.answer, version))
+
+    async def building_drop(request: Request) -> Response:
+        if request.headers.get("content-type") != "application/octet-stream":
+            raise StudyError("a table must be sent as application/octet-stream")
+        content = await bytes_of(request, KIND.most_bytes)
+        return _answer({"parts": await run_in_threadpool(full.drop, request.query_params.get("name", ""), content)})
+
+    async def building_change(request: Request) -> Response:
+        asked = await body_of(request)
+        made = await run_in_threadpool(full.change, asked.get("path", ""), asked.get("value", ""))
+        return _answer({"parts": made})
+
+    async def building_text(request: Request) -> Response:
+        what, name = request.path_params["what"], request.path_params["name"]
+        kind, headers = ("text/html", OF_REPORT) if what == "report" else ("text/plain", None)
+        return Response(await run_in_threadpool(full.text, what, name), media_type=kind, headers=headers)
+
     routes = [
         ("/", whole, "GET"),
+        ("/building", building_page, "GET"),
+        ("/building/state", building_state, "GET"),
+        (DROP, building_drop, "POST"),
+        ("/building/change", building_change, "POST"),
+        ("/building/{what}/{name}", building_text, "GET"),
         ("/static/{name}", static, "GET"),
         ("/begin", begin, "GET"),
         ("/change", change, "POST"),

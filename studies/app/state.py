@@ -27,6 +27,8 @@ from ..text.error import StudyError, writing
 SCHEMA = Path(__file__).parents[1] / "reference" / "study.schema.json"
 START = Path(__file__).parent / "piece.toml"
 ENDING = ".live.toml"
+PIECE_STATE, BUILDING_STATE = f"piece{ENDING}", f"building{ENDING}"
+"""Files of the states of a page without a study, in its folder."""
 MOST_TEXT = 200
 """Most characters of a value."""
 LENGTHS = {"cm": 0.01, "mm": 0.001, "in": 0.0254}
@@ -203,7 +205,7 @@ def edited(content: Mapping[str, Any], path: str, text: str, length: str) -> dic
         at = int(path.rpartition(".")[2])
         if at >= len(made["hazard"]["levels"]):
             raise StudyError(f"{path}: the hazard curve has {len(made['hazard']['levels'])} levels")
-        made["hazard"]["levels"][at] = _positive(text, "hazard.levels")
+        made["hazard"]["levels"][at] = positive(text, "hazard.levels")
     elif path in NUMBERS or _of_restraint(made, path):
         _set_number(made, path, text, length)
     else:
@@ -229,7 +231,8 @@ def _whole(text: str, name: str) -> int:
     return int(text)
 
 
-def _positive(text: str, name: str) -> float:
+def positive(text: str, name: str) -> float:
+    """Return the number above 0 that a text is; StudyError if it is none."""
     value = number_in(text, name)
     if not value > 0.0:
         raise StudyError(f"{name}: must be > 0, got {text[:40]!r}")

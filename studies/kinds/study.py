@@ -348,7 +348,7 @@ class Study(ABC):
     def run(
         self,
         out: str | os.PathLike[str] | None = None,
-        client: Client | None = None,
+        client: Client | Runner | None = None,
         resume: bool = True,
         *,
         progress: Callable[[int, int], None] | None = None,
@@ -364,8 +364,8 @@ class Study(ABC):
         ----------
         out : path, optional
             Folder that gets ``results.nc`` and ``run.log`` (made if missing); nothing is written if not given.
-        client : distributed.Client, optional
-            Cluster that computes the runs; by default threads of this process.
+        client : distributed.Client or Runner, optional
+            Cluster or runner that computes the runs; by default threads of this process.
         resume : bool
             Keep the parts of this study in `out` instead of computing them again, and refuse a folder of another study.
             With False, compute everything and replace the content of the folder.
@@ -450,7 +450,7 @@ class Study(ABC):
     def _kept(
         self,
         folder: Path,
-        client: Client | None,
+        client: Client | Runner | None,
         stop: Stop,
         fresh: bool,
         progress: Progress | None,
@@ -480,8 +480,10 @@ class Study(ABC):
             log.info("finished: %s", f"{watch.runs:,} runs, {watch.pace}")
         return results
 
-    def _runner(self, client: Client | None, stop: Callable[[], bool]) -> Runner:
+    def _runner(self, client: Client | Runner | None, stop: Callable[[], bool]) -> Runner:
         """Return the runner of the chunks; workers generate the motions themselves if no file is needed."""
+        if isinstance(client, Runner):
+            return client
         client = default_client() if client is None else client
         if client is None:
             return ConfiguredScheduler(stop)

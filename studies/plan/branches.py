@@ -66,7 +66,7 @@ class Branches:
     def of(
         self, of_study: FittedCurves, fitted: Callable[[str, Design], FittedCurves], risk: Risk, fit: Fit
     ) -> xr.Dataset:
-        """Return the rates over all combinations, from curves of the study and the `fitted` ones of other designs."""
+        """Return the rates over all combinations, from the study's curves and those `fitted` to other designs."""
         every = {
             name: of_study if design is None else fitted(name, design) for name, (design, _) in self.motions.items()
         }

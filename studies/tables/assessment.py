@@ -177,18 +177,19 @@ def amount(values: xr.Dataset, name: str, scale: float = 1.0) -> Range:
     The bound is the amount of all pieces of the place that can fall, times the largest rate or probability of an event
     in no motion. (The longest downtime of several pieces is at most their sum.)
     """
-    found = range_of(values, name, scale)
-    if found.value != 0.0 or not math.isnan(found.upper):
-        return found
-    unseen = most_rate(values) if name.startswith("annual_") else most_probability(values)
+    mean = range_of(values, name, scale)
+    yearly = name.startswith("annual_")
+    if mean.value != 0.0 or not (yearly or math.isnan(mean.upper)):
+        return mean
+    unseen = most_rate(values) if yearly else most_probability(values)
     return Range(0.0, math.nan, unseen * _of_all(values, name) / scale)
 
 
 def _stated(values: xr.Dataset, name: str, scale: float = 1.0) -> Value:
     """Return an `amount`, or in words that no piece of the place that can fall states it."""
-    found = amount(values, name, scale)
+    mean = amount(values, name, scale)
     free = _free_pieces(values, str(values["place"].values)).any()
-    return NOT_STATED if found.value == 0.0 and free and _of_all(values, name) == 0.0 else found
+    return NOT_STATED if mean.value == 0.0 and free and _of_all(values, name) == 0.0 else mean
 
 
 def _of_all(values: xr.Dataset, name: str) -> float:

@@ -337,7 +337,7 @@ class TestOtherStates:
             {"until": {"state": "front"}},
             "state of adaptive levels, which may be a number too, must be one of 'overturned', 'uplifted', got 'front'",
         ),
-        ({"until": {"state": -1.0}}, "state must be finite and > 0, got -1.0"),
+        ({"until": {"state": -1.0}}, "state must be finite and > 0 and <= 3, got -1.0"),
         (
             {"motions": both_axes(SHAKES.sample_pairs(64))[0], "im": "RotD50(pgv)", "until": {"state": 0.5}},
             "is of one axis: runs about both axes have the states",

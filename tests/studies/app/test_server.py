@@ -1,6 +1,5 @@
 """The server of the live page: who may ask, what is refused with one sentence, and numbers as of the saved study."""
 
-import asyncio
 import json
 import random
 import tomllib
@@ -9,6 +8,7 @@ from urllib.parse import quote, urlsplit
 
 import numpy as np
 import pytest
+from asgi import HOST, PORT, TOKEN, ask
 
 import toppling as tp
 from toppling.studies.app import state
@@ -21,9 +21,6 @@ from live_page import served
 from toppling.studies.app import answers
 from toppling.studies.app.page import Page
 from toppling.studies.app.server import HEADERS, MOST_BYTES, MOST_OF_FILE, application
-
-TOKEN, PORT = "t0ken", 8000
-HOST = f"127.0.0.1:{PORT}"
 
 
 def small_state():
@@ -51,41 +48,6 @@ def page(folder):
 @pytest.fixture(scope="module")
 def app(page):
     return application(page, TOKEN, PORT)
-
-
-def ask(app, path, body=None, method=None, headers=(), query=b"", host=HOST, length=True):
-    """Return status, headers and text of an answer."""
-    body = body if isinstance(body, bytes) or body is None else json.dumps(body).encode()
-    method = method or ("GET" if body is None else "POST")
-    named = [(b"host", host.encode()), *headers]
-    if body is not None and length:
-        named.append((b"content-length", str(len(body)).encode()))
-    scope = {
-        "type": "http",
-        "asgi": {"version": "3.0"},
-        "http_version": "1.1",
-        "method": method,
-        "scheme": "http",
-        "path": path,
-        "raw_path": path.encode("utf-8", "replace"),
-        "root_path": "",
-        "query_string": query,
-        "headers": named,
-        "server": ("127.0.0.1", PORT),
-        "client": ("127.0.0.1", 1),
-    }
-    parts = [{"type": "http.request", "body": body or b"", "more_body": False}]
-    sent = []
-
-    async def receive():
-        return parts.pop(0) if parts else {"type": "http.disconnect"}
-
-    async def send(message):
-        sent.append(message)
-
-    asyncio.run(app(scope, receive, send))
-    found = {key.decode(): value.decode() for key, value in sent[0]["headers"]}
-    return sent[0]["status"], found, b"".join(message.get("body", b"") for message in sent[1:]).decode()
 
 
 def test_only_with_the_token_from_this_host_and_origin(app):

@@ -155,7 +155,7 @@ class TestReading:
         ("arguments", "times"),
         [
             (["report", "out"], 2),
-            (["compare", "out", "--laws", "discrete", "housner", "--out", "compared"], 2),
+            (["compare", "out", "--laws", "discrete", "housner", "--out", "compared"], 4),
             (["export", "out", "--format", "csv", "--out", "exported"], 2),
         ],
     )
