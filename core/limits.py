@@ -105,10 +105,10 @@ def checked_workbook(parts: zipfile.ZipFile, most_bytes: int, refused: Callable[
         raise refused(f"holds {len(names):,} parts, allowed are {PARTS:,}; copy the table to a new workbook")
     if sum(part.file_size for part in parts.infolist()) > most_bytes:
         raise refused(f"larger than {most_bytes // 2**20} MiB once it is unpacked")
-    found = io.BytesIO()
+    copy = io.BytesIO()
     counts: Counter[str] = Counter()
     covered = 0
-    with zipfile.ZipFile(found, "w") as checked:
+    with zipfile.ZipFile(copy, "w") as checked:
         for name in dict.fromkeys(names):
             with parts.open(name) as part:
                 text = part.read(parts.getinfo(name).file_size + 1)
@@ -131,20 +131,20 @@ def checked_workbook(parts: zipfile.ZipFile, most_bytes: int, refused: Callable[
         raise refused(
             f"merged cells or links cover {covered:,} cells, allowed are {COVERED:,}; copy the table elsewhere"
         )
-    found.seek(0)
-    return found
+    copy.seek(0)
+    return copy
 
 
 def _part_problem(text: bytes, counts: Counter[str]) -> tuple[str | None, int]:
     """Count the elements of a part of a workbook; return why it cannot be read, and the cells that its ranges cover."""
     if b"<!DOCTYPE" in text or b"\0" in text:
         return "has a document type or zeros", 0
-    found = Counter(match[1].decode() for match in _TAG.finditer(text))
-    counts.update(found)
+    named = Counter(match[1].decode() for match in _TAG.finditer(text))
+    counts.update(named)
     if any(long[0].count(b"=") > ATTRIBUTES for long in _LONG.finditer(text)):
         return f"has an element with more than {ATTRIBUTES:,} attributes", 0
     ranges = _RANGE.findall(text)
-    if len(ranges) < found["mergeCell"] + found["hyperlink"]:
+    if len(ranges) < named["mergeCell"] + named["hyperlink"]:
         return "has merged cells or links in a spelling of no program", 0
     covered = 0
     for left, first, right, last in ranges:

@@ -46,8 +46,11 @@ def block_doubts(blocks: Iterable[Block] | BlockArray) -> list[Doubt]:
     """Return the input warnings on block sizes: sides above 20 m or below 0.01 m, widths above 1.5 m, h/b below 1."""
     if isinstance(blocks, BlockArray):
         sides, slenderness = np.stack([blocks.width, blocks.height], axis=1), 1.0 / tan(blocks.alpha)
-        own = blocks.own.get("e", np.ones(0))
-        low = [(str(blocks.names[i]), float(own[i])) for i in np.flatnonzero(own < LEAST_RESTITUTION).tolist()]
+        restitution = blocks.own.get("e", np.ones(0))
+        low = [
+            (str(blocks.names[i]), float(restitution[i]))
+            for i in np.flatnonzero(restitution < LEAST_RESTITUTION).tolist()
+        ]
         return [*size_doubts(sides, slenderness, lambda i: str(blocks.names[i])), *restitution_doubts(low)]
     every = list(blocks)
     sides = np.array([(block.width, block.height) for block in every]).reshape(-1, 2)
@@ -59,50 +62,54 @@ def block_doubts(blocks: Iterable[Block] | BlockArray) -> list[Doubt]:
 
 def unit_doubts(restraints: Iterable[tuple[str, Restraint]], blocks: Iterable[Block] = ()) -> list[Doubt]:
     """Return the input warnings on restraints with their blocks, and on masses and distances of blocks: wrong units."""
-    found: dict[str, list[str]] = {}
-    for name, one in restraints:
-        if not LEAST_STRENGTH <= one.strength <= MOST_STRENGTH and one.strength != math.inf:
-            found.setdefault("kN in place of N?", []).append(f"{name}: a strength of {one.strength:g} N")
+    slips: dict[str, list[str]] = {}
+    for name, restraint in restraints:
+        if not LEAST_STRENGTH <= restraint.strength <= MOST_STRENGTH and restraint.strength != math.inf:
+            slips.setdefault("kN in place of N?", []).append(f"{name}: a strength of {restraint.strength:g} N")
         elif (
-            one.strength < math.inf > one.stiffness
-            and not LEAST_STRETCH <= (stretch := one.strength / one.stiffness) <= MOST_STRETCH
+            restraint.strength < math.inf > restraint.stiffness
+            and not LEAST_STRETCH <= (stretch := restraint.strength / restraint.stiffness) <= MOST_STRETCH
         ):
-            said = f"{name}: it would stretch by {1e3 * stretch:.3g} mm before it breaks"
-            found.setdefault("a stiffness in N/m or kN/mm in place of N/mm?", []).append(said)
-        if one.front is not None and one.front < LEAST_ARM and one.kind in ("strap", "bracket", "cable"):
-            said = f"{name}: a {one.kind} that acts {1e3 * one.front:.3g} mm above the floor"
-            found.setdefault("a height in centimetres or decimetres?", []).append(said)
-        if one.slack > MOST_SLACK or 0.0 < one.slack < LEAST_SLACK:
-            found.setdefault(METRES, []).append(f"{name}: a slack of {1e3 * one.slack:g} mm")
+            text = f"{name}: it would stretch by {1e3 * stretch:.3g} mm before it breaks"
+            slips.setdefault("a stiffness in N/m or kN/mm in place of N/mm?", []).append(text)
+        if (
+            restraint.front is not None
+            and restraint.front < LEAST_ARM
+            and restraint.kind in ("strap", "bracket", "cable")
+        ):
+            text = f"{name}: a {restraint.kind} that acts {1e3 * restraint.front:.3g} mm above the floor"
+            slips.setdefault("a height in centimetres or decimetres?", []).append(text)
+        if restraint.slack > MOST_SLACK or 0.0 < restraint.slack < LEAST_SLACK:
+            slips.setdefault(METRES, []).append(f"{name}: a slack of {1e3 * restraint.slack:g} mm")
     for block in blocks:
         if block.depth is not None and block.depth > LARGEST:
-            found.setdefault(METRES, []).append(f"{block.label}: a depth of {block.depth:g} m")
+            slips.setdefault(METRES, []).append(f"{block.label}: a depth of {block.depth:g} m")
         if 0.0 < abs(block.cm_offset) < LEAST_OFFSET:
-            found.setdefault(METRES, []).append(f"{block.label}: an offset of {1e3 * block.cm_offset:g} mm")
+            slips.setdefault(METRES, []).append(f"{block.label}: an offset of {1e3 * block.cm_offset:g} mm")
         if 0.0 < abs(block.lean) < LEAST_LEAN:
-            said = f"{block.label}: leans by {math.degrees(block.lean):.2g} degrees"
-            found.setdefault("radians in place of degrees?", []).append(said)
+            text = f"{block.label}: leans by {math.degrees(block.lean):.2g} degrees"
+            slips.setdefault("radians in place of degrees?", []).append(text)
         if block.tilt_limit is not None and block.tilt_limit < LEAST_TILT:
-            said = f"{block.label}: counts as overturned at {math.degrees(block.tilt_limit):.2g} degrees"
-            found.setdefault("radians in place of degrees?", []).append(said)
+            text = f"{block.label}: counts as overturned at {math.degrees(block.tilt_limit):.2g} degrees"
+            slips.setdefault("radians in place of degrees?", []).append(text)
         if block.mass is not None:
             density = block.mass / (block.width * (block.depth or block.width) * block.height)
             most = MOST_DENSE if block.depth else UNKNOWN_DEPTH * MOST_DENSE
             if not LEAST_DENSE <= density <= most:
-                said = f"{block.label}: {block.mass:,g} kg"
-                found.setdefault("tonnes, grams or newtons in place of kg?", []).append(said)
+                text = f"{block.label}: {block.mass:,g} kg"
+                slips.setdefault("tonnes, grams or newtons in place of kg?", []).append(text)
         wall, edge = block.wall, block.edge
         gaps = (() if wall is None else (wall.gap, wall.front_gap)) + (() if edge is None else (edge.front, edge.back))
         far = (gap for gap in gaps[:2] if wall is not None and gap is not None and gap > MOST_GAP)
         odd = [*(gap for gap in gaps if gap is not None and 0.0 < gap < LEAST_GAP), *far]
         if odd:
-            found.setdefault(METRES, []).append(f"{block.label}: {1e3 * odd[0]:g} mm to a wall or an edge")
-    return [Doubt(UNITS, f"{first_of(said)}: {slip}") for slip, said in found.items()]
+            slips.setdefault(METRES, []).append(f"{block.label}: {1e3 * odd[0]:g} mm to a wall or an edge")
+    return [Doubt(UNITS, f"{first_of(named)}: {slip}") for slip, named in slips.items()]
 
 
 def size_doubts(sides: Array, slenderness: Array, name: Callable[[int], str | None]) -> list[Doubt]:
     """Return the input warnings on sides (block, 2), in m, and slendernesses (block,) of blocks with names."""
-    found = []
+    doubts = []
     large, small = sides.max(axis=1) > LARGEST, sides.min(axis=1) < SMALLEST
     wide = ~large & ~small & (sides[:, 0] > WIDEST)
     squat = ~large & ~small & ~wide & (slenderness < 1.0 - 1e-9)
@@ -127,8 +134,8 @@ def size_doubts(sides: Array, slenderness: Array, name: Callable[[int], str | No
             sizes = first_of([*(_sizes(sides[i], name(i)) for i in named[:NAMED]), *map(str, named[NAMED:])])
             have = "has" if len(named) == 1 else "have"
             of = f"{len(named):,} of {len(sides):,} blocks {have}" if len(sides) > 1 else "the block has"
-            found.append(Doubt("block size", f"{of} {text} ({sizes}): {slip}", bool(beyond.any())))
-    return found
+            doubts.append(Doubt("block size", f"{of} {text} ({sizes}): {slip}", bool(beyond.any())))
+    return doubts
 
 
 def _sizes(sides: Array, name: str | None) -> str:
@@ -156,15 +163,15 @@ def law_doubts(blocks: Sequence[Block], models: Iterable[Model], outputs: Sequen
     The latter only without an output `mode`, which shows it.
     """
     models = list(models)
-    found = stated_restitution_doubts(models)
+    doubts = stated_restitution_doubts(models)
     for law in models:
         if law.options.get("zeta", 0.0) > MOST_DAMPED:
-            found.append(Doubt(UNITS, f"{law.label}: no block is damped so: a ratio, 0.05 for 5 %?"))
+            doubts.append(Doubt(UNITS, f"{law.label}: no block is damped so: a ratio, 0.05 for 5 %?"))
         if not isinstance(law, Sliding) or "mode" in outputs:
             continue
         early = [block.label for block in blocks if law.static >= math.tan(block.alpha)]
         if early:
-            found.append(
+            doubts.append(
                 Doubt(
                     "rocks first",
                     f"{law.label}: {len(early):,} of {len(blocks):,} blocks uplift before they slide, since their "
@@ -172,4 +179,4 @@ def law_doubts(blocks: Sequence[Block], models: Iterable[Model], outputs: Sequen
                     "rock",
                 )
             )
-    return found
+    return doubts

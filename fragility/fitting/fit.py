@@ -254,8 +254,8 @@ def half_level_samples(data: xr.Dataset, asked: CurveOptions, together: Sequence
     trials = collect(data, asked.method == FIRST, asked.state, together)
     drawn = draw_motions(trials.strata, asked.replicates, asked.seed)
     options = Options(asked.confidence, PROFILE, (), asked.penalty, asked.replicates, asked.seed, keep=False)
-    found = np.array([half_levels_of(sample, drawn, options) for sample in trials.samples])
-    values = found.reshape(*trials.shape, asked.replicates)
+    halves = np.array([half_levels_of(sample, drawn, options) for sample in trials.samples])
+    values = halves.reshape(*trials.shape, asked.replicates)
     return xr.Dataset({"half_level_sample": ((*trials.dims, "replicate"), values)}, trials.coords)
 
 

@@ -163,17 +163,17 @@ def point_off(hazard: HazardCurve, comments: Iterable[str]) -> str:
             continue
         known = float(hazard.rate_at(level)) if level > 0.0 else 0.0
         if known > 0.0 < rates[0] and max(known / rates[0], rates[0] / known) > OF_DISAGGREGATION:
-            here = f"{written_level(hazard.measure, level)} once in {in_years(rates[0])} years"
-            return f"{here}, and the curve has it once in {in_years(known)} years"
+            stated = f"{written_level(hazard.measure, level)} once in {in_years(rates[0])} years"
+            return f"{stated}, and the curve has it once in {in_years(known)} years"
     return ""
 
 
 def _rates(comment: str) -> list[float]:
     """Return the annual rates that a comment names: as probabilities in years, return periods or rates."""
-    found = [-math.log1p(-0.01 * float(match[1])) / float(match[2]) for match in _CHANCE.finditer(comment)]
+    rates = [-math.log1p(-0.01 * float(match[1])) / float(match[2]) for match in _CHANCE.finditer(comment)]
     rest = _CHANCE.sub("", comment)
-    found += [1.0 / float(next(filter(None, match.groups())).replace(",", "")) for match in _PERIOD.finditer(rest)]
-    return found + [float(next(filter(None, match.groups()))) for match in _RATE.finditer(rest)]
+    rates += [1.0 / float(next(filter(None, match.groups())).replace(",", "")) for match in _PERIOD.finditer(rest)]
+    return rates + [float(next(filter(None, match.groups()))) for match in _RATE.finditer(rest)]
 
 
 def warn_of_hazards(hazards: Iterable[HazardCurve]) -> None:

@@ -73,13 +73,13 @@ LONGEST_PERIOD, MOST_DAMPED = 10.0, 0.35
 
 def spectrum_doubts(name: str, period: float, damping: float) -> list[Doubt]:
     """Return the input warnings on a spectrum: a period (of several the shortest) above 10 s, a damping above 0.35."""
-    found = []
+    doubts = []
     if period > LONGEST_PERIOD:
         slip = "milliseconds in place of s?"
-        found.append(Doubt("units", f"{name}: no spectrum has periods above {LONGEST_PERIOD:g} s: {slip}"))
+        doubts.append(Doubt("units", f"{name}: no spectrum has periods above {LONGEST_PERIOD:g} s: {slip}"))
     if damping > MOST_DAMPED:
-        found.append(Doubt("units", f"{name}: no spectrum has a damping ratio of {damping:g}: 0.05 for 5 %?"))
-    return found
+        doubts.append(Doubt("units", f"{name}: no spectrum has a damping ratio of {damping:g}: 0.05 for 5 %?"))
+    return doubts
 
 
 def response_spectrum(

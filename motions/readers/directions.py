@@ -108,10 +108,10 @@ def vertical_of(header: Iterable[str]) -> str:
     """Return the direction that lines of words give to a single component if it is vertical, '' otherwise."""
     for text in header:
         stated, upward = _STATED.search(text), _UPWARD.search(text)
-        found = direction_of(stated["direction"].strip()) if stated else None
-        if stated and found and found[0]:
+        direction = direction_of(stated["direction"].strip()) if stated else None
+        if stated and direction and direction[0]:
             return stated["direction"].strip()
-        if upward and not found and not re.search("horizontal", text, re.IGNORECASE):
+        if upward and not direction and not re.search("horizontal", text, re.IGNORECASE):
             return "UP"
     return ""
 

@@ -88,8 +88,8 @@ def kept(store: OrderedDict[str, Any], key: str, make: Callable[[], Kept]) -> Ke
         store[key] = make()
         while len(store) > MOST_KEPT:
             store.popitem(last=False)
-    found: Kept = store[key]
-    return found
+    value: Kept = store[key]
+    return value
 
 
 class RefusalError(StudyError):
@@ -107,9 +107,9 @@ def study_of(content: Mapping[str, Any], path: Path) -> FragilityStudy:
         try:
             return LiveStudyFile.model_validate(content)
         except ValidationError as error:
-            said = refusals(error, content, StudyFile)
-            where = ".".join(map(str, said[0][1]))
-            raise RefusalError(all_errors([sentence for sentence, _ in said]), where) from None
+            refused = refusals(error, content, StudyFile)
+            where = ".".join(map(str, refused[0][1]))
+            raise RefusalError(all_errors([sentence for sentence, _ in refused]), where) from None
 
     try:
         made = study_in(checked, path)
@@ -134,21 +134,21 @@ def contents_of(content: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     earthquake["title"] = f"{piece['title']}: one earthquake"
     earthquake["ida"] = {key: value for key, value in piece["ida"].items() if key in ("im_at", "polarity")}
     earthquake["ida"] |= {"im": "scale", "levels": {"values": [1.0], "unit": "1"}}
-    found = {PIECE: piece, EARTHQUAKE: earthquake}
-    found |= {name: less for of, name in LESS_RESTITUTION.items() if (less := _with_less_restitution(found[of]))}
+    contents = {PIECE: piece, EARTHQUAKE: earthquake}
+    contents |= {name: less for of, name in LESS_RESTITUTION.items() if (less := _with_less_restitution(contents[of]))}
     tables = content.get("restraints", {})
     if tables and "hazard" in content and "mass_kg" in content["blocks"][0]:
         free = {key: value for key, value in content["blocks"][0].items() if key != "restraint"}
         blocks = [{**free, "name": FREE}, *({**free, "name": name, "restraint": name} for name in tables)]
         models = applicable(content, [*tables.values()], block)[:1]
-        found[REMEDIES] = {
+        contents[REMEDIES] = {
             **held_fast,
             "title": f"{piece['title']}: restraints",
             "restraints": copy.deepcopy(tables),
             "blocks": blocks,
             "models": models,
         }
-    return found
+    return contents
 
 
 def _with_less_restitution(content: Mapping[str, Any]) -> dict[str, Any]:
@@ -248,22 +248,22 @@ def numbers_of(study: FragilityStudy, stopped: Callable[[], bool] = bool, *, qui
             runs = study.design.run(study.blocks, study.models, fit.outputs, None, watched)
             curves = fit.curves(runs, study.risk is not None and not quick)
             plain, seen = without_replicates(curves), fit.probabilities(runs)
-            found = plain.drop_vars([*OBSERVED], errors="ignore").assign(seen.data_vars)
+            numbers = plain.drop_vars([*OBSERVED], errors="ignore").assign(seen.data_vars)
             if not quick:
-                found = found.assign(fit.chances_of_range(plain, seen["level"]))
+                numbers = numbers.assign(fit.chances_of_range(plain, seen["level"]))
             if study.risk is not None:
                 rates = study.risk.rates(fit.modelled(curves), fit.confidence)
                 named = rates.rename({old: new for old, new in RISK_NAMES.items() if old in rates}).data_vars
-                found = found.assign({name: rate for name, rate in named.items() if name != "rate_sample"})
+                numbers = numbers.assign({name: rate for name, rate in named.items() if name != "rate_sample"})
                 if not quick:
-                    found = found.assign(study.risk.modelling_range(curves, fit.modelling_dispersion))
+                    numbers = numbers.assign(study.risk.modelling_range(curves, fit.modelling_dispersion))
             if study.slides is not None:
                 slides = study.slides.chances(study.blocks, in_plane(runs))[INSTEAD]
-                found = found.assign(gated(slides, {str(name): found[name] for name in found.data_vars}))
+                numbers = numbers.assign(gated(slides, {str(name): numbers[name] for name in numbers.data_vars}))
     except ValueError as error:
         raise StudyError(f"{study.title}: {error}") from None
-    at = {"block": 0, "model": reference_law(found)[0]}
-    chances = found.isel({dim: 0 for dim in ("block", "floor") if dim in found.dims})
+    at = {"block": 0, "model": reference_law(numbers)[0]}
+    chances = numbers.isel({dim: 0 for dim in ("block", "floor") if dim in numbers.dims})
     return Numbers(chances, _curve(curves.isel(at), seen.isel(at)))
 
 
@@ -278,8 +278,8 @@ def _curve(case: xr.Dataset, seen: xr.Dataset) -> Curve:
 
 
 def _plain(values: Array) -> list[float]:
-    found: list[float] = values.ravel().tolist()
-    return found
+    numbers: list[float] = values.ravel().tolist()
+    return numbers
 
 
 class Range(NamedTuple):
@@ -349,12 +349,12 @@ def remedies_in(results: xr.Dataset, tables: Mapping[str, Any]) -> list[Remedy]:
     """Return the piece without and with each restraint."""
     case = results.isel(model=0)
     case = case.isel({dim: 0 for dim in ("floor",) if dim in case["risk_probability"].dims})
-    found = []
+    remedies = []
     for i, name in enumerate(map(str, case["block"].values)):
         values = [float(case[f"risk_probability{end}"][i]) for end in ("", "_lower", "_upper")]
         cost = tables.get(name, {}).get("cost", math.nan) if name != FREE else 0.0
-        found.append(Remedy(name, float(cost), *values))
-    return found
+        remedies.append(Remedy(name, float(cost), *values))
+    return remedies
 
 
 def cheapest(remedies: list[Remedy], target: float) -> Remedy | None:
@@ -402,17 +402,17 @@ def full_of(
 
     before: an earlier answer, whose facts are kept for the same results.
     """
-    found = {}
+    results = {}
     for name, study in studies.items():
-        found[name] = results_of(study, stopped)
-    compared = compared_of(found[VARIANT], found[PIECE], path) if VARIANT in found else None
+        results[name] = results_of(study, stopped)
+    compared = compared_of(results[VARIANT], results[PIECE], path) if VARIANT in results else None
     known = (
         {}
         if before is None
-        else {name: before.basis[name] for name in before.basis if before.results[name] is found.get(name)}
+        else {name: before.basis[name] for name in before.basis if before.results[name] is results.get(name)}
     )
-    bases = {name: known.get(name) or basis_of(found[name]) for name in found if name != VARIANT}
-    return Full(found, bases, compared)
+    bases = {name: known.get(name) or basis_of(results[name]) for name in results if name != VARIANT}
+    return Full(results, bases, compared)
 
 
 def compared_of(variant: xr.Dataset, piece: xr.Dataset, path: Path) -> Comparison:

@@ -374,13 +374,13 @@ class Page:
         for study, less in LESS_RESTITUTION.items():
             changed = self.numbers[less].chances if less in self.numbers else None
             pairs.append((with_law_names(self.numbers[study].chances), changed))
-        found = [("earthquake", answers.range_at(*pairs[1], "probability", ("lower", "upper")))]
+        chances = [("earthquake", answers.range_at(*pairs[1], "probability", ("lower", "upper")))]
         if "rate" in pairs[0][0]:
             rate = answers.range_at(*pairs[0], "rate", ("rate_lower", "rate_upper"))
             ends = "risk_probability_lower", "risk_probability_upper"
             chance = answers.range_at(*pairs[0], "risk_probability", ends)
-            found += [("year", rate.over(1.0)), ("years", chance._replace(friction=rate.over(self.years).friction))]
-        return found
+            chances += [("year", rate.over(1.0)), ("years", chance._replace(friction=rate.over(self.years).friction))]
+        return chances
 
     @property
     def about(self) -> list[tuple[float, float]]:
@@ -423,9 +423,9 @@ class Page:
         """Return the table of restraints."""
         assert self.full is not None
         results = self.full.results.get(REMEDIES)
-        found = [] if results is None else answers.remedies_in(results, self.content.get("restraints", {}))
+        remedies = [] if results is None else answers.remedies_in(results, self.content.get("restraints", {}))
         law = "" if results is None else str(with_law_names(results)["model"].values[0])
-        return self.render("remedies", remedies=found, best=answers.cheapest(found, self.target), law=law)
+        return self.render("remedies", remedies=remedies, best=answers.cheapest(remedies, self.target), law=law)
 
     @property
     def facts(self) -> dict[str, answers.Basis]:

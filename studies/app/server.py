@@ -116,12 +116,12 @@ async def body_of(request: Request) -> dict[str, Any]:
     """Return the JSON object of a request; StudyError if it is none, TooLargeError if it has too many bytes."""
     content = await bytes_of(request)
     try:
-        found = json.loads(content)
+        values = json.loads(content)
     except (ValueError, RecursionError):
-        found = None
-    if not isinstance(found, dict) or not all(isinstance(value, str) for value in found.values()):
+        values = None
+    if not isinstance(values, dict) or not all(isinstance(value, str) for value in values.values()):
         raise StudyError("the request must be an object of JSON whose values are texts")
-    return found
+    return values
 
 
 def application(page: Page, token: str, port: int, building: Building | None = None) -> ASGIApp:
@@ -259,5 +259,5 @@ async def _refuse(_: Request, error: Exception) -> Response:
     status = error.status_code if isinstance(error, HTTPException) else 500
     if status == 500:
         traceback.print_exception(error, file=sys.stderr)
-    said = {404: "There is no such page.", 405: "This address does not take such a request."}
-    return sentence(said.get(status, "The request cannot be answered."), status)
+    texts = {404: "There is no such page.", 405: "This address does not take such a request."}
+    return sentence(texts.get(status, "The request cannot be answered."), status)

@@ -67,8 +67,8 @@ class Field(NamedTuple):
 
 @cache
 def _schema() -> dict[str, Any]:
-    found: dict[str, Any] = json.loads(SCHEMA.read_text(encoding="utf-8"))
-    return found
+    schema: dict[str, Any] = json.loads(SCHEMA.read_text(encoding="utf-8"))
+    return schema
 
 
 def declared_at(content: Mapping[str, Any], path: str) -> dict[str, Any]:
@@ -88,8 +88,8 @@ def declared_at(content: Mapping[str, Any], path: str) -> dict[str, Any]:
 def _chosen(node: dict[str, Any], value: Any) -> dict[str, Any]:
     """Return a schema without references, of several alternatives the one that has the words of a value."""
     if "$ref" in node:
-        found: dict[str, Any] = _schema()["$defs"][node["$ref"].rpartition("/")[2]]
-        return {**found, **{key: text for key, text in node.items() if key == "description"}}
+        definition: dict[str, Any] = _schema()["$defs"][node["$ref"].rpartition("/")[2]]
+        return {**definition, **{key: text for key, text in node.items() if key == "description"}}
     for alternative in node.get("oneOf", ()):
         table = _chosen(alternative, value)
         words = {key: about["const"] for key, about in table.get("properties", {}).items() if "const" in about}

@@ -59,10 +59,10 @@ def fallen(side: Side, law: int) -> dict[str, Array]:
         of_piece[INJURIES] = np.nan_to_num(results["persons_exposed"].values * results["injury_probability"].values)
     totals = {name: ((counts * amount)[:, None] * chance).sum(axis=0) for name, amount in of_piece.items()}
     if DOWNTIME in results:
-        here = results[[DOWNTIME, AT_LEVEL[DOWNTIME]]].isel(model=law).sel(place=BUILDING)
-        drawn = here[DOWNTIME].mean("realisation")
+        building = results[[DOWNTIME, AT_LEVEL[DOWNTIME]]].isel(model=law).sel(place=BUILDING)
+        drawn = building[DOWNTIME].mean("realisation")
         # (the mean at each level is no mean of draws)
-        factor = (here[AT_LEVEL[DOWNTIME]] / drawn.mean("motion")).fillna(1.0)
+        factor = (building[AT_LEVEL[DOWNTIME]] / drawn.mean("motion")).fillna(1.0)
         totals[DOWNTIME] = year.total((factor * drawn).transpose("level", "motion").values)
     return {CHANCE: chance, **totals, ANY: year.total(1.0 - none)}
 

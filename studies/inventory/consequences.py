@@ -122,8 +122,8 @@ def cell_edges(given: Iterable[Consequence]) -> Array:
     Above the last inner edge, a score of 8 more than the dispersion, lie less than 1e-15 of the mean.
     """
     laws = dict.fromkeys(given)
-    each = [law.at(np.linspace(-4.0, 8.0 + law.dispersion, CELLS)) for law in laws]
-    every = np.unique(np.concatenate(each))
+    values = [law.at(np.linspace(-4.0, 8.0 + law.dispersion, CELLS)) for law in laws]
+    every = np.unique(np.concatenate(values))
     if every.size > CELLS:
         every = every[np.rint(np.linspace(0.0, every.size - 1.0, CELLS)).astype(np.int64)]
     return np.concatenate([[0.0], every])

@@ -429,17 +429,20 @@ def row_doubts(rows: Sequence[Contents]) -> list[Doubt]:
 def place_doubts(rows: Sequence[Contents], heights: Sequence[float]) -> list[Doubt]:
     """Return the input warnings on lines in a building with floors at some heights (m): floors from 1, tall pieces."""
     roof, floors = len(heights) - 1, {int(row.floor) for row in rows}
-    found = []
+    doubts = []
     if roof in floors and len(floors) > 1 and min(floors) > 0:
         what = f"pieces stand on floors {min(floors)} to {roof}, the roof, and none on floor 0, the ground"
-        found.append(Doubt("table", f"{what}: are floors counted from 1?"))
+        doubts.append(Doubt("table", f"{what}: are floors counted from 1?"))
     storeys = {floor: heights[floor + 1] - heights[floor] for floor in floors if floor < roof}
     tall = [
         f"{row.label}: {row.block.height:g} m in {storeys[int(row.floor)]:g} m"
         for row in rows
         if row.block.height > storeys.get(int(row.floor), math.inf)
     ]
-    return [*found, *([Doubt(UNITS, f"pieces are higher than their storey ({first_of(tall)}): feet?")] if tall else [])]
+    return [
+        *doubts,
+        *([Doubt(UNITS, f"pieces are higher than their storey ({first_of(tall)}): feet?")] if tall else []),
+    ]
 
 
 def _crowded(rows: Sequence[Contents]) -> list[str]:
