@@ -266,7 +266,7 @@ def test_kits_of_the_study_hold_what_is_ticked(tmp_path):
     """The best set for the budget names kits; the study after it has only the restraints that its table names."""
     example = example_path().replace("inventory.csv", "kits.toml")
     content = tomllib.loads(open(example, encoding="utf-8").read())  # noqa: SIM115
-    content["motions"] |= {"number": 5, "dt_s": 0.02}
+    content["motions"] |= {"number": 20, "dt_s": 0.02}
     content["performance"]["levels"]["number"] = 3
     (tmp_path / "kits.toml").write_text(state.toml_of(content), encoding="utf-8")
     shutil.copy(example.replace(".toml", ".csv"), tmp_path)
