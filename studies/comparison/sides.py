@@ -104,10 +104,7 @@ def result_of(path: Path) -> Path:
 @contextmanager
 def two_sides(first: Path, second: Path, same: bool = False, verify: bool = False) -> Iterator[tuple[Side, Side]]:
     """Open two results until the block ends: folders of finished studies, their results, or their study files."""
-    for path in (first, second):
-        if not path.exists():
-            raise StudyError(f"{path}: no such file")
-    paths = [result_of(path) for path in (second, first)][::-1]
+    paths = [result_of(path) for path in (first, second)]
     if not same and paths[0].resolve() == paths[1].resolve():
         raise StudyError(f"{first} and {second} are the same results: name another folder, or two laws with --laws")
     for path in paths:  # (both are refused before either is read whole)

@@ -176,7 +176,7 @@ class TestPages:
     def test_without_a_hazard_the_table_is_of_a_level(self, folder, capsys):
         (folder / "level.toml").write_text(TEXT)
         assert main(["run", str(folder / "level.toml"), "--out", str(folder / "level"), "--verbose"]) == 0
-        assert re.search(r"at [^=]* = 0\.\d g", capsys.readouterr().out)
+        assert re.search(r"at PGA of the ground = 0\.\d g", capsys.readouterr().out)
 
     def test_stored_results_are_those_returned(self, results, folder):
         with xr.open_dataset(folder / "out" / "results.nc") as stored:
