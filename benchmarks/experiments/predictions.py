@@ -14,7 +14,8 @@ from scipy.stats import binom
 
 from ...core.aliases import Array
 from ...core.wording import counted
-from ...fragility import binomial_interval, ida
+from ...fragility import ida
+from ...fragility.numerics.proportions import interval_of_parts
 from ...models import Block, HousnerImpact
 from ...models.friction import contact_named
 from ...motions.polarity import BOTH
@@ -100,7 +101,7 @@ def _overturned(experiment: Experiment, measured: Measured | None = None) -> Pre
         fallen = np.asarray(runs["overturned"].values[:, 0, 0], dtype=float)
         fallen = fallen.reshape(len(blocks), -1, 2).mean(-1)
         shares += [fell * not_sliding(experiment, block, measured) for fell, block in zip(fallen, blocks, strict=True)]
-    lower, upper = binomial_interval([share.sum() for share in shares], [share.size for share in shares], SURE)
+    lower, upper = interval_of_parts([share.sum() for share in shares], [share.size for share in shares], SURE)
     motions = "motions" if len(kinds_of(experiment)) == 1 else "motions of each of two kinds"
     rests = float(np.mean([not_sliding(experiment, block, measured) for block in blocks]))
     slide = f", times {rests:.2f} not to slide" if experiment.contact else ""

@@ -58,8 +58,26 @@ def binomial_interval(successes: Any, trials: Any, confidence: float = 0.95, met
     >>> print(f"{lower:.5f} {upper:.5f}")
     0.03958 0.23052
     """
-    level = CONFIDENCE.number("confidence", confidence)
-    formula = METHODS[checks.choice("method", method, tuple(METHODS))]
+    k, n = _numbers(successes, trials)
+    part = (k > 0.0) & (k < 1.0) & (n > 1.0)
+    if part.any() and bool((k <= 1.0).all()) and bool((2.0 * k[part] % 1.0 != 0.0).all()):
+        what = f"{k[part].flat[0]:g} successes in {n[part].flat[0]:g} trials"
+        warn([Doubt("units", f"{what}: a share in place of a number?")])
+    return _ends(k, n, confidence, checks.choice("method", method, tuple(METHODS)))
+
+
+def wilson_interval(successes: Any, trials: Any, confidence: float = 0.95) -> Ends:
+    """`binomial_interval` with ``method="wilson"``."""
+    return binomial_interval(successes, trials, confidence, "wilson")
+
+
+def interval_of_parts(successes: Any, trials: Any, confidence: float = 0.95) -> Ends:
+    """`wilson_interval` of trials that succeed in part (means over variants of a piece), without a warning."""
+    return _ends(*_numbers(successes, trials), confidence, "wilson")
+
+
+def _numbers(successes: Any, trials: Any) -> Ends:
+    """Return successes and trials of one shape; TypeError or ValueError if they do not go together."""
     try:
         k, n = np.broadcast_arrays(np.asarray(successes, dtype=float), np.asarray(trials, dtype=float))
     except (TypeError, ValueError, OverflowError, RuntimeError):
@@ -67,20 +85,15 @@ def binomial_interval(successes: Any, trials: Any, confidence: float = 0.95, met
         raise TypeError(f"successes and trials must be numbers or arrays of shapes that fit, got {shapes}") from None
     if not np.all((k >= 0.0) & (k <= n)):
         raise ValueError("successes must lie between 0 and trials")
-    part = (k > 0.0) & (k < 1.0) & (n > 1.0)
-    if part.any() and bool((k <= 1.0).all()) and bool((2.0 * k[part] % 1.0 != 0.0).all()):
-        what = f"{k[part].flat[0]:g} successes in {n[part].flat[0]:g} trials"
-        warn([Doubt("units", f"{what}: a share in place of a number?")])
+    return k, n
+
+
+def _ends(k: Array, n: Array, confidence: float, method: str) -> Ends:
     known = np.where(n > 0.0, n, np.nan)
-    lower, upper = formula(k, known, level)
+    lower, upper = METHODS[method](k, known, CONFIDENCE.number("confidence", confidence))
     lower = np.where(k == 0.0, 0.0, lower)
     upper = np.where(k == n, 1.0, upper)
     return np.where(n > 0.0, lower, np.nan), np.where(n > 0.0, upper, np.nan)
-
-
-def wilson_interval(successes: Any, trials: Any, confidence: float = 0.95) -> Ends:
-    """`binomial_interval` with ``method="wilson"``."""
-    return binomial_interval(successes, trials, confidence, "wilson")
 
 
 def wilson_half_width(runs: int) -> float:

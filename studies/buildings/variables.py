@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.elementary import Array, Flags, Index, times
@@ -20,7 +19,7 @@ from ...fragility.curves.means import mean_interval, quantiles, share_error
 from ...fragility.fitting.bootstrap import draw_motions
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.hazard.level_weights import LevelWeights, level_weights
-from ...fragility.numerics.proportions import wilson_interval
+from ...fragility.numerics.proportions import interval_of_parts
 from ...fragility.numerics.slabs import RUNS, slabs
 from ...fragility.numerics.totals import chances, exceedances
 from ...fragility.risk.modelling import capacity_factors, seen_by, with_ends
@@ -105,7 +104,7 @@ class Precision:
         # a motion counts as a success by its probability; where all probabilities are 1, the successes are exactly n
         successes = np.where(values.min(axis=-1) == 1.0, n, np.minimum(mean * n, n))
         trials = np.full(mean.shape, n)
-        lower, upper = wilson_interval(cast("NDArray[np.integer]", successes), trials, self.confidence)
+        lower, upper = interval_of_parts(successes, trials, self.confidence)
         return mean, np.where(possible, lower, 0.0), np.where(possible, upper, 0.0)
 
 

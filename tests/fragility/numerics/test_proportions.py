@@ -10,6 +10,7 @@ from scipy.stats import beta as beta_distribution, binom, binomtest
 
 import toppling as tp
 from toppling.fragility import binomial_interval, wilson_interval
+from toppling.fragility.numerics.proportions import interval_of_parts
 
 METHODS = ("wilson", "clopper-pearson", "jeffreys")
 
@@ -127,3 +128,10 @@ def test_shares_in_place_of_numbers(successes, doubted):
         warnings.simplefilter("always")
         wilson_interval(successes, 100)
     assert ["a share in place of a number?" in str(one.message) for one in said] == [True] * doubted
+
+
+def test_pieces_that_fall_in_part_are_no_shares(recwarn):
+    """Means over variants of a piece are parts of successes, of which nothing is doubtful."""
+    lower, upper = interval_of_parts([0.176, 0.0], [8, 8])
+    assert 0.0 < lower[0] < 0.022 < upper[0]
+    assert not recwarn
