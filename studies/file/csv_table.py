@@ -368,7 +368,7 @@ _TOTAL = re.compile(
     r"|[eud]g|\d+\.? ?og|og ?\d*|erdgeschoss|rdc|rez|étage|etage|piano|planta|piso|stock(?:werk)?|page|seite)\b.*"
 )
 _COMMENT = re.compile(r"((?:\A|[\r\n])[ \t]*)#[^\r\n]*|\A\"?(?:sep|SEP)=.?\"?(?=[\r\n])")
-"""Comments, and the first line with which a spreadsheet program is told the separator."""
+"""Comments, and the first line that names the separator for a spreadsheet program."""
 _OTHER_UNITS = re.compile(
     r"(?i)\b(?:in|as|×|x|\*) ?(?:units of )?(?:1[.,' ]?000|thousands?|millions?|tsd|tausend|mio|milliers|migliaia)\b"
     r"|\b[kt](?:€|(?:eur|chf|usd)\b)|\bk[€$£]|\bm(?:io|ill)\.? ?(?:€|(?:eur|usd|chf)\b)"

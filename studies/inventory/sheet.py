@@ -15,7 +15,7 @@ from ..text.error import StudyError
 from .reading import KIND, InventoryError, _currencies
 
 UNMENDED = "\x7f"
-"""End of a cell that no text can give: no reader takes it until it is typed anew."""
+"""End of a cell without a form as text: readers refuse it until someone types it again."""
 HEADING = "h"
 PLACE = re.compile(r", (?:line|row) (\d+)(?:, column '([^']*)'|: (?:unknown column|the heading) '([^']*)')?")
 
