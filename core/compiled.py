@@ -52,13 +52,14 @@ class Kernel:
         """Compile it for such arguments, without a call."""
         self.dispatcher.compile(tuple(map(self.dispatcher.typeof_pyval, arguments)))
 
-    def compile_aside(self, statement: str) -> None:
+    def compile_aside(self, statement: str) -> bool:
         """Let another process compile it by a Python statement; the first call here waits for that.
 
-        Nothing is done if it is stored, or can't be. The statement ends when its input does, with this process.
+        False, and nothing is done, if it is stored, or can't be. The statement ends when its input does, with this
+        process.
         """
         if not getattr(getattr(self.dispatcher, "_cache", None), "keeps", False) or self.on_disk:
-            return
+            return False
         # (where no further process may be started, the first call compiles)
         with suppress(OSError):
             self._aside = subprocess.Popen(
@@ -68,6 +69,7 @@ class Kernel:
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
             )
+        return self._aside is not None
 
     @property
     def dispatcher(self) -> Any:

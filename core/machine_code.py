@@ -248,19 +248,21 @@ _telling = threading.Lock()
 
 @contextmanager
 def announced(name: str) -> Iterator[None]:
-    """Print each second the name and duration of the compiling kernel, on a terminal or in a notebook."""
-    watched = sys.stderr is not None and (sys.stderr.isatty() or "ipykernel" in sys.modules)
-    if not (watched and _telling.acquire(blocking=False)):  # (a kernel within another is compiled with it)
+    """Print the name and duration of the compiling kernel: each second on a terminal or in a notebook, else as dots."""
+    if sys.stderr is None or not _telling.acquire(blocking=False):  # (a kernel within another is compiled with it)
         yield
         return
-    done, text = threading.Event(), ""
+    done, said = threading.Event(), ""
+    rewrites = sys.stderr.isatty() or "ipykernel" in sys.modules
 
     def tell() -> None:
-        nonlocal text
-        began = time.monotonic()
-        while not done.wait(1.0):
-            text = f"compiling {name}, once after installation: {time.monotonic() - began:.0f} s"
-            print(f"\r{text}", end="", file=sys.stderr, flush=True)
+        nonlocal said
+        began, text = time.monotonic(), f"compiling {name}, once after installation"
+        while not done.wait(1.0 if rewrites else 2.0):
+            new = f"\r{text}: {time.monotonic() - began:.0f} s" if rewrites else "." if said else f"{text} ."
+            with suppress(OSError):  # (the terminal may be gone)
+                print(new, end="", file=sys.stderr, flush=True)
+            said = new
 
     teller = threading.Thread(target=tell, daemon=True)
     teller.start()
@@ -270,9 +272,11 @@ def announced(name: str) -> Iterator[None]:
         done.set()
         teller.join()
         _telling.release()
-        if text:
-            with suppress(OSError):  # (the terminal may be gone)
-                print("\r" + " " * len(text), end="\r", file=sys.stderr, flush=True)
+        if said:
+            with suppress(OSError):
+                print("\r" + " " * len(said), end="\r", file=sys.stderr, flush=True) if rewrites else print(
+                    file=sys.stderr
+                )
 
 
 class KeptCompiler(CompilerBase):

@@ -35,8 +35,6 @@ from .sliding.runs import (
     run_in_plane,
     run_sliders,
 )
-from .sliding_engine.lanes import slide
-from .sliding_engine.plane import slide_in_plane
 
 Specimen = Oscillator | Slider | PlaneSlider
 """A block under a law in numbers."""
@@ -438,14 +436,6 @@ def prepare(oscillators: Sequence[Oscillator], sliding: bool = False, plane: boo
     if plane:
         friction = plane_table([PlaneSlider(0.5, 0.5)]).friction
         run_in_plane(friction, np.ones((1, 1)), (np.zeros(2), np.zeros(2)), None, 0.01, skip=False)
-
-
-def is_compiled(oscillators: Sequence[Oscillator], sliding: bool = False, plane: bool = False) -> bool:
-    """Return True if the drivers that `prepare` loads are on the disk."""
-    drivers = {run_exact if oscillator.exact else run_lanes for oscillator in oscillators} | {begin_runs}
-    # (with NUMBA_DISABLE_JIT=1 they are plain functions)
-    drivers |= ({slide} if sliding else set()) | ({slide_in_plane} if plane else set())
-    return all(getattr(driver, "on_disk", True) for driver in drivers)
 
 
 class Trace(NamedTuple):

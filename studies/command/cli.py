@@ -14,6 +14,7 @@ import os
 import signal
 import sys
 import warnings
+from contextlib import AbstractContextManager, nullcontext
 from json import loads
 from pathlib import Path
 from shlex import quote
@@ -95,30 +96,30 @@ def run(
     verbose
         Print all tables and notes of the report.
     """
-    from ...models.engine.linear_runs import run_lanes
-
-    # (with NUMBA_DISABLE_JIT=1 it is a plain function)
-    if os.path.isfile(study) and scheduler is None and not dry_run and hasattr(run_lanes, "compile_aside"):
-        run_lanes.compile_aside("from toppling.studies.command.ahead import compile_ahead; compile_ahead()")
-
-    from ...core.doubts import noted
-    from ...fragility.runs.runners import thread_count
-    from ..kinds.study import Study
-    from ..store.folder import RESULT_NAME
-    from ..store.progress import show_progress
-    from ..text.error import StudyError
-    from .forecast import forecast
-    from .status import status_of
+    from ...models.runs import run_lanes
 
     console = terminal()
     folder = out if out is not None else Path("results") / study.stem
-    try:
-        least = _least_limit(thread_count())  # (dask's configuration may give it wrongly)
-    except ValueError as error:
-        raise StudyError(str(error)) from None
-    if 0 < memory_limit() < least:
-        raise MemoryError
-    plan = Study.from_toml(study, target)
+    # (with NUMBA_DISABLE_JIT=1 it is a plain function)
+    aside = os.path.isfile(study) and scheduler is None and not dry_run and hasattr(run_lanes, "compile_aside")
+    compiles = aside and run_lanes.compile_aside("from toppling.studies.command.ahead import compile_ahead as c; c()")
+    with _announced(compiles):
+        from ...core.doubts import noted
+        from ...fragility.runs.runners import thread_count
+        from ..kinds.study import Study
+        from ..store.folder import RESULT_NAME
+        from ..store.progress import show_progress
+        from ..text.error import StudyError
+        from .forecast import forecast
+        from .status import status_of
+
+        try:
+            least = _least_limit(thread_count())  # (dask's configuration may give it wrongly)
+        except ValueError as error:
+            raise StudyError(str(error)) from None
+        if 0 < memory_limit() < least:
+            raise MemoryError
+        plan = Study.from_toml(study, target)
     doubts = [doubt.sentence for doubt in plan.doubts if doubt.kind not in plan.accepted]
     printed = [note for note in plan.notes if dry_run or verbose or note in doubts]
     size = plan.words if dry_run or verbose else plan.size
@@ -134,9 +135,8 @@ def run(
         return
     client = None if scheduler is None else _connect(scheduler)
     if client is None:
-        if not plan.is_compiled:
-            say(console, "compiling the engine for this study: once after installation, some 30 s")
-        plan.prepare()
+        with _announced(compiles):
+            plan.prepare()
     before = _stamp(folder)
     try:
         # (a total that depends on results is told with the first of them)
@@ -159,6 +159,15 @@ def run(
         raise KeyboardInterrupt(
             f"interrupted: the results are written ({folder / RESULT_NAME}), not all of the figures"
         ) from None
+
+
+def _announced(compiles: bool) -> AbstractContextManager[None]:
+    """Tell on standard error that the engine compiles, for as long as that is waited for."""
+    if not compiles:
+        return nullcontext()
+    from ...core.machine_code import announced  # numba, which takes a second
+
+    return announced("the engine")
 
 
 def _stamp(folder: Path) -> tuple[int, int] | None:

@@ -42,7 +42,7 @@ from ...models import Block, Law, Restraint
 from ...models.friction import Friction
 from ...models.oscillator import Oscillator
 from ...models.plausibility import block_doubts, stated_restitution_doubts
-from ...models.runs import engine_identity, is_compiled, prepare
+from ...models.runs import engine_identity, prepare
 from ...motions import records
 from ...motions.arrays import BOTH_AXES, LIFTS, REVERSE_OF, WEAK_AXIS, digest, shakes_of
 from ..facts.notes import INPUT_NOTES
@@ -284,11 +284,6 @@ class Study(ABC):
     def prepare(self) -> None:
         """Load the engine's kernels that the runs need, or compile them: before the work, not in its threads."""
         prepare(self.of_each_law, self.may_slide, self.may_slide and self.in_plane)
-
-    @property
-    def is_compiled(self) -> bool:
-        """True if these kernels are on the disk."""
-        return is_compiled(self.of_each_law, self.may_slide, self.may_slide and self.in_plane)
 
     @property
     @abstractmethod

@@ -455,6 +455,9 @@ def test_a_terminal_is_told_what_is_waited_for(monkeypatch):
     with machine_code.announced("a"):
         time.sleep(1.5)
     assert not sys.stderr.getvalue()
+    with machine_code.announced("a"):
+        time.sleep(4.5)
+    assert sys.stderr.getvalue() == "compiling a, once after installation ..\n"
 
 
 @pytest.mark.slow
