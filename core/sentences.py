@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -46,9 +48,26 @@ def environment(
     safe: Callable[[Any], Any] | None = None,
 ) -> Environment:
     """Return the templates of folders; `safe` cleans every value, and with `escaping` they are of HTML."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined  # noqa: PLC0415 - not for every import
+    # (not for every import)
+    from jinja2 import Environment, FileSystemBytecodeCache, FileSystemLoader, StrictUndefined  # noqa: PLC0415
 
+    class Kept(FileSystemBytecodeCache):
+        """Compiled templates beside the first folder; without them where nothing can be read or written."""
+
+        def load_bytecode(self, bucket: Any) -> None:
+            with suppress(Exception):  # (a damaged file may raise any)
+                super().load_bytecode(bucket)
+
+        def dump_bytecode(self, bucket: Any) -> None:
+            if not sys.dont_write_bytecode:
+                with suppress(OSError):
+                    Path(self.directory).mkdir(exist_ok=True)
+                    super().dump_bytecode(bucket)
+
+    kind = f"{'html' if escaping else 'text'}-{'plain' if safe is None else 'safe'}"
     made = Environment(
+        bytecode_cache=Kept(str(folders[0] / "__pycache__"), f"{kind}-%s.j2c"),
+        optimized=False,  # (which would keep what filters make of constants)
         loader=FileSystemLoader(folders),
         autoescape=escaping,
         finalize=safe,
