@@ -287,27 +287,6 @@ def test_blocks_that_slide(tmp_path):
     assert near.value == float(found["friction_near_uplift"].max())
 
 
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ([("depth_m = 0.3\n", "")], "'square' needs its depth"),
-        ([("depth_m = 0.3\n", "depth_m = 0.2\n")], "depth must be at least the width"),
-        ([("RotD50(pga)", "pga")], "im must be a measure of both components"),
-        ([('azimuth = "random"', 'azimuth = "north"')], "azimuth"),
-        ([('azimuth = "random"', "azimuth = 400")], "motions.azimuth: must be"),
-        ([('azimuth = "random"', "correlation = 1.5")], "motions.correlation: must be"),
-        ([('component = "pair"\n', "")], "motions.azimuth needs component = 'pair'"),
-        ([('component = "pair"', 'component = "h3"')], "component"),
-        ([("replicates = 100", "replicates = 100\nstate = 0.5")], "fit.state must be overturned or uplifted"),
-        ([("clough-penzien", "near-fault"), ("duration_s = 8.0", "duration_s = 60.0")], "direction of a pulse"),
-        ([('title = "Pairs"', 'title = "Pairs"\noutputs = ["restraint_force"]')], "outputs of runs about both axes"),
-    ],
-)
-def test_refusals(tmp_path, changes, said):
-    with pytest.raises(StudyError, match=said):
-        study(tmp_path, *changes)
-
-
 def test_one_component_against_a_hazard_of_both(tmp_path):
     """A note says what levels of one component leave out; levels of RotD50 do not need it."""
     from toppling.studies.text.axes import component_notes

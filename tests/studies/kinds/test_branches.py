@@ -13,7 +13,7 @@ import toppling as tp
 from toppling.core.facts import Fact
 from toppling.core.units import STANDARD_GRAVITY
 from toppling.motions.arrays import digest, records
-from toppling.studies import StudyError, show
+from toppling.studies import show
 from toppling.studies.command.cli import main
 from toppling.studies.facts import building as of_building, curves
 from toppling.studies.facts.bars import bars_of
@@ -328,12 +328,6 @@ class TestInventories:
             np.testing.assert_allclose(found[f"epistemic_{name}_modelling_lower"], of_branches, rtol=1e-12)
         assert found["branch_weight"].sum().item() == pytest.approx(1.0, rel=1e-12)
 
-    def test_the_study_itself_stays_as_it_is(self, building, tmp_path):
-        found, _ = building
-        plain = inventory_study(tmp_path, LAWS, motions(1), PERFORMANCE, HAZARD).run()
-        for name in plain.data_vars:
-            np.testing.assert_array_equal(found[name], plain[name])
-
     def test_slips_are_not_spread_and_that_is_said(self, building, tmp_path):
         slides = "[friction]\nstatic = 0.3\n"
         weights = branches("motions", motions=0.6, other=0.4)
@@ -415,29 +409,6 @@ class TestInventories:
         assert (included.what, included.value) == ("chance.modelling_included", 0.4)
         assert included.upper == pytest.approx(math.exp(1.2), rel=1e-12)
 
-    @pytest.mark.parametrize(
-        ("parts", "message"),
-        [
-            (
-                (LEVELS, branches("models", housner=1)),
-                r"branches: they spread an annual rate, which needs a \[hazard\]",
-            ),
-            (
-                (LEVELS + 'modelling = "fractiles"\n', HAZARD),
-                "performance.modelling = 'fractiles' needs performance.modelling_dispersion > 0",
-            ),
-            (
-                (LEVELS + 'modelling = "fractiles"\nmodelling_dispersion = 0.3\n',),
-                r"performance.modelling = 'fractiles': they spread an annual rate, which needs a \[hazard\]",
-            ),
-            ((LEVELS, HAZARD, OTHER), "motion_sets 'other' is in no branch"),
-            ((LEVELS, HAZARD, branches("models", viscous=1)), "branches of models must name one law each"),
-        ],
-    )
-    def test_mistakes(self, tmp_path, parts, message):
-        with pytest.raises(StudyError, match=message):
-            inventory_study(tmp_path, LAWS, motions(1), *parts)
-
 
 class TestBeyond:
     def test_branches_say_what_they_rest_on(self, tmp_path):
@@ -481,41 +452,6 @@ def test_another_state_is_named(tmp_path):
     fact = next(curves.answer(found))
     assert (fact.what, fact.more["verb"]) == ("rate.unbounded_branch", "uplifts")
     assert "overturn" not in say(fact, "page")
-
-
-@pytest.mark.parametrize(
-    ("parts", "message"),
-    [
-        ((ALL,), "branches of motions must name 'motions', got 'other'"),
-        ((OTHER, HIGH, branches("motions", motions=1)), "motion_sets 'other' is in no branch"),
-        ((HIGH,), "hazards 'high' is in no branch"),
-        ((branches("models", housner=0.5, discrete=0.4),), "weights of the branches of models must sum to 1"),
-        ((branches("models", housner=0.5, viscous=0.5),), "branches of models must name one law each of .*'viscous'"),
-        ((branches("models", housner=1), branches("models", discrete=1)), "branches hold one table for each kind"),
-        (('[fit]\nmodelling = "fractiles"\n',), "fit: fit.modelling = 'fractiles' needs fit.modelling_dispersion > 0"),
-        (
-            ('[fit]\nmodelling_dispersion = 0.3\nform = "isotonic"\n',),
-            "fit.modelling_dispersion is for lognormal curves, got form 'isotonic'",
-        ),
-        (
-            (OTHER.replace("seed = 5", "sed = 5"), branches("motions", motions=0.5, other=0.5)),
-            r"motion_sets\[1\].motions",
-        ),
-        (
-            (HIGH.replace("unit", "years = 5, unit"), branches("hazard", hazard=0.5, high=0.5)),
-            "hazards hold curves alone, years stands in",
-        ),
-    ],
-)
-def test_mistakes(tmp_path, parts, message):
-    with pytest.raises(StudyError, match=message) as error:
-        study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, *parts)
-    assert "\n" not in str(error.value)
-
-
-def test_branches_need_a_hazard(tmp_path):
-    with pytest.raises(StudyError, match=r"branches: they spread an annual rate, which needs a \[hazard\]"):
-        study(tmp_path, BLOCK, LAWS, motions(1), IDA, branches("models", housner=1))
 
 
 @pytest.mark.slow

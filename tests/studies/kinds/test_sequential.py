@@ -13,12 +13,12 @@ from check_facts import check as check_of, facts_of, notes_named, numbers_in
 from real_processes import same_after_ten_kills
 
 import toppling as tp
-from toppling.fragility import Slip, notes, screen
+from toppling.fragility import Slip
 from toppling.fragility.adaptive.stopping import usual_motions
 from toppling.fragility.adaptive.until import Until
 from toppling.fragility.analyses.weighted_rates import weighted_rate_samples
 from toppling.models import RandomSliding
-from toppling.models.friction import FixedFriction, LognormalFriction
+from toppling.models.friction import FixedFriction
 from toppling.studies.command.cli import main
 from toppling.studies.command.forecast import forecast
 from toppling.studies.command.status import status_of
@@ -26,8 +26,6 @@ from toppling.studies.command.verdict import verdict
 from toppling.studies.comparison.curves import compare_curves
 from toppling.studies.comparison.sides import two_sides
 from toppling.studies.facts import curves
-from toppling.studies.facts.checks import checks_of
-from toppling.studies.facts.method import method_of
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import notes_said, remedy, say
 from toppling.studies.plan.designs import KeptMotions
@@ -83,24 +81,6 @@ def finished(tmp_path_factory):
     folder = tmp_path_factory.mktemp("adaptive")
     (folder / "study.toml").write_text(STUDY, encoding="utf-8")
     return tp.Study.from_toml(folder / "study.toml").run(folder / "out"), folder / "out/results.nc"
-
-
-@pytest.mark.slow
-def test_the_runs_are_those_of_the_analysis(finished):
-    results, _ = finished
-    shakes = tp.motions.CloughPenzien(duration=6.0, dt=0.02)
-    blocks = [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)]
-    until = {"median": 0.15, "motions": {"least": 32, "most": 200}}
-    own = tp.adaptive_ida(blocks, tp.EnergyConsistent(), shakes, until=until, seed=4)
-    for name in ("overturned", "level", "run_block", "run_motion", "wave"):
-        np.testing.assert_array_equal(results[name], own[name])
-    np.testing.assert_array_equal(results["sequential_dispersion"], own["dispersion"])
-    for name in ("half_level", "half_level_lower", "half_level_upper", "misfit"):
-        np.testing.assert_array_equal(results[name], own[name])
-    curves = tp.fit_fragility(own)
-    np.testing.assert_array_equal(results["median"], curves["median"])
-    assert results.attrs["design"] == "adaptive"
-    assert results.attrs["kind"] == "fragility"
 
 
 @pytest.fixture(scope="module")
@@ -469,34 +449,6 @@ def slipping(tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_slips_are_those_of_their_own_analyses(slipping, finished):
-    """The same motions and the same precision as for the falls, which friction does not change."""
-    results, _ = slipping
-    np.testing.assert_array_equal(results["level"], finished[0]["level"])
-    blocks = [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)]
-    law = RandomSliding(LognormalFriction(0.3, 0.3), 0.85)
-    for k, distance in enumerate((0.05, 0.2)):
-        own = tp.adaptive_ida(
-            blocks,
-            law,
-            tp.motions.CloughPenzien(duration=6.0, dt=0.02),
-            until={"median": 0.15, "motions": {"least": 32, "most": 200}, "state": Slip(distance)},
-            seed=4,
-        )
-        fitted = tp.fit_fragility(own, state=Slip(distance))
-        np.testing.assert_array_equal(results["slip_dispersion"][:, k], fitted["dispersion"][:, 0])
-        np.testing.assert_array_equal(results["slip_half_level"][:, k], own["half_level"][:, 0])
-        for end in ("", "_lower", "_upper"):
-            np.testing.assert_array_equal(results[f"slip_target{end}"][:, k], own[f"half_level{end}"][:, 0])
-        np.testing.assert_array_equal(results["slip_half_width"][:, k], own["half_width"][:, 0])
-        np.testing.assert_array_equal(results["slip_motions_run"][:, k], own["motions_run"][:, 0])
-        np.testing.assert_array_equal(results["slip_runs"][:, k], np.bincount(own["run_block"]))
-    chances = LognormalFriction(0.3, 0.3).below([0.2 / 0.9, 0.3 / 0.9])
-    np.testing.assert_allclose(results["slides_instead"], chances)
-    assert (results["slip_half_level"][:, 0] < results["slip_half_level"][:, 1]).all()
-
-
-@pytest.mark.slow
 def test_the_table_and_the_report_say_how_far_blocks_slide(slipping):
     results, path = slipping
     table = slides(results)
@@ -588,26 +540,6 @@ def test_kept_motions_are_those_of_the_seed():
 
 
 @pytest.mark.slow
-def test_runs_are_screened_with_the_friction_of_the_study(slipping, study):
-    """The screen of an analysis with the same seed, in which the motions are made again."""
-    results, _ = slipping
-    shakes = tp.motions.CloughPenzien(duration=6.0, dt=0.02)
-    until = {"median": 0.15, "motions": {"least": 32, "most": 200}}
-    blocks = [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)]
-    runs = tp.adaptive_ida(blocks, tp.EnergyConsistent(), shakes, until=until, seed=4)
-    screened = screen(runs, shakes, LognormalFriction(0.3, 0.3), undecided=0.08)
-    for name, one in screened.data_vars.items():
-        np.testing.assert_array_equal(results[name], one)
-    assert json.loads(results.attrs["screen"]) == json.loads(screened.attrs["screen"])
-    assert {*notes(screened, True)} <= {*notes_said(notes_of(results))}
-    assert "lognormal" in results.attrs["screen"]
-    untested = study(STUDY + "[screen]\nundecided = 0\n")
-    assert untested.perturbed_runs == 0
-    assert "millionth" not in untested.words
-    assert "undecided" not in untested.run()
-
-
-@pytest.mark.slow
 def test_each_block_is_screened_with_its_own_friction(study):
     own = STUDY.replace("width_m = 0.6\n", "width_m = 0.6\nfriction = 2.0\n") + FRICTION
     results = study(own).run()
@@ -642,22 +574,6 @@ def test_rates_of_slips_are_weighed_with_the_chance_of_sliding(study):
 
 
 @pytest.mark.slow
-def test_rates_of_slips_without_a_curve(study):
-    text = STUDY.replace("median = 0.15", "rate = 0.5") + HAZARD + FRICTION
-    results = study(text).run()
-    curve = tp.HazardCurve.power_law(1e-3 * 9.80665**2, 2.0, "pga")
-    own = tp.adaptive_ida(
-        [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)],
-        RandomSliding(LognormalFriction(0.3, 0.3), 0.85),
-        tp.motions.CloughPenzien(duration=6.0, dt=0.02),
-        until={"rate": 0.5, "motions": {"least": 32, "most": 200}, "state": Slip(0.2), "hazard": curve},
-        seed=4,
-    )
-    expected = own["rate"][:, 0].values * results["slides_instead"].values
-    np.testing.assert_allclose(results["slip_rate"][:, 1], expected, rtol=1e-9)
-
-
-@pytest.mark.slow
 def test_slips_that_are_not_reached_are_a_note_and_held_blocks_have_none(study):
     text = STUDY.replace("median = 0.15", "median = 0.02").replace("number = 200", "number = 40")
     text = text.replace("height_m = 1.8", "height_m = 1.8\nwall_gap_mm = 20\nwall_restitution = 0.2", 1)
@@ -668,26 +584,6 @@ def test_slips_that_are_not_reached_are_a_note_and_held_blocks_have_none(study):
     assert re.search("±2 .*asked; 40.*about", said[1])
     table = slides(results)
     assert {*table.cells(table.lines[0])[1:]} == {"–"}
-
-
-@pytest.mark.slow
-def test_chances_of_slips_at_a_level(study):
-    text = STUDY.replace("median = 0.15", 'probability = { level = 0.6, unit = "g", within = 0.15 }')
-    results = study(text + FRICTION).run()
-    own = tp.adaptive_ida(
-        [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)],
-        RandomSliding(LognormalFriction(0.3, 0.3), 0.85),
-        tp.motions.CloughPenzien(duration=6.0, dt=0.02),
-        until={
-            "probability": {"level": 0.6 * 9.80665, "within": 0.15},
-            "motions": {"least": 32, "most": 200},
-            "state": Slip(0.05),
-        },
-        seed=4,
-    )
-    expected = own["probability"][:, 0].values * results["slides_instead"].values
-    np.testing.assert_allclose(results["slip_probability"][:, 0], expected, rtol=1e-12)
-    assert numbers_in(slides(results).title) == [0.6]
 
 
 @pytest.mark.slow
@@ -744,12 +640,6 @@ def test_two_of_them_are_compared(study, finished, tmp_path, capsys):
         assert 0.8 < line.ratio.lower < 1.0 < line.ratio.upper < 1.25
 
 
-def test_a_missed_precision_is_a_check(study, finished):
-    missed = study(STUDY.replace("median = 0.15", "median = 0.01").replace("number = 200", "number = 64")).run()
-    assert check_of(missed, "precision").word == "use with care"
-    assert check_of(finished[0], "precision").word == "good"
-
-
 @pytest.mark.slow
 def test_a_law_that_is_elastic_at_rest_is_named_where_uplift_is_sought(study):
     text = STUDY.replace('law = "energy-consistent"', 'law = "energy-consistent"\n[[models]]\nlaw = "discrete"')
@@ -774,17 +664,6 @@ def test_stability_is_that_of_falls_at_common_levels_too(study, state, tested):
 
 
 @pytest.mark.slow
-def test_the_report_says_how_runs_were_chosen(finished, tmp_path):
-    (page,) = write_report(finished[1], tmp_path / "report.html")
-    text = page.read_text(encoding="utf-8")
-    for words in ("Precision at adaptive levels", "precision reached"):
-        assert words in text
-    assert "design.adaptive" in facts_of(method_of, finished[0])
-    checks = facts_of(checks_of, finished[0])
-    assert ("motion.scaled_far" in checks, "validity.not_screened" in checks) == (True, False)
-
-
-@pytest.mark.slow
 def test_the_status_can_be_read_as_json(study, tmp_path, capsys, monkeypatch):
     from toppling.studies.store import folder
 
@@ -793,69 +672,3 @@ def test_the_status_can_be_read_as_json(study, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(folder, "is_locked", lambda _: False)
     assert main(["status", str(tmp_path / "out"), "--json"]) == 0
     assert "all 2 curves" in json.loads(capsys.readouterr().out)["reached"]
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (('levels = "adaptive"', 'levels = "adaptve"'), "ida.levels: must be 'adaptive' or 'pooled', got 'adaptve'"),
-        (('levels = "adaptive"', "levels = [0.1]"), "levels need their unit"),
-        (
-            ('levels = "adaptive"', 'levels = { values = [0.1], unit = "g" }'),
-            "until is for ida with levels = 'adaptive'",
-        ),
-        (("median = 0.15", "median = 0.15\nrate = 0.1"), "until.rate needs a [hazard]"),
-        (("median = 0.15", "median = 0.15\ndispersion = 0.1"), "until must name one of median, dispersion"),
-        (("median = 0.15", "median = 1.5"), "until.median: must be >= 0.001 and < 1, got 1.5"),
-        (("median = 0.15", "medain = 0.15"), "did you mean 'median'?"),
-        (("median = 0.15", "rate = 0.15"), "until.rate needs a [hazard]"),
-        (
-            ("median = 0.15\nmotions = { least = 32 }", f"rate = 0.2\n{HAZARD}above = 'none'"),
-            "until.rate draws levels from the hazard curve, extended at both ends: leave out hazard.above",
-        ),
-        (("least = 32", "least = 8"), "until.motions.least: must be"),
-        (("least = 32", "most = 300"), "until.motions.most must be at most the 200 motions that there are, got 300"),
-        (("number = 200", "number = 20"), "32 motions are needed at least (until.motions.least), got 20 at most"),
-        (
-            ("median = 0.15", 'probability = { level = 0.3, unit = "m/s", within = 0.1 }'),
-            "unit of levels of pga must be",
-        ),
-        (("[until]", "[friction]\nstatic = 0.4\ntrip_mm = 50\n[until]"), "friction.trip_mm needs levels that all"),
-        (("height_m = 1.8", "height_m = 1.8\nfriction = 0.3"), "needs [friction]"),
-        (
-            ("[until]", '[screen]\nundecided = 0.1\n[fit]\nstate = "uplifted"\n[until]'),
-            "screen.undecided tests falls: leave it out with fit.state = 'uplifted'",
-        ),
-        (("[until]", "[measures]\n[until]"), "measures needs levels that all motions share"),
-        (("[until]", '[fit]\nform = "isotonic"\n[until]'), "fit.form of adaptive levels must be lognormal or"),
-        (("[until]", '[fit]\nstate = "front"\n[until]'), "fit.state of adaptive levels must be"),
-        (("[until]", '[fit]\nmethod = "first-overturning"\n[until]'), "fit.method of adaptive levels must be binomial"),
-        (("width_m = 0.4", "width_m = 0.4\nedge_distance_mm = 50"), "edge_distance_mm"),
-        (("[until]", '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nstoreys = 3\n[until]'), "floor"),
-    ],
-)
-def test_what_is_refused(change, said, study):
-    with pytest.raises(StudyError) as refused:
-        study(STUDY.replace(*change, 1))
-    assert said in str(refused.value)
-    assert "\n" not in str(refused.value)
-
-
-def test_a_state_of_one_axis_is_refused_for_pairs(study):
-    text = STUDY.replace("height_m = 1.8", "height_m = 1.8\ndepth_m = 0.7")
-    with pytest.raises(
-        StudyError, match=r"fit.state must be overturned or uplifted where both components shake, got 0.5"
-    ):
-        study(text.replace("[ida]", 'component = "pair"\n[fit]\nstate = 0.5\n[ida]'))
-
-
-def test_a_hazard_of_another_measure_is_refused(study):
-    with pytest.raises(StudyError, match="must be one of"):
-        study(STUDY.replace("median = 0.15", "rate = 0.2") + HAZARD.replace('"g"', '"m/s"'))
-
-
-@pytest.mark.slow
-def test_examples_are_of_this_kind():
-    folder = Path(tp.__file__).parent / "studies/examples"
-    for name in ("adaptive", "adaptive_rate"):
-        assert tp.Study.from_toml(folder / f"{name}.toml").kind == "sequential"

@@ -7,7 +7,6 @@ import toppling as tp
 from toppling.fragility import fit_fragility, overturning_probability, slide_runs
 from toppling.models.friction import LognormalFriction
 from toppling.models.sliding.trip import tripping_velocity
-from toppling.studies import StudyError
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.tables.slides import slides
 
@@ -131,31 +130,6 @@ class TestResults:
 
 
 class TestRefusals:
-    @pytest.mark.parametrize("value", ["0", "-5", "nan", "inf", "1e9", '"near"', "true"])
-    def test_distances(self, value, folder):
-        with pytest.raises(StudyError, match=r"friction\.trip_mm"):
-            study(folder, trip=f"trip_mm = {value}\n", name="refused")
-        with pytest.raises(StudyError, match=r"blocks\[2\]\.trip_mm"):
-            study(folder, own=f"trip_mm = {value}", name="refused")
-
-    def test_without_friction(self, folder):
-        with pytest.raises(StudyError, match=r"blocks\[2\]\.trip_mm needs \[friction\], without which no block slides"):
-            study(folder, friction="", name="refused")
-
-    def test_other_kinds_of_studies(self, folder):
-        sensitivity = '[sensitivity]\nparameter = "delta"\nvalues = [0.01, 0.05]\n'
-        text = TEXT.format(own="", friction=FRICTION.format(trip="trip_mm = 9\n")) + sensitivity
-        (folder / "kind.toml").write_text(text.replace("[fit]\nreplicates = 100\n", ""))
-        with pytest.raises(StudyError, match=r"trip_mm is for fragility and performance studies, not for a sens"):
-            tp.Study.from_toml(folder / "kind.toml")
-
-    def test_state(self, folder):
-        study(folder)
-        text = (folder / "study.toml").read_text().replace("[fit]\n", '[fit]\nstate = "trips"\n')
-        (folder / "state.toml").write_text(text)
-        with pytest.raises(StudyError, match=r"fit\.state must be a state of rocking blocks, got 'trips'"):
-            tp.Study.from_toml(folder / "state.toml")
-
     @pytest.mark.parametrize(
         ("trip", "message"),
         [
