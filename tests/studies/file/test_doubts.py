@@ -191,10 +191,6 @@ class TestNotes:
             notes = [note for note in tp.Study.from_toml(path).notes if "a comment names" in note]
             assert [f"{path.name}: a comment names 0.4 g once in 475 years" in note for note in notes] == [True] * off
 
-    def test_an_unknown_kind(self, tmp_path):
-        with pytest.raises(StudyError, match=r"accept.* must be one of block size, .*, got 'ofset'.*did you mean"):
-            tp.Study.from_toml(write(tmp_path, top='accept = ["ofset"]'))
-
     def test_stripes_and_buildings_see_the_ground(self, tmp_path):
         path = write(tmp_path)
         text = path.read_text(encoding="utf-8")
@@ -241,10 +237,6 @@ class TestRefused:
         shake.write_text(shake.read_text(encoding="utf-8").replace("(m/s2)", "(g)"), encoding="utf-8")
         with pytest.raises(StudyError, match=r"reaches more than 3 g .shake: 22 g.*gal headed g"):
             tp.Study.from_toml(path)
-
-    def test_the_command_says_it_with_exit_code_2(self, tmp_path, capsys):
-        assert main(["run", str(write(tmp_path, width=400, height=1800)), "--out", str(tmp_path / "out")]) == 2
-        assert "written as metres" in capsys.readouterr().err
 
 
 class TestCorrections:
@@ -425,29 +417,6 @@ class TestCorrections:
         assert out.count("reach the block") == bool(said)
         assert said in out
 
-    @pytest.mark.parametrize(
-        ("keys", "message"),
-        [
-            ("order = 3", "order is of a filter: it needs highpass_hz or lowpass_hz"),
-            ("highpass_hz = 80", "motions.highpass_hz: .*shake.csv: the corner frequency must be .* < 50"),
-            ("highpass_hz = 20\nlowpass_hz = 10", "motions.highpass_hz and lowpass_hz: .*shake.csv: high must be"),
-            ("window = [0.9, 0.1]", "motions.window: .*shake.csv: high must be"),
-            ("window = [0.9]", "window"),
-            ("taper_s = 11", "motions.taper_s: .*shake.csv: duration must be"),
-            ("baseline_order = 11", "baseline_order|order must be at most 10"),
-        ],
-    )
-    def test_refused(self, tmp_path, keys, message):
-        with pytest.raises(StudyError, match=message):
-            tp.Study.from_toml(write(tmp_path, keys=keys))
-
-    def test_only_of_records(self, tmp_path):
-        path = write(tmp_path, keys="highpass_hz = 0.1")
-        text = path.read_text(encoding="utf-8").replace('records = "*.csv"', 'generator = "kanai-tajimi"\nnumber = 2')
-        path.write_text(text, encoding="utf-8")
-        with pytest.raises(StudyError, match="highpass_hz"):
-            tp.Study.from_toml(path)
-
 
 @pytest.mark.slow
 class TestCommands:
@@ -607,21 +576,6 @@ class TestUses:
         assert found
         assert not any("removes" in one for one in found)
         assert any("after the corrections" in sentence for sentence in found)
-
-    @pytest.mark.parametrize(
-        ("keys", "said"),
-        [
-            ('generator = "kanai-tajimi"', "unknown key 'motions.match_gmm'"),
-            ('generator = "seismological"\ndistance_m = 500000', "match_gmm: the ground-motion model does not cover"),
-            ('generator = "seismological"\nsite = "flat"', "match_gmm needs motions of a scenario"),
-        ],
-    )
-    def test_match_gmm_is_of_scenarios(self, tmp_path, keys, said):
-        path = write(tmp_path)
-        text = path.read_text(encoding="utf-8").replace('records = "*.csv"', f"{keys}\nnumber = 2\nmatch_gmm = true")
-        path.write_text(text, encoding="utf-8")
-        with pytest.raises(StudyError, match=said):
-            tp.Study.from_toml(path)
 
     @pytest.mark.slow
     def test_stripes_of_the_same_records(self, tmp_path, capsys):
