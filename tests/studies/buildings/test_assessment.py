@@ -29,8 +29,6 @@ from toppling.studies.facts import building
 from toppling.studies.facts.say import say
 from toppling.studies.inventory.consequences import Consequence
 from toppling.studies.inventory.contents import Contents, Inventory
-from toppling.studies.inventory.reading import example_path, read_inventory
-from toppling.studies.plots.assessment import anchoring_figure, exceedance_figure, levels_figure
 from toppling.studies.tables.assessment import annual, at_level, consequences
 
 mpl.use("Agg")
@@ -481,13 +479,6 @@ class TestAssessment:
         assert found.dt.values.tolist() == [0.01] * 4 + [0.005] * 3
         assert found.ground_pgv.attrs["long_name"] == "peak ground velocity"
 
-    def test_example_inventory(self):
-        inventory = read_inventory(example_path())
-        found = assess(inventory, Assessment(LAW, shaking(5), LEVELS, "pga", FRAME, CURVE))
-        assert found.sizes["item"] == 14
-        assert found.sizes["place"] == 5
-        assert (found.annual_loss.sel(place="building") > 0.0).all()
-
 
 class TestAnchoring:
     """Three motions, one level that stands for 0.01 a year: every saving by hand."""
@@ -727,43 +718,6 @@ class TestTablesAndFigures:
         given = consequences(found.drop_vars("annual_number").assign_attrs(at_level=LEVELS[3]), 1)
         assert "%" in given.texts("building")[0]
         assert given.texts("floor 1")[0] == "–"
-
-    @pytest.mark.parametrize(
-        ("value", "text"),
-        [
-            (0.0, "0"),
-            (1234567.0, "1,230,000"),
-            (99.96, "100"),
-            (12.34, "12.3"),
-            (0.0012345, "0.00123"),
-            (2e-7, "2.00e-07"),
-        ],
-    )
-    def test_figures_as_text(self, value, text):
-        assert short_digits(value) == text
-
-    @pytest.mark.slow
-    def test_figures(self, found, drawn, tmp_path):
-        ranked = anchoring(found, "blocks-exit")
-        for i, figure in enumerate(
-            (
-                levels_figure(found),
-                levels_figure(drawn, "loss"),
-                exceedance_figure(found),
-                exceedance_figure(drawn, "number"),
-                anchoring_figure(anchoring(found, per_cost=True)),
-                anchoring_figure(ranked),
-            )
-        ):
-            figure.savefig(tmp_path / f"{i}.png")
-            assert any(ax.get_xlabel() for ax in figure.axes)
-            names = [label.get_text() for ax in figure.axes for label in ax.get_yticklabels()]
-            rows = any(name.startswith(str(item)) for name in names for item in found["item"].values)
-            assert any(ax.get_ylabel() for ax in figure.axes) or rows
-        with pytest.raises(ValueError, match="quantity must be one of 'number', 'loss'"):
-            levels_figure(found, "value")
-        with pytest.raises(ValueError, match="needs an assessment with a hazard curve"):
-            exceedance_figure(found.drop_vars("loss_rate"))
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])

@@ -36,7 +36,6 @@ from toppling.studies.report.page import content
 from toppling.studies.store.content import AS_WRITTEN
 from toppling.studies.store.worker_motions import motions_again
 from toppling.studies.tables.axes import axes
-from toppling.studies.text.error import StudyError
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*sways")  # (short motions on a swaying frame)
 PAIRS = motions.CloughPenzien(duration=8.0, dt=0.02).sample_pairs(8, 3, correlation=0.3)
@@ -424,25 +423,6 @@ def test_workers_make_the_same_pairs(tmp_path):
     shaking = Shaking.of(FRAME, plan.motions, None)
     on_floors = shaking.on(shaking.supports(plan.inventory)[0])
     assert {motions.arrays.digest(one) for one in on_floors} <= made
-
-
-WITHOUT_DEPTH = INVENTORY.replace("1.40,0.40", "1.40,").replace("1.30,0.28", "1.30,")
-
-
-@pytest.mark.parametrize(
-    ("changes", "inventory", "said"),
-    [
-        ([], WITHOUT_DEPTH, "depth_m is missing of cabinet, shelf"),
-        ([], INVENTORY.replace("0.40,,", "0.20,,"), "column 'depth_m': must be at least the width"),
-        ([("RotD50(pga)", "pga")], INVENTORY, "im must be a measure of both components"),
-        ([("correlation = 0.3", "correlation = 1.5")], INVENTORY, "motions.correlation: must be"),
-        ([('azimuth = "random"', 'azimuth = "random"\naxes = "weak"')], INVENTORY, "at least 1.6 times its width"),
-        ([('azimuth = "random"', 'azimuth = "random"\nvertical = true')], INVENTORY, "vertical"),
-    ],
-)
-def test_refusals(tmp_path, changes, inventory, said):
-    with pytest.raises(StudyError, match=said):
-        study(tmp_path, *changes, inventory=inventory)
 
 
 class TestSliding:
