@@ -242,15 +242,6 @@ def test_all_refused_pieces_come_at_once_with_numbers_that_work(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["inventory", "scenario"])
-def test_the_comment_on_a_second_law_says_what_changes(kind, tmp_path):
-    assert main(["new", kind, str(tmp_path / "one")]) == 0
-    text = (tmp_path / "one/study.toml").read_text(encoding="utf-8").replace("\n# ", " ")
-    assert "for Housner's model" in text
-    assert "--model" in text
-
-
-@pytest.mark.slow
 @pytest.mark.repository
 def test_the_bookcase_is_compared_with_and_without_its_kit(written, tmp_path, capsys):
     """The gain of wall and kit, and how often the kit breaks, as the tutorial shows them (other processors: nearly)."""
