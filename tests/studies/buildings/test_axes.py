@@ -2,12 +2,10 @@
 
 import json
 import math
-import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from check_facts import facts_of
 from scipy.stats import norm
 
 import toppling as tp
@@ -27,15 +25,10 @@ from toppling.studies.buildings.axes import axes_notes, placed_on_axes
 from toppling.studies.buildings.shaking import Shaking
 from toppling.studies.buildings.slide_runs import Slipping
 from toppling.studies.buildings.sliding import item_slide_notes
-from toppling.studies.facts.method import method_of
-from toppling.studies.facts.notes import notes_of
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.kits import Kit
 from toppling.studies.kits.savings import kit_savings
-from toppling.studies.report.page import content
-from toppling.studies.store.content import AS_WRITTEN
 from toppling.studies.store.worker_motions import motions_again
-from toppling.studies.tables.axes import axes
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*sways")  # (short motions on a swaying frame)
 PAIRS = motions.CloughPenzien(duration=8.0, dt=0.02).sample_pairs(8, 3, correlation=0.3)
@@ -137,15 +130,6 @@ def test_joint_numbers_are_of_the_same_runs(found):
     np.testing.assert_allclose(whole["any_probability"].values[0], (number > 0).mean(axis=1), rtol=1e-14)
     product = 1.0 - (1.0 - flags[0].mean(1)) * (1.0 - flags[1].mean(1))
     assert np.abs(product - (number > 0).mean(1)).max() > 0.01  # (so that a product of marginals would be seen)
-
-
-def test_both_axes_fall_at_least_as_often_as_one(found):
-    turned = [motions.as_recorded(one) for one in TURNED]
-    lines = Inventory(LINES[:1])
-    alone = assess(lines, Assessment(LAW, turned, LEVELS, "RotD50(pga)", FRAME))["overturned"].values
-    both = found["overturned"].values[:, :1]
-    assert (both | ~alone).all()
-    assert (both & ~alone).any()
 
 
 def test_both_polarities(found):
@@ -386,35 +370,6 @@ def study(tmp_path, *changes, inventory=INVENTORY):
     (tmp_path / "inventory.csv").write_text(inventory, encoding="utf-8")
     (tmp_path / "study.toml").write_text(text, encoding="utf-8")
     return tp.Study.from_toml(tmp_path / "study.toml")
-
-
-@pytest.mark.slow
-def test_a_study_is_the_assessment_in_python(tmp_path):
-    plan = study(tmp_path)
-    assert re.search("8 motions.*both axes", plan.words)
-    done = []
-    results = plan.run(tmp_path / "out", progress=lambda so_far, total: done.append((so_far, total)))
-    assert done[-1] == (plan.work, plan.work)
-    turned = motions.both_axes(PAIRS, "random", 3)
-    rows = (*LINES, Contents("vase", tp.Block(0.12, 0.5, round=True), floor=2))
-    own = assess(Inventory(rows), Assessment(LAW, turned, LEVELS, "RotD50(pga)", FRAME))
-    for name in ("overturned", "sideways"):
-        np.testing.assert_array_equal(results[name].values, own[name].values)
-    notes = notes_of(results)
-    (share,) = (fact for fact in notes if fact.what == "axis.share_along_depth")
-    assert share.names[0] == "cabinet"
-    assert share.more["shares"][0] == pytest.approx(float(results["sideways_share"].sel(item="cabinet")[0]))
-    assert [fact.names for fact in notes if fact.what == "block.round"] == [("vase",)]
-    assert named(notes)["axis.direction_not_given"] == ("vase",)
-    assert json.loads(results.attrs["configuration"])["axes"] == BOTH_AXES
-    assert results["azimuth"].attrs["long_name"].startswith("azimuth of")
-    assert results["depth"].values.tolist() == [0.4, 0.28, 0.12]
-    share = float(results["sideways_share"].sel(item="shelf")[0])
-    row = axes(results).lines[1]
-    assert (row["width"], row["depth"]) == (1.0 - share, share)
-    page = json.dumps(content(results, tmp_path / "out" / "results.nc", AS_WRITTEN), default=str)
-    assert facts_of(method_of, results)["block.model"].more["both"]
-    assert axes(results).title in page
 
 
 def test_workers_make_the_same_pairs(tmp_path):

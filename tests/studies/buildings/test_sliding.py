@@ -3,7 +3,6 @@
 from dataclasses import replace
 from itertools import product
 
-import dask
 import numpy as np
 import pytest
 from assessed import assessed
@@ -135,11 +134,6 @@ class TestOneLine:
             assert 0.0 <= low < value < high
         again = found(ANALYSER, SHELF, polarity="as recorded")
         assert again.drop_attrs(deep=False).identical(results.drop_attrs(deep=False))
-
-    def test_bits_do_not_depend_on_the_workers(self, results):
-        with dask.config.set(scheduler="synchronous"):
-            one = found(ANALYSER, SHELF, polarity="as recorded")
-        assert one.drop_attrs(deep=False).identical(results.drop_attrs(deep=False))
 
     def test_a_number_is_one_coefficient(self):
         row = replace(ANALYSER, friction=FixedFriction(0.3))

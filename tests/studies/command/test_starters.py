@@ -143,22 +143,6 @@ def test_what_comes_in_between_is_kept(tmp_path, monkeypatch, capsys):
     assert contents(tmp_path) == {"inventory.csv": b"mine"}
 
 
-@pytest.mark.parametrize(
-    ("arguments", "end"),
-    [
-        ([], "usage: toppling new KIND FOLDER\n"),
-        (["inventory"], "usage: toppling new KIND FOLDER\n"),
-        (["clinic", "x"], "new --help)\n"),
-        (["inventory", "x", "y"], "new --help)\n"),
-    ],
-)
-def test_wrong_arguments(arguments, end, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert main(["new", *arguments]) == 2
-    assert capsys.readouterr().err.endswith(end)
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_the_workbook_is_the_table(written):
     folder = written / "inventory"
     assert read_inventory(folder / "inventory.xlsx") == read_inventory(folder / "inventory.csv")

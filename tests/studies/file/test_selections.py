@@ -1,8 +1,6 @@
 """Stripes whose motions are selected: what a study file asks for, what its results say, and what is refused."""
 
 import json
-import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +13,6 @@ from toppling.studies.facts.notes import notes_of
 from toppling.studies.file.schema import read_study_file
 from toppling.studies.text.reached import levels_run, other_levels
 
-EXAMPLES = Path(tp.__file__).parent / "studies/examples"
 STUDY = """title = "selected"
 [[blocks]]
 width_m = 0.3
@@ -85,21 +82,6 @@ def test_stripes_that_agree_are_run_and_others_left_out(tmp_path, target):
         assert {"units", "long_name"} <= set(one.attrs), name
 
 
-@pytest.mark.slow
-def test_the_study_is_the_selection_by_hand(tmp_path, target):
-    found = study(tmp_path, target)
-    pool = tp.motions.CloughPenzien(duration=10.0, dt=0.01, omega_g_dispersion=0.4).sample(60)
-    aim = tp.motions.read_target(tmp_path / "target.csv", "pga", correlations=tmp_path / "rho.csv")
-    level = 0.3 * 9.80665
-    chosen = tp.motions.select(pool, aim, 10, level=level, factor=(0.01, 100.0))
-    runs = tp.stripes(found.blocks, found.models, [chosen], [level], outputs=["overturned", "peak_rotation"])
-    results = found.run()
-    np.testing.assert_array_equal(results["peak_rotation"].values, runs["peak_rotation"].values)
-    np.testing.assert_allclose(
-        results["selection_median"].sel(selected_measure="pgv"), chosen.report["median"].sel(measure="pgv"), rtol=1e-12
-    )
-
-
 def test_kept_where_asked(tmp_path, target):
     found = study(tmp_path, target, STUDY.replace("number = 10", 'number = 10\noutside = "keep"'))
     assert found.design.levels.size == 2
@@ -116,14 +98,6 @@ def test_generators_of_candidates_are_doubted_once(tmp_path, target):
     text = text.replace("number = 10", 'number = 10\noutside = "keep"')
     notes = study(tmp_path, target, text.replace("[[stripes.at]]", f"{also}[[stripes.at]]", 1)).notes
     assert [note.partition(",")[0] for note in notes if "usual are" in note] == ["xi_g: 60", "q0: 1.8"]
-
-
-@pytest.mark.slow
-def test_stripes_without_a_selection_say_so(tmp_path, target):
-    a, b = STUDY.index("[stripes.select]"), STUDY.index("[[stripes.at]]")
-    found = study(tmp_path, target, STUDY[:a] + STUDY[b:]).run()
-    assert "selection.none" in {fact.what for fact in notes_of(found)}
-    assert "selection_consistent" not in found
 
 
 @pytest.mark.slow
@@ -247,16 +221,6 @@ def test_a_disaggregation_beside_the_hazard_and_its_own_level(tmp_path, target, 
     doubts = study(tmp_path, target, text, **{"d.csv": head + bins}).doubts
     found = [one.sentence.partition(": ")[2] for one in doubts if one.kind == "hazard"]
     assert [one[: len(part)] for one, part in zip(found, said, strict=True)] == said
-
-
-@pytest.mark.slow
-def test_the_example_agrees_at_every_level(tmp_path):
-    for name in ("selected.toml", "selected_target.csv"):
-        shutil.copy(EXAMPLES / name, tmp_path)
-    found = tp.Study.from_toml(tmp_path / "selected.toml")
-    assert found.design.levels.size == 6
-    results = found.run()
-    assert results["selection_consistent"].values.all()
 
 
 @pytest.mark.slow

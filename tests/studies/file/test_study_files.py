@@ -299,11 +299,6 @@ class TestUnits:
         write(tmp_path, f"{heading}\n0.0,0.0\n0.01,1e308\n0.02,0.0\n", name)
         assert "got inf at" in refused(tmp_path, self.records(keys))
 
-    def test_a_hazard_without_a_unit(self, tmp_path):
-        write(tmp_path, "pga,rate (1/yr)\n0.1,1e-2\n0.4,1e-3\n", "h.csv")
-        message = refused(tmp_path, SMALL + '[hazard]\nfile = "h.csv"\n')
-        assert "names no unit" in message
-
 
 PERFORMANCE = (
     without("[[blocks]]", "[ida]")

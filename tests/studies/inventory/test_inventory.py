@@ -26,7 +26,7 @@ from toppling.studies.buildings.notes import inventory_notes
 from toppling.studies.buildings.pieces import SAFETY
 from toppling.studies.facts.say import notes_said
 from toppling.studies.inventory.contents import Contents, Inventory, place_doubts
-from toppling.studies.inventory.reading import COLUMNS, InventoryError, example_path, read_inventory
+from toppling.studies.inventory.reading import InventoryError, example_path, read_inventory
 
 SHELF = tp.catalogue["bookcase-5-shelf"]
 
@@ -110,11 +110,6 @@ class TestReading:
     )  # fmt: skip
     def test_the_same_in_other_spellings(self, tmp_path, text):
         assert read(tmp_path, text) == read(tmp_path, SMALL)
-
-    def test_order_of_columns_does_not_matter(self, tmp_path):
-        lines = [line.split(",") for line in SMALL.splitlines()]
-        turned = "\n".join(",".join(reversed(line)) for line in lines)
-        assert read(tmp_path, turned) == read(tmp_path, SMALL)
 
     def test_the_same_name_on_several_floors(self, tmp_path):
         found = read(tmp_path, "catalogue,floor\nbookcase-5-shelf,1\nbookcase-5-shelf,2\nwardrobe-double,2\n")
@@ -998,19 +993,3 @@ class TestContents:
     def test_refuses(self, make, error, message):
         with pytest.raises(error, match=message):
             make()
-
-
-def test_docs_name_every_column():
-    page = (Path(tp.__file__).parent / "docs/study_buildings.md").read_text(encoding="utf-8")
-    for column in COLUMNS:
-        assert f"`{column}`" in page, column
-
-
-def test_lines_of_totals_are_no_blocks(tmp_path):
-    (tmp_path / "blocks.csv").write_text("name,width_m,height_m\nshelf,0.4,1.8\nTotal,0.4,1.8\n", encoding="utf-8")
-    motions = '[motions]\ngenerator = "clough-penzien"\nnumber = 2\nduration_s = 4\n'
-    levels = '[ida]\nim = "pga"\nlevels = { values = [0.1, 0.2], unit = "g" }\n'
-    top = 'title = "t"\nblocks_file = "blocks.csv"\n[[models]]\nlaw = "housner"\n'
-    (tmp_path / "study.toml").write_text(f"{top}{motions}{levels}", encoding="utf-8")
-    with pytest.raises(tp.studies.StudyError, match=r"line 3, column 'name': must be a piece, got 'Total'"):
-        tp.Study.from_toml(tmp_path / "study.toml")

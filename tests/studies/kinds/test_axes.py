@@ -58,27 +58,6 @@ def study(tmp_path, *changes, more=""):
     return tp.Study.from_toml(tmp_path / "study.toml")
 
 
-def test_a_study_is_the_analysis_in_python(tmp_path):
-    plan = study(tmp_path)
-    assert re.search("6 motions.*both axes", plan.words)
-    done = []
-    found = plan.run(progress=lambda so_far, total: done.append((so_far, total)))
-    assert done[-1] == (plan.work, plan.work)
-    shaken = motions.both_axes(GENERATOR.sample_pairs(6, 4), "random", 4)
-    levels = np.array([0.2, 0.4, 0.7]) * 9.80665
-    blocks = [tp.Block(0.3, 1.4, name="square", depth=0.3), tp.Block(0.12, 0.5, name="vase", round=True)]
-    runs = tp.ida(blocks, tp.HousnerImpact(), shaken, levels, "RotD50(pga)")
-    for name in ("overturned", "axis", "peak_rotation", "azimuth"):
-        np.testing.assert_array_equal(found[name], runs[name])
-    (along,) = notes_named(found, "axis.share_along_depth")
-    assert along.names == ("square", "vase")
-    deep, fell = ((found["axis"] >= least).sum(["level", "motion", "model"]) for least in (2, 1))
-    assert along.more["shares"] == (deep / fell).values.tolist()
-    (wobbles,) = notes_named(found, "block.round")
-    assert wobbles.names == ("vase",)
-    assert notes_named(found, "axis.screen_of_width") == [Fact("axis.screen_of_width")]
-
-
 def test_the_table_of_axes(tmp_path):
     found = study(tmp_path).run()
     axis = found["axis"].sel(block="vase").values
@@ -86,12 +65,6 @@ def test_the_table_of_axes(tmp_path):
     row = axes(found).lines[1]
     assert row == {"name": "vase", "falls": fell / 18, "width": 1.0 - deep / fell, "depth": deep / fell}
     assert not REGISTRY["axes"].applies(found.drop_vars("axis"))
-
-
-@pytest.mark.slow
-def test_folders_keep_both_axes(tmp_path):
-    plan = study(tmp_path)
-    assert plan.run(tmp_path / "out")["axis"].identical(plan.run()["axis"])
 
 
 def test_workers_make_the_same_pairs(tmp_path):

@@ -2,17 +2,14 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import toppling as tp
 from toppling.core.facts import Fact
 from toppling.fragility import fit_fragility, overturning_probability, slide_runs
 from toppling.models.friction import FixedFriction, LognormalFriction
-from toppling.studies.command.cli import main
-from toppling.studies.facts.coverage import coverage_in
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.file.blocks import read_blocks
-from toppling.studies.tables.slides import edges, edges_of, slides
+from toppling.studies.tables.slides import edges, slides
 
 BENCH = """[[blocks]]
 name = "analyser"
@@ -153,18 +150,6 @@ class TestResults:
         assert not set(FALLS) & set(plain.data_vars)
         assert "more_rate" not in results
 
-    @pytest.mark.slow
-    def test_stripes(self, folder):
-        (folder / "stripes.toml").write_text(
-            TEXT.format(blocks=BENCH, more=FRICTION + YEAR, polarity="", fit="").replace("[ida]", "[stripes]")
-            .replace('levels = { values = [0.1, 0.3, 0.5, 0.8, 1.2], unit = "g" }',
-                     'unit = "g"\nat = [{ level = 0.3 }, { level = 0.8 }]')
-        )  # fmt: skip
-        found = tp.Study.from_toml(folder / "stripes.toml").run()
-        assert found["fall_off_probability"].dims == ("block", "level")
-        assert (found["falls_probability"] >= found["probability"])[0].all()
-        assert "rate, stripes" in next(coverage_in(found)).names
-
 
 class TestOwnFriction:
     """Blocks with friction or a contact of their own, beside that of the study."""
@@ -213,9 +198,6 @@ class TestNotes:
         found = tp.Study.from_toml(folder / "cloud.toml").run()
         assert of_edges(found) == [unknown("cloud")]
 
-    def test_studies_with_edges_and_friction_have_none(self, results):
-        assert of_edges(results) == []
-
 
 class TestPages:
     def test_table_holds_the_results(self, results):
@@ -230,15 +212,6 @@ class TestPages:
         """Those of a study's own slips have none (`test_sliding`)."""
         words = "over 5 cm it touches a neighbour, over 10 cm it tears its service line, over 30 cm it blocks an aisle"
         assert any(note.endswith(f" by slip: {words}.") for note in slides(results).notes)
-
-    @pytest.mark.slow
-    def test_without_a_hazard_they_are_of_a_level(self, folder, capsys):
-        study(folder, FRICTION, name="level")
-        assert main(["run", str(folder / "level.toml"), "--out", str(folder / "level"), "--verbose"]) == 0
-        assert "edges at PGA of the ground = 0." in capsys.readouterr().out
-        with xr.open_dataset(folder / "level" / "results.nc") as stored:
-            assert "fall_off_rate" not in stored
-            assert edges_of(stored.load())[0][-1].startswith("at PGA of the ground = 0.")
 
 
 class TestKeys:

@@ -8,7 +8,7 @@ import numpy as np
 import own_building
 import pytest
 import xarray as xr
-from check_facts import facts_of, notes_named
+from check_facts import notes_named
 
 import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY
@@ -20,7 +20,6 @@ from toppling.studies.buildings.anchoring import anchoring
 from toppling.studies.buildings.branches import Sampling, combinations, rates_over_branches
 from toppling.studies.buildings.variables import Year
 from toppling.studies.command.cli import main
-from toppling.studies.facts.method import inputs_of
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import read_inventory
 
@@ -447,14 +446,6 @@ class TestStudies:
         assert "ground_pga" not in results.coords
 
     @pytest.mark.slow
-    def test_floors_file_that_is_scaled(self, tmp_path):
-        path = study(tmp_path, 'floors_file = "f.csv"\nelastic = true', LEVELS_KEY)
-        plan = tp.Study.from_toml(path)
-        assert "motion.floors_scaled_elastic" in {fact.what for fact in plan.facts}
-        given = facts_of(inputs_of, plan.run())["motion.given"]
-        assert (given.value, given.more["levels"], given.more["scaled"], given.more["elastic"]) == (1, 2, True, True)
-
-    @pytest.mark.slow
     def test_motions_are_shown(self, tmp_path, capsys):
         assert main(["motions", str(study(tmp_path)), "--out", str(tmp_path / "shown")]) == 0
         assert "A0 at 0.5" in capsys.readouterr().out
@@ -488,19 +479,3 @@ class TestExample:
                 continue
             ours, theirs = (np.loadtxt(one, delimiter=",", skiprows=1) for one in (path, shipped))
             np.testing.assert_allclose(ours, theirs, atol=1.01 * 10.0**-own_building.DECIMALS)
-
-    def test_exports_and_comparison(self, finished, tmp_path):
-        out = finished / "out/results.nc"
-        for format_ in ("csv", "xlsx", "pelicun"):
-            assert main(["export", str(out), "--format", format_, "--out", str(tmp_path / format_)]) == 0
-        inventory = finished / "own_building_inventory.csv"
-        before = inventory.read_text()
-        inventory.write_text(before.replace("150\n", "150\n").replace("1,x,6", "1,x,7"), encoding="utf-8")
-        try:
-            assert main(["run", str(finished / "own_building.toml"), "--out", str(finished / "more")]) == 0
-        finally:
-            inventory.write_text(before, encoding="utf-8")
-        folders = [str(finished / "out"), str(finished / "more")]
-        assert main(["compare", *folders, "--out", str(tmp_path / "compared")]) == 0
-        rows = (tmp_path / "compared/comparison.csv").read_text()
-        assert "archive shelf" in rows

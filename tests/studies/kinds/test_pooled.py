@@ -195,22 +195,6 @@ def test_other_blocks_are_another_study(study, finished):
 
 
 @pytest.mark.slow
-def test_motions_that_are_matched_one_by_one_are_made_before(study):
-    matched = """generator = "near-fault"
-magnitude = 6.8
-distance_m = 9000
-vs30_m_s = 620
-match_gmm = true
-number = 80
-seed = 4"""
-    start, end = STUDY.index("generator"), STUDY.index("[ida]")
-    one = study(f"{STUDY[:start]}{matched}\n{STUDY[end:]}")
-    assert one.design.generator is None
-    assert one.design.until.most == 80
-    assert sum(array.sizes["motion"] for array in one.arrays) == 80
-
-
-@pytest.mark.slow
 def test_floors_of_a_building_are_made_before(study):
     building = '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nstoreys = 3\nfloors = [3]\n[until]'
     text = STUDY.replace("[until]", building).replace("number = 2000", "number = 100").replace("0.25", "0.5")

@@ -125,13 +125,6 @@ class TestPaired:
 
 
 class TestDelta:
-    @pytest.mark.slow
-    def test_every_variable_is_labelled(self, over_delta, over_e):
-        for results in (over_delta, over_e):
-            for name, one in results.variables.items():
-                assert one.attrs["units"], name
-                assert one.attrs["long_name"], name
-
     def test_agrees_with_a_plain_analysis(self, over_delta, tmp_path):
         """Each value is a law of its own under the same motions."""
         study = study_of(tmp_path, STUDY, DELTA)

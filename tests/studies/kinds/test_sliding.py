@@ -1,7 +1,5 @@
 """Studies with friction: chances of sliding and of slips beside those of falling, in results and on pages."""
 
-import re
-
 import numpy as np
 import pytest
 from scipy.stats import norm
@@ -9,7 +7,6 @@ from scipy.stats import norm
 import toppling as tp
 from toppling.fragility import Slip, fit_fragility, overturning_probability, slide_runs
 from toppling.models.friction import LognormalFriction
-from toppling.studies.command.cli import main
 from toppling.studies.facts.notes import notes_of
 
 TEXT = """
@@ -130,19 +127,3 @@ class TestResults:
         assert (found["gated_probability"][0] == 0.0).all()
         assert (found["slip_probability"][1] == 0.0).all()
         assert "slip_rate" not in found
-
-    def test_a_cloud_has_chances_of_friction_alone(self, folder):
-        before, _, after = TEXT.partition("[ida]\n")
-        text = before + "[cloud]\n" + "\n".join(one for one in after.splitlines() if not one.startswith("levels"))
-        (folder / "cloud.toml").write_text(text)
-        found = tp.Study.from_toml(folder / "cloud.toml").run()
-        assert "slides_instead" in found
-        assert "slip_probability" not in found
-
-
-class TestPages:
-    @pytest.mark.slow
-    def test_without_a_hazard_the_table_is_of_a_level(self, folder, capsys):
-        (folder / "level.toml").write_text(TEXT)
-        assert main(["run", str(folder / "level.toml"), "--out", str(folder / "level"), "--verbose"]) == 0
-        assert re.search(r"at PGA of the ground = 0\.\d g", capsys.readouterr().out)

@@ -3,7 +3,6 @@
 import json
 import os
 import re
-from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
@@ -21,7 +20,6 @@ from toppling.studies.text.words import reference_law
 
 mpl.use("Agg")
 
-EXAMPLES = Path(tp.__file__).parent / "studies" / "examples"
 
 SMALL = crate_study("A small study", number=12, duration=8, dt=0.01, levels=6)
 
@@ -117,22 +115,6 @@ class TestStudy:
         assert [str(m.motion.values[0]) for m in study.design.arrays] == ["R0", "R1", "R2"]
         twice = text.replace('"records/*.AT2"', '["records/*.AT2", "records/R1.AT2"]')
         assert len(tp.Study.from_toml(write(tmp_path, twice)).design.arrays) == 3
-
-    def test_pulse_and_velocity_levels(self, tmp_path):
-        pulse = '[motions]\npulse = "one-cycle-sine"\nomega_rad_s = 6.0\n[ida]'
-        text = re.sub(r"(?s)\[motions\].*?\[ida\]", pulse, SMALL).replace('im = "pga"', 'im = "pgv"')
-        text = text.replace('unit = "g"', 'unit = "m/s"').replace(
-            "from = 0.1, to = 1.0", 'spacing = "log", from = 0.1, to = 4.0'
-        )
-        result = tp.Study.from_toml(write(tmp_path, text)).run()
-        np.testing.assert_allclose(result.level.values, np.geomspace(0.1, 4.0, 6))
-        assert bool(result.overturned.any())
-
-    def test_the_example_is_the_issues_study(self):
-        study = tp.Study.from_toml(EXAMPLES / "office.toml")
-        assert study.runs == 3 * 6 * 100 * 20
-        assert [b.name for b in study.blocks] == ["bookcase-5-shelf", "file-vertical-4-drawer", "server-rack-42u"]
-        assert len({m.law for m in study.models}) == 6
 
 
 def shaken_by(keys):

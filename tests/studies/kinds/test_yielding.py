@@ -136,22 +136,6 @@ def test_a_default_strength_is_printed_as_a_judgement(tmp_path, capsys):
     assert said in " ".join(capsys.readouterr().out.split())
 
 
-@pytest.mark.slow
-def test_ductilities_stand_beside_the_motions(tmp_path, capsys):
-    _ground, floors = steps(yielding)
-    _, elastic = steps(lambda: Building.from_storeys([2e5, 2e5], [2e8, 2e8]))
-    lines = study(tmp_path).run().attrs["storeys"].splitlines()
-    for line, own, other in zip(lines, floors, elastic, strict=True):
-        ductility = np.median(own["ductility"])
-        assert f"drifts reach {ductility:.2g} times" in line or f"drifts reach {ductility:.3g} times" in line
-        peaks = [float(np.median(np.abs(one.sel(floor=2)).max("time"))) / 9.80665 for one in (own, other)]
-        assert all(f"{peak:.2g}" in line or f"{peak:.3g}" in line for peak in peaks)
-        assert peaks[0] < peaks[1]
-    assert "4 m/s2 drifts" in lines[0]
-    assert main(["motions", str(tmp_path / "study.toml"), "--out", str(tmp_path / "figures")]) == 0
-    assert all(line[:40] in " ".join(capsys.readouterr().out.split()) for line in lines[:1])
-
-
 def test_levels_that_scale_are_refused_and_clouds_do_not(tmp_path):
     head = TEXT[: TEXT.index("[stripes]")]
     path = tmp_path / "study.toml"

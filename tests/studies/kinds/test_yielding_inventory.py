@@ -9,7 +9,6 @@ from toppling.fragility import slide_runs
 from toppling.models.friction import LognormalFriction
 from toppling.motions import Building, CloughPenzien, scale_to
 from toppling.studies import StudyError
-from toppling.studies.command.cli import main
 from toppling.studies.facts.method import inputs_of, method_of
 from toppling.studies.inventory.reading import read_inventory
 
@@ -185,23 +184,6 @@ def test_a_collapse_is_an_outcome_and_said(tmp_path, capsys):
     assert doubt in made.notes
     collapses = facts_of(method_of, result)["building.collapses"]
     assert (collapses.value, collapses.more["cases"]) == (int((result["building_collapsed"] > 0).sum()), 12)
-
-
-@pytest.mark.slow
-def test_the_look_at_motions_says_that_they_are_not_scaled(tmp_path, capsys):
-    study(tmp_path)
-    assert main(["motions", str(tmp_path / "study.toml"), "--out", str(tmp_path / "figures")]) == 0
-    assert "performance.levels, drifts reach" in " ".join(capsys.readouterr().out.split())
-
-
-@pytest.mark.slow
-def test_results_are_kept_and_other_strengths_are_other_studies(tmp_path):
-    first = study(tmp_path)
-    kept = first.run(tmp_path / "out")
-    assert study(tmp_path).identity == first.identity
-    again = study(tmp_path).run(tmp_path / "out")
-    np.testing.assert_array_equal(again["building_ductility"], kept["building_ductility"])
-    assert study(tmp_path, ("yield_coefficient = 0.15", "yield_coefficient = 0.16")).identity != first.identity
 
 
 def test_motions_of_all_levels_are_judged_together(tmp_path, monkeypatch):
