@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.stats import norm
+from study_texts import motions
 
 import toppling as tp
-from toppling import motions
 from toppling.core.facts import Fact
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import HazardCurve
@@ -31,9 +31,9 @@ from toppling.studies.kits.savings import kit_savings
 from toppling.studies.store.worker_motions import motions_again
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*sways")  # (short motions on a swaying frame)
-PAIRS = motions.CloughPenzien(duration=8.0, dt=0.02).sample_pairs(8, 3, correlation=0.3)
-TURNED = motions.both_axes(PAIRS, "random", 5)
-FRAME = motions.Building.flexural_shear(0.6, storeys=2)
+PAIRS = tp.motions.CloughPenzien(duration=8.0, dt=0.02).sample_pairs(8, 3, correlation=0.3)
+TURNED = tp.motions.both_axes(PAIRS, "random", 5)
+FRAME = tp.motions.Building.flexural_shear(0.6, storeys=2)
 LAW = tp.HousnerImpact()
 LEVELS = np.array([0.12, 0.18, 0.3]) * G
 CABINET = tp.Block(0.30, 1.40, name="cabinet", depth=0.40)
@@ -144,7 +144,7 @@ def test_both_polarities(found):
     front = free["front"].values.reshape(1, 2, 3, 8, 2)
     along_width = found["overturned"].values & ~found["sideways"].values
     np.testing.assert_array_equal(front.sum(-1), along_width)
-    runs = [motions.as_recorded(one) for one in TURNED]
+    runs = [tp.motions.as_recorded(one) for one in TURNED]
     alone = assess(Inventory(rows[2:]), Assessment(LAW, runs, LEVELS, "RotD50(pga)", FRAME))
     deep = np.repeat(sideways_by_hand(WALLED, 1, "x"), 2, axis=1)
     assert (deep & ~alone["overturned"].values[0, 0]).any()
@@ -262,9 +262,9 @@ def test_floor_histories_in_two_directions_are_pairs(found):
 
 def test_the_weak_axis_alone():
     long = Contents("long", tp.Block(0.3, 1.4, depth=0.5), floor=1, direction="y")
-    weak = motions.weak_axis(PAIRS, "random", 5)
+    weak = tp.motions.weak_axis(PAIRS, "random", 5)
     alone = assess(Inventory((long,)), Assessment(LAW, weak, LEVELS, "RotD50(pga)", FRAME))
-    runs = [motions.as_recorded(one, "h2") for one in TURNED]
+    runs = [tp.motions.as_recorded(one, "h2") for one in TURNED]
     other = assess(Inventory((long,)), Assessment(LAW, runs, LEVELS, "RotD50(pga)", FRAME))
     np.testing.assert_array_equal(alone["overturned"], other["overturned"])
     assert "sideways" not in alone
@@ -292,10 +292,10 @@ def test_a_long_squat_piece_is_run_about_its_width():
 
 def lifted(strength):
     """Pairs with a vertical component, of which the greatest downward acceleration is so many times g."""
-    h1, h2, up = (motions.CloughPenzien(duration=8.0, dt=0.02).sample(4, seed) for seed in (1, 2, 3))
+    h1, h2, up = (tp.motions.CloughPenzien(duration=8.0, dt=0.02).sample(4, seed) for seed in (1, 2, 3))
     down = -up.values.min(axis=1, keepdims=True)
     upward = up.copy(data=up.values / down * strength * G)
-    return motions.both_axes(motions.join(h1, h2, upward), 0.3, vertical=True)
+    return tp.motions.both_axes(tp.motions.join(h1, h2, upward), 0.3, vertical=True)
 
 
 def test_vertical_shaking_on_the_ground():
@@ -305,10 +305,10 @@ def test_vertical_shaking_on_the_ground():
     here = assess(Inventory((line,)), Assessment(LAW, shaken, [0.8, 1.2], "scale"))
     flags = []
     for name, block in (("h2", CABINET), ("h1", CABINET.across)):
-        one = [motions.as_recorded(array, name, vertical=True) for array in shaken]
+        one = [tp.motions.as_recorded(array, name, vertical=True) for array in shaken]
         flags.append(tp.ida(block, LAW, one, [0.8, 1.2], "scale", screen=False)["overturned"].values[0, 0])
     np.testing.assert_array_equal(here["overturned"].values[0, 0], flags[0] | flags[1])
-    level = motions.both_axes(shaken[0].sel(component=["h1", "h2"]))
+    level = tp.motions.both_axes(shaken[0].sel(component=["h1", "h2"]))
     flat = assess(Inventory((line,)), Assessment(LAW, level, [0.8, 1.2], "scale"))
     assert (flat["overturned"].values != here["overturned"].values).any()
 
@@ -328,17 +328,11 @@ def test_runs_that_leave_the_floor_count_along_the_width():
         assess(Inventory(rows), Assessment(LAW, lifted(0.5), [1.0], "scale", FRAME))
 
 
-STUDY = """
+STUDY = f"""
 title = "Pairs in an inventory"
 [[models]]
 law = "housner"
-[motions]
-generator = "clough-penzien"
-number = 8
-seed = 3
-duration_s = 8.0
-dt_s = 0.02
-component = "pair"
+{motions(8, 8, 0.02, 3)}component = "pair"
 correlation = 0.3
 azimuth = "random"
 [building]
@@ -348,7 +342,7 @@ storeys = 2
 [performance]
 inventory = "inventory.csv"
 im = "RotD50(pga)"
-levels = { values = [0.12, 0.18, 0.3], unit = "g" }
+levels = {{ values = [0.12, 0.18, 0.3], unit = "g" }}
 replicates = 100
 [hazard]
 levels = [0.05, 0.15, 0.3, 0.6]

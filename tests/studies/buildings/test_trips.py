@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
+from study_texts import motions
 
 import toppling as tp
 from toppling.core.streams import stream
@@ -209,19 +210,14 @@ class TestFiles:
         (tmp_path / "pieces.csv").write_text(
             f"{HEADER}\nshelf,0.3,1.8,0,,,\ncabinet,0.4,1.2,0,,,10\ncart,0.3,0.8,0,castors,,\n", encoding="utf-8"
         )
-        text = """
+        text = f"""
 title = "Cables"
 [[models]]
 law = "housner"
-[motions]
-generator = "clough-penzien"
-number = 6
-duration_s = 8
-dt_s = 0.01
-[performance]
+{motions(6, 8, 0.01, 0)}[performance]
 inventory = "pieces.csv"
 im = "pga"
-levels = { values = [0.2, 0.6, 1.6], unit = "g" }
+levels = {{ values = [0.2, 0.6, 1.6], unit = "g" }}
 [friction]
 static = 0.15
 dispersion = 0.3

@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 from check_facts import numbers_in
 from exchange_cases import read_table
+from study_texts import motions
 
 import toppling as tp
 from toppling.core.doubts import ImplausibleInput
@@ -47,13 +48,7 @@ law = "discrete"
 law = "housner"
 geometry = "linear"
 
-[motions]
-generator = "clough-penzien"
-number = 3
-seed = 1
-dt_s = 0.02
-duration_s = 6
-
+{motions}
 [ida]
 im = "pga"
 levels = {{ values = [1.0, 2.0, 4.0], unit = "m/s2" }}
@@ -63,7 +58,7 @@ FILE = 'blocks_file = "blocks.csv"'
 
 def written(tmp_path, table, blocks=FILE, name="study.toml"):
     (tmp_path / "blocks.csv").write_text(table, encoding="utf-8")
-    (tmp_path / name).write_text(STUDY.format(blocks=blocks), encoding="utf-8")
+    (tmp_path / name).write_text(STUDY.format(blocks=blocks, motions=motions(3)), encoding="utf-8")
     return tmp_path / name
 
 
@@ -545,14 +540,6 @@ class TestCommands:
         other.write_text((folder / "study.toml").read_text().replace("number = 3", "number = 4"))
         assert main(["run", str(other), *out]) == 0
         assert re.search(r"motions\.number was 3,\sis\s4", capsys.readouterr().out)
-
-    def test_equal_sizes_are_refused_before_the_work(self, folder):
-        other = folder / "along.toml"
-        other.write_text((folder / "study.toml").read_text() + 'years = 50\nprobability = 0.1\nalong = "height"\n')
-        with pytest.raises(
-            StudyError, match=r"hazard.along: blocks must all differ in height, got 4 of both 'stout0' and"
-        ):
-            tp.Study.from_toml(other)
 
     def test_a_block_that_a_law_cannot_have_is_named(self, tmp_path):
         path = written(tmp_path, "name,width_m,height_m\nplate,2,0.5\n")

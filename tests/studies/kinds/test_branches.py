@@ -439,35 +439,10 @@ def test_another_state_is_named(tmp_path):
 @pytest.mark.slow
 def test_branches_without_any_rate_have_no_figure(tmp_path):
     """Where every run overturns there is no curve, hence no rate to draw over branches; all else is written."""
-    (tmp_path / "study.toml").write_text(
-        """title = "All fall"
-[[blocks]]
-width_m = 0.15
-height_m = 0.75
-[[models]]
-law = "energy-consistent"
-[motions]
-generator = "clough-penzien"
-number = 4
-duration_s = 6
-dt_s = 0.02
-s0_m2_s3 = 0.3
-[cloud]
-im = "pga"
-[hazard]
-k0 = 1e-4
-k = 2
-unit = "g"
-[[motion_sets]]
-name = "b"
-motions = { generator = "clough-penzien", number = 4, seed = 9, s0_m2_s3 = 0.3, duration_s = 6, dt_s = 0.02 }
-[[branches]]
-of = "motions"
-names = ["motions", "b"]
-weights = [0.5, 0.5]
-"""
-    )
-    results = tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path / "out")
+    thin = '[[blocks]]\nwidth_m = 0.15\nheight_m = 0.75\n[[models]]\nlaw = "energy-consistent"\n'
+    sets = [text.replace("number = 12", "number = 4\ns0_m2_s3 = 0.3") for text in (motions(1), OTHER)]
+    weights = branches("motions", motions=0.5, other=0.5)
+    results = study(tmp_path, thin, *sets, '[cloud]\nim = "pga"\n', HAZARD, weights).run(tmp_path / "out")
     assert results["overturned"].all()
     assert "branches" not in [name for name, _ in show.figures(results)]
     assert write_report(tmp_path / "out/results.nc")[0].is_file()

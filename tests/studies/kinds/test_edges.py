@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from study_texts import YEAR, motions
 
 import toppling as tp
 from toppling.core.facts import Fact
@@ -30,11 +31,6 @@ law = "housner"
 [[models]]
 law = "discrete"
 delta = 0.01
-[motions]
-generator = "clough-penzien"
-number = 20
-duration_s = 12
-dt_s = 0.01
 [ida]
 im = "pga"
 levels = {{ values = [0.1, 0.3, 0.5, 0.8, 1.2], unit = "g" }}
@@ -46,18 +42,13 @@ replicates = 100
 {fit}
 {more}
 """
+SHAKES = motions(20, 12, 0.01, 0)
 FRICTION = "[friction]\nstatic = 0.35\ndispersion = 0.3\nkinetic_ratio = 0.85\n"
-YEAR = """
-[hazard]
-levels = [0.05, 0.1, 0.3, 1.0, 2.0]
-rates = [3e-2, 1e-2, 1e-3, 1e-4, 1e-5]
-unit = "g"
-"""
 FALLS = ("fall_off_probability", "fall_off_rate", "fall_off_risk_probability", "falls_probability", "falls_rate")
 
 
 def study(folder, more=FRICTION + YEAR, blocks=BENCH, polarity="", fit="", name="study"):
-    (folder / f"{name}.toml").write_text(TEXT.format(blocks=blocks, more=more, polarity=polarity, fit=fit))
+    (folder / f"{name}.toml").write_text(TEXT.format(blocks=blocks, more=more, polarity=polarity, fit=fit) + SHAKES)
     return tp.Study.from_toml(folder / f"{name}.toml")
 
 
@@ -143,13 +134,6 @@ class TestResults:
         for name in FALLS:
             assert np.isnan(results[name][1]).all()
 
-    def test_the_headline_does_not_move(self, results, folder):
-        plain = study(folder, YEAR, BENCH.partition("edge")[0], name="plain").run()
-        for name in ("probability", "median", "rate", "rate_upper"):
-            np.testing.assert_array_equal(results[name], plain[name])
-        assert not set(FALLS) & set(plain.data_vars)
-        assert "more_rate" not in results
-
 
 class TestOwnFriction:
     """Blocks with friction or a contact of their own, beside that of the study."""
@@ -193,7 +177,7 @@ class TestNotes:
     def test_other_states_and_clouds(self, folder):
         found = study(folder, fit='state = "uplifted"', name="uplifted").run()
         assert of_edges(found) == [unknown("state")]
-        text = TEXT.format(blocks=BENCH, more=FRICTION, polarity="", fit="").replace("[ida]", "[cloud]")
+        text = (TEXT.format(blocks=BENCH, more=FRICTION, polarity="", fit="") + SHAKES).replace("[ida]", "[cloud]")
         (folder / "cloud.toml").write_text("\n".join(one for one in text.splitlines() if not one.startswith("levels")))
         found = tp.Study.from_toml(folder / "cloud.toml").run()
         assert of_edges(found) == [unknown("cloud")]

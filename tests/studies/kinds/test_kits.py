@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 from check_facts import facts_of, numbers_in
 from rich.console import Console
+from study_texts import motions
 
 import toppling as tp
 from toppling.studies.buildings.pieces import pieces_of
@@ -33,7 +34,7 @@ desk shelf,0.35,1.5,1,1,60,,-10,0.5,100,EUR,,no
 strapped,0.3,1.8,1,1,100,0,,,50,EUR,,strap
 fixed,0.3,1.8,1,2,100,,,,900,EUR,,yes
 """
-STUDY = """
+STUDY = f"""
 title = "Kits"
 [[models]]
 law = "housner"
@@ -50,19 +51,13 @@ height_m = 1.4
 strength_n = 900
 count = 2
 cost = 60
-[motions]
-generator = "clough-penzien"
-number = 8
-seed = 1
-duration_s = 6
-dt_s = 0.02
-[building]
+{motions(8)}[building]
 kind = "flexural-shear"
 period_s = 0.4
 storeys = 2
 [performance]
 inventory = "things.csv"
-levels = { from = 1.0, to = 12.0, number = 5, spacing = "log", unit = "m/s2" }
+levels = {{ from = 1.0, to = 12.0, number = 5, spacing = "log", unit = "m/s2" }}
 replicates = 100
 """
 KITS = 'kits = ["strap", "bracket"]\n'

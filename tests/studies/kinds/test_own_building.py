@@ -278,10 +278,6 @@ class TestModellingUncertainty:
             held, Assessment(LAW, own, LEVELS, "pga", hazard=HAZARD, modelling_dispersion=0.4)
         )  # (one class that may fall)
 
-    def test_at_a_level_it_would_scale_histories(self):
-        with pytest.raises(ValueError, match="at a given level needs outcomes at levels about it, to which floor"):
-            assess(THINGS, Assessment(LAW, histories(sets_apart()), LEVELS, "pga", modelling_dispersion=0.4))
-
     def test_at_a_level_of_an_elastic_building(self):
         shaking = ground()
         one = dataclasses.replace(histories([shaking], [STANDARD_GRAVITY]), elastic=True)

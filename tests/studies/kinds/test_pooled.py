@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from real_processes import same_after_ten_kills
+from study_texts import motions
 
 import toppling as tp
 from toppling.core.doubts import ImplausibleInput
@@ -29,23 +30,17 @@ from toppling.studies.text.error import StudyError
 
 pytestmark = pytest.mark.lowest
 
-STUDY = """
+STUDY = f"""
 title = "Shelves of a region"
 blocks_file = "blocks.csv"
 [[models]]
 law = "energy-consistent"
-[motions]
-generator = "clough-penzien"
-number = 2000
-seed = 4
-duration_s = 6
-dt_s = 0.02
-[ida]
+{motions(2000, 6, 0.02, 4)}[ida]
 im = "pga"
 levels = "pooled"
 [until]
 median = 0.25
-motions = { least = 32 }
+motions = {{ least = 32 }}
 """
 HAZARD = "[hazard]\nk0 = 1e-4\nk = 2\nunit = 'g'\n"
 

@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 from check_facts import check as check_of, facts_of, notes_named, numbers_in
 from real_processes import same_after_ten_kills
+from study_texts import motions
 
 import toppling as tp
 from toppling.fragility import Slip
@@ -36,7 +37,7 @@ from toppling.studies.tables.registry import REGISTRY
 from toppling.studies.tables.slides import slides
 from toppling.studies.text.error import StudyError
 
-STUDY = """
+STUDY = f"""
 title = "As many as needed"
 [[blocks]]
 width_m = 0.4
@@ -46,18 +47,12 @@ width_m = 0.6
 height_m = 1.8
 [[models]]
 law = "energy-consistent"
-[motions]
-generator = "clough-penzien"
-number = 200
-seed = 4
-duration_s = 6
-dt_s = 0.02
-[ida]
+{motions(200, 6, 0.02, 4)}[ida]
 im = "pga"
 levels = "adaptive"
 [until]
 median = 0.15
-motions = { least = 32 }
+motions = {{ least = 32 }}
 """
 PRECISE = STUDY.replace("median = 0.15", "median = 0.05")
 FRICTION = "[friction]\nstatic = 0.3\ndispersion = 0.3\nkinetic_ratio = 0.85\nslips_m = [0.05, 0.2]\n"

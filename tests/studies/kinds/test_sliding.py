@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 from scipy.stats import norm
+from study_texts import YEAR, motions
 
 import toppling as tp
 from toppling.fragility import Slip, fit_fragility, overturning_probability, slide_runs
 from toppling.models.friction import LognormalFriction
 from toppling.studies.facts.notes import notes_of
 
-TEXT = """
+TEXT = f"""
 title = "A trolley and a shelf"
 [[blocks]]
 name = "trolley"
@@ -26,14 +27,9 @@ height_m = 1.8
 wall_gap_mm = 0
 [[models]]
 law = "housner"
-[motions]
-generator = "clough-penzien"
-number = 20
-duration_s = 12
-dt_s = 0.01
-[ida]
+{motions(20, 12, 0.01, 0)}[ida]
 im = "pga"
-levels = { values = [0.1, 0.3, 0.5, 0.8, 1.2], unit = "g" }
+levels = {{ values = [0.1, 0.3, 0.5, 0.8, 1.2], unit = "g" }}
 polarity = "as recorded"
 [screen]
 undecided = 0.0
@@ -44,12 +40,6 @@ static = 0.35
 dispersion = 0.3
 kinetic_ratio = 0.85
 slips_m = [0.02, 0.1]
-"""
-YEAR = """
-[hazard]
-levels = [0.05, 0.1, 0.3, 1.0, 2.0]
-rates = [3e-2, 1e-2, 1e-3, 1e-4, 1e-5]
-unit = "g"
 """
 FRICTION = LognormalFriction(0.35, 0.3)
 

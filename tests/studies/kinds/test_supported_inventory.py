@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from check_facts import facts_of, numbers_in
+from study_texts import motions
 
 import toppling as tp
 from toppling.models.friction import FixedFriction
@@ -14,17 +15,11 @@ from toppling.studies.facts.method import method_of
 from toppling.studies.inventory.contents import Contents, Inventory, Stand
 from toppling.studies.inventory.reading import read_inventory
 
-HEAD = """
+HEAD = f"""
 title = "Vases on benches and platforms"
 [[models]]
 law = "energy-consistent"
-[motions]
-generator = "clough-penzien"
-number = 6
-duration_s = 8
-dt_s = 0.01
-seed = 3
-"""
+{motions(6, 8, 0.01, 3)}"""
 BUILDING = '[building]\nkind = "storeys"\nmasses_kg = [2e5, 2e5]\nstiffnesses_n_m = [2e8, 2e8]\n'
 PERFORMANCE = '[performance]\ninventory = "things.csv"\nim = "pga"\nlevels = { values = [1.5, 3, 6], unit = "m/s2" }\n'
 SUPPORTS = {

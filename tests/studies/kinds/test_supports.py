@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 from check_facts import check as check_of, doubts_of, numbers_in
+from study_texts import motions
 
 import toppling as tp
 from toppling.motions import Building, CloughPenzien, Isolator, Support, scale_to
 from toppling.studies.facts.notes import notes_of
 
-HEAD = """
+HEAD = f"""
 title = "A vase on a platform"
 [[blocks]]
 name = "vase"
@@ -16,13 +17,7 @@ width_m = 0.15
 height_m = 0.75
 [[models]]
 law = "energy-consistent"
-[motions]
-generator = "clough-penzien"
-number = 6
-duration_s = 8
-dt_s = 0.01
-seed = 3
-"""
+{motions(6, 8, 0.01, 3)}"""
 BUILDING = '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nfloors = [5]\n'
 STRIPES = """
 [stripes]

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from check_facts import doubts_of, facts_of, notes_named
+from study_texts import motions
 
 import toppling as tp
 from toppling.fragility import slide_runs
@@ -12,17 +13,11 @@ from toppling.studies import StudyError
 from toppling.studies.facts.method import inputs_of, method_of
 from toppling.studies.inventory.reading import read_inventory
 
-TEXT = """
+TEXT = f"""
 title = "An office in a building that yields"
 [[models]]
 law = "energy-consistent"
-[motions]
-generator = "clough-penzien"
-number = 6
-duration_s = 8
-dt_s = 0.01
-seed = 3
-[building]
+{motions(6, 8, 0.01, 3)}[building]
 kind = "storeys"
 masses_kg = [2e5, 2e5]
 stiffnesses_n_m = [2e8, 2e8]
@@ -31,7 +26,7 @@ p_delta = true
 [performance]
 inventory = "things.csv"
 im = "Sa(0.5)"
-levels = { values = [4, 12], unit = "m/s2" }
+levels = {{ values = [4, 12], unit = "m/s2" }}
 """
 THINGS = (
     "item,width_m,height_m,floor,count,value\ncabinet,0.4,1.8,0,2,100\nshelf,0.4,1.8,2,3,200\nvase,0.08,0.5,1,1,50\n"
