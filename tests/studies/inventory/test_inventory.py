@@ -49,13 +49,24 @@ def number(text):
         return text or None
 
 
-def book_of(rows, path, as_cell=number):
+def book_of(rows, path, as_cell=number, change=lambda book: None):
     book = openpyxl.Workbook()
     for i, row in enumerate(rows, start=1):
         for j, cell in enumerate(row, start=1):
             book.active.cell(i, j, as_cell(cell) if isinstance(cell, str) else cell)
+    change(book)
     book.save(path)
     return path
+
+
+def formatted(**codes):
+    """A change of a workbook: number formats of cells."""
+
+    def change(book):
+        for cell, code in codes.items():
+            book.active[cell].number_format = code
+
+    return change
 
 
 def read(tmp_path, text, encoding="utf-8"):
@@ -395,25 +406,22 @@ def test_numbers_of_an_inventory_study_of_another_unit(tmp_path, keys, words):
     assert not words or words in said[0]
 
 
+TOTALS = (
+    "Total|TOTAL:|Totals|Sum|Grand total|Subtotal (3)|Total pieces|Summe EG|Zwischensumme 1. OG|Gesamtsumme Haus A|"
+    "EG gesamt|Insgesamt 1. OG|Total EG|TOTAL floor 1|Sum of the ground floor|Room 12 total|Sum total|Total RDC|"
+    "Total étage 1|Totale piano terra|Total planta baja|Σ|Mean|Gesamt|Summe|Zwischensumme|Total général|Totale|"
+    "合計|Итого"
+)
+NO_TOTALS = (
+    "Total lab analyser|Totem|Summer table|Meander shelf|Total station|Sumo statue|Total 360 display|Sommelier's rack"
+)
+
+
 @pytest.mark.parametrize(
     ("name", "total"),
     [
-        *((name, True) for name in ("Total", "TOTAL:", "Totals", "Sum", "Grand total", "Subtotal (3)", "Total pieces")),
-        *(
-            (name, True)
-            for name in ("Summe EG", "Zwischensumme 1. OG", "Gesamtsumme Haus A", "EG gesamt", "Insgesamt 1. OG")
-        ),
-        *(
-            (name, True)
-            for name in ("Total EG", "TOTAL floor 1", "Sum of the ground floor", "Room 12 total", "Sum total")
-        ),
-        *(
-            (name, True)
-            for name in ("Total RDC", "Total étage 1", "Totale piano terra", "Total planta baja", "Σ", "Mean")
-        ),
-        *((name, False) for name in ("Total lab analyser", "Totem", "Summer table", "Meander shelf")),
-        *((name, True) for name in ("Gesamt", "Summe", "Zwischensumme", "Total général", "Totale", "合計", "Итого")),
-        *((name, False) for name in ("Total station", "Sumo statue", "Total 360 display", "Sommelier's rack")),
+        *((name, True) for name in TOTALS.split("|")),
+        *((name, False) for name in NO_TOTALS.split("|")),
     ],
 )
 def test_lines_of_totals_are_no_pieces(tmp_path, name, total):
@@ -497,6 +505,11 @@ def test_a_floor_without_histories(tmp_path):
     path.write_text("catalogue,floor\nbookcase-5-shelf,3\n", encoding="utf-8")
     with pytest.raises(InventoryError, match=r"must be one of 1, 2, got '3'$"):
         read_inventory(path, ["1", "2"])
+
+
+def hidden_by_name(book):
+    book.active.title, book.active.sheet_state = "inventory", "hidden"
+    book.active = book.create_sheet("empty")
 
 
 class TestWorkbooks:
@@ -650,27 +663,14 @@ class TestWorkbooks:
                 lambda book: book.create_sheet("floor 2").append(["item"]),
                 "only the sheet 'Sheet' is read, not 'floor 2'",
             ),
+            (hidden_by_name, "hidden sheet 'inventory' is read, too"),
         ],
-        ids=["row", "struck-out", "column", "group", "sheet"],
+        ids=["row", "struck-out", "column", "group", "sheet", "name"],
     )
     def test_what_a_person_does_not_see_or_sees_in_vain(self, tmp_path, hide, message):
         rows = [["catalogue", "floor", "count"], ["bookcase-5-shelf", 1, 3], ["bookcase-4-shelf", 1, 2]]
-        path = book_of(rows, tmp_path / "i.xlsx")
-        book = openpyxl.load_workbook(path)
-        hide(book)
-        book.save(path)
         with pytest.warns(ImplausibleInput, match=rf"^i\.xlsx: {re.escape(message)}$"):
-            assert read_inventory(path).pieces == 5
-
-    def test_a_hidden_sheet_of_the_name(self, tmp_path):
-        path = book_of([["catalogue", "floor"], ["bookcase-5-shelf", 1]], tmp_path / "i.xlsx")
-        book = openpyxl.load_workbook(path)
-        book.active.title = "inventory"
-        book.active.sheet_state = "hidden"
-        book.active = book.create_sheet("empty")
-        book.save(path)
-        with pytest.warns(ImplausibleInput, match=r"^i\.xlsx: hidden sheet 'inventory' is read, too$"):
-            assert read_inventory(path).pieces == 1
+            assert read_inventory(book_of(rows, tmp_path / "i.xlsx", change=hide)).pieces == 5
 
     @pytest.mark.parametrize(
         ("currency", "codes", "message"),
@@ -697,11 +697,7 @@ class TestWorkbooks:
         """A person sees euros above dollars."""
         head = ["catalogue", "floor", "value", "currency"]
         rows = [head, *(["bookcase-5-shelf", floor, value, currency] for floor, value in ((1, 350), (2, 26000)))]
-        path = book_of(rows, tmp_path / "i.xlsx")
-        book = openpyxl.load_workbook(path)
-        for cell, code in zip(("C2", "C3"), codes, strict=True):
-            book.active[cell].number_format = code
-        book.save(path)
+        path = book_of(rows, tmp_path / "i.xlsx", change=formatted(C2=codes[0], C3=codes[1]))
         if not message:
             assert read_inventory(path).pieces == 2
             return
@@ -725,18 +721,13 @@ class TestWorkbooks:
     )
     def test_units_of_number_formats(self, tmp_path, code):
         """A person sees 45 cm below width_m."""
+        codes = {"A2": '0.00" m"', "B2": '0.00\\ "m"', "C2": '0" pcs."', "D2": '0" kg"'}
         rows = [["width_m", "height_m", "floor", "mass_kg"], [0.45, 2.0, 1, 80]]
-        path = book_of(rows, tmp_path / "i.xlsx")
-        book = openpyxl.load_workbook(path)
-        book.active["A2"].number_format, book.active["B2"].number_format = '0.00" m"', '0.00\\ "m"'
-        book.active["D2"].number_format = '0" kg"'
-        book.active["C2"].number_format = '0" pcs."'
-        book.save(path)
+        path = book_of(rows, tmp_path / "i.xlsx", change=formatted(**codes))
         assert read_inventory(path).rows[0].block.width == 0.45
-        book.active["A2"].number_format, book.active["A2"].value = code, 45
-        book.save(path)
+        rows[1][0] = 45
         with pytest.raises(InventoryError, match="row 2, column 'width_m': must be in the unit of its heading, got 45"):
-            read_inventory(path)
+            read_inventory(book_of(rows, path, change=formatted(**codes | {"A2": code})))
 
     @pytest.mark.parametrize(
         ("code", "refused"),
@@ -757,10 +748,8 @@ class TestWorkbooks:
     )
     def test_multiples_of_number_formats(self, tmp_path, code, refused):
         """A person sees 1.2 k€ below value."""
-        path = book_of([["width_m", "height_m", "floor", "value"], [0.45, 2.0, 1, 1.2]], tmp_path / "i.xlsx")
-        book = openpyxl.load_workbook(path)
-        book.active["D2"].number_format = code
-        book.save(path)
+        rows = [["width_m", "height_m", "floor", "value"], [0.45, 2.0, 1, 1.2]]
+        path = book_of(rows, tmp_path / "i.xlsx", change=formatted(D2=code))
         if refused:
             with pytest.raises(InventoryError, match="column 'value': must be in the unit of its heading, got"):
                 read_inventory(path)
@@ -769,16 +758,13 @@ class TestWorkbooks:
 
     def test_shares_in_per_cent_and_numbers_as_text(self, tmp_path):
         rows = [["catalogue", "floor", "persons_exposed", "injury_probability", "value"]]
-        path = book_of([*rows, ["bookcase-5-shelf", 1, 1.125, 0.4, "250"]], tmp_path / "i.xlsx", lambda cell: cell)
-        book = openpyxl.load_workbook(path)
-        book.active["D2"].number_format = "0%"  # (shows 40 %)
-        book.save(path)
-        (row,) = read_inventory(path).rows
+        rows.append(["bookcase-5-shelf", 1, 1.125, 0.4, "250"])
+        shares = formatted(D2="0%")  # (shows 40 %)
+        (row,) = read_inventory(book_of(rows, tmp_path / "i.xlsx", lambda cell: cell, shares)).rows
         assert (row.injury.probability, row.injury.persons, row.value) == (0.4, 1.125, 250.0)
-        book.active["E2"].value = "1.200"  # (text: as a person wrote it)
-        book.save(path)
+        rows[1][-1] = "1.200"  # (text: as a person wrote it)
         with pytest.raises(InventoryError, match="row 2, column 'value': is ambiguous, write 1200"):
-            read_inventory(path)
+            read_inventory(book_of(rows, tmp_path / "i.xlsx", lambda cell: cell, shares))
 
     def test_macros_are_not_looked_at(self, tmp_path):
         path = book_of(rows_of(SMALL), tmp_path / "i.xlsm")
