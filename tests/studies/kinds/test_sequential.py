@@ -3,7 +3,7 @@
 import csv
 import json
 import re
-from functools import partial
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -16,6 +16,7 @@ import toppling as tp
 from toppling.fragility import Slip
 from toppling.fragility.adaptive.stopping import usual_motions
 from toppling.fragility.adaptive.until import Until
+from toppling.fragility.analyses import adaptive
 from toppling.fragility.analyses.weighted_rates import weighted_rate_samples
 from toppling.models import RandomSliding
 from toppling.models.friction import FixedFriction
@@ -54,6 +55,7 @@ levels = "adaptive"
 median = 0.15
 motions = {{ least = 32 }}
 """
+RATE = STUDY.replace("median = 0.15", "rate = 0.5")
 PRECISE = STUDY.replace("median = 0.15", "median = 0.05")
 FRICTION = "[friction]\nstatic = 0.3\ndispersion = 0.3\nkinetic_ratio = 0.85\nslips_m = [0.05, 0.2]\n"
 HAZARD = '[hazard]\nk0 = 1e-3\nk = 2\nunit = "g"\n'
@@ -81,20 +83,22 @@ def finished(tmp_path_factory):
 def until_a_rate(tmp_path_factory):
     folder = tmp_path_factory.mktemp("rate")
     asked = HAZARD + 'probability = 0.1\nalong = "width"\n'
-    (folder / "study.toml").write_text(STUDY.replace("median = 0.15", "rate = 0.5") + asked, encoding="utf-8")
+    (folder / "study.toml").write_text(RATE + asked, encoding="utf-8")
     return tp.Study.from_toml(folder / "study.toml").run(folder / "out"), folder / "out/results.nc"
 
 
+SITE = tp.HazardCurve.power_law(1e-3 * 9.80665**2, 2.0, "pga")
+BLOCKS, LAW = [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)], tp.EnergyConsistent()
+
+
+def in_python(until, blocks=BLOCKS, law=LAW, **options):
+    """The analysis of the study without a study."""
+    until = {**until, "motions": {"least": 32, "most": 200}}
+    return tp.adaptive_ida(blocks, law, tp.motions.CloughPenzien(duration=6.0, dt=0.02), seed=4, until=until, **options)
+
+
 def own_rates(**options):
-    hazard = tp.HazardCurve.power_law(1e-3 * 9.80665**2, 2.0, "pga")
-    return tp.adaptive_ida(
-        [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)],
-        tp.EnergyConsistent(),
-        tp.motions.CloughPenzien(duration=6.0, dt=0.02),
-        seed=4,
-        until={"rate": 0.5, "motions": {"least": 32, "most": 200}, "hazard": hazard},
-        **options,
-    )
+    return in_python({"rate": 0.5, "hazard": SITE}, **options)
 
 
 @pytest.mark.slow
@@ -110,8 +114,7 @@ def test_the_rate_that_was_asked_for_is_the_rate_of_the_results(until_a_rate):
         fitted = -np.expm1(-50.0 * results[f"fitted_rate{end}"].values)
         np.testing.assert_allclose(results[f"fitted_risk_probability{end}"], fitted, rtol=1e-9)
     curves = tp.fit_fragility(own, replicates=1000, keep_replicates=True)
-    hazard = tp.HazardCurve.power_law(1e-3 * 9.80665**2, 2.0, "pga")
-    fitted = tp.annual_rate(curves, hazard)
+    fitted = tp.annual_rate(curves, SITE)
     for end in ("", "_lower", "_upper"):
         np.testing.assert_allclose(results[f"fitted_rate{end}"], fitted[f"rate{end}"], rtol=1e-9)
     # (two estimates of the same)
@@ -160,7 +163,7 @@ def test_motions_run_both_ways_count_once_in_a_rate():
 def test_modelling_uncertainty_is_in_the_rate_without_a_form(study, until_a_rate):
     """Under a power law it multiplies any rate by exp(k² β²/2)."""
     plain, _ = until_a_rate
-    text = STUDY.replace("median = 0.15", "rate = 0.5") + HAZARD + "[fit]\nmodelling_dispersion = 0.4\n"
+    text = RATE + HAZARD + "[fit]\nmodelling_dispersion = 0.4\n"
     results = study(text).run()
     factor = np.exp(0.5 * (2.0 * 0.4) ** 2)
     for name in ("rate", "rate_lower", "rate_upper", "fitted_rate"):
@@ -184,7 +187,7 @@ def test_reports_give_the_rate_without_a_form_and_the_fitted_one_beside(until_a_
 @pytest.mark.slow
 def test_ratios_at_walls_are_those_of_the_rates_without_a_form(study):
     """Blocks at walls are shaken both ways, which count as one motion."""
-    text = STUDY.replace("median = 0.15", "rate = 0.5").replace(
+    text = RATE.replace(
         "width_m = 0.6\nheight_m = 1.8", 'width_m = 0.4\nheight_m = 1.8\nwall_gap_mm = 20\nname = "at a wall"'
     )
     results = study(text.replace('"energy-consistent"', '"housner"\ngeometry = "linear"') + HAZARD).run()
@@ -197,7 +200,7 @@ def test_ratios_at_walls_are_those_of_the_rates_without_a_form(study):
 @pytest.mark.slow
 def test_too_few_falls_leave_a_rate_without_an_interval(study, tmp_path):
     """Fewer than two hundred falls do not show what lies below them, so that the interval has no upper end."""
-    text = STUDY.replace("median = 0.15", "rate = 0.5").replace("number = 200", "number = 40") + HAZARD
+    text = RATE.replace("number = 200", "number = 40") + HAZARD
     results = study(text).run(tmp_path / "out")
     assert np.isfinite(results["rate"]).all()
     assert np.isinf(results["sequential_rate_upper"]).all()
@@ -221,7 +224,7 @@ def test_a_curve_that_differs_beyond_error_is_named(until_a_rate):
 
 @pytest.mark.slow
 def test_rates_without_a_form_are_compared_and_exported(study, until_a_rate, tmp_path):
-    text = STUDY.replace("median = 0.15", "rate = 0.5").replace("seed = 4", "seed = 5") + HAZARD
+    text = RATE.replace("seed = 4", "seed = 5") + HAZARD
     study(text).run(tmp_path / "other")
     with two_sides(until_a_rate[1].parent, tmp_path / "other") as sides:
         lines = [one for one in compare_curves(*sides)[0].lines if one.quantity == "rate"]
@@ -242,14 +245,7 @@ def test_rates_without_a_form_are_compared_and_exported(study, until_a_rate, tmp
 @pytest.mark.parametrize(("state", "output"), [('"uplifted"', "uplifted"), ("0.5", "peak_rotation")])
 def test_curves_of_other_states(study, state, output):
     results = study(STUDY + f"[fit]\nstate = {state}\n").run()
-    blocks = [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)]
-    own = tp.adaptive_ida(
-        blocks,
-        tp.EnergyConsistent(),
-        tp.motions.CloughPenzien(duration=6.0, dt=0.02),
-        until={"median": 0.15, "motions": {"least": 32, "most": 200}, "state": json.loads(state)},
-        seed=4,
-    )
+    own = in_python({"median": 0.15, "state": json.loads(state)})
     np.testing.assert_array_equal(results["half_level"], own["half_level"])
     assert results.attrs["state"] == own.attrs["state"]
     (panel, *_) = fragility_figure(results).axes
@@ -261,18 +257,24 @@ def test_curves_of_other_states(study, state, output):
     assert (of_runs[0] > 0.5).tolist() == reached.tolist()
 
 
+def counted(monkeypatch):
+    """The numbers of the motions made from now on, call by call."""
+    made, sample = [], tp.motions.CloughPenzien.sample
+
+    def counting(self, n, seed=0, first=0):
+        made.append(range(first, first + n))
+        return sample(self, n, seed, first)
+
+    monkeypatch.setattr(tp.motions.CloughPenzien, "sample", counting)
+    return made
+
+
 @pytest.mark.slow
 def test_a_generator_makes_only_the_motions_that_are_taken(study, monkeypatch):
     """And the 64 that are looked at before."""
-    made, sample = [], tp.motions.CloughPenzien.sample
-
-    def counted(self, n, seed=0, first=0):
-        made.append(n)
-        return sample(self, n, seed, first)
-
-    monkeypatch.setattr(tp.motions.CloughPenzien, "sample", counted)
+    made = counted(monkeypatch)
     results = study(STUDY.replace("number = 200", "number = 1000000")).run()
-    assert sum(made) == 64 + results.sizes["motion"] < 400
+    assert sum(map(len, made)) == 64 + results.sizes["motion"] < 400
 
 
 @pytest.mark.slow
@@ -295,11 +297,9 @@ def test_both_ways_and_the_weakest_axis_take_a_motion_once(study):
     assert results.sizes["run"] % 2 == 0
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("at", [1, 2, 4])
-def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, study, finished, tmp_path, monkeypatch):
-    from toppling.fragility.analyses import adaptive
-
+@contextmanager
+def killed_at(at, monkeypatch):
+    """Interrupts the wave of this number; what is raised, to be read after the block."""
     run, calls = adaptive.run_rows, []
 
     def killed(*arguments):
@@ -308,8 +308,16 @@ def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, study, finished
             raise KeyboardInterrupt
         return run(*arguments)
 
-    monkeypatch.setattr(adaptive, "run_rows", killed)
-    with pytest.raises(KeyboardInterrupt):
+    with monkeypatch.context() as patched:
+        patched.setattr(adaptive, "run_rows", killed)
+        with pytest.raises(KeyboardInterrupt) as raised:
+            yield raised
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("at", [1, 2, 4])
+def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, study, finished, tmp_path, monkeypatch):
+    with killed_at(at, monkeypatch):
         study().run(tmp_path / "out")
     found = status_of(tmp_path / "out")
     assert found.state == "interrupted"
@@ -317,7 +325,6 @@ def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, study, finished
     assert found.lines(tmp_path / "out")[0].endswith(f"at most {study().all_runs:,}")
     if at > 1:
         assert "±15 % asked" in found.lines(tmp_path / "out")[1]
-    monkeypatch.setattr(adaptive, "run_rows", run)
     study().run(tmp_path / "out")
     assert (tmp_path / "out/results.nc").read_bytes() == finished[1].read_bytes()
 
@@ -325,21 +332,9 @@ def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, study, finished
 @pytest.mark.slow
 def test_what_was_reached_does_not_go_back_while_waves_are_repeated(study, tmp_path, monkeypatch):
     """A study that goes on repeats its waves from the first one: killed among them, it has what it had."""
-    from toppling.fragility.analyses import adaptive
-
-    run, calls = adaptive.run_rows, []
-
-    def killed(at, *arguments):
-        calls.append(1)
-        if len(calls) == at:
-            raise KeyboardInterrupt
-        return run(*arguments)
-
     said = []
     for at in (4, 2, 3, 5):
-        calls.clear()
-        monkeypatch.setattr(adaptive, "run_rows", partial(killed, at))
-        with pytest.raises(KeyboardInterrupt, match=r"interrupted with [0-9,]+ runs kept in") as raised:
+        with killed_at(at, monkeypatch) as raised:
             study(PRECISE).run(tmp_path / "out")
         found = status_of(tmp_path / "out")
         # (among the repeated waves, too, it says what is kept, and not how far it has come)
@@ -499,16 +494,9 @@ def test_slips_that_missed_their_precision_are_named(study):
 @pytest.mark.slow
 def test_motions_are_made_once_for_falls_and_slips(study, slipping, monkeypatch):
     """Frictions of their own are analyses of their own, of the same motions: their results do not change."""
-    made = []
-    sample = tp.motions.CloughPenzien.sample
-
-    def counted(self, n, seed=0, first=0):
-        made.append(range(first, first + n))
-        return sample(self, n, seed, first)
-
     text = STUDY.replace("width_m = 0.6\n", "width_m = 0.6\nfriction = 0.4\n") + FRICTION
     one = study(text)
-    monkeypatch.setattr(tp.motions.CloughPenzien, "sample", counted)
+    made = counted(monkeypatch)
     results = one.run()
     numbers = [i for part in made for i in part]
     assert len(numbers) == len(set(numbers)) == max(results.sizes["motion"], int(results["slip_motions_run"].max()))
@@ -541,15 +529,9 @@ def test_rates_of_slips_are_weighed_with_the_chance_of_sliding(study):
     """With a known friction that lies between the two b/h one block always slides, and the other never."""
     results = study(STUDY + HAZARD + "[friction]\nstatic = 0.3\nslips_m = [0.1]\n").run()
     assert results["slides_instead"].values.tolist() == [0.0, 1.0]
-    own = tp.adaptive_ida(
-        tp.Block(0.6, 1.8),
-        RandomSliding(FixedFriction(0.3)),
-        tp.motions.CloughPenzien(duration=6.0, dt=0.02),
-        until={"median": 0.15, "motions": {"least": 32, "most": 200}, "state": Slip(0.1)},
-        seed=4,
-    )
+    own = in_python({"median": 0.15, "state": Slip(0.1)}, BLOCKS[1], RandomSliding(FixedFriction(0.3)))
     curves = tp.fit_fragility(own, state=Slip(0.1), keep_replicates=True)
-    rates = tp.annual_rate(curves, tp.HazardCurve.power_law(1e-3 * 9.80665**2, 2.0, "pga"))
+    rates = tp.annual_rate(curves, SITE)
     assert results["slip_rate"][:, 0].values == pytest.approx([0.0, float(rates["rate"].squeeze())], rel=1e-9)
     assert float(results["slip_rate_upper"][1, 0]) == pytest.approx(float(rates["rate_upper"].squeeze()), rel=1e-9)
     assert results["slip_stopped_because"][:, 0].values.tolist() == ["", "precision reached"]
