@@ -5,11 +5,12 @@ import shutil
 import numpy as np
 import pytest
 import xarray as xr
-from real_processes import same_after_ten_kills
+from real_processes import killed_at, same_after_ten_kills
 from study_texts import motions
 
 import toppling as tp
 from toppling.core.doubts import ImplausibleInput
+from toppling.fragility.analyses import region_runs
 from toppling.fragility.surfaces.checks import BLOCKS, MOTIONS
 from toppling.models.block_array import BlockArray
 from toppling.studies.command.cli import main
@@ -161,24 +162,12 @@ def test_shares_of_rates_are_those_of_the_curves(finished):
 @pytest.mark.slow
 @pytest.mark.parametrize("at", [1, 3])
 def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, finished, tmp_path, monkeypatch):
-    from toppling.fragility.analyses import region_runs
-
-    run, calls = region_runs.run_wave, []
-
-    def killed(*arguments):
-        calls.append(1)
-        if len(calls) == at:
-            raise KeyboardInterrupt
-        return run(*arguments)
-
     for name in ("study.toml", "blocks.csv"):
         shutil.copy(finished[1].parents[1] / name, tmp_path)
     study = tp.Study.from_toml(tmp_path / "study.toml")
-    monkeypatch.setattr(region_runs, "run_wave", killed)
-    with pytest.raises(KeyboardInterrupt):
+    with killed_at(at, monkeypatch, region_runs, "run_wave"):
         study.run(tmp_path / "out")
     assert status_of(tmp_path / "out").state == "interrupted"
-    monkeypatch.setattr(region_runs, "run_wave", run)
     study.run(tmp_path / "out")
     assert (tmp_path / "out/results.nc").read_bytes() == finished[1].read_bytes()
 

@@ -3,13 +3,12 @@
 import csv
 import json
 import re
-from contextlib import contextmanager
 
 import numpy as np
 import pytest
 import xarray as xr
 from check_facts import check as check_of, facts_of, notes_named, numbers_in
-from real_processes import same_after_ten_kills
+from real_processes import killed_at, same_after_ten_kills
 from study_texts import motions
 
 import toppling as tp
@@ -297,27 +296,10 @@ def test_both_ways_and_the_weakest_axis_take_a_motion_once(study):
     assert results.sizes["run"] % 2 == 0
 
 
-@contextmanager
-def killed_at(at, monkeypatch):
-    """Interrupts the wave of this number; what is raised, to be read after the block."""
-    run, calls = adaptive.run_rows, []
-
-    def killed(*arguments):
-        calls.append(1)
-        if len(calls) == at:
-            raise KeyboardInterrupt
-        return run(*arguments)
-
-    with monkeypatch.context() as patched:
-        patched.setattr(adaptive, "run_rows", killed)
-        with pytest.raises(KeyboardInterrupt) as raised:
-            yield raised
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("at", [1, 2, 4])
 def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, study, finished, tmp_path, monkeypatch):
-    with killed_at(at, monkeypatch):
+    with killed_at(at, monkeypatch, adaptive, "run_rows"):
         study().run(tmp_path / "out")
     found = status_of(tmp_path / "out")
     assert found.state == "interrupted"
@@ -334,7 +316,7 @@ def test_what_was_reached_does_not_go_back_while_waves_are_repeated(study, tmp_p
     """A study that goes on repeats its waves from the first one: killed among them, it has what it had."""
     said = []
     for at in (4, 2, 3, 5):
-        with killed_at(at, monkeypatch) as raised:
+        with killed_at(at, monkeypatch, adaptive, "run_rows") as raised:
             study(PRECISE).run(tmp_path / "out")
         found = status_of(tmp_path / "out")
         # (among the repeated waves, too, it says what is kept, and not how far it has come)
