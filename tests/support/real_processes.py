@@ -1,4 +1,4 @@
-"""Studies run as processes of their own, for tests that kill them."""
+"""Studies that tests kill: as processes of their own, or by an interrupt from a function."""
 
 import os
 import signal
@@ -67,3 +67,20 @@ def same_after_ten_kills(folder):
     for out in ("out", "undisturbed"):
         subprocess.run([*command, out], cwd=folder, check=True, capture_output=True)
     return (folder / "out/results.nc").read_bytes() == (folder / "undisturbed/results.nc").read_bytes()
+
+
+@contextmanager
+def killed_at(call, monkeypatch, module, name):
+    """Interrupts this call of a function of a module; gives what is raised, to be read after the block."""
+    made, calls = getattr(module, name), []
+
+    def killed(*arguments):
+        calls.append(1)
+        if len(calls) == call:
+            raise KeyboardInterrupt
+        return made(*arguments)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(module, name, killed)
+        with pytest.raises(KeyboardInterrupt) as raised:
+            yield raised

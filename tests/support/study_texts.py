@@ -31,17 +31,24 @@ k0 = 1e-4
 k = 2.5
 unit = "g"
 """
+YEAR = """
+[hazard]
+levels = [0.05, 0.1, 0.3, 1.0, 2.0]
+rates = [3e-2, 1e-2, 1e-3, 1e-4, 1e-5]
+unit = "g"
+"""
+"""A site, by five levels."""
 
 
-def motions(number):
-    """Short motions of 6 s."""
+def motions(number, duration_s=6, dt_s=0.02, seed=1):
+    """Synthetic motions, short ones unless asked; the table stays open."""
     return f"""
 [motions]
 generator = "clough-penzien"
 number = {number}
-seed = 1
-duration_s = 6
-dt_s = 0.02
+seed = {seed}
+duration_s = {duration_s}
+dt_s = {dt_s}
 """
 
 

@@ -1,6 +1,5 @@
 """Performance assessment: what falls together, in the building and in a year, and what anchoring saves."""
 
-import json
 import math
 from dataclasses import replace
 from itertools import pairwise
@@ -29,8 +28,6 @@ from toppling.studies.facts import building
 from toppling.studies.facts.say import say
 from toppling.studies.inventory.consequences import Consequence
 from toppling.studies.inventory.contents import Contents, Inventory
-from toppling.studies.inventory.reading import example_path, read_inventory
-from toppling.studies.plots.assessment import anchoring_figure, exceedance_figure, levels_figure
 from toppling.studies.tables.assessment import annual, at_level, consequences
 
 mpl.use("Agg")
@@ -159,21 +156,6 @@ class TestConditional:
         lower, upper = wilson_interval(np.array([3]), np.array([5]))
         assert (float(here.any_probability_lower), float(here.any_probability_upper)) == (lower[0], upper[0])
         assert found.loss.attrs["units"] == "1"
-
-    def test_intervals_hold_their_values_and_their_bounds(self, found):
-        names = [str(name).removesuffix("_lower") for name in found if str(name).endswith("_lower")]
-        assert len(names) == 16
-        for name in names:
-            value, lower, upper = (found[f"{name}{end}"].values for end in ("", "_lower", "_upper"))
-            known_ends = np.isfinite(lower)
-            assert known_ends.any(), name
-            assert (lower[known_ends] <= value[known_ends] + 1e-12).all(), name
-            assert (upper[known_ends] >= value[known_ends] - 1e-12).all(), name
-            assert (lower[known_ends] >= 0.0).all(), name
-            if "probability" in name:
-                assert (upper[known_ends] <= 1.0).all(), name
-        assert (found.number_mean_upper.sel(place="building") <= 12.0).all()
-        assert (found.number_quantile_upper.sel(place="building") <= 12.0).all()
 
     def test_what_cannot_happen_has_no_uncertainty(self, found):
         assert (found.probability_upper.sel(item="fixed") == 0.0).all()
@@ -396,25 +378,6 @@ class TestPieces:
 
 
 class TestAssessment:
-    @pytest.mark.slow
-    def test_units_names_and_bytes(self, found, drawn, tmp_path):
-        for result in (found, drawn, anchoring(found)):
-            for name in result.variables:
-                assert result[name].attrs["units"], name
-                assert result[name].attrs["long_name"], name
-            result.to_netcdf(tmp_path / "a.nc")
-            with xr.open_dataset(tmp_path / "a.nc") as stored:
-                xr.testing.assert_equal(stored.load(), result)
-        assert found.annual_loss.attrs["units"] == "EUR year-1"
-        assert found.annual_number.attrs["units"] == "year-1"
-        assert found.value.attrs["units"] == "EUR"
-        assert found.level.attrs == {"units": "m s-2", "long_name": "peak ground acceleration", "im": "pga"}
-        configuration = json.loads(found.attrs["configuration"])
-        assert configuration["inventory"][2]["e"] == 0.85
-        assert configuration["building"].startswith("flexural-shear building")
-        again = assess(INVENTORY, Assessment([LAW, tp.DiscreteDamping()], shaking(), LEVELS, "pga", FRAME, CURVE))
-        xr.testing.assert_identical(again, found)
-
     def test_alike_items_of_a_floor_run_once(self):
         seen = []
         assess(
@@ -464,29 +427,12 @@ class TestAssessment:
         third = assess(moved, Assessment(models, named, LEVELS, "pga", None, CURVE, ground=ground))
         np.testing.assert_array_equal(third.number.sel(place="floor third"), found.number.sel(place="floor 3"))
 
-    def test_scenario(self):
-        """The motions of an earthquake as they are: one level, a factor of 1."""
-        ground = tp.motions.SiteBasedScenario(magnitude=7.0, distance=8000.0, vs30=400.0).sample(12, seed=3)
-        upper = Inventory(INVENTORY.rows[:3], "EUR")
-        found = assess(upper, Assessment(LAW, ground, [1.0], "scale", FRAME))
-        assert found.attrs["basis"] == "scenario"
-        runs = tp.ida(SHELF, LAW, FRAME.floor_motions(ground, [3]), [1.0], "scale")
-        np.testing.assert_array_equal(found.overturned.values[0, 0], runs.overturned.values[0, 0])
-        assert assess(upper, Assessment(LAW, ground, [1.0, 2.0], "scale", FRAME)).attrs["basis"] == "intensity"
-
     def test_motions_of_different_steps(self):
         other = tp.motions.KanaiTajimi(duration=8.0, dt=0.005).sample(3).assign_coords(motion=["a", "b", "c"])
         found = assess(INVENTORY, Assessment(LAW, [shaking(4), other], LEVELS, "pgv", FRAME))
         assert found.sizes["motion"] == 7
         assert found.dt.values.tolist() == [0.01] * 4 + [0.005] * 3
         assert found.ground_pgv.attrs["long_name"] == "peak ground velocity"
-
-    def test_example_inventory(self):
-        inventory = read_inventory(example_path())
-        found = assess(inventory, Assessment(LAW, shaking(5), LEVELS, "pga", FRAME, CURVE))
-        assert found.sizes["item"] == 14
-        assert found.sizes["place"] == 5
-        assert (found.annual_loss.sel(place="building") > 0.0).all()
 
 
 class TestAnchoring:
@@ -727,43 +673,6 @@ class TestTablesAndFigures:
         given = consequences(found.drop_vars("annual_number").assign_attrs(at_level=LEVELS[3]), 1)
         assert "%" in given.texts("building")[0]
         assert given.texts("floor 1")[0] == "–"
-
-    @pytest.mark.parametrize(
-        ("value", "text"),
-        [
-            (0.0, "0"),
-            (1234567.0, "1,230,000"),
-            (99.96, "100"),
-            (12.34, "12.3"),
-            (0.0012345, "0.00123"),
-            (2e-7, "2.00e-07"),
-        ],
-    )
-    def test_figures_as_text(self, value, text):
-        assert short_digits(value) == text
-
-    @pytest.mark.slow
-    def test_figures(self, found, drawn, tmp_path):
-        ranked = anchoring(found, "blocks-exit")
-        for i, figure in enumerate(
-            (
-                levels_figure(found),
-                levels_figure(drawn, "loss"),
-                exceedance_figure(found),
-                exceedance_figure(drawn, "number"),
-                anchoring_figure(anchoring(found, per_cost=True)),
-                anchoring_figure(ranked),
-            )
-        ):
-            figure.savefig(tmp_path / f"{i}.png")
-            assert any(ax.get_xlabel() for ax in figure.axes)
-            names = [label.get_text() for ax in figure.axes for label in ax.get_yticklabels()]
-            rows = any(name.startswith(str(item)) for name in names for item in found["item"].values)
-            assert any(ax.get_ylabel() for ax in figure.axes) or rows
-        with pytest.raises(ValueError, match="quantity must be one of 'number', 'loss'"):
-            levels_figure(found, "value")
-        with pytest.raises(ValueError, match="needs an assessment with a hazard curve"):
-            exceedance_figure(found.drop_vars("loss_rate"))
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])

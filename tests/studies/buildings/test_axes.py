@@ -2,16 +2,14 @@
 
 import json
 import math
-import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from check_facts import facts_of
 from scipy.stats import norm
+from study_texts import motions
 
 import toppling as tp
-from toppling import motions
 from toppling.core.facts import Fact
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import HazardCurve
@@ -27,21 +25,15 @@ from toppling.studies.buildings.axes import axes_notes, placed_on_axes
 from toppling.studies.buildings.shaking import Shaking
 from toppling.studies.buildings.slide_runs import Slipping
 from toppling.studies.buildings.sliding import item_slide_notes
-from toppling.studies.facts.method import method_of
-from toppling.studies.facts.notes import notes_of
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.kits import Kit
 from toppling.studies.kits.savings import kit_savings
-from toppling.studies.report.page import content
-from toppling.studies.store.content import AS_WRITTEN
 from toppling.studies.store.worker_motions import motions_again
-from toppling.studies.tables.axes import axes
-from toppling.studies.text.error import StudyError
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*sways")  # (short motions on a swaying frame)
-PAIRS = motions.CloughPenzien(duration=8.0, dt=0.02).sample_pairs(8, 3, correlation=0.3)
-TURNED = motions.both_axes(PAIRS, "random", 5)
-FRAME = motions.Building.flexural_shear(0.6, storeys=2)
+PAIRS = tp.motions.CloughPenzien(duration=8.0, dt=0.02).sample_pairs(8, 3, correlation=0.3)
+TURNED = tp.motions.both_axes(PAIRS, "random", 5)
+FRAME = tp.motions.Building.flexural_shear(0.6, storeys=2)
 LAW = tp.HousnerImpact()
 LEVELS = np.array([0.12, 0.18, 0.3]) * G
 CABINET = tp.Block(0.30, 1.40, name="cabinet", depth=0.40)
@@ -140,15 +132,6 @@ def test_joint_numbers_are_of_the_same_runs(found):
     assert np.abs(product - (number > 0).mean(1)).max() > 0.01  # (so that a product of marginals would be seen)
 
 
-def test_both_axes_fall_at_least_as_often_as_one(found):
-    turned = [motions.as_recorded(one) for one in TURNED]
-    lines = Inventory(LINES[:1])
-    alone = assess(lines, Assessment(LAW, turned, LEVELS, "RotD50(pga)", FRAME))["overturned"].values
-    both = found["overturned"].values[:, :1]
-    assert (both | ~alone).all()
-    assert (both & ~alone).any()
-
-
 def test_both_polarities(found):
     """A wall makes all motions run both ways; what stands free falls under both, forward under one of them."""
     rows = (*LINES, Contents("walled", WALLED, floor=1, direction="x"))
@@ -161,7 +144,7 @@ def test_both_polarities(found):
     front = free["front"].values.reshape(1, 2, 3, 8, 2)
     along_width = found["overturned"].values & ~found["sideways"].values
     np.testing.assert_array_equal(front.sum(-1), along_width)
-    runs = [motions.as_recorded(one) for one in TURNED]
+    runs = [tp.motions.as_recorded(one) for one in TURNED]
     alone = assess(Inventory(rows[2:]), Assessment(LAW, runs, LEVELS, "RotD50(pga)", FRAME))
     deep = np.repeat(sideways_by_hand(WALLED, 1, "x"), 2, axis=1)
     assert (deep & ~alone["overturned"].values[0, 0]).any()
@@ -279,9 +262,9 @@ def test_floor_histories_in_two_directions_are_pairs(found):
 
 def test_the_weak_axis_alone():
     long = Contents("long", tp.Block(0.3, 1.4, depth=0.5), floor=1, direction="y")
-    weak = motions.weak_axis(PAIRS, "random", 5)
+    weak = tp.motions.weak_axis(PAIRS, "random", 5)
     alone = assess(Inventory((long,)), Assessment(LAW, weak, LEVELS, "RotD50(pga)", FRAME))
-    runs = [motions.as_recorded(one, "h2") for one in TURNED]
+    runs = [tp.motions.as_recorded(one, "h2") for one in TURNED]
     other = assess(Inventory((long,)), Assessment(LAW, runs, LEVELS, "RotD50(pga)", FRAME))
     np.testing.assert_array_equal(alone["overturned"], other["overturned"])
     assert "sideways" not in alone
@@ -309,10 +292,10 @@ def test_a_long_squat_piece_is_run_about_its_width():
 
 def lifted(strength):
     """Pairs with a vertical component, of which the greatest downward acceleration is so many times g."""
-    h1, h2, up = (motions.CloughPenzien(duration=8.0, dt=0.02).sample(4, seed) for seed in (1, 2, 3))
+    h1, h2, up = (tp.motions.CloughPenzien(duration=8.0, dt=0.02).sample(4, seed) for seed in (1, 2, 3))
     down = -up.values.min(axis=1, keepdims=True)
     upward = up.copy(data=up.values / down * strength * G)
-    return motions.both_axes(motions.join(h1, h2, upward), 0.3, vertical=True)
+    return tp.motions.both_axes(tp.motions.join(h1, h2, upward), 0.3, vertical=True)
 
 
 def test_vertical_shaking_on_the_ground():
@@ -322,10 +305,10 @@ def test_vertical_shaking_on_the_ground():
     here = assess(Inventory((line,)), Assessment(LAW, shaken, [0.8, 1.2], "scale"))
     flags = []
     for name, block in (("h2", CABINET), ("h1", CABINET.across)):
-        one = [motions.as_recorded(array, name, vertical=True) for array in shaken]
+        one = [tp.motions.as_recorded(array, name, vertical=True) for array in shaken]
         flags.append(tp.ida(block, LAW, one, [0.8, 1.2], "scale", screen=False)["overturned"].values[0, 0])
     np.testing.assert_array_equal(here["overturned"].values[0, 0], flags[0] | flags[1])
-    level = motions.both_axes(shaken[0].sel(component=["h1", "h2"]))
+    level = tp.motions.both_axes(shaken[0].sel(component=["h1", "h2"]))
     flat = assess(Inventory((line,)), Assessment(LAW, level, [0.8, 1.2], "scale"))
     assert (flat["overturned"].values != here["overturned"].values).any()
 
@@ -345,17 +328,11 @@ def test_runs_that_leave_the_floor_count_along_the_width():
         assess(Inventory(rows), Assessment(LAW, lifted(0.5), [1.0], "scale", FRAME))
 
 
-STUDY = """
+STUDY = f"""
 title = "Pairs in an inventory"
 [[models]]
 law = "housner"
-[motions]
-generator = "clough-penzien"
-number = 8
-seed = 3
-duration_s = 8.0
-dt_s = 0.02
-component = "pair"
+{motions(8, 8, 0.02, 3)}component = "pair"
 correlation = 0.3
 azimuth = "random"
 [building]
@@ -365,7 +342,7 @@ storeys = 2
 [performance]
 inventory = "inventory.csv"
 im = "RotD50(pga)"
-levels = { values = [0.12, 0.18, 0.3], unit = "g" }
+levels = {{ values = [0.12, 0.18, 0.3], unit = "g" }}
 replicates = 100
 [hazard]
 levels = [0.05, 0.15, 0.3, 0.6]
@@ -389,60 +366,12 @@ def study(tmp_path, *changes, inventory=INVENTORY):
     return tp.Study.from_toml(tmp_path / "study.toml")
 
 
-@pytest.mark.slow
-def test_a_study_is_the_assessment_in_python(tmp_path):
-    plan = study(tmp_path)
-    assert re.search("8 motions.*both axes", plan.words)
-    done = []
-    results = plan.run(tmp_path / "out", progress=lambda so_far, total: done.append((so_far, total)))
-    assert done[-1] == (plan.work, plan.work)
-    turned = motions.both_axes(PAIRS, "random", 3)
-    rows = (*LINES, Contents("vase", tp.Block(0.12, 0.5, round=True), floor=2))
-    own = assess(Inventory(rows), Assessment(LAW, turned, LEVELS, "RotD50(pga)", FRAME))
-    for name in ("overturned", "sideways"):
-        np.testing.assert_array_equal(results[name].values, own[name].values)
-    notes = notes_of(results)
-    (share,) = (fact for fact in notes if fact.what == "axis.share_along_depth")
-    assert share.names[0] == "cabinet"
-    assert share.more["shares"][0] == pytest.approx(float(results["sideways_share"].sel(item="cabinet")[0]))
-    assert [fact.names for fact in notes if fact.what == "block.round"] == [("vase",)]
-    assert named(notes)["axis.direction_not_given"] == ("vase",)
-    assert json.loads(results.attrs["configuration"])["axes"] == BOTH_AXES
-    assert results["azimuth"].attrs["long_name"].startswith("azimuth of")
-    assert results["depth"].values.tolist() == [0.4, 0.28, 0.12]
-    share = float(results["sideways_share"].sel(item="shelf")[0])
-    row = axes(results).lines[1]
-    assert (row["width"], row["depth"]) == (1.0 - share, share)
-    page = json.dumps(content(results, tmp_path / "out" / "results.nc", AS_WRITTEN), default=str)
-    assert facts_of(method_of, results)["block.model"].more["both"]
-    assert axes(results).title in page
-
-
 def test_workers_make_the_same_pairs(tmp_path):
     plan = study(tmp_path)
     made = {motions.arrays.digest(one) for one in motions_again(json.dumps(plan.configuration))}
     shaking = Shaking.of(FRAME, plan.motions, None)
     on_floors = shaking.on(shaking.supports(plan.inventory)[0])
     assert {motions.arrays.digest(one) for one in on_floors} <= made
-
-
-WITHOUT_DEPTH = INVENTORY.replace("1.40,0.40", "1.40,").replace("1.30,0.28", "1.30,")
-
-
-@pytest.mark.parametrize(
-    ("changes", "inventory", "said"),
-    [
-        ([], WITHOUT_DEPTH, "depth_m is missing of cabinet, shelf"),
-        ([], INVENTORY.replace("0.40,,", "0.20,,"), "column 'depth_m': must be at least the width"),
-        ([("RotD50(pga)", "pga")], INVENTORY, "im must be a measure of both components"),
-        ([("correlation = 0.3", "correlation = 1.5")], INVENTORY, "motions.correlation: must be"),
-        ([('azimuth = "random"', 'azimuth = "random"\naxes = "weak"')], INVENTORY, "at least 1.6 times its width"),
-        ([('azimuth = "random"', 'azimuth = "random"\nvertical = true')], INVENTORY, "vertical"),
-    ],
-)
-def test_refusals(tmp_path, changes, inventory, said):
-    with pytest.raises(StudyError, match=said):
-        study(tmp_path, *changes, inventory=inventory)
 
 
 class TestSliding:

@@ -513,6 +513,7 @@ class TestFiles:
             assert {*re.findall(rb"\d{4}-\d\d-\d\dT", parts.read("docProps/core.xml"))} == {b"1980-01-01T"}
         book = openpyxl.load_workbook(path)
         heading, *rows = book["pieces"].iter_rows(values_only=True)
+        assert book["pieces"].cell(2, 1 + heading.index("chance_in_50_years")).number_format.endswith("%")
         found = {row[0]: dict(zip(heading, row, strict=True)) for row in rows}
         assert {*found} == {"=1+1", *LINES}
         assert found["rack"]["payback (years)"] == pytest.approx(-math.log(1.0 - 16.0 / 120.0) / math.log(1.04))

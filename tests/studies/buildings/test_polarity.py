@@ -346,13 +346,6 @@ class TestBranches:
             expected = 0.5 * (plus[name].values + minus[name].values)
             assert_allclose(one[name].values, expected, rtol=1e-11, atol=1e-16, err_msg=str(name))
 
-    @pytest.mark.slow
-    @pytest.mark.parametrize("options", [{}, {"beta": 0.3}, {"beta": 0.3, "spread": True}], ids=str)
-    def test_equal_outcomes_are_one(self, options):
-        twice, once = (self.rates(found(SYMMETRIC, way), SYMMETRIC, **options) for way in ("both", "as recorded"))
-        for name in once.data_vars:
-            assert_allclose(twice[name].values, once[name].values, rtol=1e-9, atol=1e-15, err_msg=str(name))
-
     def test_fractiles_are_of_drawn_motions(self):
         """Of one item and one hazard: percentiles of the plain cluster bootstrap."""
         one = found(MIXED, "both")

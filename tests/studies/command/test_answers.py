@@ -2,7 +2,6 @@
 
 import re
 
-import openpyxl
 import pytest
 import xarray as xr
 from check_facts import facts_of
@@ -60,24 +59,6 @@ class TestBuilding:
         assert "were there already" not in text
         assert "of 500 EUR" in text
 
-    def test_a_workbook_is_for_people(self, building, capsys):
-        printed(capsys, building)
-        out = building.parent / "out"
-        assert main(["export", str(out), "--format", "xlsx", "--out", str(out)]) == 0
-        assert main(["export", str(out), "--format", "csv", "--out", str(out)]) == 0
-        (file,) = out.rglob("pieces.xlsx")
-        rows = list(openpyxl.load_workbook(file)["pieces"].iter_rows())
-        headings = [cell.value for cell in rows[0]]
-        assert "level_at_50_percent (g)" in headings
-        assert "chance_in_50_years" in headings
-        at = headings.index("chance_in_50_years")
-        assert rows[1][at].number_format.endswith("%")
-        (table,) = out.rglob("pieces.csv")
-        heads, first = (line.split(",") for line in table.read_text(encoding="utf-8").splitlines()[:2])
-        level = float(first[heads.index("level_at_50_percent (m s-2)")])
-        assert rows[1][headings.index("level_at_50_percent (g)")].value == pytest.approx(level / 9.80665)
-        assert "chance_in_50_years (1)" in heads
-
 
 @pytest.mark.slow
 def test_sentences_of_a_sensitivity_study(tmp_path, capsys):
@@ -114,14 +95,6 @@ class TestErrors:
         )
         with pytest.raises(StudyError, match=r"2 errors: \(1\) unknown key .*sead.* \(2\) unknown key .*numbr"):
             Study.from_toml(tmp_path / "c.toml")
-
-    def test_a_curve_of_another_measure(self, tmp_path):
-        (tmp_path / "hazard.csv").write_text("pga (m/s2),rate (1/yr)\n0.5,1e-2\n5.0,1e-4\n", encoding="utf-8")
-        text = 'title = "One"\n' + KIT.format("one") + '[[models]]\nlaw = "housner"\n' + motions(4)
-        ida = IDA.replace('"pga"', '"Sa(0.5)"')
-        (tmp_path / "study.toml").write_text(text + ida + '[hazard]\nfile = "hazard.csv"\n', encoding="utf-8")
-        with pytest.raises(StudyError, match=r"gives pga, but Sa\(0.5\) is needed, the measure of the levels"):
-            Study.from_toml(tmp_path / "study.toml")
 
 
 def test_names_with_commas_are_quoted(tmp_path):

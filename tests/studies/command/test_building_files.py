@@ -243,12 +243,6 @@ def test_a_table_of_someone_else_s_is_not_written_over(export):
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 
-def test_no_values_no_consequences(export):
-    found = results()
-    _, folder = export(found.assign_coords(value=("item", [0.0] * 3)), model="exact")
-    assert {path.name for path in folder.iterdir()} == {"fragility.csv", "fragility.json", "components.csv", RECORD}
-
-
 def test_metadata(export):
     """The library's rules, and what the tables cannot hold."""
     said, folder = export(results(), model="exact")

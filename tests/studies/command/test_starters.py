@@ -143,22 +143,6 @@ def test_what_comes_in_between_is_kept(tmp_path, monkeypatch, capsys):
     assert contents(tmp_path) == {"inventory.csv": b"mine"}
 
 
-@pytest.mark.parametrize(
-    ("arguments", "end"),
-    [
-        ([], "usage: toppling new KIND FOLDER\n"),
-        (["inventory"], "usage: toppling new KIND FOLDER\n"),
-        (["clinic", "x"], "new --help)\n"),
-        (["inventory", "x", "y"], "new --help)\n"),
-    ],
-)
-def test_wrong_arguments(arguments, end, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert main(["new", *arguments]) == 2
-    assert capsys.readouterr().err.endswith(end)
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_the_workbook_is_the_table(written):
     folder = written / "inventory"
     assert read_inventory(folder / "inventory.xlsx") == read_inventory(folder / "inventory.csv")
@@ -239,15 +223,6 @@ def test_all_refused_pieces_come_at_once_with_numbers_that_work(tmp_path):
         study.write_text(changed, encoding="utf-8")
         table.write_text(other, encoding="utf-8")
         assert len(tp.Study.from_toml(study).inventory) == 3
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", ["inventory", "scenario"])
-def test_the_comment_on_a_second_law_says_what_changes(kind, tmp_path):
-    assert main(["new", kind, str(tmp_path / "one")]) == 0
-    text = (tmp_path / "one/study.toml").read_text(encoding="utf-8").replace("\n# ", " ")
-    assert "for Housner's model" in text
-    assert "--model" in text
 
 
 @pytest.mark.slow

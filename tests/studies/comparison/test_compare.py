@@ -383,12 +383,6 @@ class TestCommand:
         assert (row["units"], row["place"]) == ("1", "archive, ground")
         assert (tmp_path / "out/chances.png").read_bytes().startswith(b"\x89PNG")
 
-    def test_figures_of_curves(self, folder, tmp_path):
-        table, curves, chances, page = compare(folder / "base", folder / "motions", tmp_path).written
-        assert (table.name, page.name) == ("comparison.csv", "comparison.html")
-        assert (curves.name, chances.name) == ("curves.png", "chances.png")
-        assert all(path.read_bytes().startswith(b"\x89PNG") for path in (curves, chances))
-
     def test_the_same_bytes_again(self, folder, tmp_path):
         for name in ("one", "two"):
             compare(folder / "base", folder / "motions", tmp_path / name)

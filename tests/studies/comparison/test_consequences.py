@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from study_texts import motions
 
 import toppling as tp
 from toppling.studies.comparison import pieces, sides
@@ -12,12 +13,6 @@ BUILDING = """
 title = "{title}"
 [[models]]
 law = "housner"
-[motions]
-generator = "clough-penzien"
-number = 16
-seed = 1
-duration_s = 6
-dt_s = 0.02
 [performance]
 inventory = "{inventory}.csv"
 im = "pga"
@@ -57,7 +52,7 @@ def folder(tmp_path_factory):
         (here / f"{name}.csv").write_text(text, encoding="utf-8")
     (here / "plain.csv").write_text(HEAD + PLAIN, encoding="utf-8")
     for name, (inventory, more) in STUDIES.items():
-        text = BUILDING.format(title=name, inventory=inventory, more=more)
+        text = BUILDING.format(title=name, inventory=inventory, more=more + motions(16))
         (here / f"{name}.toml").write_text(text, encoding="utf-8")
         tp.Study.from_toml(here / f"{name}.toml").run(here / name)
     return here

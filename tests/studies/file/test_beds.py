@@ -44,25 +44,6 @@ class TestKeys:
         assert block.bed == tp.Bed(0.002)
         assert not study(tmp_path).design.both_ways  # (front and back are alike)
 
-    @pytest.mark.parametrize(("law", "blocks", "message"), [
-        (VISCOUS, CARPET.replace("= 2", "= 0"), "bed_settlement_mm: must be > 0"),
-        (VISCOUS, CARPET.replace("= 2", "= -1"), "bed_settlement_mm: must be > 0"),
-        (VISCOUS, CARPET.replace("= 2", "= nan"), "bed_settlement_mm"),
-        (VISCOUS, CARPET.replace("= 2", "= 30"), "bed settlement must be"),
-        (VISCOUS, CARPET.replace("= 2", "= 5"), "too soft"),
-        (VISCOUS, CARPET + "lean_deg = 1\n", "must be symmetric"),
-        (VISCOUS, CARPET + "wall_gap_mm = 0\n", "before the block uplifts from its bed"),
-        (VISCOUS, CARPET + 'mass_kg = 90\nrestraint = { kind = "bracket", height_m = 1.5, strength_n = 400 }\n',
-         "has no restraint"),
-        ('law = "housner"\n', CARPET, "'cabinet', which stands on a bed: its impacts are those on a rigid floor"),
-        ('law = "vassiliou"\n', CARPET, "which stands on a bed: its damping is that of rocking on a rigid floor"),
-        ('law = "giannini-masiani"\n', CARPET, "which stands on a bed: its damping ratio is that of impacts"),
-        ('law = "energy-consistent"\n', CARPET, "rest='rigid' is for a rigid floor"),
-    ])  # fmt: skip
-    def test_refusals(self, tmp_path, law, blocks, message):
-        with pytest.raises(StudyError, match=message):
-            study(tmp_path, law, blocks)
-
     def test_csv(self, tmp_path):
         file = tmp_path / "blocks.csv"
         file.write_text("name,width_m,height_m,bed_settlement_mm\na,0.4,1.8,2\nb,0.4,1.8,\n", encoding="utf-8")
@@ -77,12 +58,6 @@ class TestKeys:
         file = tmp_path / "inventory.csv"
         file.write_text("item,width_m,height_m,floor,bed_settlement_mm\na,0.4,1.8,1,2\n", encoding="utf-8")
         assert read_inventory(file).rows[0].block.bed == tp.Bed(0.002)
-
-    @pytest.mark.parametrize("parameter", ["delta"])
-    def test_a_sensitivity_study_over_delta_is_refused(self, tmp_path, parameter):
-        more = f'[sensitivity]\nparameter = "{parameter}"\nvalues = [0.02, 0.05]\n'
-        with pytest.raises(StudyError, match=r"stands on a bed .*, where delta is not used: vary e"):
-            study(tmp_path, 'law = "discrete"\ne = 0.9\n', more=more)
 
     def test_uncertain_delta_is_refused(self):
         inputs = tp.fragility.RandomInputs({"delta": tp.fragility.Uniform(0.01, 0.1)})

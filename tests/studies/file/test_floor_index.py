@@ -6,8 +6,6 @@ from check_facts import numbers_in
 
 from toppling.core.doubts import ImplausibleInput
 from toppling.core.units import STANDARD_GRAVITY
-from toppling.motions import RecordError
-from toppling.studies import StudyError
 from toppling.studies.file.floor_index import COLUMNS, LEVELS, read_floor_index
 
 HEAD = "level (g),motion,floor,direction,file\n"
@@ -92,70 +90,6 @@ def test_step_and_unit_of_the_study(folder):
 def test_units_of_levels(folder, column):
     found = read_floor_index(index(folder, f"{column},motion,floor,file\n0.3,A,1,h.csv\n"))
     assert f"level ({found.unit})" == column
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("", "index.csv: empty"),
-        (HEAD, "has a header but no histories"),
-        ("level (g),motion,floor\n", "column 'file' is missing"),
-        ("level,motion,floor,file\n", "line 1: the column 'level' states no unit: name it as 'level (g)'"),
-        ("level (g),level (m),motion,floor,file\n", "levels stand in one column, got 'level (g)' and 'level (m)'"),
-        (HEAD + line(level=""), "line 2, column 'level (g)': is empty: it must say at which level"),
-        (HEAD + line(level="0"), "column 'level (g)': must be finite and > 0"),
-        (HEAD + line(level="nan"), "column 'level (g)': must be a number, got 'nan'"),
-        (HEAD + line(motion=""), "line 2, column 'motion': is empty"),
-        (HEAD + line(floor="1.5"), "column 'floor': must be a whole number from 0 (ground), or a name, got '1.5'"),
-        (HEAD + line(direction=""), "column 'direction': must be x or y, got ''"),
-        (HEAD + line(direction="z"), "column 'direction': must be x or y, got 'z'"),
-        (HEAD + line(file="none.csv"), "none.csv: no such file"),
-        (HEAD + line(file="nan.csv"), "nan.csv: row 1 is not finite"),
-        (HEAD + line(file="bare.txt"), "has no time column, so dt must be given"),
-        (HEAD + line(file="wide.csv"), "wide.csv holds 2 histories (A 1 (g), A 2 (m/s2)): name one in the column"),
-        (
-            HEAD + line(file="zero.csv"),
-            "'A' at 0.1 g: the acceleration of floor 1 in direction x is 0 throughout (zero.csv)",
-        ),
-        (HEAD + line() + line(), "motion 'A' at 0.1 g has two histories of floor 1 in direction x"),
-        (
-            HEAD + line() + line(floor="2", file="coarse.csv"),
-            "its histories must be simultaneous, got 40 samples at 0.02 s for floor 1 in direction x and 40 at 0.04 s "
-            "for floor 2 in direction x",
-        ),
-        (HEAD + line() + line(direction="y", file="long.csv"), "must be simultaneous, got 40 samples at 0.02 s"),
-        (
-            HEAD + line() + line(floor="2") + line("0.2", "B"),
-            "motion 'B' at 0.2 g has no history of floor 2 in direction x, which others have",
-        ),
-        (
-            HEAD + line() + line(motion="B") + line(direction="y"),
-            "motion 'B' at 0.1 g has no history of floor 1 in direction y, which others have",
-        ),
-        (
-            HEAD + line() + line(motion="B") + line("0.2", "C"),
-            "levels must have the same number of motions, got 2 at 0.1 g and 1 at 0.2 g",
-        ),
-        (
-            HEAD + line() + line(motion="B") + line("0.2", "A") + line("0.2", "C"),
-            "levels must all have the same motions, or each its own: 'A' is at several levels, but 'B' is at 0.1 g and "
-            "not at 0.2 g",
-        ),
-        (HEAD + line() + line("0.1000001", "B"), "levels must differ by more than rounding, got 0.1 and 0.1000001"),
-    ],
-)
-def test_refusals(folder, text, said):
-    with pytest.raises((StudyError, RecordError)) as caught:
-        read_floor_index(index(folder, text))
-    assert said in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
-def test_a_column_that_is_not_there(folder):
-    text = "motion,floor,file,column\nA,1,wide.csv,A 3\n"
-    with pytest.raises(StudyError, match=r"column 'column': must be one of the headings of wide.csv \(A 1 \(g\), A 2"):
-        read_floor_index(index(folder, text))
 
 
 def test_columns_are_documented():

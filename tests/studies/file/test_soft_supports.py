@@ -8,7 +8,6 @@ from toppling.fragility import screen
 from toppling.fragility.validity.notes import screen_facts
 from toppling.fragility.validity.reasons import REASONS
 from toppling.models import delta_from_frequency, delta_from_settlement
-from toppling.studies import StudyError
 from toppling.studies.facts.notes import notes_of
 
 STUDY = """
@@ -24,7 +23,6 @@ number = 4
 """
 BLOCK = tp.Block(0.4, 1.8, name="cabinet")
 CABINET = '[[blocks]]\nname = "cabinet"\nwidth_m = 0.4\nheight_m = 1.8\n'
-OTHER = '[[blocks]]\nname = "other"\nwidth_m = 0.5\nheight_m = 1.8\n'
 LEVELS = 'levels = { values = [1.0, 4.0], unit = "m/s2" }'
 
 
@@ -54,36 +52,6 @@ class TestKeys:
         again = CABINET.replace("cabinet", "again")
         (model,) = study(tmp_path, 'law = "discrete"\nsettlement_mm = 2\n', CABINET + again).models
         assert model.delta == pytest.approx(delta_from_settlement(BLOCK, 2e-3), rel=1e-12)
-
-    @pytest.mark.parametrize(
-        ("law", "message"),
-        [
-            ('law = "housner"\nsettlement_mm = 2\n', "unknown key .models.1..settlement_mm."),
-            (
-                'law = "viscous"\nzeta = 0.1\nsettlement_mm = 2\n',
-                "unknown key .models.1..settlement_mm.",
-            ),
-            ('law = "discrete"\nsettlement_mm = 2\ndelta = 0.1\n', "got delta as well"),
-            ('law = "discrete"\nsettlement_mm = 2\nrest = "rigid"\n', "got rest as well"),
-            ('law = "discrete"\nbody_frequency_hz = 2\n', "body_frequency_hz needs rocking_frequency_hz"),
-            ('law = "discrete"\nsettlement_mm = 2\nrocking_frequency_hz = 3\n', "given by settlement_mm or by freq"),
-            ('law = "discrete"\nsettlement_mm = 25\n', "'cabinet': settlement must be"),
-            ('law = "discrete"\nsettlement_mm = -1\n', "settlement_mm: must be > 0"),
-            ('law = "discrete"\nrocking_frequency_hz = 0.5\n', r"means delta = .* above 0.3: too soft"),
-            ('law = "discrete"\ndelta = 0.4\nrest = "soft"\n', "delta must be at most 0.3 with rest='soft', got 0.4"),
-        ],
-    )
-    def test_refusals(self, tmp_path, law, message):
-        with pytest.raises(StudyError, match=message):
-            study(tmp_path, law)
-
-    def test_blocks_of_different_delta(self, tmp_path):
-        with pytest.raises(StudyError, match=r"models\[1\]: settlement_mm gives the blocks different delta, from 0.0"):
-            study(tmp_path, 'law = "discrete"\nsettlement_mm = 2\n', CABINET + OTHER)
-
-    def test_leaning_block(self, tmp_path):
-        with pytest.raises(StudyError, match="'cabinet' is not symmetric"):
-            study(tmp_path, 'law = "discrete"\nsettlement_mm = 2\n', CABINET + "lean_deg = 1\n")
 
     def test_note_of_the_study(self, tmp_path):
         """After its runs a study says that the mode is that of the support."""

@@ -98,21 +98,6 @@ class TestInclude:
         again = text + '[ida]\nlevels = { from = 0.1, to = 0.5, number = 5, unit = "g" }\n'
         assert "values" not in tp.Study.from_toml(write(tmp_path, again)).configuration["ida"]["levels"]
 
-    def test_the_same_key_in_two_included_files(self, tmp_path):
-        for name in ("one.toml", "two.toml"):
-            write(tmp_path, part("[motions]"), name)
-        text = 'include = ["one.toml", "two.toml"]\n' + without("[motions]")
-        message = refused(tmp_path, text)
-        assert message.startswith("include: 'motions'")
-        assert all(str(tmp_path / name) in message for name in ("one.toml", "two.toml"))
-
-    @pytest.mark.parametrize("table", ["[[blocks]]", "[[models]]", 'title = "A small study"\n'])
-    def test_what_is_no_table_stands_once(self, tmp_path, table):
-        write(tmp_path, part(table) if table[0] == "[" else table, "common.toml")
-        message = refused(tmp_path, 'include = ["common.toml"]\n' + SMALL)
-        assert message.startswith(f"'{table.strip('[]').split()[0]}' ")
-        assert str(tmp_path / "common.toml") in message
-
     def test_paths_are_those_of_the_file_that_names_them(self, tmp_path):
         """Records, patterns, inventory, hazard and target, two folders down, and one folder up."""
         shake = tp.motions.CloughPenzien(duration=4.0).sample(1, seed=1)
@@ -159,14 +144,11 @@ class TestInclude:
     @pytest.mark.parametrize(
         ("text", "message"),
         [
-            ('include = ["none.toml"]\n', "include: no file 'none.toml' (looked in "),
             ('include = [""]\n', 'include must be a list of files, as include = ["common.toml"], got '),
-            ('include = "common.toml"\n', "include must be a list of files"),
             ("include = [1]\n", "include must be a list of files"),
             ("include = { a = 1 }\n", "include must be a list of files"),
             ('include = ["."]\n', "include: no file '.'"),
             (f'include = ["{"x" * 3000}"]\n', "include: no file 'xxx"),
-            ('include = ["study.toml"]\n', "include: 'study.toml' includes files itself: list them here"),
             ('include = ["./../*.toml"]\n', "include: no file './../*.toml'"),
             ('include = ["a\\u0000b"]\n', "'include[1]' holds the control character U+0000"),
         ],
@@ -193,27 +175,12 @@ MESSAGES = [
     (SMALL.replace("[ida]", "[ida]\nnumbr = 3"), "unknown key 'ida.numbr', allowed are im, im_at, polarity, levels"),
     (SMALL + 'title = "t"\n', "move it above the first [table] (line "),
     ("colour = 3\n" + SMALL, "unknown key 'colour', allowed are include, title"),
-    ("", "key 'title' is missing; every study has one, as title = \"Office contents\""),
-    ('title = "t"\n', "key 'models' is missing; a study has one [[models]] table for each damping law"),
-    (
-        SMALL.replace('{ values = [0.1, 0.2], unit = "g" }', "[1, 2]"),
-        'ida.levels: levels need their unit: write levels = { values = [1, 2], unit = "g" }, or another unit',
-    ),
-    (SMALL.replace("[[blocks]]", "[blocks]"), "blocks: there may be several: write [[blocks]] for each, not [blocks]"),
-    (SMALL.replace("[[models]]", "[models]"), "models: there may be several: write [[models]] for each, not [models]"),
-    (SMALL.replace("[motions]", "[[motions]]"), "motions: there is one only: write [motions], not [[motions]]"),
-    ('building = "tower"\n' + SMALL, "building: must be a table: write [building] and its keys below it, got 'tower'"),
     (SMALL.replace('"pga"', '"PGAA"'), "got 'PGAA'; did you mean 'pga'?"),
     (SMALL.replace('"pga"', '"saa(1)"'), "got 'saa(1)'; did you mean 'Sa(1)'?"),
     (SMALL.replace('"pga"', '"SA"'), "got 'SA'; did you mean 'Sa(1.0)'?"),
     (SMALL.replace('"pga"', '"AVGS(0.2:2.0:10)"'), "did you mean 'AvgSa(0.2:2.0:10)'?"),
-    (SMALL.replace("housner", "Housner"), "models[1].law: must be one of "),
     (SMALL.replace("housner", "Housner"), "did you mean 'housner'?"),
     (SMALL.replace("width_m", "Width_M"), "unknown key 'blocks[1].Width_M'; did you mean 'width_m'?"),
-    (SMALL.replace("[0.1, 0.2]", "[0.2, 0.1]"), "levels must be strictly increasing, got 0.1 g after 0.2 g"),
-    (SMALL.replace("[0.1, 0.2]", "[0.0, 0.1]"), "levels must be > 0 and at most 1e+09, got 0 g"),
-    (SMALL.replace("[0.1, 0.2]", "[0.1, inf]"), "ida.levels.values[2]: must be a finite number, got inf"),
-    (SMALL + "[friction]\nstatic = 40\n", "friction.static: must be >= 0.05 and <= 2, got 40"),
     (
         SMALL + "[friction]\nstatic = 0.5\nslips_m = [50]\n",
         "friction.slips_m[1]: must be > 0 and <= 10 (in m), got 50",
@@ -226,36 +193,12 @@ MESSAGES = [
         SMALL + '[uncertainty]\ninputs = { e = { distribution = "least", medians = [0.9], dispersions = [0] } }\n',
         "uncertainty.inputs.e.dispersions[1]: must be > 0, got 0",
     ),
-    (SMALL + "[friction]\nstatic = 0.01\n", "friction.static: must be >= 0.05 and <= 2, got 0.01"),
     (SMALL.replace("number = 2", "number = true"), "motions.number: must be a whole number >= 1, got true"),
-    (
-        SMALL.replace("number = 2", 'number = "2"'),
-        "must be a whole number >= 1, without quotes, got '2'",
-    ),
-    (SMALL.replace("= 0.5", "= true"), "blocks[1].width_m: must be a number > 0 and <= 1,000,000 (in m), got true"),
-    (SMALL.replace("number = 2", "seed = 99999999999999999999\nnumber = 2"), "integer of more than 64 bits"),
     (SMALL.replace("number = 2", f"number = {'9' * 5000}"), "not valid TOML: a number that is none"),
     (SMALL.replace("number = 2", f"number = 0x{'f' * 5000}"), "'motions.number' is an integer of more than 64 bits"),
-    (SMALL.replace("A small", "A\\u001b[31m small"), "'title' holds the control character U+001B"),
-    (SMALL.replace("A small", "A \\u202e small"), "'title' holds the control character U+202E"),
-    (SMALL.replace("A small study", "x" * 5000), "'title' holds 5,000 characters, allowed are 4,096"),
-    (SMALL.replace("A small study", " "), "title: must hold something that can be seen, got ' '"),
     (
         SMALL + '[hazard]\nlevels = { values = [0.1, 0.2], unit = "g" }\nrates = [1e-2, 1e-3]\n',
         "hazard.levels: must be a list, not a table: write levels = [...]; a unit is a key beside it",
-    ),
-    (
-        SMALL + '[hazard]\nlevels = [0.2, 0.1]\nrates = [1e-2, 1e-3]\nunit = "g"\n',
-        "hazard.levels must be strictly increasing, got 0.1 g after 0.2 g",
-    ),
-    (
-        SMALL + '[hazard]\nlevels = [0.1, 0.2]\nrates = [1e-3, 1e-2]\nunit = "g"\n',
-        "hazard.rates must never rise, got 0.001 per year at 0.1 g and 0.01 at 0.2 g",
-    ),
-    (SMALL.replace("duration_s = 4", "duration_s = 0.1"), "motions: duration must be at least 20 dt = 0.4 s, got 0.1"),
-    (
-        SMALL + '[uncertainty.inputs]\nwidth = { distribution = "uniform", lower = 0.4, upper = 0.6 }\n',
-        "uncertainty.inputs.width: must be one of ",
     ),
     (
         SMALL + '[uncertainty.inputs]\nwidth = { distribution = "uniform", lower = 0.4, upper = 0.6 }\n',
@@ -266,38 +209,7 @@ MESSAGES = [
         "unknown key 'ida.include': include is a key of the whole file, and every line below [ida] belongs to that "
         "table; move it above the first [table]",
     ),
-    (
-        SMALL.replace("[motions]", 'outputs = ["overturned"]\n[motions]'),
-        "unknown key 'models[1].outputs': outputs is a key of the whole file, and every line below [models] belongs",
-    ),
-    (SMALL + "[ida.motions]\nseed = 1\n", "'ida.motions': motions is a table of the file itself, write [motions]"),
-    (SMALL + "[[ida.blocks]]\n", "'ida.blocks': blocks is a table of the file itself, write [[blocks]]"),
-    ('outputs = "overturned"\n' + SMALL, "outputs: must be a list: put it in brackets, as ['overturned'], got 'over"),
-    ('outputs = ["peak"]\n' + SMALL, "outputs[1]: must be one of overturned, "),
-    (SMALL.replace('"pga"', "5"), "ida.im: must be text in quotes, got 5"),
-    (SMALL.replace("number = 2", "number = 2.0"), "motions.number: must be a whole number >= 1, got 2.0"),
     (SMALL.replace("number = 2", "number = 2026-01-01"), "must be a whole number >= 1, got 2026-01-01"),
-    (
-        SMALL.replace("= 0.5", '= "50 cm"'),
-        "width_m: must be a number > 0 and <= 1,000,000 (in m), without quotes, got '50 cm'",
-    ),
-    (SMALL.replace("[0.1, 0.2]", "[]"), "ida.levels.values: must hold at least 1 entry, got []"),
-    (
-        SMALL.replace('values = [0.1, 0.2], unit = "g"', 'from = 0.1, to = 1, number = 1, unit = "g"'),
-        "ida.levels: levels from 0.1 to 1 need number >= 2, got 1",
-    ),
-    (
-        SMALL + '[hazard]\nlevels = [0.1, 0.2]\nrates = [1e-3]\nunit = "g"\n',
-        "hazard.rates must hold one for each level, got 1 for 2 levels",
-    ),
-    (
-        SMALL + '[hazard]\nlevels = [0.1, 0.2]\nrates = [1e-3, 0.0]\nunit = "g"\n',
-        "hazard.rates must be > 0 per year, got 0 at 0.2 g: leave that level out",
-    ),
-    (
-        SMALL + '[hazard]\nlevels = [0.1, 0.2]\nrates = [1e-2, 1e-3]\nunit = "m/s"\n',
-        "hazard.unit must be one of g, m/s2, cm/s2 for pga, got 'm/s'",
-    ),
     (
         SMALL.replace('law = "housner"', 'law = "viscous"\nzeta = 5'),
         "models[1].zeta: must be >= 0 and <= 1, got 5",
@@ -310,37 +222,14 @@ MESSAGES = [
     (SMALL + "[fit]\nconfidence = 95\n", "fit.confidence: must be >= 0.5 and < 1, got 95"),
     (SMALL + "[fit]\nconfidence = 0.05\n", "fit.confidence: must be >= 0.5 and < 1, got 0.05"),
     (SMALL + "[fit]\nmodelling_dispersion = 4\n", "fit.modelling_dispersion: must be >= 0 and <= 1.5, got 4"),
-    (SMALL + "[fit]\nreplicates = 1_000_000\n", "fit.replicates: must be >= 100 and <= 100,000, got 1000000"),
-    (SMALL + "[fit]\nfractiles = [10]\n", "fit.fractiles[1]: must be > 0 and < 1, got 10"),
-    (SMALL + "[uncertainty]\nsamples = 1\n", "key 'uncertainty.inputs' is missing"),
-    (SMALL + '[sensitivity]\nparameter = "zeta"\nvalues = [1.0]\n', "sensitivity.parameter: must be 'delta' or 'e'"),
-    ('blocks = "shelf"\n' + SMALL.replace("[[blocks]]", "[x]"), "unknown key 'x'"),
     (SMALL.replace("width_m = 0.5", "width_m = 0,5"), ", 'width_m = 0,5': something is left after the value"),
     (SMALL.replace('"A small study"', "A small study"), "line 1, 'title = A small study': no value after the =: text"),
-    (SMALL + "[ida]\n", "'[ida]': this table was there before"),
-    ("x = " + "[" * 100 + "]" * 100, "is nested too deeply"),
     ("x = " + "[" * 5000 + "]" * 5000, "not valid TOML: nested too deeply"),
-    (
-        SMALL + "[building]\nkind = 'flexural-shear'\nperiod_s = 1\ndamping = 'x'\n",
-        "building.damping: must be",
-    ),
-    (
-        SMALL.replace("number = 2", "number = 1000000000"),
-        "motions on all floors would hold 1.26e+12 samples, allowed are 500,000,000 (4 GB)",
-    ),
-    (SMALL.replace("number = 2", "number = 1_000_000_000_000_000"), "would hold 1.26e+18 samples"),
     (SMALL.replace("dt_s = 0.02", "dt_s = 1e-300"), "would hold"),
-    (
-        SMALL.replace("values = [0.1, 0.2]", "from = 0.1, to = 1.0, number = 100000").replace(
-            "number = 2", "number = 9001"
-        ),
-        "motions at levels are 900,100,000, allowed are 500,000,000",
-    ),
     *(
         (SMALL + f"[fit]\nstate = {state}\n", f"fit.state: must be a word, as 'overturned', or {NUMBER}{state}")
         for state in ("nan", "inf", "-inf", "-1.0", "0", "true", "[0.5]")
     ),
-    (SMALL + '[fit]\nstate = "uplift"\n', "fit.state: must be one of overturned, uplifted, front, back, fallen_off, "),
 ]
 
 
@@ -368,28 +257,6 @@ class TestStripes:
         assert message.startswith("stripes: ")
         assert numbers_in(message) == [0.2, 0.4]
         assert "levels of pga" in refused(tmp_path, self.stripes(0.1).replace('"g"', '"m"'))
-
-    @pytest.mark.parametrize(
-        ("motions", "more", "message"),
-        [
-            ("{ xi_g = -1.0 }", "", "stripes.at[2].motions.xi_g: must be > 0"),
-            ("{ dt_s = 8.0 }", "", "stripes.at[2].motions: duration must be at least 20 dt = 160 s"),
-            ("{ seed = 3 }", "xi_g = -1.0\n", "motions.xi_g: must be > 0"),
-            (
-                "{ seed = 3 }",
-                "[building]\nkind = 'flexural-shear'\nperiod_s = 1\nfloors = [9]\n",
-                "building: floors must",
-            ),
-            ("{ seed = 3 }", "[building]\nkind = 'flexural-shear'\nperiod_s = -1\n", "building.period_s: must be"),
-            ("{ seed = 3 }", "[support]\nkind = 'bench'\nfrequency_hz = 0\n", "support.frequency_hz: must be"),
-        ],
-    )
-    def test_an_error_names_the_table_that_it_comes_from(self, tmp_path, motions, more, message):
-        """The motions of a stripe alone, those of all, or what stands on the ground under every stripe."""
-        text = self.stripes(0.1, 0.2) + f"motions = {motions}\n"
-        at = "[stripes]\n"
-        text = text.replace(at, f"{more}{at}im_at = 'ground'\n" if "[" in more else f"{more}{at}")
-        assert refused(tmp_path, text).startswith(message)
 
     def test_all_stripes_together_are_judged(self, tmp_path, monkeypatch):
         monkeypatch.setattr(tp.motions.CloughPenzien, "sample", None)
@@ -423,11 +290,6 @@ class TestUnits:
         assert "states its unit" in refused(tmp_path, twice)
         assert re.search("unit: .*g, m/s2", refused(tmp_path, twice.replace('"g"', '"m"')))
 
-    def test_floor_histories_without_a_unit(self, tmp_path):
-        write(tmp_path, "time, a/1\n0.0,0.0\n0.01,0.2\n0.02,0.0\n", "f.csv")
-        message = refused(tmp_path, self.records('floors_file = "f.csv"'))
-        assert re.search(r"column 2.*'a/1 \[g\]'", message)
-
     @pytest.mark.parametrize(
         ("name", "heading", "keys"),
         [("r.csv", "time,acceleration (g)", 'records = "r.csv"'), ("f.csv", "time,a/1 [g]", 'floors_file = "f.csv"')],
@@ -436,11 +298,6 @@ class TestUnits:
         """Found by the fuzzer (mutants 11429 and 19100): 1e308 g is no number in m/s²."""
         write(tmp_path, f"{heading}\n0.0,0.0\n0.01,1e308\n0.02,0.0\n", name)
         assert "got inf at" in refused(tmp_path, self.records(keys))
-
-    def test_a_hazard_without_a_unit(self, tmp_path):
-        write(tmp_path, "pga,rate (1/yr)\n0.1,1e-2\n0.4,1e-3\n", "h.csv")
-        message = refused(tmp_path, SMALL + '[hazard]\nfile = "h.csv"\n')
-        assert "names no unit" in message
 
 
 PERFORMANCE = (
@@ -471,12 +328,6 @@ class TestInventory:
             tp.Study.from_toml(write(tmp_path, PERFORMANCE))
         assert str(caught.value).startswith(f"{path}, line 3,")
         assert str(caught.value).endswith("got '7'")
-
-    def test_no_building(self, tmp_path):
-        write(tmp_path, self.THINGS.format(1), "things.csv")
-        text = re.sub(r"(?s)\[building\].*?(?=\[perf)", "", PERFORMANCE)
-        with pytest.raises(StudyError, match="line 2, column 'floor': must be one of 0, got '1'; give a building"):
-            tp.Study.from_toml(write(tmp_path, text))
 
     def test_floor_histories(self, tmp_path):
         write(tmp_path, "time,a/0 [g],a/2 [g]\n" + "".join(f"{i / 50},0.1,{i % 2}\n" for i in range(9)), "f.csv")

@@ -453,29 +453,6 @@ class TestDecisions:
         assert not [column for column in pieces(plain).columns if re.search("downtime|injur|lost", column.key)]
         assert "realisation" not in plain.dims
 
-    @pytest.mark.slow
-    def test_units_and_configuration(self, monkeypatch, tmp_path):
-        found = shaken(monkeypatch, falls(10), consequence_correlation=0.5)
-        assert found.annual_downtime.attrs["units"] == "day year-1"
-        assert found.annual_injuries.attrs["units"] == "year-1"
-        assert found.loss.attrs["units"] == "EUR"
-        assert found.loss.attrs["long_name"].startswith("cost ")
-        assert found.cost_median.values[:2].tolist() == [1000.0, 4000.0]
-        assert found.downtime_median.attrs["units"] == "day"
-        configuration = json.loads(found.attrs["configuration"])
-        assert configuration["consequence_correlation"] == 0.5
-        assert configuration["inventory"][0]["cost"] == {
-            "median": 1000.0,
-            "dispersion": 0.6,
-            "distribution": "lognormal",
-        }
-        found.to_netcdf(tmp_path / "a.nc")
-        with xr.open_dataset(tmp_path / "a.nc") as stored:
-            xr.testing.assert_equal(stored.load(), found)
-        for name in found.variables:
-            assert found[name].attrs["units"], name
-            assert found[name].attrs["long_name"], name
-
     @pytest.mark.parametrize(
         ("make", "error", "message"),
         [

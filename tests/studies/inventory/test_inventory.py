@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import openpyxl
 import pytest
+import refused_cases
 from openpyxl.styles import Font
 from openpyxl.worksheet.worksheet import Worksheet
 from study_texts import motions
@@ -25,7 +26,7 @@ from toppling.studies.buildings.notes import inventory_notes
 from toppling.studies.buildings.pieces import SAFETY
 from toppling.studies.facts.say import notes_said
 from toppling.studies.inventory.contents import Contents, Inventory, place_doubts
-from toppling.studies.inventory.reading import COLUMNS, InventoryError, example_path, read_inventory
+from toppling.studies.inventory.reading import InventoryError, example_path, read_inventory
 
 SHELF = tp.catalogue["bookcase-5-shelf"]
 
@@ -48,13 +49,24 @@ def number(text):
         return text or None
 
 
-def book_of(rows, path, as_cell=number):
+def book_of(rows, path, as_cell=number, change=lambda book: None):
     book = openpyxl.Workbook()
     for i, row in enumerate(rows, start=1):
         for j, cell in enumerate(row, start=1):
             book.active.cell(i, j, as_cell(cell) if isinstance(cell, str) else cell)
+    change(book)
     book.save(path)
     return path
+
+
+def formatted(**codes):
+    """A change of a workbook: number formats of cells."""
+
+    def change(book):
+        for cell, code in codes.items():
+            book.active[cell].number_format = code
+
+    return change
 
 
 def read(tmp_path, text, encoding="utf-8"):
@@ -110,11 +122,6 @@ class TestReading:
     def test_the_same_in_other_spellings(self, tmp_path, text):
         assert read(tmp_path, text) == read(tmp_path, SMALL)
 
-    def test_order_of_columns_does_not_matter(self, tmp_path):
-        lines = [line.split(",") for line in SMALL.splitlines()]
-        turned = "\n".join(",".join(reversed(line)) for line in lines)
-        assert read(tmp_path, turned) == read(tmp_path, SMALL)
-
     def test_the_same_name_on_several_floors(self, tmp_path):
         found = read(tmp_path, "catalogue,floor\nbookcase-5-shelf,1\nbookcase-5-shelf,2\nwardrobe-double,2\n")
         assert [row.label for row in found.rows] == [
@@ -139,53 +146,21 @@ class TestReading:
 
 
 BAD_FILES = [
-    ("", "empty"),
-    ("# nothing\n", "empty"),
-    ("item,catalogue,floor\n", "has a header but no items"),
     ("item,catalogue,flor\nx,bookcase-5-shelf,1\n", r"line 1: unknown column 'flor'; did you mean 'floor'\?"),
     ("item,width,height_m,floor\n", r"unknown column 'width'; did you mean 'width_m'\?"),
-    ("item,catalogue,floor,colour of the door\n", "unknown column 'colour of the door'; allowed are"),
-    ("item,catalogue,floor,floor\n", "column 'floor' stands there twice"),
-    ("item,catalogue\nx,bookcase-5-shelf\n", "line 1: column 'floor' is missing"),
-    ("item,floor,width_m\n", "columns must name catalogue, or width_m and height_m"),
-    ("catalogue,floor\nbookcase-5-shelf,\n", "line 2, column 'floor': is empty: it must say where"),
     ("catalogue,floor\nbookcase-5-shelf,-1\n", "column 'floor': must be a whole number from 0 .ground., or a name"),
-    ("catalogue,floor\nbookcase-5-shelf,1.5\n", "column 'floor': must be a whole number"),
     ("catalogue,floor\nbookcase-5-shelf,٣\n", "column 'floor': must be a whole number"),
     (
         "catalogue,floor\nbookcase-5-shelve,1\n",
         r"column 'catalogue': no catalogue item 'bookcase-5-shelve'; nearest: bookcase-5-shelf",
     ),
     ("catalogue,floor\n,1\n", "line 2: a block needs either catalogue, or width_m and height_m, got nothing"),
-    (
-        "catalogue,width_m,height_m,floor\n,1,,1\n",
-        "a block needs either catalogue, or width_m and height_m, got width_m",
-    ),
-    (
-        "catalogue,width_m,height_m,floor\nbookcase-5-shelf,1,,1\n",
-        "a block needs either catalogue, or width_m and height_m, got catalogue, width_m",
-    ),
-    ("width_m,height_m,floor\n0.4 m,2,1\n", "line 2, column 'width_m': must be a number, got '0.4 m'"),
-    ("width_m,height_m,floor\n-0.4,2,1\n", "column 'width_m': must be > 0 .*, got -0.4"),
     ("width_m,height_m,floor\nnan,2,1\n", "column 'width_m': must be a number, got 'nan'"),
     ("width_m,height_m,floor\n1e9,2,1\n", "column 'width_m': must be > 0 and <= 1,000,000"),
-    ("width_m,height_m,cm_height_m,floor\n0.4,2,1.5,1\n", "column 'inertia_factor': must be given"),
     ("width_m,height_m,cm_height_m,inertia_factor,floor\n.4,2,2.5,1.3,1\n", "column 'cm_height_m': must be .* < 2"),
-    ("width_m,height_m,floor\n0.4,2,1,7\n", "line 2: has 4 cells, the header names 3 columns"),
-    ('width_m,height_m,floor\n"0,4",2,1\n', "column 'width_m': must be a number, got '0,4'"),
     ("width_m;height_m;floor;value\n0,4;1.9;1;5\n", "column 'height_m': must have its decimals as the numbers above"),
     ("width_m;height_m;floor;value\n0,4;1,9;1;1,200\n", "column 'value': is ambiguous, write 1200 or 1,2000"),
-    ("catalogue,floor,count\nbookcase-5-shelf,1,0\n", "column 'count': must be >= 1 and <= 1,000,000, got 0"),
-    ("catalogue,floor,count\nbookcase-5-shelf,1,2.5\n", "column 'count': must be a whole number, got '2.5'"),
-    ("catalogue,floor,e\nbookcase-5-shelf,1,1.1\n", "column 'e': must be > 0 and <= 1, got 1.1"),
     ("catalogue,floor,restitution\nbookcase-5-shelf,1,0\n", "column 'restitution': must be > 0"),
-    ("catalogue,floor,e,restitution\nbookcase-5-shelf,1,.9,.9\n", "column 'restitution': is the same as e"),
-    ("catalogue,floor,value\nbookcase-5-shelf,1,-5\n", "column 'value': must be >= 0"),
-    (
-        "catalogue,floor,value,currency\nbookcase-5-shelf,1,5,EUR\nbookcase-4-shelf,1,5,USD\n",
-        "line 3, column 'currency'",
-    ),
-    ("catalogue,floor,anchored\nbookcase-5-shelf,1,perhaps\n", "column 'anchored': must be yes or no, got 'perhaps'"),
     ("catalogue,floor,anchoring_cost\nbookcase-5-shelf,1,free\n", "column 'anchoring_cost': must be a number"),
     *(
         (
@@ -194,7 +169,6 @@ BAD_FILES = [
         )
         for word in ("no", "keine", "Aucun", "-", "n/a", "0")
     ),
-    ("catalogue,floor,consequence\nbookcase-5-shelf,1,loss\n", "column 'consequence': must not be one of number, loss"),
     (
         "catalogue,floor,cost_median,cost_dispersion\nbookcase-5-shelf,1,50,-0.1\n",
         "line 2, column 'cost_dispersion': must be >= 0, got -0.1",
@@ -203,45 +177,14 @@ BAD_FILES = [
         "catalogue,floor,cost_median,cost_dispersion\nbookcase-5-shelf,1,50,4\n",
         "line 2, column 'cost_dispersion': must be from 0 to 3 of a lognormal distribution, got 4",
     ),
-    (
-        "catalogue,floor,cost_median,cost_dispersion\nbookcase-5-shelf,1,,0.4\n",
-        "line 2, column 'cost_dispersion': needs cost_median, which is empty",
-    ),
-    (
-        "catalogue,floor,downtime_distribution\nbookcase-5-shelf,1,normal\n",
-        "column 'downtime_distribution': needs downtime_median_days, which is empty",
-    ),
-    (
-        "catalogue,floor,downtime_median_days,downtime_distribution\nbookcase-5-shelf,1,3,beta\n",
-        "column 'downtime_distribution': must be one of lognormal, normal, got 'beta'",
-    ),
-    (
-        "catalogue,floor,downtime_median_days,downtime_distribution,downtime_dispersion\nbookcase-5-shelf,1,3,normal,.9\n",
-        "column 'downtime_dispersion': must be from 0 to 0.5 of a normal distribution, got 0.9; use lognormal above",
-    ),
     ("catalogue,floor,cost_median\nbookcase-5-shelf,1,0\n", "column 'cost_median': must be > 0"),
-    ("catalogue,floor,cost_median,value\nbookcase-5-shelf,1,5,5\n", "column 'cost_median': takes the place of value"),
     (
         "catalogue,floor,persons_exposed,injury_probability\nbookcase-5-shelf,1,2,1.5\n",
         "line 2, column 'injury_probability': must be >= 0 and <= 1, got 1.5",
     ),
-    (
-        "catalogue,floor,persons_exposed,injury_probability\nbookcase-5-shelf,1,2,\n",
-        "column 'persons_exposed': needs injury_probability, which is empty",
-    ),
-    (
-        "catalogue,floor,injury_probability\nbookcase-5-shelf,1,0.1\n",
-        "column 'injury_probability': needs persons_exposed, which is empty",
-    ),
-    (
-        "item,catalogue,floor\nx,bookcase-5-shelf,1\nx,bookcase-4-shelf,1\n",
-        "line 3, column 'item': must be another name",
-    ),
     ("item,catalogue,floor\n" + "x" * 300 + ",bookcase-5-shelf,1\n", "column 'item': must be at most 200 printable"),
     ('item,catalogue,floor\n"x\ny",bookcase-5-shelf,1\n', "column 'item': must be at most 200 printable characters"),
     ('item,catalogue,floor\n"x,bookcase-5-shelf,1\n', "line 2: no CSV"),
-    ("catalogue,floor\nbookcase-5-shelf,1\0\n", "holds NUL characters"),
-    (b"catalogue,floor\n\xff\xfe,1\n", "not a text file in UTF-8"),
     (
         "catalogue,floor,consequence\n" + "".join(f"bookcase-5-shelf,{i},c{i}\n" for i in range(50)),
         "at most 40 different",
@@ -463,25 +406,22 @@ def test_numbers_of_an_inventory_study_of_another_unit(tmp_path, keys, words):
     assert not words or words in said[0]
 
 
+TOTALS = (
+    "Total|TOTAL:|Totals|Sum|Grand total|Subtotal (3)|Total pieces|Summe EG|Zwischensumme 1. OG|Gesamtsumme Haus A|"
+    "EG gesamt|Insgesamt 1. OG|Total EG|TOTAL floor 1|Sum of the ground floor|Room 12 total|Sum total|Total RDC|"
+    "Total étage 1|Totale piano terra|Total planta baja|Σ|Mean|Gesamt|Summe|Zwischensumme|Total général|Totale|"
+    "合計|Итого"
+)
+NO_TOTALS = (
+    "Total lab analyser|Totem|Summer table|Meander shelf|Total station|Sumo statue|Total 360 display|Sommelier's rack"
+)
+
+
 @pytest.mark.parametrize(
     ("name", "total"),
     [
-        *((name, True) for name in ("Total", "TOTAL:", "Totals", "Sum", "Grand total", "Subtotal (3)", "Total pieces")),
-        *(
-            (name, True)
-            for name in ("Summe EG", "Zwischensumme 1. OG", "Gesamtsumme Haus A", "EG gesamt", "Insgesamt 1. OG")
-        ),
-        *(
-            (name, True)
-            for name in ("Total EG", "TOTAL floor 1", "Sum of the ground floor", "Room 12 total", "Sum total")
-        ),
-        *(
-            (name, True)
-            for name in ("Total RDC", "Total étage 1", "Totale piano terra", "Total planta baja", "Σ", "Mean")
-        ),
-        *((name, False) for name in ("Total lab analyser", "Totem", "Summer table", "Meander shelf")),
-        *((name, True) for name in ("Gesamt", "Summe", "Zwischensumme", "Total général", "Totale", "合計", "Итого")),
-        *((name, False) for name in ("Total station", "Sumo statue", "Total 360 display", "Sommelier's rack")),
+        *((name, True) for name in TOTALS.split("|")),
+        *((name, False) for name in NO_TOTALS.split("|")),
     ],
 )
 def test_lines_of_totals_are_no_pieces(tmp_path, name, total):
@@ -524,9 +464,10 @@ def test_last_lines_without_an_end_that_end_in_a_number_are_named(cut, tmp_path)
     assert [(one.sentence, one.settled) for one in found] == [(said, True)]
 
 
+OF_CORPUS = [case.files["inventory.csv"] for case in refused_cases.cases() if "inventories/pieces_" in case.name]
 PLAIN_FILES = [
-    (text, message)
-    for text, message in BAD_FILES
+    text
+    for text in [*(text for text, _ in BAD_FILES), *OF_CORPUS]
     # what only a text file can be: another separator, a broken quote, bytes, characters that no workbook may hold
     if isinstance(text, str) and not re.search(r"^[^,\n]*;|\0|\"x,", text)
 ]
@@ -566,6 +507,11 @@ def test_a_floor_without_histories(tmp_path):
         read_inventory(path, ["1", "2"])
 
 
+def hidden_by_name(book):
+    book.active.title, book.active.sheet_state = "inventory", "hidden"
+    book.active = book.create_sheet("empty")
+
+
 class TestWorkbooks:
     """A workbook says what the CSV of its sheet says, and is refused as that is."""
 
@@ -588,25 +534,27 @@ class TestWorkbooks:
             assert read_inventory(book_of(rows_of(text), tmp_path / "i.XLSX")) == read(tmp_path, text)
 
     @pytest.mark.slow
-    @pytest.mark.parametrize(("text", "message"), PLAIN_FILES, ids=range(len(PLAIN_FILES)))
-    def test_bad_files(self, tmp_path, text, message):
-        """Word by word the sentence of the CSV, with a row in the place of a line."""
-        with pytest.raises(InventoryError, match=message) as plain:
-            read(tmp_path, text)
-        with pytest.raises(InventoryError) as caught:
-            read_inventory(book_of(csv.reader(io.StringIO(text)), tmp_path / "inventory.xlsx", lambda one: one or None))
-        told = re.sub(r"\bline( \d+|s\b)", lambda found: f"row{found[1]}", str(plain.value))
-        if '"x\ny"' in text:  # (lines are counted at their end)
-            told = told.replace("row 3", "row 2")
-        assert str(caught.value) == told.replace("inventory.csv", "inventory.xlsx")
+    @pytest.mark.parametrize("text", PLAIN_FILES, ids=range(len(PLAIN_FILES)))
+    def test_bad_files(self, tmp_path, text):
+        """The pieces of the CSV, or word by word its sentence, with a row in the place of a line."""
+        (tmp_path / "inventory.csv").write_text(text, encoding="utf-8", newline="")
+        book_of(csv.reader(io.StringIO(text)), tmp_path / "inventory.xlsx", lambda cell: cell or None)
+        found = []
+        for name in ("inventory.csv", "inventory.xlsx"):
+            try:
+                found.append(read_inventory(tmp_path / name))
+            except InventoryError as error:
+                found.append(str(error).replace(name, "inventory"))
+        if isinstance(found[0], str):
+            found[0] = re.sub(r"\bline( \d+|s\b)", lambda line: f"row{line[1]}", found[0])
+            if '"x\ny"' in text:  # (lines are counted at their end)
+                found[0] = found[0].replace("row 3", "row 2")
+        assert found[1] == found[0]
 
     def test_a_piece_whose_name_begins_like_a_comment_is_not_left_out(self, tmp_path):
         rows = [["item", "width_m", "height_m", "floor"], ["shelf", 0.4, 2, 1], ["#3 rack", 0.5, 1.8, 1]]
         with pytest.raises(InventoryError, match="row 3 begins with #, as comments do, and has other cells"):
             read_inventory(book_of(rows, tmp_path / "i.xlsx", lambda one: one))
-
-    def test_at_least_most_bad_files_are_compared(self):
-        assert len(PLAIN_FILES) > 0.8 * len(BAD_FILES)
 
     @pytest.mark.parametrize(
         ("cell", "message"),
@@ -715,27 +663,14 @@ class TestWorkbooks:
                 lambda book: book.create_sheet("floor 2").append(["item"]),
                 "only the sheet 'Sheet' is read, not 'floor 2'",
             ),
+            (hidden_by_name, "hidden sheet 'inventory' is read, too"),
         ],
-        ids=["row", "struck-out", "column", "group", "sheet"],
+        ids=["row", "struck-out", "column", "group", "sheet", "name"],
     )
     def test_what_a_person_does_not_see_or_sees_in_vain(self, tmp_path, hide, message):
         rows = [["catalogue", "floor", "count"], ["bookcase-5-shelf", 1, 3], ["bookcase-4-shelf", 1, 2]]
-        path = book_of(rows, tmp_path / "i.xlsx")
-        book = openpyxl.load_workbook(path)
-        hide(book)
-        book.save(path)
         with pytest.warns(ImplausibleInput, match=rf"^i\.xlsx: {re.escape(message)}$"):
-            assert read_inventory(path).pieces == 5
-
-    def test_a_hidden_sheet_of_the_name(self, tmp_path):
-        path = book_of([["catalogue", "floor"], ["bookcase-5-shelf", 1]], tmp_path / "i.xlsx")
-        book = openpyxl.load_workbook(path)
-        book.active.title = "inventory"
-        book.active.sheet_state = "hidden"
-        book.active = book.create_sheet("empty")
-        book.save(path)
-        with pytest.warns(ImplausibleInput, match=r"^i\.xlsx: hidden sheet 'inventory' is read, too$"):
-            assert read_inventory(path).pieces == 1
+            assert read_inventory(book_of(rows, tmp_path / "i.xlsx", change=hide)).pieces == 5
 
     @pytest.mark.parametrize(
         ("currency", "codes", "message"),
@@ -762,11 +697,7 @@ class TestWorkbooks:
         """A person sees euros above dollars."""
         head = ["catalogue", "floor", "value", "currency"]
         rows = [head, *(["bookcase-5-shelf", floor, value, currency] for floor, value in ((1, 350), (2, 26000)))]
-        path = book_of(rows, tmp_path / "i.xlsx")
-        book = openpyxl.load_workbook(path)
-        for cell, code in zip(("C2", "C3"), codes, strict=True):
-            book.active[cell].number_format = code
-        book.save(path)
+        path = book_of(rows, tmp_path / "i.xlsx", change=formatted(C2=codes[0], C3=codes[1]))
         if not message:
             assert read_inventory(path).pieces == 2
             return
@@ -790,18 +721,13 @@ class TestWorkbooks:
     )
     def test_units_of_number_formats(self, tmp_path, code):
         """A person sees 45 cm below width_m."""
+        codes = {"A2": '0.00" m"', "B2": '0.00\\ "m"', "C2": '0" pcs."', "D2": '0" kg"'}
         rows = [["width_m", "height_m", "floor", "mass_kg"], [0.45, 2.0, 1, 80]]
-        path = book_of(rows, tmp_path / "i.xlsx")
-        book = openpyxl.load_workbook(path)
-        book.active["A2"].number_format, book.active["B2"].number_format = '0.00" m"', '0.00\\ "m"'
-        book.active["D2"].number_format = '0" kg"'
-        book.active["C2"].number_format = '0" pcs."'
-        book.save(path)
+        path = book_of(rows, tmp_path / "i.xlsx", change=formatted(**codes))
         assert read_inventory(path).rows[0].block.width == 0.45
-        book.active["A2"].number_format, book.active["A2"].value = code, 45
-        book.save(path)
+        rows[1][0] = 45
         with pytest.raises(InventoryError, match="row 2, column 'width_m': must be in the unit of its heading, got 45"):
-            read_inventory(path)
+            read_inventory(book_of(rows, path, change=formatted(**codes | {"A2": code})))
 
     @pytest.mark.parametrize(
         ("code", "refused"),
@@ -822,10 +748,8 @@ class TestWorkbooks:
     )
     def test_multiples_of_number_formats(self, tmp_path, code, refused):
         """A person sees 1.2 k€ below value."""
-        path = book_of([["width_m", "height_m", "floor", "value"], [0.45, 2.0, 1, 1.2]], tmp_path / "i.xlsx")
-        book = openpyxl.load_workbook(path)
-        book.active["D2"].number_format = code
-        book.save(path)
+        rows = [["width_m", "height_m", "floor", "value"], [0.45, 2.0, 1, 1.2]]
+        path = book_of(rows, tmp_path / "i.xlsx", change=formatted(D2=code))
         if refused:
             with pytest.raises(InventoryError, match="column 'value': must be in the unit of its heading, got"):
                 read_inventory(path)
@@ -834,16 +758,13 @@ class TestWorkbooks:
 
     def test_shares_in_per_cent_and_numbers_as_text(self, tmp_path):
         rows = [["catalogue", "floor", "persons_exposed", "injury_probability", "value"]]
-        path = book_of([*rows, ["bookcase-5-shelf", 1, 1.125, 0.4, "250"]], tmp_path / "i.xlsx", lambda cell: cell)
-        book = openpyxl.load_workbook(path)
-        book.active["D2"].number_format = "0%"  # (shows 40 %)
-        book.save(path)
-        (row,) = read_inventory(path).rows
+        rows.append(["bookcase-5-shelf", 1, 1.125, 0.4, "250"])
+        shares = formatted(D2="0%")  # (shows 40 %)
+        (row,) = read_inventory(book_of(rows, tmp_path / "i.xlsx", lambda cell: cell, shares)).rows
         assert (row.injury.probability, row.injury.persons, row.value) == (0.4, 1.125, 250.0)
-        book.active["E2"].value = "1.200"  # (text: as a person wrote it)
-        book.save(path)
+        rows[1][-1] = "1.200"  # (text: as a person wrote it)
         with pytest.raises(InventoryError, match="row 2, column 'value': is ambiguous, write 1200"):
-            read_inventory(path)
+            read_inventory(book_of(rows, tmp_path / "i.xlsx", lambda cell: cell, shares))
 
     def test_macros_are_not_looked_at(self, tmp_path):
         path = book_of(rows_of(SMALL), tmp_path / "i.xlsm")
@@ -1058,19 +979,3 @@ class TestContents:
     def test_refuses(self, make, error, message):
         with pytest.raises(error, match=message):
             make()
-
-
-def test_docs_name_every_column():
-    page = (Path(tp.__file__).parent / "docs/study_buildings.md").read_text(encoding="utf-8")
-    for column in COLUMNS:
-        assert f"`{column}`" in page, column
-
-
-def test_lines_of_totals_are_no_blocks(tmp_path):
-    (tmp_path / "blocks.csv").write_text("name,width_m,height_m\nshelf,0.4,1.8\nTotal,0.4,1.8\n", encoding="utf-8")
-    motions = '[motions]\ngenerator = "clough-penzien"\nnumber = 2\nduration_s = 4\n'
-    levels = '[ida]\nim = "pga"\nlevels = { values = [0.1, 0.2], unit = "g" }\n'
-    top = 'title = "t"\nblocks_file = "blocks.csv"\n[[models]]\nlaw = "housner"\n'
-    (tmp_path / "study.toml").write_text(f"{top}{motions}{levels}", encoding="utf-8")
-    with pytest.raises(tp.studies.StudyError, match=r"line 3, column 'name': must be a piece, got 'Total'"):
-        tp.Study.from_toml(tmp_path / "study.toml")

@@ -6,9 +6,10 @@ import re
 import numpy as np
 import pytest
 from check_facts import notes_named
+from study_texts import motions
 
 import toppling as tp
-from toppling import fragility, motions
+from toppling import fragility
 from toppling.core.facts import Fact
 from toppling.models.friction import LognormalFriction
 from toppling.studies.store.worker_motions import motions_again
@@ -16,15 +17,9 @@ from toppling.studies.tables.axes import axes
 from toppling.studies.tables.registry import REGISTRY
 from toppling.studies.text.error import StudyError
 
-STUDY = """
+STUDY = f"""
 title = "Pairs"
-[motions]
-generator = "clough-penzien"
-number = 6
-seed = 4
-duration_s = 8.0
-dt_s = 0.02
-component = "pair"
+{motions(6, 8, 0.02, 4)}component = "pair"
 azimuth = "random"
 [[blocks]]
 name = "square"
@@ -40,13 +35,13 @@ round = true
 law = "housner"
 [ida]
 im = "RotD50(pga)"
-levels = { values = [0.2, 0.4, 0.7], unit = "g" }
+levels = {{ values = [0.2, 0.4, 0.7], unit = "g" }}
 [fit]
 replicates = 100
 """
 UNCERTAIN = '[uncertainty.inputs]\nR_factor = { distribution = "uniform", lower = 0.9, upper = 1.1 }\n[[models]]'
 LAWS = [tp.HousnerImpact()]
-GENERATOR = motions.CloughPenzien(duration=8.0, dt=0.02)
+GENERATOR = tp.motions.CloughPenzien(duration=8.0, dt=0.02)
 
 
 def study(tmp_path, *changes, more=""):
@@ -58,27 +53,6 @@ def study(tmp_path, *changes, more=""):
     return tp.Study.from_toml(tmp_path / "study.toml")
 
 
-def test_a_study_is_the_analysis_in_python(tmp_path):
-    plan = study(tmp_path)
-    assert re.search("6 motions.*both axes", plan.words)
-    done = []
-    found = plan.run(progress=lambda so_far, total: done.append((so_far, total)))
-    assert done[-1] == (plan.work, plan.work)
-    shaken = motions.both_axes(GENERATOR.sample_pairs(6, 4), "random", 4)
-    levels = np.array([0.2, 0.4, 0.7]) * 9.80665
-    blocks = [tp.Block(0.3, 1.4, name="square", depth=0.3), tp.Block(0.12, 0.5, name="vase", round=True)]
-    runs = tp.ida(blocks, tp.HousnerImpact(), shaken, levels, "RotD50(pga)")
-    for name in ("overturned", "axis", "peak_rotation", "azimuth"):
-        np.testing.assert_array_equal(found[name], runs[name])
-    (along,) = notes_named(found, "axis.share_along_depth")
-    assert along.names == ("square", "vase")
-    deep, fell = ((found["axis"] >= least).sum(["level", "motion", "model"]) for least in (2, 1))
-    assert along.more["shares"] == (deep / fell).values.tolist()
-    (wobbles,) = notes_named(found, "block.round")
-    assert wobbles.names == ("vase",)
-    assert notes_named(found, "axis.screen_of_width") == [Fact("axis.screen_of_width")]
-
-
 def test_the_table_of_axes(tmp_path):
     found = study(tmp_path).run()
     axis = found["axis"].sel(block="vase").values
@@ -88,16 +62,10 @@ def test_the_table_of_axes(tmp_path):
     assert not REGISTRY["axes"].applies(found.drop_vars("axis"))
 
 
-@pytest.mark.slow
-def test_folders_keep_both_axes(tmp_path):
-    plan = study(tmp_path)
-    assert plan.run(tmp_path / "out")["axis"].identical(plan.run()["axis"])
-
-
 def test_workers_make_the_same_pairs(tmp_path):
     plan = study(tmp_path)
     made = motions_again(json.dumps(plan.configuration))
-    own = motions.records(list(plan.arrays))
+    own = tp.motions.records(list(plan.arrays))
     assert [one.axes for one in made] == [one.axes for one in own]
     for one, other in zip(made, own, strict=True):
         np.testing.assert_array_equal(one.acceleration, other.acceleration)
@@ -146,7 +114,7 @@ def test_uncertain_blocks(tmp_path):
     found = plan.run(progress=lambda so_far, total: done.append((so_far, total)))
     assert done[-1] == (plan.work, plan.work)
     assert plan.work == 2 * plan.runs + plan.perturbed_runs
-    shaken = motions.both_axes(GENERATOR.sample_pairs(6, 4), "random", 4)
+    shaken = tp.motions.both_axes(GENERATOR.sample_pairs(6, 4), "random", 4)
     levels = np.array([0.2, 0.4, 0.7]) * 9.80665
     for block in plan.blocks:
         options = {"samples": plan.inputs.sample(plan.samples, plan.seed)}
@@ -174,24 +142,24 @@ def test_floors_of_buildings(tmp_path):
     plan = study(tmp_path, ('im = "RotD50(pga)"', 'im = "RotD50(pga)"\nim_at = "ground"'), more=BUILDINGS)
     assert re.search("12 motions.*both axes", plan.words)
     found = plan.run()
-    ground = motions.both_axes(GENERATOR.sample_pairs(6, 4), "random", 4)
-    tower = motions.Building.flexural_shear(0.5, storeys=3)
+    ground = tp.motions.both_axes(GENERATOR.sample_pairs(6, 4), "random", 4)
+    tower = tp.motions.Building.flexural_shear(0.5, storeys=3)
     levels = np.array([0.2, 0.4, 0.7]) * 9.80665
     square = tp.Block(0.3, 1.4, name="square", depth=0.3)
     angles = np.radians(np.arange(180.0))
     peaks = [
         np.abs(np.outer(np.cos(angles), one.acceleration) + np.outer(np.sin(angles), one.companion)).max(axis=1)
-        for one in motions.records(ground)
+        for one in tp.motions.records(ground)
     ]
     scale = levels[:, None] / np.median(peaks, axis=1)
     fallen = found["overturned"].sel(block="square").values[0]
-    for k, record in enumerate(motions.records(ground)):
+    for k, record in enumerate(tp.motions.records(ground)):
         components = record.acceleration, record.companion
         floors = [
-            tower.floor_motions(motions.from_array(one, dt=record.dt), [3]).isel(floor=0, drop=True)
+            tower.floor_motions(tp.motions.from_array(one, dt=record.dt), [3]).isel(floor=0, drop=True)
             for one in components
         ]
-        for at, shaken in ((k, [motions.from_array(one, dt=record.dt) for one in components]), (6 + k, floors)):
+        for at, shaken in ((k, [tp.motions.from_array(one, dt=record.dt) for one in components]), (6 + k, floors)):
             for level in range(3):
                 each = [tp.simulate(square, tp.HousnerImpact(), scale[level, k] * one) for one in shaken]
                 assert fallen[level, at] == any(bool(one.overturned) for one in each)
@@ -227,9 +195,9 @@ def test_a_block_at_a_wall_stands_free_along_its_depth(tmp_path, uncertain):
         return
     assert found["ruptured"].any()
     assert (found["axis"] == 2).any()
-    shaken = motions.both_axes(GENERATOR.sample_pairs(6, 4), "random", 4)
+    shaken = tp.motions.both_axes(GENERATOR.sample_pairs(6, 4), "random", 4)
     law, levels = tp.HousnerImpact(geometry="linear"), np.array([0.2, 0.4, 0.7]) * 9.80665
-    pairs = [[one.acceleration, one.companion] for one in motions.records(shaken)]
+    pairs = [[one.acceleration, one.companion] for one in tp.motions.records(shaken)]
     strap = tp.Restraint.strap(1.2, 60.0, 20e3)
     held = tp.Block(0.3, 1.4, mass=60.0, wall=tp.Wall(0.01), restraint=strap)
     ways = found["motion"].size // 6
@@ -238,7 +206,7 @@ def test_a_block_at_a_wall_stands_free_along_its_depth(tmp_path, uncertain):
             factors = levels / float(found["RotD50(pga)"][ways * k]) * (-1.0 if way else 1.0)
             for level, factor in enumerate(factors.tolist()):
                 x, y = (
-                    tp.simulate(one, law, motions.from_array(factor * shake, dt=0.02))
+                    tp.simulate(one, law, tp.motions.from_array(factor * shake, dt=0.02))
                     for one, shake in zip((held, tp.Block(0.35, 1.4)), pair, strict=True)
                 )
                 at = {"level": level, "motion": ways * k + way}
@@ -264,7 +232,7 @@ def test_blocks_that_slide(tmp_path):
     """Chances of slips and of falls over edges are those of `slide_runs`, and a wider band is near uplift."""
     edge = ("depth_m = 0.3\n", 'depth_m = 0.4\nedge_distance_mm = 30\nfalls_when = "foot"\n')
     found = study(tmp_path, edge, more=FRICTION).run()
-    shaken = motions.both_axes(GENERATOR.sample_pairs(6, 4), "random", 4)
+    shaken = tp.motions.both_axes(GENERATOR.sample_pairs(6, 4), "random", 4)
     levels = np.array([0.2, 0.4, 0.7]) * 9.80665
     block = tp.Block(0.3, 1.4, name="square", depth=0.4, edge=tp.Edge(0.03, falls_when="foot"))
     runs = tp.ida(block, tp.HousnerImpact(), shaken, levels, "RotD50(pga)")
@@ -285,27 +253,6 @@ def test_blocks_that_slide(tmp_path):
     (near,) = notes_named(found, "sliding.friction_near_uplift")
     assert near.more["plane"]
     assert near.value == float(found["friction_near_uplift"].max())
-
-
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ([("depth_m = 0.3\n", "")], "'square' needs its depth"),
-        ([("depth_m = 0.3\n", "depth_m = 0.2\n")], "depth must be at least the width"),
-        ([("RotD50(pga)", "pga")], "im must be a measure of both components"),
-        ([('azimuth = "random"', 'azimuth = "north"')], "azimuth"),
-        ([('azimuth = "random"', "azimuth = 400")], "motions.azimuth: must be"),
-        ([('azimuth = "random"', "correlation = 1.5")], "motions.correlation: must be"),
-        ([('component = "pair"\n', "")], "motions.azimuth needs component = 'pair'"),
-        ([('component = "pair"', 'component = "h3"')], "component"),
-        ([("replicates = 100", "replicates = 100\nstate = 0.5")], "fit.state must be overturned or uplifted"),
-        ([("clough-penzien", "near-fault"), ("duration_s = 8.0", "duration_s = 60.0")], "direction of a pulse"),
-        ([('title = "Pairs"', 'title = "Pairs"\noutputs = ["restraint_force"]')], "outputs of runs about both axes"),
-    ],
-)
-def test_refusals(tmp_path, changes, said):
-    with pytest.raises(StudyError, match=said):
-        study(tmp_path, *changes)
 
 
 def test_one_component_against_a_hazard_of_both(tmp_path):

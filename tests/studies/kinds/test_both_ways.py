@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
+from study_texts import motions
 
 import toppling as tp
 from toppling.core.facts import Fact
@@ -29,17 +30,11 @@ strapped,0.30,1.80,1,1,100,20,strap,10,EUR,injury
 ALIKE = "\n".join(
     line.replace(",20,", ",,").replace(",strap,", ",no,") for line in SIDED.replace("strapped", "tall").splitlines()
 )
-STUDY = """title = "Both ways"
+STUDY = f"""title = "Both ways"
 [[models]]
 law = "housner"
 geometry = "linear"
-[motions]
-generator = "clough-penzien"
-number = 9
-seed = 1
-duration_s = 8
-dt_s = 0.02
-[building]
+{motions(9, 8)}[building]
 kind = "flexural-shear"
 period_s = 0.4
 storeys = 2
@@ -136,15 +131,6 @@ class TestAsking:
         (said,) = of_polarity(study(tmp_path, AS_RECORDED))
         assert (said.what, said.names) == ("motion.polarity_as_recorded", ("case", "strapped"))
         assert not of_polarity(study(tmp_path, inventory=ALIKE))
-
-    @pytest.mark.slow
-    def test_another_polarity_is_another_study(self, tmp_path):
-        kinds = [study(tmp_path, more).identity for more in ("", AS_RECORDED, BOTH)]
-        assert len(set(kinds)) == 3
-        out = tmp_path / "out"
-        study(tmp_path, AS_RECORDED).run(out)
-        with pytest.raises(StudyError, match="polarity"):
-            study(tmp_path, BOTH).run(out)
 
 
 class TestResults:

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from study_texts import motions
 
 import toppling as tp
 from toppling.studies.buildings.pieces import pieces_of
 from toppling.studies.tables.pieces import exported_pieces
 
-STUDY = """
+STUDY = f"""
 title = "Objects on pedestals"
 [[models]]
 law = "housner"
@@ -18,16 +19,10 @@ law = "energy-consistent"
 of = "models"
 names = ["housner e=e_R geometry=bilinear", "energy-consistent"]
 weights = [0.6, 0.4]
-[motions]
-generator = "clough-penzien"
-number = 20
-duration_s = 8
-dt_s = 0.01
-seed = 1
-[performance]
+{motions(20, 8, 0.01)}[performance]
 inventory = "objects.csv"
 im = "pga"
-levels = { values = [0.1, 0.2, 0.3, 0.5, 0.8], unit = "g" }
+levels = {{ values = [0.1, 0.2, 0.3, 0.5, 0.8], unit = "g" }}
 [hazard]
 k0 = 1e-4
 k = 2

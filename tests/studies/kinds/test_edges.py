@@ -2,23 +2,15 @@
 
 import numpy as np
 import pytest
-import xarray as xr
-from check_facts import facts_of
+from study_texts import YEAR, motions
 
 import toppling as tp
 from toppling.core.facts import Fact
 from toppling.fragility import fit_fragility, overturning_probability, slide_runs
 from toppling.models.friction import FixedFriction, LognormalFriction
-from toppling.studies import StudyError
-from toppling.studies.command.cli import main
-from toppling.studies.facts import curves
-from toppling.studies.facts.coverage import coverage_in
-from toppling.studies.facts.method import method_of
 from toppling.studies.facts.notes import notes_of
-from toppling.studies.facts.say import say
 from toppling.studies.file.blocks import read_blocks
-from toppling.studies.report.page import write_report
-from toppling.studies.tables.slides import edges, edges_of, slides
+from toppling.studies.tables.slides import edges, slides
 
 BENCH = """[[blocks]]
 name = "analyser"
@@ -39,11 +31,6 @@ law = "housner"
 [[models]]
 law = "discrete"
 delta = 0.01
-[motions]
-generator = "clough-penzien"
-number = 20
-duration_s = 12
-dt_s = 0.01
 [ida]
 im = "pga"
 levels = {{ values = [0.1, 0.3, 0.5, 0.8, 1.2], unit = "g" }}
@@ -55,18 +42,13 @@ replicates = 100
 {fit}
 {more}
 """
+SHAKES = motions(20, 12, 0.01, 0)
 FRICTION = "[friction]\nstatic = 0.35\ndispersion = 0.3\nkinetic_ratio = 0.85\n"
-YEAR = """
-[hazard]
-levels = [0.05, 0.1, 0.3, 1.0, 2.0]
-rates = [3e-2, 1e-2, 1e-3, 1e-4, 1e-5]
-unit = "g"
-"""
 FALLS = ("fall_off_probability", "fall_off_rate", "fall_off_risk_probability", "falls_probability", "falls_rate")
 
 
 def study(folder, more=FRICTION + YEAR, blocks=BENCH, polarity="", fit="", name="study"):
-    (folder / f"{name}.toml").write_text(TEXT.format(blocks=blocks, more=more, polarity=polarity, fit=fit))
+    (folder / f"{name}.toml").write_text(TEXT.format(blocks=blocks, more=more, polarity=polarity, fit=fit) + SHAKES)
     return tp.Study.from_toml(folder / f"{name}.toml")
 
 
@@ -152,47 +134,6 @@ class TestResults:
         for name in FALLS:
             assert np.isnan(results[name][1]).all()
 
-    def test_the_headline_does_not_move(self, results, folder):
-        plain = study(folder, YEAR, BENCH.partition("edge")[0], name="plain").run()
-        for name in ("probability", "median", "rate", "rate_upper"):
-            np.testing.assert_array_equal(results[name], plain[name])
-        assert not set(FALLS) & set(plain.data_vars)
-        assert "more_rate" not in results
-
-    @pytest.mark.slow
-    def test_motions_as_recorded_when_the_file_says_so(self, folder, results):
-        found = study(folder, polarity='polarity = "as recorded"', name="recorded").run()
-        assert (found["fall_off_probability"][0] != results["fall_off_probability"][0]).any()
-        np.testing.assert_array_equal(found["slip_probability"], results["slip_probability"])
-
-    @pytest.mark.slow
-    def test_an_edge_that_is_not_reached(self, folder, results):
-        found = study(folder, blocks=BENCH.replace("= 40", "= 40000"), name="far").run()
-        assert (found["fall_off_probability"][0] == 0.0).all()
-        np.testing.assert_array_equal(found["falls_probability"][0], found["probability"][0])
-
-    @pytest.mark.slow
-    def test_floors(self, folder):
-        building = '[building]\nkind = "flexural-shear"\nstoreys = 3\nperiod_s = 0.4\nfloors = [0, 3]\n'
-        found = study(folder, FRICTION + YEAR + building, polarity='im_at = "ground"', name="floors").run()
-        assert found["fall_off_probability"].dims == ("block", "floor", "level")
-        assert found["falls_probability"].dims == ("block", "model", "floor", "level")
-        assert found["falls_rate"].dims == ("block", "model", "floor")
-        assert float(found["fall_off_rate"][0, 1]) > float(found["fall_off_rate"][0, 0])
-        assert len(edges(found).rows) == 2
-
-    @pytest.mark.slow
-    def test_stripes(self, folder):
-        (folder / "stripes.toml").write_text(
-            TEXT.format(blocks=BENCH, more=FRICTION + YEAR, polarity="", fit="").replace("[ida]", "[stripes]")
-            .replace('levels = { values = [0.1, 0.3, 0.5, 0.8, 1.2], unit = "g" }',
-                     'unit = "g"\nat = [{ level = 0.3 }, { level = 0.8 }]')
-        )  # fmt: skip
-        found = tp.Study.from_toml(folder / "stripes.toml").run()
-        assert found["fall_off_probability"].dims == ("block", "level")
-        assert (found["falls_probability"] >= found["probability"])[0].all()
-        assert "rate, stripes" in next(coverage_in(found)).names
-
 
 class TestOwnFriction:
     """Blocks with friction or a contact of their own, beside that of the study."""
@@ -217,37 +158,6 @@ class TestOwnFriction:
         known = study(folder, blocks=BENCH + "friction = 0.4\n", name="known")
         assert known.slides.ratio_of(known.blocks[0]) == 0.85
 
-    @pytest.mark.slow
-    def test_the_screen_knows_it(self, folder):
-        found = study(folder, FRICTION, self.OWN, name="screened").run()
-        plain = study(folder, FRICTION, name="screened").run()
-        assert float(found["slides"][0].mean()) > float(plain["slides"][0].mean())
-        np.testing.assert_array_equal(found["slides"][1], plain["slides"][1])
-
-    @pytest.mark.parametrize(
-        ("block", "more", "message"),
-        [
-            ('friction = 0.3\ncontact = "vinyl"\n', FRICTION, "a block has friction or contact, got both"),
-            ("friction_dispersion = 0.3\n", FRICTION, "friction_dispersion goes with friction"),
-            ("friction = 0\n", FRICTION, r"blocks\[1\]\.friction: must be"),
-            ("friction = nan\n", FRICTION, r"blocks\[1\]\.friction: must be"),
-            ("friction = 10\n", FRICTION, r"blocks\[1\]\.friction: must be"),
-            ('contact = "castors"\n', FRICTION, "a piece on castors rolls"),
-            ('contact = "ice"\n', FRICTION, "contact must be one of"),
-            ("friction = 0.3\n", "", r"blocks\[1\]: its own friction needs \[friction\]"),
-        ],
-    )
-    def test_refusals(self, folder, block, more, message):
-        with pytest.raises(StudyError, match=message):
-            study(folder, more, BENCH + block, name="refused")
-
-    def test_other_kinds_of_studies(self, folder):
-        blocks = BENCH.partition("edge")[0] + "friction = 0.3\n"
-        text = TEXT.format(blocks=blocks, more=FRICTION, polarity="", fit="").replace("[fit]\nreplicates = 100\n", "")
-        (folder / "kind.toml").write_text(text + '[sensitivity]\nparameter = "delta"\nvalues = [0.01, 0.05]\n')
-        with pytest.raises(StudyError, match="its own friction is for fragility studies, not for a sensitivity study"):
-            tp.Study.from_toml(folder / "kind.toml")
-
 
 def of_edges(found):
     return [fact for fact in notes_of(found) if fact.what == "sliding.edge_unknown"]
@@ -267,26 +177,13 @@ class TestNotes:
     def test_other_states_and_clouds(self, folder):
         found = study(folder, fit='state = "uplifted"', name="uplifted").run()
         assert of_edges(found) == [unknown("state")]
-        text = TEXT.format(blocks=BENCH, more=FRICTION, polarity="", fit="").replace("[ida]", "[cloud]")
+        text = (TEXT.format(blocks=BENCH, more=FRICTION, polarity="", fit="") + SHAKES).replace("[ida]", "[cloud]")
         (folder / "cloud.toml").write_text("\n".join(one for one in text.splitlines() if not one.startswith("levels")))
         found = tp.Study.from_toml(folder / "cloud.toml").run()
         assert of_edges(found) == [unknown("cloud")]
 
-    def test_studies_with_edges_and_friction_have_none(self, results):
-        assert of_edges(results) == []
-
 
 class TestPages:
-    @pytest.mark.slow
-    def test_report(self, results, folder):
-        (page, *_) = write_report(folder / "out" / "results.nc", folder, "md")
-        text = page.read_text().replace("\u00a0", " ")
-        (off,) = (fact for fact in curves.answer(results) if fact.what == "sliding.off_edge")
-        assert off.names == ("“analyser”",)
-        assert say(off, "page").replace("\u00a0", " ") in text
-        assert "sliding.edge_model" in facts_of(method_of, results)
-        assert edges(results).title in text
-
     def test_table_holds_the_results(self, results):
         (row,) = edges(results).rows
         names = {"off": "fall_off_risk_probability", "over": "risk_probability", "either": "falls_risk_probability"}
@@ -300,20 +197,6 @@ class TestPages:
         words = "over 5 cm it touches a neighbour, over 10 cm it tears its service line, over 30 cm it blocks an aisle"
         assert any(note.endswith(f" by slip: {words}.") for note in slides(results).notes)
 
-    @pytest.mark.slow
-    def test_without_a_hazard_they_are_of_a_level(self, folder, capsys):
-        study(folder, FRICTION, name="level")
-        assert main(["run", str(folder / "level.toml"), "--out", str(folder / "level"), "--verbose"]) == 0
-        assert "edges at PGA of the ground = 0." in capsys.readouterr().out
-        with xr.open_dataset(folder / "level" / "results.nc") as stored:
-            assert "fall_off_rate" not in stored
-            assert edges_of(stored.load())[0][-1].startswith("at PGA of the ground = 0.")
-
-    def test_stored_results_are_those_returned(self, results, folder):
-        with xr.open_dataset(folder / "out" / "results.nc") as stored:
-            for name in FALLS:
-                np.testing.assert_array_equal(stored[name], results[name])
-
 
 class TestKeys:
     def test_all_keys(self, folder):
@@ -323,52 +206,11 @@ class TestKeys:
         plain = study(folder, blocks=BENCH.replace('falls_when = "foot"\n', ""), name="keys").blocks[0]
         assert plain.edge == tp.Edge(0.04)
 
-    @pytest.mark.parametrize(
-        ("more", "message"),
-        [
-            ("edge_distance_mm = -1\n", r"blocks\[1\]\.edge_distance_mm: must be >= 0 \(in mm\), got -1"),
-            ("edge_distance_mm = nan\n", "edge_distance_mm: must be .*, got nan"),
-            ("edge_distance_back_mm = inf\n", "edge_distance_back_mm: must be .*, got inf"),
-            ('edge_distance_mm = 40\nfalls_when = "toe"\n', "falls_when: must be one of centre, foot, got 'toe'"),
-            ('falls_when = "foot"\n', "falls_when needs edge_distance_mm or edge_distance_back_mm: there is no edge"),
-            ("edge_distance_mm = 40\nwall_gap_mm = 0\n", "a block near an edge must stand free, .*got touching wall"),
-            ("edge_distance_mm = 40\ncm_offset_mm = 5\n", "a block near an edge must stand free"),
-            ("edge_distance_mm = 40\nlean_deg = 1\n", "a block near an edge must stand free"),
-            (
-                'edge_distance_mm = 40\nmass_kg = 9\nrestraint = { kind = "strap", height_m = 0.5, strength_n = 9 }\n',
-                "a block near an edge must stand free",
-            ),
-        ],
-    )
-    def test_refusals(self, folder, more, message):
-        with pytest.raises(StudyError, match=message):
-            study(folder, blocks=BENCH.partition("edge")[0] + more, name="refused")
-
-    def test_fit_state(self, folder):
-        with pytest.raises(StudyError, match=r"fit\.state must be a state of rocking blocks, got 'fallen_off'"):
-            study(folder, fit='state = "fallen_off"', name="state")
-
-    def test_other_kinds_of_studies(self, folder):
-        text = TEXT.format(blocks=BENCH, more="", polarity="", fit="").replace("[fit]\nreplicates = 100\n", "")
-        (folder / "kind.toml").write_text(text + '[sensitivity]\nparameter = "delta"\nvalues = [0.01, 0.05]\n')
-        with pytest.raises(StudyError, match="edge_distance_mm is for fragility studies: a sensitivity study does not"):
-            tp.Study.from_toml(folder / "kind.toml")
-
     def test_files_of_blocks(self, folder):
         file = folder / "blocks.csv"
         head = "name,width_m,height_m,wall_gap_mm,edge_distance_mm,edge_distance_back_mm,falls_when\n"
         file.write_text(f"{head}a,0.4,0.6,,40,,foot\nb,0.4,0.6,,,10,\nc,0.4,0.6,,,,\n")
         assert [one.edge for one in read_blocks(file)] == [tp.Edge(0.04, None, "foot"), tp.Edge(None, 0.01), None]
-        for line, message in (
-            ("a,0.4,0.6,,-1,,", "line 2, column 'edge_distance_mm'"),
-            ("a,0.4,0.6,,,nan,", "line 2, column 'edge_distance_back_mm'"),
-            ("a,0.4,0.6,,,,foot", "column 'falls_when': needs edge_distance_mm"),
-            ("a,0.4,0.6,,4,,toe", "column 'falls_when': must be one of centre, foot, got 'toe'"),
-            ("a,0.4,0.6,0,,4,", "a block near an edge must stand free"),
-        ):
-            file.write_text(f"{head}{line}\n")
-            with pytest.raises(StudyError, match=message):
-                read_blocks(file)
 
 
 @pytest.mark.slow

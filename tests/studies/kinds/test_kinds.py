@@ -10,13 +10,12 @@ from scipy.interpolate import CubicHermiteSpline
 from study_texts import BLOCKS, HAZARD, IDA, motions
 
 import toppling as tp
-from toppling.fragility import rank_measures, uncertain_ida
+from toppling.fragility import uncertain_ida
 from toppling.fragility.runs.provenance import blocks_of
 from toppling.studies import Assessment, StudyError, assess, read_inventory
 from toppling.studies.buildings.pieces import ranking_of
 from toppling.studies.command.cli import main
 from toppling.studies.facts import building
-from toppling.studies.plan.estimates import ranking_of_measures
 from toppling.studies.plan.risk import risk_of
 from toppling.studies.report.page import write_report
 
@@ -69,75 +68,6 @@ class TestFits:
         np.testing.assert_array_equal(found.overturnings, counts.overturnings)
         assert found.attrs["state"] == "|theta|/alpha > 0.5"
 
-    def test_isotonic_curves_stand_beside_what_is_observed(self, tmp_path):
-        found = run(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, '[fit]\nform = "isotonic"\nreplicates = 100\n', HAZARD)
-        assert (found.curve_probability.diff("level") >= 0.0).all()
-        np.testing.assert_array_equal(found.probability, found.overturnings / found.runs)
-        assert (found.rate > 0.0).all()
-
-    def test_measures(self, tmp_path):
-        found = run(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, '[measures]\nalso = ["Sa(1.0)"]\n')
-        runs = tp.ida(PIECES, LAWS, shakes(), LEVELS)
-        own, direct = ranking_of_measures(found), rank_measures(runs, shakes(), ("Sa(1.0)",))
-        for name in ("dispersion", "rank", "excess_upper"):
-            np.testing.assert_array_equal(own[name], direct[name])
-        assert (tmp_path / "out/measures_2.png").stat().st_size > 10_000
-
-
-class TestDesigns:
-    @pytest.mark.slow
-    def test_stripes(self, tmp_path):
-        stripes = """
-[stripes]
-im = "pga"
-unit = "m/s2"
-
-[[stripes.at]]
-level = 2.0
-
-[[stripes.at]]
-level = 4.0
-motions = { seed = 7, number = 12 }
-
-[[stripes.at]]
-level = 8.0
-motions = { seed = 8 }
-"""
-        found = run(tmp_path, BLOCKS, MODELS, MOTIONS, stripes)
-        sets = [shakes(), shakes(7, 12), shakes(8)]
-        direct = tp.stripes(PIECES, LAWS, sets, [2.0, 4.0, 8.0])
-        np.testing.assert_array_equal(found.peak_rotation, direct.peak_rotation)
-        assert found.runs.values[0, 0].tolist() == [24, 12, 24]
-        np.testing.assert_array_equal(found["median"], tp.fit_fragility(direct)["median"])
-
-    @pytest.mark.slow
-    def test_cloud(self, tmp_path, capsys):
-        strong = MOTIONS.replace("seed = 1", "seed = 1\ns0_m2_s3 = 0.2")
-        found = run(tmp_path, BLOCKS, MODELS, strong, '[cloud]\nim = "pgv"\n', "[screen]\nundecided = 0.0\n")
-        assert "level" not in found.dims
-        assert found.overturned.dims == ("block", "model", "motion")
-        assert "Fragility curves" in capsys.readouterr().out
-
-    @pytest.mark.slow
-    def test_several_buildings(self, tmp_path):
-        buildings = """
-[[buildings]]
-name = "ground"
-kind = "ground"
-
-[[buildings]]
-name = "tower"
-kind = "flexural-shear"
-period_s = 0.6
-storeys = 3
-floors = [1, 3]
-"""
-        found = run(tmp_path, BLOCKS, MODELS, MOTIONS, buildings, IDA)
-        assert found.floor.values.tolist() == ["ground", "tower 1", "tower 3"]
-        plain = tp.ida(PIECES, LAWS, shakes(), LEVELS)
-        at = found.isel(motion=found.motion_floor.values == "ground")
-        np.testing.assert_array_equal(at.peak_rotation, plain.peak_rotation)
-
 
 @pytest.mark.slow
 class TestRisk:
@@ -159,14 +89,6 @@ class TestRisk:
         inside = (rates[0] > goal) & (rates[1] < goal)
         np.testing.assert_array_equal(np.isfinite(width), inside)
         assert ((width[inside] > 0.35) & (width[inside] < 0.6)).all()
-
-    def test_a_hazard_file_relative_to_the_study(self, tmp_path):
-        (tmp_path / "site.csv").write_text("pga (g),rate (1/yr)\n0.02,0.1\n0.2,4e-3\n1.5,2e-5\n", encoding="utf-8")
-        found = run(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, '[hazard]\nfile = "site.csv"\n')
-        curves = tp.fit_fragility(tp.ida(PIECES, LAWS, shakes(), LEVELS), keep_replicates=True)
-        direct = tp.annual_rate(curves, tp.read_hazard(tmp_path / "site.csv"))
-        np.testing.assert_array_equal(found.rate, direct.rate)
-        assert (tmp_path / "out/risk.png").stat().st_size > 10_000
 
 
 class TestUncertainty:
@@ -200,22 +122,6 @@ R_factor = { distribution = "lognormal", median = 1.0, dispersion = 0.1, lower =
         assert "Sobol’ indices" in out
         for name in ("uncertainty", "sobol"):
             assert (tmp_path / f"out/{name}.png").stat().st_size > 10_000
-
-    @pytest.mark.parametrize(
-        ("table", "message"),
-        [
-            (TABLE.replace("upper = 1.0 }", "upper = 1.1 }"), "e"),
-            (TABLE.replace('"uniform"', '"uniforn"'), "uncertainty.inputs.e.distribution: must be one of normal"),
-            (TABLE.replace("lower = 0.85, ", ""), "key 'uncertainty.inputs.e.lower' is missing"),
-            (TABLE.replace("lower = 0.85", "mean = 0.9, lower = 0.85"), "unknown key 'uncertainty.inputs.e.mean'"),
-            (TABLE.replace("R_factor", "mass"), "mass"),
-            (TABLE.replace("samples = 6", "samples = 1"), "uncertainty.samples"),
-        ],
-    )
-    def test_mistakes(self, tmp_path, table, message):
-        with pytest.raises(StudyError, match=message) as error:
-            tp.Study.from_toml(write(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, table))
-        assert "\n" not in str(error.value)
 
 
 INVENTORY = """item,width_m,height_m,floor,count,value,currency,consequence
@@ -264,29 +170,6 @@ class TestPerformance:
         ]  # fmt: skip
 
     @pytest.mark.slow
-    def test_a_code_and_a_budget(self, tmp_path, capsys):
-        """The shelf is a matter of safety, on the ground: α S/2 by EN 1998-1; the cabinet names no risk to persons."""
-        columns = ",code_class,mass_kg,anchoring_cost,anchored,anchor_strength_n\n"
-        lines = INVENTORY.replace("\n", columns, 1).splitlines()
-        more = [lines[0], f"{lines[1]},storage,100,20,yes,100", f"{lines[2]},storage,80,5,no,"]
-        (tmp_path / "things.csv").write_text("\n".join(more), encoding="utf-8")
-        code = 'code = { standard = "ec8", ag_g = 0.25, soil_factor = 1.2, component_period_s = 0 }\nbudget = 100\n'
-        found = run(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE + code, HAZARD)
-        assert found["code_status"].values.tolist() == ["required", "not checked"]
-        np.testing.assert_allclose(found["code_force"].values, [0.3 / 2.0 * 980.665, np.nan])
-        np.testing.assert_allclose(found["code_ratio"].values, [0.3 / 2.0 * 9.80665, np.nan])
-        assert found["budget_chosen"].values.tolist() == [[False, True]] * found.sizes["model"]
-        out = " ".join(capsys.readouterr().out.split())
-        assert all(part in out for part in ("EN 1998-1, 4.3.5", "a_g = 0.25", "S = 1.2", "T_a = 0"))
-        actions = facts_of(building.actions, found)
-        assert [name.split("”")[0] for name in actions["code.weak_anchors"].names] == ["“shelf"]
-        lines = actions["anchoring.lines"]
-        assert (lines.names, lines.more["budget"]) == (("“cabinet” (floor 2)",), 100.0)
-        after = facts_of(building.answer, found)["anchoring.after"]
-        assert (after.more["cost"], after.more["currency"]) == (10.0, "EUR")
-        assert after.more["saved"] > 0.0
-
-    @pytest.mark.slow
     def test_a_piece_that_does_not_fit_is_named(self, tmp_path):
         """The code requires the rack; the museum case would pay, and the rest of the budget is not enough for it."""
         columns = "item,width_m,height_m,floor,count,value,currency,consequence,code_class,mass_kg,anchoring_cost\n"
@@ -299,47 +182,9 @@ class TestPerformance:
         fact = facts_of(building.actions, found)["budget.beyond"]
         assert (fact.value, fact.names, fact.more["costs"]) == (10.0, ("“museum case” (ground)",), [350.0])
 
-    @pytest.mark.slow
-    def test_given_a_level_and_as_a_scenario(self, tmp_path, capsys):
-        found = run(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE + 'objective = "number"\nat_level = 4.0\n')
-        assert found.attrs["basis"] == "intensity"
-        assert "= 0.408 g" in capsys.readouterr().out
-        scenario = '[performance]\ninventory = "things.csv"\n'
-        (tmp_path / "two").mkdir()
-        (tmp_path / "two/things.csv").write_text(INVENTORY, encoding="utf-8")
-        found = run(tmp_path / "two", MODELS, MOTIONS, BUILDING, scenario)
-        assert found.attrs["basis"] == "scenario"
-        assert found.sizes["level"] == 1
-
     @pytest.mark.parametrize(
         ("parts", "message"),
         [
-            ((BLOCKS, PERFORMANCE), "a performance study has no blocks"),
-            ((PERFORMANCE.replace("things", "nothing"),), "nothing.csv: no such file"),
-            (
-                (PERFORMANCE + 'objective = "fire"\n',),
-                "performance.objective must be one of loss, number, any, blocks-exit",
-            ),
-            ((PERFORMANCE + "at_level = 3.0\n",), "performance.at_level must be one of the levels, got 3 m/s2"),
-            ((PERFORMANCE + "at_level = 4.0\n", HAZARD), "performance.at_level does not go with a hazard"),
-            (
-                (PERFORMANCE.replace('"pga"', '"scale"').replace("m/s2", "1"), HAZARD),
-                "hazard needs levels of a measure",
-            ),
-            ((PERFORMANCE, IDA), "exactly one of ida, stripes, cloud, performance, got ida and performance"),
-            ((PERFORMANCE, "[hazard]\nk0 = 1e-4\n"), "a hazard needs either file, or k0 and k"),
-            ((PERFORMANCE + "variability = { restitution = 0.1 }\n",), "performance.variability.restitution"),
-            ((PERFORMANCE + "budget = 100\n",), "performance.budget needs anchoring_cost in the inventory"),
-            ((PERFORMANCE + "budget = -1\n",), "performance.budget: must be > 0"),
-            (
-                (PERFORMANCE + "consequence_correlation = 0.5\n",),
-                "performance.consequence_correlation is of cost_median, downtime_median_days and injury_probability",
-            ),
-            (
-                (PERFORMANCE + "consequence_correlation = 1.5\n",),
-                "consequence_correlation: must be >= 0 and <= 1, got 1.5",
-            ),
-            ((PERFORMANCE + 'code = { standard = "ec7" }\n',), "performance.code.standard: must be one of"),
             (
                 (PERFORMANCE + 'code = { standard = "ec8", ag_g = 0.2 }\n',),
                 "performance.code.soil_factor.*performance.code.component_period_s",
@@ -354,65 +199,12 @@ class TestPerformance:
                 )
                 for ag, period, key in ((0.2, 20, "component_period_s"), (1.96, 0, "ag_g"))
             ),
-            (
-                (PERFORMANCE + 'code = { standard = "asce7-22", sds_g = 1, design_category = "D", ag_g = 0.2 }\n',),
-                "unknown key 'performance.code.ag_g'",
-            ),
-            (
-                (
-                    PERFORMANCE
-                    + 'code = { standard = "asce7-22", sds_g = 1, design_category = "D", importance = 1.2 }\n',
-                ),
-                r"performance.code: importance must be 1.0 or 1.5 by 'asce7-22' \(13.1.3\), got 1.2",
-            ),
         ],
     )
     def test_mistakes(self, tmp_path, parts, message):
         with pytest.raises(StudyError, match=message) as error:
             tp.Study.from_toml(write(tmp_path, MODELS, MOTIONS, BUILDING, *parts))
         assert "\n" not in str(error.value)
-
-
-# an assessment takes a second-order curve for straight between 2,000 points
-STRIPE = '[stripes]\nunit = "g"\n[[stripes.at]]\nlevel = 1\n'
-
-
-@pytest.mark.parametrize(
-    ("parts", "message"),
-    [
-        ((MODELS, MOTIONS, IDA), "key 'blocks' is missing"),
-        ((BLOCKS, MODELS, MOTIONS), "exactly one of ida, stripes, cloud, performance, got none"),
-        ((BLOCKS, MODELS, MOTIONS, IDA, '[fit]\nform = "normal"\n'), "fit.form: must be one of lognormal"),
-        ((BLOCKS, MODELS, MOTIONS, IDA, '[fit]\nstate = "fallen"\n'), "fit.state: must be one of overturned, uplif"),
-        ((BLOCKS, MODELS, MOTIONS, IDA, "[measures]\nalso = [\"Sa\"]\n"), "measures.also"),
-        ((BLOCKS, MODELS, MOTIONS, IDA, HAZARD + "probability = 0.1\n"), "hazard.along go together"),
-        ((BLOCKS, MODELS, MOTIONS, IDA, '[hazard]\nfile = "no.csv"\n'), "no.csv"),
-        (('outputs = ["height"]\n', BLOCKS, MODELS, MOTIONS, IDA), r"outputs\[1\]: must be one of overturned"),
-        ((BLOCKS, MODELS, MOTIONS, STRIPE, "motions = { sed = 1 }\n"), "did you mean 'seed'"),
-        ((BLOCKS, MODELS, MOTIONS, STRIPE.replace('"g"', '"m"')), "unit of levels of pga must be"),
-        ((BLOCKS, MODELS, MOTIONS, '[cloud]\nim = "scale"\n'), "cloud.im must be a measure of the motions"),
-    ],
-)  # fmt: skip
-def test_mistakes(tmp_path, parts, message):
-    with pytest.raises(StudyError, match=message) as error:
-        tp.Study.from_toml(write(tmp_path, *parts))
-    assert "\n" not in str(error.value)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("form", ["log-logistic", "weibull", "isotonic", "uplift-lognormal"])
-def test_every_form_of_curve_is_drawn_and_exported(tmp_path, form):
-    """As the fit itself: P by the form's own formula at its median, and the plain table of another program."""
-    found = run(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, f'[fit]\nform = "{form}"\nreplicates = 100\n')
-    assert (tmp_path / "out/fragility.png").stat().st_size > 10_000
-    if form in ("log-logistic", "weibull"):
-        one = found[["median", "dispersion"]].isel(block=0, model=0).assign_attrs(form=form, im="pga")
-        at = tp.fragility.curve_probability(one, [one["median"].item()])
-        assert at.item() == pytest.approx(0.5, abs=1e-12)
-        with pytest.raises(StudyError, match="hazard needs curves whose rates are known exactly"):
-            tp.Study.from_toml(write(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, f'[fit]\nform = "{form}"\n', HAZARD))
-    else:
-        assert main(["export", str(tmp_path / "out/results.nc"), "--format", "csv"]) == 0
 
 
 def test_files_beside_the_study_decide_its_results(tmp_path):
@@ -428,21 +220,6 @@ def test_files_beside_the_study_decide_its_results(tmp_path):
         text = (tmp_path / name).read_text(encoding="utf-8")
         (tmp_path / name).write_text(text.replace(old, new), encoding="utf-8")
         assert tp.Study.from_toml(path).identity != before
-
-
-@pytest.mark.slow
-def test_an_uncertain_law_and_a_single_one(tmp_path):
-    """A choice of laws as an input; with one law the shares are of motion and parameters alone."""
-    table = """
-[uncertainty]
-samples = 5
-
-[uncertainty.inputs]
-law = { distribution = "choice", values = ["discrete", "housner"], weights = [1, 3] }
-"""
-    found = run(tmp_path, BLOCKS, '[[models]]\nlaw = "housner"\n', MOTIONS, IDA, table)
-    assert set(found.law.values.ravel()) <= {"discrete", "housner"}
-    assert found.factor.values.tolist() == ["motion", "sample"]
 
 
 @pytest.mark.slow

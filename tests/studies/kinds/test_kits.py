@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 from check_facts import facts_of, numbers_in
 from rich.console import Console
+from study_texts import motions
 
 import toppling as tp
 from toppling.studies.buildings.pieces import pieces_of
@@ -33,7 +34,7 @@ desk shelf,0.35,1.5,1,1,60,,-10,0.5,100,EUR,,no
 strapped,0.3,1.8,1,1,100,0,,,50,EUR,,strap
 fixed,0.3,1.8,1,2,100,,,,900,EUR,,yes
 """
-STUDY = """
+STUDY = f"""
 title = "Kits"
 [[models]]
 law = "housner"
@@ -50,19 +51,13 @@ height_m = 1.4
 strength_n = 900
 count = 2
 cost = 60
-[motions]
-generator = "clough-penzien"
-number = 8
-seed = 1
-duration_s = 6
-dt_s = 0.02
-[building]
+{motions(8)}[building]
 kind = "flexural-shear"
 period_s = 0.4
 storeys = 2
 [performance]
 inventory = "things.csv"
-levels = { from = 1.0, to = 12.0, number = 5, spacing = "log", unit = "m/s2" }
+levels = {{ from = 1.0, to = 12.0, number = 5, spacing = "log", unit = "m/s2" }}
 replicates = 100
 """
 KITS = 'kits = ["strap", "bracket"]\n'
@@ -94,30 +89,6 @@ class TestReading:
         assert rows["fixed"].anchored
 
     @pytest.mark.parametrize(
-        ("more", "change", "message"),
-        [
-            (
-                'kits = ["rope"]\n',
-                ("", ""),
-                r"performance.kits must name restraints of the study \('strap', 'bracket'\)",
-            ),
-            ('kits = ["strap", "strap", "bracket"]\n', ("", ""), "performance.kits must be different"),
-            ('kits = ["strap"]\n', ("", ""), "restraints.bracket holds nothing: name it in performance.kits"),
-            (KITS, ("1.5,1,1,60", "1.5,1,1,"), "need mass_kg of every piece that they fit, 'desk shelf' has none"),
-            (KITS, ("EUR,,strap", "EUR,,rope"), "must be yes or no or the name of a restraint of the study"),
-            (KITS, ("100,0,,,50", ",0,,,50"), "'anchored': kit 'strap' needs the mass of the piece"),
-            (KITS, (",20,,,400", ",-20,,,400"), "column 'wall_gap_mm'"),
-            (KITS, ("-10,0.5", "-10,40"), "column 'lean_deg': must leave the block standing"),
-            (f"{KITS}target = {{ injuries = 0.1 }}\n", ("", ""), "performance.target.injuries needs persons_exposed"),
-            (f"{KITS}target = {{}}\n", ("", ""), "needs at least one of falls, front_falls, injuries, loss"),
-            (f"{KITS}target = {{ falls = -1 }}\n", ("", ""), "performance.target.falls: must be >= 0"),
-        ],
-    )
-    def test_refusals(self, tmp_path, more, change, message):
-        with pytest.raises(ValueError, match=message):
-            study(tmp_path, more, inventory=INVENTORY.replace(*change) if change[0] else INVENTORY)
-
-    @pytest.mark.parametrize(
         ("more", "cost", "said"),
         [
             (KITS, "cost = 15\n", ""),
@@ -134,23 +105,6 @@ class TestReading:
         found = [one.sentence for one in doubts if "kit" in one.sentence and one.kind == "units"]
         assert [said in sentence for sentence in found] == [True] * bool(said)
 
-    def test_a_target_without_kits(self, tmp_path):
-        text = STUDY.replace('name = "bracket"', "")
-        with pytest.raises(ValueError, match=r"restraints\.bracket holds nothing"):
-            study(tmp_path, "target = { falls = 0.1 }\n", text=text)
-        start, _, rest = STUDY.partition("[restraints.bracket]")
-        alone = start + "[motions]" + rest.partition("[motions]")[2]
-        with pytest.raises(ValueError, match=r"performance\.target needs performance\.kits"):
-            study(tmp_path, "target = { falls = 0.1 }\n", text=alone)
-
-    def test_kits_without_costs_and_those_that_fit_nothing(self, tmp_path):
-        free = STUDY.replace("cost = 15\n", "").replace("cost = 60\n", "")
-        with pytest.raises(ValueError, match=r"performance\.budget needs the cost of the kits"):
-            study(tmp_path, f"{KITS}budget = 10\n", text=free)
-        high = STUDY.replace('kind = "bracket"\nheight_m = 1.4', 'kind = "bracket"\nheight_m = 2.4')
-        with pytest.raises(ValueError, match=r"'bracket' fits no piece of the inventory .*above its top at 1\.8 m"):
-            study(tmp_path, text=high)
-
     def test_laws_that_know_no_restraint_name_the_line(self, tmp_path):
         with pytest.raises(
             ValueError, match=r"inventory: 'case' with kit .*, 'desk shelf' with kit 'bracket' under housner"
@@ -158,10 +112,6 @@ class TestReading:
             study(tmp_path, text=STUDY.replace('geometry = "linear"', 'geometry = "exact"'), inventory="\n".join(
                 line for line in INVENTORY.splitlines() if "strapped" not in line
             ))  # fmt: skip
-
-    def test_modelling_at_a_level(self, tmp_path):
-        with pytest.raises(ValueError, match=r"performance.kits with modelling_dispersion need a \[hazard\]"):
-            study(tmp_path, f"{KITS}modelling_dispersion = 0.2\n", "")
 
     def test_notes(self, tmp_path):
         low = STUDY.replace('kind = "bracket"\nheight_m = 1.4', 'kind = "bracket"\nheight_m = 1.6')

@@ -5,7 +5,6 @@ import pytest
 from study_texts import CABINET, HAZARD, IDA, motions
 
 import toppling as tp
-from toppling.studies import StudyError
 from toppling.studies.facts.footnotes import footnotes
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import say
@@ -72,10 +71,6 @@ class TestFragility:
         found = cabinet(tmp_path, 'modelling_class = "rock"\nmodelling_dispersion = 0.2\n')
         assert found.fit.modelling_dispersion == 0.2
         assert cabinet(tmp_path, "").fit.modelling_class is None
-
-    def test_another_name_is_refused(self, tmp_path):
-        with pytest.raises(StudyError, match=r"fit\.modelling_class"):
-            cabinet(tmp_path, 'modelling_class = "sofa"\n')
 
 
 class TestPerformance:

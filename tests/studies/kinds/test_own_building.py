@@ -8,7 +8,7 @@ import numpy as np
 import own_building
 import pytest
 import xarray as xr
-from check_facts import facts_of, notes_named
+from check_facts import notes_named
 
 import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY
@@ -20,8 +20,6 @@ from toppling.studies.buildings.anchoring import anchoring
 from toppling.studies.buildings.branches import Sampling, combinations, rates_over_branches
 from toppling.studies.buildings.variables import Year
 from toppling.studies.command.cli import main
-from toppling.studies.facts.method import inputs_of, method_of
-from toppling.studies.facts.say import say
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import read_inventory
 
@@ -280,10 +278,6 @@ class TestModellingUncertainty:
             held, Assessment(LAW, own, LEVELS, "pga", hazard=HAZARD, modelling_dispersion=0.4)
         )  # (one class that may fall)
 
-    def test_at_a_level_it_would_scale_histories(self):
-        with pytest.raises(ValueError, match="at a given level needs outcomes at levels about it, to which floor"):
-            assess(THINGS, Assessment(LAW, histories(sets_apart()), LEVELS, "pga", modelling_dispersion=0.4))
-
     def test_at_a_level_of_an_elastic_building(self):
         shaking = ground()
         one = dataclasses.replace(histories([shaking], [STANDARD_GRAVITY]), elastic=True)
@@ -382,100 +376,6 @@ class TestStudies:
         wanted = "the pga of floor 0 is not that of 1 level (at 9.81 g 0.10 to 0.10 times"
         assert any(wanted in note for note in notes) == said
 
-    @pytest.mark.parametrize(
-        ("options", "said"),
-        [
-            (
-                {"asked": 'im = "pga"\nmodelling_dispersion = 0.4'},
-                "modelling_dispersion at a given level needs outcomes at levels about it",
-            ),
-            (
-                {"index": PLAIN, "asked": "modelling_dispersion = 0.4"},
-                "modelling_dispersion at a given level needs outcomes at levels about it",
-            ),
-            (
-                {"asked": 'im = "pga"\nmodelling_dispersion = 0.4', "more": YEARLY},
-                "modelling_dispersion of several classes of pieces needs the same motions at all levels",
-            ),
-            (
-                {"motions": 'floors_file = "f.csv"', "asked": "modelling_dispersion = 0.4"},
-                "performance.modelling_dispersion at a given level scales the histories of motions.floors_file",
-            ),
-            (
-                {"more": YEARLY + OTHERS + 'floors_file = "f.csv"\n'},
-                "motion_sets 'other': the levels of shaking scale the histories of motions.floors_file",
-            ),
-            (
-                {"more": YEARLY + OTHERS + 'floors_index = "one.csv"\n'},
-                "motion_sets 'other': floor histories are used at their own levels (0.5 g), which are not those of",
-            ),
-            (
-                {"more": YEARLY + OTHERS + 'floors_index = "plain.csv"\n'},
-                "motion_sets 'other': floor histories are used at their own levels (none in their index)",
-            ),
-            (
-                {"more": YEARLY + OTHERS + 'generator = "clough-penzien"\nnumber = 2\nduration_s = 4\n'},
-                "motion_sets 'other': floor of 'shelf' must be one of 0, got 1",
-            ),
-            (
-                {"asked": LEVELS_KEY},
-                "its histories are used as they are, at their own levels (0.5 g, 1 g); motions.elastic = true scales",
-            ),
-            (
-                {"asked": LEVELS_KEY, "motions": 'floors_index = "index.csv"\nelastic = true'},
-                "motions.elastic scales one set of histories",
-            ),
-            ({"motions": 'floors_index = "index.csv"\nelastic = true'}, "performance.levels, which are not given"),
-            (
-                {"asked": LEVELS_KEY, "motions": 'floors_index = "index.csv"\nelastic = true', "index": PLAIN},
-                "motions.elastic needs the level of the set that is scaled",
-            ),
-            (
-                {"direction": ""},
-                "direction of 'case' must be x or y, the direction in which its width lies: floor 3 has",
-            ),
-            ({"direction": "y", "index": ONE}, "floor 3 has no histories in direction y, that of 'case'"),
-            ({"direction": "z"}, "things.csv, line 3, column 'direction': must be one of x, y, got 'z'"),
-            (
-                {"index": ONE.replace(",3,x", ",2,x")},
-                "things.csv, line 3, column 'floor': must be one of 1, 2, got '3'",
-            ),
-            ({"asked": 'im = "pgv"'}, "unit of levels of pgv must be one of m/s, cm/s, got 'g'"),
-            ({"asked": "at_level = 0.7"}, "performance.at_level must be one of the levels, got 0.7 g"),
-            ({"index": PLAIN, "asked": 'im = "pga"'}, "performance.im needs performance.levels"),
-            ({"motions": 'floors_index = "none.csv"'}, "none.csv: no such file"),
-            ({"motions": 'floors_index = "index.csv"\nbaseline_order = 1'}, "unknown key 'motions.baseline_order'"),
-            ({"motions": 'floors_index = "index.csv"\nnumber = 3'}, "unknown key 'motions.number'"),
-            (
-                {"more": '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\n'},
-                "a building needs ground motions, got motions.floors_index, which are of floors already",
-            ),
-        ],
-    )
-    def test_refusals(self, tmp_path, options, said):
-        path = study(tmp_path, **options)
-        with pytest.raises(StudyError) as caught:
-            tp.Study.from_toml(path)
-        assert said in str(caught.value)
-        assert main(["run", str(path), "--dry-run"]) == 2
-
-    @pytest.mark.parametrize(
-        ("motions", "said"),
-        [
-            ('floors_index = "index.csv"', "motions.floors_index is for a performance study: other studies take"),
-            (
-                'floors_file = "f.csv"\nelastic = true',
-                "motions.elastic is for the floor histories of a performance study",
-            ),
-        ],
-    )
-    def test_other_kinds_of_studies(self, tmp_path, motions, said):
-        path = study(tmp_path)
-        text = STUDY.format(motions=motions, asked="").partition("[performance]")[0]
-        path.write_text(text + '[[blocks]]\nwidth_m = 0.4\nheight_m = 2\n[cloud]\nim = "pga"\n', encoding="utf-8")
-        with pytest.raises(StudyError, match=said):
-            tp.Study.from_toml(path)
-
     def test_notes_and_screen(self, tmp_path):
         plan = tp.Study.from_toml(study(tmp_path, direction="y"))
         assert plan.runs == 2 * 3 * 2
@@ -542,14 +442,6 @@ class TestStudies:
         assert "ground_pga" not in results.coords
 
     @pytest.mark.slow
-    def test_floors_file_that_is_scaled(self, tmp_path):
-        path = study(tmp_path, 'floors_file = "f.csv"\nelastic = true', LEVELS_KEY)
-        plan = tp.Study.from_toml(path)
-        assert "motion.floors_scaled_elastic" in {fact.what for fact in plan.facts}
-        given = facts_of(inputs_of, plan.run())["motion.given"]
-        assert (given.value, given.more["levels"], given.more["scaled"], given.more["elastic"]) == (1, 2, True, True)
-
-    @pytest.mark.slow
     def test_motions_are_shown(self, tmp_path, capsys):
         assert main(["motions", str(study(tmp_path)), "--out", str(tmp_path / "shown")]) == 0
         assert "A0 at 0.5" in capsys.readouterr().out
@@ -583,38 +475,3 @@ class TestExample:
                 continue
             ours, theirs = (np.loadtxt(one, delimiter=",", skiprows=1) for one in (path, shipped))
             np.testing.assert_allclose(ours, theirs, atol=1.01 * 10.0**-own_building.DECIMALS)
-
-    @pytest.mark.parametrize("format_", ["html", "md"])
-    def test_report(self, finished, format_, tmp_path):
-        out = tmp_path / f"report.{format_}"
-        assert main(["report", str(finished / "out/results.nc"), "--format", format_, "--out", str(out)]) == 0
-        text = out.read_text(encoding="utf-8")
-        with xr.open_dataset(finished / "out/results.nc") as results:
-            facts = facts_of(inputs_of, results)
-            assert "building.elastic" not in facts_of(method_of, results)
-        given = facts["motion.given"].more
-        assert (given["levels"], given["own"], given["scaled"], given["elastic"]) == (4, True, False, False)
-        assert facts["motion.given"].value == 8
-        assert facts["building.own_model"].more["direction"]
-        assert all(say(facts[what], "method") in text for what in ("motion.given", "building.own_model"))
-
-    def test_exports_and_comparison(self, finished, tmp_path):
-        out = finished / "out/results.nc"
-        for format_ in ("csv", "xlsx", "pelicun"):
-            assert main(["export", str(out), "--format", format_, "--out", str(tmp_path / format_)]) == 0
-        inventory = finished / "own_building_inventory.csv"
-        before = inventory.read_text()
-        inventory.write_text(before.replace("150\n", "150\n").replace("1,x,6", "1,x,7"), encoding="utf-8")
-        try:
-            assert main(["run", str(finished / "own_building.toml"), "--out", str(finished / "more")]) == 0
-        finally:
-            inventory.write_text(before, encoding="utf-8")
-        folders = [str(finished / "out"), str(finished / "more")]
-        assert main(["compare", *folders, "--out", str(tmp_path / "compared")]) == 0
-        rows = (tmp_path / "compared/comparison.csv").read_text()
-        assert "archive shelf" in rows
-
-    def test_results_are_read_again(self, finished):
-        with xr.open_dataset(finished / "out/results.nc") as results:
-            assert results["record"].shape == (4, 8)
-            assert float(results["annual_number"].sel(place="building")[0]) > 0.0

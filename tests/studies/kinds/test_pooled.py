@@ -1,17 +1,16 @@
 """Studies of a region: curves from one surface a law, what the file may hold, kills, reports, and what is refused."""
 
-import json
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
-from check_facts import notes_named, numbers_in
-from real_processes import same_after_ten_kills
+from real_processes import killed_at, same_after_ten_kills
+from study_texts import motions
 
 import toppling as tp
 from toppling.core.doubts import ImplausibleInput
+from toppling.fragility.analyses import region_runs
 from toppling.fragility.surfaces.checks import BLOCKS, MOTIONS
 from toppling.models.block_array import BlockArray
 from toppling.studies.command.cli import main
@@ -19,41 +18,32 @@ from toppling.studies.command.forecast import forecast
 from toppling.studies.command.status import status_of
 from toppling.studies.command.verdict import verdict
 from toppling.studies.facts import curves
-from toppling.studies.facts.method import inputs_of, method_of
 from toppling.studies.facts.say import say
 from toppling.studies.file.blocks import read_blocks
 from toppling.studies.plots.fragility import fragility_figure
 from toppling.studies.plots.region import maps
 from toppling.studies.region.reading import read_region
 from toppling.studies.region.rows import event_levels, examples
-from toppling.studies.report.page import write_report
 from toppling.studies.tables.blocks import lead_blocks
-from toppling.studies.tables.region import events, spread, surfaces
+from toppling.studies.tables.region import spread, surfaces
 from toppling.studies.tables.registry import REGISTRY
 from toppling.studies.text.error import StudyError
 
 pytestmark = pytest.mark.lowest
 
-STUDY = """
+STUDY = f"""
 title = "Shelves of a region"
 blocks_file = "blocks.csv"
 [[models]]
 law = "energy-consistent"
-[motions]
-generator = "clough-penzien"
-number = 2000
-seed = 4
-duration_s = 6
-dt_s = 0.02
-[ida]
+{motions(2000, 6, 0.02, 4)}[ida]
 im = "pga"
 levels = "pooled"
 [until]
 median = 0.25
-motions = { least = 32 }
+motions = {{ least = 32 }}
 """
 HAZARD = "[hazard]\nk0 = 1e-4\nk = 2\nunit = 'g'\n"
-SHAKES = tp.motions.CloughPenzien(duration=6.0, dt=0.02)
 
 
 def csv(n=40, start="name,width_m,height_m\n"):
@@ -150,33 +140,6 @@ def test_files_that_are_wrong_are_refused_as_line_by_line(text, said, tmp_path):
     assert "\n" not in str(refused.value)
 
 
-@pytest.mark.slow
-def test_curves_and_rates_are_those_of_the_analysis(finished):
-    results, file = finished
-    own = tp.fragility.pooled(
-        read_blocks(file.parents[1] / "blocks.csv"),
-        tp.EnergyConsistent(),
-        SHAKES,
-        until={"median": 0.25, "motions": {"least": 32, "most": 2000}},
-        hazard=tp.HazardCurve.power_law(1e-4, 2.0, "pga", "g"),
-        seed=4,
-    )
-    for name in (
-        "half_level",
-        "half_level_lower",
-        "half_level_upper",
-        "dispersion",
-        "rate",
-        "rate_upper",
-        "check_difference",
-    ):
-        np.testing.assert_array_equal(results[name], own[name])
-    np.testing.assert_allclose(results["risk_probability"], -np.expm1(-50.0 * own["rate"]), rtol=1e-14)
-    assert results.attrs["kind"] == "fragility"
-    # (a power law has no ends beyond which it is extended but its own two levels)
-    assert ((results["rate_share_below"] >= 0.0) & (results["rate_share_above"] >= 0.0)).all()
-
-
 def test_the_range_of_a_wrong_model_is_about_the_rate(finished):
     """Rates of a hazard of slope 2 go with the inverse square of all capacities."""
     results, _ = finished
@@ -199,24 +162,12 @@ def test_shares_of_rates_are_those_of_the_curves(finished):
 @pytest.mark.slow
 @pytest.mark.parametrize("at", [1, 3])
 def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, finished, tmp_path, monkeypatch):
-    from toppling.fragility.analyses import region_runs
-
-    run, calls = region_runs.run_wave, []
-
-    def killed(*arguments):
-        calls.append(1)
-        if len(calls) == at:
-            raise KeyboardInterrupt
-        return run(*arguments)
-
     for name in ("study.toml", "blocks.csv"):
         shutil.copy(finished[1].parents[1] / name, tmp_path)
     study = tp.Study.from_toml(tmp_path / "study.toml")
-    monkeypatch.setattr(region_runs, "run_wave", killed)
-    with pytest.raises(KeyboardInterrupt):
+    with killed_at(at, monkeypatch, region_runs, "run_wave"):
         study.run(tmp_path / "out")
     assert status_of(tmp_path / "out").state == "interrupted"
-    monkeypatch.setattr(region_runs, "run_wave", run)
     study.run(tmp_path / "out")
     assert (tmp_path / "out/results.nc").read_bytes() == finished[1].read_bytes()
 
@@ -225,22 +176,6 @@ def test_other_blocks_are_another_study(study, finished):
     one, other = study(STUDY + HAZARD), study(STUDY + HAZARD, csv(41))
     assert one.identity == finished[0].attrs["identity"]
     assert other.identity != one.identity
-
-
-@pytest.mark.slow
-def test_motions_that_are_matched_one_by_one_are_made_before(study):
-    matched = """generator = "near-fault"
-magnitude = 6.8
-distance_m = 9000
-vs30_m_s = 620
-match_gmm = true
-number = 80
-seed = 4"""
-    start, end = STUDY.index("generator"), STUDY.index("[ida]")
-    one = study(f"{STUDY[:start]}{matched}\n{STUDY[end:]}")
-    assert one.design.generator is None
-    assert one.design.until.most == 80
-    assert sum(array.sizes["motion"] for array in one.arrays) == 80
 
 
 @pytest.mark.slow
@@ -331,53 +266,16 @@ def test_maps_of_blocks_without_an_area(finished):
         assert len(drawn.axes[0].texts) == (known == 0)
 
 
-@pytest.mark.slow
-def test_the_report_says_how_curves_were_found(finished, tmp_path):
-    (page,) = write_report(finished[1], tmp_path / "report.html")
-    text = page.read_text(encoding="utf-8")
-    given = next(inputs_of(finished[0]))
-    assert (given.value, given.more["origin"]) == (int(finished[0]["motions_run"].max()), "simulated")
-    assert "design.pooled" in {fact.what for fact in method_of(finished[0])}
-    assert "run by themselves" in text
-    assert notes_named(finished[0], "region.joint_falls")
-
-
 def test_the_export_has_every_curve(finished, tmp_path):
     assert main(["export", str(finished[1]), "--out", str(tmp_path), "--format", "csv"]) == 0
     assert len((tmp_path / "curves.csv").read_text(encoding="utf-8").splitlines()) >= 41
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (('levels = "pooled"', 'levels = "poolled"'), "ida.levels: must be 'adaptive' or 'pooled', got 'poolled'"),
-        (("median = 0.25", "rate = 0.25"), "until.rate is for levels = 'adaptive'"),
-        (("median = 0.25", "dispersion = 0.25"), "until.dispersion is for levels = 'adaptive'"),
-        (("least = 32", "least = 8"), "until.motions.least: must be"),
-        (("least = 32", "most = 3000"), "until.motions.most must be at most the 2,000 motions that there are"),
-        (("median = 0.25", "median = 0.25\nseed = 3"), "give motions.seed, which levels follow, too"),
-        (("median = 0.25", "median = 0.25\nruns_per_motion = 300"), "until.runs_per_motion: must be"),
-        (("[until]", '[fit]\nform = "lognormal"\n[until]'), "levels = 'pooled' has no fit"),
-        (("title =", 'outputs = ["peak_rotation"]\ntitle ='), "levels = 'pooled' has no outputs"),
-        (("[until]", "[friction]\nstatic = 0.4\n[until]"), "friction needs levels that all motions share"),
-        (("[until]", "[measures]\n[until]"), "measures needs levels that all motions share"),
-        (('im = "pga"', 'im = "pga_normalised"'), "im must not depend on the block"),
-        (
-            ("duration_s = 6", 'duration_s = 6\ncomponent = "pair"'),
-            "motions.component 'pair' is not for levels = 'pooled'",
-        ),
-        (('[[models]]\nlaw = "energy-consistent"', '[[models]]\nlaw = "vassiliou"\ne = 0.9'), "models"),
-        (("[until]", '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nstoreys = 3\n[until]'), "one floor"),
-        (("[until]", f"{HAZARD}above = 'none'\n[until]"), "hazard.above is not for levels = 'pooled'"),
-        (("[until]", HAZARD.replace("'g'", "'m/s'") + "[until]"), "must be one of"),
-    ],
-)
-def test_what_is_refused(change, said, study):
-    with pytest.raises(StudyError) as refused:
-        study(STUDY.replace(*change, 1))
-    assert said in str(refused.value)
-    assert "\n" not in str(refused.value)
+def test_what_is_refused(study):
+    """All else that does not go together: `tests/golden/refused`."""
+    with pytest.raises(StudyError, match=r"motions\.component 'pair' is not for levels = 'pooled'"):
+        study(STUDY.replace("duration_s = 6", 'duration_s = 6\ncomponent = "pair"'))
 
 
 @pytest.mark.slow
@@ -401,13 +299,6 @@ def test_squat_and_implausible_blocks_are_named(study):
     assert any(one.kind == "block size" and "tower" in one.sentence for one in found.doubts)
 
 
-def test_the_example_is_of_this_kind():
-    folder = Path(tp.__file__).parent / "studies/examples"
-    one = tp.Study.from_toml(folder / "region.toml")
-    assert (one.kind, len(one.region)) == ("pooled", 300)
-    assert json.loads(json.dumps(one.configuration))["ida"]["levels"] == "pooled"
-
-
 EVENTS = '[events]\nlevels = { values = [0.3, 0.5], unit = "g" }\nmotions = 40\nsample = 25\n'
 
 
@@ -428,23 +319,6 @@ def with_events(tmp_path_factory):
     return made, results, folder / "out/results.nc", told
 
 
-@pytest.mark.slow
-def test_falls_in_one_event_are_those_of_the_analysis(with_events):
-    made, results, *_ = with_events
-    motions = SHAKES.sample(40, 4, 2000)
-    g = 9.80665
-    own = tp.fragility.joint_falls(made.region, made.models, motions, [0.3 * g, 0.5 * g], sample=25, seed=4)
-    for name in own.data_vars:
-        np.testing.assert_array_equal(results[name].values, own[name].values)
-    np.testing.assert_allclose(results["event_level"], [0.3 * g, 0.5 * g])
-    assert made.runs - made.event_runs == made.design.runs
-    assert made.event_runs == 2 * 40 * 25
-    table = events(results)
-    assert numbers_in(table.note)[:2] == [40, 25]
-    assert table.column("level") == pytest.approx([0.3, 0.5])
-    assert not notes_named(results, "region.joint_falls")
-
-
 def test_progress_counts_surfaces_and_events(with_events):
     made, results, path, told = with_events
     done, totals = (np.array(one) for one in zip(*told, strict=True))
@@ -453,30 +327,6 @@ def test_progress_counts_surfaces_and_events(with_events):
     assert done[-1] == totals[-1] > results["run_level"].size + made.event_runs  # (and runs that check surfaces)
     line = path.with_name("run.log").read_text().splitlines()[-1]
     assert f"finished: {done[-1]:,} runs, " in line
-
-
-@pytest.mark.slow
-def test_the_report_shows_the_events(with_events, tmp_path):
-    (page,) = write_report(with_events[2], tmp_path / "report.html")
-    text = page.read_text(encoding="utf-8")
-    assert "in one event" in text
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (("[events]", "[events]\nsamples = 3"), "did you mean 'sample'?"),
-        (("motions = 40", "motions = 4"), "events.motions: must be"),
-        (('"g"', '"m/s"'), "unit of levels of pga must be"),
-        (('levels = "pooled"', 'levels = "adaptive"'), "events are of a region: they need ida with levels = 'pooled'"),
-    ],
-)
-def test_events_that_are_refused(change, said, study):
-    with pytest.raises(StudyError) as refused:
-        study((STUDY + EVENTS).replace(*change, 1))
-    assert said in str(refused.value)
-    with pytest.raises(StudyError, match="events are of blocks that fall together"):
-        study(STUDY + EVENTS, csv(1))
 
 
 def test_the_answer_says_how_much_falls_in_one_event(with_events):
@@ -506,25 +356,6 @@ def test_columns_of_what_blocks_have_of_their_own(study, tmp_path):
     other = study(blocks=text.replace("0.03", "0.04"))
     assert one.region.own["delta"][1] == 0.03
     assert one.identity != other.identity
-
-
-@pytest.mark.parametrize(
-    ("lines", "said"),
-    [
-        ("a,0.4,1.8,1.2\nb,0.5,1.6,0.9\n", "e must be > 0 and <= 1, got 1.2 of 'a'"),
-        ("a,0.4,1.8,\nb,0.5,1.6,0.9\n", "e must be finite, got nan of block 1"),
-        ('"a",0.4,1.8,0.9\nb,0.5,1.6,0.9\n', "with the column e every line must have a name, its sizes and e as plain"),
-    ],
-)
-def test_own_columns_that_are_refused(lines, said, study):
-    with pytest.raises(StudyError) as refused:
-        study(blocks=f"name,width_m,height_m,e\n{lines}")
-    assert said in str(refused.value)
-
-
-def test_events_of_blocks_with_their_own_e_are_refused(study):
-    with pytest.raises(StudyError, match="events take e from the laws: leave the columns out, or events"):
-        study(STUDY + EVENTS, "name,width_m,height_m,e\na,0.4,1.8,0.9\nb,0.5,1.6,0.92\n")
 
 
 @pytest.mark.slow

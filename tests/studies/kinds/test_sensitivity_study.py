@@ -12,7 +12,7 @@ from sensitivity_cases import BLOCK, STUDY, of_law, study_of
 import toppling as tp
 from toppling.fragility.fitting.bootstrap import draw_motions
 from toppling.models.friction import friction_at_impact
-from toppling.studies import SensitivityStudy, StudyError, show
+from toppling.studies import SensitivityStudy, show
 from toppling.studies.plots.sensitivity import (
     QUANTITIES,
     figures,
@@ -125,13 +125,6 @@ class TestPaired:
 
 
 class TestDelta:
-    @pytest.mark.slow
-    def test_every_variable_is_labelled(self, over_delta, over_e):
-        for results in (over_delta, over_e):
-            for name, one in results.variables.items():
-                assert one.attrs["units"], name
-                assert one.attrs["long_name"], name
-
     def test_agrees_with_a_plain_analysis(self, over_delta, tmp_path):
         """Each value is a law of its own under the same motions."""
         study = study_of(tmp_path, STUDY, DELTA)
@@ -238,51 +231,6 @@ BASE = STUDY + '[sensitivity]\nparameter = "delta"\n'
 
 
 class TestSchema:
-    @pytest.mark.parametrize(
-        ("text", "message"),
-        [
-            (STUDY + '[sensitivity]\nparameter = "alpha"\nvalues = [0.1, 0.2]', "sensitivity.parameter: "),
-            (BASE, "'sensitivity.values' is missing"),
-            (BASE + "values = [0.1]", "at least 2"),
-            (BASE + "values = [0.1, 0.05]", "values must increase, got 0.1, 0.05"),
-            (BASE + "values = [0.1, 1.0]", "must be >= 1e-09 and < 1, got 1"),
-            (BASE.replace("delta", "e") + "values = [0.5, 1.1]", "of e must be > 0 and <= 1, got 1.1"),
-            (BASE + "values = [0.1, 0.1000000001]", "differ within six digits"),
-            (BASE + 'values = [0.1, 0.2]\nreference = "own"', "reference must be rigid or a value, got 'own'"),
-            (BASE + "values = [0.1, 0.2]\nreference = 2.0", "got 2"),
-            (BASE + "values = [0.1, 0.2]\nsobol = 8", "sobol needs inputs"),
-            (BASE + "values = [0.1, 0.2]\nreplicate = 100", "did you mean 'replicates'"),
-            (
-                BASE + "values = [0.1, 0.2]\ninputs.e = { distribution = 'uniform', lower = 0.5, upper = 1.0 }",
-                "inputs must hold delta",
-            ),
-            (
-                BASE + "values = [0.1, 0.2]\ninputs.delta = { distribution = 'uniform', lower = 0.5 }",
-                "sensitivity.inputs.delta",
-            ),
-            (BASE.replace('rest = "rigid"', "delta = 0.1") + "values = [0.1, 0.2]", r"models\[5\]: delta is what"),
-            (
-                STUDY.replace('law = "vassiliou"', 'law = "housner"\ne = 0.9')
-                + '[sensitivity]\nparameter = "e"\nvalues = [0.8, 0.9]',
-                r"models\[4\]: e is what",
-            ),
-            (BASE + "values = [0.1, 0.2]\n[fit]\nform = 'weibull'", "a study with sensitivity has no fit"),
-        ],
-    )
-    def test_refusals(self, text, message, tmp_path):
-        with pytest.raises(StudyError, match=message):
-            study_of(tmp_path, text)
-
-    def test_only_ida(self, tmp_path):
-        text = STUDY[: STUDY.index("[ida]")] + "[cloud]\n"
-        with pytest.raises(StudyError, match="sensitivity needs ida"):
-            study_of(tmp_path, text, DELTA)
-
-    def test_no_law_with_the_parameter(self, tmp_path):
-        text = BASE.replace(BASE[BASE.index("[[models]]") : BASE.index("[motions]")], '[[models]]\nlaw = "housner"\n')
-        with pytest.raises(StudyError, match="models must hold one with delta"):
-            study_of(tmp_path, text, "values = [0.1, 0.2]")
-
     def test_a_value_as_reference(self, tmp_path):
         few = BASE.replace("number = 12", "number = 4").replace("number = 8", "number = 4")
         results = study_of(tmp_path, few, "values = [0.02, 0.05]\nreference = 0.05\nreplicates = 100").run()

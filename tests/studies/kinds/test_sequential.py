@@ -3,22 +3,22 @@
 import csv
 import json
 import re
-from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 from check_facts import check as check_of, facts_of, notes_named, numbers_in
-from real_processes import same_after_ten_kills
+from real_processes import killed_at, same_after_ten_kills
+from study_texts import motions
 
 import toppling as tp
-from toppling.fragility import Slip, notes, screen
+from toppling.fragility import Slip
 from toppling.fragility.adaptive.stopping import usual_motions
 from toppling.fragility.adaptive.until import Until
+from toppling.fragility.analyses import adaptive
 from toppling.fragility.analyses.weighted_rates import weighted_rate_samples
 from toppling.models import RandomSliding
-from toppling.models.friction import FixedFriction, LognormalFriction
+from toppling.models.friction import FixedFriction
 from toppling.studies.command.cli import main
 from toppling.studies.command.forecast import forecast
 from toppling.studies.command.status import status_of
@@ -26,10 +26,8 @@ from toppling.studies.command.verdict import verdict
 from toppling.studies.comparison.curves import compare_curves
 from toppling.studies.comparison.sides import two_sides
 from toppling.studies.facts import curves
-from toppling.studies.facts.checks import checks_of
-from toppling.studies.facts.method import method_of
 from toppling.studies.facts.notes import notes_of
-from toppling.studies.facts.say import notes_said, remedy, say
+from toppling.studies.facts.say import remedy, say
 from toppling.studies.plan.designs import KeptMotions
 from toppling.studies.plots.fragility import fragility_figure
 from toppling.studies.report.page import write_report
@@ -39,7 +37,7 @@ from toppling.studies.tables.registry import REGISTRY
 from toppling.studies.tables.slides import slides
 from toppling.studies.text.error import StudyError
 
-STUDY = """
+STUDY = f"""
 title = "As many as needed"
 [[blocks]]
 width_m = 0.4
@@ -49,19 +47,14 @@ width_m = 0.6
 height_m = 1.8
 [[models]]
 law = "energy-consistent"
-[motions]
-generator = "clough-penzien"
-number = 200
-seed = 4
-duration_s = 6
-dt_s = 0.02
-[ida]
+{motions(200, 6, 0.02, 4)}[ida]
 im = "pga"
 levels = "adaptive"
 [until]
 median = 0.15
-motions = { least = 32 }
+motions = {{ least = 32 }}
 """
+RATE = STUDY.replace("median = 0.15", "rate = 0.5")
 PRECISE = STUDY.replace("median = 0.15", "median = 0.05")
 FRICTION = "[friction]\nstatic = 0.3\ndispersion = 0.3\nkinetic_ratio = 0.85\nslips_m = [0.05, 0.2]\n"
 HAZARD = '[hazard]\nk0 = 1e-3\nk = 2\nunit = "g"\n'
@@ -85,42 +78,26 @@ def finished(tmp_path_factory):
     return tp.Study.from_toml(folder / "study.toml").run(folder / "out"), folder / "out/results.nc"
 
 
-@pytest.mark.slow
-def test_the_runs_are_those_of_the_analysis(finished):
-    results, _ = finished
-    shakes = tp.motions.CloughPenzien(duration=6.0, dt=0.02)
-    blocks = [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)]
-    until = {"median": 0.15, "motions": {"least": 32, "most": 200}}
-    own = tp.adaptive_ida(blocks, tp.EnergyConsistent(), shakes, until=until, seed=4)
-    for name in ("overturned", "level", "run_block", "run_motion", "wave"):
-        np.testing.assert_array_equal(results[name], own[name])
-    np.testing.assert_array_equal(results["sequential_dispersion"], own["dispersion"])
-    for name in ("half_level", "half_level_lower", "half_level_upper", "misfit"):
-        np.testing.assert_array_equal(results[name], own[name])
-    curves = tp.fit_fragility(own)
-    np.testing.assert_array_equal(results["median"], curves["median"])
-    assert results.attrs["design"] == "adaptive"
-    assert results.attrs["kind"] == "fragility"
-
-
 @pytest.fixture(scope="module")
 def until_a_rate(tmp_path_factory):
     folder = tmp_path_factory.mktemp("rate")
     asked = HAZARD + 'probability = 0.1\nalong = "width"\n'
-    (folder / "study.toml").write_text(STUDY.replace("median = 0.15", "rate = 0.5") + asked, encoding="utf-8")
+    (folder / "study.toml").write_text(RATE + asked, encoding="utf-8")
     return tp.Study.from_toml(folder / "study.toml").run(folder / "out"), folder / "out/results.nc"
 
 
+SITE = tp.HazardCurve.power_law(1e-3 * 9.80665**2, 2.0, "pga")
+BLOCKS, LAW = [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)], tp.EnergyConsistent()
+
+
+def in_python(until, blocks=BLOCKS, law=LAW, **options):
+    """The analysis of the study without a study."""
+    until = {**until, "motions": {"least": 32, "most": 200}}
+    return tp.adaptive_ida(blocks, law, tp.motions.CloughPenzien(duration=6.0, dt=0.02), seed=4, until=until, **options)
+
+
 def own_rates(**options):
-    hazard = tp.HazardCurve.power_law(1e-3 * 9.80665**2, 2.0, "pga")
-    return tp.adaptive_ida(
-        [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)],
-        tp.EnergyConsistent(),
-        tp.motions.CloughPenzien(duration=6.0, dt=0.02),
-        seed=4,
-        until={"rate": 0.5, "motions": {"least": 32, "most": 200}, "hazard": hazard},
-        **options,
-    )
+    return in_python({"rate": 0.5, "hazard": SITE}, **options)
 
 
 @pytest.mark.slow
@@ -136,8 +113,7 @@ def test_the_rate_that_was_asked_for_is_the_rate_of_the_results(until_a_rate):
         fitted = -np.expm1(-50.0 * results[f"fitted_rate{end}"].values)
         np.testing.assert_allclose(results[f"fitted_risk_probability{end}"], fitted, rtol=1e-9)
     curves = tp.fit_fragility(own, replicates=1000, keep_replicates=True)
-    hazard = tp.HazardCurve.power_law(1e-3 * 9.80665**2, 2.0, "pga")
-    fitted = tp.annual_rate(curves, hazard)
+    fitted = tp.annual_rate(curves, SITE)
     for end in ("", "_lower", "_upper"):
         np.testing.assert_allclose(results[f"fitted_rate{end}"], fitted[f"rate{end}"], rtol=1e-9)
     # (two estimates of the same)
@@ -186,7 +162,7 @@ def test_motions_run_both_ways_count_once_in_a_rate():
 def test_modelling_uncertainty_is_in_the_rate_without_a_form(study, until_a_rate):
     """Under a power law it multiplies any rate by exp(k² β²/2)."""
     plain, _ = until_a_rate
-    text = STUDY.replace("median = 0.15", "rate = 0.5") + HAZARD + "[fit]\nmodelling_dispersion = 0.4\n"
+    text = RATE + HAZARD + "[fit]\nmodelling_dispersion = 0.4\n"
     results = study(text).run()
     factor = np.exp(0.5 * (2.0 * 0.4) ** 2)
     for name in ("rate", "rate_lower", "rate_upper", "fitted_rate"):
@@ -210,7 +186,7 @@ def test_reports_give_the_rate_without_a_form_and_the_fitted_one_beside(until_a_
 @pytest.mark.slow
 def test_ratios_at_walls_are_those_of_the_rates_without_a_form(study):
     """Blocks at walls are shaken both ways, which count as one motion."""
-    text = STUDY.replace("median = 0.15", "rate = 0.5").replace(
+    text = RATE.replace(
         "width_m = 0.6\nheight_m = 1.8", 'width_m = 0.4\nheight_m = 1.8\nwall_gap_mm = 20\nname = "at a wall"'
     )
     results = study(text.replace('"energy-consistent"', '"housner"\ngeometry = "linear"') + HAZARD).run()
@@ -223,7 +199,7 @@ def test_ratios_at_walls_are_those_of_the_rates_without_a_form(study):
 @pytest.mark.slow
 def test_too_few_falls_leave_a_rate_without_an_interval(study, tmp_path):
     """Fewer than two hundred falls do not show what lies below them, so that the interval has no upper end."""
-    text = STUDY.replace("median = 0.15", "rate = 0.5").replace("number = 200", "number = 40") + HAZARD
+    text = RATE.replace("number = 200", "number = 40") + HAZARD
     results = study(text).run(tmp_path / "out")
     assert np.isfinite(results["rate"]).all()
     assert np.isinf(results["sequential_rate_upper"]).all()
@@ -247,7 +223,7 @@ def test_a_curve_that_differs_beyond_error_is_named(until_a_rate):
 
 @pytest.mark.slow
 def test_rates_without_a_form_are_compared_and_exported(study, until_a_rate, tmp_path):
-    text = STUDY.replace("median = 0.15", "rate = 0.5").replace("seed = 4", "seed = 5") + HAZARD
+    text = RATE.replace("seed = 4", "seed = 5") + HAZARD
     study(text).run(tmp_path / "other")
     with two_sides(until_a_rate[1].parent, tmp_path / "other") as sides:
         lines = [one for one in compare_curves(*sides)[0].lines if one.quantity == "rate"]
@@ -268,14 +244,7 @@ def test_rates_without_a_form_are_compared_and_exported(study, until_a_rate, tmp
 @pytest.mark.parametrize(("state", "output"), [('"uplifted"', "uplifted"), ("0.5", "peak_rotation")])
 def test_curves_of_other_states(study, state, output):
     results = study(STUDY + f"[fit]\nstate = {state}\n").run()
-    blocks = [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)]
-    own = tp.adaptive_ida(
-        blocks,
-        tp.EnergyConsistent(),
-        tp.motions.CloughPenzien(duration=6.0, dt=0.02),
-        until={"median": 0.15, "motions": {"least": 32, "most": 200}, "state": json.loads(state)},
-        seed=4,
-    )
+    own = in_python({"median": 0.15, "state": json.loads(state)})
     np.testing.assert_array_equal(results["half_level"], own["half_level"])
     assert results.attrs["state"] == own.attrs["state"]
     (panel, *_) = fragility_figure(results).axes
@@ -287,18 +256,24 @@ def test_curves_of_other_states(study, state, output):
     assert (of_runs[0] > 0.5).tolist() == reached.tolist()
 
 
+def counted(monkeypatch):
+    """The numbers of the motions made from now on, call by call."""
+    made, sample = [], tp.motions.CloughPenzien.sample
+
+    def counting(self, n, seed=0, first=0):
+        made.append(range(first, first + n))
+        return sample(self, n, seed, first)
+
+    monkeypatch.setattr(tp.motions.CloughPenzien, "sample", counting)
+    return made
+
+
 @pytest.mark.slow
 def test_a_generator_makes_only_the_motions_that_are_taken(study, monkeypatch):
     """And the 64 that are looked at before."""
-    made, sample = [], tp.motions.CloughPenzien.sample
-
-    def counted(self, n, seed=0, first=0):
-        made.append(n)
-        return sample(self, n, seed, first)
-
-    monkeypatch.setattr(tp.motions.CloughPenzien, "sample", counted)
+    made = counted(monkeypatch)
     results = study(STUDY.replace("number = 200", "number = 1000000")).run()
-    assert sum(made) == 64 + results.sizes["motion"] < 400
+    assert sum(map(len, made)) == 64 + results.sizes["motion"] < 400
 
 
 @pytest.mark.slow
@@ -324,18 +299,7 @@ def test_both_ways_and_the_weakest_axis_take_a_motion_once(study):
 @pytest.mark.slow
 @pytest.mark.parametrize("at", [1, 2, 4])
 def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, study, finished, tmp_path, monkeypatch):
-    from toppling.fragility.analyses import adaptive
-
-    run, calls = adaptive.run_rows, []
-
-    def killed(*arguments):
-        calls.append(1)
-        if len(calls) == at:
-            raise KeyboardInterrupt
-        return run(*arguments)
-
-    monkeypatch.setattr(adaptive, "run_rows", killed)
-    with pytest.raises(KeyboardInterrupt):
+    with killed_at(at, monkeypatch, adaptive, "run_rows"):
         study().run(tmp_path / "out")
     found = status_of(tmp_path / "out")
     assert found.state == "interrupted"
@@ -343,7 +307,6 @@ def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, study, finished
     assert found.lines(tmp_path / "out")[0].endswith(f"at most {study().all_runs:,}")
     if at > 1:
         assert "±15 % asked" in found.lines(tmp_path / "out")[1]
-    monkeypatch.setattr(adaptive, "run_rows", run)
     study().run(tmp_path / "out")
     assert (tmp_path / "out/results.nc").read_bytes() == finished[1].read_bytes()
 
@@ -351,21 +314,9 @@ def test_an_interrupted_study_goes_on_and_has_the_same_bytes(at, study, finished
 @pytest.mark.slow
 def test_what_was_reached_does_not_go_back_while_waves_are_repeated(study, tmp_path, monkeypatch):
     """A study that goes on repeats its waves from the first one: killed among them, it has what it had."""
-    from toppling.fragility.analyses import adaptive
-
-    run, calls = adaptive.run_rows, []
-
-    def killed(at, *arguments):
-        calls.append(1)
-        if len(calls) == at:
-            raise KeyboardInterrupt
-        return run(*arguments)
-
     said = []
     for at in (4, 2, 3, 5):
-        calls.clear()
-        monkeypatch.setattr(adaptive, "run_rows", partial(killed, at))
-        with pytest.raises(KeyboardInterrupt, match=r"interrupted with [0-9,]+ runs kept in") as raised:
+        with killed_at(at, monkeypatch, adaptive, "run_rows") as raised:
             study(PRECISE).run(tmp_path / "out")
         found = status_of(tmp_path / "out")
         # (among the repeated waves, too, it says what is kept, and not how far it has come)
@@ -454,46 +405,11 @@ def test_what_is_not_reached_is_a_note(study):
     assert [bool(re.search("±1 .*asked; 64", account)) for account in accounts] == [True, True]
 
 
-@pytest.mark.slow
-def test_a_median_beyond_any_shaking_is_a_note(study):
-    results = study(STUDY.replace("width_m = 0.4\nheight_m = 1.8", "width_m = 12\nheight_m = 15")).run()
-    assert float(results["half_level"].max()) > 5.0 * 9.80665
-    assert any(note.startswith("the highest median, ") for note in notes_said(notes_of(results)))
-
-
 @pytest.fixture(scope="module")
 def slipping(tmp_path_factory):
     folder = tmp_path_factory.mktemp("slipping")
     (folder / "study.toml").write_text(STUDY + FRICTION, encoding="utf-8")
     return tp.Study.from_toml(folder / "study.toml").run(folder / "out"), folder / "out/results.nc"
-
-
-@pytest.mark.slow
-def test_slips_are_those_of_their_own_analyses(slipping, finished):
-    """The same motions and the same precision as for the falls, which friction does not change."""
-    results, _ = slipping
-    np.testing.assert_array_equal(results["level"], finished[0]["level"])
-    blocks = [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)]
-    law = RandomSliding(LognormalFriction(0.3, 0.3), 0.85)
-    for k, distance in enumerate((0.05, 0.2)):
-        own = tp.adaptive_ida(
-            blocks,
-            law,
-            tp.motions.CloughPenzien(duration=6.0, dt=0.02),
-            until={"median": 0.15, "motions": {"least": 32, "most": 200}, "state": Slip(distance)},
-            seed=4,
-        )
-        fitted = tp.fit_fragility(own, state=Slip(distance))
-        np.testing.assert_array_equal(results["slip_dispersion"][:, k], fitted["dispersion"][:, 0])
-        np.testing.assert_array_equal(results["slip_half_level"][:, k], own["half_level"][:, 0])
-        for end in ("", "_lower", "_upper"):
-            np.testing.assert_array_equal(results[f"slip_target{end}"][:, k], own[f"half_level{end}"][:, 0])
-        np.testing.assert_array_equal(results["slip_half_width"][:, k], own["half_width"][:, 0])
-        np.testing.assert_array_equal(results["slip_motions_run"][:, k], own["motions_run"][:, 0])
-        np.testing.assert_array_equal(results["slip_runs"][:, k], np.bincount(own["run_block"]))
-    chances = LognormalFriction(0.3, 0.3).below([0.2 / 0.9, 0.3 / 0.9])
-    np.testing.assert_allclose(results["slides_instead"], chances)
-    assert (results["slip_half_level"][:, 0] < results["slip_half_level"][:, 1]).all()
 
 
 @pytest.mark.slow
@@ -560,16 +476,9 @@ def test_slips_that_missed_their_precision_are_named(study):
 @pytest.mark.slow
 def test_motions_are_made_once_for_falls_and_slips(study, slipping, monkeypatch):
     """Frictions of their own are analyses of their own, of the same motions: their results do not change."""
-    made = []
-    sample = tp.motions.CloughPenzien.sample
-
-    def counted(self, n, seed=0, first=0):
-        made.append(range(first, first + n))
-        return sample(self, n, seed, first)
-
     text = STUDY.replace("width_m = 0.6\n", "width_m = 0.6\nfriction = 0.4\n") + FRICTION
     one = study(text)
-    monkeypatch.setattr(tp.motions.CloughPenzien, "sample", counted)
+    made = counted(monkeypatch)
     results = one.run()
     numbers = [i for part in made for i in part]
     assert len(numbers) == len(set(numbers)) == max(results.sizes["motion"], int(results["slip_motions_run"].max()))
@@ -588,26 +497,6 @@ def test_kept_motions_are_those_of_the_seed():
 
 
 @pytest.mark.slow
-def test_runs_are_screened_with_the_friction_of_the_study(slipping, study):
-    """The screen of an analysis with the same seed, in which the motions are made again."""
-    results, _ = slipping
-    shakes = tp.motions.CloughPenzien(duration=6.0, dt=0.02)
-    until = {"median": 0.15, "motions": {"least": 32, "most": 200}}
-    blocks = [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)]
-    runs = tp.adaptive_ida(blocks, tp.EnergyConsistent(), shakes, until=until, seed=4)
-    screened = screen(runs, shakes, LognormalFriction(0.3, 0.3), undecided=0.08)
-    for name, one in screened.data_vars.items():
-        np.testing.assert_array_equal(results[name], one)
-    assert json.loads(results.attrs["screen"]) == json.loads(screened.attrs["screen"])
-    assert {*notes(screened, True)} <= {*notes_said(notes_of(results))}
-    assert "lognormal" in results.attrs["screen"]
-    untested = study(STUDY + "[screen]\nundecided = 0\n")
-    assert untested.perturbed_runs == 0
-    assert "millionth" not in untested.words
-    assert "undecided" not in untested.run()
-
-
-@pytest.mark.slow
 def test_each_block_is_screened_with_its_own_friction(study):
     own = STUDY.replace("width_m = 0.6\n", "width_m = 0.6\nfriction = 2.0\n") + FRICTION
     results = study(own).run()
@@ -622,15 +511,9 @@ def test_rates_of_slips_are_weighed_with_the_chance_of_sliding(study):
     """With a known friction that lies between the two b/h one block always slides, and the other never."""
     results = study(STUDY + HAZARD + "[friction]\nstatic = 0.3\nslips_m = [0.1]\n").run()
     assert results["slides_instead"].values.tolist() == [0.0, 1.0]
-    own = tp.adaptive_ida(
-        tp.Block(0.6, 1.8),
-        RandomSliding(FixedFriction(0.3)),
-        tp.motions.CloughPenzien(duration=6.0, dt=0.02),
-        until={"median": 0.15, "motions": {"least": 32, "most": 200}, "state": Slip(0.1)},
-        seed=4,
-    )
+    own = in_python({"median": 0.15, "state": Slip(0.1)}, BLOCKS[1], RandomSliding(FixedFriction(0.3)))
     curves = tp.fit_fragility(own, state=Slip(0.1), keep_replicates=True)
-    rates = tp.annual_rate(curves, tp.HazardCurve.power_law(1e-3 * 9.80665**2, 2.0, "pga"))
+    rates = tp.annual_rate(curves, SITE)
     assert results["slip_rate"][:, 0].values == pytest.approx([0.0, float(rates["rate"].squeeze())], rel=1e-9)
     assert float(results["slip_rate_upper"][1, 0]) == pytest.approx(float(rates["rate_upper"].squeeze()), rel=1e-9)
     assert results["slip_stopped_because"][:, 0].values.tolist() == ["", "precision reached"]
@@ -639,22 +522,6 @@ def test_rates_of_slips_are_weighed_with_the_chance_of_sliding(study):
     assert numbers_in(table.title) == [50]
     assert [column.key for column in table.columns][2:4] == ["falls", "rests"]
     assert table.cells(table.lines[0])[-1] == "0\u00a0%"
-
-
-@pytest.mark.slow
-def test_rates_of_slips_without_a_curve(study):
-    text = STUDY.replace("median = 0.15", "rate = 0.5") + HAZARD + FRICTION
-    results = study(text).run()
-    curve = tp.HazardCurve.power_law(1e-3 * 9.80665**2, 2.0, "pga")
-    own = tp.adaptive_ida(
-        [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)],
-        RandomSliding(LognormalFriction(0.3, 0.3), 0.85),
-        tp.motions.CloughPenzien(duration=6.0, dt=0.02),
-        until={"rate": 0.5, "motions": {"least": 32, "most": 200}, "state": Slip(0.2), "hazard": curve},
-        seed=4,
-    )
-    expected = own["rate"][:, 0].values * results["slides_instead"].values
-    np.testing.assert_allclose(results["slip_rate"][:, 1], expected, rtol=1e-9)
 
 
 @pytest.mark.slow
@@ -668,26 +535,6 @@ def test_slips_that_are_not_reached_are_a_note_and_held_blocks_have_none(study):
     assert re.search("±2 .*asked; 40.*about", said[1])
     table = slides(results)
     assert {*table.cells(table.lines[0])[1:]} == {"–"}
-
-
-@pytest.mark.slow
-def test_chances_of_slips_at_a_level(study):
-    text = STUDY.replace("median = 0.15", 'probability = { level = 0.6, unit = "g", within = 0.15 }')
-    results = study(text + FRICTION).run()
-    own = tp.adaptive_ida(
-        [tp.Block(0.4, 1.8), tp.Block(0.6, 1.8)],
-        RandomSliding(LognormalFriction(0.3, 0.3), 0.85),
-        tp.motions.CloughPenzien(duration=6.0, dt=0.02),
-        until={
-            "probability": {"level": 0.6 * 9.80665, "within": 0.15},
-            "motions": {"least": 32, "most": 200},
-            "state": Slip(0.05),
-        },
-        seed=4,
-    )
-    expected = own["probability"][:, 0].values * results["slides_instead"].values
-    np.testing.assert_allclose(results["slip_probability"][:, 0], expected, rtol=1e-12)
-    assert numbers_in(slides(results).title) == [0.6]
 
 
 @pytest.mark.slow
@@ -732,25 +579,6 @@ def test_the_forecast_counts_slides(study):
 
 
 @pytest.mark.slow
-def test_two_of_them_are_compared(study, finished, tmp_path, capsys):
-    study(STUDY.replace("seed = 4", "seed = 5")).run(tmp_path / "other")
-    folders = [str(finished[1].parent), str(tmp_path / "other")]
-    assert main(["compare", *folders, "--out", str(tmp_path / "out")]) == 0
-    assert "Half overturn at" in capsys.readouterr().out
-    with two_sides(*map(Path, folders)) as sides:
-        lines = [one for one in compare_curves(*sides)[0].lines if one.quantity == "half_level"]
-    assert len(lines) == 2
-    for line in lines:
-        assert 0.8 < line.ratio.lower < 1.0 < line.ratio.upper < 1.25
-
-
-def test_a_missed_precision_is_a_check(study, finished):
-    missed = study(STUDY.replace("median = 0.15", "median = 0.01").replace("number = 200", "number = 64")).run()
-    assert check_of(missed, "precision").word == "use with care"
-    assert check_of(finished[0], "precision").word == "good"
-
-
-@pytest.mark.slow
 def test_a_law_that_is_elastic_at_rest_is_named_where_uplift_is_sought(study):
     text = STUDY.replace('law = "energy-consistent"', 'law = "energy-consistent"\n[[models]]\nlaw = "discrete"')
     (early,) = notes_named(study(text + '[fit]\nstate = "uplifted"\n').run(), "law.uplifts_early")
@@ -774,17 +602,6 @@ def test_stability_is_that_of_falls_at_common_levels_too(study, state, tested):
 
 
 @pytest.mark.slow
-def test_the_report_says_how_runs_were_chosen(finished, tmp_path):
-    (page,) = write_report(finished[1], tmp_path / "report.html")
-    text = page.read_text(encoding="utf-8")
-    for words in ("Precision at adaptive levels", "precision reached"):
-        assert words in text
-    assert "design.adaptive" in facts_of(method_of, finished[0])
-    checks = facts_of(checks_of, finished[0])
-    assert ("motion.scaled_far" in checks, "validity.not_screened" in checks) == (True, False)
-
-
-@pytest.mark.slow
 def test_the_status_can_be_read_as_json(study, tmp_path, capsys, monkeypatch):
     from toppling.studies.store import folder
 
@@ -793,69 +610,3 @@ def test_the_status_can_be_read_as_json(study, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(folder, "is_locked", lambda _: False)
     assert main(["status", str(tmp_path / "out"), "--json"]) == 0
     assert "all 2 curves" in json.loads(capsys.readouterr().out)["reached"]
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (('levels = "adaptive"', 'levels = "adaptve"'), "ida.levels: must be 'adaptive' or 'pooled', got 'adaptve'"),
-        (('levels = "adaptive"', "levels = [0.1]"), "levels need their unit"),
-        (
-            ('levels = "adaptive"', 'levels = { values = [0.1], unit = "g" }'),
-            "until is for ida with levels = 'adaptive'",
-        ),
-        (("median = 0.15", "median = 0.15\nrate = 0.1"), "until.rate needs a [hazard]"),
-        (("median = 0.15", "median = 0.15\ndispersion = 0.1"), "until must name one of median, dispersion"),
-        (("median = 0.15", "median = 1.5"), "until.median: must be >= 0.001 and < 1, got 1.5"),
-        (("median = 0.15", "medain = 0.15"), "did you mean 'median'?"),
-        (("median = 0.15", "rate = 0.15"), "until.rate needs a [hazard]"),
-        (
-            ("median = 0.15\nmotions = { least = 32 }", f"rate = 0.2\n{HAZARD}above = 'none'"),
-            "until.rate draws levels from the hazard curve, extended at both ends: leave out hazard.above",
-        ),
-        (("least = 32", "least = 8"), "until.motions.least: must be"),
-        (("least = 32", "most = 300"), "until.motions.most must be at most the 200 motions that there are, got 300"),
-        (("number = 200", "number = 20"), "32 motions are needed at least (until.motions.least), got 20 at most"),
-        (
-            ("median = 0.15", 'probability = { level = 0.3, unit = "m/s", within = 0.1 }'),
-            "unit of levels of pga must be",
-        ),
-        (("[until]", "[friction]\nstatic = 0.4\ntrip_mm = 50\n[until]"), "friction.trip_mm needs levels that all"),
-        (("height_m = 1.8", "height_m = 1.8\nfriction = 0.3"), "needs [friction]"),
-        (
-            ("[until]", '[screen]\nundecided = 0.1\n[fit]\nstate = "uplifted"\n[until]'),
-            "screen.undecided tests falls: leave it out with fit.state = 'uplifted'",
-        ),
-        (("[until]", "[measures]\n[until]"), "measures needs levels that all motions share"),
-        (("[until]", '[fit]\nform = "isotonic"\n[until]'), "fit.form of adaptive levels must be lognormal or"),
-        (("[until]", '[fit]\nstate = "front"\n[until]'), "fit.state of adaptive levels must be"),
-        (("[until]", '[fit]\nmethod = "first-overturning"\n[until]'), "fit.method of adaptive levels must be binomial"),
-        (("width_m = 0.4", "width_m = 0.4\nedge_distance_mm = 50"), "edge_distance_mm"),
-        (("[until]", '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nstoreys = 3\n[until]'), "floor"),
-    ],
-)
-def test_what_is_refused(change, said, study):
-    with pytest.raises(StudyError) as refused:
-        study(STUDY.replace(*change, 1))
-    assert said in str(refused.value)
-    assert "\n" not in str(refused.value)
-
-
-def test_a_state_of_one_axis_is_refused_for_pairs(study):
-    text = STUDY.replace("height_m = 1.8", "height_m = 1.8\ndepth_m = 0.7")
-    with pytest.raises(
-        StudyError, match=r"fit.state must be overturned or uplifted where both components shake, got 0.5"
-    ):
-        study(text.replace("[ida]", 'component = "pair"\n[fit]\nstate = 0.5\n[ida]'))
-
-
-def test_a_hazard_of_another_measure_is_refused(study):
-    with pytest.raises(StudyError, match="must be one of"):
-        study(STUDY.replace("median = 0.15", "rate = 0.2") + HAZARD.replace('"g"', '"m/s"'))
-
-
-@pytest.mark.slow
-def test_examples_are_of_this_kind():
-    folder = Path(tp.__file__).parent / "studies/examples"
-    for name in ("adaptive", "adaptive_rate"):
-        assert tp.Study.from_toml(folder / f"{name}.toml").kind == "sequential"

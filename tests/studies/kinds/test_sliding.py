@@ -1,23 +1,16 @@
 """Studies with friction: chances of sliding and of slips beside those of falling, in results and on pages."""
 
-import re
-
 import numpy as np
 import pytest
-import xarray as xr
 from scipy.stats import norm
+from study_texts import YEAR, motions
 
 import toppling as tp
 from toppling.fragility import Slip, fit_fragility, overturning_probability, slide_runs
 from toppling.models.friction import LognormalFriction
-from toppling.studies import StudyError
-from toppling.studies.command.cli import main
-from toppling.studies.facts.method import method_of
 from toppling.studies.facts.notes import notes_of
-from toppling.studies.report.page import write_report
-from toppling.studies.tables.slides import slides
 
-TEXT = """
+TEXT = f"""
 title = "A trolley and a shelf"
 [[blocks]]
 name = "trolley"
@@ -34,14 +27,9 @@ height_m = 1.8
 wall_gap_mm = 0
 [[models]]
 law = "housner"
-[motions]
-generator = "clough-penzien"
-number = 20
-duration_s = 12
-dt_s = 0.01
-[ida]
+{motions(20, 12, 0.01, 0)}[ida]
 im = "pga"
-levels = { values = [0.1, 0.3, 0.5, 0.8, 1.2], unit = "g" }
+levels = {{ values = [0.1, 0.3, 0.5, 0.8, 1.2], unit = "g" }}
 polarity = "as recorded"
 [screen]
 undecided = 0.0
@@ -52,12 +40,6 @@ static = 0.35
 dispersion = 0.3
 kinetic_ratio = 0.85
 slips_m = [0.02, 0.1]
-"""
-YEAR = """
-[hazard]
-levels = [0.05, 0.1, 0.3, 1.0, 2.0]
-rates = [3e-2, 1e-2, 1e-3, 1e-4, 1e-5]
-unit = "g"
 """
 FRICTION = LognormalFriction(0.35, 0.3)
 
@@ -135,63 +117,3 @@ class TestResults:
         assert (found["gated_probability"][0] == 0.0).all()
         assert (found["slip_probability"][1] == 0.0).all()
         assert "slip_rate" not in found
-
-    def test_a_cloud_has_chances_of_friction_alone(self, folder):
-        before, _, after = TEXT.partition("[ida]\n")
-        text = before + "[cloud]\n" + "\n".join(one for one in after.splitlines() if not one.startswith("levels"))
-        (folder / "cloud.toml").write_text(text)
-        found = tp.Study.from_toml(folder / "cloud.toml").run()
-        assert "slides_instead" in found
-        assert "slip_probability" not in found
-
-    @pytest.mark.slow
-    def test_floors(self, folder):
-        building = '[building]\nkind = "flexural-shear"\nstoreys = 3\nperiod_s = 0.4\nfloors = [0, 3]\n'
-        text = TEXT.replace("[ida]\n", building + '[ida]\nim_at = "ground"\n') + YEAR
-        (folder / "floors.toml").write_text(text)
-        found = tp.Study.from_toml(folder / "floors.toml").run()
-        assert found["slip_probability"].dims == ("block", "slip", "floor", "level")
-        assert found["slip_rate"].dims == ("block", "slip", "floor")
-        ground, above = (found.isel(block=0, slip=0, floor=i) for i in (0, 1))
-        # (it slips at the lowest level above, so that nothing bounds the rate)
-        assert np.isnan(above["slip_rate"])
-        assert float(above["slip_rate_lower"]) > float(ground["slip_rate"])
-
-
-class TestPages:
-    @pytest.mark.slow
-    def test_report(self, results, folder):
-        (page, *_) = write_report(folder / "out" / "results.nc", folder, "md")
-        text = page.read_text()
-        table = text[text.index(slides(results).title) :]
-        assert "over 2 cm" in table
-        assert "judgement" not in table.partition("\n\n")[0]
-        assert "sliding.model" in {fact.what for fact in method_of(results)}
-        line = next(line for line in table.splitlines() if line.startswith("| at a wall"))
-        cells = [cell.strip() for cell in line.strip("|").split("|")]
-        assert cells[2].endswith("%")
-        assert [*cells[1:2], *cells[3:]] == ["–"] * 4
-
-    @pytest.mark.slow
-    def test_without_a_hazard_the_table_is_of_a_level(self, folder, capsys):
-        (folder / "level.toml").write_text(TEXT)
-        assert main(["run", str(folder / "level.toml"), "--out", str(folder / "level"), "--verbose"]) == 0
-        assert re.search(r"at PGA of the ground = 0\.\d g", capsys.readouterr().out)
-
-    def test_stored_results_are_those_returned(self, results, folder):
-        with xr.open_dataset(folder / "out" / "results.nc") as stored:
-            for name in ("slides_instead", "slip_probability", "slip_rate", "gated_rate"):
-                np.testing.assert_array_equal(stored[name], results[name])
-
-
-@pytest.mark.parametrize("kind", ["uncertainty", "sensitivity"])
-def test_slips_of_other_kinds_are_refused(kind, folder):
-    tables = {
-        "uncertainty": '[uncertainty.inputs]\ne = { distribution = "uniform", lower = 0.8, upper = 0.9 }\n',
-        "sensitivity": '[sensitivity]\nparameter = "delta"\nvalues = [0.01, 0.05]\n',
-    }
-    text = TEXT
-    text = text.replace("[fit]\nreplicates = 100\n", tables[kind])
-    (folder / f"{kind}.toml").write_text(text)
-    with pytest.raises(StudyError, match=r"slips_m is for fragility and performance studies"):
-        tp.Study.from_toml(folder / f"{kind}.toml")

@@ -108,30 +108,6 @@ def test_the_search(chances, needed):
     assert needed_strengths([tight], [None], [0.5], step(0.0))["needed_strength"].item() == 300.0
 
 
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        ({"target": 0.001, "rest": LEVELS}, "needs [hazard], whose years it is of, or a single level"),
-        ({"target": 1.0}, "target: must be"),
-        ({"option": 0.0}, "target: must be"),
-        (
-            {"target": 0.001, "rest": '[ida]\nim = "pga"\nlevels = "adaptive"\n' + HAZARD},
-            "blocks[1].restraint.target is for fragility studies at levels that all motions share",
-        ),
-    ],
-)
-def test_refusals(tmp_path, options, said):
-    with pytest.raises(tp.studies.StudyError) as error:
-        study(tmp_path, 600, **options)
-    assert said in str(error.value)
-
-
-def test_an_option_without_a_restraint(tmp_path):
-    (tmp_path / "free.toml").write_text('title = "a"\n' + CABINET + LAW + motions(4) + LEVELS + HAZARD, "utf-8")
-    with pytest.raises(tp.studies.StudyError, match=r"--target needs a restraint"):
-        tp.Study.from_toml(tmp_path / "free.toml", 0.001)
-
-
 @pytest.mark.slow
 def test_interrupted_searches_go_on(results, tmp_path):
     """Fewer runs than are announced leave no trace: results in a folder are those without one."""

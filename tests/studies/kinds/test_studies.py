@@ -3,14 +3,12 @@
 import json
 import os
 import re
-from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
 from check_facts import numbers_in
-from shared_cases import SHARED, needs_shared
 from study_texts import crate_study
 
 import toppling as tp
@@ -22,7 +20,6 @@ from toppling.studies.text.words import reference_law
 
 mpl.use("Agg")
 
-EXAMPLES = Path(tp.__file__).parent / "studies" / "examples"
 
 SMALL = crate_study("A small study", number=12, duration=8, dt=0.01, levels=6)
 
@@ -108,16 +105,6 @@ class TestStudy:
         assert numbers_in(tall)[-5:] == [0.5, 40, 0.5, 4, 10]
         assert tp.Study.from_toml(write(tmp_path)).notes == []
 
-    def test_matches_the_api(self, tmp_path):
-        result = tp.Study.from_toml(write(tmp_path)).run()
-        motions = tp.motions.CloughPenzien(
-            duration=8.0, dt=0.01, envelope=tp.motions.RiseStrongDecay(1.0, 4.0, 0.5)
-        ).sample(12)
-        blocks = [tp.catalogue["bookcase-5-shelf"], tp.Block(0.5, 1.2, name="crate")]
-        models = [tp.DiscreteDamping(e=0.9), tp.HousnerImpact()]
-        direct = tp.ida(blocks, models, motions, np.linspace(0.1, 1.0, 6) * G, screen=False)
-        xr.testing.assert_equal(result[["overturned", "peak_rotation"]], direct)
-
     def test_records_relative_to_the_file(self, tmp_path):
         folder = tmp_path / "records"
         folder.mkdir()
@@ -129,55 +116,6 @@ class TestStudy:
         twice = text.replace('"records/*.AT2"', '["records/*.AT2", "records/R1.AT2"]')
         assert len(tp.Study.from_toml(write(tmp_path, twice)).design.arrays) == 3
 
-    def test_pulse_and_velocity_levels(self, tmp_path):
-        pulse = '[motions]\npulse = "one-cycle-sine"\nomega_rad_s = 6.0\n[ida]'
-        text = re.sub(r"(?s)\[motions\].*?\[ida\]", pulse, SMALL).replace('im = "pga"', 'im = "pgv"')
-        text = text.replace('unit = "g"', 'unit = "m/s"').replace(
-            "from = 0.1, to = 1.0", 'spacing = "log", from = 0.1, to = 4.0'
-        )
-        result = tp.Study.from_toml(write(tmp_path, text)).run()
-        np.testing.assert_allclose(result.level.values, np.geomspace(0.1, 4.0, 6))
-        assert bool(result.overturned.any())
-
-    @pytest.mark.parametrize(
-        ("im", "unit", "label"),
-        [
-            ("Sa(1)", "g", "Sa(1.0)"),
-            ("AvgSa(0.2:1:5, 0.02)", "cm/s2", "AvgSa(0.2:1.0:5, 0.02)"),
-            ("arias", "m/s", "arias"),
-        ],
-    )
-    def test_levels_of_other_measures(self, tmp_path, im, unit, label):
-        text = SMALL.replace('im = "pga"', f'im = "{im}"').replace('unit = "g"', f'unit = "{unit}"')
-        study = tp.Study.from_toml(write(tmp_path, text))
-        assert study.design.im == study.configuration["ida"]["im"] == label
-        result = study.run()
-        assert result.level.attrs["im"] == label
-        if im == "arias":
-            assert result.status.dims == ("block", "model")
-
-    def test_levels_for_each_block(self, tmp_path):
-        text = SMALL.replace('im = "pga"', 'im = "pgv_normalised"').replace('unit = "g"', 'unit = "1"')
-        result = tp.Study.from_toml(write(tmp_path, text)).run(tmp_path / "out")
-        assert result.pgv_normalised.dims == ("block", "motion")
-        with xr.open_dataset(tmp_path / "out" / "results.nc") as stored:
-            xr.testing.assert_identical(stored.load(), result)
-
-    def test_the_example_is_the_issues_study(self):
-        study = tp.Study.from_toml(EXAMPLES / "office.toml")
-        assert study.runs == 3 * 6 * 100 * 20
-        assert [b.name for b in study.blocks] == ["bookcase-5-shelf", "file-vertical-4-drawer", "server-rack-42u"]
-        assert len({m.law for m in study.models}) == 6
-
-    @pytest.mark.slow
-    @needs_shared
-    def test_recorded_suite(self, tmp_path):
-        records = f'[motions]\nrecords = "{SHARED}/data/records/suite/*.AT2"\n[ida]'
-        text = re.sub(r"(?s)\[motions\].*?\[ida\]", records, SMALL)
-        result = tp.Study.from_toml(write(tmp_path, text)).run()
-        assert result.sizes["motion"] == 59
-        assert bool(result.converged.all())
-
 
 def shaken_by(keys):
     """The small study with other motions."""
@@ -185,60 +123,12 @@ def shaken_by(keys):
 
 
 BAD_FILES = [
-    ("", "key 'title' is missing"),
-    ("title = ", "not valid TOML"),
-    (SMALL.replace("[[models]]", "[[model]]"), "unknown key 'model'; did you mean 'models'"),
-    (SMALL.replace("[motions]", "[motion]"), "unknown key 'motion'; did you mean 'motions'"),
-    (shaken_by('pulse = "ricker"'), "key 'motions.omega_rad_s' is missing"),
     (shaken_by('pulse = "ricker"\nomega_rad_s = 6\namplitude_m_s2 = 0'), "motions.amplitude_m_s2: must be > 0"),
-    (SMALL.replace("width_m", "widht_m"), r"unknown key 'blocks\[2\].widht_m'; did you mean 'width_m'"),
-    (SMALL.replace("duration_s", "duration"), r"unknown key 'motions.duration'; did you mean 'duration_s'"),
-    (SMALL.replace("rise_s", "raise_s"), "unknown key 'motions.envelope.raise_s'; did you mean 'rise_s'"),
-    (SMALL.replace('"discrete"', '"discreet"'), r"models\[1\].law: must be one of .*; did you mean 'discrete'"),
-    (SMALL.replace("bookcase-5-shelf", "bookcase"), r"blocks\[1\]: catalogue: no catalogue item 'bookcase'; nearest"),
-    (SMALL.replace("e = 0.9", "e = 1.9"), r"models\[1\].e: must be > 0 and <= 1, got 1.9"),
     (SMALL.replace("e = 0.9", "e = nan"), r"models\[1\].e: must be a finite number"),
-    (SMALL.replace("e = 0.9", 'geometry = "exact"'), r"unknown key .models\[1\].geometry."),
-    (SMALL.replace("0.5\n", "-0.5\n"), r"blocks\[2\].width_m: must be"),
-    (SMALL.replace("height_m = 1.2", ""), r"blocks\[2\]: a block needs either catalogue, or width_m and height_m"),
-    (SMALL.replace("height_m = 1.2", "height_m = 1.2\nalpha_rad = 0.2"), "a block needs either"),
     (SMALL.replace("width_m = 0.5", "width_m = 2.5"), "explicit e"),
-    (SMALL.replace("number = 12", "number = 0"), "motions.number: must be >= 1, got 0"),
-    (SMALL.replace("number = 12", 'number = "many"'), "motions.number"),
-    (SMALL.replace("number = 12", ""), "motions.number"),
     (SMALL.replace("dt_s = 0.01", "dt_s = 0"), "motions.dt_s: must be > 0"),
-    (SMALL.replace("dt_s = 0.01", "omega_f_rad_s = -1"), "motions.omega_f_rad_s: must be"),
-    (
-        SMALL.replace("clough-penzien", "kanai-tajimi").replace("dt_s", "xi_f"),
-        "unknown key 'motions.xi_f'",
-    ),
-    (
-        SMALL.replace('generator = "clough-penzien"', 'records = "none/*.AT2"\ngenerator = "kanai-tajimi"'),
-        "exactly one of",
-    ),
     (re.sub(r"(?s)\[motions\].*?\[ida\]", '[motions]\nrecords = "none/*.AT2"\n[ida]', SMALL), "no file matches 'none/"),
-    (SMALL.replace('unit = "g"', 'unit = "m/s"'), "unit of levels of pga must be one of g, m/s2, cm/s2, got 'm/s'"),
-    (SMALL.replace(', unit = "g"', ""), "key 'ida.levels.unit' is missing"),
-    (SMALL.replace("number = 6", "values = [1.0]"), "levels need either values, or from, to and number"),
-    (SMALL.replace("to = 1.0", "to = 0.05"), "strictly increasing"),
-    (SMALL.replace("from = 0.1", "from = 0.0"), "levels must be > 0"),
-    (SMALL.replace("from = 0.1", 'spacing = "log", from = 0.0'), "from > 0"),
-    (SMALL.replace('im = "pga"', 'im = "pgx"'), "ida.im: must be one of pga, pgv, .*scale, Sa.*, got 'pgx'"),
-    (SMALL.replace('im = "pga"', 'im = "Sa(-1)"'), r"ida.im: im 'Sa\(-1\)': period must be finite and >= 0.001"),
-    (
-        SMALL.replace('im = "pga"', 'im = "Sa(1.0)"').replace('"g"', '"m"'),
-        "units? of levels of Sa.1.0. must be one of g",
-    ),
     (SMALL.replace('im = "pga"', 'im = "d5_95"'), "ida.im: must be one of pga, .*got 'd5_95'"),
-    (SMALL + "[extra]\n", "unknown key 'extra'"),
-    (
-        SMALL.replace('name = "crate"', 'name = "bookcase-5-shelf"'),
-        r"blocks\[2\]: the label 'bookcase-5-shelf' is taken",
-    ),
-    (
-        SMALL.replace('law = "housner"', 'law = "discrete"\ne = 0.9'),
-        r"models\[2\]: the label .* is taken by models\[1\]",
-    ),
 ]
 
 
@@ -279,23 +169,6 @@ class TestCommand:
         printed = capsys.readouterr().out
         assert printed.lower().count("no overturning") == 5
         assert "raise ida.levels.to" in printed
-
-    @pytest.mark.parametrize(
-        ("arguments", "message"),
-        [
-            (["run"], "usage: toppling run STUDY.toml"),
-            (["run", "nothing.toml"], "nothing.toml: no such file"),
-            (["run", "."], "cannot be read"),
-            (["walk"], "walk"),
-            (["run", "x.toml", "--wat"], "wat"),
-        ],
-    )
-    def test_wrong_arguments(self, arguments, message, capsys):
-        assert main(arguments) == 2
-        error = capsys.readouterr().err
-        assert message in error
-        assert error.count("\n") == 1
-        assert "Traceback" not in error
 
     def test_unwritable_output(self, tmp_path, capsys):
         blocked = tmp_path / "file"

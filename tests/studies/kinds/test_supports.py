@@ -2,15 +2,14 @@
 
 import numpy as np
 import pytest
-from check_facts import check as check_of, doubts_of, facts_of, numbers_in
+from check_facts import check as check_of, doubts_of, numbers_in
+from study_texts import motions
 
 import toppling as tp
-from toppling.motions import Building, CloughPenzien, Isolator, IsolatorStrikes, Support, scale_to
-from toppling.studies import StudyError
-from toppling.studies.facts.method import method_of
+from toppling.motions import Building, CloughPenzien, Isolator, Support, scale_to
 from toppling.studies.facts.notes import notes_of
 
-HEAD = """
+HEAD = f"""
 title = "A vase on a platform"
 [[blocks]]
 name = "vase"
@@ -18,13 +17,7 @@ width_m = 0.15
 height_m = 0.75
 [[models]]
 law = "energy-consistent"
-[motions]
-generator = "clough-penzien"
-number = 6
-duration_s = 8
-dt_s = 0.01
-seed = 3
-"""
+{motions(6, 8, 0.01, 3)}"""
 BUILDING = '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nfloors = [5]\n'
 STRIPES = """
 [stripes]
@@ -110,66 +103,6 @@ def test_what_yields_answers_each_level(tmp_path, table, support):
     np.testing.assert_allclose(cloud["peak_rotation"], own["peak_rotation"], rtol=1e-9, atol=1e-12)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("floors", ["", BUILDING])
-def test_stops_are_modelled_where_their_stiffness_is_stated(tmp_path, floors):
-    """Runs as of the same steps in Python; how often and how hard each motion strikes is on motion."""
-    stops = "clearance_mm = 15\nstop_frequency_hz = 20\nstop_restitution = 0.5\n"
-    table = PENDULUM + stops
-    result = study(tmp_path, floors, table, STRIPES).run()
-    support = Isolator.pendulum(1.5, 0.05, clearance=0.015, stop_frequency=20.0, stop_restitution=0.5)
-    below = [ground(level) for level in (2.0, 6.0)]
-    at = [Building.flexural_shear(0.5).floor_motions(one, [5]) for one in below] if floors else below
-    with pytest.warns(IsolatorStrikes, match="strikes its stops"):
-        tops = [support.motions(one) for one in at]
-    runs = tp.stripes(BLOCK, LAW, tops, [2.0, 6.0], "pga", scale=False, ground=below)
-    np.testing.assert_allclose(result["peak_rotation"], runs["peak_rotation"], rtol=1e-9, atol=1e-12)
-    for name in ("strikes", "strike_acceleration"):
-        expected = np.concatenate([one[name].values.ravel() for one in tops])
-        np.testing.assert_allclose(result[f"support_{name}"], expected, rtol=1e-12)
-    assert result["support_strikes"].dims == ("motion",)
-    assert int(result["support_strikes"].sum()) > 6
-    assert any("stop_frequency 20 Hz" in doubt for doubt in doubts_of(result, "strike"))
-    on = facts_of(method_of, result)["support.on"].more
-    assert (on["kind"], on["clearance"], on["frequency"], on["kept"]) == ("pendulum", 15, 20, 50.0)
-
-
-def test_a_linear_isolator_with_stops_does_not_scale(tmp_path):
-    with pytest.raises(StudyError, match="needs stripes or cloud"):
-        study(tmp_path, LINEAR, "clearance_mm = 100\n", IDA)
-
-
-def test_the_report_says_what_the_blocks_stand_on(tmp_path):
-    on = facts_of(method_of, study(tmp_path, PENDULUM, STRIPES).run())["support.on"]
-    assert (on.names, on.more["kind"], on.more["frequency"]) == ((), "pendulum", None)
-
-
-@pytest.mark.parametrize(
-    ("parts", "text"),
-    [
-        ((PENDULUM, IDA), "an isolator that yields needs stripes or cloud"),
-        ((BENCH, IDA.replace('im_at = "ground"\n', "")), "a support needs im_at = 'ground'"),
-        ((PENDULUM, STRIPES.replace('im_at = "ground"\n', "")), "needs stripes.im_at = 'ground'"),
-        (('[support]\nkind = "pendulum"\n', STRIPES), "key 'support.friction' is missing"),
-        ((BENCH + "radius_m = 1\n", IDA), "unknown key 'support.radius_m'"),
-        ((BENCH + "mass_ratio = 0.3\n", IDA), "mass_ratio must be at most 0.1, got 0.3"),
-        ((LINEAR.replace("2.0", "200"), IDA), "period"),
-        ((PENDULUM + "stop_frequency_hz = 20\n", STRIPES), "stop_frequency needs a clearance"),
-        ((PENDULUM + "clearance_mm = 9\nstop_frequency_hz = 900\n", STRIPES), "contact of at least 2 ms"),
-        (
-            (PENDULUM + "clearance_mm = 9\nstop_frequency_hz = 1e-9\n", STRIPES),
-            r"support.stop_frequency_hz: must be >= 0\.01",
-        ),
-        ((BENCH + "clearance_mm = 9\n", IDA), "unknown key 'support.clearance_mm'"),
-        ((BENCH.replace("9", "-9"), IDA), "frequency"),
-        (('[support]\nkind = "springs"\n', IDA), "springs"),
-    ],
-)
-def test_what_does_not_go_together_has_one_sentence(tmp_path, parts, text):
-    with pytest.raises(StudyError, match=text):
-        study(tmp_path, *parts)
-
-
 def test_recordings_that_are_scaled_far_before_the_isolator_are_named(tmp_path):
     shakes = CloughPenzien(duration=8.0, dt=0.01).sample(3, 3)
     peaks = [0.05, 0.3, 3.0]  # m/s²: times 40, 6.7 and 0.67 to a level of 2
@@ -193,10 +126,3 @@ def test_recordings_that_are_scaled_far_before_the_isolator_are_named(tmp_path):
 def test_a_bilinear_isolator_yields_after_a_micrometre_at_least():
     with pytest.raises(ValueError, match="yield_displacement"):
         Isolator.bilinear(2.5, 0.05, 1e-15)
-
-
-def test_floors_of_a_file_do_not_go_through_a_support(tmp_path):
-    start, end = HEAD.index("[motions]"), len(HEAD)
-    (tmp_path / "study.toml").write_text(f'{HEAD[:start]}[motions]\nfloors_file = "f.csv"\n{HEAD[end:]}{BENCH}{IDA}')
-    with pytest.raises(StudyError, match="a support needs ground motions, got motions"):
-        tp.Study.from_toml(tmp_path / "study.toml")

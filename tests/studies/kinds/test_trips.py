@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from study_texts import YEAR
 
 import toppling as tp
-from toppling.fragility import fit_fragility, overturning_probability, slide_runs
+from toppling.fragility import overturning_probability, slide_runs
 from toppling.models.friction import LognormalFriction
 from toppling.models.sliding.trip import tripping_velocity
-from toppling.studies import StudyError
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.tables.slides import slides
 
@@ -40,12 +40,6 @@ replicates = 100
 {friction}
 """
 FRICTION = "[friction]\nstatic = 0.15\ndispersion = 0.3\n{trip}"
-YEAR = """
-[hazard]
-levels = [0.05, 0.1, 0.3, 1.0, 2.0]
-rates = [3e-2, 1e-2, 1e-3, 1e-4, 1e-5]
-unit = "g"
-"""
 
 
 def study(folder, own="trip_mm = 10", trip="trip_mm = 40\n", friction=FRICTION, more=YEAR, name="study"):
@@ -91,27 +85,12 @@ class TestResults:
             np.testing.assert_array_equal(slid["trips"].values[i], v >= tripping_velocity(block))
             np.testing.assert_array_equal(np.isfinite(v), slid["slide_peak"].values[i] > (0.04, 0.01)[i])
 
-    def test_rates_are_those_of_the_isotonic_curve(self, results, slid, cables):
-        options = {"form": "isotonic", "replicates": 100, "seed": cables.fit.seed, "keep_replicates": True}
-        for i in range(2):
-            rate = cables.risk.rates(fit_fragility(slid.isel(block=[i]), state="trips", **options), 0.95)
-            for end in ("", "_lower", "_upper"):
-                expected = float(rate[f"rate{end}"][0, 0])
-                assert float(results[f"trip_rate{end}"][i]) == pytest.approx(expected, rel=1e-12)
-
     @pytest.mark.slow
     def test_nothing_else_changes(self, results, folder):
         plain = study(folder, own="", trip="", name="plain").run()
         assert "trip_probability" not in plain
         for name in ("probability", "rate", "slip_probability", "slip_rate", "gated_rate"):
             np.testing.assert_array_equal(results[name], plain[name])
-
-    @pytest.mark.slow
-    def test_own_distance_alone(self, folder):
-        found = study(folder, trip="", name="own").run()
-        assert np.isnan(found["trip_probability"][0]).all()
-        assert np.isnan(found["trip_distance"][0])
-        assert np.isfinite(found["trip_probability"][1]).all()
 
     def test_both_ways_and_a_number(self, cables, slid):
         runs = tp.ida(cables.blocks, cables.models, cables.design.motions, cables.design.levels)
@@ -131,31 +110,6 @@ class TestResults:
 
 
 class TestRefusals:
-    @pytest.mark.parametrize("value", ["0", "-5", "nan", "inf", "1e9", '"near"', "true"])
-    def test_distances(self, value, folder):
-        with pytest.raises(StudyError, match=r"friction\.trip_mm"):
-            study(folder, trip=f"trip_mm = {value}\n", name="refused")
-        with pytest.raises(StudyError, match=r"blocks\[2\]\.trip_mm"):
-            study(folder, own=f"trip_mm = {value}", name="refused")
-
-    def test_without_friction(self, folder):
-        with pytest.raises(StudyError, match=r"blocks\[2\]\.trip_mm needs \[friction\], without which no block slides"):
-            study(folder, friction="", name="refused")
-
-    def test_other_kinds_of_studies(self, folder):
-        sensitivity = '[sensitivity]\nparameter = "delta"\nvalues = [0.01, 0.05]\n'
-        text = TEXT.format(own="", friction=FRICTION.format(trip="trip_mm = 9\n")) + sensitivity
-        (folder / "kind.toml").write_text(text.replace("[fit]\nreplicates = 100\n", ""))
-        with pytest.raises(StudyError, match=r"trip_mm is for fragility and performance studies, not for a sens"):
-            tp.Study.from_toml(folder / "kind.toml")
-
-    def test_state(self, folder):
-        study(folder)
-        text = (folder / "study.toml").read_text().replace("[fit]\n", '[fit]\nstate = "trips"\n')
-        (folder / "state.toml").write_text(text)
-        with pytest.raises(StudyError, match=r"fit\.state must be a state of rocking blocks, got 'trips'"):
-            tp.Study.from_toml(folder / "state.toml")
-
     @pytest.mark.parametrize(
         ("trip", "message"),
         [

@@ -7,7 +7,6 @@ import toppling as tp
 from toppling import motions
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.motions.arrays import LIFTS
-from toppling.studies import StudyError
 from toppling.studies.facts.method import method_of
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import say
@@ -79,21 +78,3 @@ def test_without_it(tmp_path):
     assert "Vertical" not in say(model, "method")
     assert " vertical shaking," in say(left_out, "method")
     assert "downward_acceleration" not in results.coords
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        ({"keys": "vertical = true"}, "motions.vertical needs motions.component"),
-        ({"columns": 2}, "motions.vertical needs a vertical component of each recording, event1"),
-        ({"law": "discrete"}, "motions.vertical needs the exact geometry of the impact law.*got 'discrete'"),
-        ({"model": 'geometry = "linear"'}, "motions.vertical needs the exact geometry of the impact law"),
-        (
-            {"more": '[building]\nkind = "flexural-shear"\nstoreys = 3\nperiod_s = 0.5\nfloors = [3]\n'},
-            "a building answers horizontal shaking alone",
-        ),
-    ],
-)
-def test_what_is_refused(tmp_path, options, said):
-    with pytest.raises(StudyError, match=said):
-        tp.Study.from_toml(write(tmp_path, **options))

@@ -2,16 +2,17 @@
 
 import numpy as np
 import pytest
-from check_facts import doubts_of, notes_named
+from check_facts import notes_named
+from study_texts import motions
 
 import toppling as tp
-from toppling.motions import Building, CloughPenzien, Isolator, scale_to
+from toppling.motions import Building, CloughPenzien, scale_to
 from toppling.motions.floors.strength import code_strength
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.facts.method import method_of
 
-TEXT = """
+TEXT = f"""
 title = "A cabinet in a building that yields"
 [[blocks]]
 name = "cabinet"
@@ -19,13 +20,7 @@ width_m = 0.4
 height_m = 1.8
 [[models]]
 law = "energy-consistent"
-[motions]
-generator = "clough-penzien"
-number = 6
-duration_s = 8
-dt_s = 0.01
-seed = 3
-[building]
+{motions(6, 8, 0.01, 3)}[building]
 kind = "storeys"
 masses_kg = [2e5, 2e5]
 stiffnesses_n_m = [2e8, 2e8]
@@ -40,7 +35,7 @@ unit = "m/s2"
 level = 4
 [[stripes.at]]
 level = 12
-motions = { seed = 5 }
+motions = {{ seed = 5 }}
 """
 STATED = "yield_coefficient = 0.15\n"
 FRAME = 'system = "ordinary-masonry-wall"\nsds_g = 0.5\nsd1_g = 0.1\nimportance = 1.25\n'
@@ -107,15 +102,6 @@ def test_motions_as_they_are_and_other_buildings_beside(tmp_path):
     assert set(result["floor"].values) == {"old 2", "new 5"}
 
 
-def test_collapse_is_said(tmp_path):
-    weak = ("yield_coefficient = 0.15", "yield_coefficient = 0.01")
-    result = study(
-        tmp_path, weak, ("level = 12", "level = 60"), ("masses_kg = [2e5, 2e5]", "masses_kg = [9e5, 9e5]")
-    ).run()
-    (doubt,) = doubts_of(result, "collapse")
-    assert "60 m/s2" in doubt
-
-
 @pytest.mark.slow
 def test_a_default_strength_is_printed_as_a_judgement(tmp_path, capsys):
     first = float(Building.from_storeys([2e5, 2e5], [2e8, 2e8]).periods[0])
@@ -134,109 +120,6 @@ def test_a_default_strength_is_printed_as_a_judgement(tmp_path, capsys):
     study(tmp_path, (STATED, FRAME))
     assert main(["motions", str(tmp_path / "study.toml"), "--out", str(tmp_path / "figures")]) == 0
     assert said in " ".join(capsys.readouterr().out.split())
-
-
-@pytest.mark.slow
-def test_each_motion_meets_its_own_strength(tmp_path):
-    """Every run is that of a building of the motion's own strength in Python; the factor is in the results."""
-    result = study(tmp_path, ("p_delta = true", "p_delta = true\nstrength_dispersion = 0.4\nseed = 7")).run()
-    uncertain = Building.from_storeys(
-        [2e5, 2e5], [2e8, 2e8], yield_coefficient=0.15, p_delta=True, strength_dispersion=0.4, seed=7
-    )
-    ground, _ = steps(yielding)
-    tops, factors = [], []
-    for one in ground:
-        for i in range(one.sizes["motion"]):
-            alone = one.isel(motion=[i])
-            factors.append(uncertain.strength_of(str(alone["motion"].values[0])))
-            own = Building.from_storeys([2e5, 2e5], [2e8, 2e8], yield_coefficient=0.15 * factors[-1], p_delta=True)
-            tops.append(own.floor_motions(alone, floors=[2]))
-    np.testing.assert_allclose(result["building_strength_factor"].values[1::2], factors, rtol=1e-14)
-    np.testing.assert_allclose(
-        result["building_ductility"].values[1::2], [float(one["ductility"].item()) for one in tops], rtol=1e-9
-    )
-    assert len(set(factors)) == 12
-    (strengths,) = notes_named(result, "building.random_strength")
-    assert (strengths.value, strengths.more["seed"]) == (0.4, 7)
-    assert "building.strength_uncertain" in {fact.what for fact in method_of(result)}
-
-
-ISOLATED = (
-    '[building.isolation]\nkind = "bilinear"\nperiod_s = 2.5\nstrength = 0.05\nyield_displacement_mm = 8\n'
-    "base_mass_kg = 3e5\n"
-)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("strength", [{}, {"yield_coefficient": 0.05}])
-def test_an_isolated_building(tmp_path, strength):
-    """Every run is that of the same steps in Python; floor 0 is the slab; how far the isolators move is said."""
-    stated = "".join(f"{key} = {value}\n" for key, value in strength.items())
-    changes = ((STATED + "p_delta = true\n", stated), ("[stripes]", f"{ISOLATED}[stripes]"))
-    result = study(tmp_path, *changes).run()
-    lead = Isolator.bilinear(2.5, 0.05, 0.008)
-    ground, floors = steps(lambda: Building.isolated(lead, 3e5, [2e5, 2e5], [2e8, 2e8], **strength))
-    block, law = tp.Block(0.4, 1.8, name="cabinet"), tp.EnergyConsistent()
-    runs = tp.stripes(block, law, floors, [4.0, 12.0], "Sa(0.5)", scale=False, ground=ground)
-    np.testing.assert_allclose(result["peak_rotation"], runs["peak_rotation"], rtol=1e-9, atol=1e-12)
-    moved = np.concatenate([np.repeat(one["isolator_displacement"].values, 2) for one in floors])
-    np.testing.assert_allclose(result["building_isolator_displacement"], moved, rtol=1e-12)
-    line = result.attrs["storeys"].splitlines()[0]
-    assert "4 m/s2 isolators" in line
-    assert ("drifts reach" in line) == bool(strength)
-    assert "(elastic on" in line
-    assert "building.isolated" in {fact.what for fact in method_of(result)}
-
-
-@pytest.mark.slow
-def test_ductilities_stand_beside_the_motions(tmp_path, capsys):
-    _ground, floors = steps(yielding)
-    _, elastic = steps(lambda: Building.from_storeys([2e5, 2e5], [2e8, 2e8]))
-    lines = study(tmp_path).run().attrs["storeys"].splitlines()
-    for line, own, other in zip(lines, floors, elastic, strict=True):
-        ductility = np.median(own["ductility"])
-        assert f"drifts reach {ductility:.2g} times" in line or f"drifts reach {ductility:.3g} times" in line
-        peaks = [float(np.median(np.abs(one.sel(floor=2)).max("time"))) / 9.80665 for one in (own, other)]
-        assert all(f"{peak:.2g}" in line or f"{peak:.3g}" in line for peak in peaks)
-        assert peaks[0] < peaks[1]
-    assert "4 m/s2 drifts" in lines[0]
-    assert main(["motions", str(tmp_path / "study.toml"), "--out", str(tmp_path / "figures")]) == 0
-    assert all(line[:40] in " ".join(capsys.readouterr().out.split()) for line in lines[:1])
-
-
-@pytest.mark.parametrize(
-    ("changes", "text"),
-    [
-        ([('im_at = "ground"\n', "")], "needs stripes.im_at = 'ground'"),
-        (
-            [('im = "Sa(0.5)"', 'im = "pga_normalised"'), ('unit = "m/s2"', 'unit = "1"')],
-            "needs a measure of the ground motion",
-        ),
-        ([("yield_coefficient = 0.15\n", "")], "p_delta needs yield_coefficient"),
-        ([(STATED, f"{STATED}{FRAME}")], "state one of them"),
-        ([(STATED, 'system = "light-frame-wall"\nsd1_g = 0.6\n')], "without one there is no default strength"),
-        ([(STATED, "sds_g = 1.0\n")], "sds_g needs system"),
-        ([(STATED, STATED + "strength_dispersion = 2\n")], "strength_dispersion"),
-        ([("[stripes]", ISOLATED.replace("bilinear", "pendulum") + "[stripes]")], "pendulum"),
-        (
-            [("[stripes]", ISOLATED.replace("strength = 0.05\n", "") + "[stripes]")],
-            "building.isolation.strength",
-        ),
-        ([("[stripes]", ISOLATED + "damping = 0.1\n[stripes]")], "unknown key 'building.isolation.damping'"),
-        ([("floors =", "modes = 1\nfloors ="), ("[stripes]", f"{ISOLATED}[stripes]")], "of an isolated building"),
-        ([('im_at = "ground"\n', f"{''}"), ("[stripes]", f"{ISOLATED}[stripes]")], "an isolated building needs"),
-        ([(STATED, 'system = "tent"\n')], "tent"),
-        ([("yield_coefficient = 0.15", "yield_coefficient = [0.1, 0.2, 0.3]")], "yield_coefficient"),
-        ([("yield_coefficient = 0.15", "yield_coefficient = 0")], "yield_coefficient"),
-        ([("p_delta = true", "hardening = 1.0")], "hardening"),
-        ([("p_delta = true", "damping = [0.05, 0.05]")], "damping of a building that yields must be one number"),
-        ([("p_delta = true", "modes = 1")], "modes must be left out where storeys yield"),
-        ([('kind = "storeys"', 'kind = "flexural-shear"\nperiod_s = 0.5')], "masses_kg belongs to building.kind"),
-    ],
-)
-def test_what_does_not_go_together_has_one_sentence(tmp_path, changes, text):
-    with pytest.raises(StudyError, match=text):
-        study(tmp_path, *changes)
 
 
 def test_levels_that_scale_are_refused_and_clouds_do_not(tmp_path):

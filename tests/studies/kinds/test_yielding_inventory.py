@@ -3,27 +3,21 @@
 import numpy as np
 import pytest
 from check_facts import doubts_of, facts_of, notes_named
+from study_texts import motions
 
 import toppling as tp
 from toppling.fragility import slide_runs
 from toppling.models.friction import LognormalFriction
-from toppling.motions import Building, CloughPenzien, Isolator, scale_to
+from toppling.motions import Building, CloughPenzien, scale_to
 from toppling.studies import StudyError
-from toppling.studies.command.cli import main
 from toppling.studies.facts.method import inputs_of, method_of
 from toppling.studies.inventory.reading import read_inventory
 
-TEXT = """
+TEXT = f"""
 title = "An office in a building that yields"
 [[models]]
 law = "energy-consistent"
-[motions]
-generator = "clough-penzien"
-number = 6
-duration_s = 8
-dt_s = 0.01
-seed = 3
-[building]
+{motions(6, 8, 0.01, 3)}[building]
 kind = "storeys"
 masses_kg = [2e5, 2e5]
 stiffnesses_n_m = [2e8, 2e8]
@@ -32,7 +26,7 @@ p_delta = true
 [performance]
 inventory = "things.csv"
 im = "Sa(0.5)"
-levels = { values = [4, 12], unit = "m/s2" }
+levels = {{ values = [4, 12], unit = "m/s2" }}
 """
 THINGS = (
     "item,width_m,height_m,floor,count,value\ncabinet,0.4,1.8,0,2,100\nshelf,0.4,1.8,2,3,200\nvase,0.08,0.5,1,1,50\n"
@@ -73,31 +67,6 @@ def test_a_default_strength_takes_the_hazard_of_the_code(tmp_path):
         study(tmp_path, (by_code[0], f"{by_code[1]}\nsds_g = 0.6"), more=CODE)
     with pytest.raises(StudyError, match="without one there is no default strength"):
         study(tmp_path, by_code)
-
-
-@pytest.mark.slow
-def test_each_motion_meets_its_own_strength_at_every_level(tmp_path):
-    uncertain = ("yield_coefficient = 0.15", "yield_coefficient = 0.15\nstrength_dispersion = 0.3\nseed = 2")
-    result = study(tmp_path, uncertain).run()
-    own = frame(yield_coefficient=0.15, p_delta=True, strength_dispersion=0.3, seed=2)
-    floors = [own.floor_motions(scale_to(ground(), level, "Sa(0.5)")) for level in LEVELS]
-    np.testing.assert_allclose(result["building_ductility"], [one["ductility"] for one in floors], rtol=1e-9)
-    for one in floors:
-        np.testing.assert_array_equal(result["building_strength_factor"], one["strength_factor"])
-
-
-@pytest.mark.slow
-def test_an_isolated_building(tmp_path):
-    """Chances are those of the same steps in Python on the slab and above it; the isolators' way is in the results."""
-    isolation = '[building.isolation]\nkind = "linear"\nperiod_s = 2.0\ndamping = 0.1\nbase_mass_kg = 2e5\n'
-    changes = (("yield_coefficient = 0.15\np_delta = true\n", ""), ("[performance]", f"{isolation}[performance]"))
-    result = study(tmp_path, *changes).run()
-    building = Building.isolated(Isolator.linear(2.0, 0.1), 2e5, [2e5, 2e5], [2e8, 2e8])
-    floors = [building.floor_motions(scale_to(ground(), level, "Sa(0.5)")) for level in LEVELS]
-    np.testing.assert_allclose(result["probability"].isel(model=0), chances(floors, tmp_path), rtol=1e-12)
-    moved = [one["isolator_displacement"] for one in floors]
-    np.testing.assert_allclose(result["building_isolator_displacement"], moved, rtol=1e-12)
-    assert "building.isolated" in facts_of(method_of, result)
 
 
 def frame(**strength):
@@ -212,42 +181,10 @@ def test_a_collapse_is_an_outcome_and_said(tmp_path, capsys):
     assert (collapses.value, collapses.more["cases"]) == (int((result["building_collapsed"] > 0).sum()), 12)
 
 
-@pytest.mark.slow
-def test_the_look_at_motions_says_that_they_are_not_scaled(tmp_path, capsys):
-    study(tmp_path)
-    assert main(["motions", str(tmp_path / "study.toml"), "--out", str(tmp_path / "figures")]) == 0
-    assert "performance.levels, drifts reach" in " ".join(capsys.readouterr().out.split())
-
-
-@pytest.mark.slow
-def test_results_are_kept_and_other_strengths_are_other_studies(tmp_path):
-    first = study(tmp_path)
-    kept = first.run(tmp_path / "out")
-    assert study(tmp_path).identity == first.identity
-    again = study(tmp_path).run(tmp_path / "out")
-    np.testing.assert_array_equal(again["building_ductility"], kept["building_ductility"])
-    assert study(tmp_path, ("yield_coefficient = 0.15", "yield_coefficient = 0.16")).identity != first.identity
-
-
-@pytest.mark.parametrize(
-    ("changes", "more", "text"),
-    [
-        ([('im = "Sa(0.5)"', 'im = "scale"'), ('unit = "m/s2"', 'unit = "1"')], "", "needs a measure of the ground"),
-        (
-            [("[performance]", "[performance]\nmodelling_dispersion = 0.3")],
-            "",
-            "modelling_dispersion at a given level needs outcomes at levels about it",
-        ),
-        ([("dt_s = 0.01", 'dt_s = 0.01\ncomponent = "pair"')], "", "one horizontal component"),
-        ([("yield_coefficient = 0.15", "yield_coefficient = [0.1, 0.2, 0.3]")], "", "building: yield_coefficient"),
-        ([("p_delta = true", "modes = 1")], "", "modes must be left out where storeys yield"),
-        ([("duration_s = 8", "duration_s = 80"), ("number = 6", "number = 20")], "", "all levels would hold"),
-    ],
-)
-def test_what_does_not_go_together_has_one_sentence(tmp_path, monkeypatch, changes, more, text):
+def test_motions_of_all_levels_are_judged_together(tmp_path, monkeypatch):
     monkeypatch.setattr("toppling.studies.plan.size.MOST_NUMBERS", 500_000)
-    with pytest.raises(StudyError, match=text):
-        study(tmp_path, *changes, more=more)
+    with pytest.raises(StudyError, match="all levels would hold"):
+        study(tmp_path, ("duration_s = 8", "duration_s = 80"), ("number = 6", "number = 20"))
 
 
 PIECES = {"cabinet": (tp.Block(0.4, 1.8), 0, None), "vase": (tp.Block(0.02, 0.12), 2, 20)}

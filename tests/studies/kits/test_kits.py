@@ -22,7 +22,7 @@ from toppling.studies.facts.building import actions
 from toppling.studies.inventory.consequences import Injury
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.kits import Kit
-from toppling.studies.kits.savings import kit_savings, with_kit
+from toppling.studies.kits.savings import kit_savings
 from toppling.studies.kits.sets import TARGETS, budget_kits, target_kits
 from toppling.studies.plan.design_shaking import DESIGN_RATE
 from toppling.studies.tables.table import Column
@@ -469,20 +469,6 @@ class TestBothWays:
         for name in ("kit_required_force", "kit_static_capacity", "kit_peak_acceleration"):
             assert_array_equal(both[1][name].values, saved[name].values)
 
-    @pytest.mark.slow
-    def test_savings_are_differences_of_rates(self, both):
-        found, saved = both
-        for k, kit in enumerate(KITS):
-            for i, row in enumerate(ROWS):
-                if not kit.fits(row):
-                    continue
-                alone = assessed(Inventory((kit.on(row),), "EUR"), polarity="both")
-                for name, rate in (("falls", "item_rate"), ("front_falls", "item_front_rate")):
-                    one = saved.isel(model=0, kit=k, item=i)
-                    assert float(one[f"kit_{name}"]) == float(alone[rate][0, 0])
-                    difference = float(found[rate][0, i]) - float(alone[rate][0, 0])
-                    assert float(one[f"kit_{name}_saved"]) == pytest.approx(difference, rel=1e-9, abs=1e-15)
-
     def test_intervals_draw_a_motion_with_both_outcomes(self, both):
         """Against a plain bootstrap of paired differences, motion by motion."""
         found, saved = both
@@ -500,14 +486,6 @@ class TestBothWays:
         spread = np.random.default_rng(1).multinomial(n, np.full(n, 1 / n), 4000) @ each / n
         width = float(ends.upper - ends.lower)
         assert width == pytest.approx(np.diff(np.quantile(spread, [0.025, 0.975]))[0], rel=0.35)
-
-    @pytest.mark.slow
-    def test_progress_counts_the_runs(self):
-        done = []
-        found = assessed(polarity="both")
-        kit_savings(INVENTORY, KITS, found, ASKED, progress=lambda one, total: done.append(one))
-        held = [with_kit(INVENTORY, kit) for kit in KITS]
-        assert done[-1] == sum(distinct_runs(one, None, "both") for one in held) * MOTIONS.sizes["motion"] * LEVELS.size
 
 
 @pytest.mark.parametrize(
