@@ -4,7 +4,7 @@ import csv
 
 import pytest
 
-ESCAPES = {r"\n": "\n", r"\t": "\t", r"\r": "\r", r"\x1a": "\x1a"}
+ESCAPES = {r"\n": "\n", r"\t": "\t", r"\r": "\r", r"\x1a": "\x1a", r"\0": "\0"}
 
 
 def table_rows(path, parts=()):

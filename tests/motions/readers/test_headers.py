@@ -49,8 +49,10 @@ def test_what_a_header_says(tmp_path, row):
     options = {"unit": row["unit"] or None, "dt": float(row["dt"]) if row["dt"] else None}
     name = row["file"] or "record.csv"
     if row["refused"]:
-        with pytest.raises(RecordError, match=row["refused"]):
+        with pytest.raises(RecordError, match=row["refused"]) as error:
             read(tmp_path, row["text"], name, **options)
+        assert str(error.value).startswith(str(tmp_path / name))
+        assert "\n" not in str(error.value)
         return
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
