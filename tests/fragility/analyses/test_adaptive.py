@@ -110,15 +110,6 @@ def test_bytes_do_not_depend_on_workers(found, workers):
     assert not np.array_equal(other["level"][:50], found["level"][:50])
 
 
-@pytest.mark.slow
-def test_files_keep_it(found, tmp_path):
-    found.to_netcdf(tmp_path / "runs.nc")
-    with xr.open_dataset(tmp_path / "runs.nc") as again:
-        xr.testing.assert_identical(again.load(), found)
-        fitted, kept = (tp.fit_fragility(one, replicates=50) for one in (found, again))
-    xr.testing.assert_identical(fitted, kept)
-
-
 def test_fits_take_the_runs_with_their_motions(found):
     """The curve through all runs is the one that the analysis followed."""
     fitted = tp.fit_fragility(found, replicates=200)

@@ -153,11 +153,6 @@ class TestDatasets:
         assert configuration["curves"] == {"im": "pga"}
         assert risk.attrs["title"].endswith("of overturning")
 
-    def test_survives_a_netcdf_file(self, tmp_path):
-        risk = annual_rate(TestUncertainty.replicated(5), SITE)
-        risk.to_netcdf(tmp_path / "risk.nc")
-        xr.testing.assert_identical(xr.load_dataset(tmp_path / "risk.nc"), risk)
-
     def test_of_an_analysis(self):
         """From runs to a rate; of the observed probabilities as they are, it lies between the two plain sums."""
         blocks = [tp.Block(0.4, 1.8, name="slim"), tp.Block(0.6, 1.5, name="squat")]

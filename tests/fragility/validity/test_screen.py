@@ -1,7 +1,6 @@
 """The validity screen: friction from rigid-body mechanics, bands, reasons, undecided flags, and what a study says."""
 
 import json
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +12,6 @@ from scipy import stats
 from scipy.special import erfinv
 
 import toppling as tp
-from toppling.core.facts import facts_in
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import Slip, block_notes, notes, screen, slide_runs, wilson_interval
 from toppling.fragility.numerics.proportions import runs_for_half_width, wilson_half_width
@@ -32,7 +30,6 @@ from toppling.motions import records
 from toppling.motions.intensity.peaks import half_cycle_peaks
 from toppling.motions.intensity.spectra import energy_band
 from toppling.studies import StudyError
-from toppling.studies.command.cli import main
 from toppling.studies.plan.slides import Slides
 
 BIT = {reason.name: reason.bit for reason in REASONS}
@@ -652,38 +649,6 @@ class TestStudy:
         (tmp_path / "study.toml").write_text(text)
         return tp.Study.from_toml(tmp_path / "study.toml")
 
-    @pytest.mark.slow
-    def test_results_hold_the_screen(self, tmp_path):
-        study = self.study(tmp_path)
-        counts = []
-        result = study.run(tmp_path / "out", progress=lambda *done: counts.append(done))
-        with xr.open_dataset(tmp_path / "out" / "results.nc") as stored:
-            xr.testing.assert_identical(stored.load(), result)
-        motions = study.design.motions
-        direct = screen(tp.ida(study.blocks, study.models, motions, study.design.levels), motions, undecided=0.08)
-        xr.testing.assert_equal(result[[*direct.data_vars]].drop_vars([*{*result.coords} - {*direct.coords}]), direct)
-        assert notes(result) == notes(direct)
-        # (what is to be said of the curves stands before it)
-        facts = screen_facts(direct)
-        assert facts_in(result.attrs["notes"])[-len(facts) :] == facts
-        assert int(result.perturbed.sum()) == 1
-        assert study.perturbed_runs == 2 * (2 + 1) * 4
-        assert counts[-1] == (study.runs + study.perturbed_runs,) * 2
-        assert all(a[0] < b[0] for a, b in zip(counts[:-1], counts[1:], strict=True))
-
-    @pytest.mark.slow
-    def test_stripes(self, tmp_path):
-        stripes = '[stripes]\nunit = "g"\nat = [{ level = 0.2 }, { level = 0.5, motions = { number = 7, seed = 3 } }]\n'
-        study = self.study(tmp_path, re.sub(r"(?s)\[ida\].*", "", STUDY) + stripes + "[screen]\nundecided = 0.5\n")
-        counts = []
-        result = study.run(tmp_path / "out", progress=lambda *done: counts.append(done))
-        assert result.verdict.dims == ("block", "model", "motion")
-        assert json.loads(result.attrs["screen"])["fewest_motions"] == 7
-        assert int(result.perturbed.sum()) == 9
-        assert counts[-1] == (19 * 2 + 9 * (2 + 4),) * 2 == (study.runs + study.perturbed_runs,) * 2
-        with xr.open_dataset(tmp_path / "out" / "results.nc") as stored:
-            assert notes(stored.load()) == notes(result)
-
     def test_keys(self, tmp_path):
         study = self.study(tmp_path, STUDY + "[friction]\nstatic = 0.4\ndispersion = 0.2\n[screen]\nundecided = 0\n")
         assert study.friction == LognormalFriction(0.4, 0.2)
@@ -708,15 +673,3 @@ class TestStudy:
         ):
             with pytest.raises(StudyError, match=message):
                 self.study(tmp_path, f"{STUDY}{text}\n")
-
-    @pytest.mark.slow
-    def test_the_command_prints_the_notes(self, tmp_path, capsys):
-        text = STUDY.replace("height_m = 1.2", "height_m = 0.8")
-        (tmp_path / "study.toml").write_text(text)
-        for _ in range(2):  # computed, and read again
-            assert main(["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out"), "--verbose"]) == 0
-            printed = capsys.readouterr().out
-            assert printed.count("1.6 half widths") == 1
-            assert "coefficient of friction" in printed
-            assert re.search(r"12 motions.*±0\.25", " ".join(printed.split()))
-            assert "are undecided" in printed

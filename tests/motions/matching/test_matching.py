@@ -457,19 +457,6 @@ class TestStudyFile:
         made = self.build(tmp_path, 'generator = "ac156"\ns_ds = 0.9\nedition = "7-22"\nz_over_h = 0.5')
         assert made.shape == (2, 1001)
 
-    @pytest.mark.parametrize(
-        ("text", "message"),
-        [
-            ('generator = "ac156"', "key 'motions.s_ds' is missing"),
-            ('generator = "spectrum-compatible"', "key 'motions.target' is missing"),
-            ('generator = "spectrum-compatible"\ntarget = "none.csv"', r"none\.csv: no such file"),
-            ('generator = "kanai-tajimi"\ns_ds = 1.0', "unknown key 'motions.s_ds'"),
-        ],
-    )
-    def test_refuses(self, tmp_path, text, message):
-        with pytest.raises(ValueError, match=message):
-            self.build(tmp_path, text)
-
 
 def test_periods_of_a_target_in_milliseconds():
     with pytest.warns(ImplausibleInput, match="no spectrum has periods above 10 s: milliseconds in place of s"):
