@@ -202,8 +202,7 @@ class TestPlausible:
         for name, values, title in (("RSN1_A000", LOUD, first), ("RSN1_A090", OTHER, second)):
             text = files.at2(values[:400], DT).splitlines()
             (tmp_path / f"{name}.AT2").write_text("\n".join([text[0], title, *text[2:]]), encoding="utf-8")
-        with warnings.catch_warnings(record=True) as found:
-            warnings.simplefilter("always")
+        with warnings.catch_warnings(record=True, action="always") as found:
             files.read_pairs([str(tmp_path / "*.AT2")])
         assert [said in str(one.message) for one in found] == [True] * (said is not None)
         study = tmp_path / "study.toml"
@@ -258,8 +257,7 @@ class TestRotate:
 
     @pytest.mark.parametrize("turn", [mo.rotate, mo.both_axes, mo.weak_axis])
     def test_degrees_in_place_of_radians(self, turn):
-        with warnings.catch_warnings(record=True) as said:
-            warnings.simplefilter("always")
+        with warnings.catch_warnings(record=True, action="always") as said:
             turn(noise(), 2.0 * math.pi)
             turn(noise(), -90.0)
         assert len(said) == 1

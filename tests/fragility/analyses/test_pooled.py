@@ -306,10 +306,8 @@ def test_few_blocks_have_a_surface(blocks):
 def test_what_is_odd_is_said_before_the_runs():
     still = SHAKES.sample(64).copy(deep=True)
     still[5] = 0.0
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        with pytest.raises(ValueError, match="has pga = 0 and cannot be scaled"):
-            pooled(region(20), LAWS[1], still)
+    with warnings.catch_warnings(action="error"), pytest.raises(ValueError, match="has pga = 0 and cannot be scaled"):
+        pooled(region(20), LAWS[1], still)
     with pytest.warns(ImplausibleInput, match="sides above 20 m"), pytest.raises(ValueError, match="too few"):
         pooled(
             [tp.Block(40.0, 160.0), tp.Block(50.0, 160.0)],

@@ -409,8 +409,7 @@ class TestObspy:
     @pytest.mark.parametrize(("channel", "said"), [("HHE", "HHE, by the code a seismometer"), ("HNE", ""), ("CH1", "")])
     def test_channels_of_seismometers_are_doubted(self, tmp_path, channel, said):
         path, _ = self.stream(tmp_path, "MSEED", channel=channel)
-        with warnings.catch_warnings(record=True) as told:
-            warnings.simplefilter("always")
+        with warnings.catch_warnings(record=True, action="always") as told:
             assert mo.read_all(path, unit=1e-3)
         assert [said in str(one.message) for one in told] == [True] * bool(said)
 
@@ -453,8 +452,7 @@ class TestObspy:
         path.write_text(path.read_text(encoding="utf-8").replace("INTEGER, \n", "INTEGER, Counts\n"), encoding="utf-8")
         with pytest.warns(ImplausibleInput, match="states counts, which are taken as 'm/s2'"):
             mo.read(path, unit="m/s2")
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
+        with warnings.catch_warnings(action="error"):
             mo.read(path, unit=0.001)
 
     def test_gse(self, tmp_path):

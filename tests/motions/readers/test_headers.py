@@ -54,8 +54,7 @@ def test_what_a_header_says(tmp_path, row):
         assert str(error.value).startswith(str(tmp_path / name))
         assert "\n" not in str(error.value)
         return
-    with warnings.catch_warnings(record=True) as told:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as told:
         motion = read(tmp_path, row["text"], name, **options)
     factor = G if row["factor"] == "g" else float(row["factor"])
     np.testing.assert_allclose(motion.values, [np.array(SAMPLES) * factor], rtol=1e-13)
@@ -246,8 +245,7 @@ def test_rotations_are_no_accelerations(tmp_path, names):
 @pytest.mark.parametrize(("factor", "doubted"), [(4.0, False), (9.80665, True), (14.0, True)])
 def test_an_at2_file_without_a_unit_above_1_g_is_doubted(tmp_path, factor, doubted):
     samples = " ".join(str(factor * one) for one in SAMPLES)
-    with warnings.catch_warnings(record=True) as told:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as told:
         read(tmp_path, f"PEER\nSomewhere\nACCELERATION\n{NPTS}\n{samples}\n")
     sentence = f"states no unit, is taken as g, and reaches {0.2 * factor:.2g}: m/s² or per cent of g?"
     assert [sentence in str(one.message) for one in told] == [True] * doubted
@@ -376,8 +374,7 @@ def test_a_last_number_that_may_be_cut(tmp_path):
     ],
 )
 def test_right_files_without_a_line_end(tmp_path, text):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         read(tmp_path, text)
 
 
@@ -385,8 +382,7 @@ def test_whole_numbers_of_a_unit_are_doubted(tmp_path):
     counts = "".join(f"{round(1e4 * one)}\n" for one in SAMPLES)
     with pytest.warns(ImplausibleInput, match="whole numbers, as counts are, are taken as 'gal'"):
         read(tmp_path, counts, dt=0.01, unit="gal")
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         read(tmp_path, counts, dt=0.01, unit=0.01)
         read(tmp_path, counts.replace("1000\n", "1000.5\n"), dt=0.01, unit="gal")
 
