@@ -138,9 +138,6 @@ class TestDatasets:
         )
         data.attrs["configuration"] = json.dumps({"im": "pga"})
         risk = annual_rate(data, SITE, years=75.0, below="none")
-        for name in risk.variables:
-            assert risk[name].attrs["units"], name
-            assert risk[name].attrs["long_name"], name
         assert risk["rate"].attrs["units"] == "year-1"
         assert risk["alpha"].values.tolist() == [0.1, 0.2, 0.3]
         assert np.isnan(risk["rate"].values[2])

@@ -272,9 +272,6 @@ class TestUncertainIda:
                 assert runs[name].values[k] == alone[name].values[0]
             np.testing.assert_array_equal(runs["e"].values[k], alone["e"].values[0, 0])
             np.testing.assert_array_equal(runs["delta"].values[k], alone["delta"].values[0])
-        for name in runs.variables:
-            assert "units" in runs[name].attrs, name
-            assert runs[name].attrs["long_name"], name
         assert runs["law"].values.tolist() == INPUTS.sample(10, 5)["law"].values.tolist()
 
     def test_without_a_product(self):
@@ -521,9 +518,6 @@ class TestSobol:
         off = np.abs(found["total"].values - np.array([v1 + v13, v2, v13]) / total)
         assert np.all(off < 2.0 * (found["total_upper"] - found["total"]).values)
         assert found.attrs["samples"] == 4096 * 5
-        for name in found.variables:
-            assert "units" in found[name].attrs, name
-            assert found[name].attrs["long_name"], name
 
     def test_the_variance_of_a_flag(self):
         """Of a share m of its values: m (1 - m), however few there are."""

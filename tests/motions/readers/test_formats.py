@@ -8,6 +8,7 @@ import warnings
 import numpy as np
 import pytest
 import record_files as files
+from damage import damaged
 from record_files import COUNTS, SAMPLES, shaking
 from shared_cases import SHARED, needs_shared
 
@@ -617,39 +618,15 @@ def cut(name):
     return "".join(lines[:217]).replace(lines[11], "Duration Time(s)  16\n")
 
 
+PIECES = [b"9" * 30, b"1e400", b"nan", b"-", b"0", b"\xff\xfe", b"\n", b"1e9", b"#~ Unit: (cm/s) | 'x'"]
+
+
 def damage(path, source, times):
     """Read damaged copies, with numbers or a RecordError of one line as the result; return how many were refused."""
     rng = np.random.default_rng(7)
     refusals = 0
     for _ in range(times):
-        data = bytearray(source)
-        for _ in range(int(rng.integers(1, 5))):
-            at = int(rng.integers(len(data)))
-            if rng.random() < 0.5:  # headers are short: half of the damage goes there
-                at = min(at, int(rng.integers(3000)), len(data) - 1)
-            kind = rng.integers(7)
-            if kind == 0:
-                data[at] = int(rng.integers(1, 256))
-            elif kind == 1:
-                del data[at : at + int(rng.integers(1, 40))]
-            elif kind == 2:
-                data[at:at] = bytes(rng.integers(32, 127, int(rng.integers(1, 20)), dtype=np.uint8))
-            elif kind == 3:
-                data = data[: at + 1]
-            elif kind == 4:
-                data[at : at + 1] = [b"9" * 30, b"1e400", b"nan", b"-", b"0", b"\xff\xfe", b"\n", b"1e9"][
-                    int(rng.integers(8))
-                ]
-            elif kind == 5:
-                other = int(rng.integers(len(data)))
-                data[at:at] = data[other : other + 200]
-            else:
-                start = data.rfind(b"\n", 0, at) + 1
-                end = data.find(b"\n", at)
-                del data[start : end + 1]
-            if not data:
-                data = bytearray(b"x")
-        path.write_bytes(bytes(data))
+        path.write_bytes(damaged(rng, source, PIECES))
         try:
             found = mo.read_all(path)
         except RecordError as error:
