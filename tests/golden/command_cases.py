@@ -29,7 +29,9 @@ RECORDS = {
 def cases() -> list[Case]:
     """Return all cases of the command."""
     content = tomllib.loads((HERE / "commands.toml").read_text(encoding="utf-8"))
-    texts = content.pop("texts") | RECORDS
+    texts = dict(RECORDS)
+    for name, text in content.pop("texts").items():
+        texts[name] = text if isinstance(text, str) else "".join(texts[part] for part in text)
     return [case for group, entries in content.items() for case in _of_group(group, entries, texts)]
 
 
