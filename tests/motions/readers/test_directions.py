@@ -12,7 +12,7 @@ from table_rows import table_rows
 import toppling as tp
 from toppling import motions as mo
 from toppling.core.doubts import ImplausibleInput
-from toppling.motions import RecordError
+from toppling.motions import RecordError, records
 from toppling.motions.readers.directions import LEFT_OUT, direction_of, horizontal_motions
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
@@ -213,9 +213,9 @@ def test_a_study_notes_what_it_leaves_out(tmp_path):
     study = tp.Study.from_toml(path)
     (note,) = [note for note in study.notes if "vertical" in note]
     assert "(A-UP.AT2): component =" in note
-    assert study.run().sizes["motion"] == 2
+    assert len(records(study.design.motions)) == 2
     path.write_text(STUDY.format("component = 'v'"), encoding="utf-8")
-    assert tp.Study.from_toml(path).run()["motion"].values.tolist() == ["A-UP"]
+    assert [one.label for one in records(tp.Study.from_toml(path).design.motions)] == ["A-UP"]
     path.write_text(STUDY.format("component = 'v'\nvertical = true"), encoding="utf-8")
     with pytest.raises(StudyError, match=r"vertical needs motions\.component"):
         tp.Study.from_toml(path)
