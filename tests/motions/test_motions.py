@@ -75,8 +75,7 @@ class TestGenerators:
         np.testing.assert_allclose(envelope(time), expected, rtol=1e-15)
 
     def test_envelopes_faster_than_any_number(self):
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
+        with warnings.catch_warnings(action="error"):
             values = mo.RiseStrongDecay(1e-308, 2.0, 1e308)(np.linspace(0.0, 40.0, 4001))
         assert np.all((values >= 0.0) & (values <= 1.0))
 
@@ -243,8 +242,7 @@ def test_a_row_of_times_is_doubted(first):
     shakes = np.sin(np.arange(50.0))
     with pytest.warns(ImplausibleInput, match="row 0 rises by equal steps of 0.01: times of the others?"):
         mo.from_array([first + 0.01 * np.arange(50), shakes], 0.01)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         mo.from_array([shakes, shakes.cumsum()], 0.01)
         mo.from_array(0.01 * np.arange(50), 0.01)  # (alone it is a motion)
 

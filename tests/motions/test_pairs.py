@@ -8,9 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import record_files as files
-import xarray as xr
 from shared_cases import SHARED, needs_shared
-from study_texts import CABINET
 
 import toppling as tp
 from toppling import motions as mo
@@ -204,8 +202,7 @@ class TestPlausible:
         for name, values, title in (("RSN1_A000", LOUD, first), ("RSN1_A090", OTHER, second)):
             text = files.at2(values[:400], DT).splitlines()
             (tmp_path / f"{name}.AT2").write_text("\n".join([text[0], title, *text[2:]]), encoding="utf-8")
-        with warnings.catch_warnings(record=True) as found:
-            warnings.simplefilter("always")
+        with warnings.catch_warnings(record=True, action="always") as found:
             files.read_pairs([str(tmp_path / "*.AT2")])
         assert [said in str(one.message) for one in found] == [True] * (said is not None)
         study = tmp_path / "study.toml"
@@ -260,8 +257,7 @@ class TestRotate:
 
     @pytest.mark.parametrize("turn", [mo.rotate, mo.both_axes, mo.weak_axis])
     def test_degrees_in_place_of_radians(self, turn):
-        with warnings.catch_warnings(record=True) as said:
-            warnings.simplefilter("always")
+        with warnings.catch_warnings(record=True, action="always") as said:
             turn(noise(), 2.0 * math.pi)
             turn(noise(), -90.0)
         assert len(said) == 1
@@ -456,35 +452,6 @@ class TestFiles:
 
 
 class TestStudy:
-    STUDY = f"""
-title = "Pairs"
-{CABINET}
-[motions]
-records = "*.AT2"
-component = "h2"
-[ida]
-im = "RotD50(pga)"
-levels = {{ from = 0.1, to = 1.0, number = 4, unit = "g" }}
-"""
-
-    @pytest.mark.slow
-    def test_levels_of_both_in_a_study(self, tmp_path):
-        for name, k in (("A000.AT2", 5.0), ("A090.AT2", 7.0), ("B-N.AT2", 6.0), ("B-E.AT2", 4.0)):
-            shake = 0.3 * np.sin(np.pi * T / T[-1]) ** 2 * np.sin(k * T)
-            (tmp_path / name).write_text(files.at2(shake, DT), encoding="utf-8")
-        (tmp_path / "study.toml").write_text(self.STUDY, encoding="utf-8")
-        study = tp.Study.from_toml(tmp_path / "study.toml")
-        results = study.run(tmp_path / "out")
-        assert results.sizes["motion"] == 2
-        wanted = [value(pair, "RotD50(pga)") for pair in files.read_pairs(sorted(tmp_path.glob("*.AT2")))]
-        np.testing.assert_allclose(results["RotD50(pga)"].values, wanted, rtol=1e-13)
-        with xr.open_dataset(tmp_path / "out" / "results.nc") as stored:
-            assert stored["level"].attrs["im"] == "RotD50(pga)"
-        plain = self.STUDY.replace('component = "h2"\n', "")
-        (tmp_path / "plain.toml").write_text(plain, encoding="utf-8")
-        with pytest.raises(tp.studies.StudyError, match="needs both horizontal components"):
-            tp.Study.from_toml(tmp_path / "plain.toml")
-
     def test_corrections_keep_components_simultaneous(self, tmp_path):
         """A component that comes two seconds later still does after a window, which is that of both."""
         still = np.zeros(round(2.0 / DT))

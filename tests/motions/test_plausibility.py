@@ -176,8 +176,7 @@ class TestRecords:
         """Free vibration falls by exp(-2 pi zeta/sqrt(1 - zeta²)) a period: here T = 1 s and zeta = 5 %."""
         building = mo.Building.from_storeys([1e5], [1e5 * (2.0 * np.pi) ** 2])
         pulse = mo.OneCycleSine(1.0, 2.0 * np.pi, tail=quiet).sample(1)
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
+        with warnings.catch_warnings(record=True, action="always") as caught:
             floors = building.floor_motions(pulse)
         said = [str(one.message) for one in caught if "sways" in str(one.message)]
         assert bool(said) == named

@@ -4,8 +4,8 @@ import csv
 
 import numpy as np
 
-from toppling.benchmarks.experiments import ensembles, replays
-from toppling.benchmarks.experiments.table import COLUMNS
+from toppling.benchmarks.experiments import replays
+from toppling.benchmarks.experiments.table import COLUMNS, read_experiments
 
 ROW = {
     "id": "one",
@@ -38,6 +38,12 @@ def table_of(path, *rows):
     return path
 
 
+def row_of(folder, **changes):
+    """Read a table of `ROW` with these changes alone."""
+    (row,) = read_experiments(table_of(folder / "one.csv", {**ROW, **changes}))
+    return row
+
+
 def granite_folder(path, falls):
     """Three runs, of which the last has no motion: a push that each half-width resists or not."""
     path.mkdir(exist_ok=True)
@@ -48,14 +54,3 @@ def granite_folder(path, falls):
     lines += [f"{i},20210621,R,{0.02 * i},0.1,False,True,0.1,0.1,0.1,{falls[0]},{falls[1]}" for i in (1, 2, 3)]
     (path / replays.TESTS).write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
-
-
-def take_motions(monkeypatch, number):
-    """Take this number of motions of each kind, until `forget_motions`."""
-    monkeypatch.setattr(ensembles, "NUMBER", number)
-    forget_motions()
-
-
-def forget_motions():
-    ensembles.motions_of.cache_clear()
-    ensembles._intensities.cache_clear()

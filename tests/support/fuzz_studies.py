@@ -277,8 +277,7 @@ def outcome(files: dict[str, bytes], folder: Path) -> Outcome:
     path = folder / "study.toml"
     start = time.process_time()
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", RuntimeWarning)
+        with warnings.catch_warnings(action="error", category=RuntimeWarning):
             tp.Study.from_toml(path)
     except StudyError as error:
         kind, sentence = "refused", str(error)

@@ -1,4 +1,20 @@
-"""Tables of Markdown pages."""
+"""Pages of the documentation: their tables, within them and beside them."""
+
+import csv
+from pathlib import Path
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+
+
+def page(name):
+    """Return the text of a page."""
+    return (DOCS / f"{name}.md").read_text(encoding="utf-8")
+
+
+def rows_beside(page, name, heading=False):
+    """Return the rows of a table beside a page, as lists of cells, with its heading or without."""
+    rows = [*csv.reader((DOCS / page / f"{name}.csv").read_text(encoding="utf-8").splitlines())]
+    return rows if heading else rows[1:]
 
 
 def table_below(text, heading):

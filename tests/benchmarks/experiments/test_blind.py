@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from experiment_tables import ROW, forget_motions, granite_folder, table_of, take_motions
+from experiment_tables import granite_folder, row_of, table_of
 
 import toppling as tp
 from toppling.benchmarks.experiments import ensembles, replays
@@ -23,17 +23,8 @@ OWN = Path(__file__).resolve().parents[3] / "docs" / "experiments.csv"
 OUTCOMES = ("overturned", "value", "dispersion", "outcome")
 
 
-@pytest.fixture(autouse=True)
-def few_motions(monkeypatch):
-    """Eight motions of each kind."""
-    take_motions(monkeypatch, 8)
-    yield
-    forget_motions()
-
-
 def one(tmp_path, **changes):
-    (row,) = read_experiments(table_of(tmp_path / "one.csv", {**ROW, **changes}))
-    return row.test
+    return row_of(tmp_path, **changes).test
 
 
 class TestBlind:

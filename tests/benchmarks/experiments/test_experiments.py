@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from experiment_tables import ROW, table_of
+from table_rows import table_rows
 
 from toppling.benchmarks.experiments.table import NO, ExperimentError, read_experiments
 
@@ -20,38 +21,14 @@ class TestReading:
         assert row.source.quality == "B"
         assert row.test.predicted
 
-    @pytest.mark.parametrize(
-        ("changes", "column", "said"),
-        [
-            ({"id": ""}, "id", "must not be empty"),
-            ({"kind": "rumour"}, "kind", "must be one of"),
-            ({"width_m": "wide"}, "width_m", "must be a number"),
-            ({"width_m": "0.4|"}, "width_m", "both sides of |"),
-            ({"width_m": "0.4|0.5"}, "height_m", "as many sizes"),
-            ({"width_m": ""}, "predict", "needs width_m and height_m"),
-            ({"catalogue": "bookcase-of-gold"}, "catalogue", "has no item 'bookcase-of-gold'"),
-            ({"overturned": "5"}, "overturned", "at most the trials"),
-            ({"level_high": "6.0"}, "measure", "level_low below level_high"),
-            ({"motion": "history"}, "motion", "must be broadband"),
-            ({"fixing": "mat"}, "fixing", "can be wedge"),
-            ({"fixing": "pole"}, "fixing", "with mass_kg"),
-            ({"placement": ""}, "placement", "must be free or wall"),
-            ({"predict": "yes"}, "predict", "must be one of overturned"),
-            ({"predict": "no: "}, "predict", "must be one of|must say after"),
-            ({"predict": "median"}, "measure", "must be 'PGA' in m/s2"),
-            ({"predict": "friction"}, "contact", "must be one of vinyl"),
-            ({"predict": "restitution"}, "slenderness", "must be given"),
-            ({"predict": "replay"}, "measure", "must be 'PGV/PGA'"),
-            ({"quality": "Z"}, "quality", "must be one of A, B, C, D"),
-            ({"address": ""}, "address", "where the source is"),
-        ],
-    )
-    def test_errors_name_file_line_and_column(self, tmp_path, changes, column, said):
+    @pytest.mark.parametrize("row", table_rows(Path(__file__).with_name("errors.csv")))
+    def test_errors_name_file_line_and_column(self, tmp_path, row):
+        changes = dict(change.split("=") for change in row["changes"].split(" ; "))
         path = table_of(tmp_path / "t.csv", {**ROW, **changes})
-        with pytest.raises(ExperimentError, match=said) as caught:
+        with pytest.raises(ExperimentError, match=row["said"]) as caught:
             read_experiments(path)
         assert str(caught.value).startswith(f"{path}, line 2,")
-        assert f" {column!r}: " in str(caught.value)
+        assert f" {row['column']!r}: " in str(caught.value)
         assert "\n" not in str(caught.value)
 
     def test_ids_used_twice_and_empty_tables(self, tmp_path):

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from experiment_tables import ROW, forget_motions, granite_folder, table_of, take_motions
+from experiment_tables import ROW, granite_folder, row_of, table_of
 
 import toppling as tp
 from toppling.benchmarks.experiments import explanations
@@ -11,13 +11,6 @@ from toppling.benchmarks.experiments.predictions import predict
 from toppling.benchmarks.experiments.replays import HALF_WIDTHS, read_runs, replay
 from toppling.benchmarks.experiments.specimens import blocks_of
 from toppling.benchmarks.experiments.table import read_experiments
-
-
-@pytest.fixture(autouse=True)
-def few_motions(monkeypatch):
-    take_motions(monkeypatch, 6)
-    yield
-    forget_motions()
 
 
 class TestRocks:
@@ -40,7 +33,7 @@ class TestScenes:
         before = {one.id: one.before for one in found}
         assert before["one"] == pytest.approx(predict(rows[0].test).value)
         with_change = {(one.id, one.change): one.predicted for one in found}
-        loose = read_experiments(table_of(tmp_path / "l.csv", {**pole, "fixing": ""}))[0]
+        loose = row_of(tmp_path, **{**pole, "fixing": ""})
         assert with_change["one", "no poles"] == pytest.approx(
             predict(loose.test).value, abs=0.2
         )  # (linear, not exact)
@@ -48,8 +41,7 @@ class TestScenes:
         assert restitution != before["two"]
 
     def test_a_change_of_a_pole_changes_it_alone(self, tmp_path):
-        pole = {**ROW, "fixing": "pole", "mass_kg": "100", "placement": "wall"}
-        (block,) = blocks_of(read_experiments(table_of(tmp_path / "t.csv", pole))[0].test)
+        (block,) = blocks_of(row_of(tmp_path, fixing="pole", mass_kg="100", placement="wall").test)
         changed = {name: make(block) for name, make in explanations.POLES.items()}
         free = changed["no wall behind it"]
         assert (free.wall, free.restraint) == (None, block.restraint)

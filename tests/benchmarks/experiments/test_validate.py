@@ -4,7 +4,7 @@ import csv
 import math
 
 import pytest
-from experiment_tables import ROW, forget_motions, granite_folder, table_of, take_motions
+from experiment_tables import ROW, granite_folder, table_of
 
 from toppling.benchmarks.experiments import validate
 from toppling.benchmarks.experiments.table import ExperimentError
@@ -15,13 +15,6 @@ VALUE = {**ROW, "id": "three", "piece": "contact", "kind": "friction", "predict"
 WHY = {**ROW, "id": "four", "predict": "no: size not given", "width_m": ""}
 BAND = {**ROW, "id": "five", "piece": "rock", "predict": "replay", "measure": "PGV/PGA", "level_low": "0",
         "level_high": "0.03", "motion": "history", "trials": "1", "overturned": "0"}  # fmt: skip
-
-
-@pytest.fixture(autouse=True)
-def few_motions(monkeypatch):
-    take_motions(monkeypatch, 4)
-    yield
-    forget_motions()
 
 
 @pytest.fixture

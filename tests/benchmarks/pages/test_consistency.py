@@ -1,22 +1,19 @@
 """docs/consistency.md: its hazard is of one piece, and its answer says what its tables hold."""
 
-import csv
 import re
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 import pytest
+from page_tables import page, rows_beside
 
 import toppling as tp
 from toppling.benchmarks.pages import consistency
 
-DOCS = Path(tp.__file__).parent / "docs"
-TEXT = (DOCS / "consistency.md").read_text(encoding="utf-8")
+TEXT = page("consistency")
 
 
-def rows(name):
-    """The rows of a file of the page, its headings first."""
-    return [*csv.reader((DOCS / f"consistency/{name}.csv").read_text(encoding="utf-8").splitlines())]
+rows = partial(rows_beside, "consistency", heading=True)
 
 
 def test_levels_are_exceeded_once_in_their_return_periods():

@@ -1,13 +1,12 @@
 """docs/directions.md: its controls, plain loops beside the engine, and numbers that are computed again."""
 
-import csv
 import re
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 import pytest
 from check_facts import numbers_in
-from page_tables import table_below
+from page_tables import page, rows_beside, table_below
 from scipy.stats import binomtest
 
 import toppling as tp
@@ -16,9 +15,7 @@ from toppling.benchmarks.pages import directions as tables, directions_runs as d
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.models.friction import CONTACTS
 
-DOCS = Path(__file__).resolve().parents[3] / "docs"
-
-TEXT = (DOCS / "directions.md").read_text(encoding="utf-8")
+TEXT = page("directions")
 NUMBER = 60
 
 
@@ -33,11 +30,7 @@ def shelf():
     return next(one for one in directions.P58 if one.name == "bookcase-5-shelf")
 
 
-def rows(name):
-    """The rows of a file of the page, as lists of cells."""
-    return [*csv.reader((DOCS / f"directions/{name}.csv").read_text("utf-8").splitlines())][1:]
-
-
+rows = partial(rows_beside, "directions")
 FALLS = rows("falls")
 
 
@@ -233,8 +226,7 @@ class TestPage:
     @pytest.mark.slow
     def test_falls_are_computed_again(self, shelf, shakes):
         """A piece at all levels and in all cases under the first motions (other processors flip some outcomes)."""
-        header = (DOCS / "directions/falls.csv").read_text("utf-8").splitlines()[0]
-        assert header.endswith(f"falls_of_first_{NUMBER}")
+        assert rows("falls", heading=True)[0][-1] == f"falls_of_first_{NUMBER}"
         found = directions.of_item(shelf, *shakes)
         stated = {(case, float(level)): int(first) for name, case, level, _, _, first in FALLS if name == shelf.name}
         ours = {
@@ -299,10 +291,10 @@ class TestPage:
         """Numbers of the page that are on others."""
         chance = tables.slides(next(one for one in directions.P58 if one.name == directions.TWO_DRAWER), "vinyl")
         assert f"{chance:.2f}" == "0.97"
-        assert "probability of 0.97" in (DOCS / "p58.md").read_text("utf-8")
+        assert "probability of 0.97" in page("p58")
         ratios = [1.0 / float(row[4].split()[0]) for row in rows("second_direction")]
         assert np.median(ratios) == pytest.approx(0.83, abs=0.01)
-        assert "0.83 times" in (DOCS / "limits.md").read_text("utf-8")
+        assert "0.83 times" in page("limits")
 
     @pytest.mark.slow
     def test_a_row_is_computed_again(self, shelf):

@@ -1,21 +1,17 @@
 """The part of docs/walls.md on kits: strengths that are enough, and numbers that are computed again."""
 
-import csv
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 import pytest
+from page_tables import page, rows_beside
 
 from toppling.benchmarks.pages import kits
 
-DOCS = Path(__file__).resolve().parents[3] / "docs"
-
-TEXT = (DOCS / "walls.md").read_text(encoding="utf-8")
+TEXT = page("walls")
 
 
-def rows(name):
-    """The rows of a file of the page, as lists of cells."""
-    return [*csv.reader((DOCS / f"walls/{name}.csv").read_text(encoding="utf-8").splitlines())][1:]
+rows = partial(rows_beside, "walls")
 
 
 class TestPage:

@@ -1,11 +1,11 @@
 """The page on the source paper: its numbers against closed forms and independent integrations, and its sentences."""
 
-import csv
 import math
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 import pytest
+from page_tables import page, rows_beside
 from reference import integrate
 from scipy.integrate import quad
 from scipy.stats import norm
@@ -14,12 +14,7 @@ from shared_cases import SHARED, needs_shared
 import toppling as tp
 from toppling.benchmarks.pages import paper
 
-DOCS = Path(__file__).resolve().parents[3] / "docs"
-
-
-def rows(name):
-    """The rows of a file of the page, as lists of cells."""
-    return [*csv.reader((DOCS / f"paper/{name}.csv").read_text(encoding="utf-8").splitlines())][1:]
+rows = partial(rows_beside, "paper")
 
 
 REFERENCE_LAWS = {
@@ -216,7 +211,7 @@ class TestShaking:
 
 
 class TestPage:
-    text = (DOCS / "paper.md").read_text(encoding="utf-8")
+    text = page("paper")
 
     def test_tables_are_those_that_the_script_makes(self):
         """Changed code with an old page fails here: `make pages NAME=paper`."""

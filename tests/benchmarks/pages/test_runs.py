@@ -1,23 +1,20 @@
 """docs/runs.md: verdicts as those of analyses, an exponent that is known, and cells that are computed again."""
 
-import csv
 import re
+from functools import partial
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
+from page_tables import DOCS, page, rows_beside
 
 import toppling as tp
 from toppling.benchmarks.pages import runs
 
-DOCS = Path(tp.__file__).parent / "docs"
-TEXT = (DOCS / "runs.md").read_text(encoding="utf-8")
+TEXT = page("runs")
 
 
-def rows(name):
-    """Return the rows of a table beside the page, as lists of cells."""
-    return [*csv.reader((DOCS / f"runs/{name}.csv").read_text(encoding="utf-8").splitlines())][1:]
+rows = partial(rows_beside, "runs")
 
 
 @pytest.fixture(scope="module")

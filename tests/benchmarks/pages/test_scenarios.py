@@ -1,18 +1,15 @@
 """The page of simulated earthquakes and a ground-motion model is of today."""
 
-import csv
-from pathlib import Path
-
 import pytest
+from page_tables import page, rows_beside
 
 from toppling.benchmarks.pages import scenarios
 
-DOCS = Path(__file__).resolve().parents[3] / "docs"
-ROWS = [tuple(row) for row in csv.reader((DOCS / "scenarios/ratios.csv").read_text("utf-8").splitlines())][1:]
+ROWS = [tuple(row) for row in rows_beside("scenarios", "ratios")]
 
 
 def test_the_page_is_of_its_file():
-    assert scenarios.page(ROWS) == (DOCS / "scenarios.md").read_text("utf-8")
+    assert scenarios.page(ROWS) == page("scenarios")
 
 
 @pytest.mark.slow

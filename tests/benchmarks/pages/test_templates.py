@@ -1,20 +1,18 @@
 """Pages are their templates filled in: some take many minutes, so that an old page would be kept."""
 
 import re
-from pathlib import Path
 
 import pytest
+from page_tables import DOCS, page
 
-import toppling as tp
 from toppling.benchmarks.pages.page import template
 
-DOCS = Path(tp.__file__).parent / "docs"
 PAGES = ("consistency", "directions", "p58", "paper", "walls")
 
 
 @pytest.mark.parametrize("name", PAGES)
 def test_the_page_is_its_template(name):
-    text = (DOCS / f"{name}.md").read_text(encoding="utf-8")
+    text = page(name)
     parts = [re.escape(part) for part in re.split(r"\{\w+(?::[^}]*)?\}", template(name))]
     assert re.fullmatch("(.+?)".join(parts), text, re.DOTALL)
     assert not re.search(r"\{\w+\}|\bnan\b|\binf\b", text)
@@ -22,5 +20,5 @@ def test_the_page_is_its_template(name):
 
 @pytest.mark.parametrize("name", PAGES)
 def test_files_of_the_page_are_those_it_shows(name):
-    text = (DOCS / f"{name}.md").read_text(encoding="utf-8")
+    text = page(name)
     assert set(re.findall(rf"\]\({name}/([\w.]+)\)", text)) == {path.name for path in (DOCS / name).iterdir()}

@@ -1,14 +1,10 @@
 """docs/validation.md and its tables: numbers as printed, and ours as they are computed today."""
 
-import csv
-from pathlib import Path
-
 import pytest
+from page_tables import page, rows_beside
 
-import toppling as tp
 from toppling.benchmarks.pages import validation
 
-DOCS = Path(tp.__file__).parent / "docs"
 QUICK = ("block", "laws", "validity", "fragility", "risk", "floors", "criteria")
 """Sections that take a moment."""
 
@@ -38,7 +34,7 @@ def test_probabilities():
 
 
 def test_the_page_follows_from_its_tables():
-    text = (DOCS / "validation.md").read_text(encoding="utf-8")
+    text = page("validation")
     rows = validation.numbers()
     remarks = [row for row in rows if row.remark]
     assert f" {len(rows) - len(remarks)} of {len(rows)} " in text
@@ -46,7 +42,7 @@ def test_the_page_follows_from_its_tables():
     found = [*validation.sections(rows, remarks)]
     assert sum(row[1] for row in found) == len(rows)
     assert validation.body(found) in text
-    counts = [*csv.reader((DOCS / "validation/overturnings.csv").read_text(encoding="utf-8").splitlines())][1:]
+    counts = rows_beside("validation", "overturnings")
     assert len(counts) == 14
     assert f"{sum(row[-1] == 'yes' for row in counts)} of 14 counts" in text
 

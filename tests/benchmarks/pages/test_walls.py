@@ -1,24 +1,17 @@
 """docs/walls.md: its intervals, and numbers that are computed again."""
 
-import csv
 import math
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 import pytest
+from page_tables import rows_beside
 
 import toppling as tp
 from toppling.benchmarks.pages import shares, walls
 from toppling.motions.polarity import both_polarities
 
-DOCS = Path(__file__).resolve().parents[3] / "docs"
-
-
-def rows(name):
-    """The rows of a file of the page, as lists of cells."""
-    return [*csv.reader((DOCS / f"walls/{name}.csv").read_text(encoding="utf-8").splitlines())][1:]
-
-
+rows = partial(rows_beside, "walls")
 FALLS = rows("falls")
 
 

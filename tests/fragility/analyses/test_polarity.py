@@ -2,7 +2,6 @@
 
 import json
 
-import dask
 import numpy as np
 import pytest
 import scipy
@@ -103,12 +102,6 @@ class TestRuns:
         assert fallen(walled, 1).sum() != fallen(walled, -1).sum()
         for side in (1, -1):
             assert np.array_equal(fallen(walled, side), fallen(front, -side))
-
-    def test_workers_and_chunks_change_nothing(self, walled, motions):
-        with dask.config.set(num_workers=1):
-            again = run(tp.Block(0.4, 1.8, name="wall", wall=tp.Wall(0.02)), motions)
-        for name in SIDES:
-            assert np.array_equal(again[name].values, walled[name].values)
 
     def test_floor_motions_are_scaled_with_their_ground_motions(self, motions):
         ground = tp.motions.pad(motions[:3], 0.0, 5.0)

@@ -66,9 +66,6 @@ def test_layout(found):
     np.testing.assert_allclose(widest, found["half_width"], rtol=0.05)
     assert found.sizes["pooled_run"] == 16 * int(found["motions_run"].sum())
     assert json.loads(found.attrs["configuration"])["until"] == COARSE
-    for one in found.variables.values():
-        assert one.attrs["units"]
-        assert one.attrs["long_name"]
 
 
 @pytest.mark.slow
@@ -133,15 +130,6 @@ def test_curves_of_further_blocks_and_of_none_outside(found):
         surface_curves(found.isel(model=0), some)
     with pytest.raises(ValueError, match="got pooled curves, which are fitted already"):
         tp.fit_fragility(found)
-
-
-def test_surfaces_are_kept_in_files(found, tmp_path):
-    found.to_netcdf(tmp_path / "surface.nc")
-    with xr.open_dataset(tmp_path / "surface.nc") as read:
-        np.testing.assert_array_equal(
-            surface_curves(read, region(9, 5, 0.9), HAZARD)["rate"],
-            surface_curves(found, region(9, 5, 0.9), HAZARD)["rate"],
-        )
 
 
 @pytest.mark.slow
@@ -306,10 +294,8 @@ def test_few_blocks_have_a_surface(blocks):
 def test_what_is_odd_is_said_before_the_runs():
     still = SHAKES.sample(64).copy(deep=True)
     still[5] = 0.0
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        with pytest.raises(ValueError, match="has pga = 0 and cannot be scaled"):
-            pooled(region(20), LAWS[1], still)
+    with warnings.catch_warnings(action="error"), pytest.raises(ValueError, match="has pga = 0 and cannot be scaled"):
+        pooled(region(20), LAWS[1], still)
     with pytest.warns(ImplausibleInput, match="sides above 20 m"), pytest.raises(ValueError, match="too few"):
         pooled(
             [tp.Block(40.0, 160.0), tp.Block(50.0, 160.0)],

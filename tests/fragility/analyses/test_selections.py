@@ -26,8 +26,7 @@ def target(pool):
 
 
 def selected(pool, target, level, number=12):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", InconsistentSelection)
+    with warnings.catch_warnings(action="ignore", category=InconsistentSelection):
         return tp.motions.select(pool, target, number, level=level, factor=(0.05, 20.0))
 
 

@@ -445,27 +445,18 @@ class TestCommand:
         assert read_table(path.parent / "export" / "curves.csv")["model"].values.tolist() == ["housner e=0.9"]
         assert main(["export", str(path), "--format", "csv", "--model", "discrete e=0.9 δ=0.05"]) == 0
 
-    BAD = [
-        (["results.nc", "--format", "excel"], "excel"),
-        (["results.nc"], "--format"),
-        (["none.nc", "--format", "csv"], "none.nc: no such file"),
-        (["text.nc", "--format", "csv"], "text.nc: is no result file"),
-        (
-            ["empty.nc", "--format", "csv"],
-            "empty.nc: holds no fragility curves (median and dispersion, or probability on level)",
-        ),
-        (["results.nc", "--format", "csv", "--model", "housnr"], "did you mean 'housner'?"),
-        (["results.nc", "--format", "csv", "--out", "text.nc"], "text.nc: cannot be made a folder"),
-        (["roof.nc", "--format", "nrml", "--out", "out"], "OpenQuake knows the ground's shaking alone"),
-        (["scale.nc", "--format", "pelicun", "--out", "out"], "pelicun has no demand for scale"),
-    ]
-
-    @pytest.mark.parametrize(("arguments", "message"), BAD, ids=range(len(BAD)))
+    @pytest.mark.parametrize(
+        ("arguments", "message"),
+        [
+            (["results.nc", "--format", "csv", "--model", "housnr"], "did you mean 'housner'?"),
+            (["roof.nc", "--format", "nrml", "--out", "out"], "OpenQuake knows the ground's shaking alone"),
+            (["scale.nc", "--format", "pelicun", "--out", "out"], "pelicun has no demand for scale"),
+        ],
+    )
     def test_mistakes_are_one_sentence(self, arguments, message, results, tmp_path, capsys, monkeypatch):
+        """Others are in tests/golden/refused."""
         monkeypatch.chdir(tmp_path)
         Path("results.nc").write_bytes(results[0].read_bytes())
-        Path("text.nc").write_text("no netCDF")
-        xr.Dataset({"x": ("y", [1.0])}).to_netcdf("empty.nc")
         stored = xr.load_dataset("results.nc")
         if arguments[0] == "roof.nc":
             stored.assign_coords(floor=("motion", np.array(["4"] * 20, dtype=object))).to_netcdf("roof.nc")

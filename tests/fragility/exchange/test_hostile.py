@@ -1,10 +1,12 @@
 """Hostile curves and files: one sentence each, nothing else, and nothing written or run that was not asked for."""
 
 import xml.etree.ElementTree as ET
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
 import xarray as xr
+from damage import damaged
 from exchange_cases import FORMATS, isotonic, lognormal, there_and_back, unguarded
 from hypothesis import given, settings, strategies as st
 from repeatable import REPEATABLE
@@ -135,36 +137,26 @@ def test_size_is_bounded(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "about",
+    ("about", "refused"),
     [
-        "[1]",
-        "{",
-        '{"a": ' * 2000,
-        '{"a": {"Comments": "\\nLabels for toppling: {\\"labels\\": {\\"median\\": \\"x\\"}}"}}',
-        '{"a": {"Comments": "\\nLabels for toppling: {\\"labels\\": {\\"id\\": \\"x\\"}}"}}',
+        ("[1]", True),
+        ("{", True),
+        ('{"a": ' * 2000, True),
+        ('<labels>{\\"median\\": \\"x\\"}}"}}', True),
+        ('<labels>{\\"id\\": \\"x\\"}}"}}', True),
+        ('{"a": 5}', False),
+        ('<labels>{\\"block\\": 5}, \\"width\\": \\"wide\\"}"}}', False),
+        ('{"a": {"Comments": "\\nLabels for toppling: {"}}', False),
+        ('{"a": {"Comments": ["\\nLabels for toppling: {}"]}}', False),
+        ('{"b": {"Comments": "Labels for toppling: []"}}', False),
     ],
 )
-def test_bad_metadata_are_refused(about, tmp_path):
+def test_bad_metadata_are_refused_and_foreign_ones_left_alone(about, refused, tmp_path):
     (tmp_path / "t.csv").write_text(f"{HEADING}\n{ROW}", encoding="utf-8")
-    (tmp_path / "t.json").write_text(about, encoding="utf-8")
-    with pytest.raises(ExchangeError):
-        read_pelicun(tmp_path / "t.csv")
-
-
-@pytest.mark.parametrize(
-    "about",
-    [
-        '{"a": 5}',
-        '{"a": {"Comments": "\\nLabels for toppling: {\\"labels\\": {\\"block\\": 5}, \\"width\\": \\"wide\\"}"}}',
-        '{"a": {"Comments": "\\nLabels for toppling: {"}}',
-        '{"a": {"Comments": ["\\nLabels for toppling: {}"]}}',
-        '{"b": {"Comments": "Labels for toppling: []"}}',
-    ],
-)
-def test_foreign_metadata_are_left_alone(about, tmp_path):
-    (tmp_path / "t.csv").write_text(f"{HEADING}\n{ROW}", encoding="utf-8")
-    (tmp_path / "t.json").write_text(about, encoding="utf-8")
-    assert read_pelicun(tmp_path / "t.csv")["block"].values.tolist() == ["a"]
+    labels = r'{"a": {"Comments": "\nLabels for toppling: {\"labels\": '
+    (tmp_path / "t.json").write_text(about.replace("<labels>", labels), encoding="utf-8")
+    with pytest.raises(ExchangeError) if refused else nullcontext():
+        assert read_pelicun(tmp_path / "t.csv")["block"].values.tolist() == ["a"]
 
 
 class TestLabels:
@@ -218,61 +210,11 @@ class TestLabels:
             write_curve_csv(lognormal(blocks=["\ud800"]), tmp_path / "t.csv")
 
 
-def mutated(rng, seed, pieces):
-    """A seed with some bytes flipped, lost, doubled, moved, or replaced by pieces that parsers stumble over."""
-    data = bytearray(seed)
-    for _ in range(rng.integers(1, 5)):
-        at, end = sorted(rng.integers(0, len(data) + 1, 2).tolist())
-        kind = rng.integers(0, 6)
-        if kind == 0 and data:
-            data[min(at, len(data) - 1)] = rng.integers(0, 256)
-        elif kind == 1:
-            del data[at : at + rng.integers(1, 20)]
-        elif kind == 2:
-            data[at:at] = pieces[rng.integers(0, len(pieces))]
-        elif kind == 3:
-            data[at:at] = data[at : min(end, at + 300)]
-        elif kind == 4:
-            data[at : at + rng.integers(1, 9)] = pieces[rng.integers(0, len(pieces))]
-        else:
-            del data[end:]
-    return bytes(data)
-
-
-WORDS = [
-    "nan",
-    "inf",
-    "1e400",
-    "-1",
-    "0",
-    "&x;",
-    "&#0;",
-    "<a>",
-    "</a>",
-    "]]>",
-    "<!--",
-    "-->",
-    "<!DOCTYPE a>",
-    "{}",
-    "[",
+PIECES = [
+    *b"nan inf 1e400 1e-400 -1 0 1_0 &x; &#0; <a> </a> ]]> <!-- --> <!DOCTYPE {} [ null true level limit_state".split(),
+    *b"ID LS9-Family SA( PGV discrete \\ud800 \xce\xb4 \xff\xfe \xef\xbb\xbf \0 \" , ' = (".split(),
+    *(b"\n", b"\r", b" ", b"1" * 400, b"9" * 5000),
 ]
-WORDS += [
-    "[",
-    "null",
-    "true",
-    "level",
-    "limit_state",
-    "ID",
-    "LS9-Family",
-    "SA(",
-    "PGV",
-    "discrete",
-    "1_0",
-    "\\ud800",
-    "δ",
-]
-WORDS += ['"', ",", "\n", "\r", "\0", "'", "=", "(", " ", "\ufeff", "1" * 400, "9" * 5000, "1e-400"]
-PIECES = [word.encode() for word in WORDS] + [b"\xff\xfe"]
 
 
 @pytest.mark.slow
@@ -289,7 +231,7 @@ def test_two_thousand_mutations(name, tmp_path, monkeypatch):
     rng = np.random.default_rng(np.random.SeedSequence(7, spawn_key=(len(name),)))
     read_well = 0
     for _ in range(2000):
-        target.write_bytes(mutated(rng, seed, PIECES))
+        target.write_bytes(damaged(rng, seed, PIECES))
         try:
             found = read(paths[0])
         except ExchangeError as error:

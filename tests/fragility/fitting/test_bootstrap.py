@@ -449,38 +449,6 @@ class TestHardReplicates:
         assert fit["dispersion_upper"].item() > 0.15
 
 
-STUDY = """title = "One block"
-blocks = [{catalogue = "bookcase-5-shelf"}]
-models = [{law = "housner"}]
-[motions]
-generator = "clough-penzien"
-number = 15
-seed = 1
-duration_s = 8
-dt_s = 0.01
-"""
-
-
-@pytest.mark.parametrize(
-    ("analysis", "words"),
-    [
-        ('[ida]\nim = "pga"\nlevels = {from = 0.2, to = 0.6, number = 5, unit = "g"}', "bootstrap over motions"),
-        ('[cloud]\nim = "pga"', "profile likelihood"),
-    ],
-)
-def test_what_studies_say_of_their_curves(tmp_path, analysis, words):
-    (tmp_path / "study.toml").write_text(STUDY + analysis)
-    results = tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path / "out")
-    assert words in results.attrs["fit_method"]
-    assert results.attrs["confidence"] == 0.95
-    curves = fit_fragility(results)
-    if "level" in results.dims:  # (observed with its own intervals in results)
-        np.testing.assert_array_equal(curves["observed_probability"], results["probability"])
-    for name in set(curves.data_vars) - {"observed_probability"}:
-        xr.testing.assert_equal(results[name], curves[name])
-    assert ("probability" in results) == ("level" in results.dims)
-
-
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="minutes without the compiler")
 def test_ten_thousand_replicates_in_seconds():
     """Of 200 motions at 20 levels, everything included; a tenth of it in a second on an idle core."""

@@ -124,8 +124,7 @@ def test_probabilities_take_any_of_them():
 @pytest.mark.parametrize(("successes", "doubted"), [(0.3, True), ([0.3, 1.0], True), (0.5, False), ([0.3, 3.0], False)])
 def test_shares_in_place_of_numbers(successes, doubted):
     """0.3 of 100 is not 30 %; half a success is one of a motion's two outcomes."""
-    with warnings.catch_warnings(record=True) as said:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as said:
         wilson_interval(successes, 100)
     assert ["a share in place of a number?" in str(one.message) for one in said] == [True] * doubted
 

@@ -436,8 +436,7 @@ class TestQuadrature:
 )
 @pytest.mark.parametrize("epistemic", [False, True])
 def test_scripts_are_warned_of_their_hazard(hazard, said, epistemic):
-    with warnings.catch_warnings(record=True) as told:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as told:
         if epistemic:
             epistemic_rates([Branch("law", "records", "hazard", curves(), hazard, 1.0)])
         else:

@@ -138,9 +138,6 @@ class TestDatasets:
         )
         data.attrs["configuration"] = json.dumps({"im": "pga"})
         risk = annual_rate(data, SITE, years=75.0, below="none")
-        for name in risk.variables:
-            assert risk[name].attrs["units"], name
-            assert risk[name].attrs["long_name"], name
         assert risk["rate"].attrs["units"] == "year-1"
         assert risk["alpha"].values.tolist() == [0.1, 0.2, 0.3]
         assert np.isnan(risk["rate"].values[2])
@@ -152,11 +149,6 @@ class TestDatasets:
         assert [configuration[key] for key in ("below", "above", "years")] == ["none", "extend", 75.0]
         assert configuration["curves"] == {"im": "pga"}
         assert risk.attrs["title"].endswith("of overturning")
-
-    def test_survives_a_netcdf_file(self, tmp_path):
-        risk = annual_rate(TestUncertainty.replicated(5), SITE)
-        risk.to_netcdf(tmp_path / "risk.nc")
-        xr.testing.assert_identical(xr.load_dataset(tmp_path / "risk.nc"), risk)
 
     def test_of_an_analysis(self):
         """From runs to a rate; of the observed probabilities as they are, it lies between the two plain sums."""

@@ -116,17 +116,6 @@ def test_two_workers_give_the_same_bytes(machines, study, tmp_path, expected):
 
 
 @pytest.mark.slow
-def test_a_killed_worker_changes_nothing(machines, study, tmp_path, expected):
-    machines.add_worker()
-    machines.add_worker()
-    with begun(study, tmp_path / "out", "--scheduler", machines.address) as process:
-        machines.workers[0].kill()
-        _, error = process.communicate(timeout=120)
-    assert process.returncode == 0, error
-    assert (tmp_path / "out" / "results.nc").read_bytes() == expected
-
-
-@pytest.mark.slow
 def test_a_stopped_worker_changes_nothing(machines, study, tmp_path, expected):
     """It is stopped for longer than the client waits for news of the cluster, and goes on."""
     machines.add_worker()

@@ -46,8 +46,7 @@ def shakes(number):
 
 def told(call):
     """Return what is said of results that are not valid; every sentence names this file as the place of the call."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as caught:
         call()
     found = [one for one in caught if str(one.message).startswith("results are not valid: ")]
     assert {Path(one.filename).name for one in found} <= {Path(__file__).name}

@@ -205,15 +205,13 @@ def test_a_level_beyond_any_shaking_is_questioned_when_a_curve_is_read():
     curve = xr.Dataset({"median": ((), 0.4, {"units": "m s-1"}), "dispersion": 0.3}, attrs={"im": "pgv"})
     with pytest.warns(ImplausibleInput, match="the highest level, 40 m/s, is beyond any shaking: cm/s meant"):
         curve_probability(curve, 40.0)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         curve_probability(curve, [0.1, 4.0])
 
 
 class TestWarnings:
     def said(self, block, levels, motions=SHAKES, **options):
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
+        with warnings.catch_warnings(record=True, action="always") as caught:
             tp.ida(block, tp.HousnerImpact(e=0.9), motions, levels, screen=False, **options)
         return [one for one in caught if one.category is ImplausibleInput]
 
@@ -241,8 +239,7 @@ class TestWarnings:
     def test_stripes_are_of_levels_and_clouds_are_not(self):
         with pytest.warns(ImplausibleInput, match="the highest level"):
             tp.stripes(CABINET, tp.HousnerImpact(e=0.9), [SHAKES], [98.0], screen=False)
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
+        with warnings.catch_warnings(action="error"):
             tp.cloud(CABINET, tp.HousnerImpact(e=0.9), SHAKES, screen=False)
 
     def test_silence_for_those_who_note(self):

@@ -1,7 +1,6 @@
 """The validity screen: friction from rigid-body mechanics, bands, reasons, undecided flags, and what a study says."""
 
 import json
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,9 +10,9 @@ from check_facts import numbers_in
 from flips import undecided_outcomes
 from scipy import stats
 from scipy.special import erfinv
+from study_texts import CABINET, IDA, motions
 
 import toppling as tp
-from toppling.core.facts import facts_in
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import Slip, block_notes, notes, screen, slide_runs, wilson_interval
 from toppling.fragility.numerics.proportions import runs_for_half_width, wilson_half_width
@@ -31,8 +30,6 @@ from toppling.models.friction import (
 from toppling.motions import records
 from toppling.motions.intensity.peaks import half_cycle_peaks
 from toppling.motions.intensity.spectra import energy_band
-from toppling.studies import StudyError
-from toppling.studies.command.cli import main
 from toppling.studies.plan.slides import Slides
 
 BIT = {reason.name: reason.bit for reason in REASONS}
@@ -200,9 +197,6 @@ def found():
 class TestVerdict:
     def test_names_units_and_dimensions(self, found):
         runs, _, result = found
-        for name in result.variables:
-            assert result[name].attrs["units"], name
-            assert result[name].attrs["long_name"], name
         assert result.verdict.dims == ("block", "model", "level", "motion")
         assert result.verdict.dtype == np.uint8
         assert result.outside.dims == ("block", "model", "reason")
@@ -627,96 +621,19 @@ class TestNotes:
         assert numbers_in(wide[1]) == [20, 40, 60, 0.4, 0.6, 100]
 
 
-STUDY = """
-title = "A screened study"
-[[blocks]]
-width_m = 0.5
-height_m = 1.2
-name = "crate"
-[[models]]
-law = "discrete"
-[[models]]
-law = "vassiliou"
-[motions]
-generator = "clough-penzien"
-number = 12
-duration_s = 6
-dt_s = 0.01
-[ida]
-levels = { from = 0.1, to = 1.0, number = 4, unit = "g" }
-"""
+def test_friction_of_a_study(tmp_path):
+    """None is repeated where `undecided` is 0; slides are numbers between 0 and 1 where friction is uncertain."""
+    path = tmp_path / "study.toml"
 
+    def study(text):
+        path.write_text(f"title = 'Friction'\n{CABINET}{motions(12)}{IDA}[friction]\n{text}", encoding="utf-8")
+        return tp.Study.from_toml(path)
 
-class TestStudy:
-    def study(self, tmp_path, text=STUDY):
-        (tmp_path / "study.toml").write_text(text)
-        return tp.Study.from_toml(tmp_path / "study.toml")
-
-    @pytest.mark.slow
-    def test_results_hold_the_screen(self, tmp_path):
-        study = self.study(tmp_path)
-        counts = []
-        result = study.run(tmp_path / "out", progress=lambda *done: counts.append(done))
-        with xr.open_dataset(tmp_path / "out" / "results.nc") as stored:
-            xr.testing.assert_identical(stored.load(), result)
-        motions = study.design.motions
-        direct = screen(tp.ida(study.blocks, study.models, motions, study.design.levels), motions, undecided=0.08)
-        xr.testing.assert_equal(result[[*direct.data_vars]].drop_vars([*{*result.coords} - {*direct.coords}]), direct)
-        assert notes(result) == notes(direct)
-        # (what is to be said of the curves stands before it)
-        facts = screen_facts(direct)
-        assert facts_in(result.attrs["notes"])[-len(facts) :] == facts
-        assert int(result.perturbed.sum()) == 1
-        assert study.perturbed_runs == 2 * (2 + 1) * 4
-        assert counts[-1] == (study.runs + study.perturbed_runs,) * 2
-        assert all(a[0] < b[0] for a, b in zip(counts[:-1], counts[1:], strict=True))
-
-    @pytest.mark.slow
-    def test_stripes(self, tmp_path):
-        stripes = '[stripes]\nunit = "g"\nat = [{ level = 0.2 }, { level = 0.5, motions = { number = 7, seed = 3 } }]\n'
-        study = self.study(tmp_path, re.sub(r"(?s)\[ida\].*", "", STUDY) + stripes + "[screen]\nundecided = 0.5\n")
-        counts = []
-        result = study.run(tmp_path / "out", progress=lambda *done: counts.append(done))
-        assert result.verdict.dims == ("block", "model", "motion")
-        assert json.loads(result.attrs["screen"])["fewest_motions"] == 7
-        assert int(result.perturbed.sum()) == 9
-        assert counts[-1] == (19 * 2 + 9 * (2 + 4),) * 2 == (study.runs + study.perturbed_runs,) * 2
-        with xr.open_dataset(tmp_path / "out" / "results.nc") as stored:
-            assert notes(stored.load()) == notes(result)
-
-    def test_keys(self, tmp_path):
-        study = self.study(tmp_path, STUDY + "[friction]\nstatic = 0.4\ndispersion = 0.2\n[screen]\nundecided = 0\n")
-        assert study.friction == LognormalFriction(0.4, 0.2)
-        assert study.perturbed_runs == 0
-        result = study.run()
-        assert "undecided" not in result
-        assert result.slides.dtype == np.float32
-        fixed = self.study(tmp_path, STUDY + "[friction]\nstatic = 0.4\n[screen]\nundecided = 1\n")
-        assert fixed.friction == FixedFriction(0.4)
-        carpet = self.study(tmp_path, STUDY + '[friction]\ncontact = "carpet"\n')
-        assert carpet.slides == Slides(LognormalFriction(0.55, 0.3), 0.9)
-        for text, message in (
-            ("[friction]\nstatic = 0", "friction.static: must be >= 0.05 and <= 2, got 0"),
-            ("[friction]\ndispersion = 0.2", "friction: friction needs static or contact, got neither"),
-            ('[friction]\nstatic = 0.4\ncontact = "carpet"', "friction needs static or contact, got both"),
-            ('[friction]\ncontact = "castors"', "a piece on castors rolls, which is not modelled: lock or block them"),
-            ('[friction]\ncontact = "ice"', "contact must be one of 'vinyl', 'rubber feet', 'carpet', 'concrete', got"),
-            ("[friction]\nstatic = 0.4\nkinetic_ratio = 1.1", "friction.kinetic_ratio: must be > 0 and <= 1, got 1.1"),
-            ("[friction]\nstatic = 0.4\nslips_m = [0.1, 0.1]", "slips_m must be strictly increasing, got 0.1 m after"),
-            ("[screen]\nundecided = 2", "screen.undecided: must be >= 0 and <= 1, got 2"),
-            ("[friction]\nstatc = 0.4", "unknown key 'friction.statc'; did you mean 'static'"),
-        ):
-            with pytest.raises(StudyError, match=message):
-                self.study(tmp_path, f"{STUDY}{text}\n")
-
-    @pytest.mark.slow
-    def test_the_command_prints_the_notes(self, tmp_path, capsys):
-        text = STUDY.replace("height_m = 1.2", "height_m = 0.8")
-        (tmp_path / "study.toml").write_text(text)
-        for _ in range(2):  # computed, and read again
-            assert main(["run", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out"), "--verbose"]) == 0
-            printed = capsys.readouterr().out
-            assert printed.count("1.6 half widths") == 1
-            assert "coefficient of friction" in printed
-            assert re.search(r"12 motions.*±0\.25", " ".join(printed.split()))
-            assert "are undecided" in printed
+    drawn = study("static = 0.4\ndispersion = 0.2\n[screen]\nundecided = 0\n")
+    assert drawn.friction == LognormalFriction(0.4, 0.2)
+    assert drawn.perturbed_runs == 0
+    result = drawn.run()
+    assert "undecided" not in result
+    assert result.slides.dtype == np.float32
+    assert study("static = 0.4\n[screen]\nundecided = 1\n").friction == FixedFriction(0.4)
+    assert study('contact = "carpet"\n').slides == Slides(LognormalFriction(0.55, 0.3), 0.9)

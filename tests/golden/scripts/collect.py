@@ -35,8 +35,7 @@ def main(name: str) -> None:
     with netCDF4.Dataset(f"{name}.nc", "w") as file:
         for topic in topics:
             try:
-                with warnings.catch_warnings():
-                    warnings.simplefilter("ignore")
+                with warnings.catch_warnings(action="ignore"):
                     answers = topic()
             except Exception as error:
                 lines.append(f"{topic.__name__}: FAILED {type(error).__name__}: {error}")

@@ -244,44 +244,6 @@ class TestFiles:
         floors.to_dataset().to_netcdf(tmp_path / "classic", format="NETCDF3_64BIT")
         np.testing.assert_array_equal(read_floors(tmp_path / "classic").values, floors.values)
 
-    @pytest.mark.parametrize(
-        ("text", "message"),
-        [
-            ("", "empty"),
-            ("# only a comment\n", "no header line"),
-            ("a/1,a/2\n0,1\n1,2\n", "its header must be 'time'"),
-            ("time\n0\n1\n", "its header must be 'time'"),
-            ("time,a\n0,1\n1,2\n", "column 2 must be named 'motion/floor', got 'a'"),
-            ("time,a/1\n0,1\n1,2\n", r"column 2 states no unit: write it as 'a/1 \[g\]'"),
-            ("time,a/1 [furlong]\n0,1\n1,2\n", "unknown unit 'furlong' of column 2"),
-            ("time,a/1 [g],a/1 [g]\n0,1,1\n1,2,2\n", "'a/1' stands twice"),
-            ("time,a/1 [g],b/2 [g]\n0,1,1\n1,2,2\n", "motion 'a' has no column for floor '2'"),
-            ("time,a/1 [g]\n0,1\n1\n", "line 3 must have 2 numbers"),
-            ("time,a/1 [g],a/2 [g]\n0,1,\n1,2,3\n", "line 2 gives a sample as ''"),
-            ("time,a/1 [g]\n0,1\n1,x\n", "line 3 gives a sample as 'x'"),
-            ("time,a/1 [g]\n0,1\n1,nan\n", "must be a finite number"),
-            ("time,a/1 [g]\n0,1\n", "at least 2 samples, found 1"),
-            ("time,a/1 [g]\n0,1\n1,1\n3,1\n", "must be uniform"),
-            ("time,a/1 [g]\n0,1\n1,1e12\n", "at most 1e.09"),
-            *(
-                (f"# {comment}\ntime,a/1 [g]\n0,1\n1,1\n", message)
-                for comment, message in (
-                    ("relative acceleration of the floors (ABS = no)", "line 1 says .* relative to its support"),
-                    ("velocities in m/s", "line 1 gives a velocity"),
-                    ("units: m/s2", "line 2 says 'g', line 1 'm/s2'"),
-                    ("acceleration cm/s/s", "line 2 says 'g', line 1 'cm/s/s'"),
-                    ("Geschwindigkeit (mm/s)", "line 1 gives a velocity"),
-                    ("response spectra of the floors", "a response spectrum, no motion"),
-                )
-            ),
-        ],
-    )
-    def test_wrong_tables(self, tmp_path, text, message):
-        with pytest.raises(RecordError, match=message) as error:
-            self.read(tmp_path, text)
-        assert "floors.csv" in str(error.value)
-        assert "\n" not in str(error.value)
-
     def test_comments_that_agree(self, tmp_path):
         text = "# total acceleration in g, PGV (cm/s): 12\n\n# units: g\ntime,a/1 [g]\n0,1\n1,1\n"
         assert self.read(tmp_path, text).values.ravel().tolist() == [9.80665, 9.80665]

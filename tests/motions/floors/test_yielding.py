@@ -111,8 +111,7 @@ def test_an_elastic_building_is_the_limit():
     omega = 2 * np.pi / Building.from_storeys(masses, stiffnesses).periods
     a, b = strong.damping
     elastic = Building.from_storeys(masses, stiffnesses, (a / omega + b * omega) / 2)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with warnings.catch_warnings(action="ignore"):
         one, two = strong.floor_motions(shakes), elastic.floor_motions(shakes)
         np.testing.assert_allclose(one.values, two.values, rtol=0, atol=1e-11)
         np.testing.assert_allclose(strong.floor_motions(shakes, factor=3.0).values, 3.0 * one.values, atol=1e-10)
@@ -179,8 +178,7 @@ def test_floors_that_yield_are_not_scaled():
     sets = []
     for level in (1.0, 3.0):
         below = tp.motions.scale_to(shakes, level)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with warnings.catch_warnings(action="ignore"):
             sets.append(weak.floor_motions(below, floors=[2]))
     runs = tp.stripes(block, law, sets, [1.0, 3.0], scale=False, screen=False)
     assert runs.sizes["motion"] == 6

@@ -2,15 +2,17 @@
 
 import re
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
 import record_files as files
+from table_rows import table_rows
 
 import toppling as tp
 from toppling import motions as mo
 from toppling.core.doubts import ImplausibleInput
-from toppling.motions import RecordError
+from toppling.motions import RecordError, records
 from toppling.motions.readers.directions import LEFT_OUT, direction_of, horizontal_motions
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
@@ -29,70 +31,38 @@ def kept(folder, patterns=("*",), **options):
     return horizontal_motions({path: mo.read_all(path) for path in paths}, patterns, folder, **options)
 
 
-@pytest.mark.parametrize(
-    ("names", "out"),
-    [
-        (("RSN1_A000.AT2", "RSN1_A090.AT2", "RSN1_A-UP.AT2"), ["RSN1_A-UP.AT2"]),
-        (("BDWN.AT2", "B000.AT2", "CUP.AT2", "C-N.AT2"), ["BDWN.AT2", "CUP.AT2"]),
-        (
-            ("C-V.AT2", "C000.AT2", "D_UD.AT2", "D.Z.AT2", "D-vert.AT2"),
-            ["C-V.AT2", "D-vert.AT2", "D.Z.AT2", "D_UD.AT2"],
-        ),
-        (("STA-L1.AT2", "STA-T1.AT2", "STA-V1.AT2"), ["STA-V1.AT2"]),
-        (("NS.AT2", "EW.AT2", "UD.AT2", "s.HNE.D.AT2", "s.HNN.D.AT2", "s.HNZ.D.AT2"), ["UD.AT2", "s.HNZ.D.AT2"]),
-        (("x_North.AT2", "x_East.AT2", "x_Vertical.AT2", "y_UD_acc.AT2"), ["x_Vertical.AT2", "y_UD_acc.AT2"]),
-        (("x_NS_2.AT2", "x_UD_2.AT2", "x_090_corr.AT2", "x_up_corr.AT2"), ["x_UD_2.AT2", "x_up_corr.AT2"]),
-        (("RSN4_GU075XTE.AT2", "RSN4_GU075YLN.AT2", "RSN4_GU075ZUP.AT2"), ["RSN4_GU075ZUP.AT2"]),
-        (("IWTH25EW2.AT2", "IWTH25NS2.AT2", "IWTH25UD2.AT2"), ["IWTH25UD2.AT2"]),
-        (("cloud1.AT2", "cloud2.AT2", "clover.AT2", "clo.AT2"), []),
-        (("GROUP.AT2", "cloud.AT2", "run-v2.AT2", "KOBE.AT2", "setup.AT2"), []),
-    ],
-)
-def test_names_of_files(tmp_path, names, out):
-    for name in names:
-        at2(tmp_path, name, "A synthetic motion")
-    found = kept(tmp_path)
-    assert list(found[0].attrs.get(LEFT_OUT, ())) == out
-    assert len(found) == len(names) - len(out)
+def one_of(folder, about, text):
+    """Files of a row of directions.csv."""
+    rows = "".join(f"{0.01 * i:.2f},{a},{a * a},{a**3}\n" for i, a in enumerate(SHAKE))
+    if about == "names of files":
+        for name in text.split():
+            at2(folder, name, "A synthetic motion")
+        return len(text.split())
+    if about == "second line of an AT2 file":
+        at2(folder, "a.AT2")
+        at2(folder, "shaking.AT2", f"Somewhere, 1/2/1999, Station, {text}")
+    elif about == "a line of a header":
+        rows = "".join(f"{0.01 * i:.2f},{a}\n" for i, a in enumerate(SHAKE))
+        (folder / "a_1.csv").write_text(f"time (s),acc (g)\n{rows}", encoding="utf-8")
+        (folder / "a_2.csv").write_text(f"{text}\ntime (s),acc (g)\n{rows}", encoding="utf-8")
+    else:
+        (folder / "b.csv").write_text(f"time (s),{text}\n{rows}", encoding="utf-8")
+        return 3
+    return 2
 
 
-@pytest.mark.parametrize(
-    ("end", "out"),
-    [("UP", True), ("DOWN", True), ("BHZ00", True), ("V", True), ("090", False), ("BH100", False), ("L", False)],
-)
-def test_the_second_line_of_an_at2_file(tmp_path, end, out):
-    at2(tmp_path, "a.AT2")
-    at2(tmp_path, "shaking.AT2", f"Somewhere, 1/2/1999, Station, {end}")
-    assert list(kept(tmp_path)[0].attrs.get(LEFT_OUT, ())) == ["shaking.AT2"] * out
-
-
-@pytest.mark.parametrize(
-    ("line", "out"),
-    [
-        ("# Component: UP", True),
-        ("# Station: ABC, Channel: HNZ", True),
-        ("Direction,Vertical", True),
-        ("# vertical component, corrected", True),
-        ("# Vertikalkomponente", True),
-        ("STATION 051WCW COMP. UD", True),
-        ("# componente vertical", True),
-        ("# azimuth: 0, dip: -90", True),
-        ("# Component: N", False),
-        ("# Components: NS, EW, UD", False),
-        ("# Lotung vertical array", False),
-        ("# no vertical component", False),
-        ("# horizontal and vertical components in three files", False),
-        ("# fault dip: 90", False),
-        ("# vertical direction: positive is up", False),
-        ("# vertical components are in other files", False),
-        ("# dir: Z:\\records", False),
-    ],
-)
-def test_a_line_of_the_header_says_that_a_component_is_vertical(tmp_path, line, out):
-    rows = "".join(f"{0.01 * i:.2f},{a}\n" for i, a in enumerate(SHAKE))
-    (tmp_path / "a_1.csv").write_text(f"time (s),acc (g)\n{rows}", encoding="utf-8")
-    (tmp_path / "a_2.csv").write_text(f"{line}\ntime (s),acc (g)\n{rows}", encoding="utf-8")
-    assert list(kept(tmp_path)[0].attrs.get(LEFT_OUT, ())) == ["a_2.csv"] * out
+@pytest.mark.parametrize("row", table_rows(Path(__file__).with_name("directions.csv")))
+def test_what_is_vertical(tmp_path, row):
+    """Of a row of directions.csv what is vertical is left out; columns with units in round and in square brackets."""
+    columns = row["about"] == "columns of a table"
+    for number, unit in enumerate(("(g)", "[g]") if columns else ("",)):
+        (folder := tmp_path / str(number)).mkdir()
+        text = ",".join(f"{name} {unit}" for name in row["text"].split(",")) if columns else row["text"]
+        every = one_of(folder, row["about"], text)
+        out = [f"b {row['out']} {unit}"] if columns else row["out"].split()
+        found = kept(folder)
+        assert list(found[0].attrs.get(LEFT_OUT, ())) == out
+        assert sum(array.sizes["motion"] for array in found) == every - len(out)
 
 
 def test_a_line_of_an_at2_file_says_that_it_is_vertical(tmp_path):
@@ -145,8 +115,7 @@ def test_sensors_that_are_not_on_the_ground(tmp_path, written, out, monkeypatch)
     for name, text in written.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    with warnings.catch_warnings(record=True) as said:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as said:
         found = mo.read_all("*")
     assert sum(array.sizes["motion"] for array in found) == (1 if out else 2)
     assert [out in str(one.message) and "left out" in str(one.message) for one in said] == [True] * bool(out)
@@ -167,40 +136,6 @@ def test_pairs_of_the_ground(tmp_path):
     assert pair.sizes["motion"] == 1
 
 
-@pytest.mark.parametrize(
-    ("names", "out"),
-    [
-        ("ax,ay,az", "az"),
-        ("acc_x,acc_y,acc_z", "acc_z"),
-        ("Linear Acceleration x,Linear Acceleration y,Linear Acceleration z", "Linear Acceleration z"),
-        ("NS,EW,Vertikal", "Vertikal"),
-        ("NS,EW,Verticale", "Verticale"),
-        ("H1,H2,vertical component", "vertical component"),
-        ("Chan 1: 90,Chan 2: 360,Chan 3: Up", "Chan 3: Up"),
-        ("x-acc,y-acc,z-acc", "z-acc"),
-        ("X-axis,Y-axis,Z-axis", "Z-axis"),
-        ("x-direction,y-direction,z-direction", "z-direction"),
-        ("NS成分,EW成分,UD成分", "UD成分"),
-        ("K-G,D-B,Düşey", "Düşey"),
-        ("NORTH-SOUTH,EAST-WEST,UP-DOWN", "UP-DOWN"),
-        ("AccelX,AccelY,AccelZ", "AccelZ"),
-        ("accx,accy,accz", "accz"),
-        ("Comp X,componente NS,componente vertical", "componente vertical"),
-        ("base_x,base_y,base_z", "base_z"),
-        ("С-Ю,В-З,вертикальная", "вертикальная"),
-    ],
-)
-@pytest.mark.parametrize("brackets", ["()", "[]"])
-def test_columns_of_tables(tmp_path, names, out, brackets):
-    start, end = brackets
-    heading = ",".join(f"{name} {start}g{end}" for name in names.split(","))
-    rows = "".join(f"{0.01 * i:.2f},{a},{a * a},{a**3}\n" for i, a in enumerate(SHAKE))
-    (tmp_path / "b.csv").write_text(f"time (s),{heading}\n{rows}", encoding="utf-8")
-    found = kept(tmp_path)
-    assert list(found[0].attrs.get(LEFT_OUT, ())) == [f"b {out} {start}g{end}"]
-    assert found[0].sizes["motion"] == 2
-
-
 @pytest.mark.parametrize("names", ["roof,table,zenith", "acc_a,acc_b,acc_c", "acc_1,acc_2,acc_3", "CH1,ch2,CH3"])
 def test_three_columns_of_which_none_is_known_to_be_vertical(tmp_path, names):
     heading = ",".join(f"{name} (g)" for name in names.split(","))
@@ -219,8 +154,7 @@ def test_three_columns_of_which_none_is_known_to_be_vertical(tmp_path, names):
 def test_three_files_of_which_none_is_known_to_be_vertical(tmp_path, names, asked):
     for name in names.split(","):
         at2(tmp_path, f"{name}.AT2", "A synthetic motion")
-    with warnings.catch_warnings(record=True) as said:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as said:
         assert len(kept(tmp_path)) == 3
     assert ["none of them" in str(warning.message) for warning in said] == [True] * asked
 
@@ -279,9 +213,9 @@ def test_a_study_notes_what_it_leaves_out(tmp_path):
     study = tp.Study.from_toml(path)
     (note,) = [note for note in study.notes if "vertical" in note]
     assert "(A-UP.AT2): component =" in note
-    assert study.run().sizes["motion"] == 2
+    assert len(records(study.design.motions)) == 2
     path.write_text(STUDY.format("component = 'v'"), encoding="utf-8")
-    assert tp.Study.from_toml(path).run()["motion"].values.tolist() == ["A-UP"]
+    assert [one.label for one in records(tp.Study.from_toml(path).design.motions)] == ["A-UP"]
     path.write_text(STUDY.format("component = 'v'\nvertical = true"), encoding="utf-8")
     with pytest.raises(StudyError, match=r"vertical needs motions\.component"):
         tp.Study.from_toml(path)

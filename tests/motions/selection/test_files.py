@@ -69,27 +69,6 @@ class TestTables:
     @pytest.mark.parametrize(
         ("text", "words"),
         [
-            ("", "empty"),
-            ("measure,unit,median,sigma\n", "no rows"),
-            ("measure,median,sigma\npga,1,0.5\n", "line 1 must name the columns measure,unit,median,sigma"),
-            (TABLE.replace("0.651475249", "-0.1"), "line 4 gives the sigma of pgv as '-0.1', must be a number > 0"),
-            (TABLE.replace("14.86829403", "nan"), "line 4 gives the median of pgv as 'nan'"),
-            (TABLE.replace("cm/s", "g"), "line 4: units of pgv must be one of"),
-            (TABLE.replace("PGV", "PGX"), "line 4: "),
-            (TABLE.replace(",0.651475249", ""), "line 4 has 3 columns, its heading 4"),
-            (TABLE + "PGV,cm/s,1,0.5\n", "hold pgv twice"),
-            ("<html>", "web page"),
-        ],
-    )
-    def test_refused(self, tmp_path, text, words):
-        with pytest.raises(TargetError, match=words) as caught:
-            read_target(written(tmp_path, text), "Sa(1.0)")
-        assert "target.csv" in str(caught.value)
-        assert "\n" not in str(caught.value)
-
-    @pytest.mark.parametrize(
-        ("text", "words"),
-        [
             (",a,b\na,1,0\n", "1 rows for 2 columns"),
             (",pga,pgv\npga,1,0\npga,0,1\n", "is of 'pga', the columns have pgv"),
             (",pga,pgv\npga,1,x\npgv,0,1\n", "a correlation as 'x'"),
@@ -127,27 +106,6 @@ class TestConditionalSpectra:
         assert read.at(0.402 * G).medians[2] == pytest.approx(0.402 * G)
         with pytest.raises(ValueError, match=r"stated at Sa.* g, not at .* g"):
             read.at(0.3 * G)
-
-    @pytest.mark.parametrize(
-        ("text", "given", "statistic", "words"),
-        [
-            (SPECTRA, "pgv", "mean", "given a spectral ordinate or the PGA, not pgv"),
-            (SPECTRA, "Sa(0.7)", "mean", r"holds no Sa\(0\.7\)"),
-            (SPECTRA, "Sa(1.0)", "quantile-0.5", "holds the statistics mean, not"),
-            (SPECTRA + "0.1,mean,1.0,0.2,0.0\n", "Sa(1.0)", "mean", "period 1 twice"),
-            (SPECTRA + "0.1,mean,3.0,0.2,0.1\n", "Sa(1.0)", "mean", "the same periods"),
-            (SPECTRA + "0.1,mean,3.0\n", "Sa(1.0)", "mean", "has 3 columns"),
-            (
-                SPECTRA.replace("0.0,0.18", "0.0,31.5"),
-                "Sa(1.0)",
-                "mean",
-                r"31\.5 at period 0, 11\d times",
-            ),
-        ],
-    )
-    def test_refused(self, tmp_path, text, given, statistic, words):
-        with pytest.raises(TargetError, match=words):
-            read_target(written(tmp_path, text), given, statistic=statistic)
 
 
 def openquake(rows, head="imt,iml,poe,mag,dist,mean"):
@@ -250,23 +208,6 @@ class TestDisaggregations:
         ):
             with pytest.raises(TargetError, match=words):
                 read_disaggregation(written(tmp_path, text, "usgs.json"))
-
-    @pytest.mark.parametrize(
-        ("text", "words"),
-        [
-            (openquake(BINS).replace("investigation_time", "time"), "no investigation_time"),
-            (openquake(BINS, "imt,iml,poe,mag,dist,rlz0"), "names no column 'mean'"),
-            (openquake([BINS[0].replace("0.008", "1.0")]), "probability of 1, must be below 1"),
-            (openquake([BINS[2]]), "holds no rates"),
-            (openquake([BINS[0].replace("6.5", "65.0")]), "or magnitudes above 10"),
-            (openquake([]), "holds nothing"),
-            (openquake([*BINS, BINS[0].replace("10.0", "10")]), "line 6 gives the bin of line 3 again"),
-            (openquake([BINS[0][:-8]]), "has 5 columns|gives a probability as"),
-        ],
-    )
-    def test_refused(self, tmp_path, text, words):
-        with pytest.raises(TargetError, match=words):
-            read_disaggregation(written(tmp_path, text))
 
 
 class TestExpected:

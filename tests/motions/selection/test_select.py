@@ -104,8 +104,7 @@ class TestSelection:
     def test_weights(self, pool, target):
         """A measure of a hundredfold weight agrees better than without it."""
         level = 1.5 * target.medians[2]
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", InconsistentSelection)
+        with warnings.catch_warnings(action="ignore", category=InconsistentSelection):
             plain = select(pool, target, 10, level=level)
             heavy = select(pool, target, 10, level=level, weights={"pga": 100.0})
 

@@ -262,8 +262,7 @@ class TestRefused:
 
 
 def test_nothing_is_warned_of_where_nothing_is_wrong():
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         assert target("pgv").correlation_change < 0.05
 
 

@@ -1,6 +1,7 @@
 """Ground-motion models: pyGMM held to OpenQuake's hazardlib, and ensembles held to the models."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import scipy
 import xarray as xr
 from check_facts import numbers_in
 from study_texts import CABINET
+from table_rows import table_rows
 
 import toppling as tp
 from toppling import motions as mo
@@ -15,67 +17,23 @@ from toppling.core.doubts import ImplausibleInput
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.studies import StudyError
 
-# openquake.hazardlib 3.26.2, BooreEtAl2014 and ChiouYoungs2014, by magnitude, R_rup = R_jb = R_x (km), V_S30 (m/s) and
-# faulting, at a dip of 90° and Ztor = 0, with Z1.0 by Chiou and Youngs' formula of V_S30: medians of PGA (g),
-# PGV (cm/s) and Sa at PERIODS (g), and dispersions.
 PERIODS = (0.1, 0.2, 0.3, 0.5, 1.0, 2.0, 3.0, 4.0)
-HAZARDLIB = {
-    (6.5, 20, 760, "strike-slip", "BSSA14"): (
-        [
-            0.12179123, 9.15393878, 0.24732599, 0.29729344, 0.24595332, 0.16402172,
-            0.07827805, 0.02922282, 0.01698541, 0.01177533,
-        ],
-        [0.605086, 0.651475, 0.708834, 0.621291, 0.605939, 0.639513, 0.692408, 0.700118, 0.708165, 0.707995],
-    ),
-    (6.5, 20, 760, "strike-slip", "CY14"): (
-        [
-            0.10792573, 7.89129246, 0.24172322, 0.25054151, 0.20563472, 0.13835849,
-            0.0650368, 0.02608847, 0.01439998, 0.00866768,
-        ],
-        [0.553768, 0.538404, 0.603892, 0.628403, 0.64313, 0.660645, 0.682993, 0.69604, 0.690553, 0.687],
-    ),
-    (7.2, 8, 400, "strike-slip", "BSSA14"): (
-        [
-            0.37269335, 45.52044673, 0.6141952, 0.82775932, 0.80603954, 0.66332057,
-            0.39479841, 0.18257366, 0.11933434, 0.08776198,
-        ],
-        [0.605086, 0.651475, 0.708834, 0.621291, 0.605939, 0.639513, 0.692408, 0.700118, 0.708165, 0.707995],
-    ),
-    (7.2, 8, 400, "strike-slip", "CY14"): (
-        [
-            0.39390042, 42.29536177, 0.7239918, 0.91146686, 0.91531363, 0.77242646,
-            0.44068002, 0.19618869, 0.11827442, 0.07588661,
-        ],
-        [0.52667, 0.52452, 0.541379, 0.565923, 0.591142, 0.624241, 0.666794, 0.688069, 0.68792, 0.686696],
-    ),
-    (6.8, 15, 400, "reverse", "BSSA14"): (
-        [
-            0.22203425, 22.14322788, 0.38763877, 0.52632805, 0.51785529, 0.39766776,
-            0.21169454, 0.08424726, 0.04815826, 0.03220774,
-        ],
-        [0.605086, 0.651475, 0.708834, 0.621291, 0.605939, 0.639513, 0.692408, 0.700118, 0.708165, 0.707995],
-    ),
-    (6.8, 15, 400, "reverse", "CY14"): (
-        [
-            0.24061813, 23.17157634, 0.4625913, 0.57054201, 0.55237617, 0.43872107,
-            0.23599508, 0.10177002, 0.05848453, 0.03498067,
-        ],
-        [0.531282, 0.526736, 0.55192, 0.577561, 0.601377, 0.631768, 0.670147, 0.689673, 0.688498, 0.686764],
-    ),
-}  # fmt: skip
+HAZARDLIB = table_rows(Path(__file__).with_name("hazardlib.csv"))
+"""openquake.hazardlib 3.26.2, BooreEtAl2014 and ChiouYoungs2014, by magnitude, R_rup = R_jb = R_x, V_S30 and faulting.
+
+At a dip of 90° and Ztor = 0, with Z1.0 by Chiou and Youngs' formula of V_S30: medians and dispersions.
+"""
 
 
 class TestModels:
-    @pytest.mark.parametrize("case", HAZARDLIB, ids=str)
-    def test_as_hazardlib_computes_them(self, case):
+    @pytest.mark.parametrize("row", HAZARDLIB)
+    def test_as_hazardlib_computes_them(self, row):
         """Two programs of the same papers, to 1e-4."""
-        magnitude, km, vs30, faulting, model = case
-        found = mo.expected_motions(mo.Scenario(magnitude, 1e3 * km, vs30, faulting), model, PERIODS)
-        medians, spreads = HAZARDLIB[case]
+        magnitude, km, vs30 = (float(row[name]) for name in ("magnitude", "distance_km", "vs30"))
+        found = mo.expected_motions(mo.Scenario(magnitude, 1e3 * km, vs30, row["faulting"]), row["model"], PERIODS)
         ours = [float(found.pga) / G, 100.0 * float(found.pgv), *(found.sa.values / G)]
-        np.testing.assert_allclose(ours, medians, rtol=1e-4)
-        dispersions = [float(found.pga_dispersion), float(found.pgv_dispersion), *found.sa_dispersion.values]
-        np.testing.assert_allclose(dispersions, spreads, rtol=1e-4)
+        ours += [float(found.pga_dispersion), float(found.pgv_dispersion), *found.sa_dispersion.values]
+        np.testing.assert_allclose(ours, [*map(float, [*row.values()][6:])], rtol=1e-4)
         assert all("units" in found[name].attrs for name in found.variables)
 
     def test_a_buried_rupture_is_nearer_at_the_surface(self):

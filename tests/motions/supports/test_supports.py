@@ -45,8 +45,7 @@ def test_transmissibility_of_a_bench(frequency, ratio):
 def test_a_linear_isolator_is_such_a_support():
     floor = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(2, seed=3)
     building = tp.motions.Building.from_storeys([1.0], [(2 * np.pi / 2.5) ** 2], 0.1)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with warnings.catch_warnings(action="ignore"):
         other = building.floor_motions(floor, floors=[1]).isel(floor=0)
     np.testing.assert_allclose(Isolator.linear(2.5, 0.1).motions(floor), other, rtol=0, atol=1e-12)
 
@@ -119,8 +118,7 @@ def test_a_stiff_support_moves_with_its_floor():
 
 def test_floors_keep_their_labels():
     floor = tp.motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with warnings.catch_warnings(action="ignore"):
         floors = tp.motions.Building.flexural_shear(0.8, storeys=3).floor_motions(floor, floors=[1, 3])
     top = Support(8.0).motions(floors)
     assert top.dims == ("motion", "floor", "time")
