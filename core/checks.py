@@ -59,10 +59,40 @@ def count(name: str, value: Any, *, at_least: int = 0) -> int:
     return int(value)
 
 
-def not_empty(name: str, sizes: Mapping[Any, int], *dims: str) -> None:
-    """Raise ValueError if labelled data have no entry along one of some dimensions (of runs, if none is named)."""
+def plain(name: str, data: Any) -> None:
+    """Raise TypeError for a variable of labelled data that is neither flags, numbers nor text.
+
+    Libraries fail on it, take times as numbers of nanoseconds, or compute with three digits. Dates may be coordinates.
+    """
+    if not hasattr(data, "coords"):
+        raise TypeError(f"{name} must be labelled data (xarray), got {kind(data)}")
+    coordinates = data.coords.variables
+    variables = data.variables if hasattr(data, "variables") else {**coordinates, data.name: data.variable}
+    for key, array in variables.items():
+        dtype = array.dtype
+        if isinstance(dtype, np.dtype) and (dtype.kind in "biu" or (dtype.kind == "f" and dtype.itemsize in (4, 8))):
+            continue
+        text = dtype.kind in "UT" or (dtype.kind == "O" and _is_text(array.values, key in coordinates))
+        if not text and (dtype.kind != "M" or key not in coordinates):
+            what = dtype if dtype.kind != "O" else "objects that are no text"
+            raise TypeError(f"{key} of {name} must be flags, numbers of 32 or 64 bits, or text, got {what}: convert it")
+        unit = array.attrs.get("units", "1")
+        if _spelled(str(unit)) != "1":
+            raise TypeError(f"{key} of {name} must be numbers (in {unit!s:.40}), got {'text' if text else 'dates'}")
+
+
+def _is_text(values: Any, label: bool) -> bool:
+    """Return True for text with or without gaps; for labels, also if some are whole numbers."""
+    from pandas.api.types import infer_dtype  # noqa: PLC0415 - as labelled arrays, which have objects alone
+
+    return infer_dtype(values, skipna=True) in ("string", "empty", *(("integer", "mixed-integer") if label else ()))
+
+
+def not_empty(name: str, data: Any, *dims: str) -> None:
+    """Raise an error for labelled data that are not `plain`, or empty along a dimension (of runs, if none is named)."""
+    plain(name, data)
     for dim in dims or ("block", "model", "level", "motion"):
-        if sizes.get(dim, 1) == 0:
+        if data.sizes.get(dim, 1) == 0:
             raise ValueError(f"{name} must hold at least one {dim}, got none")
 
 
