@@ -8,6 +8,7 @@ import xarray as xr
 import toppling as tp
 from toppling import fragility, motions
 from toppling.core import checks
+from toppling.models import BlockArray
 
 SHELF = {"block": ["shelf", "rack"]}
 RUNS = xr.Dataset(
@@ -115,3 +116,39 @@ def test_what_a_coordinate_may_be(values):
 def test_numbers_are_no_labelled_data():
     with pytest.raises(TypeError, match=r"^curves must be labelled data \(xarray\), got list$"):
         checks.plain("curves", [1.0])
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.array([1, 2], "m8[s]"),
+        np.array([1, 2], "M8[s]"),
+        np.array([1, 2j]),
+        np.array(["1", "2"]),
+        b"12",
+        [[1.0], [2, 3]],
+    ],
+    ids=["times", "dates", "complex", "text", "bytes", "ragged"],
+)
+@pytest.mark.parametrize(
+    "function",
+    [
+        lambda values: fragility.wilson_interval(values, 100),
+        lambda values: fragility.probability_in(values, 50),
+        lambda values: fragility.rate_from_probability(values, 50),
+        HAZARD.rate_at,
+        lambda values: BlockArray(values, [1.8, 1.8]),
+        motions.AvgSa,
+    ],
+    ids=["wilson_interval", "probability_in", "rate_from_probability", "rate_at", "BlockArray", "AvgSa"],
+)
+def test_numbers_of_other_types_are_refused(function, values):
+    with pytest.raises(TypeError, match=r"must be (a number|a sequence|real numbers)"):
+        function(values)
+
+
+def test_columns_of_a_table_are_numbers():
+    rates = pd.Series([0.01, 0.1], index=["a", "b"])
+    np.testing.assert_allclose(fragility.rate_from_probability(fragility.probability_in(rates)), rates)
+    with pytest.raises(ValueError, match="masked"):
+        fragility.wilson_interval(np.ma.array([1, 2], mask=[0, 1]), 100)
