@@ -23,6 +23,8 @@ BOUNDS: dict[str, tuple[Callable[[Any, Any], Any], str]] = {
     "at_most": (operator.le, "<="),
 }
 """Bounds of numbers: their test on a number or an array, and their sign."""
+NO_NUMBERS = (bool, np.bool_, np.timedelta64)
+"""Types that Python or numpy count among whole numbers."""
 
 
 def number(
@@ -36,7 +38,7 @@ def number(
     unit: str = "",
 ) -> float:
     """Return `value` as a float; ValueError if it is not finite or outside the bounds, TypeError if it is no number."""
-    if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
+    if isinstance(value, NO_NUMBERS) or not isinstance(value, Real):
         raise TypeError(f"{name} must be a number{_in(unit)}, got {shown(value)}")
     try:
         result = float(value)
@@ -52,17 +54,47 @@ def number(
 
 def count(name: str, value: Any, *, at_least: int = 0) -> int:
     """Return `value` as an int; TypeError if it is not a whole number, ValueError if it is too small."""
-    if isinstance(value, bool | np.bool_) or not isinstance(value, Integral):
+    if isinstance(value, NO_NUMBERS) or not isinstance(value, Integral):
         raise TypeError(f"{name} must be a whole number, got {shown(value)}")
     if int(value) < at_least:
         raise ValueError(f"{name} must be at least {at_least}, got {int(value)}")
     return int(value)
 
 
-def not_empty(name: str, sizes: Mapping[Any, int], *dims: str) -> None:
-    """Raise ValueError if labelled data have no entry along one of some dimensions (of runs, if none is named)."""
+def plain(name: str, data: Any) -> None:
+    """Raise TypeError for a variable of labelled data that is neither flags, numbers nor text.
+
+    Libraries fail on it, take times as numbers of nanoseconds, or compute with three digits. Dates may be coordinates.
+    """
+    if not hasattr(data, "coords"):
+        raise TypeError(f"{name} must be labelled data (xarray), got {kind(data)}")
+    coordinates = data.coords.variables
+    variables = data.variables if hasattr(data, "variables") else {**coordinates, data.name: data.variable}
+    for key, array in variables.items():
+        dtype = array.dtype
+        if isinstance(dtype, np.dtype) and (dtype.kind in "biu" or (dtype.kind == "f" and dtype.itemsize in (4, 8))):
+            continue
+        text = dtype.kind in "UT" or (dtype.kind == "O" and _is_text(array.values, key in coordinates))
+        if not text and (dtype.kind != "M" or key not in coordinates):
+            what = dtype if dtype.kind != "O" else "objects that are no text"
+            raise TypeError(f"{key} of {name} must be flags, numbers of 32 or 64 bits, or text, got {what}: convert it")
+        unit = array.attrs.get("units", "1")
+        if _spelled(str(unit)) != "1":
+            raise TypeError(f"{key} of {name} must be numbers (in {unit!s:.40}), got {'text' if text else 'dates'}")
+
+
+def _is_text(values: Any, label: bool) -> bool:
+    """Return True for text with or without gaps; for labels, also if some are whole numbers."""
+    from pandas.api.types import infer_dtype  # noqa: PLC0415 - as labelled arrays, which have objects alone
+
+    return infer_dtype(values, skipna=True) in ("string", "empty", *(("integer", "mixed-integer") if label else ()))
+
+
+def not_empty(name: str, data: Any, *dims: str) -> None:
+    """Raise an error for labelled data that are not `plain`, or empty along a dimension (of runs, if none is named)."""
+    plain(name, data)
     for dim in dims or ("block", "model", "level", "motion"):
-        if sizes.get(dim, 1) == 0:
+        if data.sizes.get(dim, 1) == 0:
             raise ValueError(f"{name} must hold at least one {dim}, got none")
 
 
@@ -75,18 +107,26 @@ def choice(name: str, value: Any, allowed: Sequence[str]) -> str:
     return value
 
 
-def finite_array(name: str, values: Any, *, ndim: tuple[int, ...] = (1,), unit: str = "") -> Array:
-    """Return a C-contiguous float64 copy; ValueError for NaN, infinity, no values, wrong dimensions or another unit."""
+def numbers(name: str, values: Any, unit: str = "", kinds: str = "biufO") -> Array:
+    """Return a float64 copy, of any shape and in C order; an error for text, times, complex or masked values, or units.
+
+    `kinds`: those of numpy's types that are taken; objects must be numbers, and None in a list is NaN.
+    """
     stated_unit(name, values, unit)
     if not isinstance(values, Mapping) and np.ma.is_masked(values):  # (a dataset is no array, and a mapping)
         raise ValueError(f"{name} must hold no masked values")
     try:
         array = np.asarray(values)
-        if array.dtype.kind not in "iuf":
+        if array.dtype.kind not in kinds or values is None:
             raise TypeError
-        array = np.array(array, dtype=np.float64, order="C", ndmin=0)
-    except (TypeError, ValueError):
+        return np.array(array, dtype=np.float64, order="C", ndmin=0)
+    except (TypeError, ValueError, OverflowError):
         raise TypeError(f"{name} must be real numbers{_in(unit)}, got {shown(values)}") from None
+
+
+def finite_array(name: str, values: Any, *, ndim: tuple[int, ...] = (1,), unit: str = "") -> Array:
+    """Return a C-contiguous float64 copy; ValueError for NaN, infinity, no values, wrong dimensions or another unit."""
+    array = numbers(name, values, unit, "iuf")
     if array.ndim not in ndim:
         dims = " or ".join(str(n) for n in ndim)
         raise ValueError(f"{name} must have {dims} dimension(s), got an array of shape {np.shape(values)}")

@@ -113,7 +113,7 @@ def checked_workbook(parts: zipfile.ZipFile, most_bytes: int, refused: Callable[
             with parts.open(name) as part:
                 text = part.read(parts.getinfo(name).file_size + 1)
             # (of formulas their presence counts: shared ones, which the reader writes out for each cell, become plain)
-            checked.writestr(name, _FORMULA.sub(rb"\1\2>", text))
+            checked.writestr(zipfile.ZipInfo(name), _FORMULA.sub(rb"\1\2>", text))
             if name.endswith((".xml", ".rels")):
                 problem, cells = _part_problem(text, counts)
                 covered += cells

@@ -158,10 +158,7 @@ class BlockArray:
 
 def _column(name: str, values: Any, size: int | None = None, missing: bool = False) -> Array:
     """Return a column of finite numbers, or NaN if one may be missing."""
-    try:
-        column = np.atleast_1d(np.asarray(values, dtype=np.float64))
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} must be real numbers, got {checks.kind(values)}") from None
+    column = np.atleast_1d(checks.numbers(name, values))
     if column.ndim != 1 or not column.size:
         raise ValueError(f"{name} must be a column of at least one block, got the shape {column.shape}")
     if size is not None and column.size != size:

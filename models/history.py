@@ -239,6 +239,7 @@ def _single_motion(motion: Any) -> tuple[Array, Array | None, float, str, float]
     """
     if not isinstance(motion, xr.DataArray):
         raise TypeError(f"motion must be a labelled array as toppling.motions makes it, got {type(motion).__name__}")
+    checks.plain("the motion", motion)
     vertical = None
     if "component" in motion.dims and "shakes" in motion.coords:
         if bool(motion.coords.get("lifts", False)):

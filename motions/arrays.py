@@ -219,6 +219,7 @@ def records(motions: xr.DataArray | Iterable[xr.DataArray]) -> list[Record]:
                 f"motions must be labelled arrays as toppling.motions makes them (numbers: motions.from_array), "
                 f"got {checks.kind(array)}"
             )
+        checks.plain("motions", array)
         plain.extend(_records_of(array))
     if not plain:
         raise ValueError("motions must hold at least one motion, got none")

@@ -60,6 +60,7 @@ def surface_curves(
     """
     if not isinstance(surface, xr.Dataset) or surface.attrs.get("design") != POOLED:
         raise ValueError("surface must be a result of toppling.fragility.pooled")
+    checks.plain("surface", surface)
     columns = BlockArray.of(blocks)
     if hazard is not None and not isinstance(hazard, HazardCurve):
         raise TypeError(f"hazard must be a HazardCurve, got {checks.kind(hazard)}")

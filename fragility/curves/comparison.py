@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from ...core import checks
 from ...core.parameters import CHANCE
 from ...core.units import DIMENSIONLESS
 from ..runs.provenance import provenance_from
@@ -46,6 +47,8 @@ def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARG
     ['higher']
     """
     width = CHANCE.number("margin", margin)
+    checks.plain("curves", curves)
+    checks.plain("published medians", published)
     for name, expected, given in (
         ("measure", curves.attrs.get("im"), published.attrs.get("im")),
         ("unit", curves["median"].attrs.get("units"), published["median"].attrs.get("units")),

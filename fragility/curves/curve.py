@@ -155,6 +155,7 @@ def form_name(curves: xr.Dataset) -> str:
     """Return the form of a dataset of curves, from its attribute ``form`` or from its variables."""
     if not isinstance(curves, xr.Dataset):
         raise TypeError(f"curves must be a dataset as fit_fragility returns it, got {checks.kind(curves)}")
+    checks.plain("curves", curves)
     load_coordinates(curves)
     if "run_block" in curves and "form" not in curves.attrs:  # a study has fitted curves in addition to its runs
         raise ValueError("curves must be a dataset as fit_fragility returns it, got runs at adaptive levels")

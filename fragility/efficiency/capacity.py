@@ -58,7 +58,7 @@ class OrderedRuns(NamedTuple):
 def ordered_runs(runs: xr.Dataset, state: State = OVERTURNED) -> OrderedRuns:
     """Return the runs of an IDA, of stripes or of a cloud, level by level."""
     flags = reached(runs, state)
-    checks.not_empty("runs", flags.sizes, "level")
+    checks.not_empty("runs", flags, "level")
     levels = intensity_of(runs)
     if "level" in flags.dims:
         order = np.argsort(levels.values, kind="stable")

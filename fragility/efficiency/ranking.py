@@ -156,7 +156,7 @@ def rank_measures(
     )
     if isinstance(runs, xr.Dataset):
         load_coordinates(runs)
-        checks.not_empty("runs", runs.sizes)
+        checks.not_empty("runs", runs)
     ordered = ordered_runs(_first_block_and_law(runs), state)
     if set(ordered.overturned.dims) != {"block", "model", "motion", "level"}:
         raise ValueError(f"overturned must lie on block, model, motion and level, got {ordered.overturned.dims}")

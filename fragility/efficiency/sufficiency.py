@@ -81,7 +81,7 @@ def stripe_sufficiency(runs: xr.Dataset, covariates: Sequence[str | Measure] = U
     (True, True)
     """
     _check(runs)
-    checks.not_empty("runs", runs.sizes)
+    checks.not_empty("runs", runs)
     labels, values = _covariates(runs, covariates)
     stripe = np.unique(runs["stripe"].values, return_inverse=True)[1]
     residuals = values - _means(values, stripe)[stripe]

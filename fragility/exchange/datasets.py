@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ...core import checks
 from ...core.aliases import Array
 from ...core.units import DIMENSIONLESS, UNITS, described, provenance
 from ...motions.arrays import floor_coordinates
@@ -46,6 +47,7 @@ def curve_set(curves: xr.Dataset, marks: str, chosen: Sequence[str] | None = Non
     """Return the curves of a dataset as rows, with ids of letters, digits and `marks`, or with the `chosen` ids."""
     if not isinstance(curves, xr.Dataset):
         raise TypeError(f"curves must be a dataset of fragility curves, got {type(curves).__name__}")
+    checks.plain("curves", curves)
     form = _form(curves)
     base = curves["probability" if form == ISOTONIC else "median"]
     if base.size > MAX_NUMBERS:

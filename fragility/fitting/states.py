@@ -200,7 +200,7 @@ def reached(runs: xr.Dataset, state: State = OVERTURNED) -> xr.DataArray:
         )
     if "motion" not in values.dims:
         raise ValueError(f"{needs} must have a motion dimension, got dims {values.dims}")
-    checks.not_empty(needs, values.sizes, "motion")
+    checks.not_empty("runs", runs, "motion")
     if "alpha" not in runs.coords and isinstance(state, float | int):
         raise ValueError(f"{name} needs the blocks' alpha as a coordinate of the runs, as toppling.ida returns them")
     flags: xr.DataArray = flags_of(values, state, runs["alpha"] if "alpha" in runs.coords else math.nan)

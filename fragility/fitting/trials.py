@@ -261,7 +261,7 @@ def collect(data: Any, first: bool = False, state: State = OVERTURNED, together:
     if not isinstance(data, xr.Dataset):
         raise TypeError(f"fit_fragility needs an IDA dataset or a dataset of counts, got {type(data).__name__}")
     load_coordinates(data)
-    checks.not_empty("data", data.sizes, "level")
+    checks.not_empty("data", data, "level")
     if RUN in data.dims:
         return _trials_of_adaptive(data, first, state, together)
     on_motion = any("motion" in variable.dims for variable in data.data_vars.values())

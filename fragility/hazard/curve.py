@@ -221,8 +221,7 @@ class HazardCurve:
 
     def rate_at(self, levels: Any, below: str = EXTEND, above: str = EXTEND) -> Array:
         """Annual rate of exceedance at `levels` (SI, any shape), 1/year; rules beyond its points as `annual_rate`."""
-        checks.stated_unit("levels", levels, self.units)
-        x = np.asarray(levels, dtype=np.float64)
+        x = checks.numbers("levels", levels, self.units)
         if not np.all(x > 0.0):
             raise ValueError(f"levels must be > 0, got {np.min(x):g}")
         return self.pieces(below, above)[0].rate(log(x))

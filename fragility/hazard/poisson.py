@@ -7,6 +7,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 import xarray as xr
 
+from ...core import checks
 from ...core.doubts import Doubt, warn
 from ...core.elementary import Array, expm1, log1p
 from ...core.parameters import YEARS
@@ -27,12 +28,13 @@ def probability_in(rate: Values, years: float = 50.0) -> Values:
     0.0999
     """
     time = YEARS.number("years", years)
-    if np.any(np.asarray(rate) < 0.0):
-        raise ValueError(f"rate must be >= 0 per year, got {np.min(np.asarray(rate)):g}")
-    least = np.min(np.asarray(rate, dtype=np.float64), initial=np.inf)
+    values = checks.numbers("rate", rate, "1/year")
+    if np.any(values < 0.0):
+        raise ValueError(f"rate must be >= 0 per year, got {np.min(values):g}")
+    least = np.min(values, initial=np.inf)
     if IMPOSSIBLY_OFTEN < least < np.inf:
         warn([Doubt("hazard", f"a rate of {least:g} per year is beyond any of damage: is it a return period, 1/rate?")])
-    probability: Any = -xr.apply_ufunc(expm1, -rate * time, keep_attrs=True)
+    probability: Any = -xr.apply_ufunc(expm1, -_same(rate, values) * time, keep_attrs=True)
     return cast(Values, probability)
 
 
@@ -45,11 +47,16 @@ def rate_from_probability(probability: Values, years: float = 50.0) -> Values:
     475
     """
     time = YEARS.number("years", years)
-    values = np.asarray(probability)
+    values = checks.numbers("probability", probability)
     wrong = (values < 0.0) | (values >= 1.0)
     if np.any(wrong):
         raise ValueError(f"probability must be at least 0 and below 1, got {values[wrong].flat[0]:g}")
-    rates: Any = -xr.apply_ufunc(log1p, -probability, keep_attrs=True) / time
+    rates: Any = -xr.apply_ufunc(log1p, -_same(probability, values), keep_attrs=True) / time
     if IMPOSSIBLY_OFTEN < (least := np.min(np.asarray(rates), initial=np.inf)) < np.inf:
         warn([Doubt("hazard", f"a rate of {least:g} per year is beyond any of damage: is {time:g} a rate, 1/years?")])
     return cast(Values, rates)
+
+
+def _same(given: Any, values: Array) -> Any:
+    """Return labelled values as given, others as numbers."""
+    return given if isinstance(given, xr.DataArray) else values[()]

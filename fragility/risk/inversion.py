@@ -75,6 +75,7 @@ def size_for_rate(
     checks.choice("along", along, SIZES)
     if not isinstance(rates, xr.Dataset) or "rate" not in rates or "block" not in rates["rate"].dims:
         raise TypeError("rates must be a dataset with `rate` on block, as annual_rate returns it")
+    checks.plain("rates", rates)
     if along not in rates.coords or rates[along].dims != ("block",):
         raise ValueError(f"rates must have the coordinate {along!r} on block")
     order = np.argsort(rates[along].values, kind="stable")

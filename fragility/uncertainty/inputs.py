@@ -242,6 +242,7 @@ class RandomInputs:
         missing = [name for name in self.names if not isinstance(samples, xr.Dataset) or name not in samples]
         if missing:
             raise ValueError(f"samples must hold every input, as RandomInputs.sample gives them, got no {missing[0]!r}")
+        checks.plain("samples", samples)
         laws = laws_of(self.distributions[LAW]) if LAW in self.names else {"": model}
         taken = taken_by(laws, self.names)
         check_restitution(block, laws.values(), self.distributions)

@@ -101,7 +101,7 @@ def screen_facts(screened: xr.Dataset, slides: bool = False) -> list[Fact]:
         raise TypeError("notes need a dataset as toppling.fragility.screen returns it")
     if "item" in screened.dims:
         screened = screened.rename(item="block")
-    checks.not_empty("screened runs", screened.sizes)
+    checks.not_empty("screened runs", screened)
     settings = json.loads(screened.attrs["screen"])
     labels = [str(label) for label in screened["block"].values]
     facts = _squat(labels, 1.0 / screened["friction_uplift"].values, screened["squat"].values)

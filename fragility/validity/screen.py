@@ -138,10 +138,10 @@ def screen(
     runner = runner_of(client)
     if isinstance(runs, xr.Dataset):
         # results of `slide_runs` have no law, only the name of its model
+        checks.not_empty("runs", runs)
         laws = runs.coords.get("law", runs.coords.get("model"))
         if laws is not None and bool((laws == SlidingLaw.law).any()):
             raise ValueError("runs must be of rocking blocks, got some of sliding ones")
-        checks.not_empty("runs", runs.sizes)
     if isinstance(runs, xr.Dataset) and RUN in runs.dims:
         runs = selected(runs)
         shaken = None if motions is None else shaken_by(runs, motions, share)

@@ -238,7 +238,7 @@ def _flags(runs: xr.Dataset) -> xr.DataArray:
     flags = runs["overturned"]
     if {*flags.dims} - {"level"} != {"block", "model", "motion"}:
         raise ValueError(f"overturned must be on block, model, motion and possibly level, got dims {flags.dims}")
-    checks.not_empty("overturned", flags.sizes)
+    checks.not_empty("overturned", flags)
     shaped = flags.reset_coords(drop=True)
     return (shaped if "level" in shaped.dims else shaped.expand_dims("level")).transpose(
         "block", "model", "level", "motion"

@@ -147,7 +147,7 @@ class AvgSa(ParametricMeasure):
 
     def __post_init__(self) -> None:
         given: Any = self.periods
-        if isinstance(given, str) or not isinstance(given, Iterable):
+        if isinstance(given, str | bytes) or not isinstance(given, Iterable):
             raise TypeError(f"periods must be a sequence of periods (s), got {checks.kind(given)}")
         periods = tuple(period_of("periods", period) for period in given)
         if not 1 <= len(periods) <= MOST_PERIODS:

@@ -91,6 +91,7 @@ def anchoring(
     """
     if not isinstance(assessment, xr.Dataset) or "overturned" not in assessment or "place" not in assessment.dims:
         raise TypeError(f"assessment must be a dataset as assess returns it, got {checks.kind(assessment)}")
+    checks.plain("the assessment", assessment)
     members, units, text = _objective(assessment, objective, level is None)
     weights = weights_of(assessment, level)
     chosen = np.flatnonzero(members & ~assessment["anchored"].values.astype(bool))

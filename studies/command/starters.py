@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import io
 import os
 import shutil
 import threading
@@ -151,9 +150,7 @@ def workbook_of(table: str) -> bytes:
         if not comment and not header:
             header = True
             sheet.freeze_panes = f"B{i + 1}"
-    held = io.BytesIO()
-    book.save(held)
-    return timeless(held.getvalue())
+    return timeless(book)
 
 
 def _number(text: str) -> str | float | None:

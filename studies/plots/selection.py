@@ -29,12 +29,13 @@ def checked(results: xr.Dataset) -> xr.Dataset:
     """Return a dataset; TypeError for anything else."""
     if not isinstance(results, xr.Dataset):
         raise TypeError(f"results must be a dataset, got {type(results).__name__}")
+    checks.plain("results", results)
     return results
 
 
 def laws(results: xr.Dataset, model: str | None = None, color: str | None = None) -> list[DrawnLaw]:
     """Return every law of some results, or only the law labelled `model`, each with the look that it has among all."""
-    checks.not_empty("results", results.sizes, "model")
+    checks.not_empty("results", results, "model")
     names = labels(results, "model")
     if model is not None:
         checks.choice("model", model, names)
@@ -98,7 +99,7 @@ def one(results: xr.Dataset, **chosen: str | int | None) -> xr.Dataset:
     for dim, label in chosen.items():
         if dim not in results.dims:
             continue
-        checks.not_empty("results", results.sizes, dim)
+        checks.not_empty("results", results, dim)
         names = labels(results, dim)
         if label is None:
             if len(names) > 1:

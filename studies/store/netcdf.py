@@ -43,14 +43,16 @@ def write(results: xr.Dataset, path: Path) -> None:
     with NETCDF4_PYTHON_LOCK, warnings.catch_warnings(action="ignore", category=DeprecationWarning):
         child = os.fork()
     if child == 0:
+        failed = 1  # (the reason may be lost, too)
         try:
             _write(results, path)
+            failed = 0
         except BaseException as error:
             # (the file was made already: the library says so of whatever a disk refuses)
             reason = "it cannot be opened" if isinstance(error, PermissionError) else system_reason(error)
             os.write(writing, reason.encode())
         finally:
-            os._exit(0)
+            os._exit(failed)
     os.close(writing)
     try:
         with os.fdopen(reading, encoding="utf-8", errors="replace") as pipe:
@@ -61,7 +63,7 @@ def write(results: xr.Dataset, path: Path) -> None:
     finally:
         ended = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     if reason or ended:
-        reason = reason or f"the process that wrote it ended by signal {-ended}"
+        reason = reason or f"the process that wrote it ended {f'by signal {-ended}' if ended < 0 else 'early'}"
         raise OSError(errno.EIO, f"{reason}; is the disk full?", str(path))
 
 

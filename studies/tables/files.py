@@ -5,9 +5,10 @@ from __future__ import annotations
 import csv
 import io
 import math
-import re
 import zipfile
 from collections.abc import Mapping
+from datetime import datetime
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...fragility.exchange.curve_csv import guarded
@@ -16,10 +17,10 @@ from ..text.names import clean
 from .table import Marked, Table, Value
 
 if TYPE_CHECKING:
+    from openpyxl import Workbook
     from openpyxl.worksheet.worksheet import Worksheet
 
 Cell = str | float | int | None
-_TIME = re.compile(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
 SMALL = 1e-3
 """Chances below which a workbook shows four decimals of a per cent."""
 LARGE = 10.0
@@ -90,20 +91,26 @@ def workbook(tables: Mapping[str, Table]) -> bytes:
             sheet.freeze_panes = "B2"
             sheet.auto_filter.ref = sheet.dimensions
     del book["Sheet"]
-    held = io.BytesIO()
-    book.save(held)
-    return timeless(held.getvalue())
+    return timeless(book)
 
 
-def timeless(book: bytes) -> bytes:
-    """Return a workbook without the time of writing, so that the same results give a bit-identical file."""
+class _Timeless(zipfile.ZipFile):
+    """A ZIP file whose parts have no time of writing, which it could not store before 1980."""
+
+    def writestr(self, part: Any, text: Any, *_: Any) -> None:
+        super().writestr(zipfile.ZipInfo(part), text, zipfile.ZIP_DEFLATED)
+
+    def write(self, filename: Any, part: Any = None, *_: Any) -> None:
+        self.writestr(part, Path(filename).read_bytes())
+
+
+def timeless(book: Workbook) -> bytes:
+    """Return the file of a workbook without the time of writing, so that the same results give bit-identical files."""
+    from openpyxl.writer.excel import ExcelWriter  # noqa: PLC0415 - for this format alone
+
+    book.properties.created = book.properties.modified = datetime(1980, 1, 1)
     held = io.BytesIO()
-    with zipfile.ZipFile(io.BytesIO(book)) as old, zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED) as new:
-        for name in old.namelist():
-            text = old.read(name)
-            if name == "docProps/core.xml":
-                text = _TIME.sub(b"1980-01-01T00:00:00Z", text)
-            new.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)
+    ExcelWriter(book, _Timeless(held, "w")).save()
     return held.getvalue()
 
 

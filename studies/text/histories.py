@@ -23,6 +23,7 @@ def checked(response: Any, variables: Iterable[str], attributes: Iterable[str]) 
     """Check a response: TypeError if it is no dataset, ValueError if it is no history of one run or lacks a part."""
     if not isinstance(response, xr.Dataset):
         raise TypeError(f"a response must be a dataset as toppling.simulate returns it, got {checks.kind(response)}")
+    checks.plain("the response", response)
     lacks = sorted({"rotation", *variables} - {str(name) for name in response.data_vars})
     lacks += sorted({*attributes} - {str(name) for name in response.attrs})
     if lacks or response["rotation"].dims != ("time",):

@@ -2,6 +2,7 @@
 
 import io
 import re
+import time
 import zipfile
 
 import netCDF4
@@ -12,6 +13,7 @@ import toppling as tp
 from toppling.motions.readers.lines import RecordError
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
+from toppling.studies.command.starters import workbook_of
 from toppling.studies.file.workbook import WorkbookError, sheet_rows
 
 SHEET, BOOK, STYLES = "xl/worksheets/sheet1.xml", "xl/workbook.xml", "xl/styles.xml"
@@ -98,6 +100,15 @@ def test_right_workbooks_are_read():
     new = MERGED.format(many(PAIR, 500))
     rows, _, _ = sheet_rows(book(SHEET, "<pageMargins", new), "inventory", 2**24, 100)
     assert [cells for _, cells in rows] == [["name", "width_m"], ["shelf", "0.4"]]
+
+
+@pytest.mark.parametrize("now", [86400.0, 9e9], ids=["1970", "2255"])
+def test_workbooks_of_any_clock(monkeypatch, now):
+    """A ZIP file stores times from 1980 to 2107 only: clocks without a battery start in 1970."""
+    expected = workbook_of("name,width_m\nshelf,0.4\n")
+    monkeypatch.setattr(time, "time", lambda: now)
+    assert workbook_of("name,width_m\nshelf,0.4\n") == expected
+    assert len(sheet_rows(expected, "inventory", 2**24, 100)[0]) == 2
 
 
 def declared(path, size, kind="f8"):

@@ -281,10 +281,11 @@ def test_results_of_another_user(quiet, tmp_path, words, refused):
         ),
         (lambda *_: os.kill(os.getpid(), signal.SIGKILL), "the process that wrote it ended by signal 9"),
         (lambda *_: (_ for _ in ()).throw(RuntimeError("NetCDF: HDF error")), "NetCDF: HDF error"),
+        (lambda *_: (_ for _ in ()).throw(RuntimeError("\ud800")), "the process that wrote it ended early"),
         # (the library's word for a disk that refuses to make a file)
         (lambda *_: (_ for _ in ()).throw(PermissionError(13, "Permission denied")), "it cannot be opened"),
     ],
-    ids=["crash", "kill", "error", "permission"],
+    ids=["crash", "kill", "error", "lost reason", "permission"],
 )
 def test_a_library_that_crashes_costs_no_chunk(quiet, tmp_path, monkeypatch, harm, words):
     (tmp_path / "study.toml").write_text(FEW)
