@@ -66,12 +66,12 @@ class LiveStudyFile(StudyFile):
     ground_kept: ClassVar[OrderedDict[str, Any]] = OrderedDict()
     shaking_kept: ClassVar[OrderedDict[str, Any]] = OrderedDict()
 
-    def shaking(self, folder: Path) -> list[MotionSet]:
+    def shaking(self, folder: Path, both: bool = False) -> list[MotionSet]:
         tables = ("motions", "building", "support", "stripes", "ida")
         given = {name: table.model_dump_json() for name in tables if (table := self.given(name)) is not None}
         given["ida"] = "" if self.ida is None else str(self.ida.im_at)
         made: list[MotionSet] = kept(
-            self.shaking_kept, json.dumps([str(folder), given]), lambda: StudyFile.shaking(self, folder)
+            self.shaking_kept, json.dumps([str(folder), both, given]), lambda: StudyFile.shaking(self, folder, both)
         )
         return made
 
@@ -421,7 +421,9 @@ def compared_of(variant: xr.Dataset, piece: xr.Dataset, path: Path) -> Compariso
     for name, results in (("A", variant), ("B", piece)):
         # (blocks are matched by their names, which a variant may have changed)
         renamed = results.assign_coords(block=[MATCHED])
-        sides.append(Side(name, path, renamed, json.loads(str(results.attrs["study"]))))
+        study = json.loads(str(results.attrs["study"]))
+        study["blocks"][0]["name"] = MATCHED
+        sides.append(Side(name, path, renamed, study))
     first, second = (str(side.results["model"].values[reference_law(side.results)[0]]) for side in sides)
     return side_by_side(sides[0], sides[1], (first, second))
 

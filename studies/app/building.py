@@ -20,7 +20,7 @@ from markupsafe import Markup
 
 from ...core.doubts import noted
 from ...core.limits import whole_content
-from ...core.wording import about_years, confidence_text
+from ...core.wording import confidence_text
 from ...core.writing import write_bytes
 from ...fragility.runs.runners import Remembered
 from ..buildings.pieces import pieces_of
@@ -167,7 +167,7 @@ class Building:
         if path in FIELDS and state.value_at(self.content, path) is not None:
             table, key = path.split(".")
             self.content[table][key] = state.number_of(self.content, path, text, "cm")
-        elif word == "hazard" and rest in map(str, range(len(self.hazard))):
+        elif word == "hazard" and rest in map(str, range(len(state.hazard_points(self.content)))):
             self.content["hazard"]["levels"][int(rest)] = state.positive(text, "hazard.levels")
         elif path == "budget":
             budget = state.number_in(text, path) if text.strip() else 0.0
@@ -298,13 +298,6 @@ class Building:
         constants = {"most_bytes": KIND.most_bytes, "most_lines": MOST_LINES, "columns": COLUMNS, "names": FIELDS}
         with noted():
             return Markup(page_templates().get_template(f"building_{name}.html.j2").render(of_page | constants))
-
-    @property
-    def hazard(self) -> list[tuple[str, float]]:
-        """The points of the hazard curve: return period and level."""
-        table = self.content.get("hazard", {})
-        pairs = zip(table.get("levels", []), table.get("rates", []), strict=False)
-        return [(about_years(rate), level) for level, rate in pairs]
 
     @property
     def floors(self) -> list[str]:

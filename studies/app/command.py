@@ -63,6 +63,7 @@ def _serve(bound: socket.socket, study: Path | None, *, opens: bool) -> None:
 
     from ..file.include import read_content  # noqa: PLC0415
     from ..file.schema import StudyFile  # noqa: PLC0415
+    from ..text.error import StudyError  # noqa: PLC0415
     from .building import Building  # noqa: PLC0415
     from .page import Page  # noqa: PLC0415
     from .server import application  # noqa: PLC0415
@@ -70,14 +71,21 @@ def _serve(bound: socket.socket, study: Path | None, *, opens: bool) -> None:
 
     folder = Path.cwd() if study is None else study.parent
     full = study is not None and study.is_file() and "performance" in read_content(study, StudyFile).content
-    page = Page.opened(folder / PIECE_STATE if study is None or full else study, given=not full and study is not None)
-    building = Building.opened(study if study is not None and full else folder / BUILDING_STATE, given=full)
     token, port = secrets.token_urlsafe(24), bound.getsockname()[1]
     address = f"http://{LOOPBACK}:{port}/{token}/{'building' if full else ''}"
+    opening = threading.Timer(0.2, webbrowser.open if opens else bool, [address])
+    opening.start()  # (a browser starts while motions are made, unless a study is wrong)
+    try:
+        page = Page.opened(
+            folder / PIECE_STATE if study is None or full else study, given=not full and study is not None
+        )
+        building = Building.opened(study if study is not None and full else folder / BUILDING_STATE, given=full)
+    except StudyError:
+        opening.cancel()
+        raise
+    threading.Thread(target=page.begin, daemon=True).start()
     print(address, flush=True)
     print(f"The state of the page is in {building.path if full else page.path}; end the page with Ctrl-C.", flush=True)
-    if opens:
-        threading.Timer(0.2, webbrowser.open, [address]).start()
     settings = uvicorn.Config(
         application(page, token, port, building), log_level="critical", access_log=False, timeout_graceful_shutdown=1
     )

@@ -6,6 +6,7 @@ import copy
 import hashlib
 import math
 import threading
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -17,7 +18,7 @@ from markupsafe import Markup
 
 from ...core.doubts import noted
 from ...core.parameters import declared
-from ...core.wording import about_percent, about_years, counted, given_number, two_digits
+from ...core.wording import counted, given_number, two_digits
 from ...core.writing import write_bytes
 from ...fragility.hazard.poisson import probability_in
 from ...fragility.runs.scaling import ground_of, scaling
@@ -109,11 +110,12 @@ class Page:
             if path == "target":
                 self._aim(text)
                 return {"remedies": self.remedies()} if self.full_of == self.version else {}
+            slid = path in SLIDERS or path in state.OF_LAWS or path.startswith("restraints.")
+            slid &= not text.strip()[-1:].isalpha()  # (a text with its unit is shown again in the unit of the page)
             try:
-                content = state.edited(self.content, path, text, self.length)
+                return self._take(state.edited(self.content, path, text, self.length), slid)
             except StudyError as error:
-                raise RefusalError(str(error), path[:100]) from None
-            return self._take(content, path in SLIDERS or path in state.OF_LAWS or path.startswith("restraints."))
+                raise RefusalError(str(error), getattr(error, "path", "") or path[:100]) from None
 
     def take_hazard(self, name: str, content: bytes) -> dict[str, str]:
         """Take the hazard curve of a file, which is kept with the studies; StudyError if a study cannot use it."""
@@ -153,6 +155,11 @@ class Page:
         if not 0.0 < target < 1.0:
             raise StudyError(f"chance: must be between 0 and 100 %, got {text[:20]!r}")
         self.target = target
+
+    def begin(self) -> None:
+        """Compute the first answer before the page asks for it, which then shows what is wrong."""
+        with suppress(StudyError):
+            self.parts()
 
     def parts(self, *, form: bool = True) -> dict[str, str]:
         """Return the parts of the page that show its quick answer."""
@@ -251,7 +258,7 @@ class Page:
         """Return a part of the page, or a page, from its template."""
         ending = "py" if name == "python" else "html"
         current, checked = self.numbers_of == self.version, self.full_of == self.version
-        whole = {"page": self, "current": current, "checked": checked, **more}
+        whole = {"page": self, "state": state, "current": current, "checked": checked, **more}
         if name == "python":
             made = environment(escaping=False)
             made.loader = FileSystemLoader(TEMPLATES)
@@ -317,13 +324,6 @@ class Page:
         """The measure of the levels."""
         name = str(self.value("ida.im") or "pga")
         return MEASURES.get(name, name)
-
-    @property
-    def hazard(self) -> list[tuple[str, str, float]]:
-        """The points of the hazard curve that the page edits: path, return period and level."""
-        table = self.content.get("hazard", {})
-        pairs = zip(table.get("levels", []), table.get("rates", []), strict=False)
-        return [(f"hazard.levels.{i}", about_years(rate), level) for i, (level, rate) in enumerate(pairs)]
 
     def scene(self) -> str:
         """Return the drawing of the piece next to a person, in metres."""
@@ -394,25 +394,14 @@ class Page:
     less = answers.LEAST_FACTOR
 
     @property
-    def variant(self) -> str:
-        """The title of the variant that the piece is compared with; '' without one."""
-        return str(self.contents[VARIANT]["title"]) if VARIANT in self.contents else ""
-
-    @property
     def comparison(self) -> list[str]:
         """The sentences of the comparison with the variant."""
         compared = None if self.full is None else self.full.compared
         return [] if compared is None else [say(fact, REGISTER) for fact in (*compared.answer, *compared.notes)]
 
-    @property
-    def sliding(self) -> list[Table]:
-        """The table of what slides under the feet of the study; none if its friction is not known."""
-        return [] if self.full is None else [*tables(self.full.results[PIECE], ("slides",))]
-
-    @property
-    def by_law(self) -> list[Table]:
-        """The table of the curves under all laws."""
-        return [] if self.full is None else [*tables(with_law_names(self.full.results[PIECE]), ("curves",))]
+    def tables(self, name: str) -> list[Table]:
+        """Return the tables of a name in the report of the piece, such as curves or slides."""
+        return [] if self.full is None else [*tables(with_law_names(self.full.results[PIECE]), (name,))]
 
     @property
     def years(self) -> float:
@@ -426,12 +415,6 @@ class Page:
         remedies = [] if results is None else answers.remedies_in(results, self.content.get("restraints", {}))
         law = "" if results is None else str(with_law_names(results)["model"].values[0])
         return self.render("remedies", remedies=remedies, best=answers.cheapest(remedies, self.target), law=law)
-
-    @property
-    def facts(self) -> dict[str, answers.Basis]:
-        """The facts and checks behind the numbers, by study."""
-        assert self.full is not None
-        return self.full.basis
 
     def film(self, level: int, motion: int) -> dict[str, Any]:
         """Return the frames of one run of the piece: the corners of the block and the floor, m, frame by frame."""
@@ -482,8 +465,7 @@ def page_templates() -> Environment:
     made = environment(escaping=True)
     assert made.loader is not None
     made.loader = ChoiceLoader([FileSystemLoader(TEMPLATES), made.loader])
-    of_numbers = {"digits": two_digits, "as_given": given_number, "counted": counted}
-    made.filters |= {"percent_of": about_percent, "about_years": about_years, **of_numbers}
+    made.filters |= {"digits": two_digits, "as_given": given_number, "counted": counted}
     return made
 
 

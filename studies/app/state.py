@@ -12,7 +12,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from pydantic import ValidationError
+
 from ...core.parameters import declared
+from ...core.wording import about_years
 from ...core.writing import write_bytes
 from ...models import Block, catalogue
 from ...models.friction import CONTACTS
@@ -20,8 +23,9 @@ from ...models.laws import LAWS
 from ..file.blocks import BlockTable
 from ..file.derived import WRITTEN
 from ..file.include import read_content
+from ..file.refusals import refusals
 from ..file.schema import StudyFile
-from ..file.table import quantity
+from ..file.table import all_errors, quantity
 from ..text.error import StudyError, writing
 
 SCHEMA = Path(__file__).parents[1] / "reference" / "study.schema.json"
@@ -110,6 +114,13 @@ def value_at(content: Any, path: str) -> Any:
         if content is None:
             return None
     return content
+
+
+def hazard_points(content: Mapping[str, Any]) -> list[tuple[str, float]]:
+    """Return the points of the hazard curve that the page edits: return period and level."""
+    table = content.get("hazard", {})
+    pairs = zip(table.get("levels", []), table.get("rates", []), strict=False)
+    return [(about_years(rate), level) for level, rate in pairs]
 
 
 def field(content: Mapping[str, Any], path: str, length: str) -> Field:
@@ -335,8 +346,10 @@ def piece_of(content: Mapping[str, Any]) -> Block:
     piece = {key: value for key, value in content["blocks"][0].items() if key != "restraint"}
     try:
         return BlockTable.model_validate(piece).build()
+    except ValidationError as error:
+        raise StudyError(all_errors([sentence for sentence, _ in refusals(error, piece, BlockTable)])) from None
     except ValueError as error:
-        raise StudyError(f"blocks[1]: {' '.join(str(error).split())}") from None
+        raise StudyError(f"blocks[1]: {error}") from None
 
 
 def read_state(path: Path) -> dict[str, Any]:

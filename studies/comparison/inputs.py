@@ -17,12 +17,14 @@ from .sides import PIECES, Matched, Side, same_motions
 ROUNDING = 1e-9
 """Relative difference of two numbers that were written in different units."""
 UNCOMPARED = (*APART, "blocks", "blocks_file", "models")
-"""Keys that do not change results, or that are compared by the labels and numbers in the results."""
+"""Keys that do not change results, or that are compared by the labels and numbers in the results, or by block."""
 DRAWN = (
     *(f"{of}_{part}" for of in ("cost", "downtime") for part in ("median", "dispersion", "distribution")),
     *("persons_exposed", "injury_probability"),
 )
 OF_BLOCKS = ("width", "height", "cm_height", "inertia_factor", "e")
+BY_NUMBERS = ("name", "catalogue", "width_m", "height_m", "cm_height_m", "inertia_factor", "alpha_rad", "R_m")
+"""Keys of blocks that are compared by the labels and numbers in the results."""
 OF_PIECES = (
     *("anchored", "count", "floor", "room", "direction", *OF_BLOCKS),
     *("value", "anchoring_cost", "consequences", *DRAWN),
@@ -47,6 +49,8 @@ def inputs_that_differ(a: Side, b: Side, matched: Mapping[str, Matched]) -> Iter
         if values[0] != values[1]:
             yield Fact("comparison.input", names=(key, *values))
     yield from _numbers(a, b, matched["item" if a.kind == PIECES else "block"], matched["model"])
+    if a.kind != PIECES:
+        yield from _of_blocks(a, b, matched["block"])
 
 
 def notes_on_inputs(a: Side, b: Side, differ: bool, resampled: bool) -> Iterator[Fact]:
@@ -102,6 +106,17 @@ def _numbers(a: Side, b: Side, matched: Matched, laws: Matched) -> Iterator[Fact
             if not _equal(old, new) or (units[0] != units[1] and _value(old)):
                 values = (f"{text}{unit}" if text else "" for text, unit in zip(_values(old, new), units, strict=True))
                 yield Fact("comparison.input", names=(name, *values), more={"of": label})
+
+
+def _of_blocks(a: Side, b: Side, matched: Matched) -> Iterator[Fact]:
+    """Yield the other keys of blocks that differ, such as walls and restraints."""
+    named = [{table.get("name"): table for table in side.study.get("blocks", [])} for side in (a, b)]
+    for pair in matched.pairs:
+        labels = [str(side.results["block"].values[at]) for side, at in zip((a, b), pair, strict=True)]
+        tables = [of.get(label, {}) for of, label in zip(named, labels, strict=True)]
+        before, now = ({key: table[key] for key in table if key not in BY_NUMBERS} for table in tables)
+        for change in changes(before, now) if all(tables) else ():
+            yield Fact("comparison.input", names=change, more={"of": labels[0]})
 
 
 def _keys(a: Side, b: Side) -> Iterator[Fact]:

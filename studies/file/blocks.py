@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     Restraints = RestraintTable
 else:
     Restraints = choice("kind", RESTRAINTS)
+_READER: TypeAdapter[RestraintTable] = TypeAdapter(Restraints, config={"defer_build": True})
 
 
 def stiffness_notes(study: Mapping[str, Any]) -> list[Fact]:
@@ -197,7 +198,7 @@ class BlockTable(PieceTable):
         if not isinstance(value, dict):
             return value
         try:
-            return TypeAdapter(Restraints).validate_python(value)
+            return _READER.validate_python(value)
         except ValidationError as error:
             raise ValueError(refusal(error, value, Restraints)[0]) from None
 

@@ -258,9 +258,10 @@ if TYPE_CHECKING:
     Buildings = BuildingTable
 else:
     Buildings = choice("kind", BUILDINGS)
+_READER: TypeAdapter[BuildingTable] = TypeAdapter(Buildings, config={"defer_build": True})
 
 
 def strength_notes(study: Mapping[str, Any]) -> list[Fact]:
     """Return notes on the buildings of a study file, as plain values, whose strength is assumed or uncertain."""
     tables = [table for table in [study.get("building"), *(study.get("buildings") or [])] if table]
-    return [fact for table in map(TypeAdapter(Buildings).validate_python, tables) for fact in table.strength_facts]
+    return [fact for table in map(_READER.validate_python, tables) for fact in table.strength_facts]

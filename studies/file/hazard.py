@@ -204,12 +204,12 @@ else:
     Hazards = Annotated[
         chosen_by(_ByWay("file"), {f"{key}=": table for key, table in WAYS.items()}), BeforeValidator(_one_way)
     ]
+_READER: TypeAdapter[HazardTable] = TypeAdapter(Hazards, config={"defer_build": True})
 
 
 def hazard_table(content: Any) -> HazardTable:
     """Return the table of a hazard of some content; pydantic's ValidationError if it is not valid."""
-    table: HazardTable = TypeAdapter(Hazards).validate_python(content)
-    return table
+    return _READER.validate_python(content)
 
 
 OF_MODELS, OF_MOTIONS, OF_HAZARD = OF = ("models", "motions", "hazard")

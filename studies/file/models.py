@@ -94,9 +94,9 @@ if TYPE_CHECKING:
     Models = ModelTable
 else:
     Models = choice("law", TABLES)
+_READER: TypeAdapter[ModelTable] = TypeAdapter(Models, config={"defer_build": True})
 
 
 def model_table(content: Any) -> ModelTable:
     """Return the table of a law of some content; pydantic's ValidationError if it is not valid."""
-    table: ModelTable = TypeAdapter(Models).validate_python(content)
-    return table
+    return _READER.validate_python(content)

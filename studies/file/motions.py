@@ -6,7 +6,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
@@ -403,17 +403,12 @@ if TYPE_CHECKING:
     Motions = MotionsTable
 else:
     Motions = Annotated[chosen_by(_BySource("generator"), TABLES), BeforeValidator(_one_source)]
+_READER: TypeAdapter[MotionsTable] = TypeAdapter(Motions, config={"defer_build": True})
 
 
 def motions_table(content: Any) -> MotionsTable:
     """Return the table of motions of some content; pydantic's ValidationError if it is not valid."""
-    table: MotionsTable = _reader().validate_python(content)
-    return table
-
-
-@cache
-def _reader() -> TypeAdapter[Any]:
-    return TypeAdapter(Motions)
+    return _READER.validate_python(content)
 
 
 @contextmanager

@@ -250,8 +250,15 @@ class StudyFile(Table):
         """Return the study with other motions, and without branches."""
         return self.model_copy(update={"motions": motions, "branches": None, "motion_sets": None, "hazards": None})
 
-    def shaking(self, folder: Path) -> list[MotionSet]:
-        """Compute the motions in the buildings, one set for all levels or each stripe; ValueError as of the tables."""
+    def shaking(self, folder: Path, both: bool = False) -> list[MotionSet]:
+        """Compute the motions in the buildings, one set for all levels or each stripe; ValueError as of the tables.
+
+        both: with each motion followed by its reverse.
+        """
+        sets = self._sets(folder)
+        return [of_set.both_ways for of_set in sets] if both else sets
+
+    def _sets(self, folder: Path) -> list[MotionSet]:
         if self.stripes is None:
             return [self._shaking(self.motions, folder)]
         tables = self._stripes_motions(self.stripes)
@@ -396,7 +403,7 @@ class StudyFile(Table):
         levels = self._levels()  # (errors of the levels are raised before motions are made)
         if self.adaptive:
             return self._in_waves(folder, both)
-        sets = [of_set.both_ways if both else of_set for of_set in self.shaking(folder)]
+        sets = self.shaking(folder, both)
         if self.ida is not None:
             refuse_factors(levels.size * sum(array.size // array.sizes["time"] for array in sets[0].motions))
         first = sets[0]

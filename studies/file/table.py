@@ -206,7 +206,7 @@ class RelativePath:
 class Table(BaseModel):
     """A table of a study file: unknown keys are an error; its docstring has a line for each key."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True)
     alternative: ClassVar[tuple[Any, str] | None] = None
     """Choice of a table that is one of several: its key, and its tag."""
 

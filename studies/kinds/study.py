@@ -553,7 +553,9 @@ def study_of(read: Callable[[], StudyFile], file: Path) -> Study:
         tables = tuple(dict.fromkeys(doubt for doubt in doubts_read if doubt.kind in OF_TABLES))
         study = replace(study, of_tables=tables) if tables else study
         study._check_vertical()
-        refuse_endless_runs(study.cases, (record for array in study.arrays for record in records(array)))
+        # (of a motion of each array: the analysis looks at all of them)
+        firsts = (record for array in study.arrays for record in records(array.isel(motion=slice(1))))
+        refuse_endless_runs(study.cases, firsts)
         for doubt in study.doubts:
             if doubt.grave and doubt.kind not in study.accepted:
                 raise ValueError(

@@ -41,9 +41,8 @@ def motions_again(configuration: str, both: bool = False) -> list[Record]:
     for key in ("hazard", "hazards", "branches", "fit"):
         content.pop(key, None)
     study = StudyFile.model_validate(content)
-    sets = study.shaking(Path())
+    sets = study.shaking(Path(), both)
     for other in others:
-        sets += study.other(motions_table(other["motions"])).shaking(Path())
-    sets = [shaken.both_ways if both else shaken for shaken in sets]
+        sets += study.other(motions_table(other["motions"])).shaking(Path(), both)
     arrays = [array for shaken in sets for array in (*shaken.motions, *shaken.ground)]
     return [record for array in arrays for record in records(array)]

@@ -156,7 +156,8 @@ document.addEventListener("submit", async (event) => {
   event.preventDefault();
   if (event.target.id !== "save") return;
   const found = await ask("save", { name: part("name").value });
-  if (found) { say(""); part("saved").innerHTML = found.said; }
+  part("saved").innerHTML = found ? found.said : "";
+  if (found) say("");
 });
 
 (async () => {
