@@ -52,7 +52,7 @@ def environment(
     from jinja2 import Environment, FileSystemBytecodeCache, FileSystemLoader, StrictUndefined  # noqa: PLC0415
 
     class Kept(FileSystemBytecodeCache):
-        """Compiled templates beside the first folder; without them where nothing can be read or written."""
+        """Compiled templates next to the first folder; without them where nothing can be read or written."""
 
         def load_bytecode(self, bucket: Any) -> None:
             with suppress(Exception):  # (a damaged file may raise any)

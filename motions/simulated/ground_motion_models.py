@@ -50,7 +50,7 @@ class Scenario(NamedTuple):
     @property
     def text(self) -> str:
         """The scenario in words."""
-        return f"M {self.magnitude:g}, {1e-3 * self.distance:g} km, {self.vs30:g} m/s, {self.faulting}"
+        return f"M {self.magnitude:g}, {1e-3 * self.distance:g} km, V_S30 {self.vs30:g} m/s, {self.faulting}"
 
 
 def expected_motions(scenario: Scenario, model: str = "BSSA14", periods: Sequence[float] = PERIODS) -> xr.Dataset:

@@ -75,7 +75,7 @@ def _of_pieces(results: xr.Dataset) -> Bars | None:
     def bar(piece: Piece) -> Bar:
         ends = spread.get(piece.item) or piece.chance
         values = chance_in(ends, YEARS) if yearly else ends
-        return Bar(block_title(piece.item), f"{piece.number:,} × {floor_name(piece.floor)}", *values)
+        return Bar(block_title(piece.item), floor_name(piece.floor), *values)
 
     groups = {
         "anchor": [bar(piece) for piece in first],

@@ -293,7 +293,8 @@ def _laws(case: xr.Dataset, results: xr.Dataset) -> Iterator[Fact]:
             fewer = values < reference / DISAGREE if yearly else values > reference * DISAGREE
         more = {"laws": others.size, "yearly": yearly, "throughout": damped_throughout(results, fewer)}
         more["verb"] = verb_in(results)
-        yield Fact("law.range", lower=float(finite.min()), upper=float(finite.max()), unit=unit, more=more)
+        ends = float(finite.min()), float(finite.max())
+        yield Fact("law.range", math.nan, *ends, unit, (case_name(case),), more=more)
     for i, crossing in enumerate(crossings_of_laws(case, results)[:MOST_SAID]):
         named = crossing._replace(names=(*crossing.names, case_name(case)))
         yield _crossing("law.crossing_too" if i else "law.crossing", named, results)

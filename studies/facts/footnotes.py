@@ -17,6 +17,7 @@ from ..text.block_order import HALF, RATE, places
 from ..text.spread import has_model_range
 from ..text.words import axis_of, display_unit, reference_law
 from .coverage import coverage_in
+from .crossed import case_name
 from .law_choice import choice_of_law
 from .notes import notes_of
 
@@ -50,7 +51,7 @@ def _model_range(results: xr.Dataset) -> Iterator[Fact]:
         return
     beta, at = float(results.attrs[RANGE]), reference_law(results)[0]
     more = {"beta": beta, "factors": capacity_factors(beta), "chance": True, "at_level": False}
-    of_law, unit, scale = results.isel(model=at), "", 1.0
+    of_law, unit, scale, names = results.isel(model=at), "", 1.0, tuple[str, ...]()
     if "item" in results.dims:
         of_law = of_law.sel(place=BUILDING)
         name = "any_rate" if "any_rate" in of_law else "any_probability"
@@ -63,6 +64,7 @@ def _model_range(results: xr.Dataset) -> Iterator[Fact]:
         first = np.argwhere(places(results, by).values == 0)[0]
         dims = of_law[name].transpose("block", ...).dims
         of_law = of_law.isel({str(dim): int(i) for dim, i in zip(dims, first, strict=True)})
+        names = (case_name(of_law),)
         scale, unit = (1.0, "") if rated else display_unit(axis_of(results))
     if f"{name}{LOWER}" not in of_law:
         return
@@ -70,4 +72,4 @@ def _model_range(results: xr.Dataset) -> Iterator[Fact]:
     ends = chance_in(ends, YEARS) if name == "any_rate" else ends
     known = has_model_range(of_law, name) and ends.upper > 0.0
     low, high = ends[1:] if known else (np.nan, np.nan)
-    yield Fact("rate.model_range", np.nan, low, high, unit, more=more)
+    yield Fact("rate.model_range", np.nan, low, high, unit, names, more=more)

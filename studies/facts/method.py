@@ -71,9 +71,9 @@ def inputs_of(results: xr.Dataset) -> Iterator[Fact]:
         yield Fact("building.own_model", more={"direction": "direction" in results.coords})
     if "rate" in results or "annual_number" in results:
         yield Fact("hazard.given", 1 + len(_tables(study.get("hazards"))))
-    if str(results.attrs["kind"]) == "performance":
+    if "code" in results.attrs:
         site = (str(results.attrs.get("code_site", "")),)
-        yield Fact("code.checked", names=site, more={"code": str(results.attrs.get("code", ""))})
+        yield Fact("code.checked", names=site, more={"code": str(results.attrs["code"])})
 
 
 def method_of(results: xr.Dataset) -> Iterator[Fact]:
@@ -162,7 +162,7 @@ def _motions(results: xr.Dataset, study: Mapping[str, Any]) -> Fact:
             ("selected", selected),
             ("records", "records" in given),
             ("varied", varied),
-            ("scenario", "magnitude" in given),
+            ("scenario", "magnitude" in given and "scenario" not in results.attrs),  # (which says them)
             ("simulated", bool(given.get("generator"))),
             ("pulses", True),
         )

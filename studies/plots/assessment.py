@@ -212,9 +212,9 @@ def levels_figure(results: xr.Dataset, quantity: str = "number") -> Figure:
     """Return the figure of the overturning in the building by level, under all laws."""
     ax = inventory(results, axes.new(3.6), quantity=quantity)
     shares = results["quantile"].values
-    notes = [f"means with {percent(float(results.attrs['confidence']))} intervals"]
+    notes = [f"bars: {percent(float(results.attrs['confidence']))} intervals"]
     if shares.size > 1 and results.sizes.get("model", 1) <= MOST_BANDS:
-        notes.append(f"bands: {100 * shares[0]:g} to {100 * shares[-1]:g} % of motions")
+        notes.append(f"bands: {100 * shares[0]:g}–{100 * shares[-1]:g} % of motions")
     return _headed(results, ax, f"{_name(results, quantity)} by intensity level", *notes)
 
 
@@ -366,7 +366,7 @@ def anchoring_figure(results: xr.Dataset) -> Figure:
         "Savings from anchoring",
         "ranked by saving over cost" if by_cost else "",
         f"the first {len(order)} of {ranking.sizes['item']} items" if len(order) < ranking.sizes["item"] else "",
-        f"bars: savings with {percent(float(ranking.attrs['confidence']))} intervals"
+        f"black: {percent(float(ranking.attrs['confidence']))} intervals"
         + (f", {laws[0].label}" if len(laws) == 1 and laws[0].label else ""),
         MARKED if doubtful_items(ranking)[order].any() else "",
     )

@@ -125,7 +125,7 @@ def _shares(of_block: xr.Dataset, every: xr.Dataset, ax: Axes | None, laws: list
     if BEYOND in of_block:
         far = [float(law.results[BEYOND]) for law in laws]
         if max(far) >= NOTABLE:
-            outside["from above the levels run"] = far
+            outside["from above all runs"] = far
     if outside:
         ranges = {
             where: dict.fromkeys(f"{float(f'{100.0 * end:.2g}'):g}" for end in (min(parts), max(parts)))
@@ -198,14 +198,14 @@ def risk_figure(results: xr.Dataset) -> Figure:
         of += " and floors" if floors > 1 else ""
         notes.insert(0, f"the {len(rows)} of {of} {falling.ORDERS[falling.RATE]}")
     if outside.startswith("hatched"):
-        notes.append("hatched: beyond the hazard curve's levels, area: share")
+        notes.append("hatched area: share from beyond the hazard curve")
     notes.append(" ".join(outside.split()).removeprefix("hatched: "))
     if FITTED_RATE in rates:
         notes.append("rates do not depend on a form of curve; contributions are of the fitted curve")
     ends = _outside_levels(rates, 1.0)
     first, last, _ = _window(rates, _edges(rates))
     if ends is not None and (ends[0] > first or ends[1] < last):
-        notes.append("shaded: outside the levels run")
+        notes.append("shaded: levels without runs")
     axes.heading(figure, f"Annual rate of {rates.attrs.get('state', 'overturning')}", *notes, legend=[right])
     return figure
 

@@ -84,8 +84,8 @@ def place(block: str, floor: int | str | None) -> str:
 
 
 def motions(results: xr.Dataset, floors: int = 1) -> str:
-    """Return the number of motions on each of some floors in words, and True if they were run both ways."""
-    ways = " both ways" if POLARITY in results.coords else ""
+    """Return the number of motions on each of some floors in words, with their reversal if they were run both ways."""
+    ways = ", each also reversed" if POLARITY in results.coords else ""
     return f"{counted(number_of_motions(results) // floors, 'motion')}{ways}{' per floor' if floors > 1 else ''}"
 
 

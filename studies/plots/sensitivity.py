@@ -150,7 +150,7 @@ def figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
         notes = counted(results.sizes["motion"], "motion"), f"bands: {intervals}"
         yield quantity, column(results, partial(sensitivity, quantity=quantity), QUANTITIES[quantity][0], *notes)
     for needed, title, note in (
-        ("tornado_low", "One input at a time", "from 5 % (open) to 95 % (full) quantiles"),
+        ("tornado_low", "One input at a time", "open: 5 % quantile, full: 95 %"),
         ("sobol_total", "All inputs at once", f"bars: {intervals}"),
     ):
         if needed in results:

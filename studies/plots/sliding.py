@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from statistics import NormalDist
 
 import matplotlib as mpl
 import numpy as np
@@ -51,7 +53,6 @@ def sliding(blocks: Block | Sequence[Block] = (), ax: Axes | None = None, *, dis
     shades = mpl.colormaps["YlOrBr"](np.linspace(0.0, 0.55, len(SHARES) + 1))
     ax.contourf(ratio, median, share, (0.0, *SHARES, 1.0), colors=shades)
     lines = ax.contour(ratio, median, share, SHARES, colors="0.25", linewidths=0.7)
-    ax.clabel(lines, fmt={share: f"{100.0 * share:g} %" for share in SHARES}, fontsize=8)
     ax.fill_between(ratio, ratio, BAND * ratio, facecolor="none", edgecolor="0.6", hatch="...", linewidth=0.0)
     for name, contact in CONTACTS.items():
         ax.axhline(contact.friction.median, color="0.2", lw=0.8, ls=":")
@@ -65,6 +66,17 @@ def sliding(blocks: Block | Sequence[Block] = (), ax: Axes | None = None, *, dis
     for axis, ticks in ((ax.xaxis, (0.05, 0.1, 0.2, 0.3, 0.5, 0.8)), (ax.yaxis, (0.1, 0.2, 0.3, 0.5, 0.75, 1.0))):
         axis.set_ticks(ticks, [f"{tick:g}" for tick in ticks])
         axis.set_ticks([], minor=True)
+    # each line has its label where no other line is near
+    upright = np.log([SLENDEREST, FLATTEST, *(block.b / block.h for block in marked)])
+    level = np.log([LEAST, MOST, *(contact.friction.median for contact in CONTACTS.values())])
+    places = []
+    for share in SHARES:
+        along = np.log(ratio), np.log(ratio) - spread * NormalDist().inv_cdf(share)
+        room = [abs(np.subtract.outer(logs, others)) for logs, others in zip(along, (upright, level), strict=True)]
+        inside = (along[1] > level[0]) & (along[1] < level[1])
+        at = int(np.where(inside, np.hstack(room).min(axis=1), -1.0).argmax())
+        places += [(ratio[at], math.exp(along[1][at]))] if inside[at] else []
+    ax.clabel(lines, fmt={share: f"{100.0 * share:g} %" for share in SHARES}, fontsize=8, manual=places)
     axes.label(ax, "half the width over the height of the mass centre, b/h", "median coefficient of friction")
     if alone:
         axes.name(ax, f"Chance of sliding (dispersion {spread:g})")

@@ -57,7 +57,7 @@ def pictures_of(draw: Draw, *, png: bool = False) -> Iterator[Picture]:
             content = file.getvalue()
         else:
             svg, phone = _svg(figure, f"f{i}-"), _svg(narrow, f"p{i}-")
-        caption = captions.get(name) or captions.get(name.rpartition("_")[0])
+        caption = captions.get(name) or captions.get(name.partition("_")[0])
         caption = f"{caption or name.replace('_', ' ').capitalize() + '.'} {_plain(str(figure.get_label()))}".strip()
         new = {sentence: name for sentence in _SENTENCE.split(caption) if owners.get(sentence, name) == name}
         owners |= new

@@ -133,7 +133,7 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         "after": next(
             (fact for fact in facts["answer"] if fact.what == "anchoring.after" and math.isfinite(fact.value)), None
         ),
-        "tables": _page_tables(results, TABLES),
+        "tables": _page_tables(results, [name for name in TABLES if name not in LEAD]),
         "inputs": [(labels[fact.what], say(fact, "method")) for fact in facts["inputs"]],
         "input_tables": _page_tables(results, INPUTS),
         "checks": [
@@ -155,7 +155,7 @@ def facts_json(path: Path, verify: bool = False) -> dict[str, Any]:
     """Return the content of the report of a result file, as an object of JSON: facts by section, and tables."""
     with read_results(path) as results:
         state = check_content(path, results, verify)
-        made = *tables(results, (*LEAD, *TABLES, *INPUTS)), provenance(results, path, state)
+        made = *tables(results, dict.fromkeys((*LEAD, *TABLES, *INPUTS))), provenance(results, path, state)
         return {
             "title": str(results.attrs.get("title", "")),
             **as_json(sections(results, state)),
@@ -188,7 +188,8 @@ def texts(part: object) -> Iterator[str]:
 def _page_tables(results: xr.Dataset, names: Sequence[str]) -> list[Table]:
     """Return the tables of some names, without the sentences that the page has elsewhere for all of them."""
     elsewhere = intervals(results), model_note(results), code_note(results)
-    return [table.without(*elsewhere).common().grouped("recommendation") for table in tables(results, names)]
+    made = (table.without(*elsewhere).common() for table in tables(results, names))
+    return [table.grouped("recommendation").grouped("status", "clause") for table in made]
 
 
 def _study_text(results: xr.Dataset) -> str:

@@ -28,7 +28,7 @@ SHORT = "block", "floor", "level", "others", "chance", "model_range"
 NOT_FOUND = {ALL: "at every level", NONE: "never seen"}
 """Text instead of a level, by the status of the curve."""
 BEYOND = "{}: {} of the rate comes from shaking {}."
-BEYOND_CURVE, BEYOND_RUNS = "beyond the hazard curve", "outside the levels run"
+BEYOND_CURVE, BEYOND_RUNS = "beyond the hazard curve", "outside the levels of the runs"
 BOTH_WAYS = "†: it may also fall the other way; such falls are not counted, so half need not fall at any level."
 BRANCHES = "Chances have 90 % ranges over all stated uncertainties."
 

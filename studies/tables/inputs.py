@@ -78,8 +78,8 @@ def sizes(results: xr.Dataset) -> Table:
 
 SIZES = (
     *(Column("width", "width", "short", "m"), Column("height", "height", "short", "m")),
-    *(Column("cm_height", "mass centre", "short", "m"), Column("alpha", "α", "short", "rad")),
-    *(Column("p", "p", "short", "rad/s"), Column("direction", "direction of its width", "short")),
+    *(Column("cm_height", "mass centre", "short", "m"), Column("alpha", "slenderness angle α", "short", "rad")),
+    *(Column("p", "frequency parameter p", "short", "rad/s"), Column("direction", "direction of its width", "short")),
 )
 
 

@@ -73,7 +73,7 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
     means = results["cost_median"].notnull().values if "cost_median" in results.coords else np.zeros(0)
     mean = dict(zip(results["item"].values.tolist(), means.tolist(), strict=False))
     scale, unit = display_unit(results["level"])
-    judged = f"Recommendations discount savings at {given_percent(every[0].discount if every else 0.0)}."
+    judged = f"Recommendations discount savings at {given_percent(every[0].discount if every else 0.0)} per year."
     when = f" in {YEARS:g} years" if yearly else ""
     rows: list[Cells] = []
     for piece in every:
@@ -190,7 +190,7 @@ def codes(results: xr.Dataset) -> Table:
             Column("ratio", "demand / strength", "two"): code.ratio,
         })  # fmt: skip
     anchors = MOMENTS if moments else WHOLE
-    left = f"{LEFT_OUT}, and {unstated} lines whose danger to people is not stated." if unstated else f"{LEFT_OUT}."
+    left = f"{LEFT_OUT}, and {unstated} lines without a stated danger." if unstated else f"{LEFT_OUT}."
     table = Table.of("Code requirements", rows, code_note(results), anchors, left, most=MOST_ROWS)
     return table.but([] if moments else ["demand"])
 
@@ -202,7 +202,7 @@ def code_note(results: xr.Dataset) -> str:
 
 WHOLE = "Anchors without a given height take the whole force."
 MOMENTS = f"Forces on anchors follow from moments about the base. {WHOLE}"
-LEFT_OUT = "Not checked: the share of the base, the fixing to the building"
+LEFT_OUT = "Not checked: the force on the base, the fixing to the building"
 
 
 def exported_pieces(results: xr.Dataset, model: int = 0, readable: bool = False) -> Table:

@@ -83,7 +83,7 @@ def events(results: xr.Dataset) -> Table:
                 Column("middle", "in half of events, below", "observed"): middle,
                 Column("many", "in 95 %, below", "observed"): many,
                 Column("spread", "standard deviation", "observed", priority=2): float(event["fallen_sd"]),
-                Column("apart", "the same of independent blocks", "observed", priority=2): apart,
+                Column("apart", "standard deviation if independent", "observed", priority=2): apart,
                 Column("correlation", "correlation of two blocks", "hundredths", priority=2): float(
                     event["fallen_correlation"]
                 ),

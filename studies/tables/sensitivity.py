@@ -186,7 +186,7 @@ def median_ratios(results: xr.Dataset) -> Table:
             cells = [mark or value for value, mark in zip(values, marks[i].tolist(), strict=True)]
             rows.append({"name": str(model), **dict(zip(names, cells, strict=True))})
     notes = [*filter(None, (*_legend(selected, marks), chosen(selected)))]
-    return Table(f"Median over that of {reference_name(selected)}", _values(selected, "times"), rows, notes, NO_CURVE)
+    return Table(f"Median relative to {reference_name(selected)}", _values(selected, "times"), rows, notes, NO_CURVE)
 
 
 def short_ratios(results: xr.Dataset) -> Table:

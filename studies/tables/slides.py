@@ -65,8 +65,8 @@ def slides(results: xr.Dataset) -> Table:
         }
         if not halves and (rated or not adaptive):
             falls, rests = _chance(block, "rate", "probability").value, _chance(block, GATED_RATE, GATED).value
-            row |= {Column("falls", "falls, if it could not slide", "chance"): falls}
-            row |= {Column("rests", "falls, if it rocks", "chance"): rests}
+            row |= {Column("falls", "falls, if sliding is prevented", "chance"): falls}
+            row |= {Column("rests", "falls, with its friction", "chance"): rests}
         for k, slip in enumerate(slips):
             at = block.isel(slip=k)
             column = Column(
@@ -94,7 +94,7 @@ def slides(results: xr.Dataset) -> Table:
     )
 
 
-SLIDES = "A block whose friction is below b/h slides and does not rock."
+SLIDES = "A block with friction below b/h (half the width over the height of the mass centre) never rocks."
 TEARS = f"Assumed damage by slip: {', '.join(f'over {100.0 * slip:g} cm it {does}' for slip, does in DAMAGE.items())}."
 
 
@@ -129,7 +129,7 @@ def edges(results: xr.Dataset) -> Table:
         {
             Column("name", "block"): name,
             Column("off", "slides off", "chance"): off,
-            Column("over", "overturns, if it could not slide", "chance"): over,
+            Column("over", "overturns, if sliding is prevented", "chance"): over,
             Column("either", "overturns or slides off", "chance"): either,
         }
         for name, (off, over, either) in _edges(results)
@@ -199,8 +199,8 @@ def item_slides(results: xr.Dataset, model: int = 0) -> Table:
             Column("off", "slides off it", "chance"): _item_chance(piece, OFF, OFF_RATE),
             Column("obstacle", "obstacle at", "short", "mm"): obstacle,
             Column("trips", "trips over it", "chance", note=TRIPS): _item_chance(piece, TRIP, ITEM_TRIP_RATE),
-            Column("alone", "overturns, if it could not slide", "chance"): _item_chance(piece, *alone),
-            Column("rocking", "overturns, if it rocks", "chance"): _item_chance(piece, GATED, ITEM_GATED_RATE),
+            Column("alone", "overturns, if sliding is prevented", "chance"): _item_chance(piece, *alone),
+            Column("rocking", "overturns, with its friction", "chance"): _item_chance(piece, GATED, ITEM_GATED_RATE),
         }
         rows.append(row | (dict.fromkeys(falls) if why else falls))
     when = f"in {YEARS:g} years"

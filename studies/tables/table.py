@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -84,7 +83,7 @@ class Column(NamedTuple):
     def text(self, value: Value) -> str:
         """Return a value as the text of a cell."""
         if isinstance(value, Marked):
-            return f"{self.text(value.value)} {value.mark}"
+            return f"{self.text(value.value)}\u00a0{value.mark}"
         if value is None or isinstance(value, str):
             return DASH if value is None else clean(value)
         if not isinstance(value, Range):
@@ -213,14 +212,14 @@ class Table:
         table = self.but(column.key for column in alike)
         return replace(table, notes=[f"In all rows: {same}.", *self.notes]) if alike else self
 
-    def grouped(self, key: str) -> Table:
-        """Return the table with a heading for each group of rows of one text in a column, instead of the column."""
-        if key not in {column.key for column in self.columns}:
+    def grouped(self, *keys: str) -> Table:
+        """Return the table with a heading for each group of rows of the same texts in columns, without the columns."""
+        if not {*keys} <= {column.key for column in self.columns}:
             return self
-        rows: list[Row | str] = []
-        for text, group in groupby(self.lines, key=lambda row: str(row.get(key))):
-            rows += [text, *group]
-        return replace(self.but([key]), rows=rows)
+        groups: dict[str, list[Row]] = {}
+        for row in self.lines:
+            groups.setdefault(", ".join(str(row.get(key)) for key in keys), []).append(row)
+        return replace(self.but(keys), rows=[row for text, group in groups.items() for row in (text, *group)])
 
     def first(self, most: int) -> Table:
         """Return the table with its first lines, at most `most`."""
@@ -302,7 +301,9 @@ def _chance(write: Write, *, bounded: bool = True) -> Format:
         if math.isnan(value) and math.isnan(high):
             return f"at least {write(low)}" if low > 0.0 else DASH
         ends = "" if math.isnan(low) or math.isnan(high) or low == high else chances_between(low, high, write)
-        return ends if math.isnan(value) else f"{write(value)} ({ends})".replace("\u00a0%)", ")").removesuffix(" ()")
+        if math.isnan(value) or ends == write(value):
+            return ends
+        return f"{write(value)} ({ends})".replace("\u00a0%)", ")").removesuffix(" ()")
 
     return text
 

@@ -16,6 +16,7 @@ import toppling as tp
 from toppling.fragility import curve_probability
 from toppling.fragility.curves.published import fema_p58
 from toppling.fragility.numerics.proportions import wilson_interval
+from toppling.models.friction import CONTACTS
 from toppling.studies import plot, show
 from toppling.studies.plots import axes, selection
 from toppling.studies.plots.assessment import anchoring_figure, exceedance_figure, levels_figure
@@ -370,6 +371,11 @@ class TestSliding:
         assert at["crate"] == 0.25
         assert at["file-vertical-2-drawer"] == 0.625
         assert [one.get_text() for one in ax.get_legend().get_texts()] == ["file-vertical-2-drawer", "crate"]
+        # (no share is written over a line of a block or of a contact)
+        shares = np.log([text.get_position() for text in ax.texts if text.get_text().endswith("%")])
+        assert len(shares) == 7
+        assert abs(shares[:, :1] - np.log([*at.values()])).min() > 0.1
+        assert abs(shares[:, 1:] - np.log([contact.friction.median for contact in CONTACTS.values()])).min() > 0.1
         own = Figure().add_subplot()
         assert plot.sliding(tp.Block(0.4, 1.6), own) is own
         assert own.get_legend() is None

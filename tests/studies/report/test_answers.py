@@ -245,6 +245,7 @@ class TestFacts:
         assert notes["precision.interval_meaning"].value == 0.95
         assert notes["precision.interval_meaning"].more["motions"] == 12
         modelled, case = notes["rate.model_range"], results.isel(block=0, model=1)
+        assert modelled.names == ("“shelf”",)
         off = [math.exp(1.28 * 0.3 * sign) for sign in (-1.0, 1.0)]
         assert modelled.more["factors"] == pytest.approx(off, rel=1e-4)
         assert (modelled.more["beta"], modelled.more["chance"]) == (0.3, True)
@@ -307,8 +308,8 @@ class TestFacts:
         assert facts_of(curves.answer, viscous)["law.range"].more["throughout"] == ()  # (more falls than impacts)
         viscous["risk_probability"][0] = [0.01, 0.02]
         assert say(facts_of(curves.answer, viscous)["law.range"], "page") == (
-            "Under the other law its chance is 1.0\u00a0%. Vassiliou et al. dissipates energy throughout the motion, "
-            "more than impacts do."
+            "Under the other damping law the chance of “shelf” is 1.0\u00a0%. Vassiliou et al. dissipates energy "
+            "throughout the motion, more than impacts."
         )
         results["risk_probability"][0] = [0.021, 0.02]
         assert "law.range" not in facts_of(curves.answer, results)

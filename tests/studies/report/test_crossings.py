@@ -112,7 +112,7 @@ class TestAnswer:
         assert (fact.upper, fact.lower, fact.more["chance"]) == pytest.approx((0.236, 0.155, 6 / 12), abs=1e-3)
         assert say(fact, "page") == (
             "The order depends on the level: “shelf” overturns more often than “rack” from 0.40 to 1.6 g (by up to "
-            "24\u00a0%), and less often from 0.10 to 0.20 g (by up to 16\u00a0%). "
+            "24\u00a0% of the motions), and less often from 0.10 to 0.20 g (by up to 16\u00a0%). "
             "With so few motions the difference may be chance."
         )
         assert say(fact, "page") in verdict(found, True)[0]
@@ -167,8 +167,9 @@ class TestAnswer:
         # (Phi(ln 2/0.8) = 0.807 against Phi(ln 2/0.2) = 1.000, and the same the other way)
         assert (fact.lower, fact.upper) == pytest.approx((0.193, 0.193), abs=1e-3)
         assert say(fact, "page") == (
-            "Under Giannini–Masiani, “shelf” overturns more often from 0.10 to 0.20 g (by up to 19\u00a0%), and less "
-            "often from 0.80 to 1.6 g (by up to 19\u00a0%). With so few motions the difference may be chance."
+            "Under Giannini–Masiani, “shelf” overturns more often from 0.10 to 0.20 g (by up to 19\u00a0% of the "
+            "motions), and less often from 0.80 to 1.6 g (by up to 19\u00a0%). With so few motions the difference may "
+            "be chance."
         )
 
 
@@ -186,7 +187,7 @@ class TestLawChoice:
         fact = self.of("giannini-masiani", "makris-konstantinidis", "vassiliou", "housner")
         viscous = "Giannini–Masiani, Makris–Konstantinidis and Vassiliou et al."
         assert (fact.what, fact.more["viscous"]) == ("law.use_reference", viscous)
-        said = f"{viscous} approximate the rigid block; their agreement confirms nothing."
+        said = f"{viscous} approximate the rigid block; agreement with them confirms nothing."
         assert said in say(fact, "page")
         assert "confirms nothing" in say(self.of("giannini-masiani", "vassiliou"), "page")
 

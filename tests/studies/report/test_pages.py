@@ -185,6 +185,9 @@ class TestBrowser:
         assert chromium.see(pages["cloud"], 768, ids).value == ["results", "checks"]
         folded = f"document.querySelectorAll('details').length - {shown}.length"
         assert chromium.see(pages["cloud"], 768, folded, media="print").value == 0
+        # (a figure beside the answer would move to the second sheet, and all of the answer with it)
+        display = "getComputedStyle(document.querySelector('.top')).display"
+        assert chromium.see(pages["performance"], 1440, display, media="print").value == "block"
 
     def test_keyboard(self, chromium, pages):
         script = f"({FOCUS})"

@@ -29,6 +29,7 @@ def test_the_first_screen_is_short(page):
 def test_no_sentence_stands_on_a_page_twice(page):
     parts = ("answer", "steps", "further", "footnotes", "details", "method", "remarks", "notes")
     said = [sentence for part in parts for sentence in page[part]]
+    said += [table.title for table in (*page["lead"], *page["tables"], *page["input_tables"])]
     said += [text for _, text in page["inputs"]] + [finding for _, _, finding, _ in page["checks"]]
     counts = Counter(sentence for text in said for sentence in re.split(r"(?<=[.?]) (?=[A-Z“])", text))
     assert [sentence for sentence, number in counts.items() if number > 1] == []

@@ -49,20 +49,22 @@ def test_two_rows_or_dashes_keep_their_columns():
 
 
 def test_groups_have_a_heading_in_place_of_a_column():
-    table = Table.of("Sizes", rows(("a", 1.6, "x"), ("b", 1.7, "x"), ("c", 1.8, "y"))).grouped("law")
+    table = Table.of("Sizes", rows(("a", 1.6, "x"), ("b", 1.7, "y"), ("c", 1.8, "x"))).grouped("law")
     assert [heading for heading, _ in table.groups] == ["x", "y"]
-    assert [row["name"] for row in table.lines] == ["a", "b", "c"]
+    assert [row["name"] for row in table.lines] == ["a", "c", "b"]
+    assert table.grouped("height", "law") is table
     assert "law" not in [column.key for column in table.columns]
 
 
 def test_a_caption_does_not_repeat_earlier_captions():
     def draw():
-        for name, block in (("measures_1", "A"), ("measures_2", "B")):
+        for name, block in (("map_half_level", "A"), ("map_rate", "B")):
             figure = plt.figure()
             figure.set_label(f"{block}. 20 motions.")
             yield name, figure
 
     first, second = pictures_of(draw, png=True)
+    assert first.caption.startswith("Values of all blocks by slenderness")
     assert first.caption.endswith("A. 20 motions.")
     assert second.caption == "B."
     assert second.alt.endswith("B. 20 motions.")
