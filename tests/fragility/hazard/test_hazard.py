@@ -882,7 +882,21 @@ def test_a_curve_describes_its_realisations():
         ("# values in %\npga (g),probability in 50 yr (%)\n0.1,30\n0.4,2\n", ""),
         ("# values in %\npga (g),probability in 50 yr\n0.1,0.3\n0.4,0.02\n", "a comment 'in %'"),
         ("# annual probabilities, converted\npga (g),probability in 50 yr\n0.1,0.03\n0.4,0.002\n", ""),
-        ("# mean + 1 sigma\npga (g),rate\n0.1,0.03\n0.4,0.002\n", "a comment names a standard deviation"),
+        *(
+            (f"# {comment}\npga (g),rate\n0.1,0.03\n0.4,0.002\n", "a comment names a standard deviation")
+            for comment in ("mean + 1 sigma", "mean minus one sigma", "mean - 1σ", "mean - 0.5 sigma")
+        ),
+        *(
+            (f"# {comment}\n{measure} (g),rate\n0.1,0.03\n0.4,0.002\n", refused)
+            for comment in (
+                "spectral acceleration at 5 Hz",
+                "SA(5 Hz)",
+                "5-Hz SA",
+                "0.2 s spectral acceleration",
+                "SA0.2",
+            )
+            for measure, refused in (("pga", "names pga, a comment Sa(0.2)"), ("Sa(0.2)", ""))
+        ),
         ("# vertical component\npga (g),rate\n0.1,0.03\n0.4,0.002\n", "levels are of horizontal shaking"),
         ("# 2 % damping\nSa(1.0) (g),rate\n0.1,0.03\n0.4,0.002\n", "a comment names '2 % damp'"),
         ("# 5 % damping\nSa(1.0) (g),rate\n0.1,0.03\n0.4,0.002\n", ""),
@@ -904,6 +918,7 @@ def test_what_a_table_may_mean_otherwise(tmp_path, text, refused):
         ("RotD100", "pga", True),
         ("larger horizontal component", "Sa(1.0)", True),
         ("maximum direction", "pga", True),
+        ("SRSS of the components", "pga", True),
         ("RotD100", "RotD100(pga)", False),
         ("RotD50, geometric mean", "pga", False),
     ],
@@ -973,6 +988,19 @@ def test_points_of_comments_in_files_of_the_package():
         ("values scaled by 0.5", "scaled by 0.5"),
         ("design spectrum divided by q = 4", "divided by q = 4"),
         ("T = 0.3 s", "T = 0.3 s"),
+        ("period: 1.0", "period: 1.0"),
+        ("PGA at the roof", "at the roof"),
+        ("conditional on an M7 earthquake", "conditional on an M7 earthquake"),
+        ("given that an earthquake occurs", "given that an earthquake occurs"),
+        ("fault A only", "fault A only"),
+        ("from the northern segment only", "from the northern segment only"),
+        ("exceeded at least one of 5 sites", "at least one of 5 sites"),
+        ("site factor = 1.4 to be applied", "factor = 1.4 to be applied"),
+        ("background seismicity excluded", "background seismicity excluded"),
+        ("branch 2 of 8", "branch 2 of 8"),
+        ("weight 0.3", "weight 0.3"),
+        ("log10 of PGA", "log10 of PGA"),
+        ("on the valley floor; 8 branches; interpolated log-log; all sources, crustal and subduction", None),
         ("site factor 1.5 included; 84 sites; T = 475 years", None),
     ],
 )

@@ -44,6 +44,9 @@ def kept(folder, patterns=("*",), **options):
         (("x_NS_2.AT2", "x_UD_2.AT2", "x_090_corr.AT2", "x_up_corr.AT2"), ["x_UD_2.AT2", "x_up_corr.AT2"]),
         (("RSN4_GU075XTE.AT2", "RSN4_GU075YLN.AT2", "RSN4_GU075ZUP.AT2"), ["RSN4_GU075ZUP.AT2"]),
         (("IWTH25EW2.AT2", "IWTH25NS2.AT2", "IWTH25UD2.AT2"), ["IWTH25UD2.AT2"]),
+        (("000055xa.AT2", "000055ya.AT2", "000055za.AT2"), ["000055za.AT2"]),
+        (("a1H1.AT2", "a1H2.AT2", "a1V3.AT2"), ["a1V3.AT2"]),
+        (("水平NS.AT2", "水平EW.AT2", "上下UD.AT2"), ["上下UD.AT2"]),
         (("cloud1.AT2", "cloud2.AT2", "clover.AT2", "clo.AT2"), []),
         (("GROUP.AT2", "cloud.AT2", "run-v2.AT2", "KOBE.AT2", "setup.AT2"), []),
     ],
@@ -77,6 +80,7 @@ def test_the_second_line_of_an_at2_file(tmp_path, end, out):
         ("STATION 051WCW COMP. UD", True),
         ("# componente vertical", True),
         ("# azimuth: 0, dip: -90", True),
+        ("# azimuth 0, inclination -90", True),
         ("# Component: N", False),
         ("# Components: NS, EW, UD", False),
         ("# Lotung vertical array", False),
@@ -214,7 +218,16 @@ def test_three_columns_of_which_none_is_known_to_be_vertical(tmp_path, names):
 
 @pytest.mark.parametrize(
     ("names", "asked"),
-    [("x_NS,x_EW,x_c", True), ("NS,EW,c", True), ("x_NS,x_EW,x_h2", False), ("x_1,x_2,x_c", False), ("a,b,c", False)],
+    [
+        *((f"x_{names}", True) for names in ("HL1,x_HL2,x_HL3", "chan1,x_chan2,x_chan3")),
+        ("a.comp1,a.comp2,a.comp3", True),
+        ("rec1,rec2,rec3", False),
+        ("x_NS,x_EW,x_c", True),
+        ("NS,EW,c", True),
+        ("x_NS,x_EW,x_h2", False),
+        ("x_1,x_2,x_c", False),
+        ("a,b,c", False),
+    ],
 )
 def test_three_files_of_which_none_is_known_to_be_vertical(tmp_path, names, asked):
     for name in names.split(","):

@@ -238,6 +238,10 @@ def test_steps_of_other_languages(tmp_path, heading):
             "# digitized at 200 Hz",
             "# Abtastrate 200 Hz",
         ),
+        *("# fs = 0.2 kHz", "# Sampling: 1/200 s", "# sample period 5000 us", "# interval 0,005 s", "# Rate (Hz): 200"),
+        *("# 200 values per second", "# step 0.005", "# every 5 ms", "# TimeDelta=0.005", "# Sampling: 200"),
+        *("# INCREMENT 5.0000E-03", "# 0.005 s intervals", "# Frame rate: 200 fps", "# T0 0.0 DT 5.0E-3"),
+        *("# Samples per second: 200", "# Δt = 0.005 s", "# SR=200", "# recording rate 200 Hz", "# intervallo: 5 ms"),
         *("# sampling rate 200", "# Fréquence d'échantillonnage 200 Hz", "# Zeitschritt 0.005 s", "# 200 Hz sampling"),
     ],
 )
@@ -381,6 +385,7 @@ def test_a_total_acceleration_alone_is_one(tmp_path):
         ("time,acc (g),error (g)", True),
         ("time,acc (g),baseline (g)", True),
         ("time,NS raw (g),NS corrected (g)", True),
+        ("time,uncorrected acceleration (g),corrected acceleration (g)", True),
         ("time,table command (g),table feedback (g)", True),
         ("time,target (g),achieved (g)", True),
         ("time,sensor 1 (g),reference (g)", True),
@@ -566,6 +571,9 @@ def test_factors_that_are_not_applied_are_doubted(tmp_path, line, said, kind):
         ("# amplified by 10", "amplified by 10"),
         ("# normalised to a PGA of 1", "normalised to a PGA of 1"),
         ("# peak-normalized", "peak-normalized"),
+        ("a/PGA", "a/PGA"),
+        ("# instrument response not removed", "response not removed"),
+        ("normalised acceleration", "normalised acceleration"),
         ("# shape function, to be scaled to 0.25 g", "shape function"),
         ("# supply 12 V; 4 volts/g; gain 4 V/g", None),
         ("# converted from volts", None),
@@ -800,7 +808,15 @@ def test_a_pulse_before_zeros_is_one(tmp_path):
     "heading",
     [
         *("Zeit (s);Geschwindigkeit (cm/s)", "Temps;Vitesse (cm/s)", "tempo (s);Spostamento (cm)", "Tiempo;Velocidad"),
-        *("t (s);v", "時間 (s);速度 (cm/s)", "# Vitesse (cm/s)\ntime;x", "Zeit (s);Weg (mm)", "time;x cm/s"),
+        *(
+            "time;v_x",
+            "time;ux",
+            "t (s);v",
+            "時間 (s);速度 (cm/s)",
+            "# Vitesse (cm/s)\ntime;x",
+            "Zeit (s);Weg (mm)",
+            "time;x cm/s",
+        ),
     ],
 )
 def test_velocities_by_other_words(tmp_path, heading):
@@ -818,6 +834,8 @@ def test_velocities_by_other_words(tmp_path, heading):
         ("# units: g\nt,a,v", "v"),
         ("# units: g\nt,ax,temperature", "temperature"),
         ("time,acc (g),sigma (g)", "sigma .g."),
+        ("time,acc (g),envelope (g)", "envelope .g."),
+        ("time,acc (g),|acc| (g)", r"\|acc\| .g."),
         ("time,acc (g),arias (m/s)", "arias .m/s."),
     ],
 )
