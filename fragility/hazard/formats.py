@@ -75,7 +75,8 @@ _FRACTILES = re.compile(
     r"|(?P<median>(?<![a-z])m[eé]dian[ae]?(?![a-z])(?!\s(?:v_?s|mag|dist|depth|gmm|gmpe|ground)))"
 )
 _SPREAD = re.compile(
-    r"(?i)(?:standard deviations?|(?<![a-z])std(?![a-z])|[+±]\s?\d?\s?(?:sigma|σ))"
+    r"(?i)(?:standard deviations?|(?<![a-z])std(?![a-z])|[+±-]\s?(?:\d|\d?\.\d+)?\s?(?:sigma|σ)(?![a-z])"
+    r"|(?:plus|minus) (?:(?:one|two|\d) )?(?:sigma|σ|standard))"
     r"|(?P<bound>(?:upper|lower)[- ](?:bound(?! m)|confidence|\d\d\s?%)|\d\s?% confidence(?!\s?(?:interval|band))|"
     r"confidence (?:upper|lower|limit)|obere (?:grenze|schranke)(?!\w)|obergrenze|borne sup|limite? superior)"
 )
@@ -83,7 +84,9 @@ _VERTICAL = re.compile(  # (curves are of horizontal shaking with a damping of 5
     r"(?i)verti[ck]ale? (?:component|motion|pga|hazard|acc|spec)|(?:component|comp|imc|direction)\w*\W{0,3}verti[ck]al"
     r"|#\W*verti[ck]ale?\W*(?=#|$)"
 )
-_LARGER = re.compile(r"rotd100|larger (?:horizontal|component|of)|max\w*[- ](?:horizontal )?direction", re.IGNORECASE)
+_LARGER = re.compile(
+    r"(?i)rotd100|larger (?:horizontal|component|of)|max\w*[- ](?:horizontal )?direction|\bsrss\b|vector sum|resultant"
+)
 _OTHER_RATES = re.compile(
     r"(?i)(?:not|non)[- ]cumulative|incremental rate\w*|occurrence rate\w*"
     r"|(?:rates?|occurrence) (?:per|of each|in each) bin|non-?exceed\w*|(?<![a-z])per ?mill?e|promille|‰"
@@ -95,7 +98,18 @@ _PER_CENT = re.compile(
 )
 _NOT_USED = re.compile(
     r"(?i)(?:multipl[iy]\w*|scaled|divided?|amplified|reduced|increased) (?:\S+ ){0,3}?by [^#;,]{1,30}"
-    r"|factors?(?![a-z])[^#;,]{0,30} not (?:applied|included)|(?<![a-z\d])t ?= ?0?\.?[1-9][\d.]* ?s(?![a-z])"
+    r"|conditional (?:up)?on [^#;,]{1,30}|given (?:that )?(?:an? |the )?(?:earthquake|event|rupture)[^#;,]{0,20}"
+    r"|\bscenario (?:hazard|curve)|\b(?:at|on|of) the (?:roof|(?:\w+th|first|second|third|top) floor)"
+    r"|\b(?:floor \w+|roof) (?:motion|response)"
+    r"|(?:(?:background|subduction|crustal|fault|zone|source)\w* ){1,2}(?:\S+ )?(?:excluded|not included)"
+    r"|(?:[^\s#;,]+ ){1,4}(?<!mean )(?<!horizontal )only(?![a-z])"
+    r"|(?:only|excluding|without) (?:\w+ )?(?:source|fault|zone|background|subduction|crustal)[^#;,]{0,20}"
+    r"|(?:at least one|any|aggregat\w+|averag\w+)(?: of| over)? \d+ sites"
+    r"|(?:branch|rlz|reali[sz]ation)\W{0,3}\d+(?: of \d+)?|(?<![a-z])weight\W{1,3}0?\.\d+"
+    r"|(?<![a-z])(?:ln|log(?:10)?|logarithms?) ?(?:of |\()(?:the )?(?:pg|sa|level|rate|ground|prob)\w*|log base 10"
+    r"|(?<!return )(?<!time )(?<![a-z])period\s?[:=]\s?0?\.?[1-9][\d.]*\s?(?:s(?:ec\w*)?(?![a-z])|(?=#|$))"
+    r"|factors?(?![a-z])[^#;,]{0,30} (?:not (?:applied|included)|to be applied)"
+    r"|(?<![a-z\d])t ?= ?0?\.?[1-9][\d.]* ?s(?![a-z])"
 )
 _ENGLISH = {
     re.compile(pattern, re.IGNORECASE): word
@@ -129,7 +143,10 @@ _BRANCH = re.compile(r"(?:rlz|branch|realisation|realization|model|b)?\d{0,4}|[a
 """Names of realisations, without their weight."""
 _NAMED = re.compile(
     r"(?i)(?<![a-z\d_])(?:(?P<peak>pg[avd])(?![a-z])|peak ground (?P<word>[avd])\w+"
-    r"|(?:p?sa|spectral acceleration)\s?(?:at|\()?\s?(?:t\s?=\s?)?(?P<period>\d+(?:\.\d+)?)\s?(?:s(?:ec)?\b|\))\)?)"
+    r"|(?:p?sa|spectral acceleration)\s?(?:at|\()?\s?(?:t\s?=\s?)?(?P<period>\d+(?:\.\d+)?)\s?(?:s(?:ec)?\b|\))\)?"
+    r"|(?:p?sa|spectral acceleration)\s?(?:at|\()?\s?(?P<hertz>[1-9]\d*(?:\.\d+)?)\s?hz(?![a-z])"
+    r"|(?<![\d.])(?P<of>\d+(?:\.\d+)?)[\s-]?s(?:ec\w*)? (?:p?sa|spectral acc\w*)(?![a-z])|p?sa(?P<bare>\d\.\d+)(?!\d)"
+    r"|(?P<hz>(?<![\d.])[1-9]\d*(?:\.\d+)?)[\s-]?hz (?:p?sa|spectral acc\w*)(?![a-z]))"
 )
 """Measures that comments name: PGA, peak ground velocity, Sa(1.0 s), SA(1.0), spectral acceleration at 1 s."""
 _WEIGHT = re.compile(r"weight\s{0,9}[=:]?\s{0,9}([\d.]{1,20}(?:e-?\d{1,3})?)")
@@ -220,7 +237,7 @@ def _read_comments(
     _refuse_other_time(lines, text, quantity, where)
     larger = _LARGER.search(text) and not label.startswith("RotD100")
     unused = (match[0].strip() for match in _NOT_USED.finditer(text))
-    used = next((part for part in unused if part[0] not in "tT" or "Sa(" not in label), None)
+    used = next((part for part in unused if part[0] not in "tTpP" or "Sa(" not in label), None)
     notes = f" ({LARGER})" if larger else f" ({NOT_USED} {plain(used)})" if used else ""
     fractile, q = _fractile(lines, kind or (stated(lines, comment, "kind") or "").lower()), _fractile_of(lines, text)
     return fractile if kind else fractile or q, notes
@@ -272,7 +289,11 @@ def _fractile_of(lines: Lines, comment: str) -> float | None:
 def _refuse_other_comments(lines: Lines, comment: str, label: str, unit: str | None, where: str) -> None:
     """Raise HazardError if comments name other measures alone, or another unit of the levels, than the heading."""
     named = {
-        f"Sa({float(match['period'])!r})" if match["period"] else f"pg{(match['peak'] or match['word']).lower()[-1]}"
+        f"Sa({float(period)!r})"
+        if (period := match["period"] or match["of"] or match["bare"])
+        else f"Sa({1.0 / float(match['hertz'] or match['hz'])!r})"
+        if match["hertz"] or match["hz"]
+        else f"pg{(match['peak'] or match['word']).lower()[-1]}"
         for match in _NAMED.finditer(comment)
     }
     if named and not any(label == name or label.startswith(f"{name[:-1]}, ") for name in named):

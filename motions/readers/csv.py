@@ -50,7 +50,7 @@ from .units import (
 _SAMPLING = r"(?:muestreo|campionamento|amostragem|[ée]chantillonnage)"
 """Sampling in Spanish, Italian, Portuguese and French."""
 _STEP_WORDS = (
-    r"(?:\bdt|\bdelta[ _]?t|\btime[ _]?step|\bsampl\w{0,5} ?(?:interval|period|step|time)|"
+    r"(?:\bdt|(?:\bdelta|[δΔ∆])[ _]?t|\btime[ _]?step|\bsampl\w{0,5} ?(?:interval|period|step|time)|"
     rf"\b(?:interval\w{{1,2}}|p[ée]r[ií]od[oe]|pass?o?) d(?:[ei] |['’]){_SAMPLING}|\b(?:paso de tiempo|pas de temps|"
     r"passo (?:temporale|de tempo)|zeitschritt|abtast(?:intervall|schritt|zeit|periode)|zaman ad[ıi]m[ıi]|"
     r"[öo]rnekleme (?:aral\w+|periyodu)|шаг (?:по времени|дискретизации)|интервал дискретизации)|"
@@ -60,19 +60,24 @@ _STEP = re.compile(
     rf"(?i){_STEP_WORDS}\s{{0,9}}(?:[(\[](?P<unit>m?s|m?sec(?:onds?)?)[)\]]\s{{0,9}})?[=:：]\s{{0,9}}{STEP}"
 )
 _RATE_WORDS = (
-    r"(?:\bsampl\w{0,5} ?(?:rate|freq\w{0,6})|\b(?:tasa|taxa|raz[óo]n|velocidad|fr[eé][cq]u?\w{3,6}|taux|tasso) "
+    r"(?:\bsampl\w{0,5} ?(?:rate|freq\w{0,6})|\bsamples ?(?:/|per) ?s(?:ec(?:ond)?)?\b|\bsr(?=\s?[=:])"
+    r"|\b(?:tasa|taxa|raz[óo]n|velocidad|fr[eé][cq]u?\w{3,6}|taux|tasso) "
     rf"d(?:[ei] |['’]){_SAMPLING}|\babtast(?:rate|frequenz)|\b[öo]rnekleme (?:frekans\w*|h[ıi]z[ıi]|oran[ıi])|"
     r"частота дискретизации|サンプリング(?:周波数|レート)|[采採取][样樣](?:频率|頻率|率))"
 )
 _FREQUENCY = re.compile(rf"(?i){_RATE_WORDS}\s{{0,9}}(?:[(\[](?:hz|sps)[)\]]\s{{0,9}})?[=:：]\s{{0,9}}{STEP}")
 _IN_WORDS = re.compile(
     rf"(?i)(?:(?P<word>{_STEP_WORDS}|\b(?:time|equal|uniform|regular) (?:time )?(?:increment|interval|step|spacing)s?"
-    r"|\b(?:equally|evenly|uniformly) spaced|\bspacing|\bincrement)"
-    rf"|(?P<rate>{_RATE_WORDS}|\bf_?s\b)|\b(?:re)?sampl(?:ed|ing)|\bdigiti[sz](?:ed|ation)|\babgetastet|\bmuestreado)"
+    r"|\b(?:equally|evenly|uniformly) spaced|\bspacing|\bincrement|\bstep|\btime[ _]?delta)"
+    rf"|(?P<rate>{_RATE_WORDS}|\bf_?s\b|\brate(?= ?[(\[](?:hz|sps)\b)|\bsampling(?=\s?[=:]))"
+    r"|\brate\b|\bevery\b|\bintervall?o?\b|\b(?:re)?sampl(?:ed|ing)|\bdigiti[sz](?:ed|ation)|\babgetastet|\bmuestreado)"
     r"[\s=:()\[\]]{0,4}(?:(?:was|is|at|of|with|every|in|mit|von|a|de|hz|sps|m?s|sec)[\s=:()\[\]]{1,4}){0,4}"
-    r"(?P<number>\d+(?:\.\d+)?|\.\d+)(?![\d.])\s?(?:(?P<hz>hz|sps|1/s|samples?\s?(?:/|per )\s?s\w*)|(?P<ms>ms|msec\w*|"
-    r"milli\w+)|(?P<s>s|sec\w*))?(?!\w|\s?(?:h|min|hours?|days?|[ckm]?m|%)(?!\w)|\s?[-x:/]\s?\d)"
-    r"|\b(?P<sps>\d+(?:\.\d+)?)\s?(?:sps\b|samples? ?(?:/|per ) ?s|hz sampl)"
+    r"(?P<number>1/\d+|(?:\d+(?:[.,]\d+)?|\.\d+)(?:e[+-]?\d+)?)(?![\d.])\s?"
+    r"(?:(?P<hz>hz|[sf]ps|1/s|samples?\s?(?:/|per )\s?s\w*)|(?P<khz>khz)"
+    r"|(?P<ms>ms|msec\w*|milli\w+)|(?P<us>[uµμ]s(?:ec\w*)?|micro\w+)|(?P<s>s|sec\w*))?"
+    r"(?!\w|\s?(?:h|min|hours?|days?|[ckm]?m|%)(?!\w)|\s?[-x:/]\s?\d)"
+    r"|\b(?P<sps>\d+(?:\.\d+)?)\s?(?:[sf]ps\b|(?:samples?|values?|points?|frames?) ?(?:/|per ) ?s|hz sampl)"
+    r"|(?<![\d.])(?P<apart>\d?\.\d+)[\s-]?s(?:ec\w*)? (?:time )?(?:intervals?|steps?|sampling|spacing)\b"
     r"|^\W*(?P<count>\d{2,8})[\s,]+(?P<step>0?\.\d+)\b"
 )
 """A time step or sampling rate in other wordings, which none is read from: a given one must agree with them."""
@@ -81,7 +86,8 @@ _CHANGED = re.compile(
     r"original|ursprünglich|resampl|remuestr|ricampion|r[ée]-?[ée]chantillon|before|prototype", re.IGNORECASE
 )  # next to a step
 _THINNED = re.compile(
-    r"(?<!before )decimat|diezmad|dezimier|down-?sampl|\bevery (?:\d|second|other)|time scale", re.IGNORECASE
+    r"(?<!before )decimat|diezmad|dezimier|down-?sampl|\bevery (?:\d+(?![\d.]|\s?m?s)|second|other)|time scale",
+    re.IGNORECASE,
 )
 _HERTZ = re.compile(
     r"\s*(?:hz|sps|1/s|(?:[^\W\d]|\.)+\s?(?:/|per |por |al |pro |par |a )\s?s\w*)?\s*(?:[,;]|$)", re.IGNORECASE
@@ -132,12 +138,14 @@ _RESULTANT = re.compile(
     r"(?:a_?(?:cc)?_?)?(?:absolute|total|tot|res|abs|mag)\b|at\b"
 )
 _STAGES = re.compile(
-    r"(?i)raw\b|measured|filtered|corrected|baseline|error|noise|residual|command|feedback|target|achieved|desired|reference"
+    r"(?i)raw\b|measured|(?:un)?filtered|(?:un)?corrected|detrended|denoised|baseline|error|noise|residual|command|feedback|target|achieved|desired|reference"
 )
 _NO_MOTION = re.compile(
     r"(?i)(?:r[xyz]|rot(?:ation)?|roll|pitch|yaw|theta|tilt|drift|jerk|"
-    r"quality|temp|arias|husid|flag|count|sigma|std|stdev|snr|index|se|p?s[adv])(?![a-z])|temperat"
+    r"quality|\|.*\||envelope|rms|temp|arias|husid|flag|count|sigma|std|stdev|snr|index|se|p?s[adv])(?![a-z])|temperat"
 )
+_SLOWER = re.compile(r"[vdu]_?[xyz12]", re.IGNORECASE)
+"""Names of a velocity or displacement by its axis."""
 _ABOVE_GROUND = re.compile(r"(?<![a-z])(?:roof|penthouse|crest|deck|block)(?![a-z])", re.IGNORECASE)
 _COMPONENT = re.compile(r"acc|a\d*(?:_?[a-z]{1,2})?(?![a-z])", re.IGNORECASE)
 _ABOVE, _DWARFS = 4, 20.0
@@ -199,7 +207,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     step = _step(lines, time, header, dt, timed)
     doubt_duration(file, words, n * step)
     given = None if unit is None else given_factor(unit)
-    doubt_factors(file, words)
+    doubt_factors(file, header)
     kept: list[Component] = []
     out: dict[str, list[str]] = {}
     directions = [direction_of(name) for name in names]
@@ -281,6 +289,8 @@ def _is_other(name: str, names: Sequence[str]) -> bool:
     def component(text: str) -> bool:
         return bool(_COMPONENT.match(text) or direction_of(text) or "acceleration" in quantities(text))
 
+    if _SLOWER.fullmatch(name):
+        return True
     if name in ("v", "d", "u") and (len(names) == 1 or any(text.lower() in ("a", "acc") for text in names)):
         return True
     return not component(name) and any(map(component, names))
@@ -492,11 +502,15 @@ def _steps_in_words(header: list[tuple[int, str]], n: int) -> list[float]:
         return []
     steps = []
     for match in (match for _, text in header for match in _IN_WORDS.finditer(text)):
-        number = float(match["number"] or match["sps"] or match["step"])
-        in_time = match["ms"] or match["s"]
-        rate = match["sps"] or match["hz"] or (match["rate"] and number > 1.0 and not in_time)
-        if rate or in_time or match["word"] or match["rate"] or match["count"] == str(n):
-            steps.append(1.0 / (number or math.inf) if rate else number * (1e-3 if match["ms"] else 1.0))
+        whole, _, divisor = (
+            (match["number"] or match["sps"] or match["apart"] or match["step"]).replace(",", ".").partition("/")
+        )
+        factor = 1e3 if match["khz"] else 1e-3 if match["ms"] else 1e-6 if match["us"] else 1.0
+        number = float(whole) / (float(divisor or 1.0) or math.inf) * factor
+        in_time = match["ms"] or match["us"] or match["s"]
+        rate = match["sps"] or match["hz"] or match["khz"] or (match["rate"] and number > 1.0 and not in_time)
+        if rate or in_time or match["apart"] or match["word"] or match["rate"] or match["count"] == str(n):
+            steps.append(1.0 / (number or math.inf) if rate else number)
     return [step for step in steps if 0.0 < step < LONGEST_STEP]
 
 

@@ -17,7 +17,7 @@ from ...core.wording import counted
 from .lines import RecordError
 
 _SURE = (
-    r"ud[12]?|z|[beh][hnlg]z|vert(?:i[ck]\w*)?|верт\w*|d[uü][sş]ey|dikey|senkrecht\w*|pionow\w*|svisl\w*|κατακόρυφ\w*|上下|"
+    r"(?:上下)?ud[12]?|z|[beh][hnlg]z|vert(?:i[ck]\w*)?|верт\w*|d[uü][sş]ey|dikey|senkrecht\w*|pionow\w*|svisl\w*|κατακόρυφ\w*|上下|"
     "[鉛铅垂竖][直向]|수직|상하|عمودی?|قائم"
 )
 """Words for a vertical component anywhere in a name; other words must be the whole name."""
@@ -35,8 +35,12 @@ _ABOVE = re.compile(
 _POINTS = {"N": 0.0, "NS": 0.0, "N-S": 0.0, "E": 90.0, "EW": 90.0, "E-W": 90.0, "S": 180.0, "WE": 90.0, "W": 270.0}
 _BEARING = re.compile(r"([NS])(\d{1,2})([EW])", re.IGNORECASE)
 _DEGREES = re.compile(r"(\d{1,3})(?:\s*deg(?:rees)?)?", re.IGNORECASE)
-# SEED: band, instrument, orientation, location; CH1 is a channel of any recorder.
-_CODE = re.compile(r"(?!CH\d)[BEHLSCVM][HNLG]([NEZ123])(?:\.?\d\d)?")
+# SEED: band, instrument, orientation, location; CH1 is a channel of any recorder, HN3 any of three directions.
+_CODE = re.compile(r"(?!CH\d)[BEHLSCVM][HNLG]([NEZ12])(?:\.?\d\d)?")
+_CHANNELS = re.compile(r"(?:ch(?:an(?:nel)?)?|comp(?:onent)?|canale?|kanal|axis)[0-3]", re.IGNORECASE)
+"""Words that number the three components of a recorder."""
+_EUROPEAN = re.compile(r"(?<=\d{4})([xyz])[a-z]?$", re.IGNORECASE)
+"""End of a name of the European Strong-motion Database, such as 000055za."""
 _LEVEL = re.compile(
     r"[lthxy]\d?|long?|tran?|trn|xte|yln|(?:ns|ew)[12]", re.IGNORECASE
 )  # (horizontal, of no known azimuth)
@@ -50,7 +54,7 @@ _STATED = re.compile(
 _UPWARD = re.compile(
     r"(?i)(?<!no )(?<!without )\b(?P<word>verti[ck]al\w*)\s?(?:comp(?!onents)|komp|acc|motion|record|direction)"
     r"(?!\w*\W+positive|\w* (?:is )?(?:not|left|removed))"
-    r"|\b[ck]ompon\w+ (?P<after>verti[ck]al\w*)|\bdip\s*[:=]\s*(?P<dip>-90)\b"
+    r"|\b[ck]ompon\w+ (?P<after>verti[ck]al\w*)|\b(?:dip|inclination)\s*[:=]?\s*(?P<dip>-90)\b"
     r"|(?-i:\bC(?:OMP|omp)(?:ONENT|onent)?\.?\s+(?:UP|UD|DOWN|Z|V)\b)"
 )
 """Lines of a header about a sensor that stands upright."""
@@ -62,8 +66,8 @@ _AROUND = re.compile(
 )
 _TURNING = re.compile(r"rot|gyr|theta|omega", re.IGNORECASE)
 _NAME = re.compile(
-    r"(?i)(?P<base>.+?)(?:(?P<apart>[-_. ]*)(?P<direction>\d{3}|[ns]\d{1,2}[ew]|zup|up|dwn|down|dn|vrt|vert?|ver|"
-    r"(?:ns|ew|ud)[12]?|we|h1|h2|[nsewvz])|[-_. ]+(?P<letter>[ltvxyzu]\d?|long?|tran?|trn))"
+    r"(?i)(?P<base>.+?)(?:(?P<apart>[-_. 平下]*)(?P<direction>\d{3}|[ns]\d{1,2}[ew]|zup|up|dwn|down|dn|vrt|vert?|ver|"
+    r"(?:ns|ew|ud)[12]?|we|h1|h2|v[123]|[nsewvz])|[-_. ]+(?P<letter>[ltvxyzu]\d?|long?|tran?|trn))"
 )
 _KNET = re.compile(r"\.(?P<direction>NS|EW|UD)(?P<place>[12]?)", re.IGNORECASE)
 _RECORDING = re.compile(r"RSN\d+(?=_)")  # of the NGA databases
@@ -179,7 +183,7 @@ def of_file(path: Path, motion: xr.DataArray) -> tuple[bool, float, str]:
 
 def _named(path: Path) -> tuple[str, str, bool]:
     """Return the direction at the end of a file's name, the name without it, and True if it is set apart."""
-    suffix, name = _KNET.fullmatch(path.suffix), _NAME.fullmatch(path.stem)
+    suffix, name = _KNET.fullmatch(path.suffix), _NAME.fullmatch(_EUROPEAN.sub(r"_\1", path.stem))
     if suffix is not None:
         return suffix["direction"], f"{path.stem}.{suffix['place']}", True
     if name is None:
@@ -234,12 +238,10 @@ def _unknown_of_three(arrays: Sequence[xr.DataArray], words: _Words) -> bool:
     if len(motions) > 1 or levels != [None] or _of_title(motions[0]):
         return len(motions) == 3 and None in levels and False not in levels
     # (numbers of one or two digits are no azimuths)
-    groups = [
-        _levels(re.sub(r"^\d\d?$", "", variant) for variant in variants)
-        for word, variants in words
-        if len(variants) == 3 and direction_of(word) is None
-    ]
-    return any(True in group and False not in group for group in groups)
+    unknown = [variants for word, variants in words if len(variants) == 3 and direction_of(word) is None]
+    groups = [_levels(re.sub(r"^\d\d?$", "", variant) for variant in variants) for variants in unknown]
+    numbered = any(all(map(_CHANNELS.fullmatch, variants)) for variants in unknown)
+    return numbered or any(True in group and False not in group for group in groups)
 
 
 def of_the_ground(

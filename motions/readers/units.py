@@ -96,7 +96,10 @@ _AMPLITUDE = re.compile(
     rf"(?i){_OF_TIME}|\bseismic coefficient[^,;]{{0,20}}"
     r"|\b(?:multiplied|amplified|divided) by (?!a factor)[^,;]{1,20}"
     r"|\b(?:peak[- ]?)?normali[sz]ed (?:to|by|acc|amp|rec|sig)[^,;]{0,20}"
-    r"|\bpeak[- ]?normali[sz]ed|\bshape function|(?:to|must|should) be scaled to|\bnormiert auf [^,;]{1,20}"
+    r"|\bpeak[- ]?normali[sz]ed|\bnorm(?:ali[sz]ed|\.)\W{1,3}acc\w*|\bacc\w*\W{1,3}norm(?:ali[sz]ed)?\b"
+    r"|\ba(?:cc\w*)? ?/ ?(?:pga|a_?max)\b"
+    r"|\bshape function|(?:to|must|should) be scaled to|\bnormiert auf [^,;]{1,20}"
+    r"|\bresponse not (?:removed|corrected)|\bnot corrected for (?:the )?(?:instrument|sensor)\w*"
     r"|\bin (?:m?V|(?:milli)?volts?)\b(?! ?/)|(?<![\d/])(?<!\d )\b(?:milli)?volts?\b(?! ?/| per)"
 )
 """Statements that samples may be of another amplitude or time, or volts."""

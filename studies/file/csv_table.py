@@ -268,6 +268,8 @@ class CsvLine:
                     read = self.number_in if kind is float else self.yes_in if kind is bool else self.count_in
                     value = read(key)
                 words = [part.allowed for part in field.metadata if isinstance(part, WordChoice)]
+                if kind is str and _PLACEHOLDER.fullmatch(value):
+                    self.refuse(key, f"must be written out, or left empty if it does not apply, got {shown(value)}")
                 cells[key] = value.lower() if words and value.lower() in words[0] else value
         return cells
 
@@ -376,5 +378,10 @@ _OTHER_UNITS = re.compile(
     r"\b(?:in|are)\s+(?:[cm]m|inch(?:es)?|ft|feet|foot|centimet\w+|millimet\w+|zentimeter\w*|lbs?|pounds)\b"
 )
 """Units in comments that no heading has."""
+_PLACEHOLDER = re.compile(
+    r"(?i)#n/a|na|<na>|nan|null|[-\s]*(?:[\"″”〃]|'')[-\s]*|dt?to\.?|dit?to|idem|ídem|detto|ebenso|同上|s\.\s?o\."
+    r"|(?:the )?same(?: as above)?|(?:as|see) above|(?:wie|siehe) oben|come sopra|comme ci-dessus"
+)
+"""Texts for an empty cell of another program, or for the cell above."""
 _MARKED = re.compile(r"[ \t]*#\S")
 _THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}[.,]\d{3}", re.ASCII)

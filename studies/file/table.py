@@ -110,7 +110,7 @@ def meant(name: str, keys: Sequence[str]) -> str:
     factor, si = _FACTORS.get(unit, (0.0, ""))
     for key in keys:
         factor_of_key, of = _FACTORS.get(suffix_of(key)[1:], (0.0, ""))
-        if of == si != "" and factor_of_key != factor and bare(key) in (stem, _SAME.get(stem)):
+        if of == si != "" and factor_of_key != factor and bare(key) in (bare(stem), _SAME.get(bare(stem))):
             less = (
                 f"divide by {factor_of_key / factor:g}" if factor_of_key > factor and unit not in {"in", "ft"} else ""
             )
@@ -118,8 +118,8 @@ def meant(name: str, keys: Sequence[str]) -> str:
     # (a unit of no key in brackets, as EUR)
     tried = (name, plain) if si else (name, plain, re.split(r"[\[(]", name)[0].strip())
     near = next((key for key in (nearest_key(word, keys) for word in tried) if key), None)
-    whole = " Then write thousands in full" if near and _THOUSANDS.search(name) else ""
-    return f"did you mean {near!r}?{whole}" if near else ""
+    then = " Then write thousands in full" if _THOUSANDS.search(name) else " Then divide by 100" if "%" in name else ""
+    return f"did you mean {near!r}?{then}" if near else ""
 
 
 _THOUSANDS = re.compile(r"(?i)(?<![a-z])(?:[ktm](?=€|\$|£|eur|usd|chf|gbp)|tsd|thousand|1[ .,']?000|mio|mln|mill)")

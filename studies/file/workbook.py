@@ -90,8 +90,13 @@ class Numeric(str):
         signs = [sign for sign in CURRENCIES if (sign in words if sign.isalpha() else sign in shown + bare)]
         made.money = next(iter([*_CODE.findall(literals), *signs]), "")
         rest = shown.replace(made.money.lower(), "").strip(" .,'()-–\u00a0\u202f")
+        scaled = _SCALED.search(bare)
+        if format_code.startswith(";"):
+            shown = rest = "no digits"
         if _MULTIPLE.fullmatch(shown):
-            rest = "" if _SCALED.search(bare) else shown
+            rest = "" if scaled else shown
+        elif scaled:  # (a person sees 450 where the number is 450000)
+            rest = shown = f"thousands {shown}".strip()
         marked = bare.strip().startswith("-") or re.search(r"""['′″]["\s)]*$""", code)  # (below zero; feet and inches)
         made.unit = (shown or "-") if rest or marked else ""
         return made

@@ -89,6 +89,14 @@ NOTHING = re.compile(
     r"nenhuma?|yok|нет|なし|无"
 )
 """Other words for that, which would be consequences of their own."""
+UNKNOWN = re.compile(
+    r"t\.?b\.?[cd]\.?|n|na|nan|null|<na>|\d+|low|medium|high|(?:see|siehe|voir|vedi) .*"
+    r"|\?+|\.+|…|x|yes|y|true|ja|oui|s[iíì]"
+    r"|evet|да|はい|(?:is )?(?:unknown|not known|unclear)|un(?:bekannt|klar)|offen"
+    r"|inconnue?|sconosciut[oa]|desconocid[oa]"
+    r"|bilinmiyor|неизвестно|不明|未定"
+)
+"""Words that give no effect of a fall."""
 RESERVED = ("number", "loss", "any")
 """Words that cannot be consequences, because results use them for everything that falls."""
 
@@ -224,6 +232,8 @@ class Contents:
             _text("consequence", word)
             if NOTHING.fullmatch(word):
                 raise ValueError(f"consequence must be {HARMLESS!r} where nobody can be harmed, got {word!r}")
+            if UNKNOWN.fullmatch(word):
+                raise ValueError(f"consequence must be the effect of a fall, or empty if it is not known, got {word!r}")
             if word in RESERVED:
                 raise ValueError(f"consequence must not be one of {', '.join(RESERVED)}, got {word!r}")
         self._check_distributions()

@@ -127,6 +127,8 @@ class LineTable(ContentsTable):
         if self.support and self.support not in stands:
             known = f"one of {', '.join(map(repr, stands))}" if stands else "empty: the study has no [[supports]]"
             raise ValueError(f"support must be {known}, got {shown(self.support)}")
+        if re.fullmatch(r"(?i)\W+|n[./]a\.?", self.class_ or ""):
+            raise ValueError(f"class must be a name, or empty if equal sizes are a class, got {shown(self.class_)}")
         words = [word.strip().lower() for word in re.split(r"[|,;]", self.consequence or "")]
         if self.restitution is not None:
             options["e"] = self.restitution

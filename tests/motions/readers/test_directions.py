@@ -149,7 +149,16 @@ def test_three_columns_of_which_none_is_known_to_be_vertical(tmp_path, names):
 
 @pytest.mark.parametrize(
     ("names", "asked"),
-    [("x_NS,x_EW,x_c", True), ("NS,EW,c", True), ("x_NS,x_EW,x_h2", False), ("x_1,x_2,x_c", False), ("a,b,c", False)],
+    [
+        *((f"x_{names}", True) for names in ("HL1,x_HL2,x_HL3", "chan1,x_chan2,x_chan3")),
+        ("a.comp1,a.comp2,a.comp3", True),
+        ("rec1,rec2,rec3", False),
+        ("x_NS,x_EW,x_c", True),
+        ("NS,EW,c", True),
+        ("x_NS,x_EW,x_h2", False),
+        ("x_1,x_2,x_c", False),
+        ("a,b,c", False),
+    ],
 )
 def test_three_files_of_which_none_is_known_to_be_vertical(tmp_path, names, asked):
     for name in names.split(","):

@@ -121,6 +121,7 @@ def test_a_total_acceleration_alone_is_one(tmp_path):
         ("time,acc (g),error (g)", True),
         ("time,acc (g),baseline (g)", True),
         ("time,NS raw (g),NS corrected (g)", True),
+        ("time,uncorrected acceleration (g),corrected acceleration (g)", True),
         ("time,table command (g),table feedback (g)", True),
         ("time,target (g),achieved (g)", True),
         ("time,sensor 1 (g),reference (g)", True),
@@ -265,6 +266,8 @@ def test_a_pulse_before_zeros_is_one(tmp_path):
         ("# units: g\nt,a,v", "v"),
         ("# units: g\nt,ax,temperature", "temperature"),
         ("time,acc (g),sigma (g)", "sigma .g."),
+        ("time,acc (g),envelope (g)", "envelope .g."),
+        ("time,acc (g),|acc| (g)", r"\|acc\| .g."),
         ("time,acc (g),arias (m/s)", "arias .m/s."),
     ],
 )

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import notes_said
+from toppling.studies.kinds.study import OF_TABLES
 
 DT = 0.01
 STUDY = """
@@ -68,6 +70,19 @@ class TestNotes:
         assert check.word == CARE
         assert check.names == ("offset", "drift", "displacement")
         assert "offset (shake" in check.more["sentences"][0]
+
+    def test_what_readers_doubt_is_noted(self, tmp_path):
+        """Input warnings of every kind that a reader of records issues are notes of a study, as they are in Python."""
+        source = "".join(
+            file.read_text(encoding="utf-8") for file in (Path(mo.__file__).parent / "readers").glob("*.py")
+        )
+        assert set(re.findall(r'Doubt\("([^"]+)"', source)) <= set(OF_TABLES)
+        path, file = write(tmp_path), tmp_path / "shake.csv"
+        _, *rows = file.read_text(encoding="utf-8").splitlines()
+        samples = [row.split(",") for row in rows]
+        lines = "".join(f"{time},{x},{float(x) ** 2},{float(x) ** 3}\n" for time, x in samples)
+        file.write_text(f"time (s),CH1 (m/s2),CH2 (m/s2),CH3 (m/s2)\n{lines}", encoding="utf-8")
+        assert any("none of them known to be vertical" in note for note in notes_said(tp.Study.from_toml(path).facts))
 
     def test_a_key_cures_it(self, tmp_path):
         study = tp.Study.from_toml(write(tmp_path, keys="baseline_order = 1"))

@@ -169,6 +169,40 @@ BAD_FILES = [
         )
         for word in ("no", "keine", "Aucun", "-", "n/a", "0")
     ),
+    *(
+        (
+            f"catalogue,floor,consequence\nbookcase-5-shelf,1,{word}\n",
+            "column 'consequence': must be the effect of a fall, or empty if it is not known",
+        )
+        for word in (
+            "TBD",
+            "?",
+            "x",
+            "yes",
+            "N",
+            "3",
+            "high",
+            "see remarks",
+            "unbekannt",
+            "injury | unknown",
+            "injury|nan",
+        )
+    ),
+    *(
+        (
+            f"catalogue,floor,{column}\nbookcase-5-shelf,1,{word}\n",
+            f"column {column!r}: must be written out, or left empty",
+        )
+        for column, word in (
+            *(
+                ("consequence", word)
+                for word in ("nan", "NULL", "<NA>", "dto.", "ditto", "s.o.", '""""', "Same as above")
+            ),
+            *(("class", "NaN"), ("currency", "nan"), ("room", "idem"), ("item", "NA"), ("anchored", "null")),
+        )
+    ),
+    ("catalogue,floor,class\nbookcase-5-shelf,1,n/a\n", "column 'class': must be a name, or empty if equal sizes"),
+    ("catalogue,floor,class\nbookcase-5-shelf,1,-\n", "column 'class': must be a name, or empty if equal sizes"),
     (
         "catalogue,floor,cost_median,cost_dispersion\nbookcase-5-shelf,1,50,-0.1\n",
         "line 2, column 'cost_dispersion': must be >= 0, got -0.1",
@@ -481,6 +515,8 @@ PLAIN_FILES = [
         ("item,Height [in],floor", "did you mean 'height_m'? Then multiply by 0.0254"),
         ("item,weight (t),floor", "did you mean 'mass_kg'? Then multiply by 1000"),
         ("item,anchor_strength_kn,floor", "did you mean 'anchor_strength_n'? Then multiply by 1000"),
+        ("item,width_m (mm),floor", "did you mean 'width_m'? Then divide by 1000"),
+        ("item,injury_probability (%),floor", "did you mean 'injury_probability'? Then divide by 100"),
         ("item,Value (EUR),floor", "did you mean 'value'?"),
         *(
             (f"item,value ({unit}),floor", "did you mean 'value'? Then write thousands in full")
@@ -738,6 +774,7 @@ class TestWorkbooks:
             ("0.0 [$k€-407]", True),
             ('0".000"', True),
             ('0.0," k€"', False),  # (shows 1200 as 1.2 k€)
+            *((code, True) for code in ("#,##0,", "0.0,", '0.0," €"', "0.0,,", ";;;")),  # (show 1200 as 1)
             ("#,##0.0\\ [$€-407]", False),
             ('#,##0.0" EUR"', False),
             ('0.0" MXN"', False),
