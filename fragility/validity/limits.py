@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array
-from ...core.wording import counted
+from ...core.wording import counted, short_digits
 from ..numerics.proportions import runs_for_half_width, wilson_half_width
 from ..runs.provenance import BED
 from .reasons import ELASTIC_MODE, SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, SQUAT
@@ -17,6 +17,9 @@ MOST = 0.5
 """Share of runs, or of a rate, above which, for every block and law, results are not valid."""
 HOPELESS = 4.0
 """Ratio of the ends of every median's interval above which medians are not valid."""
+PLAIN = "pga", "pgv", "pgd", "cav"
+"""Measures that grow with the scale factor and are coordinates of runs."""
+SAME = 1e-6
 NO_BETTER_THAN = 0.3
 """Half width of the interval of a probability of 1/2 above which the number of motions is not valid."""
 
@@ -51,6 +54,7 @@ def of_runs(data: xr.Dataset, motions: int) -> Iterator[str]:
             f"{counted(copies, 'motion')} of {data.sizes['motion']:,} repeat another by label and outcomes: copies "
             "make intervals too narrow"
         )
+    yield from _levels_changed(data)
     if "outside" not in data or 0 in data["outside"].shape:
         return
     if mostly(data["outside"].sel(reason=SQUAT.name)):
@@ -73,6 +77,29 @@ def _copies(data: xr.Dataset) -> int:
     flags = np.moveaxis(data["overturned"].values, data["overturned"].dims.index("motion"), 0).astype(bool)
     seen = [(label, row.tobytes()) for label, row in zip(labels, flags, strict=True)]
     return len(seen) - len({*seen})
+
+
+def _levels_changed(data: xr.Dataset) -> Iterator[str]:
+    """Yield the sentences on levels that were changed or joined after the runs: their scale factors show it."""
+    if "level" not in data.coords or "scale_factor" not in data or 0 in data["scale_factor"].shape:
+        return
+    levels, im = data["level"].values.astype(float), str(data["level"].attrs.get("im", ""))
+    if len({*levels.tolist()}) < levels.size:
+        yield "a level stands there twice, so that its runs count twice: join runs of different levels alone"
+        return
+    if {*data["scale_factor"].dims} != {"level", "motion"} or im not in PLAIN or data.sizes["motion"] < 2:
+        return
+    given = data.coords.get(im)
+    if given is None or given.dims != ("motion",):
+        return
+    ratios = data["scale_factor"].transpose("level", "motion").values * given.values / levels[:, None]
+    first = ratios[0]
+    # (measures of floors or components under levels of the ground differ from motion to motion, but not with the level)
+    if not bool((abs(ratios / first - 1.0) < SAME).all()):
+        yield "scale factors do not grow with the levels: runs of other levels or measures were joined or relabelled"
+    elif bool((abs(first / first[0] - 1.0) < SAME).all()) and abs(first[0] - 1.0) > SAME:
+        unit = str(data["level"].attrs.get("units", ""))
+        yield f"levels are {short_digits(1.0 / first[0])} times the {im} of the scaled motions: keep them in {unit}"
 
 
 def of_curves(curves: xr.Dataset) -> Iterator[str]:

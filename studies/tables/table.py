@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...core.doubts import first_of
 from ...core.wording import (
     about_percent,
     about_years,
@@ -27,11 +28,12 @@ from ...core.wording import (
     two_digits,
 )
 from ...fragility.hazard.poisson import probability_in
+from ...fragility.runs.provenance import tilt_limits
 from ..buildings.recommendations import Range
 from ..text.block_order import chosen_of
 from ..text.names import clean
 from ..text.reached import BELOW, FLAT
-from ..text.words import NOT_REACHED
+from ..text.words import NOT_REACHED, block_title
 
 ENDS = "", "_lower", "_upper"
 DASH = "–"
@@ -245,6 +247,12 @@ def intervals(results: xr.Dataset, rows: Iterable[Cells | str] = ()) -> str:
     cells = [column.text(value) for row in rows if not isinstance(row, str) for column, value in row.items()]
     reason = f" {AGREEING}" if any(UNBOUNDED in cell for cell in cells) else ""
     return INTERVALS.format(confidence_text(results)) + reason
+
+
+def tilted(results: xr.Dataset) -> str:
+    """Return the note on tilts that count as overturning; empty without any."""
+    limits = [f"{block_title(name)} {degrees:.3g}°" for name, degrees in tilt_limits(results).items()]
+    return f"A tilt counts as overturning, even if the piece returns: {first_of(limits)}." if limits else ""
 
 
 def chosen(results: xr.Dataset) -> str:

@@ -36,6 +36,7 @@ records = "*.csv"
 [ida]
 levels = {{ from = 0.1, to = {highest}, number = 4, unit = "g" }}
 """
+OF = "e", "restitution_factor"
 HOLE = "period (s), sa (g)\n0.05, 0.8\n0.3, 0.8\n0.31, 0.05\n0.33, 0.05\n0.34, 0.8\n4, 0.1\n"
 
 
@@ -292,7 +293,9 @@ class TestCorrections:
         path = write(tmp_path, offset=0.0)
         text = path.read_text(encoding="utf-8")
         drawn = f'[uncertainty]\nsamples = 4\n[uncertainty.inputs]\ne = {{ distribution = "uniform", lower = {e}, upper'
-        for changed in (text.replace("e = 0.9", f"e = {e}"), f"{text}{drawn} = {float(e) + 0.01} }}\n"):
+        drawn = f"{text}{drawn} = {float(e) + 0.01} }}\n"
+        of_factor = drawn.replace("e = 0.9\n", "").replace("\ne = {", "\nrestitution_factor = {")
+        for changed in (*(text.replace("\ne = 0.9", f"\n{of} = {e}") for of in OF), drawn, of_factor):
             path.write_text(changed, encoding="utf-8")
             assert any("restitution below 0.3" in note for note in tp.Study.from_toml(path).notes) == (e == "0.09")
         shake = str(tmp_path / "shake.csv")
@@ -318,6 +321,7 @@ class TestCorrections:
             ("near-fault", "f_c_hz = 6.67", "f_c: 6.67 Hz"),
             ("seismological", "q0 = 1.8", "q0: 1.8"),
             ("seismological", "kappa_s = 0.4", "kappa: 0.4 s"),
+            ("clough-penzien", "duration_s = 0.5", "duration: 0.5 s, usual are 1 to 10000 s: minutes?"),
             ("seismological", "q0 = 50 # of the step", ""),
             ("seismological", "q0 = 50\nkappa_s = 0", ""),
         ],
