@@ -18,7 +18,7 @@ from ...motions.arrays import floor_coordinates
 from ...motions.intensity.naming import FLOOR, GROUND, place_in
 from ..curves.curve import ISOTONIC, LINKED, UPLIFT
 from ..fitting.links import LOGNORMAL
-from ..fitting.states import ABSENT, OK
+from ..fitting.states import ABSENT, DIRECTIONS, OK, OVERTURNED, state_named
 from ..runs.provenance import levels_of_the_ground, tilt_limits
 from .files import ExchangeError
 from .ids import OPENQUAKE_MARKS, TABLE_MARKS, check_ids, is_id, make_ids
@@ -109,7 +109,7 @@ def curve_set(curves: xr.Dataset, marks: str, chosen: Sequence[str] | None = Non
 def _state(curves: xr.Dataset) -> str:
     """Return the limit state of curves, with the tilts that count as overturning, too."""
     state, limits = _text(curves.attrs.get("state", OVERTURNING)), tilt_limits(curves)
-    if state != OVERTURNING or not limits:
+    if not limits or state_named(state) not in (OVERTURNED, *DIRECTIONS):
         return state
     tilts = " or ".join(f"{limit:.3g}°" for limit in sorted({*limits.values()}))
     return f"{state} or a tilt of {tilts}{'' if len(limits) == curves['block'].size else ' of some blocks'}"

@@ -80,26 +80,27 @@ def _copies(data: xr.Dataset) -> int:
 
 
 def _levels_changed(data: xr.Dataset) -> Iterator[str]:
-    """Yield the sentences on levels that were changed or joined after the runs: their scale factors show it."""
-    if "level" not in data.coords or "scale_factor" not in data or 0 in data["scale_factor"].shape:
+    """Yield the sentences on levels that were changed or joined after the runs: measures of scaled motions show it."""
+    axis = "level" if "level" in data.dims else "intensity"
+    if axis not in data.coords or "motion" not in data.dims or data.sizes["motion"] < 2:
         return
-    levels, im = data["level"].values.astype(float), str(data["level"].attrs.get("im", ""))
-    if len({*levels.tolist()}) < levels.size:
+    levels, factors = data[axis], data.get("scale_factor", xr.DataArray(1.0))
+    if levels.dims == ("level",) and len({*levels.values.tolist()}) < levels.size:
         yield "a level stands there twice, so that its runs count twice: join runs of different levels alone"
         return
-    if {*data["scale_factor"].dims} != {"level", "motion"} or im not in PLAIN or data.sizes["motion"] < 2:
+    im = str(levels.attrs.get("im", data.attrs.get("im", "")))
+    if im not in PLAIN or im not in data.coords or data[im].dims != ("motion",):
         return
-    given = data.coords.get(im)
-    if given is None or given.dims != ("motion",):
+    ratios = factors * data[im] / levels
+    if {*ratios.dims} - {"level", "motion"} or 0 in ratios.shape:
         return
-    ratios = data["scale_factor"].transpose("level", "motion").values * given.values / levels[:, None]
-    first = ratios[0]
+    ratios = ratios.transpose("motion", ...).values.reshape(data.sizes["motion"], -1)
     # (measures of floors or components under levels of the ground differ from motion to motion, but not with the level)
-    if not bool((abs(ratios / first - 1.0) < SAME).all()):
+    if not bool((abs(ratios / ratios[:, :1] - 1.0) < SAME).all()):
         yield "scale factors do not grow with the levels: runs of other levels or measures were joined or relabelled"
-    elif bool((abs(first / first[0] - 1.0) < SAME).all()) and abs(first[0] - 1.0) > SAME:
-        unit = str(data["level"].attrs.get("units", ""))
-        yield f"levels are {short_digits(1.0 / first[0])} times the {im} of the scaled motions: keep them in {unit}"
+    elif bool((abs(ratios / ratios[0] - 1.0) < SAME).all()) and abs(ratios[0, 0] - 1.0) > SAME:
+        unit, times = str(levels.attrs.get("units", "")), short_digits(1.0 / ratios[0, 0])
+        yield f"levels are {times} times the {im} of the scaled motions: keep them in {unit}"
 
 
 def of_curves(curves: xr.Dataset) -> Iterator[str]:

@@ -27,6 +27,7 @@ from ...core.wording import (
     three_digits,
     two_digits,
 )
+from ...fragility.fitting.states import DIRECTIONS, OVERTURNED, state_name, state_named
 from ...fragility.hazard.poisson import probability_in
 from ...fragility.runs.provenance import tilt_limits
 from ..buildings.recommendations import Range
@@ -251,7 +252,9 @@ def intervals(results: xr.Dataset, rows: Iterable[Cells | str] = ()) -> str:
 
 def tilted(results: xr.Dataset) -> str:
     """Return the note on tilts that count as overturning; empty without any."""
-    limits = [f"{block_title(name)} {degrees:.3g}°" for name, degrees in tilt_limits(results).items()]
+    state = state_named(str(results.attrs.get("state", state_name(OVERTURNED))))
+    tilts = tilt_limits(results).items() if state in (OVERTURNED, *DIRECTIONS) else ()
+    limits = [f"{block_title(name)} {degrees:.3g}°" for name, degrees in tilts]
     return f"A tilt counts as overturning, even if the piece returns: {first_of(limits)}." if limits else ""
 
 

@@ -35,6 +35,7 @@ def test_a_tilt_that_counts_as_overturning_is_noted(dim):
     results = xr.Dataset(coords={dim: ["vessel", "shelf", "case"], "scene": (dim, scenes)})
     assert tilted(results).endswith(": vessel 5°.")
     assert tilted(results.isel({dim: [1, 2]})) == tilted(results.drop_vars("scene")) == ""
+    assert tilted(results.assign_attrs(state="uplift")) == ""
 
 
 class TestUncertain:
