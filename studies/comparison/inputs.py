@@ -9,7 +9,7 @@ import numpy as np
 from ...core.doubts import first_names
 from ...core.facts import Fact
 from ...core.wording import short_digits
-from ...fragility.runs.provenance import number_of_motions
+from ...fragility.runs.provenance import EDGE, SCENE, blocks_of, number_of_motions
 from ...motions.arrays import POLARITY
 from ..store.differences import APART, changes, corrects, makes_motions
 from .sides import PIECES, Matched, Side, same_motions
@@ -47,6 +47,7 @@ def inputs_that_differ(a: Side, b: Side, matched: Mapping[str, Matched]) -> Iter
         if values[0] != values[1]:
             yield Fact("comparison.input", names=(key, *values))
     yield from _numbers(a, b, matched["item" if a.kind == PIECES else "block"], matched["model"])
+    yield from _surroundings(a, b, matched["item" if a.kind == PIECES else "block"])
 
 
 def notes_on_inputs(a: Side, b: Side, differ: bool, resampled: bool) -> Iterator[Fact]:
@@ -68,7 +69,8 @@ def notes_on_inputs(a: Side, b: Side, differ: bool, resampled: bool) -> Iterator
         grids[0].shape == grids[1].shape and np.allclose(grids[0], grids[1], rtol=ROUNDING, atol=0.0)
     ):
         yield Fact("comparison.other_levels")
-    if not differ and a.path.resolve() != b.path.resolve():
+    same_blocks = a.study.get("blocks") == b.study.get("blocks") and a.study.get("models") == b.study.get("models")
+    if not differ and same_blocks and a.path.resolve() != b.path.resolve():
         yield Fact("comparison.files_changed")
 
 
@@ -102,6 +104,21 @@ def _numbers(a: Side, b: Side, matched: Matched, laws: Matched) -> Iterator[Fact
             if not _equal(old, new) or (units[0] != units[1] and _value(old)):
                 values = (f"{text}{unit}" if text else "" for text, unit in zip(_values(old, new), units, strict=True))
                 yield Fact("comparison.input", names=(name, *values), more={"of": label})
+
+
+def _surroundings(a: Side, b: Side, matched: Matched) -> Iterator[Fact]:
+    """Yield walls, kits, edges, leans, limits of tilt and depths that differ between blocks or pieces of one name."""
+    dim = "item" if a.kind == PIECES else "block"
+    if not any(name in side.results.coords for side in (a, b) for name in (SCENE, EDGE, "depth")):
+        return
+    before, after = (blocks_of(side.results.rename({dim: "block"} if dim == "item" else {})) for side in (a, b))
+    for i, j in matched.pairs:
+        old, new = (
+            ", ".join([*block.scene_words, *([] if block.depth is None else [f"{block.depth:g} m deep"])])
+            for block in (before[i], after[j])
+        )
+        if old != new:
+            yield Fact("comparison.input", names=("surroundings", old, new), more={"of": before[i].label})
 
 
 def _keys(a: Side, b: Side) -> Iterator[Fact]:

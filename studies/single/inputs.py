@@ -136,6 +136,8 @@ def motion_of(
         if name in shaking.PULSES:
             keys |= {"pulse": name}
             if period is not None:
+                if "omega_rad_s" in keys:
+                    raise StudyError("give --period or --set omega_rad_s, not both")
                 keys["omega_rad_s"] = 2.0 * math.pi / quantity("--period", period, SECOND)
             elif "omega_rad_s" not in keys:
                 raise StudyError(f"pulse {name!r} needs its --period, such as 0.5s")

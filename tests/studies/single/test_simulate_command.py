@@ -334,6 +334,8 @@ class TestMotions:
     def test_a_key_twice(self):
         with pytest.raises(StudyError, match="--set duration_s: must be given once"):
             motion_of("clough-penzien", settings=["duration_s=5", "dt_s=0.01", "duration_s=6"])
+        with pytest.raises(StudyError, match="give --period or --set omega_rad_s, not both"):
+            motion_of("ricker", settings=["omega_rad_s=3"], period="1s")
 
     def test_a_table_without_step_and_unit(self, tmp_path):
         (tmp_path / "a.csv").write_text("\n".join(["0", "1", "-1", "0.5"] * 5))
