@@ -153,8 +153,8 @@ def restitution_doubts(given: Iterable[tuple[str, float | None]]) -> list[Doubt]
 
 
 def stated_restitution_doubts(models: Iterable[Model]) -> list[Doubt]:
-    """Return the input warning on coefficients of restitution that laws state."""
-    return restitution_doubts((law.label, law.options.get("e")) for law in models)
+    """Return the input warning on coefficients of restitution that laws state, or their factors on the block's own."""
+    return restitution_doubts((law.label, law.options.get(of)) for law in models for of in ("e", "restitution_factor"))
 
 
 def law_doubts(blocks: Sequence[Block], models: Iterable[Model], outputs: Sequence[str]) -> list[Doubt]:

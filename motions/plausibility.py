@@ -78,6 +78,7 @@ USUAL: dict[str, tuple[float, float, str, str]] = {
     "stress_drop": (3e5, 1e8, "Pa", "bar or kPa?"),
     "distance": (100.0, 1e6, "m", "km?"),
     "dt": (1e-5, 0.05, "s", "a frequency in Hz, or milliseconds?"),
+    "duration": (1.0, 1e4, "s", "minutes?"),
     "standard deviation of the restitution": (1e-4, 0.15, "", "per cent?"),
     "dispersion of the slenderness": (1e-4, 0.3, "", "per cent?"),
     "discount rate": (1e-4, 0.2, "", "per cent?"),

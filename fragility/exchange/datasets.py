@@ -19,8 +19,8 @@ from ...motions.arrays import floor_coordinates
 from ...motions.intensity.naming import FLOOR, GROUND, place_in
 from ..curves.curve import ISOTONIC, LINKED, UPLIFT
 from ..fitting.links import LOGNORMAL
-from ..fitting.states import ABSENT, OK
-from ..runs.provenance import levels_of_the_ground
+from ..fitting.states import ABSENT, DIRECTIONS, OK, OVERTURNED, state_named
+from ..runs.provenance import levels_of_the_ground, tilt_limits
 from .files import ExchangeError
 from .ids import OPENQUAKE_MARKS, TABLE_MARKS, check_ids, is_id, make_ids
 from .rows import (
@@ -103,9 +103,18 @@ def curve_set(curves: xr.Dataset, marks: str, chosen: Sequence[str] | None = Non
         levels,
         title,
         tuple(_text(floor) for floor in curves["floor"].values.reshape(-1)) if "floor" in curves.coords else (),
-        _text(curves.attrs.get("state", OVERTURNING)),
+        _state(curves),
         GROUND if at_ground else place_in(str(of_levels.attrs.get("long_name", ""))) or FLOOR,
     )
+
+
+def _state(curves: xr.Dataset) -> str:
+    """Return the limit state of curves, with the tilts that count as overturning, too."""
+    state, limits = _text(curves.attrs.get("state", OVERTURNING)), tilt_limits(curves)
+    if not limits or state_named(state) not in (OVERTURNED, *DIRECTIONS):
+        return state
+    tilts = " or ".join(f"{limit:.3g}°" for limit in sorted({*limits.values()}))
+    return f"{state} or a tilt of {tilts}{'' if len(limits) == curves['block'].size else ' of some blocks'}"
 
 
 def curve_dataset(curves: CurveSet, source: str) -> xr.Dataset:

@@ -105,7 +105,7 @@ _NOT_USED = re.compile(
     r"|(?:[^\s#;,]+ ){1,4}(?<!mean )(?<!horizontal )only(?![a-z])"
     r"|(?:only|excluding|without) (?:\w+ )?(?:source|fault|zone|background|subduction|crustal)[^#;,]{0,20}"
     r"|(?:at least one|any|aggregat\w+|averag\w+)(?: of| over)? \d+ sites"
-    r"|(?:branch|rlz|reali[sz]ation)\W{0,3}\d+(?: of \d+)?|(?<![a-z])weight\W{1,3}0?\.\d+"
+    r"|(?:branch|reali[sz]ation)\W{0,3}\d+(?: of \d+)?|(?<![a-z])weight\W{1,3}0?\.\d+"
     r"|(?<![a-z])(?:ln|log(?:10)?|logarithms?) ?(?:of |\()(?:the )?(?:pg|sa|level|rate|ground|prob)\w*|log base 10"
     r"|(?<!return )(?<!time )(?<![a-z])period\s?[:=]\s?0?\.?[1-9][\d.]*\s?(?:s(?:ec\w*)?(?![a-z])|(?=#|$))"
     r"|factors?(?![a-z])[^#;,]{0,30} (?:not (?:applied|included)|to be applied)"

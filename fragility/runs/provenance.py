@@ -277,6 +277,16 @@ def blocks_of(runs: xr.Dataset) -> list[Block]:
     ]
 
 
+def tilt_limits(results: xr.Dataset) -> dict[str, float]:
+    """Return the rotations (degrees) that count as overturning, by block or line of an inventory that has one."""
+    dim = "block" if "block" in results.coords else "item"
+    if SCENE not in results.coords or results[SCENE].dims != (dim,):
+        return {}
+    scenes = zip(results[dim].values, results[SCENE].values, strict=True)
+    limits = {str(label): json.loads(str(text)).get("tilt_limit") for label, text in scenes}
+    return {label: math.degrees(limit) for label, limit in limits.items() if limit is not None}
+
+
 def laws_of(runs: xr.Dataset) -> list[Law]:
     """Return the laws of labelled runs, from their configuration; ValueError if it does not contain them."""
     try:

@@ -43,6 +43,10 @@ WIDEST = 1.5
 """Maximum logarithmic standard deviation of a property: of strengths it is 0.2 to 0.6 (assumed)."""
 FAR = 3.0
 """Standard score beyond which the nominal value is no sample."""
+FACTORS = ("alpha_factor", "R_factor")
+"""Inputs that multiply a number of the nominal block."""
+OFF = 2.0
+"""Ratio of a factor to 1, beyond which it is no factor but the number itself, an angle or a size."""
 
 
 @dataclass(frozen=True)
@@ -265,7 +269,7 @@ class RandomInputs:
 
 def input_doubts(inputs: RandomInputs, blocks: Sequence[Block], models: Sequence[Law] = ()) -> list[Doubt]:
     """Return the input warnings on inputs that are never near a nominal block or law, or that scatter too much."""
-    odd, wide = [], []
+    odd, wide, factors = [], [], []
     for name, law in inputs.distributions.items():
         if name == LAW:
             continue
@@ -286,7 +290,11 @@ def input_doubts(inputs: RandomInputs, blocks: Sequence[Block], models: Sequence
                 unit = "" if known.units == DIMENSIONLESS else f" {known.units}"
                 given = f"{known.long_name} {value:.4g}{unit}"
                 odd.append(f"{label}: {given}, the input is {low:.4g} to {high:.4g}{unit}")
+        if name in FACTORS and not low / OFF <= 1.0 <= OFF * high:
+            factors.append(f"{name}: {low:.4g} to {high:.4g}")
     what = f"samples do not reach the block or law that they are of ({first_of(odd)}): another unit, or half of a size?"
     doubts = [Doubt("units", what)] if odd else []
     slip = f"inputs scatter more than any known property ({first_of(wide)}): per cent, or another unit?"
-    return [*doubts, *([Doubt("units", slip)] if wide else [])]
+    doubts += [Doubt("units", slip)] if wide else []
+    far = f"factors are all beyond 1/2 to 2 ({first_of(factors)}): an angle or a size in place of a factor?"
+    return [*doubts, *([Doubt("units", far)] if factors else [])]

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array
-from ...core.wording import counted
+from ...core.wording import counted, short_digits
 from ..numerics.proportions import runs_for_half_width, wilson_half_width
 from ..runs.provenance import BED
 from .reasons import ELASTIC_MODE, SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, SQUAT
@@ -17,6 +17,9 @@ MOST = 0.5
 """Share of runs, or of a rate, above which, for every block and law, results are not valid."""
 HOPELESS = 4.0
 """Ratio of the ends of every median's interval above which medians are not valid."""
+PLAIN = "pga", "pgv", "pgd", "cav"
+"""Measures that grow with the scale factor and are coordinates of runs."""
+SAME = 1e-6
 NO_BETTER_THAN = 0.3
 """Half width of the interval of a probability of 1/2 above which the number of motions is not valid."""
 
@@ -51,6 +54,7 @@ def of_runs(data: xr.Dataset, motions: int) -> Iterator[str]:
             f"{counted(copies, 'motion')} of {data.sizes['motion']:,} repeat another by label and outcomes: copies "
             "make intervals too narrow"
         )
+    yield from _levels_changed(data)
     if "outside" not in data or 0 in data["outside"].shape:
         return
     if mostly(data["outside"].sel(reason=SQUAT.name)):
@@ -73,6 +77,30 @@ def _copies(data: xr.Dataset) -> int:
     flags = np.moveaxis(data["overturned"].values, data["overturned"].dims.index("motion"), 0).astype(bool)
     seen = [(label, row.tobytes()) for label, row in zip(labels, flags, strict=True)]
     return len(seen) - len({*seen})
+
+
+def _levels_changed(data: xr.Dataset) -> Iterator[str]:
+    """Yield the sentences on levels that were changed or joined after the runs: measures of scaled motions show it."""
+    axis = "level" if "level" in data.dims else "intensity"
+    if axis not in data.coords or "motion" not in data.dims or data.sizes["motion"] < 2:
+        return
+    levels, factors = data[axis], data.get("scale_factor", xr.DataArray(1.0))
+    if levels.dims == ("level",) and len({*levels.values.tolist()}) < levels.size:
+        yield "a level stands there twice, so that its runs count twice: join runs of different levels alone"
+        return
+    im = str(levels.attrs.get("im", data.attrs.get("im", "")))
+    if im not in PLAIN or im not in data.coords or data[im].dims != ("motion",):
+        return
+    ratios = factors * data[im] / levels
+    if {*ratios.dims} - {"level", "motion"} or 0 in ratios.shape:
+        return
+    ratios = ratios.transpose("motion", ...).values.reshape(data.sizes["motion"], -1)
+    # (measures of floors or components under levels of the ground differ from motion to motion, but not with the level)
+    if not bool((abs(ratios / ratios[:, :1] - 1.0) < SAME).all()):
+        yield "scale factors do not grow with the levels: runs of other levels or measures were joined or relabelled"
+    elif bool((abs(ratios / ratios[0] - 1.0) < SAME).all()) and abs(ratios[0, 0] - 1.0) > SAME:
+        unit, times = str(levels.attrs.get("units", "")), short_digits(1.0 / ratios[0, 0])
+        yield f"levels are {times} times the {im} of the scaled motions: keep them in {unit}"
 
 
 def of_curves(curves: xr.Dataset) -> Iterator[str]:

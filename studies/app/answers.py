@@ -421,9 +421,7 @@ def compared_of(variant: xr.Dataset, piece: xr.Dataset, path: Path) -> Compariso
     for name, results in (("A", variant), ("B", piece)):
         # (blocks are matched by their names, which a variant may have changed)
         renamed = results.assign_coords(block=[MATCHED])
-        study = json.loads(str(results.attrs["study"]))
-        study["blocks"][0]["name"] = MATCHED
-        sides.append(Side(name, path, renamed, study))
+        sides.append(Side(name, path, renamed, json.loads(str(results.attrs["study"]))))
     first, second = (str(side.results["model"].values[reference_law(side.results)[0]]) for side in sides)
     return side_by_side(sides[0], sides[1], (first, second))
 

@@ -58,9 +58,9 @@ class Mixture(ABC):
         """Return the means (…, point, motion) of values (…, level, motion) that are `nothing` if nothing falls."""
         shares = self.shares
         means = np.empty((*values.shape[:-2], shares.shape[0], values.shape[-1]))
-        means[...] = nothing * shares[:, 0][:, None]
+        means[...] = nothing  # (exactly, if all values are: shares sum to 1 but for rounding)
         for level in range(values.shape[-2]):  # (in the order of the levels, whatever the other dimensions are)
-            means += shares[:, level + 1][:, None] * values[..., level, :][..., None, :]
+            means += shares[:, level + 1][:, None] * (values[..., level, :] - nothing)[..., None, :]
         return means
 
 

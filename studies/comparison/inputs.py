@@ -9,7 +9,7 @@ import numpy as np
 from ...core.doubts import first_names
 from ...core.facts import Fact
 from ...core.wording import short_digits
-from ...fragility.runs.provenance import number_of_motions
+from ...fragility.runs.provenance import EDGE, SCENE, blocks_of, number_of_motions
 from ...motions.arrays import POLARITY
 from ..store.differences import APART, changes, corrects, makes_motions
 from .sides import PIECES, Matched, Side, same_motions
@@ -17,14 +17,12 @@ from .sides import PIECES, Matched, Side, same_motions
 ROUNDING = 1e-9
 """Relative difference of two numbers that were written in different units."""
 UNCOMPARED = (*APART, "blocks", "blocks_file", "models")
-"""Keys that do not change results, or that are compared by the labels and numbers in the results, or by block."""
+"""Keys that do not change results, or that are compared by the labels and numbers in the results."""
 DRAWN = (
     *(f"{of}_{part}" for of in ("cost", "downtime") for part in ("median", "dispersion", "distribution")),
     *("persons_exposed", "injury_probability"),
 )
 OF_BLOCKS = ("width", "height", "cm_height", "inertia_factor", "e")
-BY_NUMBERS = ("name", "catalogue", "width_m", "height_m", "cm_height_m", "inertia_factor", "alpha_rad", "R_m")
-"""Keys of blocks that are compared by the labels and numbers in the results."""
 OF_PIECES = (
     *("anchored", "count", "floor", "room", "direction", *OF_BLOCKS),
     *("value", "anchoring_cost", "consequences", *DRAWN),
@@ -49,8 +47,7 @@ def inputs_that_differ(a: Side, b: Side, matched: Mapping[str, Matched]) -> Iter
         if values[0] != values[1]:
             yield Fact("comparison.input", names=(key, *values))
     yield from _numbers(a, b, matched["item" if a.kind == PIECES else "block"], matched["model"])
-    if a.kind != PIECES:
-        yield from _of_blocks(a, b, matched["block"])
+    yield from _surroundings(a, b, matched["item" if a.kind == PIECES else "block"])
 
 
 def notes_on_inputs(a: Side, b: Side, differ: bool, resampled: bool) -> Iterator[Fact]:
@@ -72,7 +69,8 @@ def notes_on_inputs(a: Side, b: Side, differ: bool, resampled: bool) -> Iterator
         grids[0].shape == grids[1].shape and np.allclose(grids[0], grids[1], rtol=ROUNDING, atol=0.0)
     ):
         yield Fact("comparison.other_levels")
-    if not differ and a.path.resolve() != b.path.resolve():
+    same_blocks = a.study.get("blocks") == b.study.get("blocks") and a.study.get("models") == b.study.get("models")
+    if not differ and same_blocks and a.path.resolve() != b.path.resolve():
         yield Fact("comparison.files_changed")
 
 
@@ -108,15 +106,19 @@ def _numbers(a: Side, b: Side, matched: Matched, laws: Matched) -> Iterator[Fact
                 yield Fact("comparison.input", names=(name, *values), more={"of": label})
 
 
-def _of_blocks(a: Side, b: Side, matched: Matched) -> Iterator[Fact]:
-    """Yield the other keys of blocks that differ, such as walls and restraints."""
-    named = [{table.get("name"): table for table in side.study.get("blocks", [])} for side in (a, b)]
-    for pair in matched.pairs:
-        labels = [str(side.results["block"].values[at]) for side, at in zip((a, b), pair, strict=True)]
-        tables = [of.get(label, {}) for of, label in zip(named, labels, strict=True)]
-        before, now = ({key: table[key] for key in table if key not in BY_NUMBERS} for table in tables)
-        for change in changes(before, now) if all(tables) else ():
-            yield Fact("comparison.input", names=change, more={"of": labels[0]})
+def _surroundings(a: Side, b: Side, matched: Matched) -> Iterator[Fact]:
+    """Yield walls, kits, edges, leans, limits of tilt and depths that differ between blocks or pieces of one name."""
+    dim = "item" if a.kind == PIECES else "block"
+    if not any(name in side.results.coords for side in (a, b) for name in (SCENE, EDGE, "depth")):
+        return
+    before, after = (blocks_of(side.results.rename({dim: "block"} if dim == "item" else {})) for side in (a, b))
+    for i, j in matched.pairs:
+        old, new = (
+            ", ".join([*block.scene_words, *([] if block.depth is None else [f"{block.depth:g} m deep"])])
+            for block in (before[i], after[j])
+        )
+        if old != new:
+            yield Fact("comparison.input", names=("surroundings", old, new), more={"of": before[i].label})
 
 
 def _keys(a: Side, b: Side) -> Iterator[Fact]:

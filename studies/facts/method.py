@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -12,7 +11,7 @@ import xarray as xr
 
 from ...core.facts import Fact
 from ...fragility.fitting.states import DIRECTIONS, state_name
-from ...fragility.runs.provenance import EDGE, SCENE, about_both_axes, blocks_of, number_of_motions
+from ...fragility.runs.provenance import EDGE, SCENE, about_both_axes, blocks_of, number_of_motions, tilt_limits
 from ...fragility.validity.scenes import DRIFT, pushed_by_drift
 from ...models import Block
 from ...models.scenes.edge import FOOT
@@ -108,7 +107,7 @@ def method_of(results: xr.Dataset) -> Iterator[Fact]:
         yield Fact("curve.isotonic")
     if "rate" in results or "annual_number" in results:
         yield Fact("rate.method")
-    limited = {block.label: math.degrees(block.tilt_limit) for block in _blocks(results) if block.tilt_limit}
+    limited = tilt_limits(results)
     if limited:
         least, most = min(limited.values()), max(limited.values())
         yield Fact("block.tilt_limit", lower=least, upper=most, names=tuple(map(block_title, limited)))

@@ -127,9 +127,9 @@ class UncertaintyStudy(BlockStudy):
 
     @property
     def doubts(self) -> list[Doubt]:
-        drawn = self.inputs.distributions.get("e")
-        median = [] if drawn is None else [("the median of e", drawn.quantile(np.array([0.5])).item())]
-        return [*super().doubts, *restitution_doubts(median), *input_doubts(self.inputs, self.blocks, self.models)]
+        laws = ((of, self.inputs.distributions.get(of)) for of in ("e", "restitution_factor"))
+        medians = [(f"the median of {of}", law.quantile(np.array([0.5])).item()) for of, law in laws if law]
+        return [*super().doubts, *restitution_doubts(medians), *input_doubts(self.inputs, self.blocks, self.models)]
 
     @property
     def words(self) -> str:

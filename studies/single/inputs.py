@@ -115,7 +115,11 @@ def motion_of(
     name: str, seed: int | None = None, index: int = 0, settings: Sequence[str] = (), period: str | None = None
 ) -> xr.DataArray:
     """Return motion number `index` of a generator or pulse (with ``key=value`` settings), a record or a study."""
-    keys = dict(_setting(setting) for setting in settings)
+    given = [_setting(setting) for setting in settings]
+    keys = dict(given)
+    if len(keys) < len(given):
+        twice = next(key for i, (key, _) in enumerate(given) if key in dict(given[:i]))
+        raise StudyError(f"--set {twice}: must be given once, got it twice")
     made = name in NAMES
     if not made:
         _check_name(name)
@@ -132,6 +136,8 @@ def motion_of(
         if name in shaking.PULSES:
             keys |= {"pulse": name}
             if period is not None:
+                if "omega_rad_s" in keys:
+                    raise StudyError("give --period or --set omega_rad_s, not both")
                 keys["omega_rad_s"] = 2.0 * math.pi / quantity("--period", period, SECOND)
             elif "omega_rad_s" not in keys:
                 raise StudyError(f"pulse {name!r} needs its --period, such as 0.5s")

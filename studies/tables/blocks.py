@@ -18,7 +18,20 @@ from ..text.precision import FITTED_RATE
 from ..text.reached import NO_LEVEL
 from ..text.spread import MODEL_RANGE, OUTER, has_model_range, model_note, sample_range
 from ..text.words import axis_of, block_title, by_place, display_unit, floor_cell, level_name, reference_law, roof_of
-from .table import Cells, Column, Marked, Table, Value, chance_in, chosen, dispersion_of, ends_of, intervals, range_of
+from .table import (
+    Cells,
+    Column,
+    Marked,
+    Table,
+    Value,
+    chance_in,
+    chosen,
+    dispersion_of,
+    ends_of,
+    intervals,
+    range_of,
+    tilted,
+)
 
 MOST, MOST_SHORT = 14, 8
 """Most blocks that a page shows all of; the first blocks of more, and most lines on a terminal."""
@@ -108,7 +121,7 @@ def blocks(results: xr.Dataset, most: int) -> Table:
         else []
     )
     notes += ["Rates do not assume a form of curve."] if FITTED_RATE in selected else []
-    return Table.of("Blocks", rows, intervals(selected), *notes, chosen(selected))
+    return Table.of("Blocks", rows, intervals(selected), *notes, tilted(selected), chosen(selected))
 
 
 def _level(curve: xr.Dataset, scale: float, highest: float) -> Value:

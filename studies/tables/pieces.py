@@ -19,7 +19,7 @@ from ..plan.slides import GATED, INSTEAD, TRIP, TRIP_DISTANCE
 from ..text.spread import MODEL_RANGE, OUTER, model_note
 from ..text.words import consequence_name, display_unit, floor_cell, level_name, level_text, reference_law, roof_of
 from .assessment import DRAWN, bound_of, most_rate, span
-from .table import ENDS, Cells, Column, Row, Table, Value, chance_in, ends_of, intervals, range_of
+from .table import ENDS, Cells, Column, Row, Table, Value, chance_in, ends_of, intervals, range_of, tilted
 
 BRANCHES = (
     "Chances are means and 90 % ranges over all stated uncertainties. Other numbers are of one law, one set of motions "
@@ -123,6 +123,7 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
         rows,
         BRANCHES if spread else intervals(results, rows),
         f"Chances are at {level_name(results)} = {level}." if level and results.sizes["level"] > 1 else "",
+        tilted(results),
     )
 
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...core.doubts import first_of
 from ...core.wording import (
     about_percent,
     about_years,
@@ -25,12 +26,14 @@ from ...core.wording import (
     three_digits,
     two_digits,
 )
+from ...fragility.fitting.states import DIRECTIONS, OVERTURNED, state_name, state_named
 from ...fragility.hazard.poisson import probability_in
+from ...fragility.runs.provenance import tilt_limits
 from ..buildings.recommendations import Range
 from ..text.block_order import chosen_of
 from ..text.names import clean
 from ..text.reached import BELOW, FLAT
-from ..text.words import NOT_REACHED
+from ..text.words import NOT_REACHED, block_title
 
 ENDS = "", "_lower", "_upper"
 DASH = "–"
@@ -244,6 +247,14 @@ def intervals(results: xr.Dataset, rows: Iterable[Cells | str] = ()) -> str:
     cells = [column.text(value) for row in rows if not isinstance(row, str) for column, value in row.items()]
     reason = f" {AGREEING}" if any(UNBOUNDED in cell for cell in cells) else ""
     return INTERVALS.format(confidence_text(results)) + reason
+
+
+def tilted(results: xr.Dataset) -> str:
+    """Return the note on tilts that count as overturning; empty without any."""
+    state = state_named(str(results.attrs.get("state", state_name(OVERTURNED))))
+    tilts = tilt_limits(results).items() if state in (OVERTURNED, *DIRECTIONS) else ()
+    limits = [f"{block_title(name)} {degrees:.3g}°" for name, degrees in tilts]
+    return f"A tilt counts as overturning, even if the piece returns: {first_of(limits)}." if limits else ""
 
 
 def chosen(results: xr.Dataset) -> str:

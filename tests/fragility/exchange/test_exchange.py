@@ -91,12 +91,16 @@ class TestRoundTrip:
 
     @pytest.mark.parametrize("name", ["pelicun", "csv"])
     def test_another_limit_state_than_overturning(self, name, tmp_path):
-        """As curves of a damage state say it; a file of others keeps the name that it has for its own."""
+        """As curves of a damage state say it, or their limits of tilt; a file of others keeps its own name."""
         written, found = there_and_back(lognormal().assign_attrs(state="|theta|/alpha > 0.5"), name, tmp_path)
         assert found.attrs["state"] == "|theta|/alpha > 0.5"
         assert found["median"].dims == ("block", "model")
         assert "overturning," not in written.paths[-1].read_text(encoding="utf-8")
         assert there_and_back(lognormal(), name, tmp_path)[1].attrs["state"] == "overturning"
+        curves = lognormal()
+        scenes = [json.dumps({"tilt_limit": math.radians(5.0)} if i else {}) for i in range(curves.sizes["block"])]
+        _, found = there_and_back(curves.assign_coords(scene=("block", scenes)), name, tmp_path)
+        assert found.attrs["state"] == "overturning or a tilt of 5° of some blocks"
 
     def test_intervals_and_the_ground_come_back_in_csv(self, tmp_path):
         curves = lognormal().assign_attrs(im_at="ground")

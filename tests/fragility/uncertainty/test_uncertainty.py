@@ -25,6 +25,7 @@ from toppling.fragility import (
     uncertain_ida,
     variance_shares,
 )
+from toppling.fragility.uncertainty.inputs import input_doubts
 
 mpl.use("Agg")
 
@@ -642,3 +643,17 @@ class TestFigures:
         with pytest.raises(ValueError, match="along one dimension"):
             plots.variance_bars(variance_shares(values, ("motion",)))
         plt.close("all")
+
+
+@pytest.mark.parametrize(
+    ("name", "law", "doubted"),
+    [
+        ("alpha_factor", Uniform(0.2, 0.25), True),
+        ("alpha_factor", Uniform(0.8, 0.95), False),
+        ("R_factor", Lognormal(2.5, 0.05), True),
+        ("R_factor", Lognormal(1.0, 0.1), False),
+    ],
+)
+def test_factors_that_are_angles_or_sizes(name, law, doubted):
+    found = [doubt.sentence for doubt in input_doubts(RandomInputs({name: law}), [])]
+    assert [text.startswith("factors are all beyond 1/2 to 2") for text in found] == [True] * doubted

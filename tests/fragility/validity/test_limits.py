@@ -142,3 +142,26 @@ def test_studies_say_it_themselves(tmp_path):
     found = []
     assert told(lambda: found.append(tp.Study.from_toml(tmp_path / "few.toml").run(tmp_path / "out"))) == []
     assert check_of(found[0], "number of motions").word == INVALID
+
+
+def test_levels_that_were_changed_after_the_runs():
+    """Divided by g, which keeps the unit; of other levels or another measure; joined twice. Scale factors show it."""
+    runs = tp.ida(SLENDER, LAW, shakes(20), LEVELS)
+    velocities = tp.ida(SLENDER, LAW, shakes(20), LEVELS / 10.0, im="pgv").assign_coords(level=LEVELS + 0.5)
+    building = tp.motions.Building.flexural_shear(period=0.5, alpha0=8.0, storeys=2)
+    floors = tp.ida(SLENDER, LAW, building.floor_motions(shakes(20), floors=[1, 2]), LEVELS)
+    changed = (
+        (runs.assign_coords(level=runs["level"] / 9.80665), "levels are 0.102 times the pga of the scaled motions"),
+        (runs.reindex(level=1.1 * LEVELS**1.1, method="nearest"), "scale factors do not grow with the levels"),
+        (xr.concat([runs, velocities], "level", data_vars="minimal"), "scale factors do not grow with the levels"),
+        (xr.concat([runs, runs.isel(level=[2])], "level", data_vars="minimal"), "a level stands there twice"),
+        *((data, "") for data in (runs, runs.isel(level=[3, 1], motion=slice(8)), floors)),
+    )
+    own = [tp.cloud(SLENDER, LAW, shakes(20)), tp.stripes(SLENDER, LAW, [shakes(10)] * 2, [2.0, 4.0], scale=True)]
+    divided = "levels are 0.102 times the pga of the scaled motions"
+    changed += tuple((data.assign_coords(intensity=data["intensity"] / 9.80665), divided) for data in own)
+    changed += tuple((data, "") for data in own)
+    for data, sentence in changed:
+        found = told(lambda data=data: tp.fit_fragility(data, replicates=20))
+        of_levels = [text for text in found if text.startswith(("levels are", "scale factors do", "a level stands"))]
+        assert [text.startswith(sentence) for text in of_levels] == [True] * bool(sentence)

@@ -194,6 +194,13 @@ class TestAtALevel:
         assert not np.array_equal(plain["probability"], found["probability"])
 
 
+def test_nothing_that_can_happen_stays_nothing():
+    """Shares sum to 1 but for rounding: the rate of a consequence where no piece has it is 0, not 1e-18."""
+    for beta in (0.2, 0.3, 0.35):
+        _, states = scored_levels(np.array([1.0, 1.7]), beta)
+        assert (states.of(np.ones((3, states.shares.shape[1] - 1, 2)), 1.0) == 1.0).all()
+
+
 def test_refuses():
     shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(2)
     points = type("Points", (), {"levels": [0.1, 1.0], "rates": [0.1, 0.01], "im": "pga", "units": "m s-2"})()

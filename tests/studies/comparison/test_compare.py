@@ -1,6 +1,7 @@
 """Two results side by side: ratios, intervals and verdicts held to the files that were compared, and to brute force."""
 
 import csv
+import json
 import math
 import re
 from html import unescape
@@ -258,6 +259,18 @@ def test_floors_of_another_building_are_no_changed_records(folder, period, chang
         other = b._replace(study={**a.study, "building": {"period_s": period}})
         (fact,) = (fact for fact in notes_on_inputs(one, other, True, True) if fact.what == "comparison.other_motions")
     assert fact.more["changed"] is changed
+
+
+def test_surroundings_that_differ(folder):
+    """A limit of tilt, a wall or an edge are inputs, and no changed records."""
+    with sides.two_sides(folder / "base", folder / "motions", False) as (a, b):
+        scenes = [json.dumps({"tilt_limit": math.radians(5.0)}), *["{}"] * (b.results.sizes["block"] - 1)]
+        other = b._replace(results=b.results.assign_coords(scene=("block", scenes)), study={**a.study, "blocks": []})
+        matched = {"model": sides.matched_laws(a, b, None), "block": sides.matched_names(a, b, "block", "block")}
+        (tilt,) = inputs_that_differ(a, other, matched)
+        notes = [fact.what for fact in notes_on_inputs(a, other, False, True)]
+    assert (tilt.more["of"], tilt.names) == ("narrow", ("surroundings", "", "fails at a tilt of 5°"))
+    assert "comparison.files_changed" not in notes
 
 
 def test_values_are_told_apart(folder):

@@ -286,9 +286,15 @@ class TestCorrections:
     def test_restitution(self, tmp_path, capsys, e):
         """Of a law, of an uncertain input, and of one run."""
         bounds = f"lower = {e}, upper = {float(e) + 0.01}"
-        drawn = f'[uncertainty]\nsamples = 4\n[uncertainty.inputs]\ne = {{ distribution = "uniform", {bounds} }}\n'
-        for options in ({"e": f"e = {e}"}, {"more": drawn}):
-            assert bool(notes(tmp_path, "restitution below 0.3", **options)) == (e == "0.09")
+        drawn = (
+            '[uncertainty]\nsamples = 4\n[uncertainty.inputs]\n{} = {{ distribution = "uniform", ' + bounds + " }}\n"
+        )
+        for name in ("e", "restitution_factor"):
+            for options in (
+                {"e": f"{name} = {e}"},
+                {"e": "" if name != "e" else "e = 0.9", "more": drawn.format(name)},
+            ):
+                assert bool(notes(tmp_path, "restitution below 0.3", **options)) == (e == "0.09")
         shake = str(tmp_path / "shake.csv")
         assert main(["simulate", "bookcase-5-shelf", shake, "--law", "housner", "--e", e, "--out", str(tmp_path)]) == 0
         assert ("restitution below 0.3" in " ".join(capsys.readouterr().out.split())) == (e == "0.09")
@@ -312,6 +318,7 @@ class TestCorrections:
             ("near-fault", "f_c_hz = 6.67", "f_c: 6.67 Hz"),
             ("seismological", "q0 = 1.8", "q0: 1.8"),
             ("seismological", "kappa_s = 0.4", "kappa: 0.4 s"),
+            ("clough-penzien", "duration_s = 0.5", "duration: 0.5 s, usual are 1 to 10000 s: minutes?"),
             ("seismological", "q0 = 50 # of the step", ""),
             ("seismological", "q0 = 50\nkappa_s = 0", ""),
         ],

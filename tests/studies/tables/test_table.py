@@ -1,13 +1,15 @@
 """Tables say once what all rows or groups of rows have in common; captions do not repeat earlier captions."""
 
+import json
 import math
 
 import matplotlib.pyplot as plt
+import pytest
 import xarray as xr
 
 from toppling.studies.report.figures import pictures_of
 from toppling.studies.tables.fragility import _rates
-from toppling.studies.tables.table import Column, Table
+from toppling.studies.tables.table import Column, Table, tilted
 
 COLUMNS = Column("name", "piece"), Column("height", "height", "short", "m"), Column("law", "law")
 
@@ -25,6 +27,15 @@ def test_a_column_of_one_value_is_in_the_note():
 def test_words_in_a_note_have_no_unit():
     table = Table.of("Sizes", rows(*((name, "not reached", "x") for name in "abc"))).common()
     assert "height not reached;" in table.note
+
+
+@pytest.mark.parametrize("dim", ["block", "item"])
+def test_a_tilt_that_counts_as_overturning_is_noted(dim):
+    scenes = [json.dumps(scene) for scene in ({"tilt_limit": math.radians(5.0)}, {"lean": 0.1}, {})]
+    results = xr.Dataset(coords={dim: ["vessel", "shelf", "case"], "scene": (dim, scenes)})
+    assert tilted(results).endswith(": vessel 5°.")
+    assert tilted(results.isel({dim: [1, 2]})) == tilted(results.drop_vars("scene")) == ""
+    assert tilted(results.assign_attrs(state="uplift")) == ""
 
 
 class TestUncertain:
