@@ -250,7 +250,7 @@ class Building:
             del self.results[name], self._of[name]
         for name, texts in files.items():
             show(name, 0, 0, "")
-            if self._of.get(name) != texts:
+            if name not in self.results or self._of[name] != texts:  # (an error leaves no results)
                 self.results.pop(name, None)
                 study, out, resume = Study.from_toml(self.file(name)), self.file(name, ".results"), True
                 study.prepare()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import hashlib
 import math
+import re
 import threading
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -123,7 +124,8 @@ class Page:
         if not (ending := Path(shown.lower()).suffix) or ending not in HAZARD_ENDINGS:
             raise StudyError(f"hazard: must be a file with {' or '.join(HAZARD_ENDINGS)}, got {shown!r}")
         # (saved studies keep the content that they were saved with)
-        file = self.path.parent / f"hazard-{hashlib.sha256(content).hexdigest()[:16]}{ending}"
+        stem = "-".join(re.findall("[A-Za-z0-9]+", Path(shown).stem))[:20]
+        file = self.path.parent / f"hazard-{stem}-{hashlib.sha256(content).hexdigest()[:16]}{ending}"
         with self.lock:
             new = not file.exists()
             if new:
@@ -422,7 +424,7 @@ class Page:
             study = answers.reference_of(self.studies[PIECE])
         array = study.design.motions[0]
         if not (0 <= level < study.design.levels.size and 0 <= motion < array.sizes["motion"]):
-            raise StudyError("film: no such level or motion")
+            raise StudyError(f"motion: must be from 1 to {array.sizes['motion']}, at one of the levels")
         design = study.design
         plain = records(design.motions)
         below = ground_of(plain, records(design.ground)) if design.ground else None

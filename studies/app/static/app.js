@@ -110,6 +110,7 @@ async function play() {
   const [left, right, top] = found.view;
   const film = part("film");
   film.removeAttribute("hidden");
+  film.scrollIntoView({ block: "nearest" });
   film.setAttribute("viewBox", `${left} ${-top} ${right - left} ${top + 0.12}`);
   film.innerHTML = `<g transform="scale(1 -1)"><g class="ground"><rect class="floor" x="${left - 5}" y="-0.1" width="${right - left + 10}" height="0.1"/>`
     + found.walls.map((x) => `<rect class="wall" x="${x < 0 ? x - 0.05 : x}" y="0" width="0.05" height="${top}"/>`).join("")

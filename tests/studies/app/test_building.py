@@ -152,6 +152,15 @@ def test_ranks_costs_and_the_best_set(page):
 
 
 @pytest.mark.slow
+def test_a_mistake_that_is_taken_back_leaves_no_page_without_results(page):
+    shown, names = page.shown, {*page.results}
+    for text, wrong in (("2x", True), ("2", False)):
+        page.change(MENDED, text)
+        assert bool(finished(page)["wrong"]) == wrong
+    assert page.shown == shown
+    assert {*page.results} == names != set()
+
+
 def test_stop_and_continue(tmp_path):
     content = small_content()
     content["motions"]["number"] = 100

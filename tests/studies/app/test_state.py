@@ -52,6 +52,12 @@ def test_what_is_wrong_is_one_sentence(start, path, text):
     assert start == before
 
 
+def test_a_size_of_no_block_is_one_sentence(start):
+    start["blocks"][0]["width_m"] = 0.0
+    with pytest.raises(StudyError, match=r"^width_m: must be > 0 [^\n]* got 0\.0$"):
+        state.piece_of(start)
+
+
 def test_an_item_of_the_catalogue_and_its_sizes(start):
     name = next(iter(catalogue))
     made = state.edited(start, "blocks.0.catalogue", name, "cm")
