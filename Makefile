@@ -5,7 +5,7 @@ BIN = $(VENV)/bin
 OUT ?= results/office
 # make study FRESH=1 computes again where results are there already
 
-.PHONY: help study docs pages validate-experiments schema lint test test-slow test-all \
+.PHONY: help study docs pages screens validate-experiments schema lint test test-slow test-all \
         wheel coverage covered-lines engine-truth faults test-exchange environments golden lock benchmark clean
 
 # `python3` may be too old where a newer one is installed beside it.
@@ -48,6 +48,10 @@ docs: $(VENV)/installed-docs
 # pages and figures that are computed: make pages NAME=walls, with FEW=1 a tenth of the motions; without NAME, all names
 pages: $(VENV)/installed
 	$(BIN)/python -m toppling.benchmarks.pages $(NAME) $(if $(FEW),--few)
+
+# pictures of the live page in docs/tutorials/owner.md
+screens: $(VENV)/installed-dev
+	$(BIN)/python tests/support/owner.py
 
 # docs/experiments.md: published tests beside blind predictions; TOPPLING_GRANITE=DIR names data outside
 validate-experiments: $(VENV)/installed

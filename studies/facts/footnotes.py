@@ -64,7 +64,7 @@ def _model_range(results: xr.Dataset) -> Iterator[Fact]:
         first = np.argwhere(places(results, by).values == 0)[0]
         dims = of_law[name].transpose("block", ...).dims
         of_law = of_law.isel({str(dim): int(i) for dim, i in zip(dims, first, strict=True)})
-        names = (case_name(of_law),)
+        names = (case_name(of_law[[name]]),)
         scale, unit = (1.0, "") if rated else display_unit(axis_of(results))
     if f"{name}{LOWER}" not in of_law:
         return

@@ -70,8 +70,8 @@ def sliding(blocks: Block | Sequence[Block] = (), ax: Axes | None = None, *, dis
     upright = np.log([SLENDEREST, FLATTEST, *(block.b / block.h for block in marked)])
     level = np.log([LEAST, MOST, *(contact.friction.median for contact in CONTACTS.values())])
     places = []
-    for share in SHARES:
-        along = np.log(ratio), np.log(ratio) - spread * NormalDist().inv_cdf(share)
+    for chance in SHARES:
+        along = np.log(ratio), np.log(ratio) - spread * NormalDist().inv_cdf(chance)
         room = [abs(np.subtract.outer(logs, others)) for logs, others in zip(along, (upright, level), strict=True)]
         inside = (along[1] > level[0]) & (along[1] < level[1])
         at = int(np.where(inside, np.hstack(room).min(axis=1), -1.0).argmax())

@@ -222,7 +222,10 @@ class Table:
         groups: dict[str, list[Row]] = {}
         for row in self.lines:
             groups.setdefault(", ".join(str(row.get(key)) for key in keys), []).append(row)
-        return replace(self.but(keys), rows=[row for text, group in groups.items() for row in (text, *group)])
+        rows: list[Row | str] = []
+        for text, group in groups.items():
+            rows += [text, *group]
+        return replace(self.but(keys), rows=rows)
 
     def first(self, most: int) -> Table:
         """Return the table with its first lines, at most `most`."""

@@ -44,7 +44,6 @@ COMMANDS_NOT_RUN = {
     "toppling status results/big",
     "toppling run STUDY.toml --out results/big --fresh",
     "toppling run STUDY.toml --out results/big --scheduler tcp://10.0.0.1:8786",
-    "toppling compare office/results anchored/results --out anchored/compare",
 }
 """Commands that pages show and no test runs; any other is run, studies with --dry-run."""
 LANGUAGES = {"python", "pycon", "sh", "toml", "text", "console", "json"}

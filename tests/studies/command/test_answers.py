@@ -66,7 +66,7 @@ def test_sentences_of_a_sensitivity_study(tmp_path, capsys):
     more = '[sensitivity]\nparameter = "delta"\nvalues = [0.01, 0.05, 0.1]\nreplicates = 100\n'
     (tmp_path / "study.toml").write_text(text + motions(12) + IDA + more, encoding="utf-8")
     said = printed(capsys, tmp_path / "study.toml")
-    assert "Median over" in said
+    assert "Median relative" in said
     with xr.open_dataset(tmp_path / "out/results.nc") as results:
         sentences = [" ".join(say(fact, "page").split()) for fact in sensitivity.answer(results)]
     assert sentences

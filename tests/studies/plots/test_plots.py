@@ -264,7 +264,7 @@ class TestRisk:
         found = cases.rates(0.0)
         found["rate_share_above_levels"] = found["rate"].dims, np.full((2, 3), 0.12)
         ax = plot.risk(found, quantity="share", block="rack")
-        assert ax.get_title("left").replace("\n", " ") == "12 % from above the levels run"
+        assert ax.get_title("left").replace("\n", " ") == "12 % from above all runs"
 
     def test_rates_are_those_of_annual_rate(self):
         curves = fema_p58().isel(block=slice(0, 1))

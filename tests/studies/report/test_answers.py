@@ -364,8 +364,8 @@ class TestFacts:
         assert (size.more["others"], size.more["target"], size.more["only"]) == ((0.5, 0.5), 0.01, ())
         assert say(size, "page") == (
             "Make the width at least about 0.38 m (0.37–0.40) for a chance of at most 1.0\u00a0% in 50 years, with the "
-            "other dimensions unchanged. Other laws give 0.50 m. “shelf” misses that: anchor it if the size cannot "
-            "change."
+            "other dimensions unchanged. Other damping laws give 0.50 m. “shelf” misses that: anchor it if the size "
+            "cannot change."
         )
         assert say(size, "page") in verdict(results, answered=True)[0]  # (the study asks for it)
 
@@ -374,7 +374,7 @@ class TestFacts:
         results = loaded(folder).copy(deep=True)
         results["rate_share_above"][:] = [[0.0, 0.01], [0.0, 0.78]]
         table = lead_blocks(results)
-        assert [text.endswith(" *") for text in table.texts("chance")] == [False, True]
+        assert [text.endswith("\u00a0*") for text in table.texts("chance")] == [False, True]
         assert "*: 78\u00a0% of the rate" in table.note
         results["rate_share_above"][:, 1] = [0.12, 0.78]
         assert "*: 12\u00a0% to 78\u00a0% of the rate" in lead_blocks(results).note
