@@ -15,7 +15,7 @@ from toppling.core.units import STANDARD_GRAVITY
 from toppling.motions.arrays import digest, records
 from toppling.studies import show
 from toppling.studies.command.cli import main
-from toppling.studies.facts import curves
+from toppling.studies.facts import building as of_building, curves
 from toppling.studies.facts.bars import bars_of
 from toppling.studies.facts.footnotes import footnotes
 from toppling.studies.facts.notes import notes_of
@@ -25,6 +25,7 @@ from toppling.studies.report.page import write_report
 from toppling.studies.store.worker_motions import motions_again
 from toppling.studies.tables.blocks import lead_blocks
 from toppling.studies.tables.branches import branch_rates
+from toppling.studies.tables.pieces import pieces
 from toppling.studies.tables.table import Marked
 from toppling.studies.text.curve_notes import SLIPS_WITHOUT_BRANCHES
 
@@ -333,6 +334,19 @@ class TestInventories:
         parts = (LAWS, motions(1), OTHER, PERFORMANCE, HAZARD, weights, slides)
         assert SLIPS_WITHOUT_BRANCHES in notes_of(inventory_study(tmp_path, *parts).run())
         assert SLIPS_WITHOUT_BRANCHES not in notes_of(building[0])
+
+    @pytest.mark.slow
+    def test_what_a_reader_sees(self, building):
+        found, _ = building
+        fact, loss = next(of_building.answer(found)), next(of_building.details(found))
+        assert (fact.what, loss.what) == ("building.over_branches", "consequence.loss")
+        assert fact.more["branches"] == loss.more["branches"] == 8
+        assert next(footnotes(found)).more["branches"] == 8
+        chance = -math.expm1(-50.0 * found["epistemic_item_rate"].sel(item="shelf").item())
+        bars = [bar for group in bars_of(found).groups.values() for bar in group]
+        assert [bar.value for bar in bars if bar.name == "shelf"] == pytest.approx([chance])
+        row = next(row for row in pieces(found).lines if row["item"] == "shelf")
+        assert row["chance"].value == pytest.approx(chance)
 
     def test_the_exported_table(self, building):
         found, folder = building

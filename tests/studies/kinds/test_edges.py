@@ -2,12 +2,15 @@
 
 import numpy as np
 import pytest
+from check_facts import facts_of
 from study_texts import YEAR, motions
 
 import toppling as tp
 from toppling.core.facts import Fact
 from toppling.fragility import fit_fragility, overturning_probability, slide_runs
 from toppling.models.friction import FixedFriction, LognormalFriction
+from toppling.studies.facts import curves
+from toppling.studies.facts.method import method_of
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.file.blocks import read_blocks
 from toppling.studies.tables.slides import edges, slides
@@ -191,6 +194,8 @@ class TestPages:
             of = results[name].isel(block=0)
             value = float(of.isel(model=0) if "model" in of.dims else of)
             assert row[key].value == pytest.approx(value)
+        assert facts_of(curves.answer, results)["sliding.off_edge"].names == ("“analyser”",)
+        assert "sliding.edge_model" in facts_of(method_of, results)
 
     def test_slips_have_words_that_are_called_judgement(self, results):
         """Those of a study's own slips have none (`test_sliding`)."""

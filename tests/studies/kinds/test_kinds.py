@@ -170,6 +170,29 @@ class TestPerformance:
         ]  # fmt: skip
 
     @pytest.mark.slow
+    def test_a_code_and_a_budget(self, tmp_path, capsys):
+        """The shelf is a matter of safety, on the ground: α S/2 by EN 1998-1; the cabinet names no risk to persons."""
+        columns = ",code_class,mass_kg,anchoring_cost,anchored,anchor_strength_n\n"
+        lines = INVENTORY.replace("\n", columns, 1).splitlines()
+        more = [lines[0], f"{lines[1]},storage,100,20,yes,100", f"{lines[2]},storage,80,5,no,"]
+        (tmp_path / "things.csv").write_text("\n".join(more), encoding="utf-8")
+        code = 'code = { standard = "ec8", ag_g = 0.25, soil_factor = 1.2, component_period_s = 0 }\nbudget = 100\n'
+        found = run(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE + code, HAZARD)
+        assert found["code_status"].values.tolist() == ["required", "not checked"]
+        np.testing.assert_allclose(found["code_force"].values, [0.3 / 2.0 * 980.665, np.nan])
+        np.testing.assert_allclose(found["code_ratio"].values, [0.3 / 2.0 * 9.80665, np.nan])
+        assert found["budget_chosen"].values.tolist() == [[False, True]] * found.sizes["model"]
+        out = " ".join(capsys.readouterr().out.split())
+        assert all(part in out for part in ("EN 1998-1, 4.3.5", "a_g = 0.25", "S = 1.2", "T_a = 0"))
+        actions = facts_of(building.actions, found)
+        assert [name.split("”")[0] for name in actions["code.weak_anchors"].names] == ["“shelf"]
+        lines = actions["anchoring.lines"]
+        assert (lines.names, lines.more["budget"]) == (("“cabinet” (floor 2)",), 100.0)
+        after = facts_of(building.answer, found)["anchoring.after"]
+        assert (after.more["cost"], after.more["currency"]) == (10.0, "EUR")
+        assert after.more["saved"] > 0.0
+
+    @pytest.mark.slow
     def test_a_piece_that_does_not_fit_is_named(self, tmp_path):
         """The code requires the rack; the museum case would pay, and the rest of the budget is not enough for it."""
         columns = "item,width_m,height_m,floor,count,value,currency,consequence,code_class,mass_kg,anchoring_cost\n"

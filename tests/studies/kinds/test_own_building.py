@@ -8,7 +8,7 @@ import numpy as np
 import own_building
 import pytest
 import xarray as xr
-from check_facts import notes_named
+from check_facts import facts_of, notes_named
 
 import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY
@@ -20,6 +20,7 @@ from toppling.studies.buildings.anchoring import anchoring
 from toppling.studies.buildings.branches import Sampling, combinations, rates_over_branches
 from toppling.studies.buildings.variables import Year
 from toppling.studies.command.cli import main
+from toppling.studies.facts.method import inputs_of
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import read_inventory
 
@@ -388,6 +389,10 @@ class TestStudies:
         assert float(results["scale_factor_highest"].max()) == 1.0
         assert json.loads(results.attrs["screen"])["fewest_motions"] == 3
         assert results["direction"].values.tolist() == ["x", "y"]
+        given = {what: fact.more for what, fact in facts_of(inputs_of, results).items()}
+        assert given["building.own_model"]["direction"]
+        motions = given["motion.given"]
+        assert (motions["levels"], motions["own"], motions["scaled"], motions["elastic"]) == (2, True, False, False)
 
     def test_directions_without_histories_in_them(self, tmp_path):
         plan = tp.Study.from_toml(study(tmp_path, index=PLAIN, asked="", direction="y"))
@@ -449,7 +454,7 @@ class TestStudies:
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    """The example, run with its files, its report and its exports."""
+    """The example, run with its files."""
     folder = tmp_path_factory.mktemp("own")
     for file in EXAMPLES.glob("own_building*"):
         (folder / file.name).write_bytes(file.read_bytes())

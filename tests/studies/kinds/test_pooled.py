@@ -5,6 +5,7 @@ import shutil
 import numpy as np
 import pytest
 import xarray as xr
+from check_facts import notes_named
 from real_processes import killed_at, same_after_ten_kills
 from study_texts import motions
 
@@ -223,6 +224,7 @@ def test_tables_say_what_was_reached_and_how_blocks_differ(finished):
     assert len(lead.rows) == 8
     assert lead.column("chance")[0].value == float(results["risk_probability"].max())
     assert not any(REGISTRY[name].applies(xr.Dataset()) for name in ("surfaces", "spread", "events"))
+    assert notes_named(results, "region.joint_falls")
 
 
 def test_curves_are_drawn_of_blocks_at_both_ends_and_in_the_middle(finished):
@@ -321,6 +323,7 @@ def with_events(tmp_path_factory):
 
 def test_progress_counts_surfaces_and_events(with_events):
     made, results, path, told = with_events
+    assert not notes_named(results, "region.joint_falls")
     done, totals = (np.array(one) for one in zip(*told, strict=True))
     assert (np.diff(done) >= 0).all()
     assert (done[:-1] < totals[:-1]).all()

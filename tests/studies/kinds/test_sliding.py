@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from check_facts import facts_of
 from scipy.stats import norm
 from study_texts import YEAR, motions
 
 import toppling as tp
 from toppling.fragility import Slip, fit_fragility, overturning_probability, slide_runs
 from toppling.models.friction import LognormalFriction
+from toppling.studies.facts.method import method_of
 from toppling.studies.facts.notes import notes_of
 
 TEXT = f"""
@@ -108,6 +110,7 @@ class TestResults:
         said = {fact.what: fact for fact in notes_of(results)}
         assert said["sliding.held"].names == ("at a wall",)
         assert said["sliding.squat"].names == ("trolley",)
+        assert "sliding.model" in facts_of(method_of, results)
 
     def test_known_friction_and_no_hazard(self, folder):
         text = TEXT.replace("dispersion = 0.3\n", "").replace('"pga"\n', '"pgv"\n').replace('"g"', '"m/s"')

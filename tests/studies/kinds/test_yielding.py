@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from check_facts import notes_named
+from check_facts import facts_of, notes_named
 from study_texts import motions
 
 import toppling as tp
@@ -73,6 +73,7 @@ def test_every_run_is_that_of_the_steps_in_python(tmp_path):
     runs = tp.stripes(block, law, floors, [4.0, 12.0], "Sa(0.5)", scale=False, ground=ground)
     np.testing.assert_allclose(result["peak_rotation"], runs["peak_rotation"], rtol=1e-9, atol=1e-12)
     np.testing.assert_array_equal(result["overturned"], runs["overturned"])
+    assert notes_named(result, "selection.none")
     np.testing.assert_allclose(result["ground_Sa(0.5)"], np.repeat([4.0, 12.0], 12), rtol=1e-12)
     # on the ground floor it is the ground motion; above, an elastic building moves otherwise
     _, elastic = steps(lambda: Building.from_storeys([2e5, 2e5], [2e8, 2e8]))
@@ -81,6 +82,23 @@ def test_every_run_is_that_of_the_steps_in_python(tmp_path):
     on_ground = np.array(["floor 0" in one for one in runs["record"].values])
     assert not apart[on_ground].any()
     assert apart[~on_ground].sum() > 6
+
+
+@pytest.mark.slow
+def test_uncertain_strengths_and_isolators_are_said(tmp_path):
+    isolation = (
+        '[building.isolation]\nkind = "bilinear"\nperiod_s = 2.5\nstrength = 0.05\nyield_displacement_mm = 8\n'
+        "base_mass_kg = 3e5\n"
+    )
+    for change, what, line in (
+        (("p_delta = true", "p_delta = true\nstrength_dispersion = 0.4\nseed = 7"), "building.strength_uncertain", ""),
+        ((f"{STATED}p_delta = true\n", ""), "building.isolated", "4 m/s2 isolators"),
+    ):
+        result = study(tmp_path, change, *[("[stripes]", f"{isolation}[stripes]")] * bool(line)).run()
+        assert what in facts_of(method_of, result)
+        assert line in result.attrs["storeys"].splitlines()[0]
+        strengths = notes_named(result, "building.random_strength")
+        assert [(fact.value, fact.more["seed"]) for fact in strengths] == [(0.4, 7)] * (not line)
 
 
 @pytest.mark.slow
@@ -116,7 +134,7 @@ def test_a_default_strength_is_printed_as_a_judgement(tmp_path, capsys):
     assert result.attrs["storeys"].count(said) == 1
     assert "Default strength" in result.attrs["storeys"]
     assert "Default strength" not in stated.attrs["storeys"]
-    assert "building.strength_default" in {fact.what for fact in method_of(result)}
+    assert "building.strength_default" in facts_of(method_of, result)
     study(tmp_path, (STATED, FRAME))
     assert main(["motions", str(tmp_path / "study.toml"), "--out", str(tmp_path / "figures")]) == 0
     assert said in " ".join(capsys.readouterr().out.split())
