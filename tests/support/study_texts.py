@@ -1,5 +1,7 @@
 """Study files that several tests start from, whole or in parts to be put together."""
 
+import toppling as tp
+
 BLOCKS = """
 [[blocks]]
 name = "narrow"
@@ -31,6 +33,23 @@ k0 = 1e-4
 k = 2.5
 unit = "g"
 """
+
+
+def study_of(folder, *parts, **tables):
+    """The study of some parts, in a folder with CSV files of these names."""
+    for name, table in tables.items():
+        (folder / f"{name}.csv").write_text(table, encoding="utf-8")
+    (folder / "study.toml").write_text('title = "A study"\n' + "".join(parts), encoding="utf-8")
+    return tp.Study.from_toml(folder / "study.toml")
+
+
+def blocks(height=1.8, **widths):
+    """Blocks of these names and widths."""
+    return "".join(f'[[blocks]]\nname = "{name}"\nwidth_m = {widths[name]}\nheight_m = {height}\n' for name in widths)
+
+
+def laws(*names):
+    return "".join(f'[[models]]\nlaw = "{name}"\n' for name in names)
 
 
 def motions(number):
