@@ -67,3 +67,14 @@ def same_after_ten_kills(folder):
     for out in ("out", "undisturbed"):
         subprocess.run([*command, out], cwd=folder, check=True, capture_output=True)
     return (folder / "out/results.nc").read_bytes() == (folder / "undisturbed/results.nc").read_bytes()
+
+
+def broken_off(study, out, share, **options):
+    """Run a study in this process, and end it with an error after this share of its runs."""
+
+    def progress(done, total):
+        if done > share * total:
+            raise RuntimeError("pulled the plug")
+
+    with pytest.raises(RuntimeError, match="pulled the plug"):
+        study.run(out, progress=progress, **options)
