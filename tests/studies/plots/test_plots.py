@@ -229,6 +229,13 @@ class TestRisk:
         assert "hatched: 7–35 % from above 0.612 g" in title_of(ax)
         assert "7–35 % from above 0.612 g" in risk_figure(found).get_label()
 
+    def test_a_share_from_below_is_drawn_where_it_is_notable(self):
+        found = cases.rates(0.0)
+        found["share_below"][0, 0] = 0.2
+        ax = plot.risk(found, quantity="share", block="shelf")
+        (tail,) = (patch.get_data() for patch in ax.patches if patch.get_hatch())
+        assert tail.edges[-1] == pytest.approx(float(found["bin_lower"][0]) / G)
+
     def test_nothing_beyond_is_nothing_said(self):
         found = cases.rates(0.0)
         ax = plot.risk(found, quantity="share", block="rack", model="housner e=e_R")
