@@ -5,10 +5,12 @@ import re
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 import xarray as xr
 
 import toppling as tp
+from toppling.studies.inventory.reading import COLUMNS
 from toppling.studies.store.content import ATTRIBUTE, content_digest
 
 ROOT = Path(tp.__file__).parent
@@ -51,46 +53,38 @@ def test_results_of_every_kind(tmp_path):
 
 def test_rows_of_the_page():
     def variable(*dims):
-        return xr.Variable(dims, [[0.0]] if len(dims) == 2 else [0.0], {"units": "1", "long_name": f"of {dims[0]}"})
+        return xr.Variable(dims, np.zeros((1,) * len(dims)), {"units": "1", "long_name": f"of {dims[0]}"})
 
-    found = [
-        {
-            **{f"rate{end}": variable("block", "floor") for end in ("", "_lower", "_upper", "_modelling_lower")},
-            "rate_modelling_upper": variable("block", "floor"),
-            "lower": variable("block"),
-        },
-        {"rate": variable("block")},
-    ]
-    assert list(made_results.rows(found)) == [
+    ends = ("", "_lower", "_upper", "_modelling_lower", "_modelling_upper")
+    of_floors = {f"rate{end}": variable("block", "floor") for end in ends}
+    assert list(made_results.rows([{**of_floors, "lower": variable("block")}, {"rate": variable("block")}])) == [
         ("`lower`", "block", "1", "of block"),
         ("`rate` ± ≈", "block, [floor]", "1", "of block"),
     ]
 
 
-def test_columns_of_an_inventory():
-    from toppling.studies.inventory.reading import COLUMNS
+def table_of(page, head):
+    table = (ROOT / "docs" / page).read_text(encoding="utf-8").split(head)[1].partition("\n\n")[0]
+    return [line.split("|")[1] for line in table.splitlines()]
 
-    page = (ROOT / "docs/study_buildings.md").read_text(encoding="utf-8")
-    table = page.split("| column | meaning |\n|---|---|\n")[1].partition("\n\n")[0]
-    cells = [line.split("|")[1] for line in table.splitlines()]
-    named = {name for cell in cells for name in re.findall(r"`(\w+)`", cell)}
-    assert named == set(COLUMNS)
+
+def test_columns_of_an_inventory():
+    cells = table_of("study_buildings.md", "| column | meaning |\n|---|---|\n")
+    assert {name for cell in cells for name in re.findall(r"`(\w+)`", cell)} == set(COLUMNS)
 
 
 def test_headings_of_a_hazard_file(tmp_path):
     """What the page says may stand in the first line is read, with the rates that it stands for."""
-    page = (ROOT / "docs/study.md").read_text(encoding="utf-8")
-    table = page.split("| first line | content |\n|---|---|\n")[1].partition("\n\n")[0]
-    headings = [line.split("`")[1] for line in table.splitlines()]
-    plain = [one for one in headings if one.startswith("pga")]
+    headings = [cell.split("`")[1] for cell in table_of("study.md", "| first line | content |\n|---|---|\n")]
+    plain = [heading for heading in headings if heading.startswith("pga")]
     cells = {
         "rate": ("0.01", "0.001"),
         "probability": ("0.3934693402873666", "0.04877057549928599"),
         "return": ("100", "1000"),
     }
     for heading in plain:
-        kinds = [next(one for one in cells if column.startswith(one)) for column in heading.split(",")[1:]]
-        rows = [",".join([level, *(cells[one][i] for one in kinds)]) for i, level in enumerate(("0.1", "0.4"))]
+        kinds = [next(kind for kind in cells if column.startswith(kind)) for column in heading.split(",")[1:]]
+        rows = [",".join([level, *(cells[kind][i] for kind in kinds)]) for i, level in enumerate(("0.1", "0.4"))]
         (tmp_path / "site.csv").write_text("\n".join([heading, *rows]) + "\n", encoding="utf-8")
         assert tp.read_hazard(tmp_path / "site.csv").rates == pytest.approx((0.01, 0.001), rel=1e-12)
     assert len(plain) == 4

@@ -84,3 +84,14 @@ def killed_at(call, monkeypatch, module, name):
         patched.setattr(module, name, killed)
         with pytest.raises(KeyboardInterrupt) as raised:
             yield raised
+
+
+def broken_off(study, out, share, **options):
+    """Run a study in this process, and end it with an error after this share of its runs."""
+
+    def progress(done, total):
+        if done > share * total:
+            raise RuntimeError("pulled the plug")
+
+    with pytest.raises(RuntimeError, match="pulled the plug"):
+        study.run(out, progress=progress, **options)

@@ -84,7 +84,7 @@ law = "giannini-masiani"
 NOT_SWEPT = BASE.replace('[[models]]\nlaw = "energy-consistent"\n[[models]]\nlaw = "housner"\n', LAWS_OF_SENSITIVITY)
 STUDIES = {
     "fragility": BASE + IDA + HAZARD,
-    "cloud": BASE + CLOUD,
+    "cloud": BASE + CLOUD + "[measures]\n",
     "stripes": BASE + STRIPES,
     "uncertainty": BASE + IDA + HAZARD + UNCERTAIN,
     "sensitivity": NOT_SWEPT.replace(RACK, "") + IDA + SENSITIVE,

@@ -1,5 +1,7 @@
 """Study files that several tests start from, whole or in parts to be put together."""
 
+import toppling as tp
+
 BLOCKS = """
 [[blocks]]
 name = "narrow"
@@ -38,6 +40,23 @@ rates = [3e-2, 1e-2, 1e-3, 1e-4, 1e-5]
 unit = "g"
 """
 """A site, by five levels."""
+
+
+def study_of(folder, *parts, **tables):
+    """The study of some parts, in a folder with CSV files of these names."""
+    for name, table in tables.items():
+        (folder / f"{name}.csv").write_text(table, encoding="utf-8")
+    (folder / "study.toml").write_text('title = "A study"\n' + "".join(parts), encoding="utf-8")
+    return tp.Study.from_toml(folder / "study.toml")
+
+
+def blocks(height=1.8, **widths):
+    """Blocks of these names and widths."""
+    return "".join(f'[[blocks]]\nname = "{name}"\nwidth_m = {widths[name]}\nheight_m = {height}\n' for name in widths)
+
+
+def laws(*names):
+    return "".join(f'[[models]]\nlaw = "{name}"\n' for name in names)
 
 
 def motions(number, duration_s=6, dt_s=0.02, seed=1):

@@ -11,7 +11,6 @@ from toppling.studies.plan.piece_classes import COLUMNS, PieceClass, class_notes
 
 
 def test_sentences(monkeypatch):
-    """What is said of the tests of a class is what is known of it, with or without numbers."""
     numbers = dict.fromkeys(COLUMNS[1:], math.nan)
     none = PieceClass(name="rack", **{**numbers, "tests": 0, "fell": 0, "records": 0, "sources": 0})
     classes = {"rack": none}

@@ -17,7 +17,7 @@ from toppling.fragility import curve_probability
 from toppling.fragility.curves.published import fema_p58
 from toppling.fragility.numerics.proportions import wilson_interval
 from toppling.models.friction import CONTACTS
-from toppling.studies import plot, show
+from toppling.studies import plot
 from toppling.studies.plots import axes, selection
 from toppling.studies.plots.assessment import anchoring_figure, exceedance_figure, levels_figure
 from toppling.studies.plots.axes import COLOURS
@@ -34,6 +34,19 @@ SHELF = cases.curves(("shelf",))
 
 def lines(ax):
     return {line.get_label(): line for line in ax.lines if not line.get_label().startswith("_")}
+
+
+def curves_in(ax):
+    return [line for line in ax.lines if len(line.get_xdata()) > 100]
+
+
+def check_curve(line, results):
+    own = curve_probability(results[["median", "dispersion"]], line.get_xdata() * G)
+    np.testing.assert_allclose(line.get_ydata(), own, atol=1e-12)
+
+
+def title_of(ax):
+    return ax.get_title("left").replace("\n", " ")
 
 
 def close_rates(rate=1.226e-4):
@@ -73,11 +86,8 @@ class TestFragility:
     def test_the_curve_is_the_fits_own(self):
         ax = Figure().add_subplot()
         assert plot.fragility(SHELF, ax) is ax
-        for i in range(3):
-            one = SHELF.isel(block=0, model=i)
-            drawn = [line for line in ax.lines if len(line.get_xdata()) > 100][i]
-            own = curve_probability(one[["median", "dispersion"]], drawn.get_xdata() * G)
-            np.testing.assert_allclose(drawn.get_ydata(), own, atol=1e-12)
+        for i, line in enumerate(curves_in(ax)):
+            check_curve(line, SHELF.isel(block=0, model=i))
         assert ax.get_xlabel() == "Peak ground acceleration (g)"
         assert len(ax.get_legend().get_texts()) == 3
         assert plot.fragility(SHELF, Figure().add_subplot(), legend=False).get_legend() is None
@@ -151,8 +161,7 @@ class TestFragility:
         alone = SHELF[["median", "dispersion"]].drop_dims("level", errors="ignore").assign_attrs(im="pga")
         assert plot.fragility(alone, model="discrete e=0.9 δ=0.05").get_xlabel() == "PGA (g)"
         ax = plot.fragility(SHELF[["probability", "lower", "upper"]])
-        assert len(ax.containers) == 3
-        assert not [line for line in ax.lines if len(line.get_xdata()) > 100]
+        assert (len(ax.containers), curves_in(ax)) == (3, [])
 
     def test_one_law_keeps_its_look(self):
         ax = plot.fragility(SHELF, model="discrete e=0.9 δ=0.05", label="mine")
@@ -164,30 +173,26 @@ class TestFragility:
         """The curves and points of the reference law, each with its own look, and the medians of all laws below."""
         results = cases.curves(("bookcase-5-shelf", "rack"))
         (ax,) = fragility_figure(results).axes
-        curves = [line for line in ax.lines if len(line.get_xdata()) > 100]
-        assert [line.get_color() for line in curves] == list(COLOURS[:2])
-        for i, (line, bars) in enumerate(zip(curves, ax.containers, strict=True)):
-            here = results.isel(block=i, model=0)
-            own = curve_probability(here[["median", "dispersion"]], line.get_xdata() * G)
-            np.testing.assert_allclose(line.get_ydata(), own, atol=1e-12)
-            np.testing.assert_array_equal(bars[0].get_ydata(), here["probability"])
+        assert [line.get_color() for line in curves_in(ax)] == list(COLOURS[:2])
         rows = [line for line in ax.lines if line.get_marker() == "|"]
-        for i, row in enumerate(rows):
+        for i, (line, bars, row) in enumerate(zip(curves_in(ax), ax.containers, rows, strict=True)):
+            check_curve(line, results.isel(block=i, model=0))
+            np.testing.assert_array_equal(bars[0].get_ydata(), results["probability"][i, 0])
             np.testing.assert_allclose(np.sort(row.get_xdata()), np.sort(results["median"][i]) / G)
             assert max(row.get_ydata()) < 0.0
         assert {text.get_text() for text in ax.texts} == {"Bookcase, 5 shelves", "rack", "Medians\nby law"}
 
     def test_many_blocks_have_panels_of_their_own(self):
-        """The reference law in colour, the other laws in grey."""
+        """The reference law in colour, the other laws in grey; every column of panels ends with numbers."""
         results = cases.curves(tuple("abcde"))
         figure = fragility_figure(results)
         assert [ax.get_title("left") for ax in figure.axes] == list("abcde")
         for i, ax in enumerate(figure.axes):
-            drawn = [line for line in ax.lines if len(line.get_xdata()) > 100]
-            assert [line.get_color() for line in drawn] == ["0.75", "0.75", COLOURS[0]]
-            for line, law in zip(drawn, (1, 2, 0), strict=True):
-                own = curve_probability(results.isel(block=i)[["median", "dispersion"]], line.get_xdata() * G)
-                np.testing.assert_allclose(line.get_ydata(), own.isel(model=law), atol=1e-12)
+            assert [line.get_color() for line in curves_in(ax)] == ["0.75", "0.75", COLOURS[0]]
+            for line, law in zip(curves_in(ax), (1, 2, 0), strict=True):
+                check_curve(line, results.isel(block=i, model=law))
+            shown = ax.xaxis.get_tick_params()["labelbottom"]
+            assert shown == bool(ax.get_xlabel()) == (i >= 2)
 
     def test_floors_share_the_panel_of_their_block(self):
         both = xr.concat([cases.curves(tuple("abc"))] * 2, "floor").assign_coords(floor=[0, 3])
@@ -211,60 +216,40 @@ class TestFragility:
         names = [label.get_text() for label in figure.axes[0].get_yticklabels()]
         assert names == ["Housner", "Energy-consistent", "Discrete"]
 
-    def test_every_column_ends_with_numbers(self):
-        """Five panels in three columns: the last column's lowest panel stands in the first row."""
-        figure = fragility_figure(cases.curves(tuple("abcde")).isel(model=[0]))
-        assert len(figure.axes) == 5
-        for i, ax in enumerate(figure.axes):
-            shown = ax.xaxis.get_tick_params()["labelbottom"]
-            assert shown == (i >= 2)
-            assert bool(ax.get_xlabel()) == shown
-
-    @pytest.mark.slow
-    def test_long_names_of_measures_are_wrapped(self):
-        name = "average spectral acceleration of the ground motion over 0.2, 0.4, 0.6, 0.8, 1.0, 1.5 and 2.0 s"
-        long = cases.curves(("a", "b", "c"))
-        long = long.assign_coords(level=long["level"].assign_attrs(long_name=name))
-        figure = fragility_figure(long)
-        assert "\n" in figure.axes[0].get_xlabel()
-        assert cases.faults(figure) == []
-
 
 class TestRisk:
     @pytest.mark.slow
     def test_the_share_from_above_is_drawn_and_said(self):
         found = cases.rates()
         ax = plot.risk(found, quantity="share", block="shelf")
-        tails = [patch for patch in ax.patches if patch.get_hatch()]
-        parts = []
-        for patch in tails:
-            data = patch.get_data()
-            wide = np.log(data.edges[-1] / data.edges[0]) / np.log(
-                float(found["bin_upper"][0]) / float(found["bin_lower"][0])
-            )
-            # its area, in bins, is its share
-            parts.append(float(data.values[0]) * wide)
-            assert data.edges[0] == pytest.approx(6.0 / G)
+        tails = [patch.get_data() for patch in ax.patches if patch.get_hatch()]
+        width = np.log(float(found["bin_upper"][0]) / float(found["bin_lower"][0]))
+        parts = [float(data.values[0]) * np.log(data.edges[-1] / data.edges[0]) / width for data in tails]
         np.testing.assert_allclose(parts, found["share_above"].sel(block="shelf"), rtol=1e-12)
-        assert "hatched: 7–35 % from above 0.612 g" in ax.get_title("left").replace("\n", " ")
+        assert [data.edges[0] for data in tails] == pytest.approx([6.0 / G] * len(tails))
+        assert "hatched: 7–35 % from above 0.612 g" in title_of(ax)
         assert "7–35 % from above 0.612 g" in risk_figure(found).get_label()
 
+    def test_a_share_from_below_is_drawn_where_it_is_notable(self):
+        found = cases.rates(0.0)
+        found["share_below"][0, 0] = 0.2
+        ax = plot.risk(found, quantity="share", block="shelf")
+        (tail,) = (patch.get_data() for patch in ax.patches if patch.get_hatch())
+        assert tail.edges[-1] == pytest.approx(float(found["bin_lower"][0]) / G)
+
     def test_nothing_beyond_is_nothing_said(self):
-        ax = plot.risk(cases.rates(0.0), quantity="share", block="rack", model="housner e=e_R")
-        assert ax.get_title("left") == ""
+        found = cases.rates(0.0)
+        ax = plot.risk(found, quantity="share", block="rack", model="housner e=e_R")
+        assert title_of(ax) == ""
         assert not [patch for patch in ax.patches if patch.get_hatch()]
+        found["rate_share_above_levels"] = found["rate"].dims, np.full((2, 3), 0.12)
+        assert title_of(plot.risk(found, quantity="share", block="rack")) == "12 % from above the levels run"
 
     def test_levels_not_run_are_shaded(self):
         found = cases.rates(0.0).assign_coords(level=("level", [1.0, 2.0, 3.0], cases.PGA))
         ax = plot.risk(found, quantity="share", block="rack")
         assert len([patch for patch in ax.patches if patch.get_alpha() == 0.12]) == 2
         assert "Shaded" in risk_figure(found).get_label()
-
-    def test_what_lies_above_the_levels_is_said(self):
-        found = cases.rates(0.0)
-        found["rate_share_above_levels"] = found["rate"].dims, np.full((2, 3), 0.12)
-        ax = plot.risk(found, quantity="share", block="rack")
-        assert ax.get_title("left").replace("\n", " ") == "12 % from above all runs"
 
     def test_rates_are_those_of_annual_rate(self):
         curves = fema_p58().isel(block=slice(0, 1))
@@ -301,51 +286,34 @@ class TestInventory:
             assert line.get_ydata()[0] == WHOLE["loss_rate"].values[i, 0, 0]
         assert len(plot.inventory(WHOLE, view="anchoring").patches) == 6
 
-    def test_exceedance_is_steps(self):
-        """Between thresholds the curve has the rate that holds there: of n or more pieces, of a value above x."""
-        ax = plot.inventory(WHOLE, view="exceedance", quantity="number", model="housner e=e_R")
-        x, y = lines(ax)["building"].get_data()
-        assert x[:5].tolist() == [0.0, 1.0, 1.0, 2.0, 2.0]
-        np.testing.assert_array_equal(y[:5], WHOLE["number_rate"].values[0, 0, [0, 0, 1, 1, 2]])
-        ax = plot.inventory(WHOLE, view="exceedance", model="housner e=e_R")
-        x, y = lines(ax)["building"].get_data()
-        at, rate = WHOLE["loss_threshold"].values, WHOLE["loss_rate"].values[0, 0]
-        np.testing.assert_array_equal(x[:4], at[[0, 1, 1, 2]])
-        np.testing.assert_array_equal(y[:4], rate[[0, 0, 1, 1]])
-
     def test_exceedance_ends_where_nothing_more_falls(self):
         """The curve extends from the rate of any loss, left of the axis, to the greatest loss under any motion."""
-        whole = WHOLE.isel(model=[0], loss_threshold=slice(0, 4))
+        whole = WHOLE.isel(model=[0], loss_threshold=slice(0, 4), number_threshold=slice(0, 3))
         anything = float(whole["number_rate"][0, 0, 0])
         rates = np.array([anything, 0.8 * anything, 0.5 * anything, 0.0])
-        found = whole.assign_coords(loss_threshold=[0.0, 10.0, 20.0, 40.0])
+        found = whole.assign_coords(loss_threshold=[0.0, 10.0, 20.0, 40.0], number_threshold=[1.0, 2.0, 3.0])
         for end, factor in (("", 1.0), ("_lower", 0.9), ("_upper", 1.1)):
             found[f"loss_rate{end}"][:] = factor * rates
+            found[f"number_rate{end}"][:] = rates[[0, 2, 3]]
         ax = plot.inventory(found, view="exceedance", quantity="loss", place="building")
-        (line,) = ax.get_lines()
-        x, y = line.get_data()
+        x, y = ax.get_lines()[0].get_data()
         assert x[1:].tolist() == [10.0, 10.0, 20.0, 20.0, 40.0, 40.0]
         assert y[:-1].tolist() == rates[[0, 0, 1, 1, 2, 2]].tolist()
         assert x[0] < ax.get_xlim()[0] < 10.0
         assert y[-1] < ax.get_ylim()[0] < rates[2]
-        numbers = found.isel(number_threshold=slice(0, 3)).assign_coords(number_threshold=[1.0, 2.0, 3.0])
-        for end in ("", "_lower", "_upper"):
-            numbers[f"number_rate{end}"][:] = [anything, 0.5 * anything, 0.0]
-        (line,) = plot.inventory(numbers, view="exceedance", quantity="number", place="building").get_lines()
+        (line,) = plot.inventory(found, view="exceedance", quantity="number", place="building").get_lines()
         x, y = line.get_data()
         assert x.tolist() == [0.0, 1.0, 1.0, 2.0, 2.0]
-        assert y[:-1].tolist() == [anything, anything, 0.5 * anything, 0.5 * anything]
+        assert y[:-1].tolist() == rates[[0, 0, 2, 2]].tolist()
         assert y[-1] < 0.01 * anything
 
     def test_losses_of_return_periods_are_marked(self):
         """At a dot the loss is exceeded at the rate of its return period, and a larger loss is not."""
         ax = exceedance_figure(WHOLE).axes[0]
         dots = {round(1.0 / line.get_ydata()[0]): line.get_xdata()[0] for line in ax.lines if line.get_marker() == "o"}
-        assert set(dots) == {500, 1000}  # (in 100 years no loss has so high a rate)
         at, rate = WHOLE["loss_threshold"].values, WHOLE["loss_rate"].values[0, 0]
-        for years, amount in dots.items():
-            first = int(np.flatnonzero(rate < 1.0 / years)[0])
-            assert amount == at[first]
+        # (in 100 years no loss has so high a rate)
+        assert dots == {years: at[np.flatnonzero(rate < 1.0 / years)[0]] for years in (500, 1000)}
 
     def test_anchoring_says_what_is_saved(self):
         ax = plot.inventory(cases.ranking(1), view="anchoring")
@@ -367,10 +335,9 @@ class TestSliding:
 
     def test_blocks_stand_at_their_ratio(self):
         ax = plot.sliding([tp.catalogue["file-vertical-2-drawer"], tp.Block(0.4, 1.6, name="crate")])
-        at = {name: one.get_xdata()[0] for name, one in lines(ax).items()}
-        assert at["crate"] == 0.25
-        assert at["file-vertical-2-drawer"] == 0.625
-        assert [one.get_text() for one in ax.get_legend().get_texts()] == ["file-vertical-2-drawer", "crate"]
+        at = {name: line.get_xdata()[0] for name, line in lines(ax).items()}
+        assert (at["crate"], at["file-vertical-2-drawer"]) == (0.25, 0.625)
+        assert [text.get_text() for text in ax.get_legend().get_texts()] == ["file-vertical-2-drawer", "crate"]
         # (no share is written over a line of a block or of a contact)
         shares = np.log([text.get_position() for text in ax.texts if text.get_text().endswith("%")])
         assert len(shares) == 7
@@ -379,11 +346,6 @@ class TestSliding:
         own = Figure().add_subplot()
         assert plot.sliding(tp.Block(0.4, 1.6), own) is own
         assert own.get_legend() is None
-
-    @pytest.mark.parametrize(("blocks", "options"), [(["crate"], {}), ((), {"dispersion": 0.0})])
-    def test_refused(self, blocks, options):
-        with pytest.raises((TypeError, ValueError), match=r"blocks must be blocks|dispersion must be"):
-            plot.sliding(blocks, **options)
 
 
 def test_measures_have_the_tables_words():
@@ -398,23 +360,19 @@ class TestUncertainty:
         edges = [line for line in ax.lines if line.get_linewidth() == 0.8]
         assert [line.get_color() for line in edges[::2]] == ["#222222", *COLOURS[:2]]
         np.testing.assert_allclose(edges[0].get_ydata(), cases.uncertain()["probability_quantile"][0, 0, :, 0])
-
-    def test_two_panels_for_every_block(self):
         assert len(uncertainty_figure(cases.uncertain(("shelf", "rack"))).axes) == 4
 
     def test_indices(self):
-        found = cases.uncertain()
-        law = "housner e=e_R"
-        ax = plot.indices(found, method="sobol", model=law)
-        assert ax.get_title("left") == "Probability of overturning at 0.204 g"
-        assert "at 0.816 g" in plot.indices(found, method="sobol", model=law, level=8.0).get_title("left")
+        found, law = cases.uncertain(), "housner e=e_R"
+        assert title_of(plot.indices(found, method="sobol", model=law)) == "Probability of overturning at 0.204 g"
+        assert "at 0.816 g" in title_of(plot.indices(found, method="sobol", model=law, level=8.0))
         # ends of an interval instead of its half width
         ends = found.isel(model=0, block=0, output=0)[["sobol_first", "sobol_total"]]
         ends = ends.rename(sobol_first="first", sobol_total="total")
         ends = ends.assign(total_lower=ends["total"] - 0.1, total_upper=ends["total"] + 0.2)
-        (bars, _) = (one for one in plot.indices(ends).containers if hasattr(one, "patches"))
+        (bars, _) = (bars for bars in plot.indices(ends).containers if hasattr(bars, "patches"))
         segments = bars.errorbar[2][0].get_segments()
-        np.testing.assert_allclose(np.diff([one[:, 0] for one in segments], axis=1), 0.3)
+        np.testing.assert_allclose(np.diff([segment[:, 0] for segment in segments], axis=1), 0.3)
 
 
 @pytest.mark.parametrize(
@@ -438,18 +396,15 @@ class TestUncertainty:
         ("measures", cases.measured(), {}, "results are of several models, say which"),
         ("uncertainty", SHELF, {}, "needs probability_quantile: results of an uncertainty study"),
         ("uncertainty", cases.uncertain(), {"view": "variance", "model": "housner e=e_R"}, "shared among all laws"),
+        ("sliding", ["crate"], {}, "blocks must be blocks"),
+        ("sliding", (), {"dispersion": 0.0}, "dispersion must be"),
         ("indices", SHELF, {}, "got none"),
         ("indices", cases.uncertain(), {"method": "sobol"}, "results are of several models"),
-        (
-            "indices",
-            cases.uncertain(),
-            {"method": "sobol", "model": "housner e=e_R", "level": 3.3},
-            "level must be one of",
-        ),
+        ("indices", cases.uncertain().isel(model=[0]), {"method": "sobol", "level": 3.3}, "level must be one of"),
     ],
 )
 def test_what_cannot_be_drawn(function, results, options, message):
-    with pytest.raises(ValueError, match=message) as error:
+    with pytest.raises((TypeError, ValueError), match=message) as error:
         getattr(plot, function)(results, **options)
     assert "\n" not in str(error.value)
 
@@ -492,14 +447,7 @@ def test_a_page_has_names_in_place_of_labels():
 def test_lines_are_even_and_words_whole():
     assert axes.wrapped("energy-consistent e=e_R", 1.5) == "energy-consistent\ne=e_R"
     assert axes.wrapped("one two three four five six", 1.6) == "one two three\nfour five six"
-    assert axes.wrapped("short", 9.0) == "short"
-    assert axes.wrapped("", 9.0) == ""
-
-
-def test_spacing_of_levels():
-    assert axes.log_spaced([0.1, 0.2, 0.5, 1.0, 2.0])
-    assert not axes.log_spaced(np.linspace(0.1, 2.0, 20))
-    assert not axes.log_spaced([1.0, 10.0])
+    assert [axes.wrapped(text, 9.0) for text in ("short", "")] == ["short", ""]
 
 
 def test_more_laws_than_colours_differ():
@@ -533,12 +481,10 @@ FIGURES = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", FIGURES)
 def test_texts_can_be_read(name):
-    """No text overlaps another, leaves the sheet, or is small."""
     assert cases.faults(FIGURES[name]()) == []
 
 
 def test_faults_are_found():
-    """The check finds labels that overlap, a title that is cut, and small text."""
     figure = Figure(figsize=(2.0, 2.0))
     ax = figure.add_subplot()
     ax.set_xticks([0.0, 0.01, 1.0], ["first", "second", "third"])
@@ -551,63 +497,7 @@ def test_faults_are_found():
 
 
 @pytest.mark.slow
-class TestKinds:
-    """Studies of every kind as a user runs them, with long names of blocks."""
-
-    PARTS = (
-        'title = "A title that goes on for longer than a figure of one panel is wide, as titles do"\n'
-        '[[blocks]]\nname = "bookcase in the corridor of the second floor"\nwidth_m = 0.35\nheight_m = 1.6\n'
-        '[[blocks]]\nname = "rack"\nwidth_m = 0.6\nheight_m = 1.6\n'
-    )
-    LAWS = '[[models]]\nlaw = "housner"\n[[models]]\nlaw = "makris-konstantinidis"\n'
-    MOTIONS = '[motions]\ngenerator = "clough-penzien"\nnumber = 16\nduration_s = 4\ndt_s = 0.02\n'
-    LEVELS = 'levels = { from = 1.0, to = 12.0, number = 6, spacing = "log", unit = "m/s2" }\n'
-    TOWER = '[building]\nkind = "flexural-shear"\nperiod_s = 0.8\nstoreys = 4\nfloors = [0, 2, 4]\n'
-    HAZARD = '[hazard]\nlevels = [0.1, 0.3]\nrates = [1e-2, 1e-3]\nunit = "g"\n'
-    UNCERTAIN = (
-        "[uncertainty]\nsamples = 4\nsobol = 8\n[uncertainty.inputs]\n"
-        'alpha_factor = { distribution = "normal", mean = 1.0, std = 0.1, lower = 0.7, upper = 1.3 }\n'
-        'restitution_factor = { distribution = "uniform", lower = 0.8, upper = 1.0 }\n'
-    )
-
-    @pytest.mark.parametrize(
-        ("more", "names"),
-        [
-            ('[ida]\nim = "AvgSa(0.2 0.4 0.6 0.8 1.0 1.5 2.0)"\nLEVELSTOWER', ["fragility", "laws"]),
-            ('[ida]\nim = "pga"\nLEVELS[measures]\nHAZARD', ["fragility", "laws", "risk", "measures_1", "measures_2"]),
-            ('[cloud]\nim = "pgv"\n', ["fragility"]),
-            ('[ida]\nim = "pga"\nLEVELSUNCERTAIN', ["uncertainty", "sobol"]),
-        ],
-    )
-    def test_of_blocks(self, tmp_path, more, names):
-        for name in ("LEVELS", "TOWER", "HAZARD", "UNCERTAIN"):
-            more = more.replace(name, getattr(self, name))
-        path = tmp_path / "study.toml"
-        path.write_text(self.PARTS + self.LAWS + self.MOTIONS + more, encoding="utf-8")
-        self.check(path, names)
-
-    @pytest.mark.parametrize("hazard", [True, False])
-    def test_of_an_inventory(self, tmp_path, hazard):
-        rows = "item,width_m,height_m,floor,count,value,currency\nshelf with the yearbooks,0.35,1.8,0,3,100,EUR\n"
-        (tmp_path / "things.csv").write_text(rows + "cabinet,0.45,1.6,2,2,4000000,EUR\n", encoding="utf-8")
-        table = '[performance]\ninventory = "things.csv"\nim = "pga"\nreplicates = 100\n' + self.LEVELS
-        table += self.HAZARD if hazard else "at_level = 12.0\n"
-        path = tmp_path / "study.toml"
-        tower = self.TOWER.replace("floors = [0, 2, 4]\n", "")
-        path.write_text('title = "Things"\n' + self.LAWS + self.MOTIONS + tower + table, encoding="utf-8")
-        self.check(path, ["number", "loss", *(["exceedance"] if hazard else []), "anchoring"])
-
-    def check(self, path, names):
-        results = tp.Study.from_toml(path).run()
-        figures = dict(show.figures(results))
-        assert list(figures) == names
-        for name, figure in figures.items():
-            assert cases.faults(figure) == [], name
-
-
-@pytest.mark.slow
 def test_tables_and_messages_load_no_plotting():
-    """Tables and messages load no matplotlib; figures load no pyplot, which would choose a backend."""
     code = (
         "import sys\nfrom toppling.studies.command import cli\ncli.main(['run', 'nothing.toml'])\n"
         "from toppling.studies import show\nfrom toppling.studies.tables import assessment, fragility, slides\n"
@@ -632,7 +522,7 @@ def test_the_public_functions(name):
 def test_figures_of_many_blocks_under_several_laws_are_not_endless():
     two = cases.curves(tuple(f"block {i}" for i in range(50))).isel(model=slice(2))
     several = {2: two, 4: xr.concat([two, two.assign_coords(model=["third", "fourth"])], "model", join="outer")}
-    for laws, results in several.items():
+    for number, results in several.items():
         figure = fragility_figure(results)
         assert figure.get_figheight() <= 11.0  # in, 1,650 pixels
-        assert len(figure.axes) == 12, laws
+        assert len(figure.axes) == 12, number

@@ -14,11 +14,16 @@ from toppling.studies.plots.axes import COLOURS
 from toppling.studies.plots.response import HIGHEST
 
 BLOCK = tp.Block.from_slenderness(0.2, 0.38)
+M0 = BLOCK.p**2 * math.sin(BLOCK.alpha)
 E = 0.925
 
 
 def decay(model, duration=3.0, dt=0.001):
     return tp.free_rocking(BLOCK, model, 0.5 * BLOCK.alpha, duration, dt)
+
+
+def legend_of(ax):
+    return [text.get_text() for text in ax.get_legend().get_texts()]
 
 
 @pytest.fixture(scope="module")
@@ -44,18 +49,12 @@ class TestHistory:
         assert ax.get_ylabel() == "Rotation over slenderness, θ/α (–)"
         assert ax.get_legend() is None
 
-    def test_several_have_a_legend_and_the_reference_is_black(self, discrete):
+    def test_several_have_a_legend_with_names_that_differ_and_the_reference_is_black(self, discrete):
         ax = plot.history([discrete, decay(tp.HousnerImpact(e=E))])
-        assert [text.get_text() for text in ax.get_legend().get_texts()] == [
-            "discrete e=0.925 δ=0.05",
-            "housner e=0.925",
-        ]
+        assert legend_of(ax) == ["discrete e=0.925 δ=0.05", "housner e=0.925"]
         assert [line.get_color() for line in ax.get_lines()] == [COLOURS[0], "#222222"]
-
-    def test_names_tell_apart(self, discrete):
         other = tp.free_rocking(tp.Block(0.4, 1.8, name="shelf"), tp.DiscreteDamping(e=E), 0.05, 1.0)
-        texts = [text.get_text() for text in plot.history([discrete, other]).get_legend().get_texts()]
-        assert texts == ["0.151 m × 0.7449 m", "shelf"]
+        assert legend_of(plot.history([discrete, other])) == ["0.151 m × 0.7449 m", "shelf"]
 
     def test_the_cross_stands_at_the_last_balance(self, falling):
         """The cross is where |θ| = α for the last time, before the curve leaves the frame and the block lies flat."""
@@ -70,48 +69,42 @@ class TestHistory:
         assert np.all(np.abs(ratio[time > x]) > 1.0)
         assert x < float(falling.overturning_time)
         low, high = ax.get_ylim()
-        assert low <= y <= high
-        assert low >= -HIGHEST - 0.1
-        assert high <= HIGHEST + 0.1
-        assert "past its balance for good" in [text.get_text() for text in ax.get_legend().get_texts()]
+        assert -HIGHEST - 0.1 <= low <= y <= high <= HIGHEST + 0.1
+        assert "past its balance for good" in legend_of(ax)
 
     def test_overturning_after_the_record(self):
         """The history ends before the block passes its balance: the cross stands at its end."""
         shake = tp.motions.OneCycleSine(amplitude=8.0, omega=6.0, dt=0.01, tail=0.01).sample(1).isel(time=slice(0, 26))
         run = tp.simulate(BLOCK, tp.DiscreteDamping(e=E), shake)
+        end = float(run.time[-1])
         assert bool(run.overturned)
-        assert float(run.overturning_time) > float(run.time[-1])
-        ax = plot.history(run)
-        assert ax.get_lines()[1].get_xdata()[0] == pytest.approx(float(run.time[-1]))
+        assert float(run.overturning_time) > end
+        assert plot.history(run).get_lines()[1].get_xdata()[0] == pytest.approx(end)
 
     def test_own_axes_labels_and_colors(self, discrete):
-        """Axes that the caller provides get no legend: the caller makes the legend from the labels."""
         ax = Figure().subplots()
         assert plot.history([discrete, discrete], ax, labels=["one", "two"], colors=["red", "blue"]) is ax
         assert [line.get_color() for line in ax.get_lines()] == ["red", "blue"]
         assert ax.get_legend() is None
-        assert [text.get_text() for text in ax.legend().get_texts()] == ["one", "two"]
+        ax.legend()
+        assert legend_of(ax) == ["one", "two"]
 
     @pytest.mark.filterwarnings("error")
     def test_blank_labels_leave_no_legend(self, discrete, falling):
         assert plot.history([discrete, falling], labels=["", ""]).get_legend() is None
 
     def test_what_cannot_be_drawn(self, discrete):
-        with pytest.raises(ValueError, match="at least one history, got none"):
-            plot.history([])
-        with pytest.raises(TypeError, match="got DataArray"):
-            plot.history([discrete.rotation])
-        with pytest.raises(TypeError, match="got int"):
-            plot.history(3)
-        with pytest.raises(ValueError, match="without damping_moment, rotation"):
-            plot.history(discrete.drop_vars(["rotation", "damping_moment"]))
-        with pytest.raises(ValueError, match="labels must be 2"):
-            plot.history([discrete, discrete], labels=["one"])
-        with pytest.raises(ValueError, match="colors must be 1"):
-            plot.history(discrete, colors="red")
-        two = xr.concat([discrete, discrete], "run")
-        with pytest.raises(ValueError, match="rotation on"):
-            plot.history(two)
+        for histories, options, error, message in (
+            ([], {}, ValueError, "at least one history, got none"),
+            ([discrete.rotation], {}, TypeError, "got DataArray"),
+            (3, {}, TypeError, "got int"),
+            (discrete.drop_vars(["rotation", "damping_moment"]), {}, ValueError, "without damping_moment, rotation"),
+            ([discrete, discrete], {"labels": ["one"]}, ValueError, "labels must be 2"),
+            (discrete, {"colors": "red"}, ValueError, "colors must be 1"),
+            (xr.concat([discrete, discrete], "run"), {}, ValueError, "rotation on"),
+        ):
+            with pytest.raises(error, match=message):
+                plot.history(histories, **options)
 
 
 class TestPhase:
@@ -120,29 +113,26 @@ class TestPhase:
         np.testing.assert_allclose(line.get_xdata(), discrete.rotation / BLOCK.alpha, rtol=1e-15)
         np.testing.assert_allclose(line.get_ydata(), discrete.angular_velocity / (BLOCK.p * BLOCK.alpha), rtol=1e-15)
         assert (line.get_label(), line.get_color()) == ("here", "red")
+        with pytest.raises(TypeError, match="got list"):
+            plot.phase([discrete])
 
     def test_nothing_after_overturning(self, falling):
         (line,) = plot.phase(falling).get_lines()
         assert 1.0 < np.abs(line.get_xdata()).max() < 0.5 * math.pi / BLOCK.alpha
 
-    def test_one_response_only(self, discrete):
-        with pytest.raises(TypeError, match="got list"):
-            plot.phase([discrete])
-
 
 class TestHysteresis:
-    @pytest.mark.parametrize("model", [tp.DiscreteDamping(e=E), tp.GianniniMasiani(e=E)], ids=lambda one: one.law)
-    def test_encloses_the_energy_lost(self, model):
+    @pytest.mark.parametrize("law", [tp.DiscreteDamping(e=E), tp.GianniniMasiani(e=E)], ids=lambda law: law.law)
+    def test_encloses_the_energy_lost(self, law):
         """From release to the first peak the damping moment does the work that the potential lost."""
-        run = decay(model, 1.5, 2e-5)
+        run = decay(law, 1.5, 2e-5)
         until = int(np.searchsorted(run.time.values, run.peak_times.values[1]))
-        (line,) = plot.hysteresis(run, moment="damping").get_lines()
-        work = np.trapezoid(line.get_ydata()[:until], line.get_xdata()[:until])
+        x, y = plot.hysteresis(run, moment="damping").get_lines()[0].get_data()
         x0, x1 = (run.peak_rotations.values / BLOCK.alpha)[:2]
         # work over M0 alpha: x - x²/2 outside the zone; the work inside the zone is the same at both ends
-        lost = (x0 - 0.5 * x0**2) - (x1 - 0.5 * x1**2)
         # (the moment jumps at the zone's edges, within one sample of 2e-5 s)
-        assert work == pytest.approx(lost, rel=2e-3)
+        lost = (x0 - 0.5 * x0**2) - (x1 - 0.5 * x1**2)
+        assert np.trapezoid(y[:until], x[:until]) == pytest.approx(lost, rel=2e-3)
 
     @pytest.mark.parametrize(("geometry", "end"), [("exact", 1.0), ("linear", BLOCK.alpha / math.sin(BLOCK.alpha))])
     def test_a_rigid_block_jumps_upright(self, geometry, end):
@@ -150,39 +140,33 @@ class TestHysteresis:
         run = decay(tp.HousnerImpact(e=E, geometry=geometry), dt=0.02)
         x, y = plot.hysteresis(run).get_lines()[0].get_data()
         assert not np.any(x[1:] * x[:-1] < 0.0)
-        crossed = np.flatnonzero((x[1:] == 0.0) & (x[:-1] == 0.0))
-        impacts = np.count_nonzero(np.diff(np.sign(run.rotation.values[run.rotation.values != 0.0])))
+        rotates = run.rotation.values != 0.0
+        impacts = np.count_nonzero(np.diff(np.sign(run.rotation.values[rotates])))
         assert impacts > 3
-        jumps = np.abs(np.diff(y))[crossed]
+        jumps = np.abs(np.diff(y))[(x[1:] == 0.0) & (x[:-1] == 0.0)]
         assert np.count_nonzero(np.isclose(jumps, 2.0 * end, rtol=1e-9)) == impacts
         samples = np.isin(x, run.rotation.values / BLOCK.alpha) & (x != 0.0)
-        m0 = BLOCK.p**2 * math.sin(BLOCK.alpha)
-        np.testing.assert_array_equal(y[samples], (run.restoring_moment.values / m0)[run.rotation.values != 0.0])
+        np.testing.assert_array_equal(y[samples], (run.restoring_moment.values / M0)[rotates])
 
-    def test_from_rest_it_goes_straight_up(self):
+    @pytest.mark.parametrize("law", [tp.HousnerImpact(e=E), tp.EnergyConsistent(e=E)], ids=lambda law: law.law)
+    def test_from_rest_it_goes_straight_up(self, law):
         shake = tp.motions.OneCycleSine(amplitude=3.0, omega=8.0, dt=0.01).sample(1)
-        for law in (tp.HousnerImpact(e=E), tp.EnergyConsistent(e=E)):
-            x, y = plot.hysteresis(tp.simulate(BLOCK, law, shake)).get_lines()[0].get_data()
-            first = int(np.flatnonzero(x)[0])
-            assert x[first - 1] == 0.0
-            assert y[first - 1] == pytest.approx(math.copysign(1.0, x[first]), rel=1e-9)
+        x, y = plot.hysteresis(tp.simulate(BLOCK, law, shake)).get_lines()[0].get_data()
+        first = int(np.flatnonzero(x)[0])
+        assert (x[first - 1], y[first - 1]) == (0.0, pytest.approx(math.copysign(1.0, x[first]), rel=1e-9))
 
-    @pytest.mark.parametrize("law", [tp.DiscreteDamping(e=E), tp.Vassiliou()], ids=lambda one: one.law)
-    def test_nothing_jumps_in_an_elastic_zone(self, law):
-        run = decay(law)
-        (line,) = plot.hysteresis(run).get_lines()
-        np.testing.assert_array_equal(line.get_xdata(), run.rotation / BLOCK.alpha)
+    def test_nothing_jumps_in_an_elastic_zone(self, discrete):
+        for run in (discrete, decay(tp.Vassiliou())):
+            (line,) = plot.hysteresis(run).get_lines()
+            np.testing.assert_array_equal(line.get_xdata(), run.rotation / BLOCK.alpha)
 
     def test_total_is_the_sum(self, discrete):
         parts = [plot.hysteresis(discrete, moment=name).get_lines()[0] for name in ("restoring", "damping", "total")]
         restoring, damping, total = (line.get_ydata() for line in parts)
         np.testing.assert_allclose(restoring + damping, total, atol=1e-14)
-        m0 = BLOCK.p**2 * math.sin(BLOCK.alpha)
-        np.testing.assert_allclose(restoring, discrete.restoring_moment / m0, rtol=1e-14)
-
-    def test_an_impact_encloses_nothing(self):
-        (line,) = plot.hysteresis(decay(tp.HousnerImpact(e=E)), moment="damping").get_lines()
-        assert not np.any(line.get_ydata())
+        np.testing.assert_allclose(restoring, discrete.restoring_moment / M0, rtol=1e-14)
+        impacts = plot.hysteresis(decay(tp.HousnerImpact(e=E)), moment="damping").get_lines()[0]
+        assert not np.any(impacts.get_ydata())  # (an impact encloses nothing)
 
     def test_another_moment(self, discrete):
         with pytest.raises(ValueError, match="moment must be one of 'total', 'damping', 'restoring'"):
@@ -203,9 +187,8 @@ class TestMoment:
 
     def test_exact_is_a_sine_and_upright_at_rest(self):
         x, y = plot.moment(BLOCK, tp.HousnerImpact(e=E)).get_lines()[0].get_data()
-        right = x > 0.0
-        sine = np.sin(BLOCK.alpha * (1.0 - x[right])) / math.sin(BLOCK.alpha)
-        np.testing.assert_allclose(y[right], sine, atol=1e-14)
+        sine = np.sin(BLOCK.alpha * (1.0 - x[x > 0.0])) / math.sin(BLOCK.alpha)
+        np.testing.assert_allclose(y[x > 0.0], sine, atol=1e-14)
         np.testing.assert_allclose(sorted(y[x == 0.0]), [-1.0, 1.0], atol=1e-14)
 
     def test_rigid_rest_has_its_zone_dotted(self):
@@ -216,12 +199,13 @@ class TestMoment:
         np.testing.assert_allclose(y[x > 0.0], 1.0 - x[x > 0.0], atol=1e-14)
 
     def test_what_cannot_be_drawn(self):
-        with pytest.raises(TypeError, match="block must be"):
-            plot.moment("shelf", tp.DiscreteDamping())
-        with pytest.raises(TypeError, match="model must be"):
-            plot.moment(BLOCK, tp.DiscreteDamping)
-        with pytest.raises(ValueError, match="explicit e"):
-            plot.moment(tp.Block(2.0, 1.0), tp.DiscreteDamping())
+        for block, law, error, message in (
+            ("shelf", tp.DiscreteDamping(), TypeError, "block must be"),
+            (BLOCK, tp.DiscreteDamping, TypeError, "model must be"),
+            (tp.Block(2.0, 1.0), tp.DiscreteDamping(), ValueError, "explicit e"),
+        ):
+            with pytest.raises(error, match=message):
+                plot.moment(block, law)
 
 
 def test_no_figure_is_left_open(discrete):

@@ -35,7 +35,6 @@ def keys():
 
 
 def broken(content):
-    """What the schema says of a study's content."""
     return [f"{error.json_path}: {error.message}" for error in CHECK.iter_errors(content)]
 
 
@@ -86,7 +85,6 @@ class TestSchema:
         assert [word for word in words if word] == list(mo.GENERATORS)
 
     def test_defaults_are_those_of_what_is_built(self):
-        """A default in the schema is that of the class or function, in the unit of the key."""
         found = 0
         for name, key, _, said in keys():
             table = TABLES[name]
@@ -94,31 +92,22 @@ class TestSchema:
                 continue
             parameter, factor = table.si_factors[key]
             default = declared(table.makes)[parameter].default
-            if (
-                default != math.inf
-                and isinstance(default, int | float | str | tuple)
-                and key not in table.__base__.model_fields
-            ):
-                own = list(default) if isinstance(default, tuple) else default
-                assert said["default"] == (own if factor == 1.0 else pytest.approx(own / factor, rel=1e-12)), key
+            default = list(default) if isinstance(default, tuple) else default
+            is_plain = default != math.inf and isinstance(default, int | float | str | list)
+            if is_plain and key not in table.__base__.model_fields:
+                assert said["default"] == (default if factor == 1.0 else pytest.approx(default / factor, rel=1e-12)), (
+                    key
+                )
                 found += 1
         assert found >= 100
 
     def test_every_key_is_used(self):
         """A key of a derived table is a parameter of what it makes, or is one that its base uses."""
         used = {
-            *(
-                "kind",
-                "standard",
-                "cost",
-                "target",
-                "law",
-                "settlement_mm",
-                "rocking_frequency_hz",
-                "body_frequency_hz",
-            ),
+            *("kind", "standard", "cost", "target", "law", "settlement_mm", "rocking_frequency_hz"),
             *("generator", "number", "seed", "component", "axes", "azimuth", "correlation", "match_gmm", "pulse"),
             *("name", "floors", "system", "sds_g", "sd1_g", "importance", "isolation", "base_mass_kg"),
+            "body_frequency_hz",
         }
         for name, table in TABLES.items():
             if hasattr(table, "si_factors"):
@@ -158,20 +147,12 @@ class TestSchema:
 
 
 class TestCommand:
-    def test_prints_the_schema(self, capsys):
+    def test_prints_the_schema_or_writes_it(self, tmp_path, capsys):
         assert main(["schema"]) == 0
         assert json.loads(capsys.readouterr().out) == SCHEMA
-
-    def test_writes_it(self, tmp_path, capsys):
         assert main(["schema", "--out", str(tmp_path / "study.json")]) == 0
         assert capsys.readouterr().out == ""
         assert json.loads((tmp_path / "study.json").read_text(encoding="utf-8")) == SCHEMA
-
-    def test_says_where_it_cannot_write(self, tmp_path, capsys):
-        assert main(["schema", "--out", str(tmp_path / "none" / "study.json")]) == 2
-        error = capsys.readouterr().err
-        assert "cannot be written" in error
-        assert error.count("\n") == 1
 
 
 class TestReference:
@@ -183,15 +164,11 @@ class TestReference:
         for heading in ("[[blocks]]", "[motions.envelope]", "[[stripes.at]]", "[uncertainty.inputs.NAME]"):
             assert f"### `{heading}`" in page
 
-    def test_rows_have_five_cells(self):
-        for line in made_keys.key_reference().splitlines():
-            if line.startswith("|"):
-                assert line.replace("\\|", "").count("|") in (6, 7), line
-
-    def test_one_row(self):
-        page = made_keys.key_reference()
-        rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in page.splitlines()]
+    def test_rows(self):
+        lines = [line for line in made_keys.key_reference().splitlines() if line.startswith("|")]
+        assert {line.replace("\\|", "").count("|") for line in lines} == {6, 7}
+        rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines]
         static = ["`static`", "Static coefficient of friction, or its median.", "1", "that of contact"]
         alpha0 = ["`alpha0`", declared(mo.Building.flexural_shear)["alpha0"].sentence, "1", "`5`"]
-        for row in ([*static, "number ≥ 0.05, ≤ 2"], [*alpha0, "number ≥ 0, ≤ 10000", "`flexural-shear`"]):
-            assert row in rows
+        assert [*static, "number ≥ 0.05, ≤ 2"] in rows
+        assert [*alpha0, "number ≥ 0, ≤ 10000", "`flexural-shear`"] in rows

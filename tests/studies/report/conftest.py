@@ -2,7 +2,7 @@
 
 import browser
 import pytest
-from report_pages import INVENTORY, STUDIES, write_hostile
+from report_pages import INVENTORY, STUDIES, loaded, write_hostile
 
 import toppling as tp
 from toppling.studies.report.page import write_report
@@ -16,6 +16,12 @@ def folder(tmp_path_factory):
         (made / f"{name}.toml").write_text(text, encoding="utf-8")
         tp.Study.from_toml(made / f"{name}.toml").run(made / name)
     return made
+
+
+@pytest.fixture
+def results(folder):
+    """Results of two blocks under two laws with a hazard, which a test may change."""
+    return loaded(folder)
 
 
 @pytest.fixture(scope="package")

@@ -4,7 +4,6 @@ import json
 import math
 import re
 from html import unescape
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +15,6 @@ from study_schema import made_schema
 import toppling as tp
 from toppling.core.facts import INVALID
 from toppling.core.wording import two_digits
-from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.command.verdict import verdict
 from toppling.studies.facts import building, curves
@@ -43,8 +41,7 @@ def of(fact):
 
 
 class TestAnswer:
-    def test_reference_law_first(self, folder):
-        results = loaded(folder)
+    def test_reference_law_first(self, results):
         assert reference_law(results) == (1, True)
         facts, case = facts_of(curves.answer, results), results.isel(block=0, model=1)
         half, chance = facts["curve.half_level"], facts["rate.chance"]
@@ -57,8 +54,7 @@ class TestAnswer:
         assert reference_law(results.isel(model=[0])) == (0, False)
         assert choice_of_law(results.isel(model=[0])) is None
 
-    def test_without_a_median(self, folder):
-        results = loaded(folder).copy(deep=True)
+    def test_without_a_median(self, results):
         results["half_level"][:], results["rate"][:] = np.nan, np.nan
         results["status"] = xr.full_like(results["status"].astype(object), "no overturning")
         (fact,) = curves.answer(results)
@@ -68,8 +64,7 @@ class TestAnswer:
         assert (none.what, none.word) == ("rate.none", INVALID)
 
     @pytest.mark.parametrize(("half", "at", "end"), [(np.inf, -1, "strongest"), (0.0, 0, "weakest")])
-    def test_half_at_no_level(self, folder, half, at, end):
-        results = loaded(folder).copy(deep=True)
+    def test_half_at_no_level(self, results, half, at, end):
         results["half_level"][:, 1] = half
         facts, case = facts_of(curves.answer, results), results.isel(block=0, model=1, level=at)
         assert "curve.half_level" not in facts
@@ -77,8 +72,7 @@ class TestAnswer:
         assert of(last) == pytest.approx([float(case[name]) for name in ("probability", "lower", "upper")])
         assert (last.more["end"], last.unit, last.level) == (end, "g", pytest.approx(float(case["level"]) / G))
 
-    def test_of_many_blocks_the_weakest(self, folder):
-        results = loaded(folder)
+    def test_of_many_blocks_the_weakest(self, results):
         many = results.isel(block=np.arange(40) % 2).assign_coords(block=[f"b{i:02}" for i in range(40)])
         rank = facts_of(curves.answer, many)["curve.rank"]
         assert (rank.value, rank.more["name"]) == (40, "“b00”")
@@ -111,8 +105,6 @@ class TestJson:
 
 
 class TestClientPart:
-    """The first part of a report: no key names, no parameters of laws, two digits, every term defined once."""
-
     @pytest.mark.slow
     @pytest.mark.parametrize("name", STUDIES)
     def test_without_keys_parameters_and_toml(self, pages, name):
@@ -152,28 +144,17 @@ class TestClientPart:
         assert len(defined) >= 2
 
     @pytest.mark.slow
-    def test_cover_changes_no_results(self, folder, tmp_path):
-        source = Path(folder / "fragility")
-        study = tmp_path / "study.toml"
-        study.write_text(STUDIES["fragility"], encoding="utf-8")
-        before = tp.Study.from_toml(study).identity
+    def test_cover_changes_no_results(self, folder, results, tmp_path):
+        study, source = tmp_path / "study.toml", folder / "fragility" / "results.nc"
         cover = '[report]\nclient = "A <client>"\nsite = "Here"\nauthor = "Me"\ndate = "1 May"\n'
-        study.write_text(f"{STUDIES['fragility']}{cover}", encoding="utf-8")
+        study.write_text(STUDIES["fragility"] + cover, encoding="utf-8")
         renamed = tp.Study.from_toml(study)
-        assert renamed.identity == before
-        with xr.open_dataset(source / "results.nc") as results:
-            covered = results.load().assign_attrs(study=json.dumps(renamed.configuration))
-        found = module.content(covered, source / "results.nc", "as written")
+        assert renamed.identity == results.attrs["identity"]
+        covered = results.assign_attrs(study=json.dumps(renamed.configuration))
+        found = module.content(covered, source, "as written")
         assert found["cover"] == [("Client", "A <client>"), ("Site", "Here"), ("Author", "Me"), ("Date", "1 May")]
-        page = module.html_page(covered, source / "results.nc", "as written")
-        assert "Client: A &lt;client&gt; · Site: Here" in page
-        assert module.content(loaded(folder), source / "results.nc", "as written")["cover"] == []
-
-    @pytest.mark.parametrize("cover", ["", 'client = " "', 'client = "a"\ntitle = "b"', "date = 2026-01-01"])
-    def test_covers_that_are_refused(self, tmp_path, cover):
-        (tmp_path / "study.toml").write_text(f"{STUDIES['fragility']}[report]\n{cover}\n", encoding="utf-8")
-        with pytest.raises(StudyError, match="report"):
-            tp.Study.from_toml(tmp_path / "study.toml")
+        assert "Client: A &lt;client&gt; · Site: Here" in module.html_page(covered, source, "as written")
+        assert module.content(results, source, "as written")["cover"] == []
 
     def test_inputs_name_the_motions_that_were_run(self, folder):
         results = loaded(folder)
@@ -197,8 +178,7 @@ class TestClientPart:
         floors = xr.concat([results, results], "floor", data_vars="minimal").assign_coords(floor=["1", "2"])
         assert motions(floors).value == 6
 
-    def test_of_many_blocks_and_floors(self, folder):
-        results = loaded(folder)
+    def test_of_many_blocks_and_floors(self, results):
         table = lead_blocks(results)
         at, _ = reference_law(results)
         case = results.isel(block=0, model=at)
@@ -221,16 +201,13 @@ class TestClientPart:
 
 
 class TestFacts:
-    def test_of_two_pieces(self, folder):
-        results = loaded(folder)
+    def test_of_two_pieces(self, results):
         case = results.isel(block=0, model=1)
         facts = facts_of(curves.answer, results)
         rank = facts["curve.rank"]
         assert (rank.value, rank.more["name"], rank.names) == (2, "“shelf”", ("“rack”",))
         assert (rank.more["all"], rank.more["single"]) == (False, False)
-        assert say(rank, "page") == (
-            "“shelf” is the more vulnerable of 2 pieces, but its interval overlaps with “rack”."
-        )
+        assert "is the more vulnerable of 2 pieces, but its interval overlaps with “rack”" in say(rank, "page")
         seen = case["probability"].values
         below = np.flatnonzero((seen > 0) & (seen < 0.5) & (case["level"].values < float(case["half_level"])))
         level = case.isel(level=below[np.abs(np.log(10.0 * seen[below])).argmin()])
@@ -256,8 +233,7 @@ class TestFacts:
         assert (bare["rate.model_range"].lower, bare["rate.model_range"].upper) == pytest.approx(ends, rel=1e-3)
         assert "law.use_missing" not in facts_of(footnotes, loaded(folder, "sensitivity"))
 
-    def test_open_intervals(self, folder):
-        results = loaded(folder).copy(deep=True)
+    def test_open_intervals(self, results):
         results["probability"][:] = 0.0
         assert "curve.rare" not in facts_of(curves.answer, results)
         results["half_level_upper"][:] = np.inf
@@ -299,7 +275,7 @@ class TestFacts:
 
     def test_other_laws_where_they_disagree(self, folder):
         """Chances with a hazard, levels without; nothing where no law differs by a tenth."""
-        results = loaded(folder).copy(deep=True)
+        results = loaded(folder)
         results["risk_probability"][0] = [0.03, 0.02]
         found = facts_of(curves.answer, results)["law.range"]
         assert (found.lower, found.upper, found.more["laws"], found.more["yearly"]) == (0.03, 0.03, 1, True)
@@ -307,13 +283,10 @@ class TestFacts:
         viscous = results.assign_coords(law=("model", ["vassiliou", "housner"]))
         assert facts_of(curves.answer, viscous)["law.range"].more["throughout"] == ()  # (more falls than impacts)
         viscous["risk_probability"][0] = [0.01, 0.02]
-        assert say(facts_of(curves.answer, viscous)["law.range"], "page") == (
-            "Under the other damping law the chance of “shelf” is 1.0\u00a0%. Vassiliou et al. dissipates energy "
-            "throughout the motion, more than impacts."
-        )
+        assert facts_of(curves.answer, viscous)["law.range"].more["throughout"] == ("Vassiliou et al.",)
         results["risk_probability"][0] = [0.021, 0.02]
         assert "law.range" not in facts_of(curves.answer, results)
-        bare = loaded(folder, "stripes").copy(deep=True)
+        bare = loaded(folder, "stripes")
         bare["half_level"][0] = [6.0, 4.0]
         found = facts_of(curves.answer, bare)["law.range"]
         assert (found.lower, found.upper, found.unit) == (pytest.approx(6.0 / G), pytest.approx(6.0 / G), "g")
@@ -321,7 +294,7 @@ class TestFacts:
 
     def test_of_an_uncertain_piece(self, folder):
         """What is not known of the piece: nine tenths of its samples, by hand."""
-        results = loaded(folder, "uncertainty").copy(deep=True)
+        results = loaded(folder, "uncertainty")
         results["sample_median"][0] = np.array([[0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0]] * 2) * G
         facts = facts_of(curves.answer, results)
         spread, half = facts["uncertainty.half_level"], facts["curve.half_level"]
@@ -338,7 +311,7 @@ class TestFacts:
     @pytest.mark.parametrize(("half", "at", "which"), [(np.inf, -1, "strongest"), (0.0, 0, "weakest")])
     def test_of_an_uncertain_piece_of_which_half_fall_at_no_level(self, folder, half, at, which):
         """The share at the outermost level, with the range over the samples in place of an interval."""
-        results = loaded(folder, "uncertainty").copy(deep=True)
+        results = loaded(folder, "uncertainty")
         results["half_level"][:] = half
         results["probability"][..., at] = 0.29
         results["sample_probability"][..., at] = np.linspace(0.2, 0.34, results.sizes["sample"])
@@ -347,14 +320,13 @@ class TestFacts:
         assert (found.more["end"], found.more["sampled"]) == (which, True)
         assert say(found, "page").endswith("; with its uncertain properties 20–34\u00a0% (90 %).")
 
-    def test_names_of_the_catalogue_are_titles(self, folder):
-        results = loaded(folder).assign_coords(block=["bookcase-5-shelf", "rack"])
+    def test_names_of_the_catalogue_are_titles(self, results):
+        results = results.assign_coords(block=["bookcase-5-shelf", "rack"])
         assert facts_of(curves.answer, results)["curve.rank"].more["name"] == "“Bookcase, 5 shelves”"
         assert lead_blocks(results).lines[0]["block"] == "Bookcase, 5 shelves"
 
-    def test_the_size_that_is_needed(self, folder):
+    def test_the_size_that_is_needed(self, results):
         """Of what, for which target, and the pieces that miss it, which can be anchored instead."""
-        results = loaded(folder).copy(deep=True)
         results["risk_probability"][:, 1] = [0.02, 0.001]
         for end, values in {"": [0.5, 0.38], "_lower": [0.4, 0.37], "_upper": [0.6, 0.4]}.items():
             results[f"size_width{end}"] = ("model", values, {"units": "m"})
@@ -362,16 +334,10 @@ class TestFacts:
         (size,) = curves.actions(results)
         assert (size.what, of(size), size.names) == ("size.target", (0.38, 0.37, 0.4), ("“shelf”",))
         assert (size.more["others"], size.more["target"], size.more["only"]) == ((0.5, 0.5), 0.01, ())
-        assert say(size, "page") == (
-            "Make the width at least about 0.38 m (0.37–0.40) for a chance of at most 1.0\u00a0% in 50 years, with the "
-            "other dimensions unchanged. Other damping laws give 0.50 m. “shelf” misses that: anchor it if the size "
-            "cannot change."
-        )
+        assert "Other damping laws give 0.50 m. “shelf” misses that: anchor it if" in say(size, "page")
         assert say(size, "page") in verdict(results, answered=True)[0]  # (the study asks for it)
 
-    def test_the_share_beyond_the_hazard_curve(self, folder):
-        """The footnote gives the shares of the marked rows themselves."""
-        results = loaded(folder).copy(deep=True)
+    def test_the_share_beyond_the_hazard_curve(self, results):
         results["rate_share_above"][:] = [[0.0, 0.01], [0.0, 0.78]]
         table = lead_blocks(results)
         assert [text.endswith("\u00a0*") for text in table.texts("chance")] == [False, True]

@@ -7,8 +7,8 @@ import pytest
 import xarray as xr
 from check_facts import facts_of
 from scipy.stats import binomtest
+from study_texts import blocks, laws, motions, study_of
 
-import toppling as tp
 from toppling.studies.command.verdict import verdict
 from toppling.studies.facts import curves
 from toppling.studies.facts.crossed import FEWEST_APART, crossing, crossings_of, levels_of
@@ -17,40 +17,21 @@ from toppling.studies.facts.law_choice import choice_of_law
 from toppling.studies.facts.say import say
 from toppling.studies.tables.fragility import curves_at
 
-STUDY = """
-title = "Two pieces"
-[[blocks]]
-width_m = 0.4
-height_m = 1.8
-name = "shelf"
-[[blocks]]
-width_m = 0.42
-height_m = 1.9
-name = "rack"
-[[models]]
-law = "giannini-masiani"
-[[models]]
-law = "housner"
-[motions]
-generator = "clough-penzien"
-number = 12
-seed = 1
-duration_s = 10
-dt_s = 0.02
+REST = """
 [ida]
 im = "pga"
 levels = { values = [0.1, 0.2, 0.4, 0.8, 1.6], unit = "g" }
 [fit]
-replicates = 200
+replicates = 100
 """
+CROSSED = ([[0.4, 0.4], [0.45, 0.45]], [[0.2, 0.2], [0.8, 0.8]])
 G = 9.80665
 
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("crossings")
-    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
-    return tp.Study.from_toml(folder / "study.toml").run(folder / "out").load()
+    parts = blocks(shelf=0.4), blocks(1.9, rack=0.42), laws("giannini-masiani", "housner"), motions(12), REST
+    return study_of(tmp_path_factory.mktemp("crossings"), *parts).run()
 
 
 def with_curves(results, medians, dispersions):
@@ -101,20 +82,15 @@ class TestCrossing:
 
 class TestAnswer:
     def test_no_piece_is_the_first_where_curves_cross(self, results):
-        found = with_curves(results, [[0.4, 0.4], [0.45, 0.45]], [[0.2, 0.2], [0.8, 0.8]])
+        found = with_curves(results, *CROSSED)
         facts = facts_of(curves.answer, found)
-        assert "curve.rank" not in facts
-        assert "curve.crossing_too" not in facts
+        assert not {"curve.rank", "curve.crossing_too"} & facts.keys()
         fact = facts["curve.crossing"]
         assert fact.names == ("“shelf”", "“rack”")
         assert np.array(fact.more["higher"]) == pytest.approx(np.array([(0.4, 1.6)]))
         assert np.array(fact.more["lower"]) == pytest.approx(np.array([(0.1, 0.2)]))
         assert (fact.upper, fact.lower, fact.more["chance"]) == pytest.approx((0.236, 0.155, 6 / 12), abs=1e-3)
-        assert say(fact, "page") == (
-            "The order depends on the level: “shelf” overturns more often than “rack” from 0.40 to 1.6 g (by up to "
-            "24\u00a0% of the motions), and less often from 0.10 to 0.20 g (by up to 16\u00a0%). "
-            "With so few motions the difference may be chance."
-        )
+        assert "less often from 0.10 to 0.20 g (by up to 16\u00a0%). With so few motions" in say(fact, "page")
         assert say(fact, "page") in verdict(found, True)[0]
 
     def test_the_fewest_motions_that_are_no_chance(self):
@@ -125,15 +101,14 @@ class TestAnswer:
 
     def test_what_more_motions_would_not_change(self, results):
         """With 60 motions, differences of 10 and more in 100 earthquakes are no chance."""
-        found = with_curves(results, [[0.4, 0.4], [0.45, 0.45]], [[0.2, 0.2], [0.8, 0.8]])
+        found = with_curves(results, *CROSSED)
         screened = {**json.loads(found.attrs["screen"]), "fewest_motions": 60}
         fact = facts_of(curves.answer, found.assign_attrs(screen=json.dumps(screened)))["curve.crossing"]
         assert fact.more["chance"] == 0.1
         assert "chance" not in say(fact, "page")
 
     def test_of_several_pairs(self, results):
-        """Three curves that all cross: a pair with the piece that falls first, and then the others."""
-        found = with_curves(results, [[0.4, 0.4], [0.45, 0.45]], [[0.2, 0.2], [0.8, 0.8]])
+        found = with_curves(results, *CROSSED)
         third = with_curves(results, [[0.5, 0.5], [0.5, 0.5]], [[1.5, 1.5], [1.5, 1.5]]).isel(block=[0])
         three = xr.concat([found, third.assign_coords(block=["chest"])], "block", data_vars="minimal")
         every = [fact for fact in curves.answer(three.assign_attrs(results.attrs)) if "crossing" in fact.what]
@@ -143,14 +118,12 @@ class TestAnswer:
         assert say(every[1], "page").startswith("Likewise, “")
 
     def test_a_piece_is_the_first_where_they_do_not(self, results):
-        found = with_curves(results, [[0.3, 0.3], [0.6, 0.6]], [[0.4, 0.4], [0.4, 0.4]])
-        facts = facts_of(curves.answer, found)
-        assert (facts["curve.rank"].value, facts["curve.rank"].more["name"]) == (2, "“shelf”")
-        assert facts["curve.rank"].names == ()
+        facts = facts_of(curves.answer, with_curves(results, [[0.3, 0.3], [0.6, 0.6]], [[0.4, 0.4], [0.4, 0.4]]))
+        rank = facts["curve.rank"]
+        assert (rank.value, rank.more["name"], rank.names) == (2, "“shelf”", ())
         assert "curve.crossing" not in facts
 
     def test_a_median_that_is_not_reached_has_a_curve(self, results):
-        """The curve of a piece whose median lies above the levels is compared within them."""
         found = with_curves(results, [[0.8, 0.8], [1.8, 1.8]], [[0.1, 0.1], [1.5, 1.5]])
         lower = facts_of(curves.answer, found)["curve.crossing"].more["lower"]
         assert np.array(lower) == pytest.approx(np.array([(0.1, 0.4)]))
@@ -166,11 +139,7 @@ class TestAnswer:
         assert fact.names == ("Giannini–Masiani", "“shelf”")
         # (Phi(ln 2/0.8) = 0.807 against Phi(ln 2/0.2) = 1.000, and the same the other way)
         assert (fact.lower, fact.upper) == pytest.approx((0.193, 0.193), abs=1e-3)
-        assert say(fact, "page") == (
-            "Under Giannini–Masiani, “shelf” overturns more often from 0.10 to 0.20 g (by up to 19\u00a0% of the "
-            "motions), and less often from 0.80 to 1.6 g (by up to 19\u00a0%). With so few motions the difference may "
-            "be chance."
-        )
+        assert "less often from 0.80 to 1.6 g (by up to 19\u00a0%)" in say(fact, "page")
 
 
 class TestLawChoice:
@@ -187,8 +156,7 @@ class TestLawChoice:
         fact = self.of("giannini-masiani", "makris-konstantinidis", "vassiliou", "housner")
         viscous = "Giannini–Masiani, Makris–Konstantinidis and Vassiliou et al."
         assert (fact.what, fact.more["viscous"]) == ("law.use_reference", viscous)
-        said = f"{viscous} approximate the rigid block; agreement with them confirms nothing."
-        assert said in say(fact, "page")
+        assert "confirms nothing" in say(fact, "page")
         assert "confirms nothing" in say(self.of("giannini-masiani", "vassiliou"), "page")
 
     def test_without_the_reference(self):
@@ -196,7 +164,6 @@ class TestLawChoice:
         assert (first.what, first.names) == ("law.use_consistent", ("energy-consistent damping",))
         assert (second.what, second.names) == ("law.use_consistent", ("discrete damping",))
         assert [fact.more["consistent"] for fact in (first, second)] == [True, False]
-        assert "this page gives discrete damping" in say(second, "page")
         none = self.of("discrete", "vassiliou")
         assert (none.what, none.names) == ("law.use_missing", ("discrete damping",))
 

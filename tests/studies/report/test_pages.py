@@ -1,16 +1,39 @@
-"""Pages of reports: what is on them, nothing from outside, contrast; in Chromium at three widths, light and dark."""
+"""Pages of reports: their content and contrast, in Chromium, of hostile names; refused results, and the command."""
 
-import os
 import re
+from collections import Counter
+from io import StringIO
 from pathlib import Path
 
 import pytest
 import xarray as xr
-from report_pages import DETAILS, OVERFLOW, SECTIONS, STUDIES, UNFOLDED, WIDTHS, Page, accessible, loaded, outside
+from markdown_it import MarkdownIt
+from plot_cases import faults
+from report_pages import (
+    DETAILS,
+    HOSTILE,
+    OVERFLOW,
+    SECTIONS,
+    STUDIES,
+    UNFOLDED,
+    WIDTHS,
+    Page,
+    accessible,
+    loaded,
+    outside,
+    written,
+)
+from rich.console import Console
 
 import toppling as tp
+from toppling.studies import show
 from toppling.studies.command.cli import main
-from toppling.studies.report.page import write_report
+from toppling.studies.facts.say import TEMPLATES, _module
+from toppling.studies.report.page import MOST_STEPS, MOST_WORDS, content, markdown, write_report
+from toppling.studies.store.content import AS_WRITTEN
+from toppling.studies.tables.table import Column, Table
+from toppling.studies.tables.terminal import rendered
+from toppling.studies.text.names import clean, drawable
 
 
 class TestPages:
@@ -21,8 +44,7 @@ class TestPages:
         acts = name not in ("fragility", "uncertainty")  # (with a hazard nothing is to be done)
         assert [one["id"] for one in page.every("section")] == [one for one in SECTIONS if acts or one != "actions"]
         assert [one["id"] for one in page.every("details") if one.get("id") not in (None, "further")] == DETAILS
-        assert page.headings[0] == 1
-        assert page.headings.count(1) == 1
+        assert page.headings[0] == page.headings.count(1) == 1
         assert all(b <= a + 1 for a, b in zip(page.headings, page.headings[1:], strict=False))
         text = " ".join("".join(page.text).split())
         assert "A <small> study" in text
@@ -31,11 +53,8 @@ class TestPages:
         assert page.every("table")
 
     @pytest.mark.parametrize("name", STUDIES)
-    def test_asks_for_nothing(self, pages, name):
+    def test_asks_for_nothing_and_is_for_everyone(self, pages, name):
         outside(pages[name])
-
-    @pytest.mark.parametrize("name", STUDIES)
-    def test_is_for_everyone(self, pages, name):
         accessible(Page(pages[name]))
 
     @pytest.mark.slow
@@ -45,15 +64,6 @@ class TestPages:
             assert (tmp_path / "again.html").read_bytes() == pages[name].read_bytes()
 
     @pytest.mark.slow
-    def test_of_measures(self, folder, tmp_path):
-        (tmp_path / "study.toml").write_text(STUDIES["fragility"] + "[measures]\n", encoding="utf-8")
-        tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path)
-        page = Page(*write_report(tmp_path / "results.nc"))
-        outside(tmp_path / "report.html")
-        accessible(page)
-        assert len(page.every("figure")) == 6
-
-    @pytest.mark.slow
     def test_small(self, pages, hostile):
         assert all(path.stat().st_size < 3e6 for path in [*pages.values(), hostile])
 
@@ -61,10 +71,9 @@ class TestPages:
         for path in pages.values():
             found = [attributes["id"] for _, attributes in Page(path).tags if "id" in attributes]
             assert len(found) == len(set(found))
-            inside = set(found)
             text = path.read_text(encoding="utf-8")
             used = re.findall(r'href="#([^"]+)"', text) + re.findall(r"url\(#([^)]+)\)", text)
-            assert set(used) <= inside
+            assert set(used) <= set(found)
 
     def test_landmarks_have_names_of_their_own(self, pages):
         for name, path in pages.items():
@@ -78,6 +87,13 @@ class TestPages:
             before, _, _ = "".join(Page(pages[name]).text).partition("F Reproduce")
             assert len(labels) > 1
             assert not any(str(label) in before for label in labels)
+
+    @pytest.mark.slow
+    @pytest.mark.parametrize("name", STUDIES)
+    def test_texts_of_figures_can_be_read(self, folder, name):
+        found = {label: faults(figure) for label, figure in show.figures(loaded(folder, name))}
+        assert found
+        assert not any(found.values()), found
 
 
 def colours(text):
@@ -109,7 +125,6 @@ SCROLLING = (
     f"{UNFOLDED} [...document.querySelectorAll('.scroll:not(.picture)')].filter(one => !one.querySelector('.matrix')"
     " && one.scrollWidth > one.clientWidth + 1).map(one => one.innerText.slice(0, 60))"
 )
-VIOLATIONS = f";{UNFOLDED} axe.run().then(found => found.violations.map(one => [one.id, one.nodes[0].html]))"
 FOCUS = "document.querySelector('.skip').focus(), document.activeElement.getAttribute('href')"
 
 
@@ -117,49 +132,27 @@ class TestBrowser:
     @pytest.mark.slow
     @pytest.mark.parametrize("width", WIDTHS)
     @pytest.mark.parametrize("dark", [False, True])
-    def test_fits_and_is_silent(self, chromium, pages, hostile, tmp_path, width, dark):
+    def test_fits_and_is_silent(self, chromium, pages, hostile, width, dark):
+        """No table scrolls, either, but matrices of sensitivity studies, with their first column fixed."""
         for name, path in {**pages, "hostile": hostile}.items():
-            seen = chromium.see(path, width, OVERFLOW, dark=dark, picture=name == "cloud")
-            assert seen.value == [width, width, "complete"], name
-            assert seen.complaints == [], name
-            assert seen.requests == [], name
-            if seen.png:
-                assert seen.png.startswith(b"\x89PNG")
+            seen = chromium.see(path, width, OVERFLOW, dark=dark)
+            assert (seen.value, seen.complaints, seen.requests) == ([width, width, "complete"], [], []), name
+            assert dark or name == "hostile" or chromium.see(path, width, SCROLLING).value == [], name
 
     @pytest.mark.slow
-    def test_comparisons_fit_and_are_silent(self, chromium, folder, tmp_path):
+    @pytest.mark.parametrize("kind", ["fragility", "performance"])
+    def test_comparisons_fit_and_are_silent(self, chromium, folder, tmp_path, kind):
         """The page of `toppling compare`, of curves and of a building, is no wider than a phone or a tablet."""
-        for kind in ("fragility", "performance"):
-            result, out = folder / kind / "results.nc", tmp_path / kind
-            with xr.open_dataset(result) as results:
-                laws = [str(one) for one in results["model"].values[:2]]
-            assert main(["compare", str(result), "--laws", *laws, "--out", str(out)]) == 0
-            page = (out / "comparison.html").read_text(encoding="utf-8")
-            assert all(f"({law})</dd>" in page for law in laws)
-            for width in WIDTHS:
-                seen = chromium.see(out / "comparison.html", width, OVERFLOW)
-                assert seen.value == [width, width, "complete"], kind
-                assert (seen.complaints, seen.requests) == ([], []), kind
-                assert chromium.see(out / "comparison.html", width, SCROLLING).value == [], kind
-
-    @pytest.mark.slow
-    def test_no_table_scrolls(self, chromium, pages):
-        """On a phone, a tablet and a desktop; the matrices of sensitivity studies do, with their first column fixed."""
-        for name, path in pages.items():
-            for width in (360, 768, 1440):
-                assert chromium.see(path, width, SCROLLING).value == [], (name, width)
-
-    @pytest.mark.slow
-    @pytest.mark.skipif("AXE_CORE" not in os.environ, reason="AXE_CORE is not the path of axe.min.js (npm: axe-core)")
-    @pytest.mark.parametrize("dark", [False, True])
-    def test_axe_finds_nothing(self, chromium, pages, dark):
-        axe = Path(os.environ["AXE_CORE"]).read_text(encoding="utf-8")
-        for name, path in pages.items():
-            for width in (380, 768, 1280, 1440):
-                assert chromium.see(path, width, axe + VIOLATIONS, dark=dark).value == [], (name, width)
+        laws = [str(law) for law in loaded(folder, kind)["model"].values[:2]]
+        assert main(["compare", str(folder / kind / "results.nc"), "--laws", *laws, "--out", str(tmp_path)]) == 0
+        page = tmp_path / "comparison.html"
+        assert all(f"({law})</dd>" in page.read_text(encoding="utf-8") for law in laws)
+        for width in WIDTHS:
+            seen = chromium.see(page, width, OVERFLOW)
+            assert (seen.value, seen.complaints, seen.requests) == ([width, width, "complete"], [], [])
+            assert chromium.see(page, width, SCROLLING).value == []
 
     def test_the_check_can_fail(self, chromium, tmp_path):
-        """The checks find a page that does everything that reports must not do."""
         bad = tmp_path / "bad.html"
         bad.write_text(
             "<!doctype html><body><div style='width:3000px'>x</div><script>console.error('no')</script>"
@@ -204,3 +197,158 @@ class TestBrowser:
             assert len(found) == pages["fragility"].read_text(encoding="utf-8").count("<figure>")
             assert min(found) * 9.0 >= least
             assert max(chromium.see(pages["fragility"], width, wider).value) <= 0
+
+
+@pytest.fixture(params=STUDIES)
+def page(request, folder):
+    path = next(folder.rglob("results.nc"))
+    return content(loaded(folder, request.param), path, AS_WRITTEN)
+
+
+def test_the_first_screen_is_short(page):
+    words = sum(len(sentence.split()) for sentence in page["answer"])
+    assert words <= MOST_WORDS or len(page["answer"]) == 1
+    assert len(page["steps"]) <= MOST_STEPS == 3
+    assert len(page["terms"]) <= 8
+
+
+def test_no_sentence_stands_on_a_page_twice(page):
+    parts = ("answer", "steps", "further", "footnotes", "details", "method", "remarks", "notes")
+    said = [sentence for part in parts for sentence in page[part]]
+    said += [text for _, text in page["inputs"]] + [finding for _, _, finding, _ in page["checks"]]
+    counts = Counter(sentence for text in said for sentence in re.split(r"(?<=[.?]) (?=[A-Z“])", text))
+    assert [sentence for sentence, number in counts.items() if number > 1] == []
+
+
+def test_every_check_has_the_template_of_its_remedy():
+    code = (Path(tp.__file__).parent / "studies/facts/checks.py").read_text(encoding="utf-8")
+    remedies = set(re.findall(r'"(remedy_\w+)"', code))
+    assert len(remedies) > 15
+    assert [name for name in sorted(remedies) if not hasattr(_module("checks"), name)] == []
+
+
+def test_no_advice_is_to_tilt_or_to_push():
+    texts = [path.read_text(encoding="utf-8") for path in TEMPLATES.glob("*.j2")]
+    assert sum("unloaded sample" in text for text in texts) == 1
+    unsafe = re.compile(r"measure it on the piece|\b[Tt]ilt (?!of)|\b[Pp]ush (it|the)\b")
+    assert not [text for text in texts if unsafe.search(text)]
+
+
+class TestHostile:
+    def test_nothing_is_markup(self, hostile):
+        outside(hostile)
+        accessible(Page(hostile))
+        text = hostile.read_text(encoding="utf-8")
+        assert not re.search(r"<script|<img|49 {%", text)
+        assert "{{ 7*7 }} {% raw %}" in text  # printed as it is, not evaluated
+        assert not re.search("[\x00-\x08\x0b-\x1f\u202a-\u202e]", text)
+        shown = "".join(Page(hostile).text)
+        assert all(name in shown for name in (HOSTILE[0], HOSTILE[2], "<i>none</i>"))
+
+    def test_figures_get_short_names_all_different(self):
+        long = [f"{'x' * 300}{i}" for i in range(3)]
+        found = drawable(xr.Dataset(coords={"block": long, "model": ["a$b", "a", "b\x01"]}))
+        assert len(set(found["block"].values)) == 3
+        assert max(map(len, found["block"].values)) < 70
+        assert found["model"].values.tolist() == [r"a\$b", "a", "b\ufffd"]
+
+    @pytest.mark.slow
+    def test_markdown_is_text(self, folder, hostile, tmp_path):
+        write_report(folder / "hostile3.nc", tmp_path / "hostile.md", "md")
+        above = (tmp_path / "hostile.md").read_text(encoding="utf-8").partition("The study file:")[0]
+        assert "<" not in above
+        rows = [line for line in above.splitlines() if line.startswith("|")]
+        assert rows
+        assert all(line.endswith("|") for line in rows)
+
+    def test_titles_and_headings_are_text(self):
+        name = "a|b *c* <d> [red]e[/] \\[f]"
+        table = Table(f"Of {name}", (Column("a"), Column("b", name)), [{"a": name, "b": "1"}])
+        console = Console(width=200, file=StringIO())
+        console.print(*rendered(table, 200))
+        assert console.file.getvalue().count(name) == 3
+
+    @pytest.mark.slow
+    def test_markdown_is_read_as_it_was_meant(self, folder, tmp_path):
+        name = "a|b *c* <d> [red]e[/] _f_ `g`"
+        results = loaded(folder, "sensitivity").assign_coords(block=[name])
+        write_report(written(results, tmp_path), tmp_path / "named.md", "md")
+        text = (tmp_path / "named.md").read_text(encoding="utf-8")
+        tokens = MarkdownIt().enable("table").parse(text.partition("The study file:")[0])
+        assert not [one for one in tokens if one.type in ("html_block", "html_inline")]
+        inline = [one for one in tokens if one.type == "inline"]
+        plain = ["".join(part.content for part in one.children) for one in inline]
+        assert sum(name in one for one in plain) > 3
+        said = content(results, tmp_path / "changed.nc", "as written")
+        every = [*said["lead"], *said["tables"], *said["input_tables"], *said["provenance"]]
+        assert sum(one.type == "table_open" for one in tokens) == len(every)
+
+    def test_clean(self):
+        assert clean("a\nb\ud800") == "a\nb\ufffd"
+        assert markdown("# [a](b)\n*c*") == r"\# \[a\](b) \*c\*"
+        assert markdown("about 18 (10 to 29) + 1, of #2!") == "about 18 (10 to 29) + 1, of #2!"
+        (heading,) = [one for one in MarkdownIt().parse(f"# {markdown('Office #')}") if one.type == "inline"]
+        assert "".join(one.content for one in heading.children) == "Office #"
+        for text in ("# a", "+ a", "- a", "1. a", "12) a", "===", "---", "-", "+", "##", "![a](b)", "[a]: b"):
+            tokens = MarkdownIt().parse(markdown(text))
+            assert [one.type for one in tokens] == ["paragraph_open", "inline", "paragraph_close"], text
+            assert "".join(one.content for one in tokens[1].children) == text
+
+    @pytest.mark.slow
+    def test_one_block_one_law(self, results, tmp_path):
+        assert write_report(written(results.isel(block=[0], model=[0]), tmp_path), tmp_path / "one.html")
+        assert "“shelf” overturns with a chance of" in (tmp_path / "one.html").read_text(encoding="utf-8")
+
+
+class TestRefused:
+    """Files that are none of ours, cut or of other layouts are in tests/golden/refused/results.toml, too."""
+
+    def said(self, capsys, *arguments):
+        assert main(["report", *map(str, arguments)]) == 2
+        caught = capsys.readouterr()
+        assert (caught.out, caught.err.count("\n")) == ("", 1)
+        return caught.err
+
+    def test_files_that_are_cut(self, capsys, folder, tmp_path):
+        whole = (folder / "cloud" / "results.nc").read_bytes()
+        for size in (0, 100, len(whole) // 2, len(whole) - 100):
+            (tmp_path / "cut.nc").write_bytes(whole[:size])
+            assert "cut.nc: " in self.said(capsys, tmp_path / "cut.nc")
+
+    @pytest.mark.slow
+    @pytest.mark.filterwarnings("ignore:.* was edited after it was written")
+    def test_what_is_missing_in_them(self, capsys, folder, tmp_path):
+        results = loaded(folder, "cloud")
+        runs = results.drop_attrs().assign_attrs({k: v for k, v in results.attrs.items() if k != "kind"})
+        for changed, word in (
+            (results.assign_attrs(kind="ghost"), "kind 'ghost'"),
+            (runs, "holds runs"),
+            (results.drop_vars("median"), "does not hold what"),
+            (results.assign_attrs(kind="sensitivity"), "does not hold what"),
+        ):
+            assert word in self.said(capsys, written(changed, tmp_path))
+
+    @pytest.mark.slow
+    def test_where_it_cannot_be_written(self, capsys, folder, tmp_path):
+        path = folder / "cloud" / "results.nc"
+        (tmp_path / "file").write_text("", encoding="utf-8")
+        assert "cannot be written" in self.said(capsys, path, "--out", tmp_path / "file" / "report.html")
+        assert "must be a folder or end in .html or .md" in self.said(capsys, path, "--out", tmp_path / "report.pdf")
+        assert "--format" in self.said(capsys, path, "--format", "pdf")
+
+
+@pytest.mark.slow
+def test_command(folder, tmp_path, capsys):
+    def report(*arguments):
+        assert main(["report", str(folder / "stripes" / "results.nc"), *map(str, arguments)]) == 0
+
+    report("--out", tmp_path / "a" / "b.html")
+    assert (tmp_path / "a" / "b.html").stat().st_size > 10_000
+    assert "written:" in capsys.readouterr().out
+    report("--out", tmp_path / "a" / "c.md")
+    assert (tmp_path / "a" / "c.md").read_text(encoding="utf-8").startswith("# ")  # (the file's ending says the format)
+    report("--format", "md", "--out", tmp_path / "m")
+    text = (tmp_path / "m" / "report.md").read_text(encoding="utf-8")
+    assert "![" in text
+    for name in re.findall(r"\]\(([^)]+)\)", text):
+        assert (tmp_path / "m" / name).read_bytes().startswith(b"\x89PNG")

@@ -17,10 +17,18 @@ from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.facts.say import notes_said
 from toppling.studies.file.table import quantity
-from toppling.studies.film import writers as movies
-from toppling.studies.single.inputs import factor_of, motion_of
-from toppling.studies.single.run import Simulation
+from toppling.studies.film import animate, writers as movies
+from toppling.studies.film.scene import Scene
+from toppling.studies.single.inputs import factor_of, motion_of, scene_of
+from toppling.studies.single.run import Simulation, around_of
 
+PULSE = ["one-cycle-sine", "--period", "1s", "--set", "dt_s=0.005"]
+KIT = "strap,height=1.75m,strength=267N,stiffness=20N/mm,slack=5mm"
+STRAP = tp.Restraint.strap(1.75, 267.0, 20e3, 0.005)
+SCENE = ["--width", "30cm", "--height", "1.8m", *PULSE]
+HELD = [*SCENE, "--wall-gap", "20mm", "--mass", "100kg", "--restraint", KIT, "--geometry", "linear"]
+BLOCK = tp.Block(0.3, 1.8, mass=100.0, wall=tp.Wall(0.02), restraint=STRAP)
+FILM = ["simulate", "bookcase-5-shelf", "half-sine", "--period", "0.8s", "--pga", "0.2g", "--animate"]
 SHORT = ["--set", "duration_s=6", "--set", "dt_s=0.01"]
 
 
@@ -63,23 +71,14 @@ class TestCommand:
     def test_json(self, tmp_path, capsys):
         said = run(capsys, "--width", "40cm", "--height", 1.8, "clough-penzien", *SHORT, "--json", "--out", tmp_path)
         found = json.loads(said)
-        assert found["block"]["width"] == 0.4
-        assert found["block"]["name"] is None
-        assert found["motion"]["factor"] == 1.0
-        assert found["overturned"] is False
-        assert found["overturning_time"] is None
+        assert (found["block"]["width"], found["block"]["name"], found["motion"]["factor"]) == (0.4, None, 1.0)
+        assert (found["overturned"], found["overturning_time"]) == (False, None)
         assert found["uplift_acceleration"] == pytest.approx(G * 0.4 / 1.8, rel=1e-12)
         assert found["friction"]["uplift"] == pytest.approx(0.4 / 1.8, rel=1e-12)
-        assert found["model"] == {
-            "law": "housner",
-            "e": pytest.approx(tp.Block(0.4, 1.8).restitution),
-            "geometry": "exact",
-            "lever": "h",
-            "restitution_factor": 1.0,
-            "label": "housner e=e_R",
-        }
-        assert [Path(one).name for one in found["files"]] == ["history.csv", "history.png"]
-        assert all(Path(one).is_file() for one in found["files"])
+        law = found["model"]
+        assert (law["law"], law["label"], law["geometry"]) == ("housner", "housner e=e_R", "exact")
+        assert law["e"] == pytest.approx(tp.Block(0.4, 1.8).restitution)
+        assert [Path(file).name for file in found["files"] if Path(file).is_file()] == ["history.csv", "history.png"]
 
     @pytest.mark.parametrize(("factor", "doubted"), [(34.0, False), (350.0, True)])
     def test_a_peak_beyond_any_shaking_is_doubted(self, factor, doubted):
@@ -91,7 +90,6 @@ class TestCommand:
 
     @pytest.mark.slow
     def test_overturned_after_the_record(self, tmp_path, capsys):
-        """The history continues without shaking until the block lies on its side."""
         pulse = ["one-cycle-sine", "--set", "omega_rad_s=6", "--set", "tail_s=0.3", "--pga", "5m/s2"]
         said = run(capsys, "bookcase-5-shelf", *pulse, "--json", "--out", tmp_path)
         found = json.loads(said)
@@ -133,7 +131,6 @@ class TestCommand:
         assert bool(motion_of(str(tp.motions.example_path())).own_amplitude.item())
 
     def test_the_figure_says_what_is_seen(self, tmp_path, capsys):
-        """The figure shows block, scale and PGA, the shaking, and the times of the last balance and of lying flat."""
         motion = motion_of("one-cycle-sine", period="1s")
         one = Simulation(tp.catalogue["bookcase-5-shelf"], tp.HousnerImpact(), motion, 0.6 * G)
         drawn = one.figure()
@@ -156,36 +153,25 @@ class TestCommand:
         """A film of an earlier call is removed, since it would be taken for the film of this call."""
         for name in ("animation.gif", "animation.mp4", "notes.txt"):
             (tmp_path / name).write_text("of an earlier call")
-        arguments = ["bookcase-5-shelf", "half-sine", "--period", "0.4s", "--out", tmp_path]
-        run(capsys, *arguments)
-        assert sorted(one.name for one in tmp_path.iterdir()) == ["history.csv", "history.png", "notes.txt"]
+        run(capsys, "bookcase-5-shelf", "half-sine", "--period", "0.4s", "--out", tmp_path)
+        assert sorted(path.name for path in tmp_path.iterdir()) == ["history.csv", "history.png", "notes.txt"]
 
     @pytest.mark.slow
     def test_film(self, tmp_path, capsys, monkeypatch):
-        """Without ffmpeg only the GIF is written, and a note says so."""
+        """Without ffmpeg only the GIF is written, and a note says so; a long film says how long it takes."""
         monkeypatch.setattr(movies, "ffmpeg", lambda: None)
-        arguments = ["bookcase-5-shelf", "half-sine", "--period", "0.8s", "--pga", "0.2g", "--set", "tail_s=0.4"]
-        assert main(["simulate", *arguments, "--animate", "--out", str(tmp_path)]) == 0
+        assert main([*FILM, "--set", "tail_s=0.4", "--out", str(tmp_path)]) == 0
         said = capsys.readouterr()
         assert "no ffmpeg" in said.err
         assert "animation.gif: 100 %" in said.err
         assert f"written: {tmp_path / 'animation.gif'}" in said.out
-        assert sorted(one.name for one in tmp_path.iterdir()) == ["animation.gif", "history.csv", "history.png"]
+        assert sorted(path.name for path in tmp_path.iterdir()) == ["animation.gif", "history.csv", "history.png"]
         with Image.open(tmp_path / "animation.gif") as film:
             assert film.n_frames == 21
-
-    @pytest.mark.slow
-    def test_a_long_film_says_beforehand_how_long_it_takes(self, tmp_path, capsys, monkeypatch):
-        from toppling.studies.film import animate
-
-        def drawn(response, path, **options):
-            return path
-
-        monkeypatch.setattr(animate, "animate", drawn)
+        monkeypatch.setattr(animate, "animate", lambda response, path, **options: path)
         monkeypatch.setattr(movies, "ffmpeg", lambda: "ffmpeg")
-        arguments = ["bookcase-5-shelf", "half-sine", "--period", "0.8s", "--pga", "0.2g", "--animate"]
         for tail, said in (("60", "1,209 frames each, some 44 s\n"), ("0.4", "")):
-            assert main(["simulate", *arguments, "--set", f"tail_s={tail}", "--out", str(tmp_path)]) == 0
+            assert main([*FILM, "--set", f"tail_s={tail}", "--out", str(tmp_path)]) == 0
             told = capsys.readouterr().err
             assert told.endswith(said)
             assert ("animation.gif and animation.mp4" in told) == bool(said)
@@ -199,8 +185,6 @@ class TestCommand:
 
     @pytest.mark.slow
     def test_interrupted_film(self, tmp_path, capsys, monkeypatch):
-        from toppling.studies.film.scene import Scene
-
         def interrupt(self, i):
             raise KeyboardInterrupt
 
@@ -208,22 +192,18 @@ class TestCommand:
         monkeypatch.setattr(movies, "ffmpeg", lambda: "ffmpeg")  # (without one there is a note more)
         said = run(capsys, "bookcase-5-shelf", "kanai-tajimi", *SHORT, "--animate", "--out", tmp_path, code=130)
         assert said.startswith("toppling: interrupted: animation.gif")
-        assert sorted(one.name for one in tmp_path.iterdir()) == ["history.csv", "history.png"]
+        assert sorted(path.name for path in tmp_path.iterdir()) == ["history.csv", "history.png"]
 
     @pytest.mark.slow
     def test_nothing_shakes(self, tmp_path, capsys):
-        (tmp_path / "quiet.csv").write_text(
-            "time (s),acceleration (g)\n" + "\n".join(f"{0.01 * i:.2f},0" for i in range(50))
-        )
-        found = json.loads(run(capsys, "bookcase-5-shelf", tmp_path / "quiet.csv", "--json", "--out", tmp_path / "out"))
-        assert found["peak_rotation"] == 0.0
-        assert found["uplifted"] is False
-        assert found["friction"] == {}
-        error = run(capsys, "bookcase-5-shelf", tmp_path / "quiet.csv", "--pga", "0.1g", code=2)
+        quiet = tmp_path / "quiet.csv"
+        quiet.write_text("time (s),acceleration (g)\n" + "\n".join(f"{0.01 * i:.2f},0" for i in range(50)))
+        found = json.loads(run(capsys, "bookcase-5-shelf", quiet, "--json", "--out", tmp_path / "out"))
+        assert (found["peak_rotation"], found["uplifted"], found["friction"]) == (0.0, False, {})
+        error = run(capsys, "bookcase-5-shelf", quiet, "--pga", "0.1g", code=2)
         assert error.startswith("toppling: --pga: ")
 
     def test_notes(self, tmp_path, capsys):
-        """A squat block, far scaling of a record, an elastic mode in the band: each has a note of one sentence."""
         record = tp.motions.example_path()
         arguments = ["--width", "1m", "--height", "1.5m", record, "--law", "discrete", "--scale", 7, "--out", tmp_path]
         said = run(capsys, *arguments)
@@ -247,49 +227,36 @@ class TestCommand:
     @pytest.mark.parametrize(
         ("arguments", "message"),
         [
-            ([], "which MOTION? A record file, or the name of a generator such as site-based-scenario"),
-            (["bookcase-5-shelf"], "which MOTION?"),
-            (["clough-penzien", "--width", "0.4"], "which block? A name of `toppling catalogue`, or --width"),
             (["bookcase-5-shelve", "clough-penzien"], "nearest: bookcase-5-shelf"),
-            (["bookcase-5-shelf", "clough-penzien", "--height", "2m"], "a block is a catalogue name or sizes, got"),
             (["bookcase-5-shelf", "clough-penzian"], "did you mean 'clough-penzien'?"),
             (["bookcase-5-shelf", "none.AT2"], "no file matches 'none.AT2'"),
-            (["bookcase-5-shelf", "clough-penzien", "--pga", "0.4"], "--pga 0.4: say the unit, such as 0.4g or 3.9"),
             (["bookcase-5-shelf", "clough-penzien", "--pga", "0.4G"], "got 'G'; did you mean 0.4g?"),
-            (["bookcase-5-shelf", "clough-penzien", "--pga", "0,4g"], "(a decimal point, no comma)"),
-            (["bookcase-5-shelf", "clough-penzien", "--pga=-1g"], "--pga -1g: must be finite and > 0"),
-            (["bookcase-5-shelf", "clough-penzien", "--pga", "1g", "--scale", "2"], "give --scale or --pga, not both"),
-            (["bookcase-5-shelf", "clough-penzien", "--scale", "nan"], "--scale must be finite and > 0, got nan"),
             (["--width", "45", "--height", "2", "ricker"], "45: a number alone is in m, up to 10 (beyond that 45m)"),
             (["--width", "45", "--height", "2", "ricker"], "; did you mean 0.45 (45cm)?"),
             (["--width", "0.4", "--height", "1800", "ricker"], "did you mean 1.8 (1800mm)?"),
-            (["--width", "40km", "--height", "2m", "ricker"], "--width 40km: unit must be one of m, cm, mm, got 'km'"),
-            (["bookcase-5-shelf", "clough-penzien", "--law", "discreet"], "did you mean 'discrete'?"),
             (["bookcase-5-shelf", "clough-penzien", "--delta", "0.1"], "unknown key 'delta'"),
             (["bookcase-5-shelf", "clough-penzien", "--e", "1.5"], "--law housner: e: must be > 0 and <= 1"),
             (["bookcase-5-shelf", "clough-penzien", "--law", "viscous"], "key 'zeta' is missing"),
             (["--width", "2m", "--height", "1m", "clough-penzien"], "so squat a block needs an explicit e"),
-            (["bookcase-5-shelf", "ricker"], "pulse 'ricker' needs its --period, such as 0.5s"),
-            (["bookcase-5-shelf", "ricker", "--period", "2"], "--period 2: say the unit, such as 0.5s"),
-            (["bookcase-5-shelf", "ricker", "--period", "1s", "--seed", "1"], "--seed belongs to generators"),
-            (["bookcase-5-shelf", "clough-penzien", "--period", "1s"], "--period belongs to pulses"),
-            (["bookcase-5-shelf", "ricker", "--period", "1s", "--index", "1"], "ricker holds 1 motion (0 only)"),
-            (["bookcase-5-shelf", "clough-penzien", "--index", "-1"], "--index must be 0 or more, got -1"),
             (["bookcase-5-shelf", "clough-penzien", "--seed", "-1"], "seed"),
             (["bookcase-5-shelf", "clough-penzien", "--seed", "1.5"], "--seed: must be a whole number, got '1.5'"),
             (["bookcase-5-shelf", "clough-penzien", "--index", "0.4"], "--index: must be a whole number, got '0.4'"),
             (["bookcase-5-shelf", "Ricker", "--period", "1s"], "did you mean 'ricker'?"),
             (["bookcase-5-shelf", "ac156"], "s_ds"),
             (["bookcase-5-shelf", "clough-penzien", "--set", "duration=20"], "did you mean 'duration_s'?"),
-            (["bookcase-5-shelf", "clough-penzien", "--set", "duration_s"], "must be key=value"),
-            (["bookcase-5-shelf", "clough-penzien", "--set", "duration_s=-1"], "duration_s: must be"),
-            (["bookcase-5-shelf", "clough-penzien", "--set", "seed=3"], "is said by MOTION, --seed and --index"),
             (["bookcase-5-shelf", "study.toml"], "study.toml: no such file"),
-            (["bookcase-5-shelf", "clough-penzien", "--out", "noise.txt/out"], "cannot be written"),
             (["bookcase-5-shelf", "noise.txt"], "noise.txt"),
             (["bookcase-5-shelf", "noise.txt", "--set", "xi_g=0.5"], "--set xi_g: belongs to generators and pulses"),
-            (["bookcase-5-shelf", "ricker", "--period", "1s", "--animate", "--speed", "0"], "--speed 0: speed must be"),
             (["bookcase-5-shelf", "clough-penzien", "--speeed", "1"], "--speed"),
+            ([*SCENE, "--wall-gap", "20"], "--wall-gap 20: say the unit, such as 0.4m or 40cm"),
+            ([*SCENE, "--wall-gap", "-1mm"], "wall-gap"),
+            ([*SCENE, "--wall-restitution", "0.5"], "wall_restitution needs wall_gap_mm: there is no wall"),
+            ([*SCENE, "--restraint", "strap,hight=1m"], "--restraint hight: must be one of height, strength"),
+            ([*SCENE, "--restraint", "strap,height=1.75m"], "strength_n"),
+            ([*SCENE, "--restraint", "adhesive,front=0.3m,strength=9N,slack=1mm"], "unknown key 'slack_mm'"),
+            ([*SCENE, "--restraint", KIT, "--geometry", "linear"], "with a restraint needs its mass (kg)"),
+            ([*SCENE, "--restraint", KIT, "--mass", "100kg"], "a restraint needs linearised geometry"),
+            ([*SCENE, "--cm-offset", "20cm"], "cm_offset must be"),
         ],
     )  # fmt: skip
     def test_errors_are_one_sentence(self, tmp_path, monkeypatch, capsys, arguments, message):
@@ -302,15 +269,111 @@ class TestCommand:
         assert error.count("\n") == 1
 
 
+def pulse(pga):
+    motion = tp.motions.OneCycleSine(amplitude=1.0, omega=2.0 * math.pi, dt=0.005).sample(1)
+    return tp.motions.scale_to(motion, pga)
+
+
+class TestScene:
+    def test_the_scene_is_that_of_the_study_file(self, tmp_path, capsys):
+        scene = ["--wall-gap", "20mm", "--wall-restitution", 0.3, "--front-gap", "40cm", "--mass", "100kg"]
+        more = ["--cm-offset", "-10mm", "--lean", "-0.5deg", "--restraint", KIT, "--geometry", "linear"]
+        said = run(capsys, *SCENE, *scene, *more, "--pga", "0.3g", "--json", "--out", tmp_path)
+        wall = tp.Wall(0.02, restitution=0.3, front_gap=0.4)
+        lean = math.radians(-0.5)
+        block = tp.Block(0.3, 1.8, mass=100.0, cm_offset=-0.01, lean=lean, wall=wall, restraint=STRAP)
+        expected = tp.simulate(block, tp.HousnerImpact(geometry="linear"), pulse(0.3 * G))
+        found = json.loads(said)
+        assert found["block"]["wall"]["front_gap"] == pytest.approx(0.4, rel=1e-15)
+        assert found["block"]["restraint"]["kind"] == "strap"
+        for name in ("peak_front", "peak_back", "wall_impacts", "final_state", "ruptured"):
+            assert found[name] == pytest.approx(expected[name].item(), rel=1e-9)
+        assert found["uplift_acceleration"] == pytest.approx(G * math.tan(block.corners[1][1]), rel=1e-12)
+
+    @pytest.mark.slow
+    def test_a_strap_that_breaks(self, tmp_path, capsys):
+        said = run(capsys, *HELD, "--pga", "0.45g", "--out", tmp_path)
+        one = tp.simulate(BLOCK, tp.HousnerImpact(geometry="linear"), pulse(0.45 * G))
+        assert re.search(rf"267 N.*5 mm:.*{float(one.rupture_time):.2f} s", said)
+        assert re.search(r"0\.0111 rad.*0\.46;", said)
+        assert re.search(rf"{int(one.wall_impacts)} impacts.* {float(one.wall_impact_velocity):.3g} rad/s", said)
+        assert "overturned forward at " in said
+
+    @pytest.mark.slow
+    def test_a_strap_that_holds(self, tmp_path, capsys):
+        """The largest force is that at the largest rotation to the front."""
+        arguments = [*HELD, "--pga", "0.2g", "--out", tmp_path]
+        found = json.loads(run(capsys, *arguments, "--json"))
+        assert not found["ruptured"]
+        assert found["rupture_time"] is None
+        force = 20e3 * max(0.0, 1.75 * found["peak_front"] - 0.005)
+        assert found["restraint_force"] == pytest.approx(force, rel=1e-12)
+        assert 0.0 < force < 267.0
+        assert f"holds, largest force {force:.3g} N" in run(capsys, *arguments)
+
+    def test_leans(self, tmp_path, capsys):
+        """Behind a wide gap it ends beyond its balance and has not fallen; the history goes on until it is quiet."""
+        motion = -pulse(4.0)
+        one = Simulation(tp.Block(0.3, 1.8, wall=tp.Wall(0.4, 1.5)), tp.HousnerImpact(geometry="linear"), motion)
+        assert int(one.response.final_state) == -1
+        text = "\n".join(one.lines())
+        assert re.search("does not overturn:.*leans.*back", text)
+        assert not one.cut
+        assert float(one.shown.rotation[-1]) == pytest.approx(-0.4 / 1.5, rel=1e-3)
+
+    def test_hangs(self):
+        """A strap that is slack up to beyond the balance holds the block there."""
+        strap = tp.Restraint.strap(1.75, 1e6, 20e3, 0.35)
+        block, law = tp.Block(0.3, 1.8, mass=100.0, restraint=strap), tp.HousnerImpact(geometry="linear")
+        response = tp.simulate(block, law, tp.motions.from_array([0.0, 0.0, 0.0], 0.01), theta0=0.201)
+        around = around_of(block, law, response)
+        assert int(response.final_state) == 1
+        assert re.search("does not overturn:.*hangs.*front", around.stands)
+        assert around.force == pytest.approx(20e3 * (1.75 * float(response.peak_front) - 0.35), rel=1e-12)
+
+    def test_peaks_are_shares_of_the_angles_of_their_own_corners(self):
+        """Let go at 0.05 rad with its centre of mass 5 cm towards the front, a block turns no farther to the front."""
+        block, law = tp.Block(0.3, 1.8, cm_offset=0.05), tp.HousnerImpact(geometry="linear")
+        response = tp.simulate(block, law, tp.motions.from_array([0.0] * 300, 0.01), theta0=0.05)
+        back = float(response.peak_back)
+        assert back > 0.01
+        share, share_back = 5.0 / math.atan(0.10 / 0.9), 100.0 * back / math.atan(0.20 / 0.9)
+        said = f"0.05 rad = {share:.3g} % of α to the front, {back:.4g} rad = {share_back:.3g} % of α to the back"
+        assert around_of(block, law, response).peaks == said
+
+    def test_as_placed(self, tmp_path, capsys):
+        said = run(capsys, "bookcase-5-shelf", *PULSE, "--placed", "--out", tmp_path)
+        assert re.match(r"block: +bookcase-5-shelf,.*wall, 0\.321", said)
+        error = run(capsys, *SCENE, "--placed", code=2)
+        assert "--placed" in error
+
+    def test_figure(self):
+        one = Simulation(BLOCK, tp.HousnerImpact(geometry="linear"), pulse(0.45 * G))
+        drawn = one.figure()
+        words = [text.get_text() for text in drawn.axes[1].get_legend().get_texts()]
+        assert "meets the wall" in words
+        assert f"restraint breaks, {float(one.response.rupture_time):.2f} s" in words
+        assert faults(drawn) == []
+
+
+def test_units_of_scenes():
+    found = scene_of({"--mass": "0.1e3kg", "--lean": "0.1rad", "--wall-gap": "0mm"}, None, KIT)
+    strap = {"kind": "strap", "height_m": 1.75, "strength_n": 267.0, "stiffness_n_per_mm": 20.0, "slack_mm": 5.0}
+    lean = pytest.approx(math.degrees(0.1))
+    assert found == {"mass_kg": 100.0, "lean_deg": lean, "wall_gap_mm": 0.0, "restraint": strap}
+    assert scene_of({}, None, "strap,stiffness=20kN/m")["restraint"]["stiffness_n_per_mm"] == 20.0
+    assert scene_of({"--mass": None}, None, None) == {}
+    with pytest.raises(StudyError, match="must be finite"):
+        scene_of({"--lean": "1e999deg"}, None, None)
+
+
 class TestMotions:
     @pytest.mark.parametrize("name", tp.motions.PULSES)
     def test_every_pulse(self, name):
-        found = motion_of(name, period="0.5s")
         expected = tp.motions.PULSES[name](amplitude=1.0, omega=2.0 * math.pi / 0.5).sample(1)
-        np.testing.assert_array_equal(found, expected)
+        np.testing.assert_array_equal(motion_of(name, period="0.5s"), expected)
 
     def test_generator_by_seed_and_index(self):
-        """The motion depends on (seed, index) alone, not on the motions before it."""
         found = motion_of("kanai-tajimi", 7, 3, ["duration_s=5", "dt_s=0.02", "xi_g = 0.4"])
         expected = tp.motions.KanaiTajimi(duration=5.0, dt=0.02, xi_g=0.4).sample(1, seed=7, first=3)
         np.testing.assert_array_equal(found, expected)
@@ -318,8 +381,7 @@ class TestMotions:
         assert found.source.item() == expected.source.item()
 
     def test_words_need_no_quotes(self):
-        settings = ["magnitude=6", "distance_m=2e4", "site=flat", "dt_s=0.02"]
-        found = motion_of("seismological", 0, 0, settings)
+        found = motion_of("seismological", 0, 0, ["magnitude=6", "distance_m=2e4", "site=flat", "dt_s=0.02"])
         assert "flat" in str(found.source.item())
 
     def test_one_of_a_file(self, tmp_path):
@@ -346,7 +408,6 @@ class TestMotions:
             motion_of(str(tmp_path / "a.csv"), settings=["dt_s=0.02"])
 
     def test_floors_of_a_study(self, tmp_path):
-        """The motions of a study file pass through its building, floor after floor."""
         text = (Path(tp.__file__).parent / "studies" / "examples" / "tower.toml").read_text()
         tower = tmp_path / "tower.toml"
         tower.write_text(text.replace("number = 60", "number = 2").replace("[motions]", "[motions]\ndt_s = 0.02"))
@@ -362,35 +423,32 @@ class TestMotions:
         assert float(run.response.floor_acceleration.max()) == 4.0
 
 
-class TestQuantities:
-    @pytest.mark.parametrize(
-        ("text", "units", "value"),
-        [
-            ("0.4g", "m s-2", 0.4 * G),
-            ("0.4 g", "m s-2", 0.4 * G),
-            ("3.9m/s2", "m s-2", 3.9),
-            ("3.9 m/s²", "m s-2", 3.9),
-            ("390cm/s^2", "m s-2", 3.9),
-            ("390 gal", "m s-2", 3.9),
-            ("40cm", "m", 0.4),
-            (" 4e2 mm ", "m", 0.4),
-            (".5s", "s", 0.5),
-            ("500ms", "s", 0.5),
-            ("12deg", "rad", math.radians(12.0)),
-        ],
-    )
-    def test_read(self, text, units, value):
-        assert quantity("--x", text, units) == pytest.approx(value, rel=1e-15)
+@pytest.mark.parametrize(
+    ("text", "units", "value"),
+    [
+        ("0.4 g", "m s-2", 0.4 * G),
+        ("3.9m/s2", "m s-2", 3.9),
+        ("3.9 m/s²", "m s-2", 3.9),
+        ("390cm/s^2", "m s-2", 3.9),
+        ("390 gal", "m s-2", 3.9),
+        (" 4e2 mm ", "m", 0.4),
+        (".5s", "s", 0.5),
+        ("500ms", "s", 0.5),
+        ("12deg", "rad", math.radians(12.0)),
+    ],
+)
+def test_quantities(text, units, value):
+    assert quantity("--x", text, units) == pytest.approx(value, rel=1e-15)
 
-    @pytest.mark.parametrize(
-        "text", ["", "g", "0.4.1g", "nan g", "inf", "0x4g", "1e999g", "0g", "--4g", "0.4g g", "4 m"]
-    )
-    def test_refused(self, text):
+
+def test_quantities_that_are_none():
+    for text in ("", "g", "0.4.1g", "nan g", "inf", "0x4g", "1e999g", "0g", "--4g", "0.4g g", "4 m"):
         with pytest.raises(StudyError, match="--pga"):
             quantity("--pga", text, "m s-2")
 
-    def test_a_bare_number_is_in_si_where_that_is_allowed(self):
-        assert quantity("--width", "0.4", "m", bare=10.0) == 0.4
-        assert quantity("--width", "12m", "m", bare=10.0) == 12.0
-        with pytest.raises(StudyError, match="say the unit"):
-            quantity("--width", "0.4", "m")
+
+def test_a_bare_number_is_in_si_where_that_is_allowed():
+    assert quantity("--width", "0.4", "m", bare=10.0) == 0.4
+    assert quantity("--width", "12m", "m", bare=10.0) == 12.0
+    with pytest.raises(StudyError, match="say the unit"):
+        quantity("--width", "0.4", "m")

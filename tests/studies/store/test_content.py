@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 import xarray as xr
 from check_facts import check as check_of
-from study_texts import BLOCKS, HAZARD, IDA, motions
+from matplotlib.figure import Figure
+from study_texts import BLOCKS, HAZARD, IDA, laws, motions, study_of
 
 import toppling as tp
 from toppling.studies.command.cli import main
@@ -19,16 +20,14 @@ from toppling.studies.store.content import ATTRIBUTE, content_digest, content_st
 
 pytestmark = [pytest.mark.lowest, pytest.mark.newest]
 
-ROOT = Path(__file__).resolve().parents[3]
-STUDY = f'title = "Contents"\n{BLOCKS}\n[[models]]\nlaw = "housner"\n{motions(5)}{IDA}{HAZARD}'
+LAYOUT_1 = Path(__file__).resolve().parents[2] / "data/results_layout_1.nc.gz"
+PARTS = BLOCKS, laws("housner"), motions(5), IDA, HAZARD
 
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     folder = tmp_path_factory.mktemp("contents")
-    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
-    results = tp.Study.from_toml(folder / "study.toml").run(folder / "out")
-    return results, folder / "out/results.nc"
+    return study_of(folder, *PARTS).run(folder / "out"), folder / "out/results.nc"
 
 
 @pytest.fixture
@@ -46,25 +45,22 @@ class TestDigest:
             assert stored.attrs[ATTRIBUTE] == results.attrs[ATTRIBUTE] == content_digest(results)
             assert content_digest(stored) == content_digest(stored.load()) == stored.attrs[ATTRIBUTE]
 
-    def test_however_it_is_stored(self, finished, tmp_path):
-        """Without checksums, compressed, and as Zarr's and scipy's older layouts would be: a copy keeps it."""
-        results, path = finished
-        with xr.open_dataset(path) as stored:
-            plain = stored.load().drop_encoding()
-        plain.to_netcdf(tmp_path / "plain.nc", encoding={"median": {"zlib": True}})
-        with xr.open_dataset(tmp_path / "plain.nc") as copy:
-            assert content_digest(copy) == results.attrs[ATTRIBUTE]
-
-    @pytest.mark.parametrize("model", ["NETCDF4_CLASSIC", "NETCDF3_64BIT"])
-    def test_in_the_classic_model(self, finished, tmp_path, model):
-        """It has no unsigned and no long integers, and texts are arrays of letters."""
+    @pytest.mark.parametrize(
+        "options",
+        [
+            {"encoding": {"median": {"zlib": True}}},
+            # (the classic model has no unsigned and no long integers, and texts are arrays of letters)
+            {"format": "NETCDF4_CLASSIC"},
+            {"format": "NETCDF3_64BIT"},
+        ],
+    )
+    def test_however_it_is_stored(self, finished, tmp_path, options):
         with xr.open_dataset(finished[1]) as stored:
-            stored.load().drop_encoding().to_netcdf(tmp_path / "classic.nc", format=model)
-        with xr.open_dataset(tmp_path / "classic.nc") as copy:
+            stored.load().drop_encoding().to_netcdf(tmp_path / "copy.nc", **options)
+        with xr.open_dataset(tmp_path / "copy.nc") as copy:
             assert content_digest(copy) == finished[0].attrs[ATTRIBUTE]
 
     def test_in_slabs(self, monkeypatch):
-        """Slabs are read in C order, so that their size does not matter."""
         values = np.arange(3 * 700 * 1100, dtype=float).reshape(3, 700, 1100)
         whole = content_digest(xr.Dataset({"one": (("a", "b", "c"), values)}))
         monkeypatch.setattr("toppling.studies.store.netcdf.SLAB_BYTES", 2**20)
@@ -72,25 +68,18 @@ class TestDigest:
         assert content_digest(xr.Dataset({"one": (("a", "b", "c"), values[::-1])})) != whole
 
     def test_of_what(self):
-        """Values, types, names, dimensions and attributes all count; the order of variables does not."""
         base = xr.Dataset({"a": ("x", [1.0, 2.0]), "b": ("x", ["one", "two"])}, attrs={"title": "T", "n": 3})
+        arrays = ([1.0, 2.5], np.array([1.0, 2.0], np.float32), [1, 2], [True, False])
         other = [
-            base.assign(a=("x", [1.0, 2.5])),
-            base.assign(a=("x", np.array([1.0, 2.0], np.float32))),
-            base.assign(b=("x", ["on", "etwo"])),
-            base.rename(a="c"),
-            base.assign_attrs(title="U"),
-            base.assign_attrs(more=""),
+            *(base.assign(a=("x", values)) for values in arrays),
             base.assign(a=("x", [1.0, 2.0], {"units": "m"})),
-            base.assign(a=("x", [1, 2])),
-            base.assign(a=("x", [True, False])),
-            base.set_coords("a"),
+            base.assign(b=("x", ["on", "etwo"])),
+            *(base.rename(a="c"), base.assign_attrs(title="U"), base.assign_attrs(more=""), base.set_coords("a")),
         ]
-        assert len({content_digest(one) for one in [base, *other]}) == len(other) + 1
+        assert len({content_digest(results) for results in [base, *other]}) == len(other) + 1
         assert content_digest(base[["b", "a"]]) == content_digest(base)
 
     def test_attributes_that_are_lists(self, tmp_path):
-        """Of one, of several, of none, as a file gives them back."""
         given = xr.Dataset(
             {"a": ("x", [1.0], {"n": [1], "two": [1.0, 2.0], "t": ["one"]})}, attrs={"some": [3], "e": ""}
         )
@@ -103,40 +92,32 @@ class TestDigest:
         assert content_digest(empty) != content_digest(empty.drop_vars("a"))
 
 
-def edit_value(path):
+def edit(path, variable=None):
     with netCDF4.Dataset(path, "a") as file:
-        file["rate"][0, 0] *= 0.5
-
-
-def edit_attribute(path):
-    with netCDF4.Dataset(path, "a") as file:
-        file.setncattr("notes", "nothing to note")
-
-
-def edit_a_variable(path):
-    with netCDF4.Dataset(path, "a") as file:
-        file["median"].setncattr("long_name", "median of all")
+        if variable == "rate":
+            file["rate"][0, 0] *= 0.5
+        else:
+            (file[variable] if variable else file).setncattr("notes", "nothing to note")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("edit", [edit_value, edit_attribute, edit_a_variable])
-def test_edited_results(copied, capsys, edit):
+@pytest.mark.parametrize("variable", ["rate", "median", None])
+def test_edited_results(copied, capsys, variable):
     """A warning and a badge in the report, a warning of exports; refused with --verify."""
-    for arguments in (["report", str(copied)], ["export", str(copied), "--format", "csv"]):
+    commands = ["report", str(copied)], ["export", str(copied), "--format", "csv"]
+    status = ["status", str(copied.parent)]
+    for arguments in (*commands, status):
         assert main([*arguments, "--verify"]) == 0
-    assert main(["status", str(copied.parent), "--verify"]) == 0
-    edit(copied)
+    edit(copied, variable)
     capsys.readouterr()
-    for arguments in (["report", str(copied)], ["export", str(copied), "--format", "csv"]):
+    for arguments in commands:
         with pytest.warns(UserWarning, match="was edited after it was written"):
             assert main(arguments) == 0
         assert main([*arguments, "--verify"]) == 2
-        said = capsys.readouterr().err
-        assert f"toppling: {copied}: was edited" in said
+        assert f"toppling: {copied}: was edited" in capsys.readouterr().err
     page = re.sub(r"<[^>]*>|\s+", " ", copied.with_name("report.html").read_text(encoding="utf-8"))
     assert "edited results" in page
-    assert main(["status", str(copied.parent)]) == 0
-    assert main(["status", str(copied.parent), "--verify"]) == 2
+    assert [main(status), main([*status, "--verify"])] == [0, 2]
 
 
 @pytest.mark.filterwarnings("ignore:.* was edited after it was written")
@@ -148,63 +129,77 @@ def test_edited_results(copied, capsys, edit):
         ("block", "_Encoding", "utf-16"),
         ("median", "coordinates", 5),
         ("level", "units", "days since yesterday"),
+        (None, "schema", 99),
     ],
 )
 def test_attributes_that_make_no_sense(copied, capsys, variable, name, value):
     """What the libraries cannot decode ends in one sentence, whichever of their errors it is."""
     with netCDF4.Dataset(copied, "a") as file:
-        file[variable].setncattr(name, value)
-    for arguments in (
-        ["report", str(copied)],
-        ["export", str(copied), "--format", "csv"],
-        ["status", str(copied.parent)],
-    ):
+        (file[variable] if variable else file).setncattr(name, value)
+    commands = ["report", str(copied)], ["export", str(copied), "--format", "csv"], ["status", str(copied.parent)]
+    for arguments in commands:
         assert main([*arguments, "--verify"]) == 2
-        assert len(capsys.readouterr().err.splitlines()) == 1
-
-
-def test_curves_of_a_newer_layout_are_not_exported(copied, capsys):
-    with netCDF4.Dataset(copied, "a") as file:
-        file.setncattr("schema", 99)
-    for arguments in (["export", str(copied), "--format", "csv"], ["status", str(copied.parent), "--verify"]):
-        assert main(arguments) == 2
-        assert "newer toppling" in capsys.readouterr().err
+        (said,) = capsys.readouterr().err.splitlines()
+        assert variable or "newer toppling" in said
 
 
 @pytest.mark.slow
-def test_a_study_does_not_seal_what_was_edited(finished, copied):
+def test_a_study_does_not_seal_what_was_edited(copied, tmp_path):
     """Neither where it finds its results there already, nor where only its title has changed."""
-    edit_value(copied)
-    path = finished[1].parents[1] / "study.toml"
-    for text in (STUDY, STUDY.replace("Contents", "Another title")):
-        path.write_text(text, encoding="utf-8")
+    edit(copied, "rate")
+    for more in ("", "[report]\nclient = 'Another'\n"):
         with pytest.raises(tp.studies.StudyError, match="was edited after it was written; move it away"):
-            tp.Study.from_toml(path).run(copied.parent)
-    path.write_text(STUDY, encoding="utf-8")
-    assert content_state(tp.Study.from_toml(path).run(copied.parent, resume=False)) == "as written"
-
-
-@pytest.mark.slow
-def test_a_file_without_it(tmp_path, capsys):
-    """A file of before is opened without a word, but cannot be verified."""
-    path = tmp_path / "results.nc"
-    path.write_bytes(gzip.decompress((ROOT / "tests/data/results_layout_1.nc.gz").read_bytes()))
-    assert main(["report", str(path)]) == 0
-    assert "edited" not in capsys.readouterr().err
-    assert main(["report", str(path), "--verify"]) == 2
-    assert "no checksum" in capsys.readouterr().err
+            study_of(tmp_path, *PARTS, more).run(copied.parent)
+    assert content_state(study_of(tmp_path, *PARTS).run(copied.parent, resume=False)) == "as written"
 
 
 def test_results_of_before_are_not_called_pulses(finished):
     """Results without the variability of spectra: floor motions and pulses, or of a version that did not look."""
-    results = (
-        finished[0]
-        .drop_attrs(deep=False)
-        .assign_attrs({name: value for name, value in finished[0].attrs.items() if name != "spectral_variability"})
-    )
+    results = finished[0].copy()
+    del results.attrs["spectral_variability"]
     assert check_of(results, "variety of spectra").what == "motion.spectra_not_compared"
     del results.attrs["processor"]
     assert check_of(results, "variety of spectra").more["sentence"] == "missing"
+
+
+class TestLayout1:
+    """A result file as it was written when its layout was published: every later version opens it.
+
+    Where the layout changes, its number (`units.SCHEMA`) goes up, and a file of the new one comes beside this one.
+    """
+
+    @pytest.fixture
+    def results(self, tmp_path):
+        path = tmp_path / "out/results.nc"
+        path.parent.mkdir()
+        path.write_bytes(gzip.decompress(LAYOUT_1.read_bytes()))
+        return path
+
+    def test_values_and_units(self, results):
+        with xr.open_dataset(results) as stored:
+            assert stored.attrs["schema"] == 1
+            assert stored["median"].attrs["units"] == "m s-1"
+            np.testing.assert_allclose(stored["median"], [[0.469375, 0.447214], [0.900106, 0.949752]], rtol=1e-5)
+            np.testing.assert_allclose(stored["rate"], [[0.00568354, 0.00598762], [0.00144879, 0.00124941]], rtol=1e-5)
+            assert stored["overturned"].dims == ("block", "model", "level", "motion")
+            ax = tp.plot.fragility(stored.load(), Figure().subplots(), block="bookcase-5-shelf")
+            assert len(ax.lines) >= 2
+            assert float(tp.fragility.curve_probability(stored, [0.5]).max()) > 0.4
+
+    @pytest.mark.slow
+    def test_commands_open_it(self, results, capsys):
+        """It has no checksum: it is opened without a word, but cannot be verified."""
+        assert main(["report", str(results)]) == 0
+        assert "edited" not in capsys.readouterr().err
+        page = results.with_name("report.html").read_text(encoding="utf-8")
+        assert "of layout 1" in page
+        assert "0.47 m/s (0.34–0.68)." in page  # (read off its counts: it holds no level of half)
+        assert "icelake-server" in page
+        assert main(["export", str(results), "--format", "csv"]) == 0
+        assert main(["status", str(results.parent)]) == 0
+        assert "finished" in capsys.readouterr().out
+        assert main(["report", str(results), "--verify"]) == 2
+        assert "no checksum" in capsys.readouterr().err
 
 
 def test_a_study_that_is_not_finished(finished, tmp_path, capsys):
@@ -219,10 +214,8 @@ def test_a_study_that_is_not_finished(finished, tmp_path, capsys):
 @pytest.mark.slow
 def test_a_finished_study_stays_as_it_is(tmp_path):
     """Run again, it is not written anew: notes on walls, on inputs that look odd and of its runs keep their order."""
-    walls = f"{BLOCKS}wall_gap_mm = 20\n[[blocks]]\nwidth_m = 0.004\nheight_m = 0.02\n"
-    (tmp_path / "study.toml").write_text(STUDY.replace(BLOCKS, walls), encoding="utf-8")
-    first = tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path / "out")
+    study = study_of(tmp_path, BLOCKS, "wall_gap_mm = 20\n[[blocks]]\nwidth_m = 0.004\nheight_m = 0.02\n", *PARTS[1:])
+    assert len(notes_of(study.run(tmp_path / "out"))) > 2
     written = (tmp_path / "out/results.nc").read_bytes()
-    assert len(notes_of(first)) > 2
     tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path / "out")
     assert (tmp_path / "out/results.nc").read_bytes() == written

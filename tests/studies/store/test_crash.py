@@ -1,6 +1,5 @@
 """Nothing that happens to a process costs more than the chunks in flight: real ones, killed, stopped and starved."""
 
-import ctypes
 import json
 import os
 import random
@@ -8,19 +7,22 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import xarray as xr
-from real_processes import MANY, begun, finish
-from study_texts import CABINET, IDA, motions
+from real_processes import MANY, begun, broken_off, finish
+from study_texts import CABINET, IDA, crate_study, motions, study_of
 
 import toppling as tp
 from toppling.__main__ import is_interrupt
+from toppling.core import machine_code
 from toppling.fragility.runs import plan
+from toppling.models import runs
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.command.status import status_of
+from toppling.studies.kinds import study as running
 from toppling.studies.store import shards
 
 FEWER = MANY.replace("number = 600", "number = 120")
@@ -46,50 +48,32 @@ def uninterrupted(tmp_path_factory):
     return (folder / "out" / "results.nc").read_bytes(), time.monotonic() - started
 
 
+def finished(study, out, uninterrupted, **options):
+    done = finish(study, out, **options)
+    assert done.returncode == 0, done.stderr
+    assert (out / "results.nc").read_bytes() == uninterrupted[0]
+    return done.stdout
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 3])
 def test_killed_at_random_moments(study, tmp_path, uninterrupted, seed):
     """SIGKILL, five times in a row at random moments of the computing; then the same command gives the same bytes."""
-    expected, seconds = uninterrupted
-    moments = random.Random(seed)
-    out = tmp_path / "out"
-    kept = []
+    moments, out, kept = random.Random(seed), tmp_path / "out", []
     for _ in range(5):
         with begun(study, out) as process:
-            time.sleep(moments.uniform(0.0, 0.7 * seconds))
+            time.sleep(moments.uniform(0.0, 0.7 * uninterrupted[1]))
             process.kill()
         assert process.returncode in (-signal.SIGKILL, 0)
         if (out / "results.nc").exists():
             break
         kept.append(len(list((out / "shards").glob("*.nc"))))
         state = status_of(out)
-        assert state.state == "interrupted"
-        assert state.chunks == kept[-1]
+        assert (state.state, state.chunks) == ("interrupted", kept[-1])
     assert kept == sorted(kept)
-    done = finish(study, out)
-    assert done.returncode == 0, done.stderr
-    assert kept == [] or "went on from" in done.stdout or "there already" in done.stdout
-    assert (out / "results.nc").read_bytes() == expected
+    said = finished(study, out, uninterrupted)
+    assert kept == [] or "went on from" in said or "there already" in said
     assert not (out / "shards").exists()
-
-
-@pytest.mark.slow
-def test_interrupted_by_a_person(study, tmp_path, uninterrupted):
-    """SIGINT: chunks in flight are finished, exit code 130, one line says what is kept; the same command goes on."""
-    with begun(study, tmp_path / "out") as process:
-        process.send_signal(signal.SIGINT)
-        _, error = process.communicate(timeout=60)
-    assert process.returncode == 130, error
-    assert "runs kept in" in error
-    assert [line.partition(":")[0] for line in error.splitlines()] == ["toppling", "toppling"]
-    kept = int(error.split("interrupted with ")[1].split(" of ")[0].replace(",", ""))
-    manifest = json.loads((tmp_path / "out" / "shards" / "manifest.json").read_text())
-    assert kept == status_of(tmp_path / "out").runs > 0
-    assert manifest["work"] > kept
-    done = finish(study, tmp_path / "out")
-    assert done.returncode == 0, done.stderr
-    assert f"went on from {kept:,} runs" in done.stdout
-    assert (tmp_path / "out" / "results.nc").read_bytes() == uninterrupted[0]
 
 
 def is_gone(group):
@@ -104,20 +88,20 @@ def is_gone(group):
 
 
 @pytest.mark.slow
-def test_interrupted_with_worker_processes(study, tmp_path, uninterrupted):
-    """Ctrl-C on a terminal reaches every process of the command: workers finish what they have, and none is left."""
-    environment = {**os.environ, "DASK_SCHEDULER": "processes", "DASK_NUM_WORKERS": "2"}
-    with begun(study, tmp_path / "out", env=environment, start_new_session=True) as process:
+@pytest.mark.parametrize("workers", [{}, {"DASK_SCHEDULER": "processes", "DASK_NUM_WORKERS": "2"}])
+def test_interrupted_by_a_person(study, tmp_path, uninterrupted, workers):
+    """Ctrl-C reaches every process: chunks in flight are finished, one line says what is kept; the command goes on."""
+    out, environment = tmp_path / "out", {**os.environ, **workers}
+    with begun(study, out, env=environment, start_new_session=True) as process:
         os.killpg(process.pid, signal.SIGINT)
         _, error = process.communicate(timeout=60)
     assert process.returncode == 130, error
+    assert "runs kept in" in error
     assert [line.partition(":")[0] for line in error.splitlines()] == ["toppling", "toppling"]
-    work = json.loads((tmp_path / "out" / "shards" / "manifest.json").read_text())["work"]
-    assert 0 < status_of(tmp_path / "out").runs < work
+    kept = int(error.split("interrupted with ")[1].split(" of ")[0].replace(",", ""))
+    assert json.loads((out / "shards" / "manifest.json").read_text())["work"] > kept == status_of(out).runs > 0
     assert is_gone(process.pid)
-    done = finish(study, tmp_path / "out", env=environment)
-    assert done.returncode == 0, done.stderr
-    assert (tmp_path / "out" / "results.nc").read_bytes() == uninterrupted[0]
+    assert f"went on from {kept:,} runs" in finished(study, out, uninterrupted, env=environment)
 
 
 @pytest.mark.slow
@@ -162,89 +146,28 @@ except KeyboardInterrupt:
 
 
 @pytest.mark.slow
-def test_tests_of_interrupts_run_in_the_background():
-    """A shell lets what it begins with `&` ignore interrupts: the suite does not pass that on to what it starts."""
-    test = [sys.executable, "-m", "pytest", "-q", __file__, "-k", "test_interrupted_while_it_loads and 0.4"]
-    done = subprocess.run(
-        ["sh", "-c", "trap '' INT; exec \"$@\"", "sh", *test],
-        cwd=Path(__file__).parents[2],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout
-    assert "1 passed" in done.stdout
-
-
-@pytest.mark.slow
-def test_full_disk(study, tmp_path, uninterrupted):
-    """A limit on the size of files stands for a full disk: one sentence, exit code 2; with room again it goes on."""
-    resource = pytest.importorskip("resource")
-
-    def limited(size):
-        def limit():
-            resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-
-        return limit
-
-    # a limit below a shard's size, and one below that of the results alone
-    for size, name in ((2_000, "shards"), (100_000, "results.nc")):
-        done = finish(study, tmp_path / "out", preexec_fn=limited(size))
-        assert done.returncode == 2, (size, done.stderr)
-        assert name in done.stderr
-        assert "cannot be written" in done.stderr
-        assert "Traceback" not in done.stderr
-        assert len(done.stderr.splitlines()) == 1
-        assert not (tmp_path / "out" / "results.nc").exists()
-        assert not list((tmp_path / "out").rglob("*.part"))
-    done = finish(study, tmp_path / "out")
-    assert done.returncode == 0, done.stderr
-    assert (tmp_path / "out" / "results.nc").read_bytes() == uninterrupted[0]
-
-
-@pytest.mark.slow
 def test_second_process_refuses(study, tmp_path):
     with begun(study, tmp_path / "out") as process:
         process.send_signal(signal.SIGSTOP)
         second = finish(study, tmp_path / "out")
-        running = status_of(tmp_path / "out").state
+        state = status_of(tmp_path / "out").state
         process.kill()
-    assert second.returncode == 2
+    assert (state, second.returncode) == ("running", 2)
     assert "another process" in second.stderr
     assert len(second.stderr.splitlines()) == 1
-    assert running == "running"
-
-
-def bound_by_permissions():
-    """Even a superuser's process, from its next program on (Linux: CAP_DAC_OVERRIDE leaves the bounding set)."""
-    if ctypes.CDLL(None).prctl(24, 1, 0, 0, 0) != 0:
-        raise PermissionError
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not hasattr(os, "getuid"), reason="needs users")
-def test_folder_without_permission(study, tmp_path):
-    out = tmp_path / "out"
-    out.mkdir()
-    out.chmod(0o555)
-    superuser = os.getuid() == 0
-    try:
-        done = finish(study, out, preexec_fn=bound_by_permissions if superuser else None)
-    except subprocess.SubprocessError:
-        pytest.skip("this superuser cannot give up its rights")
-    assert done.returncode == 2, done.stderr
-    assert "no permission" in done.stderr
-    assert list(out.iterdir()) == []
 
 
 @pytest.fixture(scope="module")
 def quiet(tmp_path_factory):
-    """The bytes of the results of a run that nothing happened to."""
     folder = tmp_path_factory.mktemp("quiet")
     (folder / "study.toml").write_text(FEWER)
     tp.Study.from_toml(folder / "study.toml").run(folder)
     return (folder / "results.nc").read_bytes()
+
+
+def first_shard(study, out):
+    broken_off(study, out, 0.0)
+    return next((out / "shards").glob("*.nc"))
 
 
 class TestShards:
@@ -258,28 +181,22 @@ class TestShards:
 
     @pytest.fixture
     def broken_off(self, study, tmp_path, monkeypatch):
-        """A study that an error ended after some chunks."""
-        monkeypatch.setattr(plan, "LEAST_SECONDS", 0.005)
-        monkeypatch.setattr(plan, "CHUNK_SECONDS", 0.005)
+        for name in ("LEAST_SECONDS", "CHUNK_SECONDS"):
+            monkeypatch.setattr(plan, name, 0.005)
         whole = tp.Study.from_toml(study)
-
-        def progress(done, total):
-            if done > 0.4 * total:
-                raise RuntimeError("pulled the plug")
-
-        with pytest.raises(RuntimeError, match="pulled the plug"):
-            whole.run(tmp_path / "out", progress=progress)
+        broken_off(whole, tmp_path / "out", 0.4)
         return whole, tmp_path / "out"
 
     @pytest.mark.slow
     @pytest.mark.parametrize(
         "damage",
         [
-            pytest.param(lambda content: b"", id="zero length"),
-            pytest.param(lambda content: content[: len(content) // 2], id="truncated"),
-            pytest.param(lambda content: content[:700] + bytes([content[700] ^ 4]) + content[701:], id="bit flipped"),
-            pytest.param(lambda content: b"PK\x03\x04" * 500, id="something else"),
+            lambda content: b"",
+            lambda content: content[: len(content) // 2],
+            lambda content: content[:700] + bytes([content[700] ^ 4]) + content[701:],
+            lambda content: b"PK\x03\x04" * 500,
         ],
+        ids=["zero length", "truncated", "bit flipped", "something else"],
     )
     def test_damaged_shards_are_computed_again(self, broken_off, quiet, damage):
         plan, out = broken_off
@@ -289,8 +206,7 @@ class TestShards:
             path.write_bytes(damage(path.read_bytes()))
         plan.run(out)
         assert (out / "results.nc").read_bytes() == quiet
-        log = (out / "run.log").read_text()
-        assert log.count("is damaged") == len(shards[::3])
+        assert (out / "run.log").read_text().count("is damaged") == len(shards[::3])
 
     @pytest.mark.slow
     def test_a_changed_study_is_refused(self, broken_off, study):
@@ -302,8 +218,7 @@ class TestShards:
         with pytest.raises(StudyError, match=message):
             changed.run(out)
         assert sorted(path.name for path in (out / "shards").iterdir()) == before
-        fresh = changed.run(out, resume=False)
-        xr.testing.assert_identical(fresh, changed.run())
+        xr.testing.assert_identical(changed.run(out, resume=False), changed.run())
 
     def test_another_engine_is_refused(self, broken_off):
         plan, out = broken_off
@@ -314,32 +229,27 @@ class TestShards:
         with pytest.raises(StudyError, match=r"numba was 0\.1, is \d"):
             plan.run(out)
 
-    @pytest.mark.parametrize("content", ["", "{}", "[1]", "[" * 100_000, '{"layout": 1}', "\0"])
+    @pytest.mark.parametrize("content", ["", "{}", "[1]", "[" * 100_000, '{"layout": 1}', "\0", None])
     def test_a_manifest_that_is_none(self, broken_off, content):
         plan, out = broken_off
-        (out / "shards" / "manifest.json").write_text(content)
-        with pytest.raises(StudyError, match="--fresh to start over"):
-            plan.run(out)
-        with pytest.raises(StudyError, match="--fresh to start over"):
-            status_of(out)
-
-    def test_shards_without_a_manifest(self, broken_off):
-        plan, out = broken_off
-        (out / "shards" / "manifest.json").unlink()
-        with pytest.raises(StudyError, match="without a manifest"):
-            plan.run(out)
+        path = out / "shards" / "manifest.json"
+        path.write_text(content or "")
+        if content is None:
+            path.unlink()
+            with pytest.raises(StudyError, match="without a manifest"):
+                plan.run(out)
+            return
+        for read in (plan.run, status_of):
+            with pytest.raises(StudyError, match="--fresh to start over"):
+                read(out)
 
     @pytest.mark.slow
     def test_shards_of_the_same_name_from_elsewhere(self, broken_off, study, tmp_path, quiet):
         """A sound shard of another study that got into the folder is no part of this one."""
         plan, out = broken_off
         study.write_text(FEWER.replace("number = 120", "number = 120\nseed = 9"))
-        other = tp.Study.from_toml(study)
-        with pytest.raises(RuntimeError, match="plug"):
-            other.run(tmp_path / "other", progress=lambda done, total: (_ for _ in ()).throw(RuntimeError("plug")))
-        strange = next((tmp_path / "other" / "shards").glob("*.nc"))
-        number = strange.name[:10]
-        for path in (out / "shards").glob(f"{number}*"):
+        strange = first_shard(tp.Study.from_toml(study), tmp_path / "other")
+        for path in (out / "shards").glob(f"{strange.name[:10]}*"):
             path.unlink()
         (out / "shards" / strange.name).write_bytes(strange.read_bytes())
         plan.run(out)
@@ -349,14 +259,11 @@ class TestShards:
     @pytest.mark.slow
     def test_shards_of_other_motions_under_the_same_factors(self, tmp_path):
         """Levels that are factors of the motions are the same for all motions, whatever their samples."""
-        text = CABINET + motions(3) + IDA.replace("pga", "scale").replace("m/s2", "1") + "[fit]\nreplicates = 100\n"
-        found = []
+        levels, found = IDA.replace("pga", "scale").replace("m/s2", "1"), []
         for seed in (1, 2):
-            (tmp_path / "study.toml").write_text(f'title = "Factors"\n{text.replace("seed = 1", f"seed = {seed}")}')
-            own = tp.Study.from_toml(tmp_path / "study.toml")
-            with pytest.raises(RuntimeError, match="plug"):
-                own.run(tmp_path / str(seed), progress=lambda done, total: (_ for _ in ()).throw(RuntimeError("plug")))
-            found.append((own, next((tmp_path / str(seed) / "shards").glob("*.nc"))))
+            of_seed = motions(3).replace("seed = 1", f"seed = {seed}")
+            own = study_of(tmp_path, CABINET, of_seed, levels, "[fit]\nreplicates = 100\n")
+            found.append((own, first_shard(own, tmp_path / str(seed))))
         (_, strange), (own, shard) = found
         shard.unlink()
         (shard.parent / strange.name).write_bytes(strange.read_bytes())
@@ -365,12 +272,8 @@ class TestShards:
     @pytest.mark.slow
     @pytest.mark.parametrize(
         "kept",
-        [
-            pytest.param(lambda there: there, id="all"),
-            pytest.param(lambda there: there // 2, id="half"),
-            pytest.param(lambda there: 1, id="the manifest"),
-            pytest.param(lambda there: 0, id="an empty folder"),
-        ],
+        [lambda there: there, lambda there: there // 2, lambda there: 1, lambda there: 0],
+        ids=["all", "half", "the manifest", "an empty folder"],
     )
     def test_killed_while_it_cleans_up(self, broken_off, quiet, monkeypatch, kept):
         """The results are written, and of the shards these are left: the next run removes them."""
@@ -386,10 +289,10 @@ class TestShards:
             if there == 1:
                 raise SystemExit(137)
 
-        monkeypatch.setattr(shards, "_remove", remove)
-        with pytest.raises(SystemExit):
-            plan.run(out)
-        monkeypatch.undo()
+        with monkeypatch.context() as patch:
+            patch.setattr(shards, "_remove", remove)
+            with pytest.raises(SystemExit):
+                plan.run(out)
         assert (out / "results.nc").read_bytes() == quiet
         assert (out / "shards").exists()
         plan.run(out)
@@ -409,8 +312,67 @@ class TestShards:
         plan.run(out)
         assert main(["status", str(out)]) == 0
         assert "Many chunks: finished" in capsys.readouterr().out
-        assert main(["status", str(tmp_path / "nothing")]) == 2
-        assert main(["status", str(tmp_path)]) == 2
+
+
+class TestProcessors:
+    """Parts of a study from another processor: refused in a sentence that says so."""
+
+    @pytest.fixture
+    def study(self, tmp_path, monkeypatch, small_chunks):
+        monkeypatch.chdir(tmp_path)
+        (tmp_path / "study.toml").write_text(crate_study("Two machines", 40, 12, 0.01, 8), encoding="utf-8")
+        return tp.Study.from_toml("study.toml")
+
+    def test_another_processor_is_another_engine(self, study, monkeypatch, capsys):
+        here = runs.engine_identity()["processor"]
+        broken_off(study, "out", 1 / 3)
+        identity = {**runs.engine_identity(), "processor": "other"}
+        monkeypatch.setattr(shards, "engine_identity", lambda: identity)
+        with pytest.raises(StudyError, match=rf"holds parts of another study \(processor was {here}, is other\)"):
+            tp.Study.from_toml("study.toml").run("out")
+        assert main(["run", "study.toml", "--out", "out", "--dry-run"]) == 0
+        assert f"processor was {here}, is other" in " ".join(capsys.readouterr().out.split())
+
+    def test_results_name_it(self, study):
+        processor = study.run("out").attrs["processor"]
+        assert processor == runs.engine_identity()["processor"] in ("x86-64 with FMA", "generic")
+
+    @pytest.mark.parametrize(
+        ("name", "features", "word"),
+        [
+            ("emeraldrapids", "+avx2,+fma,+sse2", "x86-64 with FMA"),
+            ("znver2", "", "x86-64 with FMA"),
+            ("ivybridge", "+avx,-fma", "generic"),
+            ("generic", "", "generic"),
+            ("neoverse-n1", "+neon", "generic"),
+        ],
+    )
+    def test_the_word_of_a_target(self, name, features, word, monkeypatch):
+        machine = "aarch64" if name == "neoverse-n1" else "x86_64"
+        target = (f"{machine}-unknown-linux-gnu", name, features)
+        monkeypatch.setattr(machine_code, "generator", lambda: SimpleNamespace(magic_tuple=lambda: target))
+        assert machine_code.processor() == word
+
+    @pytest.mark.slow
+    def test_other_motions_are_no_changed_records(self, study, monkeypatch):
+        """Libraries that give the motions other last bits: the sentence says so."""
+        broken_off(study, "out", 1 / 3)
+        plain = running.digest
+        for module in (running, shards):
+            monkeypatch.setattr(module, "digest", lambda record: plain(record)[::-1])
+        again = tp.Study.from_toml("study.toml")
+        assert again.identity.partition("-")[0] == study.identity.partition("-")[0]
+        with pytest.raises(StudyError, match="this processor or its libraries make other motions"):
+            again.run("out")
+
+
+@pytest.mark.slow
+def test_numba_names_the_processor():
+    """One for which it was told to compile: parts of a study from there are those of another engine, as above."""
+    code = "from toppling.models.runs import engine_identity\nprint(engine_identity()['processor'])"
+    generic = {**os.environ, "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+    done = subprocess.run([sys.executable, "-c", code], env=generic, capture_output=True, text=True, check=True)
+    assert done.stdout == "generic\n"
 
 
 @pytest.mark.slow

@@ -30,20 +30,25 @@ DRIVER = Path(study_texts.__file__).with_name("large_study.py")
 EXAMPLES = Path(tp.__file__).parent / "studies" / "examples"
 ROOM = 200_000_000
 """Bytes of memory beside those of what is loaded: some 100 MB go to threads, their stacks and what loads late."""
-BLOCKS = "".join(f'[[blocks]]\nwidth_m = {0.3 + 0.02 * i:g}\nheight_m = 1.8\nname = "b{i}"\n' for i in range(8))
-LAWS = "".join(f'[[models]]\nlaw = "housner"\ngeometry = "linear"\ne = {0.9 - 0.02 * i:g}\n' for i in range(10))
+BLOCK = '[[blocks]]\nwidth_m = {}\nheight_m = 1.8\nname = "{}"\n'
+LAW = '[[models]]\nlaw = "housner"\ngeometry = "linear"\ne = {}\n'
+LEVELS = 'levels = {{ from = {}, to = {}, number = {}, unit = "g" }}'
+
+
+def short(number):
+    return f'[motions]\ngenerator = "clough-penzien"\nnumber = {number}\nduration_s = 2\ndt_s = 0.02\n'
+
+
+BLOCKS = "".join(BLOCK.format(f"{0.3 + 0.02 * i:g}", f"b{i}") for i in range(8))
+LAWS = "".join(LAW.format(f"{0.9 - 0.02 * i:g}") for i in range(10))
 LARGE = f"""
 title = "More than memory"
 {BLOCKS}
 {LAWS}
-[motions]
-generator = "clough-penzien"
-number = 20000
-duration_s = 2
-dt_s = 0.02
+{short(20000)}
 [ida]
 im = "pga"
-levels = {{ from = 0.05, to = 1.0, number = 20, unit = "g" }}
+{LEVELS.format(0.05, 1.0, 20)}
 [fit]
 replicates = 100
 [screen]
@@ -51,17 +56,10 @@ undecided = 0.05
 [friction]
 static = 0.4
 """
-BUILDING = """
+BUILDING = f"""
 title = "More lines than memory"
-[[models]]
-law = "housner"
-geometry = "linear"
-e = 0.9
-[motions]
-generator = "clough-penzien"
-number = 1000
-duration_s = 2
-dt_s = 0.02
+{LAW.format(0.9)}
+{short(1000)}
 [building]
 kind = "flexural-shear"
 period_s = 0.5
@@ -70,37 +68,29 @@ storeys = 2
 [performance]
 inventory = "inventory.csv"
 im = "pga"
-levels = { from = 0.1, to = 2.0, number = 20, unit = "g" }
+{LEVELS.format(0.1, 2.0, 20)}
 [hazard]
 levels = [0.05, 0.2, 0.8, 3.2]
 rates = [4e-2, 6.5e-3, 3.5e-4, 3e-6]
 unit = "g"
 """
-LINES = "".join(
-    f"line {i},{0.3 + 1e-4 * i:g},1.8,{i % 3},{1 + i % 4},{100 + i},{'' if i % 5 else 'exit'}\n" for i in range(2500)
-)
-UNCERTAIN = """
+UNCERTAIN = f"""
 title = "More samples than memory"
-[[blocks]]
-width_m = 0.4
-height_m = 1.8
-[[models]]
-law = "housner"
-geometry = "linear"
-e = 0.9
-[motions]
-generator = "clough-penzien"
-number = 1000
-duration_s = 2
-dt_s = 0.02
+{BLOCK.format(0.4, "block")}
+{LAW.format(0.9)}
+{short(1000)}
 [ida]
 im = "pga"
-levels = { from = 0.05, to = 1.0, number = 40, unit = "g" }
+{LEVELS.format(0.05, 1.0, 40)}
 [uncertainty]
 samples = 850
 [uncertainty.inputs]
-R_factor = { distribution = "uniform", lower = 0.9, upper = 1.1 }
+R_factor = {{ distribution = "uniform", lower = 0.9, upper = 1.1 }}
 """
+LINES = "".join(
+    f"line {i},{0.3 + 1e-4 * i:g},1.8,{i % 3},{1 + i % 4},{100 + i},{'' if i % 5 else 'exit'}\n" for i in range(2500)
+)
+of_linux = pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs /proc to know what is taken")
 
 
 def run(folder, place, limit, text=LARGE, **options):
@@ -113,7 +103,7 @@ def run(folder, place, limit, text=LARGE, **options):
 
 @pytest.mark.slow
 @pytest.mark.longest
-@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs /proc to know what a process takes")
+@of_linux
 def test_results_larger_than_the_memory(tmp_path):
     """The same bytes under a limit of memory below the size of the results, and with everything in memory."""
     done = run(tmp_path, "disk", ROOM)
@@ -132,7 +122,7 @@ def test_results_larger_than_the_memory(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.longest
-@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs /proc to know what a process takes")
+@of_linux
 @pytest.mark.parametrize("text", [BUILDING, UNCERTAIN])
 def test_what_is_made_of_all_runs_stays_below_the_memory(tmp_path, text):
     """5e7 runs of an inventory's lines, 3e7 of one uncertain block: 8 bytes a run, several times, would be too much."""
@@ -145,7 +135,6 @@ def test_what_is_made_of_all_runs_stays_below_the_memory(tmp_path, text):
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    """A folder with the finished results of a small study, and the study."""
     folder = tmp_path_factory.mktemp("finished")
     (folder / "study.toml").write_text(crate_study("A crate", number=30, duration=6, dt=0.02, levels=6))
     study = tp.Study.from_toml(folder / "study.toml")
@@ -178,11 +167,15 @@ def test_a_flipped_bit_is_noticed(finished, tmp_path, capsys, name):
     assert path.read_bytes() == (folder / "results.nc").read_bytes()
 
 
-def test_damage_of_large_results_is_noticed(finished, tmp_path, monkeypatch):
-    """What is too large to be read at once is looked through slab by slab."""
+@pytest.fixture
+def large(monkeypatch):
     for module in (netcdf, store):
         monkeypatch.setattr(module, "WHOLE_BYTES", 200)
     monkeypatch.setattr(netcdf, "SLAB_BYTES", 400)
+
+
+def test_damage_of_large_results_is_noticed(finished, tmp_path, large):
+    """What is too large to be read at once is looked through slab by slab."""
     folder, study = finished
     content = bytearray((folder / "results.nc").read_bytes())
     data = xr.open_dataset(folder / "results.nc")["peak_rotation"].values.tobytes()
@@ -193,12 +186,9 @@ def test_damage_of_large_results_is_noticed(finished, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_another_title_for_large_results(finished, tmp_path, monkeypatch):
+def test_another_title_for_large_results(finished, tmp_path, large):
     """Results that are read as they are written anew."""
     folder, study = finished
-    for module in (netcdf, store):
-        monkeypatch.setattr(module, "WHOLE_BYTES", 200)
-    monkeypatch.setattr(netcdf, "SLAB_BYTES", 400)
     study.run(tmp_path)
     (tmp_path / "study.toml").write_text((folder / "study.toml").read_text().replace("A crate", "Two crates"))
     found = tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path)
@@ -215,16 +205,48 @@ def test_large_variables_are_written_as_small_ones(finished, tmp_path, monkeypat
     monkeypatch.setattr(netcdf, "SLAB_BYTES", 1000)
     monkeypatch.setattr(netcdf, "CHUNK_BYTES", 300)
     study.run(tmp_path)
-    with netCDF4.Dataset(folder / "results.nc") as one, netCDF4.Dataset(tmp_path / "results.nc") as other:
-        assert set(one.variables) == set(other.variables)
-        assert list(one.variables) != list(other.variables)
-        for name in one.variables:
-            assert one[name].dtype == other[name].dtype, name
-            assert one[name].dimensions == other[name].dimensions, name
-            assert sorted(map(str, one[name].__dict__.items())) == sorted(map(str, other[name].__dict__.items())), name
-        assert one.__dict__ == other.__dict__
-    with xr.open_dataset(folder / "results.nc") as one, xr.open_dataset(tmp_path / "results.nc") as other:
-        xr.testing.assert_identical(one.load(), other.load())
+    with netCDF4.Dataset(folder / "results.nc") as small, netCDF4.Dataset(tmp_path / "results.nc") as large:
+        assert list(small.variables) != list(large.variables)
+        small_ones, large_ones = (
+            {
+                name: (array.dtype, array.dimensions, sorted(map(str, array.__dict__.items())))
+                for name, array in file.variables.items()
+            }
+            for file in (small, large)
+        )
+        assert small_ones == large_ones
+        assert small.__dict__ == large.__dict__
+    with xr.open_dataset(folder / "results.nc") as small, xr.open_dataset(tmp_path / "results.nc") as large:
+        xr.testing.assert_identical(small.load(), large.load())
+
+
+def test_the_bytes_are_those_of_xarrays_own_writer(tmp_path):
+    """Which loads a cluster's library: numbers, flags, words, coordinates, and attributes of each kind."""
+    results = xr.Dataset(
+        {
+            "median": (("block", "level"), np.array([[1.0, np.nan], [3.0, 4.0]]), {"units": "m s-2"}),
+            "converged": ("block", [True, False]),
+            "count": ("level", np.array([3, 4], dtype=np.int64)),
+            "one": 2.5,
+            "empty": ("none", np.empty(0)),
+        },
+        {
+            "block": ["shelf", "Schränkchen"],
+            "level": ("level", [0.1, 0.2], {"im": "pga"}),
+            "label": ("block", np.array(["a", "bc"], dtype=object)),
+        },
+        {"title": "Überall", "number": 3, "share": 0.5, "several": [1.0, 2.0]},
+    )
+    netcdf.write(results, tmp_path / "ours.nc")
+    names = ["median", "converged", "count", "level"]
+    encoding = {name: {"fletcher32": True, "chunksizes": results[name].shape} for name in names}
+    results.to_netcdf(tmp_path / "theirs.nc", engine="netcdf4", encoding=encoding)
+    assert (tmp_path / "ours.nc").read_bytes() == (tmp_path / "theirs.nc").read_bytes()
+    with xr.open_dataset(tmp_path / "ours.nc", engine="netcdf4") as stored:
+        xr.testing.assert_identical(stored.load().drop_encoding(), results)
+
+
+FIRST = '[fit]\nmethod = "first-overturning"\n'
 
 
 class TestSlabs:
@@ -244,14 +266,20 @@ class TestSlabs:
         monkeypatch.setattr(slabs, "RUNS", runs)
         xr.testing.assert_identical(study.run(), whole)
 
+    @staticmethod
+    def example(folder, name, number, changed):
+        shutil.copytree(EXAMPLES, folder / "examples")
+        path = folder / "examples" / f"{name}.toml"
+        text = path.read_text()
+        for old, new in {r"(?m)^number = \d+": f"number = {number}", **changed}.items():
+            text = re.sub(old, new, text)
+        path.write_text(text)
+        return tp.Study.from_toml(path)
+
     @pytest.mark.slow
     @pytest.mark.parametrize("name", ["cloud", "tower", "clinic"])
     def test_of_other_studies(self, tmp_path, monkeypatch, name):
-        """Examples with few motions: clouds, several floors, an inventory; in memory, and in slabs from the disk."""
-        shutil.copytree(EXAMPLES, tmp_path / "examples")
-        path = tmp_path / "examples" / f"{name}.toml"
-        path.write_text(re.sub(r"(?m)^number = \d+", "number = 12", path.read_text()))
-        study = tp.Study.from_toml(path)
+        study = self.example(tmp_path, name, 12, {})
         whole = study.run()
         monkeypatch.setattr(slabs, "RUNS", 40)
         monkeypatch.setattr(shards, "IN_MEMORY", 0)
@@ -266,31 +294,21 @@ class TestSlabs:
             ("clinic", {"variability = .*": ""}),
             ("clinic", {r"\[performance\]": '[performance]\nobjective = "any"'}),
             ("clinic", {r"\[hazard\](.|\n)*": "", r"\[performance\]": '[performance]\nobjective = "blocks-exit"'}),
-            ("uncertainty", {"samples = 64": "samples = 10", "sobol = 64": ""}),
-            ("uncertainty", {"samples = 64": "samples = 10", "sobol = 64": '[fit]\nmethod = "first-overturning"'}),
+            ("uncertainty", {"sobol = 64": ""}),
+            ("uncertainty", {"sobol = 64": "", r"\[uncertainty\]": f"{FIRST}[uncertainty]"}),
         ],
     )
     def test_of_lines_and_of_samples(self, tmp_path, monkeypatch, name, changed, runs):
-        """Lines, floors and levels of an inventory, motions that are anchored against, samples of a block."""
-        shutil.copytree(EXAMPLES, tmp_path / "examples")
-        path = tmp_path / "examples" / f"{name}.toml"
-        text = re.sub(r"(?m)^number = \d+", "number = 7", path.read_text())
-        for old, new in {**changed, "number = (14|24)": "number = 5"}.items():
-            text = re.sub(old, new, text)
-        tables = text.split("[fit]")  # (a table of its own comes last)
-        if len(tables) == 2:
-            end = tables[1].index("[uncertainty.inputs]")
-            text = f"{tables[0]}{tables[1][end:]}\n[fit]{tables[1][:end]}"
-        path.write_text(text)
-        study = tp.Study.from_toml(path)
+        few = {"number = (14|24)": "number = 5", "samples = 64": "samples = 10"}
+        study = self.example(tmp_path, name, 7, {**changed, **few})
         whole = study.run()
         monkeypatch.setattr(slabs, "RUNS", runs)
         monkeypatch.setattr(shards, "IN_MEMORY", 0)
         found = study.run(tmp_path / "out")
         if "flag_share" in whole:  # (variances of flags at several levels are sums in another order)
-            for one in ("flag_share", "flag_total_share"):
-                np.testing.assert_allclose(found[one], whole[one], rtol=1e-12, atol=1e-13)
-                found[one] = whole[one]
+            for share in ("flag_share", "flag_total_share"):
+                np.testing.assert_allclose(found[share], whole[share], rtol=1e-12, atol=1e-13)
+                found[share] = whole[share]
             found = sealed(found)
         xr.testing.assert_identical(found, whole)
 

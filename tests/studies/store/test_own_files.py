@@ -31,10 +31,9 @@ def there(folder):
 
 def test_only_what_the_last_run_wrote(tmp_path):
     write(tmp_path / "out", "a.csv", "b.csv")
-    write(tmp_path / "out", "b.csv", "c.csv", text="y")
-    assert there(tmp_path / "out") == {"b.csv", "c.csv"}
-    write(tmp_path / "out", "b.csv", "c.csv", text="y")  # (the same bytes again)
-    assert there(tmp_path / "out") == {"b.csv", "c.csv"}
+    for _ in range(2):  # (the same bytes again)
+        write(tmp_path / "out", "b.csv", "c.csv", text="y")
+        assert there(tmp_path / "out") == {"b.csv", "c.csv"}
 
 
 def test_files_of_others_stay(tmp_path):
@@ -63,15 +62,13 @@ def test_a_file_that_was_changed(tmp_path):
 
 def test_a_link_or_a_folder_is_not_ours(tmp_path):
     (tmp_path / "target").write_text("mine", encoding="utf-8")
+    ours = tmp_path / "out" / "a.csv"
     write(tmp_path / "out", "a.csv")
-    (tmp_path / "out" / "a.csv").unlink()
-    (tmp_path / "out" / "a.csv").symlink_to(tmp_path / "target")
-    with pytest.raises(StudyError, match="not written by toppling"):
-        write(tmp_path / "out", "b.csv")
-    (tmp_path / "out" / "a.csv").unlink()
-    (tmp_path / "out" / "a.csv").mkdir()
-    with pytest.raises(StudyError, match="not written by toppling"):
-        write(tmp_path / "out", "b.csv")
+    for make in (lambda: ours.symlink_to(tmp_path / "target"), ours.mkdir):
+        ours.unlink()
+        make()
+        with pytest.raises(StudyError, match="not written by toppling"):
+            write(tmp_path / "out", "b.csv")
 
 
 def test_an_error_while_writing(tmp_path):
@@ -122,7 +119,6 @@ def test_a_run_that_was_killed(tmp_path):
 
 @pytest.mark.parametrize("text", ["", "[]", "{", '{"one": 1}', "null", '{"one": {"../a": "x"}}'])
 def test_a_damaged_record(text, tmp_path):
-    """It makes no file ours."""
     (tmp_path / RECORD).write_text(text, encoding="utf-8")
     (tmp_path / "a.csv").write_text("mine", encoding="utf-8")
     with pytest.raises(StudyError, match="not written by toppling"):

@@ -10,7 +10,7 @@ import xarray as xr
 import toppling as tp
 from toppling.models.friction import friction_at_impact
 from toppling.studies.facts.say import say
-from toppling.studies.facts.sensitivity import answer
+from toppling.studies.facts.sensitivity import actions, answer
 from toppling.studies.tables.sensitivity import (
     ABOVE,
     SLIPS,
@@ -25,43 +25,35 @@ from toppling.studies.tables.sensitivity import (
 
 SLENDER, SQUAT_BLOCK = tp.Block(0.4, 1.9, name="slender"), tp.Block(2.0, 1.0, name="squat")
 VALUES = [0.5, 0.7, 0.9, 1.0]
+SIZES = ("width", "height", "cm_height")
+GIVEN = {"kind": "sensitivity", "friction": 1.0, "usual": "the usual ones", "reference": "rigid"}
 MEDIANS = [[4.0, 3.0, 2.0, 1.0], [9.0, 8.0, 7.0, 6.0]]
 
 
 def results_of(parameter="e", medians=MEDIANS, blocks=(SLENDER, SQUAT_BLOCK), axis="level"):
     """Results of a sensitivity study with given medians (block, value), under one law; levels up to 12 m/s²."""
-    values = VALUES if parameter == "e" else [0.001, 0.01, 0.1, 0.2]
-    in_use = [[True] * len(values)] * len(blocks)
+    values, in_use = [0.001, 0.01, 0.1, 0.2], [[False, True, True, False]] * len(blocks)
     if parameter == "e":
-        in_use = [(friction_at_impact(one.h / one.b, values) <= 1.0).tolist() for one in blocks]
-    else:
-        in_use = [[False, True, True, False]] * len(blocks)
+        values, in_use = VALUES, [friction_at_impact(block.h / block.b, VALUES) <= 1.0 for block in blocks]
     shakes = {"units": "m s-2", "long_name": "peak ground acceleration", "im": "pga"}
     median = np.array(medians)[:, None]
     return xr.Dataset(
         {
-            "half_level": (("block", "model", "value"), median),
-            "median": (("block", "model", "value"), median),
+            **dict.fromkeys(("half_level", "median"), (("block", "model", "value"), median)),
             "median_ratio": (("block", "model", "value", "comparison"), (median / 2.0)[..., None]),
         },
         {
-            "block": [one.label for one in blocks],
+            "block": [block.label for block in blocks],
             "model": ["housner e"],
             "law": ("model", ["housner"]),
             "value": values,
             "comparison": ["rigid"],
             "in_use": (("block", "value"), in_use),
             axis: ("level" if axis == "level" else "motion", [1.0, 12.0], shakes),
-            **{name: ("block", [getattr(one, name) for one in blocks]) for name in ("width", "height", "cm_height")},
-            "inertia_factor": ("block", [one.inertia for one in blocks]),
+            **{name: ("block", [getattr(block, name) for block in blocks]) for name in SIZES},
+            "inertia_factor": ("block", [block.inertia for block in blocks]),
         },
-        {
-            "kind": "sensitivity",
-            "parameter": parameter,
-            "friction": 1.0,
-            "usual": "the usual ones",
-            "reference": "rigid",
-        },
+        {**GIVEN, "parameter": parameter},
     )
 
 
@@ -91,11 +83,7 @@ class TestTables:
         slender, squat = ([*rows] for _, group in table.groups for rows in group)
         assert slender == ["slender", f"{SLENDER.restitution:.3f}", SLIPS, "0.31", "0.20", f"0.10 {ABOVE}"]
         assert squat == ["squat", "none", *[SQUAT] * 4]
-        assert [sum(note.startswith(f"{mark}: ") for note in table.notes) for mark in (SLIPS, SQUAT, ABOVE)] == [
-            1,
-            1,
-            1,
-        ]
+        assert all(sum(note.startswith(f"{mark}: ") for note in table.notes) == 1 for mark in (SLIPS, SQUAT, ABOVE))
 
     def test_levels_over_delta_have_no_such_column(self):
         table = block_levels(results_of("delta"))
@@ -141,10 +129,9 @@ class TestAnswer:
         assert "factor of 3.0" in say(first, "page")
 
     def test_a_factor_of_1_is_not_a_factor(self):
-        equal, higher = (
-            results_of("delta", medians=[[2.0, ratio * 2.0, 2.0, 2.0], [3.0] * 4]) for ratio in (1.04, 1.06)
-        )
-        assert ["factor" in say(next(answer(found)), "page") for found in (equal, higher)] == [False, True]
+        for ratio in (1.04, 1.06):
+            found = results_of("delta", medians=[[2.0, ratio * 2.0, 2.0, 2.0], [3.0] * 4])
+            assert ("factor" in say(next(answer(found)), "page")) == (ratio == 1.06)
 
     def test_the_extremes_need_not_be_at_the_ends(self):
         found = results_of("delta", medians=[[2.0, 1.0, 5.0, 2.0], [3.0] * 4])
@@ -159,6 +146,13 @@ class TestAnswer:
     def test_a_squat_block_is_said(self):
         said = [(fact.what, fact.names) for fact in answer(results_of())]
         assert said[:2] == [("sensitivity.swing", ("“slender”",)), ("sensitivity.squat", ("“squat”",))]
+
+    @pytest.mark.parametrize(("parameter", "factor"), [("e", 3.0), ("delta", 4.0)])
+    def test_how_the_parameter_can_be_made_certain(self, parameter, factor):
+        """On an unloaded sample: nobody tilts loaded furniture to measure something."""
+        fact = next(actions(results_of(parameter)))
+        assert (fact.what, fact.value) == (f"sensitivity.{parameter}_matters", factor)
+        assert ("measured on an unloaded sample" in say(fact, "page")) == (parameter == "e")
 
     @pytest.mark.parametrize("axis", ["level", "intensity"])
     def test_without_a_median_or_levels_nothing_warns(self, axis):

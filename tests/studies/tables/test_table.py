@@ -1,15 +1,24 @@
 """Tables say once what all rows or groups of rows have in common; captions do not repeat earlier captions."""
 
+import io
 import json
 import math
 
 import matplotlib.pyplot as plt
+import numpy as np
 import pytest
 import xarray as xr
+from rich.console import Console
 
+from toppling.studies.buildings.recommendations import Range
+from toppling.studies.plots import selection
+from toppling.studies.plots.assessment import bars
 from toppling.studies.report.figures import pictures_of
+from toppling.studies.tables.assessment import doubtful_items
 from toppling.studies.tables.fragility import _rates
+from toppling.studies.tables.registry import REGISTRY
 from toppling.studies.tables.table import Column, Table, tilted
+from toppling.studies.tables.terminal import rendered
 
 COLUMNS = Column("name", "piece"), Column("height", "height", "short", "m"), Column("law", "law")
 
@@ -79,3 +88,105 @@ def test_a_caption_does_not_repeat_earlier_captions():
     assert first.caption.endswith("A. 20 motions.")
     assert second.caption == "B."
     assert second.alt.endswith("B. 20 motions.")
+
+
+def test_components_of_records_are_no_sources_of_variance():
+    curves = xr.Dataset({"half_level": ("block", [1.0])}, {"component": ("motion", ["H1", "H2"])})
+    assert not REGISTRY["shares"].applies(curves)
+    uncertain = xr.Dataset({"half_level": ("block", [1.0]), "capacity_share": ("component", [1.0])})
+    assert REGISTRY["shares"].applies(uncertain)
+
+
+def ranking(**coordinates):
+    saving = (("model", "item"), np.array([[3.0, 1.0]]), {"units": "EUR"})
+    values = dict.fromkeys(("alone", "saving", "saving_lower", "saving_upper"), saving)
+    ranks = {"rank": (("model", "item"), np.array([[1, 2]]))}
+    return xr.Dataset(
+        {**values, **ranks, "saving_share": (("model", "item"), np.array([[0.75, 0.25]]))},
+        {
+            "model": ["housner"],
+            "item": ["bust", "shelf"],
+            "floor": ("item", ["1", "2"]),
+            "count": ("item", [1, 1]),
+            "cost": ("item", np.full(2, np.nan)),
+            **coordinates,
+        },
+        {"objective": "loss", "objective_text": "expected loss", "objective_units": "EUR", "confidence": 0.95},
+    )
+
+
+def marked(given):
+    ax = bars(given, selection.laws(given), plt.figure().subplots())
+    return [label.get_text() for label in ax.get_yticklabels()]
+
+
+def test_a_squat_piece_is_marked():
+    labels = marked(ranking(doubtful=("item", [True, False])))
+    assert ["‡" in label for label in labels] == ["bust" in label for label in labels]
+
+
+def test_nothing_is_marked_where_nothing_is_doubted():
+    for given in (ranking(), ranking(doubtful=("item", [False, False]))):
+        assert not any("‡" in label for label in marked(given))
+        assert not doubtful_items(given).any()
+
+
+HEADINGS = ("", "building", "ground", *(f"floor {i}" for i in range(1, 7)))
+ROWS = [
+    ("server-rack", "576 (385–813)", "2,750", "2,200", "1,350", "1,050", "937", "659", "768"),
+    ("gas-cylinder-rack", "71.6 (56.9–87.4)", "316", "242", "195", "133", "128", "98.8", "72.5"),
+]
+
+
+def table_of(title, headings=HEADINGS, rows=ROWS):
+    columns = [Column(str(i), heading) for i, heading in enumerate(headings)]
+    return Table(title, columns, [{str(i): cell for i, cell in enumerate(row)} for row in rows])
+
+
+def printed(table, width):
+    console = Console(width=width, file=io.StringIO())
+    console.print(*rendered(table, width), sep="\n")
+    return console.file.getvalue()
+
+
+def parts_of(table, width):
+    return [padded.renderable for padded in rendered(table, width)]
+
+
+@pytest.mark.parametrize("width", [40, 46, 60, 80, 100, 200])
+def test_no_word_is_broken(width):
+    text = printed(table_of("What it means"), width)
+    words = text.split()
+    for cell in (cell for row in [HEADINGS, *ROWS] for cell in row):
+        for word in cell.split():
+            assert word in words, (width, word)
+    assert max(map(len, text.splitlines())) <= width
+    assert text.count("What it means") == text.count("server-rack")
+
+
+def test_what_fits_is_one_table():
+    table = table_of("Wide")
+    (part,) = parts_of(table, 200)
+    assert [str(column.header) for column in part.columns] == list(HEADINGS)
+    columns = [[str(cell) for cell in column.cells] for column in part.columns]
+    assert columns == [list(column) for column in zip(*ROWS, strict=True)]
+    parts = parts_of(table, 60)
+    assert [str(part.columns[0].header) for part in parts] == [""] * len(parts)
+    assert [str(column.header) for part in parts for column in part.columns[1:]] == list(HEADINGS[1:])
+    assert [str(part.title) for part in parts] == ["Wide"] + ["Wide, continued"] * (len(parts) - 1)
+
+
+def test_groups_have_a_heading_and_a_gap():
+    columns = Column("law", "law"), Column("median", "median", "three")
+    rows = ["a block", {"law": "x", "median": Range(1.0, 0.5, 2.0)}, "another", {"law": "y", "median": "[none]"}]
+    part, note = parts_of(Table("Groups", columns, rows, ["A note."]), 80)
+    assert [str(cell) for cell in part.columns[0].cells] == ["a block", "x", "another", "y"]
+    assert [str(cell) for cell in part.columns[1].cells] == ["", "1.00 (0.500–2.00)", "", "[none]"]
+    assert [row.end_section for row in part.rows] == [False, True, False, True]
+    assert str(note) == "A note."
+
+
+def test_a_word_that_is_too_long_is_broken():
+    text = printed(table_of("Long", ("", "name"), [("x", "y" * 70)]), 40)
+    assert max(map(len, text.splitlines())) <= 40
+    assert text.count("y") == 70

@@ -1,43 +1,34 @@
 """What a signing engineer is told: notes of curves and rates, hazards of another place, rates of uncertain blocks."""
 
 import json
+import math
 
 import numpy as np
 import pytest
 import scipy
 import xarray as xr
-from check_facts import check as check_of, numbers_in
-from study_texts import BLOCKS, HAZARD, IDA, motions
+from check_facts import check as check_of, notes_named, numbers_in
+from study_texts import BLOCKS, CABINET, HAZARD, IDA, laws, motions, study_of
 
 import toppling as tp
 from toppling.fragility import uncertain_ida
 from toppling.studies import StudyError
-from toppling.studies.buildings.assessment import covering
-from toppling.studies.command.cli import main
 from toppling.studies.facts.notes import notes_of
+from toppling.studies.facts.say import notes_said
+from toppling.studies.plan.estimates import Fit
+from toppling.studies.plan.samples import pooled_curves
 from toppling.studies.tables.fragility import curves, measures, sizes
 from toppling.studies.text.curve_notes import (
     curve_notes,
     misfit_notes,
     rate_bounds,
     rate_notes,
+    spacing_notes,
 )
 from toppling.studies.text.one_side import one_side_notes
 
-MODELS = """
-[[models]]
-law = "housner"
-
-[[models]]
-law = "discrete"
-"""
+MODELS = laws("housner", "discrete")
 MOTIONS = motions(20)
-POINTS = """
-[hazard]
-levels = [0.01, 0.05, 0.2]
-rates = [1e-1, 1e-2, 1e-3]
-unit = "g"
-"""
 BUILDING = """
 [building]
 kind = "flexural-shear"
@@ -57,6 +48,7 @@ LEVELS = np.exp(np.linspace(0.0, np.log(12.0), 7))
 PIECES = [tp.Block(0.35, 1.6, name="narrow"), tp.Block(0.6, 1.6, name="wide")]
 LAWS = [tp.HousnerImpact(), tp.DiscreteDamping()]
 SCREEN = "[screen]\nundecided = 0.0\n"
+CURVES = "[fit]\nfractiles = [0.1, 0.9]\nreplicates = 100\n"
 
 
 def shakes(n=20):
@@ -64,13 +56,16 @@ def shakes(n=20):
 
 
 def study(folder, *parts):
-    path = folder / "study.toml"
-    path.write_text('title = "a study"\n' + "".join(parts), encoding="utf-8")
-    return tp.Study.from_toml(path)
+    return study_of(folder, *parts, things=INVENTORY)
+
+
+@pytest.fixture(scope="module")
+def of_all(tmp_path_factory):
+    parts = (BLOCKS, MODELS, MOTIONS, IDA, HAZARD, SCREEN, CURVES, "[measures]\n")
+    return study(tmp_path_factory.mktemp("all"), *parts).run()
 
 
 def fitted(status, lower, upper, fell, runs=40):
-    """One curve for each status, on block."""
     names = [f"block {i}" for i, _ in enumerate(status)]
     curves = xr.Dataset(
         {
@@ -85,7 +80,6 @@ def fitted(status, lower, upper, fell, runs=40):
 
 
 def extrapolated(facts):
-    """The sides and the cures of rates from beyond the runs."""
     return {(fact.more["side"], fact.more["cure"]) for fact in facts if fact.what == "rate.extrapolated"}
 
 
@@ -120,53 +114,16 @@ class TestCurves:
         assert (low.what, low.value, low.more["values"]) == ("curve.misfit_low", 2, [-0.2, 0.11])
         assert misfit_notes(found.isel(block=[0]), "overturning") == []
 
-    def test_separated_data_of_a_study(self, tmp_path):
-        """A pulse overturns at one level and from there on: its curves are separated, and the study says so."""
-        pulse = '[motions]\npulse = "one-cycle-sine"\nomega_rad_s = 4.0\n'
-        found = study(tmp_path, BLOCKS, MODELS, pulse, IDA, SCREEN).run()
-        assert (found["status"] == "separated").all()
-        notes = {fact.what: fact for fact in notes_of(found)}
-        assert notes["curve.separated"].value == notes["curve.separated"].more["of"] == 4
-        assert notes["validity.few_motions"].more["motions"] == 1
-
-    def test_one_value_is_no_range(self):
-        one, two = (tp.ida(PIECES[:n], LAWS, shakes()[:1], [2.0]) for n in (1, 2))
-        said = " ".join(tp.fragility.notes(one))
-        assert "below 0.22 at" in said
-        assert "of 1/2" in said
-        assert "0.22 to 0.37" in " ".join(tp.fragility.notes(two))
-
     def test_counts_are_of_every_floor(self, tmp_path):
-        building = BUILDING + "floors = [1, 2]\n"
         low = IDA.replace("to = 12.0", "to = 3.0")
-        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, building, low, SCREEN).run()
-        fell = found["overturnings"].sum("level")
-        few = int((fell < 5).sum())
+        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, BUILDING, "floors = [1, 2]\n", low, SCREEN).run()
+        few = int((found["overturnings"].sum("level") < 5).sum())
         assert few > 0
-        (note,) = (fact for fact in notes_of(found) if fact.what == "curve.few_reached")
+        (note,) = notes_named(found, "curve.few_reached")
         assert (note.value, note.more["of"]) == (few, 8)
 
 
 class TestRates:
-    @pytest.mark.slow
-    def test_shares_beyond_the_hazard_and_the_levels(self, tmp_path):
-        """The shares are what annual_rate gives to bins there; the notes name the worst of them."""
-        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA.replace("12.0", "9.0"), POINTS, SCREEN).run()
-        levels = np.exp(np.linspace(0.0, np.log(9.0), 7))
-        curves = tp.fit_fragility(tp.ida(PIECES, LAWS, shakes(), levels))
-        hazard = tp.HazardCurve.from_points([0.01, 0.05, 0.2], [1e-1, 1e-2, 1e-3], "pga", "g")
-        direct = tp.annual_rate(curves, hazard, bins=[1e-12, levels[-1], 1e20])
-        np.testing.assert_allclose(found["rate_share_above_levels"], direct["share"].isel(bin=1), rtol=1e-9)
-        np.testing.assert_allclose(direct["share"].sum("bin"), 1.0, rtol=1e-9)
-        notes = notes_of(found)
-        worst = float(found["rate_share_above"].max())
-        assert worst > 0.05
-        (note,) = (one for one in notes if one.what == "rate.beyond_hazard")
-        assert note.value == worst
-        assert note.names[0].startswith("wide under ")
-        assert (note.more["side"], note.more["end"], note.more["formula"]) == ("above", "0.2 g", False)
-        assert ("above", "raise ida.levels.to") in extrapolated(notes)
-
     def test_what_lies_beyond_the_levels_is_known_to_bounds(self, tmp_path):
         """Shares add up, and no curve that rises on above the last level has a rate outside the bounds."""
         found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA.replace("12.0", "9.0"), HAZARD, SCREEN).run()
@@ -182,6 +139,7 @@ class TestRates:
         low, high = rate_bounds(found)
         assert (low < 1.0).all()
         assert (high > 1.0).all()
+        assert ("above", "raise ida.levels.to") in extrapolated(notes_of(found))
         # curves that stay where they are above the last level, and that jump to 1 there
         x = np.geomspace(1e-3, 1e5, 40_001)
         middles, masses = np.sqrt(x[1:] * x[:-1]), -np.diff(hazard.rate_at(x))
@@ -193,11 +151,8 @@ class TestRates:
                 assert end.values[i, j] == pytest.approx(rate / one["rate"].item(), rel=2e-3)
 
     def test_levels_that_begin_too_high_are_named(self, tmp_path):
-        high = IDA.replace("from = 1.0", "from = 3.0")
-        assert high != IDA
-        steep = HAZARD.replace("k = 2.5", "k = 4.0")
-        assert steep != HAZARD
-        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, high, steep, SCREEN).run()
+        parts = IDA.replace("from = 1.0", "from = 3.0"), HAZARD.replace("k = 2.5", "k = 4.0")
+        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, *parts, SCREEN).run()
         assert ("below", "lower ida.levels.from") in extrapolated(notes_of(found))
 
     def test_nothing_is_said_where_the_curve_has_risen(self):
@@ -217,12 +172,12 @@ class TestRates:
         (note,) = rate_notes(rates, settled - [0.0, 0.01], (0.1, 1.0), ("lower it", "raise it"))
         assert (note.what, note.value, note.names) == ("rate.extrapolated", 0.3, ("b",))
         assert (note.more["side"], note.more["cure"]) == ("above", "raise it")
-        rates["rate_share_below"][:] = [0.07, 0.0]
-        (note,) = rate_notes(rates, settled, (0.1, 1.0), ("lower it", "raise it"))
-        assert (note.what, note.value, note.names) == ("rate.beyond_hazard", 0.07, ("a",))
-        assert (note.more["side"], note.more["end"], note.more["formula"]) == ("below", "0.1", False)
-        (note,) = rate_notes(rates, settled, (0.1, 1.0), ("lower it", "raise it"), of_formula=True)
-        assert note.more["formula"]
+        for side, end, of_formula in (("below", "0.1", False), ("above", "1", True)):
+            rates["rate_share_below"][:], rates["rate_share_above"][:] = 0.0, 0.0
+            rates[f"rate_share_{side}"][:] = [0.07, 0.0]
+            (note,) = rate_notes(rates, settled, (0.1, 1.0), ("lower it", "raise it"), of_formula=of_formula)
+            assert (note.what, note.value, note.names) == ("rate.beyond_hazard", 0.07, ("a",))
+            assert (note.more["side"], note.more["end"], note.more["formula"]) == (side, end, of_formula)
 
     @pytest.mark.slow
     def test_levels_that_are_another_for_every_block(self, tmp_path):
@@ -249,7 +204,7 @@ class TestRates:
         housner = found.isel(model=0)
         assert (housner["rate_lower"] == housner["rate_upper"]).all()
         assert sum("no width" in cell for cell in curves(found).texts("rate")) == 2
-        (note,) = (one for one in notes_of(found) if one.what == "rate.no_width")
+        (note,) = notes_named(found, "rate.no_width")
         assert (note.value, note.more["of"]) == (2, 4)
         assert [name.split()[:3:2] for name in note.names] == [["narrow", "housner"], ["wide", "housner"]]
 
@@ -275,12 +230,9 @@ class TestPlaces:
         ("parts", "message"),
         [
             ((BUILDING, IDA, HAZARD), r"floor 1, 2: set ida.im_at = 'ground', or give that floor's own hazard"),
-            ((BUILDING + "floors = [2]\n", IDA, HAZARD), r"of floor 2: set ida.im_at = 'ground'"),
             ((BUILDING, '[cloud]\nim = "pga"\n', HAZARD), "set cloud.im_at = 'ground'"),
-            ((BUILDING, IDA + 'im_at = "ground"\n', HAZARD + 'at = "floor"\n'), "hazard.at 'floor' does not go with"),
             ((IDA, HAZARD + 'at = "floor"\n'), "hazard.at 'floor' needs motions of a floor"),
             ((BUILDING, IDA, HAZARD + 'at = "floor"\n'), "is for blocks on one floor, got floors 0, 1, 2"),
-            ((BUILDING, IDA, HAZARD, UNCERTAIN), "uncertainty needs the motions of one floor"),
             ((BUILDING + "floors = [2]\n", IDA, HAZARD, UNCERTAIN), "set ida.im_at = 'ground'"),
         ],
     )
@@ -318,7 +270,6 @@ def found(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def runs():
-    """What the first block's samples do, by hand."""
     return sampled(PIECES[0])
 
 
@@ -358,12 +309,9 @@ class TestUncertainRates:
 
     def test_the_interval_is_over_motions(self, runs):
         """With every sample alike, the pooled curve is the block's own, and so is its interval."""
-        from toppling.studies.plan.estimates import Fit
-        from toppling.studies.plan.samples import pooled_curves
-
-        one = runs.isel(sample=[0])
-        again = xr.concat([one, one, one], "sample")
-        own, pooled = (pooled_curves(data, Fit(replicates=100), keep=False) for data in (one, again))
+        sample = runs.isel(sample=[0])
+        again = xr.concat([sample] * 3, "sample")
+        own, pooled = (pooled_curves(data, Fit(replicates=100), keep=False) for data in (sample, again))
         np.testing.assert_allclose(pooled["median"], own["median"], rtol=1e-6)
         for end in ("lower", "upper"):
             np.testing.assert_allclose(pooled[f"median_{end}"], own[f"median_{end}"], rtol=0.05)
@@ -377,26 +325,12 @@ class TestUncertainRates:
         assert json.loads(found.attrs["skipped"])["samples"] == pytest.approx(whole, rel=0.01)
 
     @pytest.mark.slow
-    def test_tables_and_export(self, tmp_path, capsys):
-        path = tmp_path / "study.toml"
-        fit = "[fit]\nfractiles = [0.1]\nreplicates = 100\n"
-        study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, UNCERTAIN, HAZARD, fit)
-        assert main(["run", str(path), "--out", str(tmp_path / "out"), "--verbose"]) == 0
-        out = capsys.readouterr().out
-        assert all(title in out for title in ("Fragility curves and rates", "once in"))
-        assert main(["export", str(tmp_path / "out/results.nc"), "--format", "csv", "--model", "housner"]) == 0
-        assert numbers_in(capsys.readouterr().out)[0] == 2
-        rows = (tmp_path / "out/export/curves.csv").read_text(encoding="utf-8").splitlines()
-        with xr.open_dataset(tmp_path / "out/results.nc") as stored:
-            assert f"{stored['median'].values[0, 0]:.9g}" in f"{float(rows[1].split(',')[5]):.9g}"
-
-    @pytest.mark.slow
     def test_a_sample_without_a_curve_is_said(self, tmp_path):
         low = IDA.replace("to = 12.0", "to = 2.6")
         found = study(tmp_path, BLOCKS, MODELS, MOTIONS, low, UNCERTAIN, HAZARD).run()
         missing = int(found["sample_rate"].isnull().sum())
         assert missing > 0
-        (note,) = (one for one in notes_of(found) if one.what == "uncertainty.samples_without_rate")
+        (note,) = notes_named(found, "uncertainty.samples_without_rate")
         assert (note.value, note.more["samples"]) == (missing, 24)
 
     @pytest.mark.slow
@@ -409,129 +343,59 @@ class TestUncertainRates:
         np.testing.assert_allclose(found["sample_median"].isel(block=1, sample=4), direct["median"], rtol=1e-9)
         assert found.attrs["form"] == "log-logistic"
 
-    @pytest.mark.parametrize(
-        ("parts", "message"),
-        [
-            ((IDA, "[measures]\n"), "has no measures: measures are ranked for known blocks"),
-            ((IDA, '[fit]\nform = "isotonic"\n'), "fit.form of a study with uncertainty must be one of lognormal"),
-            ((IDA, '[fit]\nstate = "uplifted"\n'), "fit.state of a study with uncertainty must be 'overturned'"),
-            ((IDA, HAZARD + 'probability = 0.1\nalong = "width"\n'), "hazard.probability is not for a study with unc"),
-            (('[cloud]\nim = "pga"\n',), "uncertainty needs ida"),
-            ((IDA.replace('"pga"', '"pga_normalised"').replace("m/s2", "1"), HAZARD), "set ida.im = 'pga'"),
-            ((IDA, '[fit]\nform = "weibull"\n', HAZARD), "hazard needs curves whose rates are known exactly"),
-        ],
-    )
-    def test_refused_with_the_reason(self, tmp_path, parts, message):
-        with pytest.raises(StudyError, match=message) as error:
-            study(tmp_path, BLOCKS, MODELS, MOTIONS, *parts, UNCERTAIN)
-        assert "\n" not in str(error.value)
-
 
 INVENTORY = "item,width_m,height_m,floor,count,value,currency\nshelf,0.35,1.8,0,3,100,EUR\n"
-PERFORMANCE = """
-[performance]
-inventory = "things.csv"
-im = "pga"
-levels = { values = [1.0, 2.0, 4.0, 8.0], unit = "m/s2" }
-replicates = 100
-"""
+GIVEN = 'levels = { values = [1.0, 2.0, 4.0, 8.0], unit = "m/s2" }\n'
+PERFORMANCE = f'[performance]\ninventory = "things.csv"\nim = "pga"\nreplicates = 100\n{GIVEN}'
 
 
 class TestPerformance:
-    def test_what_comes_from_beyond_the_hazard_curve(self, tmp_path):
-        """The share of the rarer events alone, of straight lines between the levels, summed in small steps."""
-        (tmp_path / "things.csv").write_text(INVENTORY, encoding="utf-8")
-        plan = study(tmp_path, MODELS, MOTIONS, PERFORMANCE, POINTS)
-        found = plan.run()
-        at = np.log(found["level"].values)
-        x = np.linspace(2.0 * at[0] - at[1], at[-1], 100_001)
-        rates = covering(plan.hazard, found["level"].values).rate_at(np.exp(x))
-        shares = []
-        for number in found["number_mean"].sel(place="building").values:
-            falls = np.interp(0.5 * (x[1:] + x[:-1]), [x[0], *at], [0.0, *number])
-            every, rarer = (
-                falls @ -np.diff(one) + number[-1] * one[-1]
-                for one in (rates, np.minimum(rates, plan.hazard.rates[-1]))
-            )
-            shares.append(rarer / every)
-        share = max(shares)
-        assert share > 0.05
-        (note,) = (one for one in notes_of(found) if one.what == "rate.share_beyond_hazard")
-        assert (note.more["side"], note.more["formula"]) == ("above", False)
-        (told,) = (part for part, text in note.more["shares"] if text == "overturnings")
-        assert told == pytest.approx(share, rel=1e-3)
-
     @pytest.mark.parametrize(("number", "coarse"), [(5, True), (25, False)])
     def test_coarse_levels_are_said(self, tmp_path, number, coarse):
         """Lines and cubics through few levels differ, and which of them is right nobody knows."""
-        (tmp_path / "things.csv").write_text(INVENTORY, encoding="utf-8")
         levels = f'levels = {{ from = 0.5, to = 30.0, number = {number}, spacing = "log", unit = "m/s2" }}\n'
-        asked = f'[performance]\ninventory = "things.csv"\nim = "pga"\nreplicates = 100\n{levels}'
-        found = study(tmp_path, MODELS, MOTIONS, asked, '[hazard]\nunit = "g"\nk0 = 1e-4\nk = 3.5\n').run()
-        said = [fact for fact in notes_of(found) if fact.what == "hazard.levels_coarse"]
-        assert bool(said) == coarse, said
+        asked = PERFORMANCE.replace(GIVEN, levels) + '[hazard]\nunit = "g"\nk0 = 1e-4\nk = 3.5\n'
+        found = notes_named(study(tmp_path, MODELS, MOTIONS, asked).run(), "hazard.levels_coarse")
+        assert bool(found) == coarse, found
         if coarse:
-            assert min(share for share, _ in said[0].more["shares"]) > 0.1
-            assert "overturnings" in {text for _, text in said[0].more["shares"]}
+            assert min(share for share, _ in found[0].more["shares"]) > 0.1
+            assert "overturnings" in {text for _, text in found[0].more["shares"]}
 
     def test_the_level_of_the_ranking_is_said(self, tmp_path):
-        (tmp_path / "things.csv").write_text(INVENTORY, encoding="utf-8")
-        found = study(tmp_path, MODELS, MOTIONS, PERFORMANCE).run()
-        assert [fact.names for fact in notes_of(found) if fact.what == "building.middle_level"] == [("0.408 g",)]
-        given = study(tmp_path, MODELS, MOTIONS, PERFORMANCE + "at_level = 8.0\n").run()
-        assert "building.middle_level" not in {fact.what for fact in notes_of(given)}
-
-    @pytest.mark.slow
-    def test_pieces_are_exported_and_no_curves(self, tmp_path, capsys):
-        (tmp_path / "things.csv").write_text(INVENTORY, encoding="utf-8")
-        study(tmp_path, MODELS, MOTIONS, PERFORMANCE).run(tmp_path / "out")
-        assert main(["export", str(tmp_path / "out/results.nc"), "--format", "csv"]) == 0
-        table = (tmp_path / "out/export/pieces.csv").read_text(encoding="utf-8")
-        columns = ["item", "room", "floor", "pieces", "damping_law", "level (m s-2)", "probability_at_level (1)"]
-        assert table.splitlines()[0].split(",")[:7] == columns
-        assert main(["export", str(tmp_path / "out/results.nc"), "--format", "nrml"]) == 2
-        said = capsys.readouterr().err
-        assert "performance study" in said
-        assert "csv, xlsx or" in said
+        for more, names in (("", [("0.408 g",)]), ("at_level = 8.0\n", [])):
+            found = study(tmp_path, MODELS, MOTIONS, PERFORMANCE + more).run()
+            assert [fact.names for fact in notes_named(found, "building.middle_level")] == names
 
 
 class TestTables:
-    def test_fractiles_are_printed(self, tmp_path):
-        fit = "[fit]\nfractiles = [0.1, 0.9]\nreplicates = 100\n"
-        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, SCREEN, fit).run()
-        table = curves(found)
-        assert [column.key for column in table.columns][3:] == ["P = 0.1", "P = 0.9"]
-        level = [float(found[f"fraction_level{end}"][0, 0, 0]) / 9.80665 for end in ("", "_lower", "_upper")]
+    def test_fractiles_are_printed(self, of_all):
+        table = curves(of_all)
+        assert [column.key for column in table.columns if column.key.startswith("P")] == ["P = 0.1", "P = 0.9"]
+        level = [float(of_all[f"fraction_level{end}"][0, 0, 0]) / 9.80665 for end in ("", "_lower", "_upper")]
         assert level[1] == 0.0  # (of 24 motions two fall on average: none at all is no surprise)
         assert table.lines[0]["P = 0.1"] == pytest.approx(level)
         assert " (below " in table.texts("P = 0.1")[0]
 
-    def test_rates_have_three_digits_and_say_what_their_intervals_hold(self, tmp_path):
-        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, HAZARD, SCREEN).run().copy(deep=True)
-        found["rate"][0, 0], found["rate_lower"][0, 0], found["rate_upper"][0, 0] = 1 / 2137.0, 0.0, 1 / 1804.0
-        for end, value in (("", 0.023456), ("_lower", 0.0), ("_upper", 0.0271)):
-            found[f"risk_probability{end}"][0, 0] = value
+    def test_rates_have_three_digits_and_open_intervals_are_words(self, of_all):
+        found, g = of_all.copy(deep=True), 9.80665
+        for name, values in {
+            "rate": (1 / 2137.0, 0.0, 1 / 1804.0),
+            "risk_probability": (0.023456, 0.0, 0.0271),
+            "half_level": (3.0 * g, 2.1 * g, np.inf),
+            "dispersion": (0.4, 0.0, np.inf),
+            "fraction_level": (1.0, 0.5, np.inf),
+        }.items():
+            for end, value in zip(("", "_lower", "_upper"), values, strict=True):
+                found[f"{name}{end}"][0, 0] = value
         table = curves(found)
-        texts = [table.texts(key)[0] for key in ("rate", "chance")]
-        assert texts == ["2,140 (above 1,800)", "2.35\u00a0% (0–2.71)"]
-
-    def test_open_intervals_are_words(self, tmp_path):
-        """No terminal table says inf: of no level."""
-        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, SCREEN, "[fit]\nfractiles = [0.1]\nreplicates = 100\n")
-        found = found.run().copy(deep=True)
-        g = 9.80665
-        for end, value in (("", 3.0 * g), ("_lower", 2.1 * g), ("_upper", np.inf)):
-            found[f"half_level{end}"][0, 0] = value
-        found["dispersion_lower"][0, 0], found["dispersion_upper"][0, 0] = 0.0, np.inf
-        found["fraction_level_upper"][0, 0] = np.inf
-        table = curves(found)
-        assert table.texts("level")[0] == "3.00 (above 2.10)"
+        assert [table.texts(key)[0] for key in ("rate", "chance", "level")] == [
+            *("2,140 (above 1,800)", "2.35\u00a0% (0–2.71)", "3.00 (above 2.10)"),
+        ]
         assert table.texts("dispersion")[0].endswith(" (not known)")
         assert "inf" not in str([*table.groups])
 
-    def test_the_table_of_measures_says_how_many_it_leaves_out(self, tmp_path):
-        found = study(tmp_path, BLOCKS, MODELS, MOTIONS, IDA, SCREEN, "[measures]\n").run()
-        few, every = measures(found, 3), measures(found, 50)
+    def test_the_table_of_measures_says_how_many_it_leaves_out(self, of_all):
+        few, every = measures(of_all, 3), measures(of_all, 50)
         groups = [len(rows) for _, rows in every.groups]
         assert [len(rows) for _, rows in few.groups] == [3] * len(groups)
         assert numbers_in(few.note) == [3, max(groups)]
@@ -540,9 +404,7 @@ class TestTables:
 
     def test_the_remedy_of_curves_that_are_not_fitted_is_of_the_levels(self, tmp_path):
         low = IDA.replace("to = 12.0", "to = 1.1")
-        found = study(
-            tmp_path, BLOCKS, '[[models]]\nlaw = "housner"\n', MOTIONS, low, SCREEN, "[fit]\nstate = 0.5\n"
-        ).run()
+        found = study(tmp_path, BLOCKS, laws("housner"), MOTIONS, low, SCREEN, "[fit]\nstate = 0.5\n").run()
         check = check_of(found, "curves")
         assert (check.what, check.names) == ("curve.unfitted", ("no overturning",))
         assert (check.more["number"], check.more["higher"]) == (2, "raise ida.levels.to")
@@ -561,3 +423,23 @@ class TestOneSide:
         (counted,) = one_side_notes(every, "front", "isotonic")
         assert (counted.what, counted.names) == ("curve.one_side", ("a", "c"))
         assert one_side_notes([touching], "front", "lognormal") == []
+
+
+FIRST = '[fit]\nmethod = "first-overturning"\nreplicates = 100\n'
+
+
+def test_a_study_says_how_much_its_levels_decide(tmp_path):
+    found = study_of(tmp_path, CABINET, motions(40), IDA, FIRST).run()
+    (fact,) = (one for one in notes_of(found) if one.what == "curve.first_overturnings")
+    later = math.expm1(found["level_shift"].item())
+    assert fact.value == pytest.approx(12.0 ** (1.0 / 6.0) - 1.0, rel=1e-9)
+    assert (fact.lower, fact.upper) == pytest.approx((later, later), rel=1e-12)
+
+
+def test_without_a_shift_no_number_is_given():
+    curves = xr.Dataset({"level_shift": ("block", [math.nan])}, attrs={"level_spacing": math.nan})
+    (fact,) = spacing_notes(curves)
+    assert fact.what == "curve.first_overturnings"
+    assert all(math.isnan(one) for one in (fact.value, fact.lower, fact.upper))
+    assert notes_said([fact])[0].endswith("without an end.")
+    assert spacing_notes(xr.Dataset()) == []

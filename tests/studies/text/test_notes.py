@@ -12,36 +12,20 @@ from toppling.studies.facts.say import SHARED, TEMPLATES, notes_said
 
 MORE = {
     **{"of": 4, "values": [0.2], "fewest": 5, "widest": 2.0, "state": "overturning", "samples": 9, "branches": 2},
-    **{
-        "others": 2,
-        "notable": 0.05,
-        "side": "above",
-        "end": "1 g",
-        "formula": False,
-        "run": "level",
-        "cure": "raise it",
-    },
-    **{
-        "shares": [[0.2, "loss"]],
-        "motions": 9,
-        "lines": [[2, "x", "kit"]],
-        "how": "levels",
-        "stripes": 3,
-        "plane": True,
-    },
+    **{"others": 2, "notable": 0.05, "side": "above", "end": "1 g", "formula": False, "run": "level", "cure": "raise"},
+    **{"shares": [[0.2, "loss"]], "motions": 9, "lines": [[2, "x", "kit"]], "how": "levels", "stripes": 3},
     **{"why": "friction", "several": True, "friction": True, "safety": ["injury"], "value": True, "kit": "strap"},
-    **{
-        "stiffnesses": [20.0],
-        "seed": 1,
-        "worst": [[0.3, "a", "law"]],
-        "when": "impact",
-        "given": False,
-        "rocking": 0.5,
-    },
+    **{"stiffnesses": [20.0], "seed": 1, "worst": [[0.3, "a", "law"]], "when": "impact", "given": False},
     **{"impact": None, "bed": True, "least": None, "most": None, "need": 39, "width": 0.15, "flipped": 1, "tested": 10},
-    **{"perturbed": 1, "reversed": True, "vertical": False, "slides": True, "branch": "other"},
+    **{"perturbed": 1, "reversed": True, "vertical": False, "slides": True, "branch": "other", "plane": True},
+    "rocking": 0.5,
 }
-OF_CURVES = {"counts": [[1, 40]], "shares": [0.5]}
+OWN = {
+    **{what: {"values": [[1, 40]]} for what in ("curve.few_reached", "curve.few_stayed")},
+    "axis.share_along_depth": {"shares": [0.5]},
+    "axis.across_not_included": {"lines": [[1, "x"]]},
+}
+NAMED = {"selection.target_silent": ("pgv",), "building.default_strength": ("", "b")}
 NAMES = [
     macro.replace("_", ".", 1)
     for folder, name in ((TEMPLATES, "notes"), (OF_SCREENS, "screen"))
@@ -57,16 +41,8 @@ NAMES += [
 
 @pytest.mark.parametrize("what", NAMES)
 def test_every_note_has_a_sentence(what):
-    more = dict(MORE)
-    if what in ("curve.few_reached", "curve.few_stayed"):
-        more["values"] = OF_CURVES["counts"]
-    if what == "axis.share_along_depth":
-        more["shares"] = OF_CURVES["shares"]
-    if what == "axis.across_not_included":
-        more["lines"] = [[1, "x"]]
-    names = ("pgv",) if what == "selection.target_silent" else ("a",) if "adaptive" not in what else ("a", "b")
-    names = ("", "b") if what == "building.default_strength" else names
-    fact = Fact(what, 3, 1.0, 2.0, names=names, more=more)
+    names = NAMED.get(what, ("a", "b") if "adaptive" in what else ("a",))
+    fact = Fact(what, 3, 1.0, 2.0, names=names, more=MORE | OWN.get(what, {}))
     (kept,) = facts_in(stored([fact]))
     assert kept == fact
     (text,) = notes_said([fact])
