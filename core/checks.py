@@ -110,7 +110,7 @@ def choice(name: str, value: Any, allowed: Sequence[str]) -> str:
 def numbers(name: str, values: Any, unit: str = "", kinds: str = "biufO") -> Array:
     """Return a float64 copy, of any shape and in C order; an error for text, times, complex or masked values, or units.
 
-    `kinds`: those of numpy's types that are taken; objects must be numbers, and None in a list is NaN.
+    `kinds`: the allowed types of numpy.  Objects must be numbers; None in a list is NaN.
     """
     stated_unit(name, values, unit)
     if not isinstance(values, Mapping) and np.ma.is_masked(values):  # (a dataset is no array, and a mapping)

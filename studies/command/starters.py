@@ -63,6 +63,7 @@ def write_starter(kind: Starter, folder: Path) -> list[str]:
         staged.mkdir()
         try:
             _fill(kind, staged)
+            names = [file.name for file in staged.iterdir()]
             _move(staged, folder, there)
         finally:
             shutil.rmtree(staged, ignore_errors=True)
@@ -70,7 +71,7 @@ def write_starter(kind: Starter, folder: Path) -> list[str]:
         raise StudyError(f"{folder}: cannot be written ({system_reason(error)})") from None
     except RecordError as error:
         raise StudyError(str(error).replace(str(staged), str(folder))) from None
-    return sorted((file.name for file in folder.iterdir()), key=lambda name: (name != STUDY, name))
+    return sorted(names, key=lambda name: (name != STUDY, name))
 
 
 def _fill(kind: Starter, folder: Path) -> None:

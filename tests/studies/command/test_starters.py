@@ -1,5 +1,6 @@
 """`toppling new`: each study runs as it is, the workbook is the CSV, and nothing that is there is touched."""
 
+import errno
 import re
 import shlex
 import shutil
@@ -127,6 +128,19 @@ def test_a_file_that_exists(tmp_path, capsys):
     assert "cannot be written" in capsys.readouterr().err
     assert path.read_text() == "mine"
     assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_new_folder_is_not_read_again(tmp_path, monkeypatch):
+    """Its study is whole: a disk that refuses to list it is no failure."""
+    listed = Path.iterdir
+
+    def refuse(path):
+        if path == tmp_path / "fresh":
+            raise PermissionError(errno.EACCES, "Permission denied", str(path))
+        return listed(path)
+
+    monkeypatch.setattr(Path, "iterdir", refuse)
+    assert starters.write_starter("hazard", tmp_path / "fresh")[0] == "study.toml"
 
 
 def test_what_comes_in_between_is_kept(tmp_path, monkeypatch, capsys):
