@@ -91,15 +91,15 @@ def _levels_changed(data: xr.Dataset) -> Iterator[str]:
     im = str(levels.attrs.get("im", data.attrs.get("im", "")))
     if im not in PLAIN or im not in data.coords or data[im].dims != ("motion",):
         return
-    ratios = factors * data[im] / levels
-    if {*ratios.dims} - {"level", "motion"} or 0 in ratios.shape:
+    of_runs = factors * data[im] / levels
+    if {*of_runs.dims} - {"level", "motion"} or 0 in of_runs.shape:
         return
-    ratios = ratios.transpose("motion", ...).values.reshape(data.sizes["motion"], -1)
+    ratios = of_runs.transpose("motion", ...).values.reshape(data.sizes["motion"], -1)
     # (measures of floors or components under levels of the ground differ from motion to motion, but not with the level)
     if not bool((abs(ratios / ratios[:, :1] - 1.0) < SAME).all()):
         yield "scale factors do not grow with the levels: runs of other levels or measures were joined or relabelled"
     elif bool((abs(ratios / ratios[0] - 1.0) < SAME).all()) and abs(ratios[0, 0] - 1.0) > SAME:
-        unit, times = str(levels.attrs.get("units", "")), short_digits(1.0 / ratios[0, 0])
+        unit, times = str(levels.attrs.get("units", "")), short_digits(1.0 / float(ratios[0, 0]))
         yield f"levels are {times} times the {im} of the scaled motions: keep them in {unit}"
 
 
