@@ -73,12 +73,12 @@ def _serve(bound: socket.socket, study: Path | None, *, opens: bool) -> None:
     full = study is not None and study.is_file() and "performance" in read_content(study, StudyFile).content
     token, port = secrets.token_urlsafe(24), bound.getsockname()[1]
     address = f"http://{LOOPBACK}:{port}/{token}/{'building' if full else ''}"
-    opening = threading.Timer(0.2, webbrowser.open if opens else bool, [address])
-    opening.start()  # (a browser starts while motions are made, unless a study is wrong)
+    opening = threading.Timer(0.2, webbrowser.open, [address])
+    if opens:  # (a browser starts while motions are made, unless a study is wrong)
+        opening.start()
     try:
-        page = Page.opened(
-            folder / PIECE_STATE if study is None or full else study, given=not full and study is not None
-        )
+        source = folder / PIECE_STATE if study is None or full else study
+        page = Page.opened(source, given=source == study)
         building = Building.opened(study if study is not None and full else folder / BUILDING_STATE, given=full)
     except StudyError:
         opening.cancel()
