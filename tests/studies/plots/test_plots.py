@@ -285,6 +285,9 @@ class TestInventory:
         for i, line in enumerate(drawn.values()):
             assert line.get_ydata()[0] == WHOLE["loss_rate"].values[i, 0, 0]
         assert len(plot.inventory(WHOLE, view="anchoring").patches) == 6
+        places = lines(plot.inventory(WHOLE, view="exceedance", model="housner e=e_R"))
+        assert len(places) > 1
+        assert places["building"].get_ydata()[0] == WHOLE["loss_rate"].values[0, 0, 0]
 
     def test_exceedance_ends_where_nothing_more_falls(self):
         """The curve extends from the rate of any loss, left of the axis, to the greatest loss under any motion."""
