@@ -78,10 +78,9 @@ def interval_of_parts(successes: Any, trials: Any, confidence: float = 0.95) -> 
 
 def _numbers(successes: Any, trials: Any) -> Ends:
     """Return successes and trials of one shape; TypeError or ValueError if they do not go together."""
-    given = checks.numbers("successes", successes), checks.numbers("trials", trials)
     try:
-        k, n = np.broadcast_arrays(*given)
-    except (ValueError, RuntimeError):
+        k, n = np.broadcast_arrays(checks.numbers("successes", successes), checks.numbers("trials", trials))
+    except (TypeError, ValueError, RuntimeError):
         shapes = f"{checks.shown(successes)} and {checks.shown(trials)}"
         raise TypeError(f"successes and trials must be numbers or arrays of shapes that fit, got {shapes}") from None
     if not np.all((k >= 0.0) & (k <= n)):
