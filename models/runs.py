@@ -16,6 +16,7 @@ import numpy as np
 
 from ..core import checks
 from ..core.aliases import Array, Index
+from ..core.compiled import Kernel
 from ..core.units import STANDARD_GRAVITY
 from .block import Block
 from .engine import tables
@@ -422,6 +423,14 @@ def compile_lanes() -> None:
     records, tally = lay_out([np.zeros(2)], 0.01, []), np.zeros(len(TALLY), np.int64)
     batch = batch_of(records, stack([oscillator]), none, none, np.ones(1), tally)
     run_lanes.compile_for(batch, none, none)
+
+
+def compile_aside(statement: str) -> bool:
+    """Let another process compile that driver by a statement, as `Kernel.compile_aside`; False if it need not.
+
+    With NUMBA_DISABLE_JIT=1 it is a plain function.
+    """
+    return isinstance(run_lanes, Kernel) and run_lanes.compile_aside(statement)
 
 
 def prepare(oscillators: Sequence[Oscillator], sliding: bool = False, plane: bool = False) -> None:

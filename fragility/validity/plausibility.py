@@ -61,7 +61,7 @@ def level_doubts(levels: Array, units: str) -> list[Doubt]:
     if units not in HIGHEST or not levels.size:
         return []
     highest, beyond, slip = HIGHEST[units]
-    top = float(np.max(levels))
+    top = float(np.max(levels, where=~np.isnan(levels), initial=0.0))
     if top <= highest:
         return []
     shown = f"{top / STANDARD_GRAVITY:g} g" if units == ACCELERATION else f"{top:g} m/s"

@@ -96,13 +96,12 @@ def run(
     verbose
         Print all tables and notes of the report.
     """
-    from ...models.runs import run_lanes
+    from ...models.runs import compile_aside
 
     console = terminal()
     folder = out if out is not None else Path("results") / study.stem
-    # (with NUMBA_DISABLE_JIT=1 it is a plain function)
-    aside = os.path.isfile(study) and scheduler is None and not dry_run and hasattr(run_lanes, "compile_aside")
-    compiles = aside and run_lanes.compile_aside("from toppling.studies.command.ahead import compile_ahead as c; c()")
+    aside = os.path.isfile(study) and scheduler is None and not dry_run
+    compiles = aside and compile_aside("from toppling.studies.command.ahead import compile_ahead as c; c()")
     with _announced(compiles):
         from ...core.doubts import noted
         from ...fragility.runs.runners import thread_count

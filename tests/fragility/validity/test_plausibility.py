@@ -197,8 +197,10 @@ def test_the_centre_of_mass_counts_and_not_the_height(block, said):
     ],
 )
 def test_levels(top, units, expected):
-    found = level_doubts(np.array([0.1, top]), units)
-    assert [one.grave for one in found] == ([] if expected is None else [expected])
+    for levels in ([0.1, top], [np.nan, top]):
+        found = level_doubts(np.array(levels), units)
+        assert [doubt.grave for doubt in found] == ([] if expected is None else [expected])
+    assert level_doubts(np.array([np.nan]), units) == []
 
 
 def test_a_level_beyond_any_shaking_is_questioned_when_a_curve_is_read():
