@@ -18,7 +18,7 @@ from toppling.fragility.uncertainty.joint import Variability
 from toppling.models.friction import LognormalFriction
 from toppling.models.sliding.law import PlaneSlider
 from toppling.models.sliding.runs import SLIDES, plane_table, run_in_plane
-from toppling.motions.arrays import BOTH_AXES, WEAK_AXIS
+from toppling.motions.arrays import BOTH_AXES, WEAK_AXIS, digest
 from toppling.motions.floors.histories import FloorHistories, History
 from toppling.studies.buildings.assessment import Assessment, assess
 from toppling.studies.buildings.axes import axes_notes, placed_on_axes
@@ -368,10 +368,10 @@ def study(tmp_path, *changes, inventory=INVENTORY):
 
 def test_workers_make_the_same_pairs(tmp_path):
     plan = study(tmp_path)
-    made = {motions.arrays.digest(one) for one in motions_again(json.dumps(plan.configuration))}
+    made = {digest(one) for one in motions_again(json.dumps(plan.configuration))}
     shaking = Shaking.of(FRAME, plan.motions, None)
     on_floors = shaking.on(shaking.supports(plan.inventory)[0])
-    assert {motions.arrays.digest(one) for one in on_floors} <= made
+    assert {digest(one) for one in on_floors} <= made
 
 
 class TestSliding:

@@ -285,17 +285,6 @@ def test_values_are_told_apart(folder):
     assert list(changes(*files)) == [("file", '.../a/folder/first.csv"', '.../a/folder/second.csv"')]
 
 
-def test_other_keys_of_blocks(folder):
-    """A wall or a restraint that only one side has is an input that differs."""
-    with sides.two_sides(folder / "base", folder / "motions", False) as (a, b):
-        matched = {"model": sides.matched_laws(a, b, None), "block": sides.matched_names(a, b, "block", "block")}
-        first, *rest = b.study["blocks"]
-        walled = b._replace(study={**b.study, "blocks": [{**first, "wall_gap_mm": 20.0, "restraint": "strap"}, *rest]})
-        _, gap, strap = inputs_that_differ(a, walled, matched)
-    assert (gap.names, gap.more) == (("wall_gap_mm", "not given", "20.0"), {"of": first["name"]})
-    assert strap.names == ("restraint", "not given", '"strap"')
-
-
 class TestLevelsThatAreNotReached:
     """A level of half above the highest level of the runs is not compared: no run says how far above it lies."""
 

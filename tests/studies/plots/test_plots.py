@@ -243,7 +243,7 @@ class TestRisk:
         assert title_of(ax) == ""
         assert not [patch for patch in ax.patches if patch.get_hatch()]
         found["rate_share_above_levels"] = found["rate"].dims, np.full((2, 3), 0.12)
-        assert title_of(plot.risk(found, quantity="share", block="rack")) == "12 % from above the levels run"
+        assert title_of(plot.risk(found, quantity="share", block="rack")) == "12 % from above all runs"
 
     def test_levels_not_run_are_shaded(self):
         found = cases.rates(0.0).assign_coords(level=("level", [1.0, 2.0, 3.0], cases.PGA))

@@ -81,7 +81,7 @@ class TestTables:
         table = block_levels(results_of())
         assert [column.heading for column in table.columns] == ["e =", "its e_R", "0.5", "0.7", "0.9", "1"]
         slender, squat = ([*rows] for _, group in table.groups for rows in group)
-        assert slender == ["slender", f"{SLENDER.restitution:.3f}", SLIPS, "0.31", "0.20", f"0.10 {ABOVE}"]
+        assert slender == ["slender", f"{SLENDER.restitution:.3f}", SLIPS, "0.31", "0.20", f"0.10\u00a0{ABOVE}"]
         assert squat == ["squat", "none", *[SQUAT] * 4]
         assert all(sum(note.startswith(f"{mark}: ") for note in table.notes) == 1 for mark in (SLIPS, SQUAT, ABOVE))
 
@@ -113,7 +113,7 @@ class TestTables:
     def test_what_is_not_reached(self):
         """Lead tables are of results whose medians above the levels are infinite."""
         table = block_levels(results_of(medians=[[4.0, np.inf, np.nan, 1.0], [1.0] * 4]))
-        assert table.cells(table.lines[0])[2:] == [SLIPS, "not reached", "–", f"0.10 {ABOVE}"]
+        assert table.cells(table.lines[0])[2:] == [SLIPS, "not reached", "–", f"0.10\u00a0{ABOVE}"]
 
 
 class TestAnswer:
