@@ -275,7 +275,7 @@ def test_answers_are_those_of_the_command(app, page, folder, edits, capsys):
 def test_two_variants_are_compared_as_the_command_does(app, page, folder, capsys):
     assert ask(app, f"/{TOKEN}/variant", {"what": "keep"})[0] == 200
     assert ask(app, f"/{TOKEN}/change", {"path": "blocks.0.wall_gap_mm", "value": "7"})[0] == 200
-    assert "wall gap (mm) of the piece" in page.complete(page.version)["variants"]
+    assert "surroundings of the piece" in page.complete(page.version)["variants"]
     assert ask(app, f"/{TOKEN}/change", {"path": "blocks.0.width_m", "value": "37"})[0] == 200
     page.complete(page.version)
     page.save("what if")

@@ -237,18 +237,3 @@ def test_all_refused_pieces_come_at_once_with_numbers_that_work(tmp_path):
         study.write_text(changed, encoding="utf-8")
         table.write_text(other, encoding="utf-8")
         assert len(tp.Study.from_toml(study).inventory) == 3
-
-
-@pytest.mark.slow
-@pytest.mark.repository
-def test_the_bookcase_is_compared_with_and_without_its_kit(written, tmp_path, capsys):
-    """The gain of wall and kit, and how often the kit breaks, as the tutorial shows them (other processors: nearly)."""
-    study = shutil.copytree(written / "bookcase", tmp_path / "bookcase") / "study.toml"
-    assert main(["run", str(study), "--out", str(tmp_path / "results")]) == 0
-    number, said = re.compile(r"\d+(?:\.\d+)?"), capsys.readouterr().out.replace("\xa0", " ")
-    tutorial = (Path(tp.__file__).parent / "docs/tutorials/owner.md").read_text(encoding="utf-8")
-    shown, printed = (re.findall(r"(?m)^(?:“|The restraint ).*(?<=\.)$", text) for text in (tutorial, said))
-    assert len(shown) == 3
-    assert [number.sub("#", line) for line in shown] == [number.sub("#", line) for line in printed]
-    for of_tutorial, of_run in zip(number.findall(" ".join(shown)), number.findall(" ".join(printed)), strict=True):
-        assert float(of_tutorial) == pytest.approx(float(of_run), rel=0.1)

@@ -104,7 +104,7 @@ class TestAsking:
     def test_words_and_runs(self, tmp_path):
         made = study(tmp_path, after=SETS)
         assert made.runs == 270  # (two lines twice, one once)
-        assert "9 motions both" in made.words
+        assert "9 motions, each also reversed" in made.words
         assert made.further_runs == 5 * 5 * 6
         counted = []
         made.run(progress=lambda done, total: counted.append((done, total)))
@@ -146,7 +146,7 @@ class TestResults:
             assert notes["validity.few_motions"]["motions"] == 9
             undecided = notes["stability.undecided"]
             assert (undecided["motions"], undecided["reversed"]) == (18, True)
-            assert "9 motions both" in levels_figure(results).get_label()
+            assert "9 motions, each also reversed" in levels_figure(results).get_label()
 
     @pytest.mark.slow
     def test_stopped_and_gone_on_with(self, folder, tmp_path):

@@ -179,7 +179,7 @@ def test_a_free_piece_may_fall_to_either_side(tmp_path):
     assert falling_both_ways(found.assign_attrs(state="overturning")) == set()
     table = lead_blocks(found)
     rows = dict(zip(table.column("block"), table.texts("level"), strict=True))
-    assert [rows[name].endswith(" †") for name in ("free", "deeper", "at the wall")] == [True, True, False]
+    assert [rows[name].endswith("\u00a0†") for name in ("free", "deeper", "at the wall")] == [True, True, False]
     facts = facts_of(curves.answer, found)
     assert facts["curve.other_side"].names == ("“free”", "“deeper”")
     (forced,) = (fact for fact in notes_of(found) if fact.what in {"curve.forced", "curve.one_side"})
