@@ -66,13 +66,14 @@ def sliding(blocks: Block | Sequence[Block] = (), ax: Axes | None = None, *, dis
     for axis, ticks in ((ax.xaxis, (0.05, 0.1, 0.2, 0.3, 0.5, 0.8)), (ax.yaxis, (0.1, 0.2, 0.3, 0.5, 0.75, 1.0))):
         axis.set_ticks(ticks, [f"{tick:g}" for tick in ticks])
         axis.set_ticks([], minor=True)
-    # each line has its label where no other line is near
+    # each line has its label where no other line is near, and the labels before it are twice as far
     upright = np.log([SLENDEREST, FLATTEST, *(block.b / block.h for block in marked)])
     level = np.log([LEAST, MOST, *(contact.friction.median for contact in CONTACTS.values())])
     places = []
     for chance in SHARES:
         along = np.log(ratio), np.log(ratio) - spread * NormalDist().inv_cdf(chance)
         room = [abs(np.subtract.outer(logs, others)) for logs, others in zip(along, (upright, level), strict=True)]
+        room += [0.5 * np.hypot(along[0] - np.log(x), along[1] - np.log(y))[:, None] for x, y in places]
         inside = (along[1] > level[0]) & (along[1] < level[1])
         at = int(np.where(inside, np.hstack(room).min(axis=1), -1.0).argmax())
         places += [(ratio[at], math.exp(along[1][at]))] if inside[at] else []
