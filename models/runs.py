@@ -16,7 +16,6 @@ import numpy as np
 
 from ..core import checks
 from ..core.aliases import Array, Index
-from ..core.compiled import Kernel
 from ..core.units import STANDARD_GRAVITY
 from .block import Block
 from .engine import tables
@@ -430,7 +429,8 @@ def compile_aside(statement: str) -> bool:
 
     With NUMBA_DISABLE_JIT=1 it is a plain function.
     """
-    return isinstance(run_lanes, Kernel) and run_lanes.compile_aside(statement)
+    aside = getattr(run_lanes, "compile_aside", None)
+    return aside is not None and bool(aside(statement))
 
 
 def prepare(oscillators: Sequence[Oscillator], sliding: bool = False, plane: bool = False) -> None:
