@@ -69,7 +69,7 @@ def sliding(blocks: Block | Sequence[Block] = (), ax: Axes | None = None, *, dis
     # each line has its label where no other line is near, and the labels before it are twice as far
     upright = np.log([SLENDEREST, FLATTEST, *(block.b / block.h for block in marked)])
     level = np.log([LEAST, MOST, *(contact.friction.median for contact in CONTACTS.values())])
-    places = []
+    places: list[tuple[float, float]] = []
     for chance in SHARES:
         along = np.log(ratio), np.log(ratio) - spread * NormalDist().inv_cdf(chance)
         room = [abs(np.subtract.outer(logs, others)) for logs, others in zip(along, (upright, level), strict=True)]
