@@ -58,7 +58,7 @@ class Mixture(ABC):
         """Return the means (…, point, motion) of values (…, level, motion) that are `nothing` if nothing falls."""
         shares = self.shares
         means = np.empty((*values.shape[:-2], shares.shape[0], values.shape[-1]))
-        means[...] = nothing  # (exactly, if all values are: shares sum to 1 but for rounding)
+        means[...] = nothing  # (shares sum to 1 except for rounding, which would leave 1e-19 of it)
         for level in range(values.shape[-2]):  # (in the order of the levels, whatever the other dimensions are)
             means += shares[:, level + 1][:, None] * (values[..., level, :] - nothing)[..., None, :]
         return means

@@ -70,7 +70,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 OF_TABLES = ("table", "vertical", "PGA", "PGV/PGA", "building", "level", "scenario")
-"""Kinds of the input warnings that reading a study raises, in addition to those of its motions."""
+"""Kinds of input warnings of the reading of a study, in addition to those of its motions."""
 MOST_VARIED = 2000
 """Most blocks of a study that runs many samples or values of each block."""
 # Memory of a block and its curve, from the file to the results; and of each replicate of a curve.
