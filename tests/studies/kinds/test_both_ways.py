@@ -104,7 +104,7 @@ class TestAsking:
     def test_words_and_runs(self, tmp_path):
         made = study(tmp_path, after=SETS)
         assert made.runs == 270  # (two lines twice, one once)
-        assert "9 motions, each also reversed" in made.words
+        assert "9 motions both ways" in made.words
         assert made.further_runs == 5 * 5 * 6
         counted = []
         made.run(progress=lambda done, total: counted.append((done, total)))
