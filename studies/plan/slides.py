@@ -18,7 +18,7 @@ from ...core.units import DIMENSIONLESS, METRE, PER_YEAR
 from ...core.wording import years_text
 from ...fragility import Slip, fit_fragility, overturning_probability, probability_in, reached, slide_runs
 from ...fragility.analyses.sliding import SLIDES_ON
-from ...fragility.curves.curve import LEAST, MOST
+from ...fragility.curves.curve import LEAST
 from ...fragility.fitting.bootstrap import percentile_interval
 from ...fragility.fitting.states import OVERTURNED, State
 from ...fragility.runs.provenance import AXES, configuration_of
@@ -32,7 +32,7 @@ from ...models.sliding.mode import Mode
 from ...models.sliding.trip import TRIPS
 from ...motions.polarity import AS_RECORDED, BOTH
 from .estimates import Fit
-from .risk import Risk
+from .risk import Risk, without_replicates
 
 if TYPE_CHECKING:
     from ...fragility.runs.runners import Runner
@@ -114,12 +114,13 @@ class Slides:
             # what else is known of the rocking runs stays in its file: peaks take more memory than flags
             rocking = runs.drop_vars({*runs.data_vars} - ({"overturned"} if by_edge else set())).isel(block=[i])
             slid = self._run(rocking, motions, blocks[i], client)
-            parts.append(self._of_block(slid, fit, risk))
+            most = self._most(slid, blocks[i])
+            parts.append(self._of_block(slid, fit, risk, most))
             cut |= set(json.loads(slid.attrs["sliding"]).get(SLIDES_ON, ()))
             if self.trip_of(blocks[i]) is not None:
-                tripped.append(self._trips(slid, fit, risk))
+                tripped.append(self._trips(slid, fit, risk, most))
             if by_edge:
-                near.append(self._falls(slid, rocking, fit, risk))
+                near.append(self._falls(slid, rocking, fit, risk, most))
             del rocking, slid  # before the runs of the next block exist
             client.tell("slips", k + 1, len(free))
         results = self.chances(blocks, in_plane(runs))
@@ -163,7 +164,17 @@ class Slides:
                 rocking, motions, friction, ratio, client=client, polarity=polarity, trip=self.trip_of(block)
             )
 
-    def _of_block(self, runs: xr.Dataset, fit: Fit, risk: Risk | None) -> xr.Dataset:
+    def _most(self, runs: xr.Dataset, block: Block) -> float:
+        """Return the chance that a block slides in the strongest shaking: its friction is below b/h, or it is lifted.
+
+        Under both components it may also slide with a friction below half the depth over h.
+        """
+        if (runs["mode"] == Mode.AIRBORNE).any():
+            return 1.0
+        half = max(block.b, 0.5 * (block.depth or 0.0)) if in_plane(runs) else block.b
+        return float(self.friction_of(block).below(np.array(half / block.h)))
+
+    def _of_block(self, runs: xr.Dataset, fit: Fit, risk: Risk | None, most: float) -> xr.Dataset:
         """Return the chances of sliding and of slips of one block."""
         states = [Slip(distance) for distance in self.distances]
         slid = runs.assign(overturned=runs["mode"] == Mode.SLIDES)
@@ -175,8 +186,7 @@ class Slides:
                 [shares[old] for shares in observed], "probability of a greater slip", end
             )
         if risk is not None:
-            curves = [self._curve(runs, state, fit) for state in states]
-            rates = [risk.rates(curve, fit.confidence) for curve in curves]
+            rates = [self._rates(runs, state, fit, risk, most) for state in states]
             for end in ENDS:
                 if all(f"rate{end}" in rate for rate in rates):
                     of_slips = [rate[f"rate{end}"] for rate in rates]
@@ -184,7 +194,7 @@ class Slides:
         slip = xr.Variable("slip", list(self.distances), {"units": METRE, "long_name": "slip that is exceeded"})
         return xr.Dataset(variables).drop_vars("model", errors="ignore").assign_coords(slip=slip)
 
-    def _trips(self, runs: xr.Dataset, fit: Fit, risk: Risk | None) -> xr.Dataset:
+    def _trips(self, runs: xr.Dataset, fit: Fit, risk: Risk | None, most: float) -> xr.Dataset:
         """Return the chances of one block to trip over the obstacle near it."""
         chance = overturning_probability(runs, fit.confidence, TRIPS).isel(model=0, drop=True)
         text = "that the block slides into an obstacle, fast enough to turn over it"
@@ -192,7 +202,7 @@ class Slides:
         for end, old in zip(ENDS, ("probability", "lower", "upper"), strict=True):
             variables[f"{TRIP}{end}"] = _named(chance[old], f"probability {text}", end)
         if risk is not None:
-            rates = risk.rates(self._curve(runs, TRIPS, fit), fit.confidence).isel(model=0, drop=True)
+            rates = self._rates(runs, TRIPS, fit, risk, most).isel(model=0, drop=True)
             for end in ENDS:
                 if f"rate{end}" in rates:
                     variables[f"{TRIP_RATE}{end}"] = _named(
@@ -200,7 +210,7 @@ class Slides:
                     )
         return xr.Dataset(variables)
 
-    def _falls(self, runs: xr.Dataset, rocking: xr.Dataset, fit: Fit, risk: Risk | None) -> xr.Dataset:
+    def _falls(self, runs: xr.Dataset, rocking: xr.Dataset, fit: Fit, risk: Risk | None, most: float) -> xr.Dataset:
         """Return chances of a block near an edge to fall off, and to fall at all; `more_rate`: the rise of its rate."""
         off = overturning_probability(runs, fit.confidence, FALLEN_OFF).isel(model=0, drop=True)
         ways = runs.sizes["motion"] // rocking.sizes["motion"]
@@ -219,20 +229,25 @@ class Slides:
             variables[f"{FALL_OFF}_probability{end}"] = _named(off[old], f"probability of {OFF}", end)
             variables[f"{FALLS}_probability{end}"] = _named(both[old], f"probability of {EITHER}", end)
         if risk is not None:
-            rates = risk.rates(self._curve(runs, FALLEN_OFF, fit), fit.confidence).isel(model=0, drop=True)
+            rates = self._rates(runs, FALLEN_OFF, fit, risk, most).isel(model=0, drop=True)
             pairs = [*(f"{law}, either" for law in laws), *(f"{law}, alone" for law in laws)]
             flags = np.concatenate([either, overturned.values], axis=overturned.dims.index("model"))
             curves = self._curve(with_flags(flags, np.array(pairs, dtype=object)), OVERTURNED, fit)
-            high, low = (
-                risk.rates(curves.isel(model=part), fit.confidence, rule).assign_coords(model=laws)
-                for part, rule in ((slice(None, len(laws)), MOST), (slice(len(laws), None), LEAST))
+            either, alone = (
+                curves.isel(model=part).assign_coords(model=laws)
+                for part in (slice(None, len(laws)), slice(len(laws), None))
             )
-            raised = _difference(high, low, fit.confidence)
+            low = risk.rates(alone, fit.confidence, LEAST)
+            raised = _difference(_rates_up_to(most, either, fit, risk, alone), low, fit.confidence)
             for end in ENDS:
                 if f"rate{end}" in rates:
                     variables[f"{FALL_OFF}_rate{end}"] = _named(rates[f"rate{end}"], f"annual rate of {OFF}", end)
                     variables[f"{MORE_RATE}{end}"] = raised[f"rate{end}"]
         return xr.Dataset(variables)
+
+    def _rates(self, runs: xr.Dataset, state: State, fit: Fit, risk: Risk, most: float) -> xr.Dataset:
+        """Return the rates of a slip or a fall, which has at most the chance `most`."""
+        return _rates_up_to(most, self._curve(runs, state, fit), fit, risk)
 
     def _curve(self, runs: xr.Dataset, state: State, fit: Fit) -> xr.Dataset:
         """Return the curve of a slip or a fall, which need not rise to 1: a block with much friction never slides."""
@@ -265,6 +280,37 @@ def gated(slides: xr.DataArray, falls: Mapping[str, xr.DataArray]) -> dict[str, 
             values = (falls[ungated].variable * rocks).transpose(*dims)
             variables[name] = xr.Variable(dims, values.values, {"units": units, "long_name": text})
     return variables
+
+
+def _rates_up_to(most: float, curves: xr.Dataset, fit: Fit, risk: Risk, base: xr.Dataset | None = None) -> xr.Dataset:
+    """Return the rates of tabulated curves that rise to a limit above their levels: `most` more than the top of `base`.
+
+    A rate is linear in its curve, so the curve over its limit, which rises to 1 (`OUTSIDE`), has the rate over the
+    limit. The lower end assumes no rise above the levels. For an event in no run, the upper end is the rate of the
+    upper ends at the levels, within the limit.
+    """
+    limits, over = {}, {}
+    for name in ("probability", "probability_sample"):
+        if name in curves:
+            top = 0.0 * curves[name] if base is None else base[name]
+            limits[name] = (top.isel(level=-1, drop=True) + most).clip(max=1.0)
+            over[name] = (curves[name] / limits[name].where(limits[name] > 0.0, 1.0)).clip(max=1.0)
+    limit = limits["probability"]
+    limited = curves.assign(over)
+    rates, least = risk.rates(limited, fit.confidence), risk.rates(limited, fit.confidence, LEAST)
+    scaled = {"rate": rates["rate"] * limit}
+    if "rate_lower" in rates:
+        last = curves["level"] == curves["level"][-1]
+        upper = curves["probability_upper"]
+        unseen = upper.where((upper < limit) & ~last, limit)
+        bound = risk.rates(without_replicates(curves).assign(probability=unseen), fit.confidence, LEAST)["rate"]
+        seen = (curves["probability"] > 0.0).any("level")
+        scaled["rate_lower"] = least["rate_lower"] * limit
+        scaled["rate_upper"] = (rates["rate_upper"] * limit).where(seen, bound)
+        scaled["rate_sample"] = rates["rate_sample"] * limits.get("probability_sample", limit)
+    for name, values in scaled.items():
+        rates[name] = rates[name].copy(data=values.transpose(*rates[name].dims).values)
+    return rates
 
 
 def _either(results: xr.Dataset, falls: Mapping[str, xr.DataArray], years: float) -> xr.Dataset:

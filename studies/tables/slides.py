@@ -118,9 +118,9 @@ def _chance(block: xr.Dataset, rate: str, chance: str, adaptive: bool = False) -
 
 
 def _seen(chance: Range, probability: xr.DataArray) -> Range:
-    """Return a probability; for an event in no run, whose rate lies above the highest level alone, as a bound."""
+    """Return a probability; of an event in no run, whose rate lies above the highest level alone, the upper end."""
     unseen = not bool((probability > 0.0).any()) and chance.value > 0.0
-    return Range(0.0, math.nan, chance.value) if unseen else chance
+    return Range(0.0, math.nan, float(np.fmax(chance.value, chance.upper))) if unseen else chance
 
 
 def edges(results: xr.Dataset) -> Table:

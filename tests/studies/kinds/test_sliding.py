@@ -85,13 +85,23 @@ class TestResults:
         np.testing.assert_allclose(results["slide_probability"][:2], (slid["mode"] == 1).mean("motion")[:, 0])
 
     def test_rates_are_those_of_the_isotonic_curve(self, results, slid, study):
+        """Above the highest level a block slides if its friction is below b/h: the rule counts every block there."""
+        above, compared = study.risk.hazard.rate_at(1.2 * 9.80665), 0
         options = {"form": "isotonic", "replicates": 100, "seed": study.fit.seed, "keep_replicates": True}
         for i in range(2):  # (the curves of each block are drawn for themselves)
+            share = float(results["slides_instead"][i])
             curve = fit_fragility(slid.isel(block=[i]), state=Slip(0.02), **options)
-            rate = study.risk.rates(curve, 0.95)
-            for end in ("", "_lower", "_upper"):
-                expected = float(rate[f"rate{end}"][0, 0])
+            if float(curve["probability"].max()) <= share:  # (draws of the friction leave no more than it has)
+                rate = float(study.risk.rates(curve, 0.95)["rate"].squeeze())
+                assert float(results["slip_rate"][i, 0]) == pytest.approx(rate - (1.0 - share) * above, rel=1e-12)
+                compared += 1
+            limited = {name: (curve[name] / share).clip(max=1.0) for name in ("probability", "probability_sample")}
+            rules = {"": "most", "_lower": "least", "_upper": "most"}  # (of what is above the highest level)
+            for end, rule in rules.items():
+                ends = study.risk.rates(curve.assign(limited), 0.95, rule)
+                expected = share * float(ends[f"rate{end}"].squeeze())
                 assert float(results[f"slip_rate{end}"][i, 0]) == pytest.approx(expected, rel=1e-12)
+        assert compared
 
     def test_gated_chances_are_what_is_left(self, results):
         rocks = 1.0 - results["slides_instead"]
