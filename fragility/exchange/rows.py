@@ -52,7 +52,7 @@ CURVE_NUMBERS: dict[str, tuple[str, str]] = {
     "rate": (PER_YEAR, "annual rate of overturning"),
     "rate_lower": (PER_YEAR, "lower end of the interval of the annual rate"),
     "rate_upper": (PER_YEAR, "upper end of the interval of the annual rate"),
-    "rate_modelling_lower": (PER_YEAR, "lower end of its range if all capacities are off by one factor"),
+    "rate_modelling_lower": (PER_YEAR, "lower end of its range if all capacities are wrong by the same factor"),
     "rate_modelling_upper": (PER_YEAR, "upper end of that range"),
     "rate_modelling_dispersion": (
         DIMENSIONLESS,
@@ -66,7 +66,7 @@ CURVE_NUMBERS: dict[str, tuple[str, str]] = {
     "risk_probability_upper": (DIMENSIONLESS, "upper end of its interval"),
     "risk_probability_modelling_lower": (
         DIMENSIONLESS,
-        "lower end of its range if all capacities are off by one factor",
+        "lower end of its range if all capacities are wrong by the same factor",
     ),
     "risk_probability_modelling_upper": (DIMENSIONLESS, "upper end of that range"),
     "directional": (DIMENSIONLESS, "whether the demand is taken in the component's own direction"),

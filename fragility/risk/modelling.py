@@ -48,7 +48,7 @@ def seen_by(hazard: HazardCurve, factor: float) -> HazardCurve:
 RANGE = "modelling_range"
 """Attribute of results with the beta_m of the ranges that follow."""
 LOWER, UPPER = "_modelling_lower", "_modelling_upper"
-"""Endings of the names of the ends of a value's range if all capacities are off by one factor."""
+"""Endings of the names of the ends of a value's range if all capacities are wrong by the same factor."""
 
 
 def with_ends(
@@ -59,7 +59,7 @@ def with_ends(
     `measure`: measure of a value with a unit of the levels.
     """
     low, high = capacity_factors(dispersion)
-    text = f"if all capacities are off by one factor, {low:.2f} to {high:.2f}{f': {measure}' if measure else ''}"
+    text = f"if all capacities are wrong by the same factor, {low:.2f} to {high:.2f}{f': {measure}' if measure else ''}"
     pairs = ((LOWER, "lower", np.minimum(*ends)), (UPPER, "upper", np.maximum(*ends)))
     return {
         f"{name}{end}": xr.Variable(dims, values, described(f"{side} end of the range of {name} {text}", units))

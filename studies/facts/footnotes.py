@@ -46,7 +46,7 @@ def footnotes(results: xr.Dataset) -> Iterator[Fact]:
 
 
 def _model_range(results: xr.Dataset) -> Iterator[Fact]:
-    """Yield the range of the headline's number if all capacities are off by one factor."""
+    """Yield the range of the headline's number if all capacities are wrong by the same factor."""
     if RANGE not in results.attrs:
         return
     beta, at = float(results.attrs[RANGE]), reference_law(results)[0]

@@ -104,7 +104,7 @@ class Branches:
     def _range(
         branches: list[Branch], every: dict[str, FittedCurves], risk: Risk, modelling: float
     ) -> dict[str, xr.Variable]:
-        """Return the ends of the mean rate's range if all capacities are off by one factor."""
+        """Return the ends of the mean rate's range if all capacities are wrong by the same factor."""
         rules = risk.below, risk.above, OUTSIDE
         weights = np.array([branch.weight for branch in branches])
         ends = []

@@ -90,7 +90,7 @@ class Fit(CurveOptions):
         return with_modelling(curves, self.in_mean) if self.in_mean else curves
 
     def chances_of_range(self, curves: xr.Dataset, level: xr.DataArray) -> dict[str, xr.Variable]:
-        """Return chances at levels, of the curves, if all capacities are off by one factor (`with_ends`)."""
+        """Return chances at levels, of the curves, if all capacities are wrong by the same factor (`with_ends`)."""
         ends = []
         for factor in capacity_factors(self.modelling_dispersion):
             seen = level.values / factor

@@ -1,4 +1,4 @@
-"""Ranges in words: of an annual rate over weighted branches, and of a value if all capacities are off by one factor."""
+"""Ranges in words: of an annual rate over weighted branches, and of a value if all capacities are wrong by the same factor."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SOURCES = {
 OUTER = (0.05, 0.95)
 """Fractiles at the ends of the stated range."""
 MODEL_RANGE = "model range"
-"""Heading of the column of ranges if all capacities are off by one factor, and their name in sentences."""
+"""Heading of the column of ranges if all capacities are wrong by the same factor, and their name in sentences."""
 
 
 def has_model_range(results: xr.Dataset, name: str) -> bool:
@@ -34,7 +34,7 @@ def of_what(results: xr.Dataset) -> str:
     if RANGE not in results.attrs:
         return ""
     low, high = capacity_factors(float(results.attrs[RANGE]))
-    return f"{MODEL_RANGE}: if all capacities are off by one factor, {two_digits(low)} to {two_digits(high)}"
+    return f"{MODEL_RANGE}: if all capacities are wrong by the same factor, {two_digits(low)} to {two_digits(high)}"
 
 
 def model_note(results: xr.Dataset) -> str:
