@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
+import scipy.optimize
+
 from ...core.aliases import Array
 from ...core.doubts import Doubt, by_study, warn
 from ...core.units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
@@ -136,6 +138,14 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
             )
         )
     return notes
+
+
+def level_at(hazard: HazardCurve, rate: float) -> float:
+    """Return the level (SI) that is exceeded at an annual rate; NaN beyond the curve's points."""
+    if not hazard.rates[-1] <= rate <= hazard.rates[0]:
+        return math.nan
+    low, high = hazard.levels[0], hazard.levels[-1]
+    return float(scipy.optimize.brentq(lambda level: float(hazard.rate_at(level)) - rate, low, high, xtol=1e-9 * low))
 
 
 def off_doubt(name: str, text: str) -> Doubt:

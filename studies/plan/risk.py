@@ -175,7 +175,7 @@ class Risk:
     def modelling_range(
         self, curves: xr.Dataset, modelling: float, rate: Array | None = None
     ) -> dict[str, xr.Variable]:
-        """Return rates and chances if all capacities are wrong by the same factor, at both ends of its range (`with_ends`).
+        """Return the ends of rates and chances if all capacities are wrong by the same factor (`with_ends`).
 
         `rate`: the results' rate if the runs correct the curves' own; the ends are corrected by the same factor.
         """

@@ -235,7 +235,7 @@ class Table:
         (last,) = (i for i, row in enumerate(self.rows) if row is self.lines[most])
         rows = self.rows[:last]
         rows = rows[:-1] if isinstance(rows[-1], str) else rows
-        return replace(self, rows=rows, notes=[*self.notes, f"{most} of {number:,} rows; the result file has all."])
+        return replace(self, rows=rows, notes=[*self.notes, f"{most} of {number:,} rows (toppling export: all)."])
 
 
 def _blank(value: Value) -> bool:

@@ -1,4 +1,4 @@
-"""Ranges in words: of an annual rate over weighted branches, and of a value if all capacities are wrong by the same factor."""
+"""Ranges in words: of annual rates over branches, and of values if all capacities are wrong by the same factor."""
 
 from __future__ import annotations
 

@@ -175,6 +175,8 @@ class TestClientPart:
         assert motions(results, motion_sets=[{}, {}]).more["sets"] == 2
         weighted = results.assign_attrs(study=json.dumps(study | {"hazards": [{}]}))
         assert facts_of(inputs_of, weighted)["hazard.given"].value == 2
+        curve = facts_of(inputs_of, results)["hazard.given"]
+        assert say(curve, "method") == "PGA 0.21 g once in 475, 0.38 g once in 2,475 years."  # (by logarithms by hand)
         floors = xr.concat([results, results], "floor", data_vars="minimal").assign_coords(floor=["1", "2"])
         assert motions(floors).value == 6
 
