@@ -24,7 +24,8 @@ LARGER = "a comment names the larger of both components"
 NOT_USED = "not used of a comment:"
 OFF_CURVE = "off the curve:"
 LOW_PERCENT = "all per cent are below 1"
-"""Part of the source of such a curve."""
+RARE = "the first probability is as small as an annual rate"
+"""Parts of the source of such a curve."""
 
 
 class HazardError(ValueError):
