@@ -264,7 +264,8 @@ def _strength_doubts(plain: Sequence[Record]) -> list[Doubt]:
     strong = recorded and median > STRONG_MEDIAN * (2.0 if len(peaks) < FEW else 1.0)
     if not strong and not median < WEAK_MEDIAN:
         return []
-    what = f"a median PGA of {two_digits(median / STANDARD_GRAVITY)} g of {counted(len(peaks), 'motion')}"
+    what = f"a {'median ' * (len(peaks) > 1)}PGA of {two_digits(median / STANDARD_GRAVITY)} g"
+    what += f" of {counted(len(peaks), 'motion')}" if len(peaks) > 1 else ""
     slip = "m/s² headed g?" if strong else "g or m/s² read as m/s² or gal?" if recorded else "g in place of m/s²?"
     return [
         Doubt("PGA", f"{what} is {'beyond sets of records' if strong else 'too weak to overturn anything'}: {slip}")

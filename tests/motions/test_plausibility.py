@@ -100,7 +100,7 @@ class TestRecords:
             ([0.021], ""),
             ([0.019, 0.03], ""),
             ([0.019, 0.01, 0.03], "0.019 g of 3 motions is too weak to overturn anything: g or m/s² read as m/s² or"),
-            ([0.005], "0.0050 g of 1 motion is too weak"),
+            ([0.005], "a PGA of 0.0050 g is too weak"),
         ],
     )
     def test_the_strength_of_a_set(self, peaks, said):
