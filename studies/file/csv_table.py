@@ -153,9 +153,9 @@ class CsvTable:
         for column, line in self.unsure.items():
             if self.decimal != "." or (column in MONEY and column not in self.decimals):
                 line.refuse_ambiguous(column)
-            if column.endswith(_LARGE) and column not in self.decimals:
-                what = f"column {column!r} has three digits behind all points ({line.text(column)})"
-                self._odd.append(f"{self.at(line.number)}: {what}: thousands? Write them without points")
+            if column.endswith(_LARGE) and column not in self.decimals and float(line.text(column)) < LESS:
+                what = f"{column} has three digits behind all points ({line.text(column)})"
+                self._odd.append(f"{self._named(self.word, [str(line.number)])}: {what}: thousands? Leave points out")
         warn(self.doubts())
 
     def _read(self, text: str) -> Iterator[tuple[int, list[str]]]:
@@ -366,8 +366,8 @@ YES = ("yes", "y", "true", "1")
 NO = ("no", "n", "false", "0")
 MONEY = ("value", "anchoring_cost", "cost_median")
 """Columns of amounts of money, which have two decimals; three digits behind each point mark thousands."""
-_LARGE = ("_kg", "_n", "_mm", "_days")
-"""Ends of columns in which a thousand is plausible."""
+_LARGE, LESS = ("_mm", "_days"), 10.0
+"""Ends of columns in which thousands are plausible, and the number of thousands from which they are not."""
 _NUMBER = re.compile(r"[-+]?(?:\d{1,30}[.,]?\d{0,30}|[.,]\d{1,30})(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _TOTAL = re.compile(
     r"(?i)(grand |sub[- ]?)?(totals?|sum)( général| general|e|es)?( (of )?(pieces|items|value|number))?[\W\d]*"

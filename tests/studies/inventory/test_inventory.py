@@ -307,20 +307,16 @@ def test_money_has_no_three_decimals(tmp_path, column, separator):
     assert len(read(tmp_path, text())) == 2
 
 
-def test_weights_and_gaps_of_three_decimals_are_doubted(tmp_path):
-    text = "item,width_m,height_m,floor,mass_kg,edge_distance_mm,friction\nshelf,0.400,1.800,1,1.200,1.500,0.400\n"
+@pytest.mark.parametrize(("gap", "doubted"), [("1.500", True), ("12.500", False), ("1.50", False), ("1.500\n", False)])
+def test_gaps_of_thousands_are_doubted(tmp_path, gap, doubted):
+    """12.5 m is no gap, and another gap may show the meaning of a point; masses are compared with sizes."""
+    further = "rack,0.6,2.0,1,120.500,9.5,0.4\n" if gap.endswith("\n") else ""
+    head = "item,width_m,height_m,floor,mass_kg,edge_distance_mm,friction\n"
     with noted() as doubts:
-        read(tmp_path, text)
-    whole = [doubt.sentence for doubt in doubts if "thousands?" in doubt.sentence]
-    assert [
-        f"{name!r} has three digits behind all points ({shown})" in sentence
-        for (name, shown), sentence in zip(
-            {"mass_kg": "1.200", "edge_distance_mm": "1.500"}.items(), whole, strict=True
-        )
-    ] == [True, True]
-    with noted() as doubts:
-        read(tmp_path, f"{text}rack,0.6,2.0,1,35.5,9.5,0.4\n")
-    assert not any("thousands?" in doubt.sentence for doubt in doubts)
+        read(tmp_path, f"{head}shelf,0.400,1.800,1,85.250,{gap.strip()},0.400\n{further}")
+    assert ["edge_distance_mm has three digits behind all points" in doubt.sentence for doubt in doubts] == [True] * (
+        doubted
+    )
 
 
 CUT = "item,catalogue,floor,count,anchored\nshelf,bookcase-5-shelf,0,1,no\ncase,bookcase-4-shelf,1,12,yes\n"
