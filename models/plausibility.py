@@ -19,6 +19,8 @@ from .sliding.law import Sliding
 LARGEST, SMALLEST = 20.0, 0.01  # m: sides of contents of buildings
 UNITS = "units"
 """Kind of input warnings on numbers that are likely of another unit."""
+FURNITURE, DEEPEST = (1.2, 2.5), 0.7
+"""Heights, m, of cabinets and shelves, and the depth beyond which their width is likely taken for it (assumed)."""
 MOST_DAMPED = 1.0
 """Damping ratio: FEMA 356 and the published laws have 0 to 0.64."""
 LEAST_RESTITUTION = 0.3
@@ -57,7 +59,25 @@ def block_doubts(blocks: Iterable[Block] | BlockArray) -> list[Doubt]:
     # (a block without a name is called by its sizes)
     sizes = size_doubts(sides, np.array([block.h / block.b for block in every]), lambda i: every[i].name)
     restraints = [(block.label, block.restraint) for block in every if block.restraint is not None]
-    return [*sizes, *unit_doubts(restraints, every)]
+    return [*sizes, *_front_doubts(every), *unit_doubts(restraints, every)]
+
+
+def _front_doubts(blocks: Sequence[Block]) -> list[Doubt]:
+    """Return the input warning on blocks as high as furniture, wider than its depth, and without a depth of their own.
+
+    A narrower depth than the width is an error of `Block`.
+    """
+    low, high = FURNITURE
+    wide = [
+        f"{f'{block.name}: ' if block.name else ''}{block.width:g} m × {block.height:g} m"
+        for block in blocks
+        if block.depth is None and low <= block.height <= high and DEEPEST < block.width <= min(WIDEST, block.height)
+    ]
+    if not wide:
+        return []
+    what = f"blocks of the height of furniture are wider than {DEEPEST:g} m ({first_of(wide)})"
+    cure = "the width is the smaller size in plan, of a bookcase its depth; if it is, give depth_m, too"
+    return [Doubt("block size", f"{what}: {cure}")]
 
 
 def unit_doubts(restraints: Iterable[tuple[str, Restraint]], blocks: Iterable[Block] = ()) -> list[Doubt]:

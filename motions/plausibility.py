@@ -21,6 +21,7 @@ from .arrays import Record, records
 from .floors.histories import DIRECTIONS, FloorHistories
 from .intensity.directions import PairMeasure
 from .intensity.naming import measure_named
+from .intensity.parametric_measures import Sa
 from .intensity.peaks import peak_acceleration, peak_displacement, peak_velocity, velocity
 from .readers.directions import LEFT_OUT, ON_PURPOSE, is_vertical
 
@@ -36,6 +37,11 @@ WANDERING = 0.25
 """PGD over PGV, as a share of the duration, above which a record wanders off."""
 HIGHEST_PGA, IMPOSSIBLE_PGA = 3.0 * STANDARD_GRAVITY, 20.0 * STANDARD_GRAVITY
 """m/s²: the largest recorded PGA are 2 to 4 g (Anderson 2010); twenty times g is another unit."""
+WEAK_MEDIAN, STRONG_MEDIAN, FEW = 0.02 * STANDARD_GRAVITY, 1.0 * STANDARD_GRAVITY, 3
+"""m/s²: median PGA below which nothing rocks, and above which no set of `FEW` records or more is (assumed).
+
+Single records reach twice as much (Tarzana 1994, Christchurch 2011, Kumamoto 2016; recalled).
+"""
 SHORTEST_PGV_PGA, LONGEST_PGV_PGA = 0.01, 0.8
 """PGV over PGA, s, of any ground motion."""
 LONGEST = 900.0
@@ -49,6 +55,11 @@ SAME = 1.0 - 1e-6
 LEVEL_APART, MOTION_APART = 1.5, 2.0
 """Factors between a level and its ground motions, in the mean and each, beyond which they are of another level."""
 GROUND_FLOOR = "0"
+SLOW, LEAST_SLOW = Sa(10.0), 0.5
+"""Measure of slow motion, which all buildings follow, and its ratio to the ground's below which they do not.
+
+Relative accelerations have about (T/10 s)² of a building's or isolator's period T, absolute ones 1 and more.
+"""
 RINGING = 0.2
 """Share of its peak above which the last swing of a building is cut.
 
@@ -59,6 +70,7 @@ STOREY_PERIODS = 0.02, 0.4
 USUAL: dict[str, tuple[float, float, str, str]] = {
     "damping of a building": (0.002, 0.35, "", "per cent?"),
     "storey height": (1.8, 30.0, "m", "centimetres or feet?"),
+    "yield coefficient": (0.005, 3.0, "", "per cent?"),
     "frequency of a bench": (0.8, 1000.0, "Hz", "a period in s?"),
     "damping of a bench": (0.002, 0.35, "", "per cent?"),
     "period of an isolator": (0.5, 10.0, "s", "a frequency, milliseconds, or a radius in mm?"),
@@ -180,6 +192,8 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
         if not 1.0 / UNLIKE < ratio < UNLIKE:
             what = f"the PGA of {upper.removeprefix('that of ')} is {two_digits(ratio)} times {lower}"
             doubts.append(Doubt("table", f"floor histories: {what}: another unit in one of them?"))
+    if GROUND_FLOOR in floors and not doubts:
+        doubts += _relative_doubts(histories)
     if plain is None or GROUND_FLOOR not in floors:
         return doubts
     along = [histories.on(GROUND_FLOOR, direction) for direction in histories.directions(GROUND_FLOOR)]
@@ -196,6 +210,21 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
         slip = "another unit, or files of other levels?"
         doubts.append(Doubt("level", f"floor histories: {what} (at {histories.texts[i]} {ends}): {slip}"))
     return doubts
+
+
+def _relative_doubts(histories: FloorHistories) -> list[Doubt]:
+    """Return the input warning on floors that do not follow slow motion of floor 0, as relative accelerations."""
+    slow: dict[tuple[str, str], Array] = {}
+    for floor, direction in histories.supports:
+        of_level = histories.on(floor, direction)[: histories.motions]
+        slow[floor, direction] = np.array([SLOW.of_record(record) for record in of_level])
+    for (floor, direction), values in slow.items():
+        ground = slow.get((GROUND_FLOOR, direction), np.zeros(1))
+        if ground.all() and (share := float(np.median(values / ground))) < LEAST_SLOW:
+            what = f"the {SLOW.label} of floor {floor} is {two_digits(share)} times that of floor 0"
+            slip = "accelerations relative to the ground? Absolute ones are needed"
+            return [Doubt("table", f"floor histories: {what}, and buildings follow slow motion: {slip}")]
+    return []
 
 
 def _copies(plain: Iterable[Record]) -> list[str]:
@@ -226,9 +255,27 @@ def _copies(plain: Iterable[Record]) -> list[str]:
     return copies
 
 
-def record_doubts(plain: Iterable[Record]) -> list[Doubt]:
+def _strength_doubts(plain: Sequence[Record]) -> list[Doubt]:
+    """Return the input warning on the median PGA of ground motions whose amplitude is their own."""
+    ground = [record for record in plain if record.own_amplitude and not record.floor and not record.reverse_of]
+    peaks = [peak for record in ground if (peak := peak_acceleration(record.acceleration, record.dt)) > 0.0]
+    median = float(np.median(peaks)) if peaks else math.nan
+    recorded = any(record.recorded for record in ground)
+    strong = recorded and median > STRONG_MEDIAN * (2.0 if len(peaks) < FEW else 1.0)
+    if not strong and not median < WEAK_MEDIAN:
+        return []
+    what = f"a {'median ' * (len(peaks) > 1)}PGA of {two_digits(median / STANDARD_GRAVITY)} g"
+    what += f" of {counted(len(peaks), 'motion')}" if len(peaks) > 1 else ""
+    slip = "m/s² headed g?" if strong else "g or m/s² read as m/s² or gal?" if recorded else "g in place of m/s²?"
+    return [
+        Doubt("PGA", f"{what} is {'beyond sets of records' if strong else 'too weak to overturn anything'}: {slip}")
+    ]
+
+
+def record_doubts(plain: Iterable[Record], own_level: bool = True) -> list[Doubt]:
     """Return the input warnings on records: offsets, drifts, and amplitudes and durations beyond any recording.
 
+    The median PGA of all is checked unless the motions have the strength of a given level (not `own_level`).
     Only PGA and duration of generated motions are checked, and nothing of floor motions. A zero motion, and one that is
     all offset, has no drift of its own. Baseline and filters are no cure for motions that all have them already.
     Maximum accelerations: Anderson, J. G. (2010). Bulletin of the Seismological Society of America 100(1), 1-36.
@@ -314,6 +361,8 @@ def record_doubts(plain: Iterable[Record]) -> list[Doubt]:
             what = f"the record {singular}" if len(read) == 1 else many
             grave = name == "strong" and greatest > IMPOSSIBLE_PGA
             doubts.append(Doubt(kind, f"{what} ({first_of(names)}): {remedy}", grave))
+    if own_level and not odd["strong"]:
+        doubts += _strength_doubts(plain)
     return doubts
 
 

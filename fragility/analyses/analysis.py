@@ -107,7 +107,8 @@ def doubts_of(request: Request, design: Design) -> list[Doubt]:
     at = design.coordinates.get("intensity" if design.name == STRIPES else "level")
     levels = [] if at is None else level_doubts(at.values, str(at.attrs["units"]))
     blocks = [*block_doubts(request.blocks), *law_doubts(request.blocks, request.models, request.outputs)]
-    return [*blocks, *record_doubts([motion for motion in design.motions if not motion.reverse_of]), *levels]
+    motions = [motion for motion in design.motions if not motion.reverse_of]
+    return [*blocks, *record_doubts(motions, design.name != STRIPES), *levels]
 
 
 def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Dataset:

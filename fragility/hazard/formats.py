@@ -20,11 +20,14 @@ from ...motions.matching.target_spectra import other_damping
 from ...motions.readers.lines import Lines, is_blank, is_comment, plain
 from ...motions.readers.units import units_in
 from .curve import HazardCurve, unit_to_si
+from .plausibility import SEVERAL, starts_rare
 from .reading import (
+    INVENTED,
     LARGER,
     LOW_PERCENT,
     MOST_LEVELS,
     NOT_USED,
+    RARE,
     UNNAMED,
     HazardError,
     Quantity,
@@ -219,6 +222,10 @@ def read_plain(
         for column, (quantity, _) in zip(values[1:], kinds, strict=True)
     )
     text = f"table ({LOW_PERCENT})" if low else f"table{notes}"
+    if not low and table and all(quantity.kind == "probability" and quantity.years >= SEVERAL for quantity, _ in kinds):
+        first = table[0][0] * unit_to_si(units if unit is None else unit, label)
+        chances = [-math.expm1(-rate * quantity.years) for rate, (quantity, _) in zip(table[0][1:], kinds, strict=True)]
+        text = f"table ({RARE})" if starts_rare(label, first, max(chances)) else text
     return curve_of(lines.file, label, units if unit is None else unit, values[0], values[1:], shares, text, fractile)
 
 
@@ -239,6 +246,7 @@ def _read_comments(
     unused = (match[0].strip() for match in _NOT_USED.finditer(text))
     used = next((part for part in unused if part[0] not in "tTpP" or "Sa(" not in label), None)
     notes = f" ({LARGER})" if larger else f" ({NOT_USED} {plain(used)})" if used else ""
+    notes += f" ({INVENTED})" if re.search(r"(?i)\binvented\b", comment) else ""
     fractile, q = _fractile(lines, kind or (stated(lines, comment, "kind") or "").lower()), _fractile_of(lines, text)
     return fractile if kind else fractile or q, notes
 

@@ -14,13 +14,15 @@ from ...core.doubts import Doubt, by_study, warn
 from ...core.units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
 from ...core.wording import in_years
 from ...motions.intensity.naming import in_si, written_level
-from .curve import HazardCurve
+from .curve import HazardCurve, hazard_measure
 from .pieces import NONE
 from .poisson import IMPOSSIBLY_OFTEN
-from .reading import LARGER, LOW_PERCENT, NOT_USED, OFF_CURVE, UNNAMED
+from .reading import INVENTED, LARGER, LOW_PERCENT, NOT_USED, OFF_CURVE, RARE, UNNAMED
 
 MOST_OFTEN = 0.2
 """Maximum annual rate of the weakest damaging motion at any site."""
+RAREST = 1e-4
+"""Annual rate of the weakest damaging motion below which no site needs a study (assumed)."""
 MOST_OFTEN_OF_LAW = 1.0
 """The same of formulas, which are fitted to rarer levels."""
 AMPLIFIED = 2.5
@@ -30,7 +32,16 @@ STEEPNESS = 0.8
 """Power of the level, at least, with which rates fall between damaging and the highest levels (assumed)."""
 LEAST_CERTAIN, FLAT = 0.9, 0.8
 """Probability of weak motions in 50 years, and the share of it at twice the level; rates fall more there."""
-RETURN_PERIOD = 475.0
+SEVERAL = 10.0
+"""Years from which a probability differs from an annual rate."""
+RARE_AT_START, HALF = 0.05, 0.5
+"""Minimum probability in several years of the weakest damaging level, which falls with the level; share for any level.
+
+At half that level it is 10 %, as in regions of low seismicity; no minimum exceeds a half (assumed).
+"""
+RETURN_PERIODS = 475.0, 2475.0
+LONG_PERIODS = 1.65
+"""Ratio of pseudo-velocities to PGV at periods above about 0.5 s (Newmark and Hall 1982, 5 % damping, median)."""
 OF_DISAGGREGATION, OF_BRANCHES = 1.5, 100.0
 """Factors between two rates of one level above which they are not of one site."""
 KIND = "hazard"
@@ -57,17 +68,26 @@ _RATE = re.compile(
 
 
 class _Bounds(NamedTuple):
-    """Levels in SI: the weakest that damages, the highest of any ground in 475 years (assumed), and a limit."""
+    """Levels in SI: the weakest that damages, the highest of any ground in `RETURN_PERIODS`, and a limit.
+
+    The highest are assumed. Hazard models have a PGA of about 1.2 g in 475 years and 2 g in 2475 years near the fastest
+    faults, on soil (recalled).
+    """
 
     damaging: float
-    highest: float
+    highest: tuple[float, float]
     beyond: float
     weakest: float  # a curve that ends below it has no information on damage
 
 
 _BOUNDS = {
-    ACCELERATION: _Bounds(*(level * STANDARD_GRAVITY for level in (0.1, 2.0, 50.0, 0.01))),
-    VELOCITY: _Bounds(0.1, 4.0, 100.0, 0.01),
+    ACCELERATION: _Bounds(
+        0.1 * STANDARD_GRAVITY,
+        (1.3 * STANDARD_GRAVITY, 2.2 * STANDARD_GRAVITY),
+        50.0 * STANDARD_GRAVITY,
+        0.01 * STANDARD_GRAVITY,
+    ),
+    VELOCITY: _Bounds(0.1, (1.6, 2.8), 100.0, 0.01),
 }
 
 
@@ -82,6 +102,8 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     if NOT_USED in hazard.source:
         text = hazard.source.partition(f"{NOT_USED} ")[2].partition(")")[0]
         notes.append(Doubt(KIND, f"{name}: a comment says {text!r}, which is not used: are levels and rates right so?"))
+    if INVENTED in hazard.source:
+        notes.append(Doubt(KIND, f"{name}: {INVENTED}: replace it by the site's own"))
     if OFF_CURVE in hazard.source:
         notes.append(off_doubt(name, hazard.source.partition(f"{OFF_CURVE} ")[2].partition(")")[0]))
     if hazard.fractile is not None:
@@ -94,8 +116,11 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     base = getattr(hazard.measure, "base", hazard.measure).label  # (of one component)
     if bounds is None or base in ("arias", "cav"):
         return notes
-    if LOW_PERCENT in hazard.source:
+    low = LOW_PERCENT in hazard.source
+    if low:
         notes.append(Doubt(KIND, f"{name}: {LOW_PERCENT}: fractions under a heading of per cent?"))
+    if RARE in hazard.source:
+        notes.append(Doubt(KIND, f"{name}: {RARE}: rates per year under a heading of several years?"))
     damaging = bounds.damaging if hazard.of_formula else max(bounds.damaging, hazard.levels[0])
     often = float(hazard.rate_at(damaging, above=NONE))
     peak = base in ("pga", "pgv") and hazard.at == "ground" and not hazard.of_formula
@@ -103,7 +128,8 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     # levels twice as high are at least twice as rare; levels above all damaging levels are checked below
     most = MOST_OFTEN * amplified * max(bounds.damaging / damaging, 0.2)
     most = MOST_OFTEN_OF_LAW if hazard.of_formula else most
-    if often > most * (1.0 + 1e-9):  # a formula may reach the maximum except for its last digit
+    frequent = often > most * (1.0 + 1e-9)
+    if frequent:  # a formula may reach the maximum except for its last digit
         notes.append(
             Doubt(
                 KIND,
@@ -116,18 +142,28 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     if LEAST_CERTAIN < first <= 1.0 and twice > FLAT * first and not hazard.of_formula:
         what = f"the rates begin at {first:.3g} and hardly fall, as probabilities near 1 do"
         notes.append(Doubt(KIND, f"{name}: {what}: probabilities in 50 years in place of annual rates?"))
-    highest = amplified * bounds.highest
-    if hazard.rate_at(highest, above=NONE) > 1.0 / RETURN_PERIOD:
+    period = getattr(getattr(hazard.measure, "base", hazard.measure), "period", 0.0)
+    highest = [amplified * level for level in bounds.highest]
+    if hazard.units == ACCELERATION and period > 0.0 and hazard.at == "ground":
+        fast = [LONG_PERIODS * 2.0 * math.pi / period * level for level in _BOUNDS[VELOCITY].highest]
+        highest = [*map(min, highest, fast)]
+    beyond = [
+        (level, years)
+        for level, years in zip(highest, RETURN_PERIODS, strict=True)
+        if hazard.rate_at(level, above=NONE) > 1.0 / years
+    ]
+    if beyond and not frequent:
+        level, years = beyond[0]
         notes.append(
             Doubt(
                 KIND,
-                f"{name}: {written_level(hazard.measure, highest)} is exceeded more than once in "
-                f"{RETURN_PERIOD:g} years, which no site is known for: per cent or another unit of the levels?",
-                bool(hazard.rate_at(bounds.beyond, above=NONE) > 1.0 / RETURN_PERIOD),
+                f"{name}: {written_level(hazard.measure, level)} is exceeded more than once in {years:g} years, which "
+                "no site is known for: per cent or another unit of the levels?",
+                bool(hazard.rate_at(bounds.beyond, above=NONE) > 1.0 / RETURN_PERIODS[0]),
             )
         )
-    elif often < (highest / damaging) ** STEEPNESS * float(hazard.rate_at(highest, above=NONE)):
-        what = f"rates hardly fall up to {written_level(hazard.measure, highest)}"
+    elif often < (highest[-1] / damaging) ** STEEPNESS * float(hazard.rate_at(highest[-1], above=NONE)):
+        what = f"rates hardly fall up to {written_level(hazard.measure, highest[-1])}"
         notes.append(Doubt(KIND, f"{name}: {what}: is the exponent k its inverse, or are levels in another unit?"))
     if hazard.levels[-1] < bounds.weakest:
         notes.append(
@@ -137,6 +173,11 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
                 "damages: another unit of the levels?",
             )
         )
+    elif base in ("pga", "pgv") and hazard.at == "ground" and hazard.levels[0] <= bounds.damaging and not low:
+        rate = float(hazard.rate_at(bounds.damaging))
+        if rate < RAREST:
+            what = f"{written_level(hazard.measure, bounds.damaging)} is exceeded once in {in_years(rate)} years"
+            notes.append(Doubt(KIND, f"{name}: {what}, as where nothing damages: another unit of the levels or rates?"))
     return notes
 
 
@@ -146,6 +187,14 @@ def level_at(hazard: HazardCurve, rate: float) -> float:
         return math.nan
     low, high = hazard.levels[0], hazard.levels[-1]
     return float(scipy.optimize.brentq(lambda level: float(hazard.rate_at(level)) - rate, low, high, xtol=1e-9 * low))
+
+
+def starts_rare(im: str, level: float, probability: float) -> bool:
+    """Return True if a probability in years of the first level (SI) is so small that it is likely an annual rate."""
+    bounds = _BOUNDS.get(hazard_measure(im).units)
+    if bounds is None or not 0.0 < level <= HALF * bounds.damaging:
+        return False
+    return 0.0 < probability < min(HALF, RARE_AT_START * bounds.damaging / level)
 
 
 def off_doubt(name: str, text: str) -> Doubt:

@@ -20,11 +20,13 @@ MOST_LEVELS = 10_000
 UNNAMED = "the file names no measure"
 """Part of the source of a curve whose measure is assumed from the levels."""
 
+INVENTED = "a comment calls the curve invented"
 LARGER = "a comment names the larger of both components"
 NOT_USED = "not used of a comment:"
 OFF_CURVE = "off the curve:"
 LOW_PERCENT = "all per cent are below 1"
-"""Part of the source of such a curve."""
+RARE = "the first probability is as small as an annual rate"
+"""Parts of the source of such a curve."""
 
 
 class HazardError(ValueError):

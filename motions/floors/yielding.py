@@ -23,7 +23,7 @@ from ...core.streams import key_of, stream
 from ...core.units import ACCELERATION, METRE, STANDARD_GRAVITY, VELOCITY, described, provenance
 from ..arrays import OWN_LEVEL, Record, floor_array, floor_coordinates, motion_coordinates, records
 from ..kernels.yielding import storey_response
-from ..plausibility import collapse_doubts, record_doubts
+from ..plausibility import collapse_doubts, record_doubts, unusual
 from .isolation import Isolation, refuse_light
 
 HARDENING = 0.03
@@ -422,6 +422,7 @@ def _strengths(coefficient: Any, weight: Array, heights: Array, period: float) -
     given = checks.finite_array("yield_coefficient", np.asarray(coefficient), ndim=(0, 1))
     if given.min() <= 0.0:
         raise ValueError(f"yield_coefficient must be > 0, got {given.min():g}")
+    warn(unusual({"yield coefficient": given}))
     if given.ndim == 1:
         if given.size != weight.size:
             raise ValueError(f"yield_coefficient must be one number or {weight.size}, one a storey, got {given.size}")

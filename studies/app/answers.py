@@ -75,9 +75,9 @@ class LiveStudyFile(StudyFile):
         )
         return made
 
-    def _ground(self, motions: Any, folder: Path) -> Any:
-        key = json.dumps([str(folder), motions.model_dump_json()])
-        return kept(self.ground_kept, key, lambda: StudyFile._ground(self, motions, folder))
+    def _ground(self, motions: Any, folder: Path, own_level: bool = True) -> Any:
+        key = json.dumps([str(folder), motions.model_dump_json(), own_level])
+        return kept(self.ground_kept, key, lambda: StudyFile._ground(self, motions, folder, own_level))
 
 
 def kept(store: OrderedDict[str, Any], key: str, make: Callable[[], Kept]) -> Kept:

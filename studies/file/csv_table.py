@@ -51,7 +51,8 @@ class CsvTable:
     def __init__(self, file: Path, kind: TableKind) -> None:
         self.file, self.kind = file, kind
         self.decimal = ""  # "." or ",", once a number has shown which
-        self.unsure: tuple[CsvLine, str] | None = None  # the first 1.200 before that
+        self.unsure: dict[str, CsvLine] = {}  # the first 1.200 of columns
+        self.decimals: set[str] = set()  # columns with other decimals
         self._short: list[int] = []
         self._odd: list[str] = []
         raw = ""
@@ -149,8 +150,12 @@ class CsvTable:
             if self._whole and len(cells) < named:
                 self._short.append(number)
             yield line
-        if self.unsure is not None and self.decimal != ".":
-            self.unsure[0].refuse_ambiguous(self.unsure[1])
+        for column, line in self.unsure.items():
+            if self.decimal != "." or (column in MONEY and column not in self.decimals):
+                line.refuse_ambiguous(column)
+            if column.endswith(_LARGE) and column not in self.decimals and float(line.text(column)) < LESS:
+                what = f"{column} has three digits behind all points ({line.text(column)})"
+                self._odd.append(f"{self._named(self.word, [str(line.number)])}: {what}: thousands? Leave points out")
         warn(self.doubts())
 
     def _read(self, text: str) -> Iterator[tuple[int, list[str]]]:
@@ -306,16 +311,17 @@ class CsvLine:
     def _check_mark(self, column: str, cell: str) -> None:
         """Refuse decimals that are not marked as those above, and numbers that may have no decimals at all."""
         table, mark = self.table, "," if "," in cell else "." if "." in cell else ""
-        sure = mark == "." and (table.decimal == "." or column.endswith("_m"))
-        if mark and not sure and _THOUSANDS.fullmatch(cell):
-            # (a German spreadsheet writes 1200 as 1.200, and no other number shows that points mark decimals)
-            if mark == "," or table.decimal:
+        if mark and not (mark == "." and column.endswith("_m")) and _THOUSANDS.fullmatch(cell):
+            # (a German spreadsheet writes 1200 as 1.200, and other columns do not show the meaning of its point)
+            if mark == "," or table.decimal == ",":
                 self.refuse_ambiguous(column)
-            table.unsure = table.unsure or (self, column)
+            table.unsure.setdefault(column, self)
             return
         if mark and table.decimal not in {"", mark}:
             self.refuse(column, f"must have its decimals as the numbers above ({table.decimal}), got {cell!r}")
-        table.decimal = table.decimal or mark
+        if mark:
+            table.decimal = mark
+            table.decimals.add(column)
 
     def refuse_ambiguous(self, column: str) -> NoReturn:
         """Raise an error about 1.200 or 1,200, which may be a thousand or one."""
@@ -358,6 +364,10 @@ def _kind_of(annotation: Any) -> Any:
 
 YES = ("yes", "y", "true", "1")
 NO = ("no", "n", "false", "0")
+MONEY = ("value", "anchoring_cost", "cost_median")
+"""Columns of amounts of money, which have two decimals; three digits behind each point mark thousands."""
+_LARGE, LESS = ("_mm", "_days"), 10.0
+"""Ends of columns in which thousands are plausible, and the number of thousands from which they are not."""
 _NUMBER = re.compile(r"[-+]?(?:\d{1,30}[.,]?\d{0,30}|[.,]\d{1,30})(?:[eE][-+]?\d{1,3})?", re.ASCII)
 _TOTAL = re.compile(
     r"(?i)(grand |sub[- ]?)?(totals?|sum)( général| general|e|es)?( (of )?(pieces|items|value|number))?[\W\d]*"

@@ -273,7 +273,7 @@ class StudyFile(Table):
         held, levels = 0, self.stripes.levels().tolist()
         for i, table in enumerate(tables, start=1):
             with self._of_stripe(i):
-                ground, reading = self._ground(table, folder)
+                ground, reading = self._ground(table, folder, own_level=False)
             sets.append(self._in_buildings(ground, reading, levels[i - 1]))
             held += sum(array.size for array in sets[-1].motions)
             # (the size of records is known only once they are read)
@@ -311,7 +311,7 @@ class StudyFile(Table):
         chosen, doubts = selected(select, stripes.at, tables, levels, folder, self._of_stripe)
         sets = []
         for i, stripe in enumerate(chosen):
-            reading = Reading.of(stripe.ground)
+            reading = Reading.of(stripe.ground, own_level=False)
             reading = reading._replace(doubts=(*(doubts if i == 0 else ()), *reading.doubts))
             level = float(stripe.report.attrs["level"])
             sets.append(self._in_buildings(stripe.ground, reading, level)._replace(selection=stripe.report))
@@ -334,12 +334,14 @@ class StudyFile(Table):
     def _shaking(self, motions: MotionsTable, folder: Path, level: float = math.nan) -> MotionSet:
         return self._in_buildings(*self._ground(motions, folder), level)
 
-    def _ground(self, motions: MotionsTable, folder: Path) -> tuple[list[xr.DataArray], Reading]:
+    def _ground(
+        self, motions: MotionsTable, folder: Path, own_level: bool = True
+    ) -> tuple[list[xr.DataArray], Reading]:
         """Return the motions of a table as they are made or read, and notes on them."""
         refuse_samples(motions.samples(folder) * (1 + sum(self._floor_counts())), "motions on all floors")
         motions.refuse_moving(folder, (self.performance or self.analysis).im)
         ground = motions.build(folder)
-        return ground, Reading.of(ground, motions.made_by(folder))
+        return ground, Reading.of(ground, motions.made_by(folder), own_level)
 
     def _in_buildings(self, ground: list[xr.DataArray], reading: Reading, level: float = math.nan) -> MotionSet:
         """Return the motions in the buildings of the blocks under ground motions, of a stripe at a level (SI)."""

@@ -24,7 +24,7 @@ from ...core.doubts import Doubt, noted
 from ...core.facts import Fact, doubted, stored
 from ...core.wording import counted, with_article
 from ...fragility.hazard.curve import HazardCurve
-from ...fragility.hazard.plausibility import hazard_doubts, level_at, off_doubt, point_off
+from ...fragility.hazard.plausibility import RETURN_PERIODS, hazard_doubts, level_at, off_doubt, point_off
 from ...fragility.numerics import slabs
 from ...fragility.runs.outputs import OUTPUTS
 from ...fragility.runs.plan import (
@@ -72,8 +72,6 @@ if TYPE_CHECKING:
 
 OF_TABLES = ("table", "vertical", "PGA", "PGV/PGA", "building", "level", "scenario")
 """Kinds of input warnings of the reading of a study, in addition to those of its motions."""
-RETURN_PERIODS = 475, 2475
-"""Years of the hazard's levels that a page shows: 10 % and 2 % in 50 years, as codes and maps do."""
 MOST_VARIED = 2000
 """Most blocks of a study that runs many samples or values of each block."""
 # Memory of a block and its curve, from the file to the results; and of each replicate of a curve.
@@ -507,7 +505,7 @@ class Study(ABC):
             # (where the curve came from does not change it)
             curve = json.dumps({**asdict(self.site_hazard), "source": ""}, sort_keys=True).encode()
             read["hazard_sha256"] = hashlib.sha256(curve).hexdigest()
-            levels = {years: level_at(self.site_hazard, 1.0 / years) for years in RETURN_PERIODS}
+            levels = {round(years): level_at(self.site_hazard, 1.0 / years) for years in RETURN_PERIODS}
             known = {years: level for years, level in levels.items() if not math.isnan(level)}
             measure = self.site_hazard.measure
             read["hazard_levels"] = json.dumps([measure.label, measure.units, known])

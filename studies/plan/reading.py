@@ -32,22 +32,25 @@ class Reading(NamedTuple):
     storeys: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, arrays: Sequence[xr.DataArray], generator: Generator | None = None) -> Self:
-        """Return the reading of motions, and of the generator that made them, which may miss a target or a scenario."""
+    def of(cls, arrays: Sequence[xr.DataArray], generator: Generator | None = None, own_level: bool = True) -> Self:
+        """Return the reading of motions, and of the generator that made them, which may miss a target or a scenario.
+
+        Motions that have the strength of a given level are not `own_level`.
+        """
         plain = [record for array in arrays for record in records(array)]
         if generator is not None:
             reading = cls._of_scenario(arrays, generator)._varied(plain)
-            return reading._replace(doubts=(*record_doubts(plain), *reading.doubts))
+            return reading._replace(doubts=(*record_doubts(plain, own_level), *reading.doubts))
         missed = tuple(matching_doubts(arrays))
         if not any(record.recorded for record in plain):
-            return cls((*record_doubts(plain), *missed))
+            return cls((*record_doubts(plain, own_level), *missed))
         done = [(str(array.attrs.get("processing", "")), records(array)) for array in arrays]
         notes = {note for note, _ in done}
         if len(notes) == 1:
             lines = tuple(notes - {""})
         else:
             lines = tuple(f"{record.label}: {note or 'none'}" for note, of_note in done for record in of_note)
-        doubts = (*vertical_doubts(arrays), *record_doubts(plain), *filter_doubts(arrays), *missed)
+        doubts = (*vertical_doubts(arrays), *record_doubts(plain, own_level), *filter_doubts(arrays), *missed)
         reading = cls(doubts, lines)
         return reading if any("floor" in array.dims for array in arrays) else reading._varied(plain)
 

@@ -81,11 +81,39 @@ class TestRecords:
         assert "displacement" in kinds(recorded(a))
         assert "displacement" not in kinds(recorded(wavelet()))
 
-    @pytest.mark.parametrize(("peak", "expected"), [(2.9, None), (3.1, False), (19.0, False), (21.0, True)])
+    @pytest.mark.parametrize(
+        ("peak", "expected"), [(1.9, None), (2.1, False), (3.1, False), (19.0, False), (21.0, True)]
+    )
     def test_peak(self, peak, expected):
         a = wavelet(1.0)
         found = kinds(recorded(a * peak * G / np.abs(a).max()))
         assert (found["PGA"].grave if "PGA" in found else None) == expected
+
+    @pytest.mark.parametrize(
+        ("peaks", "said"),
+        [
+            ([1.9, 1.8], ""),  # (single records reach as much)
+            ([2.1, 2.2], "2.1 g of 2 motions is beyond sets of records: m/s² headed g?"),
+            ([1.5, 1.8, 2.2, 2.6], "2.0 g of 4 motions is beyond"),
+            ([1.8, 1.3, 0.9, 0.4], "1.1 g of 4 motions is beyond"),
+            ([1.8, 0.9, 0.6], ""),
+            ([0.021], ""),
+            ([0.019, 0.03], ""),
+            ([0.019, 0.01, 0.03], "0.019 g of 3 motions is too weak to overturn anything: g or m/s² read as m/s² or"),
+            ([0.005], "a PGA of 0.0050 g is too weak"),
+        ],
+    )
+    def test_the_strength_of_a_set(self, peaks, said):
+        """m/s² read as g, and g or m/s² read as m/s² or gal; records scaled to a level, and noise, have another one."""
+        plain = [wavelet(frequency=0.5 + 0.1 * i) for i, _ in enumerate(peaks)]
+        waves = [a * peak * G / np.abs(a).max() for a, peak in zip(plain, peaks, strict=True)]
+        arrays = [recorded(a, label=f"record {i}") for i, a in enumerate(waves)]
+        sentences = [doubt.sentence for doubt in record_doubts(records(arrays))]
+        assert [said in sentence for sentence in sentences] == [True] * bool(said)
+        assert record_doubts(records(arrays), own_level=False) == []
+        assert record_doubts(records(mo.from_array(waves, DT, own_amplitude=False))) == []
+        made = [doubt.sentence for doubt in record_doubts(records(mo.from_array(waves, DT)))]
+        assert ["g in place of m/s²?" in sentence for sentence in made] == [True] * ("weak" in said)
 
     @pytest.mark.parametrize(("frequency", "named"), [(0.25, False), (0.15, True), (14.0, False), (18.0, True)])
     def test_ratio(self, frequency, named):
@@ -347,7 +375,10 @@ class TestFloorHistories:
         "options",
         [
             {},
-            {"factors": {(1, "x"): 0.3, (1, "y"): 0.25, (2, "x"): 0.3, (2, "y"): 0.3}},  # (isolated)
+            {  # (isolated: floors follow slow motion)
+                "factors": {(1, "x"): 0.3, (1, "y"): 0.25, (2, "x"): 0.3, (2, "y"): 0.3},
+                "changed": lambda level, _motion, wave: wave + 0.2 * level * wavelet(1.0, 0.2, 499),
+            },
             {"factors": {(0, "x"): 1.2, (0, "y"): 0.8}},  # (levels are geometric means)
         ],
     )
@@ -394,6 +425,23 @@ class TestFloorHistories:
         assert [one.kind for one in history_doubts(upper, "pga")] == ["table"] * bool(times)
         assert all(f"floor 1 is {times}" in one.sentence for one in history_doubts(upper, "pga"))
         assert history_doubts(upper, "Sa(0.5)") == history_doubts(upper, "") == []
+
+    @pytest.mark.parametrize("period", [0.5, 1.0, 1.6])
+    @pytest.mark.parametrize("relative", [False, True])
+    def test_relative_accelerations(self, period, relative):
+        """A building follows slow motion: its absolute acceleration is the ground's, its relative one is near 0."""
+        building = mo.Building.flexural_shear(period, alpha0=5.0, storeys=4)
+        ground = mo.Seismological(magnitude=6.5).sample(2, seed=1)
+        floors = building.floor_motions(ground, [0, 2, 4])
+        if relative:
+            floors[:, 1:] -= floors[:, :1].values
+        histories = [
+            History(1.0, f"EQ {i}", floor, "", floors.values[i, j], 0.005, "file")
+            for j, floor in enumerate(("0", "2", "4"))
+            for i in range(2)
+        ]
+        doubts = [doubt.sentence for doubt in history_doubts(FloorHistories.of(histories), "")]
+        assert ["accelerations relative to the ground?" in sentence for sentence in doubts] == [True] * relative
 
     def test_directions_that_are_multiples(self):
         whole = self.histories()

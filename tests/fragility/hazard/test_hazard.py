@@ -372,8 +372,9 @@ class TestFiles:
     def test_the_larger_component_of_services_is_doubted(self, tmp_path):
         response = json.loads(services(old=False))
         response["response"]["metadata"] = {"maxdir": True}
-        (doubt,) = hazard_doubts(read_hazard(saved(tmp_path, json.dumps(response))))
-        assert "of both components" in doubt.sentence
+        larger, rare = hazard_doubts(read_hazard(saved(tmp_path, json.dumps(response))))
+        assert "of both components" in larger.sentence
+        assert "10 cm/s is exceeded once in" in rare.sentence  # (1 cm/s is exceeded once in 10,000 years)
 
     def test_units_of_latin_1(self, tmp_path):
         (tmp_path / "old.csv").write_bytes("pga (m/s²),rate (1/yr)\n1,1e-2\n4,1e-3\n".encode("latin-1"))
@@ -449,12 +450,35 @@ def test_damaged_files_are_read_or_refused(tmp_path, name):
         ),
         ([0.05, 0.1, 0.2], [0.9, 0.45, 0.1], "RotD50(pgv)", "m/s", "is exceeded 0.45 times per year", False),
         # levels in per cent of g, in cm/s2, in cm/s
-        ([5.0, 20.0, 80.0], [2e-2, 1.2e-3, 2e-5], "pga", "g", "2 g is exceeded more than once in 475 years", False),
-        ([0.5, 2.5, 10.0], [2e-2, 2.2e-3, 2e-5], "pga", "g", "2 g is exceeded more than once in 475 years", False),
-        ([50.0, 200.0, 800.0], [2e-2, 1.2e-3, 2e-5], "pga", "g", "2 g is exceeded more than once", True),
-        ([5.0, 20.0, 80.0], [2e-2, 3e-3, 2e-5], "pgv", "m/s", "400 cm/s is exceeded more than once", False),
+        ([5.0, 20.0, 80.0], [2e-2, 1.2e-3, 2e-5], "pga", "g", "1.3 g is exceeded more than once in 475 years", False),
+        # g headed m/s²
+        (
+            [0.05, 0.1, 0.2, 0.4, 0.8],
+            [2e-2, 8e-3, 2.5e-3, 5e-4, 7e-5],
+            "pga",
+            "m/s2",
+            "0.1 g is exceeded once in",
+            False,
+        ),
+        ([0.1, 0.4, 1.6], [8e-3, 5e-4, 8e-6], "pga", "m/s2", "0.1 g is exceeded once in", False),
+        # m/s² headed g, of sites with 0.15 g and 0.11 g in 475 years
+        ([0.5, 1.5, 3.0], [1e-2, 1 / 474, 1 / 2475], "pga", "g", "1.3 g is exceeded more than once in 475", False),
+        ([0.4, 1.1, 2.5], [1e-2, 1 / 475, 1 / 2475], "pga", "g", "2.2 g is exceeded more than once in 2475", False),
+        ([0.5, 2.5, 6.0], [1e-2, 1 / 475, 1e-4], "Sa(1.0)", "g", "1.691 g is exceeded more than once in 475", False),
+        ([0.1, 0.8, 3.0], [1e-2, 1 / 475, 1e-4], "Sa(3.0)", "g", "0.5638 g is exceeded more than once in 475", False),
+        ([0.5, 2.5, 6.0], [1e-2, 1 / 475, 1e-4], "pgv", "m/s", "160 cm/s is exceeded more than once in 475", False),
+        ([0.5, 2.5, 10.0], [2e-2, 2.2e-3, 2e-5], "pga", "g", "1.3 g is exceeded more than once in 475 years", False),
+        ([50.0, 200.0, 800.0], [2e-2, 1.2e-3, 2e-5], "pga", "g", "1.3 g is exceeded more than once", True),
+        ([5.0, 20.0, 80.0], [2e-2, 3e-3, 2e-5], "pgv", "m/s", "160 cm/s is exceeded more than once", False),
         ([0.05, 0.8], [2e-2, 2e-5], "pga", "cm/s2", "ends at 0.0008158 g", False),
-        ([0.1, 2.0], [1.1e-3, 1.1e-4], "pga", "g", "rates hardly fall up to 2 g", False),  # (20 to the power 0.8 is 11)
+        (
+            [0.1, 2.2],
+            [1.1e-3, 1.1e-4],
+            "pga",
+            "g",
+            "rates hardly fall up to 2.2 g",
+            False,
+        ),  # (22 to the power 0.8 is 12)
     ],
 )
 def test_what_no_site_has(levels, rates, im, units, sentence, grave):
@@ -489,6 +513,8 @@ def test_formulas_that_are_too_frequent(hazard, times, grave):
         HazardCurve.from_points([0.01, 0.1, 1.0, 3.0], [20.0, 0.4, 2e-3, 1e-5], "Sa(0.2)", "g"),
         HazardCurve.from_points([0.01, 0.1, 1.0], [5.0, 0.15, 2e-3], "pga", "g"),
         HazardCurve.from_points([0.005, 0.01, 0.1, 1.0], [0.95, 0.6, 0.03, 1e-4], "pga", "g"),
+        HazardCurve.from_points([0.1, 1.0, 1.2, 2.0], [0.05, 4e-3, 1 / 475, 1 / 2475], "pga", "g"),  # (a fast fault)
+        HazardCurve.from_points([0.1, 1.0, 1.6, 2.6], [0.1, 5e-3, 1 / 475, 1 / 2475], "Sa(1.0)", "g"),
         HazardCurve.from_points([0.1, 1.0], [0.4, 1e-2], "pga", "g", at="floor"),
         HazardCurve.from_points([0.1, 1.0], [5.0, 1e-2], "cav", "m/s"),
         HazardCurve.from_points([0.1, 1.0], [5.0, 1e-2], "RotD50(cav)", "m/s"),

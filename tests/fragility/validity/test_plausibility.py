@@ -22,7 +22,11 @@ SHAKES = tp.motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
     ("width", "height", "expected"),
     [
         (0.4, 1.8, None),
-        (1.5, 1.9, None),
+        (1.5, 1.9, False),
+        (0.7, 1.8, None),
+        (0.8, 2.02, False),
+        (0.9, 1.19, None),
+        (0.9, 2.51, None),
         (1.51, 19.9, False),
         (5.0, 20.1, False),
         (0.8, 0.8, None),
@@ -38,6 +42,15 @@ def test_sizes(width, height, expected):
     found = block_doubts([tp.Block(width, height, name="one")])
     assert [one.grave for one in found] == ([] if expected is None else [expected])
     assert all(f"one: {width:g} m × {height:g} m" in one.sentence for one in found)
+
+
+def test_a_front_taken_for_the_smaller_size_in_plan():
+    """A bookcase is less deep than wide; a stated depth shows that a wide block is meant."""
+    (doubt,) = block_doubts([tp.Block(0.9, 1.8, name="bookcase"), CABINET])
+    assert "wider than 0.7 m (bookcase: 0.9 m × 1.8 m)" in doubt.sentence
+    assert block_doubts([tp.Block(0.9, 1.8, depth=0.9)]) == block_doubts([tp.Block(0.9, 1.8, depth=1.2)]) == []
+    with pytest.raises(ValueError, match="depth must be at least the width"):
+        tp.Block(0.9, 1.8, depth=0.3)
 
 
 STRAP = tp.Restraint.strap(1.1, 267.0, slack=0.005)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from toppling.core.doubts import noted
 from toppling.motions import Building
 from toppling.motions.floors.strength import code_strength
 
@@ -37,6 +38,13 @@ def test_storeys_follow_the_lateral_forces_of_the_code(period, exponent):
     forces = masses * np.array([4.0, 8.0, 12.0]) ** exponent
     shears = np.array([forces[i:].sum() for i in range(3)]) / forces.sum()
     np.testing.assert_allclose(building.strengths, coefficient * 9.80665 * 6e5 * shears, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("coefficient", "doubted"), [(15.0, 1), ([15.0, 12.0], 2), (0.15, 0), ([0.15, 0.1], 0)])
+def test_coefficients_in_per_cent_are_doubted(coefficient, doubted):
+    with noted() as doubts:
+        Building.from_storeys([1e5, 1e5], [4e7, 4e7], yield_coefficient=coefficient)
+    assert ["yield coefficient" in doubt.sentence for doubt in doubts] == [True] * doubted
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from openpyxl.worksheet.worksheet import Worksheet
 from study_texts import motions
 
 import toppling as tp
-from toppling.core.doubts import ImplausibleInput
+from toppling.core.doubts import ImplausibleInput, noted
 from toppling.core.facts import Fact
 from toppling.studies import StudyError
 from toppling.studies.buildings.notes import inventory_notes
@@ -281,14 +281,42 @@ def test_what_the_refusal_of_thousands_offers_is_read(tmp_path, written):
 @pytest.mark.parametrize(
     "text",
     [
-        "width_m;height_m;floor;value\n1.200;2.450;0;1.250\n",
-        "catalogue;floor;value;e\nbookcase-5-shelf;0;1.250;0.95\n",
-        "catalogue;floor;value;e\nbookcase-5-shelf;0;1.250;\nbookcase-4-shelf;0;;0.95\n",
+        "width_m;height_m;floor;lean_deg\n1.200;2.450;0;1.250\n",
+        "catalogue;floor;lean_deg;e\nbookcase-5-shelf;0;1.250;0.95\n",
+        "catalogue;floor;lean_deg;e\nbookcase-5-shelf;0;1.250;\nbookcase-4-shelf;0;;0.95\n",
     ],
     ids=["sizes in metres", "before", "after"],
 )
 def test_points_that_other_numbers_show_to_mark_decimals(tmp_path, text):
-    assert read(tmp_path, text).rows[0].value == 1.25
+    assert read(tmp_path, text).rows[0].block.lean == math.radians(1.25)
+
+
+@pytest.mark.parametrize("column", ["value", "anchoring_cost", "cost_median"])
+@pytest.mark.parametrize("separator", [",", ";"])
+def test_money_has_no_three_decimals(tmp_path, column, separator):
+    """Sizes in metres do not show the meaning of a point in an amount; another amount of its column does."""
+    lines = [["item", "width_m", "height_m", "floor", column], ["shelf", "0.4", "1.8", "1", "1.200"]]
+    lines.append(["rack", "0.6", "2.0", "2", "300"])
+
+    def text():
+        return "".join(separator.join(line) + "\n" for line in lines)
+
+    with pytest.raises(InventoryError, match=f"line 2, column '{column}': is ambiguous, write 1200 or 1.2000, got"):
+        read(tmp_path, text())
+    lines[2][-1] = "9.5"
+    assert len(read(tmp_path, text())) == 2
+
+
+@pytest.mark.parametrize(("gap", "doubted"), [("1.500", True), ("12.500", False), ("1.50", False), ("1.500\n", False)])
+def test_gaps_of_thousands_are_doubted(tmp_path, gap, doubted):
+    """12.5 m is no gap, and another gap may show the meaning of a point; masses are compared with sizes."""
+    further = "rack,0.6,2.0,1,120.500,9.5,0.4\n" if gap.endswith("\n") else ""
+    head = "item,width_m,height_m,floor,mass_kg,edge_distance_mm,friction\n"
+    with noted() as doubts:
+        read(tmp_path, f"{head}shelf,0.400,1.800,1,85.250,{gap.strip()},0.400\n{further}")
+    assert ["edge_distance_mm has three digits behind all points" in doubt.sentence for doubt in doubts] == [True] * (
+        doubted
+    )
 
 
 CUT = "item,catalogue,floor,count,anchored\nshelf,bookcase-5-shelf,0,1,no\ncase,bookcase-4-shelf,1,12,yes\n"
