@@ -229,7 +229,7 @@ class TestRefused:
         path = write(tmp_path, offset=20.0)
         shake = tmp_path / "shake.csv"
         shake.write_text(shake.read_text(encoding="utf-8").replace("(m/s2)", "(g)"), encoding="utf-8")
-        with pytest.raises(StudyError, match=r"reaches more than 3 g .shake: 22 g.*gal headed g"):
+        with pytest.raises(StudyError, match=r"reaches more than 2 g .shake: 22 g.*gal headed g"):
             tp.Study.from_toml(path)
 
 
