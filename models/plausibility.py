@@ -71,7 +71,7 @@ def _front_doubts(blocks: Sequence[Block]) -> list[Doubt]:
     wide = [
         f"{f'{block.name}: ' if block.name else ''}{block.width:g} m × {block.height:g} m"
         for block in blocks
-        if block.depth is None and low <= block.height <= high and DEEPEST < block.width <= min(WIDEST, block.height)
+        if block.depth is None and low < block.height <= high and DEEPEST < block.width <= min(WIDEST, block.height)
     ]
     if not wide:
         return []

@@ -35,13 +35,10 @@ DRIFT = 0.1
 """Velocity at the end over PGV above which a record drifts."""
 WANDERING = 0.25
 """PGD over PGV, as a share of the duration, above which a record wanders off."""
-HIGHEST_PGA, IMPOSSIBLE_PGA = 3.0 * STANDARD_GRAVITY, 20.0 * STANDARD_GRAVITY
-"""m/s²: the largest recorded PGA are 2 to 4 g (Anderson 2010); twenty times g is another unit."""
+HIGHEST_RECORD, HIGHEST_PGA, IMPOSSIBLE_PGA = 2.0 * STANDARD_GRAVITY, 3.0 * STANDARD_GRAVITY, 20.0 * STANDARD_GRAVITY
+"""m/s²: a few recorded PGA are 2 to 4 g (Anderson 2010), floors have more; twenty times g is another unit."""
 WEAK_MEDIAN, STRONG_MEDIAN, FEW = 0.02 * STANDARD_GRAVITY, 1.0 * STANDARD_GRAVITY, 3
-"""m/s²: median PGA below which nothing rocks, and above which no set of `FEW` records or more is (assumed).
-
-Single records reach twice as much (Tarzana 1994, Christchurch 2011, Kumamoto 2016; recalled).
-"""
+"""m/s²: median PGA below which nothing overturns, and above which no set of `FEW` records or more is (assumed)."""
 SHORTEST_PGV_PGA, LONGEST_PGV_PGA = 0.01, 0.8
 """PGV over PGA, s, of any ground motion."""
 LONGEST = 900.0
@@ -261,7 +258,7 @@ def _strength_doubts(plain: Sequence[Record]) -> list[Doubt]:
     peaks = [peak for record in ground if (peak := peak_acceleration(record.acceleration, record.dt)) > 0.0]
     median = float(np.median(peaks)) if peaks else math.nan
     recorded = any(record.recorded for record in ground)
-    strong = recorded and median > STRONG_MEDIAN * (2.0 if len(peaks) < FEW else 1.0)
+    strong = recorded and len(peaks) >= FEW and median > STRONG_MEDIAN
     if not strong and not median < WEAK_MEDIAN:
         return []
     what = f"a {'median ' * (len(peaks) > 1)}PGA of {two_digits(median / STANDARD_GRAVITY)} g"
@@ -299,7 +296,7 @@ def record_doubts(plain: Iterable[Record], own_level: bool = True) -> list[Doubt
             continue
         greatest = max(greatest, pga)
         reached = f"{record.label}: {short_digits(pga / STANDARD_GRAVITY)} g"
-        if pga > HIGHEST_PGA:
+        if pga > (HIGHEST_RECORD if record.recorded and not record.floor else HIGHEST_PGA):
             odd["strong"].append(reached)
         if record.duration > LONGEST:
             odd["long"].append(f"{record.label}: {short_digits(record.duration)} s")
@@ -342,6 +339,8 @@ def record_doubts(plain: Iterable[Record], own_level: bool = True) -> list[Doubt
     upright = "a vertical component? Leave it out"
     outside = f"PGV/PGA outside {SHORTEST_PGV_PGA:g} to {LONGEST_PGV_PGA:g} s"
     slow = "another time step than the file says, a drift, or no acceleration?"
+    highest = HIGHEST_RECORD if any(record.recorded and not record.floor for record in read) else HIGHEST_PGA
+    most = f"{highest / STANDARD_GRAVITY:g} g"
     noise = "another time step than the file says, or noise before and after (window)?"
     still = "after the corrections that were asked for; a window and filters can leave that"
     rows = (
@@ -351,7 +350,13 @@ def record_doubts(plain: Iterable[Record], own_level: bool = True) -> list[Doubt
         ("offset", "offset", "keeps an offset", "keep an offset", level if "offset" in uncorrected else still),
         ("drift", "drift", "ends in motion", "end in motion", filtered if "drift" in uncorrected else still),
         ("wandering", "displacement", "wanders off", "wander off", filtered if "wandering" in uncorrected else still),
-        ("strong", "PGA", "reaches more than 3 g", "reach more than 3 g", f"another unit than {meant} headed g?"),
+        (
+            "strong",
+            "PGA",
+            f"reaches more than {most}",
+            f"reach more than {most}",
+            f"another unit than {meant} headed g?",
+        ),
         ("ratio", "PGV/PGA", f"has {outside}", f"have {outside}", slow),
         ("long", "duration", f"lasts longer than {LONGEST:g} s", f"last longer than {LONGEST:g} s", noise),
     )

@@ -21,8 +21,8 @@ from .reading import INVENTED, LARGER, LOW_PERCENT, NOT_USED, OFF_CURVE, RARE, U
 
 MOST_OFTEN = 0.2
 """Maximum annual rate of the weakest damaging motion at any site."""
-RAREST = 1e-4
-"""Annual rate of the weakest damaging motion below which no site needs a study (assumed)."""
+RAREST = 2e-4
+"""Annual rate of the weakest damaging motion below which seismicity is very low (EN 1998-1, 3.2.1; recalled)."""
 MOST_OFTEN_OF_LAW = 1.0
 """The same of formulas, which are fitted to rarer levels."""
 AMPLIFIED = 2.5

@@ -25,6 +25,8 @@ HIGHEST: dict[str, tuple[float, float, str]] = {
     VELOCITY: (10.0, 100.0, "cm/s meant?"),
 }
 """By the unit of levels: the highest that exists, the highest that can be meant, and the likely slip."""
+LEAST_TOP = {ACCELERATION: 0.05 * STANDARD_GRAVITY, VELOCITY: 0.02}
+"""By the unit of levels: the highest level, at least, of any that overturn something."""
 
 
 def cut_slides(peaks: Array, after: Array) -> Flags:
@@ -57,14 +59,16 @@ def period_doubts(im: str) -> list[Doubt]:
 
 
 def level_doubts(levels: Array, units: str) -> list[Doubt]:
-    """Return the input warning on the highest level of a measure: above 5 g or 10 m/s."""
+    """Return the input warning on the highest level of a measure: above 5 g or 10 m/s, or below all that overturn."""
     if units not in HIGHEST or not levels.size:
         return []
     highest, beyond, slip = HIGHEST[units]
     top = float(np.max(levels, where=~np.isnan(levels), initial=0.0))
+    shown = f"{top / STANDARD_GRAVITY:g} g" if units == ACCELERATION else f"{top:g} m/s"
+    if 0.0 < top < LEAST_TOP[units]:
+        return [Doubt("level", f"the highest level, {shown}, is too weak to overturn anything: another unit?")]
     if top <= highest:
         return []
-    shown = f"{top / STANDARD_GRAVITY:g} g" if units == ACCELERATION else f"{top:g} m/s"
     return [Doubt("level", f"the highest level, {shown}, is beyond any shaking: {slip}", top > beyond)]
 
 

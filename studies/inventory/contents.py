@@ -418,6 +418,10 @@ def row_doubts(rows: Sequence[Contents]) -> list[Doubt]:
         f"anchoring costs more than {DEAREST:g} times what is lost, another unit or the cost of all pieces?": [
             f"{label}: {cost:,.12g} for {loss:,.12g}" for label, cost, loss in costs if cost > DEAREST * loss
         ],
+        "anchoring costs more than what is lost on all lines, thousands in one of both?": [
+            f"{label}: {cost:,.12g} for {loss:,.12g}" for label, cost, loss in costs if cost <= DEAREST * loss
+        ]
+        * (len(costs) > 1 and all(cost > loss for _, cost, loss in costs)),
         f"a dispersion above {MOST_SCATTER:g}, per cent or a standard deviation?": [
             f"{row.label}: {amount.dispersion:g}"
             for row in rows

@@ -460,7 +460,7 @@ def test_damaged_files_are_read_or_refused(tmp_path, name):
             "0.1 g is exceeded once in",
             False,
         ),
-        ([0.1, 0.4, 1.6], [8e-3, 5e-4, 8e-6], "pga", "m/s2", "0.1 g is exceeded once in", False),
+        ([0.2, 0.4, 0.8, 1.6], [6e-3, 1.8e-3, 3.5e-4, 4.5e-5], "pga", "m/s2", "0.1 g is exceeded once in", False),
         # m/s² headed g, of sites with 0.15 g and 0.11 g in 475 years
         ([0.5, 1.5, 3.0], [1e-2, 1 / 474, 1 / 2475], "pga", "g", "1.3 g is exceeded more than once in 475", False),
         ([0.4, 1.1, 2.5], [1e-2, 1 / 475, 1 / 2475], "pga", "g", "2.2 g is exceeded more than once in 2475", False),

@@ -25,7 +25,7 @@ SHAKES = tp.motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
         (1.5, 1.9, False),
         (0.7, 1.8, None),
         (0.8, 2.02, False),
-        (0.9, 1.19, None),
+        (0.9, 1.2, None),
         (0.9, 2.51, None),
         (1.51, 19.9, False),
         (5.0, 20.1, False),
@@ -206,11 +206,15 @@ def test_the_centre_of_mass_counts_and_not_the_height(block, said):
         (9.9, "m s-1", None),
         (10.1, "m s-1", False),
         (101.0, "m s-1", True),
+        (0.06 * G, "m s-2", None),
+        (0.04 * G, "m s-2", False),  # (g written where m/s² is meant)
+        (0.021, "m s-1", None),
+        (0.008, "m s-1", False),  # (m/s written where cm/s are meant)
         (500.0, "1", None),
     ],
 )
 def test_levels(top, units, expected):
-    for levels in ([0.1, top], [np.nan, top]):
+    for levels in ([0.001, top], [np.nan, top]):
         found = level_doubts(np.array(levels), units)
         assert [doubt.grave for doubt in found] == ([] if expected is None else [expected])
     assert level_doubts(np.array([np.nan]), units) == []

@@ -403,6 +403,12 @@ A = "0.5,0.4,,1,"
         ("width_m,value,anchoring_cost", ["0.4,1000,200000"], r"more than 100 times .* \(a: 200,000 for 1,000\)"),
         ("width_m,cost_median,anchoring_cost", ["0.4,10,5000"], r"more than 100 times .* \(a: 5,000 for 10\)"),
         ("width_m,value,anchoring_cost", ["0.4,1000,2000"], ""),
+        (
+            "width_m,value,anchoring_cost",
+            ["0.4,1.2,30", "0.4,25,50"],
+            r"lost on all lines, .* \(a: 30 for 1.2, b: 50 f",
+        ),
+        ("width_m,value,anchoring_cost", ["0.4,1.2,30", "0.4,75,50"], ""),
         ("width_m,anchored,anchor_strength_n", ["0.4,yes,1.2"], r"anchors below 10 N .*, kN .* \(a: 1.2 N\)"),
         ("width_m,anchored,anchor_strength_n", ["0.4,yes,1200"], ""),
         ("width_m,persons_exposed,injury_probability", ["0.4,10,0.5"], r"more than 1 person injured .* \(a: 5\)"),
