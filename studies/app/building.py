@@ -328,9 +328,14 @@ class Building:
 
     @property
     def answers(self) -> dict[str, list[str]]:
-        """The sentences of the answer of each report."""
-        answers = {name: sections(with_law_names(results))["answer"] for name, results in self.results.items()}
-        return {name: [say(fact, REGISTERS["answer"]) for fact in facts] for name, facts in answers.items()}
+        """The sentences of the answer of each report, and the range of its model."""
+        answers = {}
+        for name, results in self.results.items():
+            by_section = sections(with_law_names(results))
+            ranges = [fact for fact in by_section["footnotes"] if fact.what == "rate.model_range"]
+            said = (("answer", by_section["answer"]), ("footnotes", ranges))
+            answers[name] = [say(fact, REGISTERS[section]) for section, facts in said for fact in facts]
+        return answers
 
     def compared(self) -> Table:
         """Return the table of the whole building before (A) and after (B), as `toppling compare` has it."""

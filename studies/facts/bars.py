@@ -15,7 +15,7 @@ from ..tables.pieces import over_branches
 from ..tables.table import chance_in, range_of
 from ..text.block_order import HALF, RATE, shown
 from ..text.words import axis_of, block_title, by_place, display_unit, floor_name, quantity_name, reference_law
-from .building import recommended_lines
+from .building import TO_ANCHOR, recommended_lines
 
 MOST = 14
 """Maximum number of bars; the tables contain all pieces."""
@@ -77,10 +77,13 @@ def _of_pieces(results: xr.Dataset) -> Bars | None:
         values = chance_in(ends, YEARS) if yearly else ends
         return Bar(block_title(piece.item), floor_name(piece.floor), *values)
 
+    dear = [piece for piece in kept if piece.recommendation in TO_ANCHOR and not piece.kit]  # (beyond the budget)
+    rest = [piece for piece in kept if piece not in dear]
     groups = {
         "anchor": [bar(piece) for piece in first],
-        "state": [bar(piece) for piece in kept if not piece.stated],
-        "other": [bar(piece) for piece in kept if piece.stated],
+        "dear": [bar(piece) for piece in dear],
+        "state": [bar(piece) for piece in rest if not piece.stated],
+        "other": [bar(piece) for piece in rest if piece.stated],
     }
     hidden = [bar(piece).value for piece in others[len(kept) :]]
     shown_groups = {name: bars for name, bars in groups.items() if bars}

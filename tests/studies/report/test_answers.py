@@ -81,6 +81,12 @@ class TestAnswer:
         assert bars.highest == bars.groups["all"][0].value == float(results["risk_probability"][0, 1])
         assert all(int(bar.name[1:]) % 2 == 0 for bar in bars.groups["all"])  # (shelves fall before racks)
 
+    def test_recommended_pieces_beyond_the_budget_are_apart(self, folder):
+        results = loaded(folder, "performance")
+        assert [*bars_of(results).groups] == ["anchor"]
+        flags = results["item_rate"].dims, np.zeros(results["item_rate"].shape, dtype=bool)
+        assert [*bars_of(results.assign(budget_chosen=flags)).groups] == ["dear"]
+
 
 class TestJson:
     def test_facts_of_the_page_with_their_numbers(self, folder, capsys):
