@@ -18,6 +18,7 @@ from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import HazardCurve, HazardError, annual_rate, read_hazard
 from toppling.fragility.hazard.level_weights import level_weights
 from toppling.fragility.hazard.plausibility import hazard_doubts, point_off
+from toppling.fragility.hazard.reading import INVENTED
 from toppling.motions.readers.lines import HEAD_LINES, Lines, RecordError
 from toppling.studies.file.hazard import hazard_table
 
@@ -602,7 +603,9 @@ def test_the_starter_with_other_columns(tmp_path):
         other = text.replace(",rate (1/yr)\n", f",{heading}\n")
         rows = other.partition(f",{heading}\n")[0] + f",{heading}\n0.1,{'4' if 'return' in heading else '0.04'}\n"
         rows += f"0.4,{'400' if 'return' in heading else '0.002'}\n"
-        assert not [doubt for doubt in hazard_doubts(read_hazard(saved(tmp_path, rows))) if "comment" in doubt.sentence]
+        doubts = [doubt.sentence for doubt in hazard_doubts(read_hazard(saved(tmp_path, rows)))]
+        of_comments = [sentence for sentence in doubts if "comment" in sentence]
+        assert of_comments == [f"hazard.csv: {INVENTED}: replace it by the site's own"]
 
 
 def test_return_periods_as_rates_are_doubted():

@@ -188,7 +188,7 @@ def test_the_message_on_a_restitution_asks_for_exchanged_sizes():
     ("block", "said"),
     [
         (tp.Block(0.6, 1.2, 0.2, 1.3), "a centre of mass lower than half the width (0.6 m × 1.2 m):"),
-        (tp.Block(0.9, 1.2), None),
+        (tp.Block(0.9, 1.15), None),
     ],
 )
 def test_the_centre_of_mass_counts_and_not_the_height(block, said):
