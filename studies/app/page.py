@@ -209,7 +209,9 @@ class Page:
 
     def chances(self) -> dict[str, str]:
         """Return the parts of the page that show the chances."""
-        return {"answer": self.render("answer"), "brief": self.render("brief"), "curve": self.curve()}
+        ranges = self.ranges if self.numbers_of == self.version else []
+        parts = {name: self.render(name, ranges=ranges) for name in ("answer", "brief")}
+        return {**parts, "curve": self.curve()}
 
     def keep(self, what: str) -> dict[str, str]:
         """Keep the piece as the variant for later comparisons, or forget the variant."""
