@@ -68,7 +68,7 @@ class Design(NamedTuple):
     `name`: ida, stripes or cloud. `factors` (block, level, motion): of the runs. `scale`: the same by dimension, for
     the screen. `sizes`: of the dimensions that the specimens do not have, in order. `coordinates`: the intensities and
     the measure behind them. `configuration`: the design as plain values. `described`: other coordinates of the motions;
-    a result keeps them unless it uses their names itself.
+    a result keeps them unless it uses their names itself. `measures`: of the motions, if they are known already.
     """
 
     name: str
@@ -80,6 +80,7 @@ class Design(NamedTuple):
     coordinates: Mapping[str, xr.Variable]
     configuration: Mapping[str, Any]
     described: Mapping[str, xr.Variable]
+    measures: dict[str, xr.Variable] | None = None
 
 
 def specimens_of(request: Request) -> Specimens:
@@ -133,7 +134,7 @@ def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Datase
     elif axes == BOTH_AXES:
         assert specimens.across is not None  # the caller that takes such motions makes them
         across = specimens.across
-    thread = MeasuringThread(design.motions, request.screen)
+    thread = MeasuringThread(design.motions, request.screen, design.measures)
     with thread:
         runs = collect_about(work, across, request.runner, request.progress)
     if all(name in runs.results for name in ENDS):
@@ -221,13 +222,14 @@ class MeasuringThread:
     thread, they are computed at their first use.
     """
 
-    def __init__(self, motions: Sequence[Record], screen: bool) -> None:
+    def __init__(self, motions: Sequence[Record], screen: bool, known: dict[str, xr.Variable] | None = None) -> None:
         self._motions = _Motions(motions)
         self._screen = screen
+        self._known = known
         self._measured: MotionProperties | None = None
         self._error: Exception | None = None
         self._done = threading.Event()
-        self._started = thread_count() > 1
+        self._started = thread_count() > 1 and (screen or known is None)
         if self._started:
             threading.Thread(target=self._work, name="toppling-motions").start()
 
@@ -239,7 +241,7 @@ class MeasuringThread:
 
     def _work(self) -> None:
         try:
-            measures = measure_variables(self._motions, RESULT_MEASURES)
+            measures = self._known or measure_variables(self._motions, RESULT_MEASURES)
             self._measured = measures, Characteristics.of(self._motions) if self._screen else None
         except Exception as error:
             self._error = error

@@ -191,8 +191,8 @@ def curve_arrays(curves: xr.Dataset, replicates: bool = False) -> tuple[CurveArr
         return _tabulated(curves, suffix)
     wanted = ["median", "dispersion"] + (["uplift_median", "uplift_dispersion"] if name == UPLIFT else [])
     # a fit may keep the uplift fixed and resample only the rest
-    parameters = [curves[key + suffix] if key + suffix in curves else curves[key] for key in wanted]
-    arrays = xr.broadcast(*parameters)
+    parameters = [curves.variables[key + suffix if key + suffix in curves else key] for key in wanted]
+    arrays = xr.broadcast(*map(xr.DataArray, parameters))
     dims = _ordered(arrays[0].dims)
     values = [np.asarray(array.transpose(*dims).values, dtype=np.float64) for array in arrays]
     for parameter, value in zip(wanted, values, strict=True):

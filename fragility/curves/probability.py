@@ -7,7 +7,7 @@ import xarray as xr
 
 from ...core.doubts import warn_of_results
 from ...core.parameters import CONFIDENCE
-from ...core.units import DIMENSIONLESS
+from ...core.units import described
 from ...core.wording import given_percent
 from ..fitting.states import OVERTURNED, State, reached, state_name
 from ..numerics.proportions import METHOD_NAMES, binomial_interval
@@ -56,14 +56,16 @@ def overturning_probability(
     name = state_name(state)
     warn_of_results(of_runs(runs, int(trials.min()) // ways if trials.size else 0))
     variables = {
-        "probability": (overturnings / trials, f"probability of {name}"),
-        "lower": (overturnings.copy(data=lower), f"lower end of the {kind}"),
-        "upper": (overturnings.copy(data=upper), f"upper end of the {kind}"),
-        "overturnings": (overturnings, f"runs with {name}"),
-        "runs": (trials, "runs"),
+        "probability": (overturnings.values / trials.values, f"probability of {name}"),
+        "lower": (lower, f"lower end of the {kind}"),
+        "upper": (upper, f"upper end of the {kind}"),
+        "overturnings": (overturnings.values, f"runs with {name}"),
+        "runs": (trials.values, "runs"),
     }
+    dims, attributes = overturnings.dims, overturnings.attrs
     return xr.Dataset(
-        {name: array.assign_attrs(units=DIMENSIONLESS, long_name=text) for name, (array, text) in variables.items()},
+        {key: (dims, values, {**attributes, **described(text)}) for key, (values, text) in variables.items()},
+        overturnings.coords,
         attrs={
             **carried_attributes(runs.attrs),
             "title": f"Probability of {name}",

@@ -494,7 +494,13 @@ def _intensities(x: xr.DataArray, flags: xr.DataArray) -> Array:
     if x.size:
         _positive(str(x.name), x.values)
     like = flags.isel({dim: 0 for dim in ("level", "motion") if dim != last and dim in flags.dims}, drop=True)
-    return np.asarray(x.broadcast_like(like).transpose(*dims, last).values, dtype=float)
+    return np.asarray(_on_all(x, like).transpose(*dims, last).values, dtype=np.float64)
+
+
+def _on_all(values: xr.DataArray, like: xr.DataArray) -> xr.Variable:
+    """Return values on all dimensions of `like`, without coordinates: to compare labels takes longer than a fit."""
+    on_all: xr.Variable = values.variable.set_dims(dict(like.sizes))  # type: ignore[no-untyped-call]
+    return on_all
 
 
 def _strata(stripe: NDArray[Any], clusters: Index) -> tuple[Index, ...] | None:
@@ -514,7 +520,7 @@ def _per_curve(values: xr.DataArray, like: xr.DataArray) -> list[float]:
     """Return a value for each curve in the order of `like`; NaN if the values have other dimensions."""
     if not set(values.dims) <= set(like.dims):
         return [np.nan] * like.size
-    return [float(value) for value in values.broadcast_like(like).transpose(*like.dims).values.ravel()]
+    return [float(value) for value in _on_all(values, like).transpose(*like.dims).values.ravel()]
 
 
 def _curve_coordinates(data: xr.Dataset, dims: tuple[Hashable, ...]) -> dict[Hashable, xr.DataArray]:

@@ -61,7 +61,8 @@ def gathered(
     dimensions are from the first slab. `sizes`: sizes by which slabs are cut, if they differ from the sizes of the
     runs.
     """
-    parts = [(where, of(runs.isel(where))) for where in slabs(sizes_of(runs) if sizes is None else sizes, dims)]
+    cuts = slabs(sizes_of(runs) if sizes is None else sizes, dims)
+    parts = [(where, of(runs.isel(where) if where else runs)) for where in cuts]
     for dim in reversed(dims):  # (slabs of equal bounds along the dimensions before it are joined along this one)
         if any(dim in where for where, _ in parts):
             parts = _joined(parts, dim)

@@ -52,6 +52,8 @@ CHUNK_SECONDS = 1.0
 # noticeable time.
 FEWEST_CHUNKS = 64
 LEAST_SECONDS = 0.2
+LEAST_IN_MEMORY = 0.03
+"""The same of results that are not stored."""
 LEAST_OF_A_WAVE = 0.02
 """The same of one wave of several that wait for each other: threads would be idle in every one of them."""
 # Chunks decrease in size (guided self-scheduling: Polychronopoulos & Kuck 1987) over the last quarter of the work, but

@@ -61,8 +61,8 @@ def load_coordinates(data: xr.Dataset) -> None:
     On merging, xarray compares the common variables of two datasets: lazily, with a warning, if they are not the same
     array.
     """
-    for name in data.coords:
-        data[name].variable.load()
+    for variable in data.coords.variables.values():
+        variable.load()
 
 
 def levels_of_the_ground(data: xr.Dataset) -> bool:

@@ -180,12 +180,12 @@ def collect_about(
 
 
 def collect(work: Work, runner: Runner, progress: Progress | None, least: float | None = None) -> Runs:
-    """Do the work in chunks and put the results together; `least`: shortest duration of a chunk (`plan_chunks`)."""
+    """Do the work in chunks and put the results together; `least`: shortest duration of a chunk, else the runner's."""
     shape = (len(work.oscillators), work.levels, len(work.motions))
     results = {name: runner.array(shape, OUTPUTS[name].kind) for name in work.outputs}
     tally = np.zeros(len(TALLY), np.int64)
     so_far = 0
-    for chunk, done in runner.run(work, plan_chunks(work, least=least)):
+    for chunk, done in runner.run(work, plan_chunks(work, least=runner.least if least is None else least)):
         for array, part in zip(results.values(), done.results, strict=True):
             array[chunk.row : chunk.row_stop, :, chunk.first : chunk.stop] = part
         tally += done.tally

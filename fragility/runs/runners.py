@@ -14,7 +14,7 @@ from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from functools import partial
 from queue import Empty, Queue
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, TypeVar
 
 import dask.multiprocessing
 import dask.threaded
@@ -30,7 +30,7 @@ from ...models.runs import TALLY, engine_identity
 from ...motions.arrays import digest
 from ..numerics.slabs import in_memory
 from .outputs import OUTPUTS
-from .plan import Chunk, ChunkResult, LeftError, Work, never, plan_chunks, run_chunk, run_part
+from .plan import LEAST_IN_MEMORY, Chunk, ChunkResult, LeftError, Work, never, plan_chunks, run_chunk, run_part
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -158,7 +158,12 @@ WINDOW_ELSEWHERE = 8
 
 
 class Runner(ABC):
-    """Runs chunks of work and returns each chunk once, in the order in which chunks finish."""
+    """Runs chunks of work and returns each chunk once, in the order in which chunks finish.
+
+    `least`: shortest duration of a chunk, s, for `plan_chunks`.
+    """
+
+    least: ClassVar[float | None] = None
 
     @abstractmethod
     def run(self, work: Work, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, ChunkResult]]:
@@ -192,6 +197,7 @@ class ConfiguredScheduler(Runner):
     """
 
     stop: Callable[[], bool] = never
+    least: ClassVar[float | None] = LEAST_IN_MEMORY
 
     def run(self, work: Work, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, ChunkResult]]:
         """Yield every chunk with its results."""

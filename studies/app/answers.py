@@ -11,8 +11,9 @@ import json
 import math
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, TypeVar
 
@@ -24,10 +25,14 @@ from ...core.aliases import Array
 from ...core.doubts import noted
 from ...core.parameters import declared
 from ...fragility import curve_probability, probability_in
+from ...fragility.analyses.analysis import Design as Scaled
 from ...fragility.curves.curve import LEAST
 from ...fragility.risk.modelling import LOWER, UPPER
+from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...models import Block
 from ...models.laws import LAWS
+from ...motions.intensity.evaluation import measure_variables
+from ...motions.intensity.measure import RESULT_MEASURES
 from ..comparison.compare import Comparison, side_by_side
 from ..comparison.sides import Side
 from ..facts.say import remedy, say, value_of
@@ -39,6 +44,7 @@ from ..file.schema import MotionSet, StudyFile
 from ..file.table import all_errors
 from ..kinds.fragility import OBSERVED, FragilityStudy
 from ..kinds.study import study_of as study_in
+from ..plan.designs import Design, Incremental
 from ..plan.risk import RISK_NAMES, without_replicates
 from ..plan.slides import GATED, GATED_RATE, INSTEAD, gated, in_plane
 from ..text.error import StudyError
@@ -60,20 +66,44 @@ class SupersededError(Exception):
     """A later change makes this computation useless."""
 
 
+class LiveDesign(Incremental):
+    """Every motion at every level, scaled and measured once."""
+
+    @cached_property
+    def _scaled(self) -> Scaled:
+        made = super().scaled([])
+        return made._replace(measures=measure_variables(made.motions, RESULT_MEASURES))
+
+    def scaled(self, blocks: Sequence[Block]) -> Scaled:
+        return super().scaled(blocks) if self.im in BLOCK_MEASURES else self._scaled
+
+
 class LiveStudyFile(StudyFile):
-    """A study whose motions are kept from one change to the next."""
+    """A study whose motions and design are kept from one change to the next."""
 
     ground_kept: ClassVar[OrderedDict[str, Any]] = OrderedDict()
     shaking_kept: ClassVar[OrderedDict[str, Any]] = OrderedDict()
+    design_kept: ClassVar[OrderedDict[str, Any]] = OrderedDict()
 
     def shaking(self, folder: Path, both: bool = False) -> list[MotionSet]:
-        tables = ("motions", "building", "support", "stripes", "ida")
-        given = {name: table.model_dump_json() for name in tables if (table := self.given(name)) is not None}
-        given["ida"] = "" if self.ida is None else str(self.ida.im_at)
-        made: list[MotionSet] = kept(
-            self.shaking_kept, json.dumps([str(folder), both, given]), lambda: StudyFile.shaking(self, folder, both)
-        )
+        key = self._key(folder, both, "" if self.ida is None else str(self.ida.im_at))
+        made: list[MotionSet] = kept(self.shaking_kept, key, lambda: StudyFile.shaking(self, folder, both))
         return made
+
+    def design(self, folder: Path, both: bool = False) -> Design:
+        def make() -> Design:
+            design = StudyFile.design(self, folder, both)
+            return LiveDesign(**vars(design)) if isinstance(design, Incremental) else design
+
+        key = self._key(folder, both, "" if self.ida is None else self.ida.model_dump_json())
+        made: Design = kept(self.design_kept, key, make)
+        return made
+
+    def _key(self, *more: Any) -> str:
+        """Return all that decides the motions, and more, as a text."""
+        tables = ("motions", "building", "support", "stripes")
+        given = {name: table.model_dump_json() for name in tables if (table := self.given(name)) is not None}
+        return json.dumps([given, *map(str, more)])
 
     def _ground(self, motions: Any, folder: Path, own_level: bool = True) -> Any:
         key = json.dumps([str(folder), motions.model_dump_json(), own_level])

@@ -59,6 +59,18 @@ def live_page(
 
 
 def _serve(bound: socket.socket, study: Path | None, *, opens: bool) -> None:
+    def soon_open() -> threading.Timer:
+        # (a browser starts while packages load and motions are made, unless a study is wrong)
+        opening = threading.Timer(0.2, webbrowser.open, [address])
+        if opens:
+            opening.start()
+        return opening
+
+    token, port = secrets.token_urlsafe(24), bound.getsockname()[1]
+    address = f"http://{LOOPBACK}:{port}/{token}/"
+    if study is None:
+        print(address, flush=True)
+        opening = soon_open()
     import uvicorn  # noqa: PLC0415 - of the extra
 
     from ..file.include import read_content  # noqa: PLC0415
@@ -71,11 +83,9 @@ def _serve(bound: socket.socket, study: Path | None, *, opens: bool) -> None:
 
     folder = Path.cwd() if study is None else study.parent
     full = study is not None and study.is_file() and "performance" in read_content(study, StudyFile).content
-    token, port = secrets.token_urlsafe(24), bound.getsockname()[1]
-    address = f"http://{LOOPBACK}:{port}/{token}/{'building' if full else ''}"
-    opening = threading.Timer(0.2, webbrowser.open, [address])
-    if opens:  # (a browser starts while motions are made, unless a study is wrong)
-        opening.start()
+    if study is not None:
+        address += "building" if full else ""
+        opening = soon_open()
     try:
         source = folder / PIECE_STATE if study is None or full else study
         page = Page.opened(source, given=source == study)
@@ -84,7 +94,8 @@ def _serve(bound: socket.socket, study: Path | None, *, opens: bool) -> None:
         opening.cancel()
         raise
     threading.Thread(target=page.begin, daemon=True).start()
-    print(address, flush=True)
+    if study is not None:
+        print(address, flush=True)
     print(f"The state of the page is in {building.path if full else page.path}; end the page with Ctrl-C.", flush=True)
     settings = uvicorn.Config(
         application(page, token, port, building), log_level="critical", access_log=False, timeout_graceful_shutdown=1

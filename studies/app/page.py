@@ -50,7 +50,7 @@ RANGES, REST = STAGES = ("ranges", "rest")
 """Stages of the full answer: the ranges of the chances, and then restraints and the variant."""
 HAZARD_ENDINGS = (".csv", ".json")
 FILM_SPEED, FILM_FRAMES = 1.0, 25
-WIDTH, HEIGHT, LEFT, BOTTOM = 640.0, 320.0, 76.0, 44.0
+WIDTH, HEIGHT, LEFT, TOP, BOTTOM = 640.0, 332.0, 76.0, 16.0, 52.0
 """Size and margins of the curve's drawing."""
 SLIDERS = {
     "blocks.0.width_m": (0.1, 1.5),
@@ -209,7 +209,9 @@ class Page:
 
     def chances(self) -> dict[str, str]:
         """Return the parts of the page that show the chances."""
-        return {"answer": self.render("answer"), "brief": self.render("brief"), "curve": self.curve()}
+        ranges = self.ranges if self.numbers_of == self.version else []
+        parts = {name: self.render(name, ranges=ranges) for name in ("answer", "brief")}
+        return {**parts, "curve": self.curve()}
 
     def keep(self, what: str) -> dict[str, str]:
         """Keep the piece as the variant for later comparisons, or forget the variant."""
@@ -351,7 +353,7 @@ class Page:
             return round(LEFT + (WIDTH - LEFT - 12.0) * (math.log(level) - low) / (high - low), 1)
 
         def y(share: float) -> float:
-            return round(8.0 + (HEIGHT - BOTTOM - 8.0) * (1.0 - share), 1)
+            return round(TOP + (HEIGHT - BOTTOM - TOP) * (1.0 - share), 1)
 
         band = [(x(level), y(share)) for level, share in zip(curve.at, curve.upper, strict=True)]
         band += [(x(level), y(share)) for level, share in zip(curve.at[::-1], curve.lower[::-1], strict=True)]

@@ -15,11 +15,13 @@ import xarray as xr
 from ...core.aliases import Array, Progress
 from ...core.doubts import Doubt, noted
 from ...core.wording import counted
-from ...fragility import HazardCurve, cloud, ida, joint_falls, pooled, stripes
+from ...fragility import HazardCurve, cloud, joint_falls, pooled, stripes
 from ...fragility.adaptive.sequential import exploring
 from ...fragility.adaptive.stopping import usual_motions
 from ...fragility.adaptive.until import Until
+from ...fragility.analyses import analysis
 from ...fragility.analyses.adaptive import adaptive
+from ...fragility.analyses.ida import incremental
 from ...fragility.analyses.region_runs import CHECKED_SHARE, checked_runs
 from ...fragility.analyses.stripes import stripe_scalings
 from ...fragility.analyses.waves import MotionSource
@@ -178,11 +180,17 @@ class Incremental(Design):
         return f"{super().words} × {counted(self.levels.size, 'level')}"
 
     def check(self, blocks: Sequence[Block]) -> None:
-        plain = records(self.motions)
-        scaling(self.levels, plain, self.im, blocks, ground_of(plain, records(self.ground)) if self.ground else None)
+        self.scaled(blocks)
+
+    def scaled(self, blocks: Sequence[Block]) -> analysis.Design:
+        """Return the motions with the factors that scale them to the levels; ValueError as of `check`."""
+        return incremental(self.levels, self.motions, self.im, blocks, self.ground or None)
 
     def _analysed(self, blocks: Any, models: Any, outputs: Sequence[str], **options: Any) -> xr.Dataset:
-        return ida(blocks, models, self.motions, self.levels, self.im, outputs, **options)
+        request = check_request(
+            blocks, models, outputs, True, options["client"], options["progress"], options["screen"]
+        )
+        return analysis.analyse(request, analysis.specimens_of(request), self.scaled(request.blocks))
 
 
 class KeptMotions(Generator):

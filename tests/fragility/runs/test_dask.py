@@ -35,6 +35,7 @@ def shakes():
 @pytest.fixture
 def small_chunks(monkeypatch):
     monkeypatch.setattr(plan, "LEAST_SECONDS", 1e-3)
+    monkeypatch.setattr(runners.ConfiguredScheduler, "least", 1e-3)
     monkeypatch.setattr(plan, "CHUNK_SECONDS", 1e-3)
     monkeypatch.setattr(plan, "FEWEST_TOGETHER", 4)
     monkeypatch.setattr(plan, "MOST_TOGETHER", 60)
