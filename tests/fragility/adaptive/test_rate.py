@@ -135,18 +135,6 @@ def test_a_tail_is_not_known_from_few_falls():
     assert unseen_tail(cells, weights, seen) == math.inf
 
 
-@pytest.mark.parametrize(
-    ("levels", "rates", "words"),
-    [
-        ([5.0, 5.05], [1e-2, 1e-3], "falls with the power 231 of the level at its lowest levels, 20 at most"),
-        ([1.0, 5.0, 10.0], [1e-2, 1e-3, 1e-3], "the last two rates of hazard are equal .0.001 per year."),
-    ],
-)
-def test_hazards_that_cannot_be_continued_are_refused(levels, rates, words):
-    with pytest.raises(ValueError, match=words):
-        check_ends(HazardCurve(levels, rates, "pga"))
-
-
 def test_hazards_that_plunge_above_their_levels_have_cells_with_rates():
     """As those that end at the strongest motion there can be: above it nothing happens."""
     hazard = HazardCurve([1.0, 5.0, 5.0005], [1e-1, 1e-2, 1e-3], "pga")
@@ -158,3 +146,7 @@ def test_hazards_that_plunge_above_their_levels_have_cells_with_rates():
     levels, weights = draw_levels(cells, math.log(8.0), 0.3, stream(1).random((2, 4, 200)))
     assert np.isfinite(levels).all()
     assert np.isfinite(weights).all()
+
+
+def test_refused(refusal):
+    refusal()

@@ -39,16 +39,5 @@ def test_storeys_follow_the_lateral_forces_of_the_code(period, exponent):
     np.testing.assert_allclose(building.strengths, coefficient * 9.80665 * 6e5 * shears, rtol=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("tent", 1.0, 1.0, 0.6), "system must be one of 'special-moment-frame'"),
-        (("light-frame-wall", 0.0, 1.0, 0.6), "period must be"),
-        (("light-frame-wall", 1.0, 0.0, 0.6), "sds must be"),
-        (("light-frame-wall", 1.0, 1.0, 20.0), "sd1 must be"),
-        (("light-frame-wall", 1.0, 1.0, 0.6, 2.0), "importance must be"),
-    ],
-)
-def test_what_is_refused(arguments, said):
-    with pytest.raises(ValueError, match=said):
-        code_strength(*arguments)
+def test_refused(refusal):
+    refusal()
