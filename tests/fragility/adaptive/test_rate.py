@@ -75,16 +75,6 @@ def test_where_everything_overturns_the_rate_is_that_of_the_lowest_level():
     assert x.max() <= cells.edges[-1]
 
 
-def test_common_levels_are_biased_where_drawn_ones_are_not():
-    """Ten levels that all motions share, each with the rate up to the next: some ten percent too high or too low."""
-    k = 2.0
-    grid = np.geomspace(0.2 * MEDIAN, 12.5 * MEDIAN, 10)
-    p = scipy.special.ndtr(np.log(grid / MEDIAN) / DISPERSION)
-    rates = 1e-2 * grid**-k
-    common = float(p @ (rates - np.append(rates[1:], 0.0)))
-    assert abs(common / closed_form(1e-2, k) - 1.0) > 0.1
-
-
 def test_runs_without_a_weight_are_left_out():
     weights = np.array([math.nan] * 4 + [1.0, 3.0] * 8)
     motion = np.array([0, 1, 2, 3, *np.repeat(np.arange(4, 12), 2)])

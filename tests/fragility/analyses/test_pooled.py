@@ -294,14 +294,6 @@ def test_what_is_odd_is_said_before_the_runs():
         )
 
 
-@pytest.mark.parametrize("motions", [SHAKES, SHAKES.sample(64)], ids=["generator", "set"])
-def test_motions_that_do_not_determine_the_surface_are_named(motions):
-    """Two runs of each of 64 motions are spent before there is a first surface."""
-    until = {"median": 0.02, "motions": {"least": 64, "most": 64}}
-    with pytest.raises(ValueError, match=r"64 motions of 2 blocks each are too few for a surface of housner"):
-        pooled(region(20), LAWS, motions, until=until, blocks_per_motion=2)
-
-
 def test_what_needs_runs_of_each_block_refuses_surfaces(found):
     for function in (tp.fit_fragility, tp.overturning_probability, tp.fragility.overturning_capacity):
         with pytest.raises((ValueError, TypeError, KeyError)):
