@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from shared_cases import ELASTIC, LAWS, RIGID, lifts_at, shake
+from shared_cases import ELASTIC, LAWS, shake
 from thresholds import overturns
 
 import toppling as tp
@@ -172,41 +172,6 @@ class TestRigidLimit:
         assert np.all(np.diff(falls) < 0.0)
         assert falls[1] > 0.3
         assert reference[0] < 0.05
-
-
-class TestRest:
-    @pytest.mark.parametrize("model", RIGID, ids=label)
-    def test_still_until_the_threshold(self, model):
-        oscillator = model.oscillator(BLOCK)
-        threshold = lifts_at(oscillator) / oscillator.gain
-        ramp = np.linspace(0.0, 1.0, 101)
-        still = trace(oscillator, ramp * threshold * (1.0 - 1e-12), 0.01)
-        assert not still.history[:2].any()
-        assert still.results[1:4].tolist() == [0.0, 0.0, 0.0]
-        assert trace(oscillator, ramp * threshold * (1.0 + 1e-9), 0.01).results[2] == 1.0
-
-    @pytest.mark.parametrize("model", RIGID, ids=label)
-    def test_comes_to_rest_and_leaves_it_again(self, model):
-        """Impacts accumulate in finite time; afterwards the block is exactly still until it is shaken again."""
-        oscillator = model.oscillator(BLOCK)
-        threshold = lifts_at(oscillator) / oscillator.gain
-        pulse = OneCycleSine(1.3 * threshold, 14.0, dt=0.005, tail=20.0).sample(1).values[0]
-        record = np.concatenate([pulse, np.full(100, 0.9 * threshold), pulse])
-        run = trace(oscillator, record, 0.005)
-        assert run.results[0] == 0.0
-        quiet = slice(pulse.size - 100, pulse.size + 99)
-        assert not run.history[:2, quiet].any()
-        assert run.history[0, pulse.size + 100 :].any()
-
-    def test_zero_and_constant_records(self):
-        for model in LAWS:
-            oscillator = model.oscillator(BLOCK)
-            assert trace(oscillator, np.zeros(50), 0.01).results[:4].tolist() == [0.0, 0.0, 0.0, 0.0]
-            below = trace(oscillator, np.full(50, 0.2), 0.01)
-            assert below.results[0] == 0.0
-            above = trace(oscillator, np.full(500, 1.2 * G * math.tan(BLOCK.alpha)), 0.01)
-            assert above.results[0] == 1.0
-            assert above.results[1] == 0.5 * math.pi
 
 
 class TestOverturning:
