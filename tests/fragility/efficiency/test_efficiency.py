@@ -82,14 +82,6 @@ class TestCensoredFits:
         low, high = bracketed(y, np.linspace(0.0, 4.0, 40_001))
         assert dispersion(low, high)[0][0] == pytest.approx(y.std(), rel=1e-5)
 
-    def test_half_lines_are_a_probit(self):
-        rng = np.random.default_rng(4)
-        x = rng.normal(0.0, 1.0, 80)
-        fell = rng.random(80) < stats.norm.cdf((x - 0.2) / 0.6)
-        low, high = np.where(fell, -INF, x), np.where(fell, x, INF)
-        fit = sm.Probit(fell.astype(float), sm.add_constant(x)).fit(disp=0, tol=1e-12)
-        assert dispersion(low, high)[0][0] == pytest.approx(1.0 / fit.params[1], rel=1e-8)
-
     def test_stripes_of_half_lines_are_the_fit_of_counts(self):
         levels = np.array([0.2, 0.3, 0.4, 0.6, 0.7, 0.8, 0.9, 1.0])
         fallen = np.array([0, 0, 0, 4, 6, 13, 12, 16])

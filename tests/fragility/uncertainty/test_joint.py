@@ -68,13 +68,6 @@ class TestLevelWeights:
         assert errors[0] < 3e-4
         np.testing.assert_allclose(np.divide(errors[:-1], errors[1:]), 16.0, rtol=0.2)
 
-    def test_step_under_a_power_law(self):
-        """A value that steps from 0 to 1 between two levels: closed form of a ramp in ln x."""
-        found = level_weights([0.4, 0.8], power_law()).weights @ np.array([0.0, 1.0])
-        z = 2.5 * np.log(2.0)
-        ramp = 1e-4 * 0.4**-2.5 * ((1.0 - np.exp(-z)) / z - np.exp(-z))
-        assert found == pytest.approx(ramp + 1e-4 * 0.8**-2.5, rel=1e-13)
-
     def test_piecewise_hazard_against_quadrature(self):
         """Weights of one value after the other, by scipy's cubics with numpy's slopes, integrated in 30 digits."""
         levels = np.array([0.08, 0.12, 0.2, 0.3, 0.5, 0.75, 1.1, 1.7])

@@ -44,35 +44,6 @@ SHAKES = tp.motions.CloughPenzien(duration=6.0, dt=0.01).sample(12, seed=4)
 
 
 class TestDistributions:
-    U = np.linspace(0.001, 0.999, 41)
-
-    @pytest.mark.parametrize(
-        ("ours", "theirs"),
-        [
-            (Normal(2.0, 0.3), stats.norm(2.0, 0.3)),
-            (Normal(2.0, 0.3, lower=1.9), stats.truncnorm(-1.0 / 3.0, np.inf, 2.0, 0.3)),
-            (Normal(0.95, 0.05, upper=1.0), stats.truncnorm(-np.inf, 1.0, 0.95, 0.05)),
-            (Lognormal(2.0, 0.4), stats.lognorm(0.4, scale=2.0)),
-            (Uniform(0.2, 0.5), stats.uniform(0.2, 0.3)),
-            (Beta(2.0, 5.0, 0.5, 1.0), stats.beta(2.0, 5.0, 0.5, 0.5)),
-        ],
-    )
-    def test_quantiles(self, ours, theirs):
-        np.testing.assert_allclose(ours.quantile(self.U), theirs.ppf(self.U), rtol=1e-10)
-        assert ours.support == pytest.approx(theirs.support())
-
-    def test_truncated_lognormal(self):
-        """The probability of being below x is that of the whole law between the bounds, rescaled."""
-        whole = stats.lognorm(0.4, scale=2.0)
-        x = Lognormal(2.0, 0.4, 1.5, 3.0).quantile(self.U)
-        low, high = whole.cdf([1.5, 3.0])
-        np.testing.assert_allclose((whole.cdf(x) - low) / (high - low), self.U, rtol=1e-9)
-
-    def test_far_in_a_tail(self):
-        x = Normal(0.0, 1.0, lower=8.0).quantile(np.array([0.0001, 0.5, 0.9999]))
-        tail = stats.norm.sf(x) / stats.norm.sf(8.0)
-        np.testing.assert_allclose(tail, [0.9999, 0.5, 0.0001], rtol=1e-8)
-
     def test_choices(self):
         law = Categorical(["a", "b", "c"], [0.5, 0.2, 0.3])
         assert law.quantile(np.array([0.0, 0.49, 0.51, 0.69, 0.71, 1.0])).tolist() == ["a", "a", "b", "b", "c", "c"]
@@ -459,16 +430,6 @@ class TestOverturningResponse:
         runs = uncertain_ida(inputs, SHELF, tp.HousnerImpact(), SHAKES, levels, samples=samples)
         counts = tp.overturning_probability(runs)
         np.testing.assert_array_equal(found.values, counts["probability"].values)
-
-    def test_indices_of_an_overturning_probability(self):
-        """A slenderness that varies by 30 % and a restitution that hardly does."""
-        inputs = RandomInputs({"alpha_factor": Uniform(0.7, 1.3), "e": Uniform(0.899, 0.9)})
-        response = overturning_response(inputs, SHELF, tp.HousnerImpact(), SHAKES, [3.0])
-        found = sobol_indices(inputs, response, n=32)
-        assert found["total"].dims == ("input", "output")
-        share = found["total"].isel(output=0)
-        assert share.sel(input="alpha_factor").item() > 0.5
-        assert share.sel(input="e").item() < 0.2
 
 
 class TestFigures:

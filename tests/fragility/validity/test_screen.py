@@ -8,7 +8,6 @@ import pytest
 import xarray as xr
 from check_facts import numbers_in
 from flips import undecided_outcomes
-from scipy import stats
 from scipy.special import erfinv
 from study_texts import CABINET, IDA, motions
 
@@ -126,13 +125,6 @@ class TestFrictionNeeded:
 
 
 class TestFrictionThereIs:
-    NEEDS = np.array([0.0, 0.1, 0.3, 0.5, 0.9, 3.0])
-
-    def test_probability_that_it_does_not_suffice(self):
-        friction, oracle = LognormalFriction(0.5, 0.3), stats.lognorm(0.3, scale=0.5)
-        np.testing.assert_allclose(friction.below(self.NEEDS), oracle.cdf(self.NEEDS), rtol=1e-12, atol=1e-15)
-        assert np.isnan(friction.below(np.nan))
-
     def test_a_known_one_suffices_or_not(self):
         assert FixedFriction(0.5).below([0.4, 0.5, 0.6]).tolist() == [0.0, 0.0, 1.0]
         assert np.isnan(FixedFriction(0.5).below(np.nan))
