@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from shared_cases import ELASTIC, LAWS, shake
+from shared_cases import LAWS, shake
 from thresholds import overturns
 
 import toppling as tp
@@ -307,17 +307,6 @@ def test_tables_of_any_shape():
     np.testing.assert_allclose(run.history[0], theta, rtol=0.0, atol=2e-7 * np.abs(theta).max())
 
 
-@pytest.mark.parametrize("model", ELASTIC, ids=label)
-def test_elastic_block_below_uplift_is_linear(model):
-    """Inside the zone before the first uplift: twice the shaking, twice the rotation, bit for bit."""
-    record = 0.02 * shake(np.random.default_rng(8))
-    oscillator = model.oscillator(BLOCK)
-    one, two = trace(oscillator, record, 0.01), trace(oscillator, 2.0 * record, 0.01)
-    assert one.results[2] == two.results[2] == 0.0
-    np.testing.assert_array_equal(2.0 * one.history[0], two.history[0])
-    assert one.history[0].any()
-
-
 def test_free_rocking_does_not_depend_on_the_output_step():
     for model in LAWS:
         runs = [tp.free_rocking(BLOCK, model, 0.6 * BLOCK.alpha, 8.0, dt=dt) for dt in (0.001, 0.0137, 0.5)]
@@ -369,20 +358,6 @@ def test_a_zone_with_a_static_offset_is_not_skipped():
     factors = np.linspace(0.1, 6.0, 40)[None]
     one, other = (run_many([oscillator], factors, record, 0.01, skip)[0] for skip in (True, False))
     np.testing.assert_array_equal(one, other)
-
-
-def test_a_lane_does_not_feel_its_neighbours():
-    """Runs in lockstep have the bits of each run alone, whatever goes beside them and in whatever order."""
-    record = 1.0 * shake(np.random.default_rng(12))
-    oscillators = [law.oscillator(BLOCK) for law in LAWS]
-    factors = np.linspace(0.3, 5.0, 45)
-    together = run_many(oscillators, np.tile(factors, (len(oscillators), 1)), record, 0.01)
-    for o, oscillator in enumerate(oscillators):
-        for j in (0, 7, 21, 44):
-            alone = run_many([oscillator], factors[None, j : j + 1], record, 0.01)[0, 0]
-            np.testing.assert_array_equal(together[o, j], alone)
-    backwards = run_many(oscillators[::-1], np.tile(factors[::-1], (len(oscillators), 1)), record, 0.01)
-    np.testing.assert_array_equal(together, backwards[::-1, ::-1])
 
 
 def test_refused(refusal):

@@ -18,18 +18,6 @@ from toppling.motions.simulated.filters import filtered
 
 
 class TestGenerators:
-    @pytest.mark.parametrize("generator", [mo.KanaiTajimi(duration=5.0), mo.CloughPenzien(duration=5.0)])
-    def test_seed_and_index_alone_decide_a_motion(self, generator):
-        whole = generator.sample(6, seed=7)
-        assert whole.dims == ("motion", "time")
-        assert whole.attrs["units"] == "m s-2"
-        for first, n in ((0, 2), (2, 3), (5, 1)):
-            part = generator.sample(n, seed=7, first=first)
-            np.testing.assert_array_equal(part.values, whole.values[first : first + n])
-            assert part.motion.values.tolist() == whole.motion.values[first : first + n].tolist()
-        assert not np.array_equal(generator.sample(1, seed=8).values[0], whole.values[0])
-        assert len(np.unique(whole.values[:, 500])) == 6
-
     @pytest.mark.parametrize(("omega", "xi", "s0"), [(5.0 * math.pi, 0.6, 0.01), (10.0, 0.3, 0.002)])
     def test_stationary_variance_of_kanai_tajimi(self, omega, xi, s0):
         """pi s0 omega (1 + 4 xi²)/(2 xi) as dt -> 0."""

@@ -1,15 +1,12 @@
 """Intensity measures and response spectra against closed forms, eqsig, scipy and finer sampling."""
 
-import json
 import math
-import os
 import re
-import subprocess
-import sys
 from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
+from both_ways import both_ways
 from scipy import signal
 from shared_cases import shake
 
@@ -244,14 +241,7 @@ class TestRecurrence:
             "peaks = Building.flexural_shear(0.3, storeys=3, modes=3).peaks(from_array(a, 0.02))\n"
             "print(json.dumps([*found, *peaks.pfa.values[0].tolist(), *peaks.pfv.values[0].tolist()]))\n"
         )
-        values = []
-        for switch in ("0", "1"):
-            environment = {**os.environ, "NUMBA_DISABLE_JIT": switch}
-            done = subprocess.run(
-                [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
-            )
-            values.append(json.loads(done.stdout))
-        np.testing.assert_allclose(values[0], values[1], rtol=1e-12)
+        np.testing.assert_allclose(*both_ways(code), rtol=1e-12)
 
 
 class TestEqsig:

@@ -201,19 +201,6 @@ class TestSpectrumCompatible:
         assert np.abs(velocity(values, dt)[:, -1]).max() < 1e-12
         assert np.abs(displacement(values, dt)[:, -1]).max() < 1e-11
 
-    @pytest.mark.slow
-    @pytest.mark.parametrize(
-        "generator",
-        [mo.SpectrumCompatible(PLATEAU, duration=8.0, dt=0.02), mo.AC156(0.8, duration=10.0, dt=0.01)],
-    )
-    def test_seed_and_index_alone_decide_a_motion(self, generator):
-        whole = generator.sample(5, seed=7)
-        for first, n in ((0, 2), (2, 3), (4, 1)):
-            part = generator.sample(n, seed=7, first=first)
-            np.testing.assert_array_equal(part.values, whole.values[first : first + n])
-            assert part.motion.values.tolist() == whole.motion.values[first : first + n].tolist()
-        assert not np.array_equal(generator.sample(1, seed=8).values[0], whole.values[0])
-
 
 class TestMatch:
     def test_records_keep_their_velocity(self):
