@@ -52,31 +52,6 @@ def test_squat_blocks_need_an_explicit_restitution():
     assert tp.Block(width=math.sqrt(2.0) * 0.999, height=1.0).restitution > 0.0
 
 
-BAD_BLOCKS = [
-    (lambda: tp.Block(0.0, 1.0), "width must be finite and > 0 and <= 1e.06 .in m., got 0.0"),
-    (lambda: tp.Block(-0.4, 1.0), "got -0.4"),
-    (lambda: tp.Block(math.nan, 1.0), "width must be finite.*got nan"),
-    (lambda: tp.Block(0.4, math.inf), "height must be finite.*got inf"),
-    (lambda: tp.Block(0.4, 1.8, cm_height=1.8), "cm_height must be .*< 1.8"),
-    (lambda: tp.Block(0.4, 1.8, cm_height=0.0), "cm_height must be .*> 0"),
-    (lambda: tp.Block(0.4, 1.8, cm_height=0.5), "inertia_factor must be given"),
-    (lambda: tp.Block(0.4, 1.8, inertia_factor=1.0), "inertia_factor must be finite and > 1 and <= 2, got 1.0"),
-    (lambda: tp.Block(0.4, 1.8, inertia_factor=2.1), "got 2.1"),
-    (lambda: tp.Block(0.4, 1.8, name=""), "name must be"),
-    (lambda: tp.Block.from_slenderness(0.5 * math.pi, 1.0), "alpha must be"),
-    (lambda: tp.Block.from_slenderness(0.2, -1.0), "R must be"),
-    (lambda: tp.Block.from_tilt_test(0.05, 0.4, 1.8), "angle must exceed"),
-    (lambda: tp.Block.from_tilt_test(0.0, 0.4, 1.8), "angle must be"),
-    (lambda: tp.Block.from_tilt_test(0.3, 0.4, 1.8), "inertia_factor must be given"),
-]
-
-
-@pytest.mark.parametrize(("make", "message"), BAD_BLOCKS, ids=[m for _, m in BAD_BLOCKS])
-def test_bad_blocks(make, message):
-    with pytest.raises(ValueError, match=message):
-        make()
-
-
 class TestCatalogue:
     P58 = {
         "E.20.22.102a": (12.625, 29.0),

@@ -49,6 +49,8 @@ def refusal(request):
         with pytest.raises(eval(row["error"], names), match=row["refused"]) as caught:
             eval(row["call"], names)
         assert "\n" not in str(caught.value)
+        assert len(str(caught.value)) < 400
+        assert type(caught.value).__module__.partition(".")[0] in {"builtins", "toppling"}
 
     return refused
 

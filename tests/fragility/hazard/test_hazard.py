@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from damage import damaged
+from pydantic import ValidationError
 from table_rows import table_rows
 
 import toppling as tp
@@ -446,6 +447,11 @@ def test_return_periods_as_rates_are_doubted():
     assert tp.fragility.probability_in(1, 50) == tp.fragility.probability_in(1.0, 50.0)
     with pytest.warns(ImplausibleInput, match="rate of 50.* per year is beyond any of damage: is 0.00210526 a rate"):
         tp.fragility.rate_from_probability(0.1, 1 / 475)
+
+
+def test_what_lies_above_is_not_held_below():
+    with pytest.raises(ValidationError, match="hold"):
+        hazard_table({"k0": 1e-4, "k": 2.5, "unit": "g", "below": "hold"})
 
 
 def test_refused(refusal):
