@@ -96,23 +96,6 @@ class TestStripes:
         xr.testing.assert_equal(on_ground, tp.overturning_probability(below).overturnings)
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: tp.ida(BLOCKS, MODELS, np.array(1.0), [1.0]), "motions must be labelled arrays.*got ndarray"),
-        (lambda: tp.ida(BLOCKS, MODELS, shakes(2), xr.Dataset({"a": 1})), "levels must be real numbers, got <xarray"),
-        (lambda: tp.Block(xr.DataArray([0.4]), 1.8), "width must be a number.*got <xarray.DataArray .* array.*"),
-        (lambda: tp.plot.fragility([1.0]), "results must be a dataset, got list"),
-        (lambda: tp.plot.risk(None), "results must be a dataset, got NoneType"),
-    ],
-)
-def test_arrays_of_another_kind(call, message):
-    """Each is named in one line."""
-    with pytest.raises(TypeError, match=message) as error:
-        call()
-    assert "\n" not in str(error.value)
-
-
 def test_a_level_alone():
     runs = [tp.ida(BLOCKS[0], MODELS[0], shakes(2), levels) for levels in (2.0, np.array(2.0), [2.0])]
     xr.testing.assert_identical(runs[0], runs[2])
