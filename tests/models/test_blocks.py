@@ -46,7 +46,7 @@ def test_centre_of_mass_off_the_middle():
     assert tp.Block(0.4, 1.8, cm_height=0.9) == tp.Block(0.4, 1.8)
 
 
-def test_squat_blocks_need_an_explicit_restitution():
+def test_squat_blocks_take_an_explicit_restitution():
     squat = tp.Block(width=1.5, height=1.0)
     tp.HousnerImpact(e=0.5).oscillator(squat)
     assert tp.Block(width=math.sqrt(2.0) * 0.999, height=1.0).restitution > 0.0
@@ -93,7 +93,7 @@ class TestCatalogue:
             assert item.breadth is None or item.breadth >= item.block.width
             assert 0.0 < item.block.restitution < 1.0
 
-    def test_unknown_names_suggest_known_ones(self):
+    def test_known_and_unknown_names(self):
         assert "bookcase-5-shelf" in catalogue
         assert "nothing" not in catalogue
 

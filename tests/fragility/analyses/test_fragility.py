@@ -122,11 +122,6 @@ class TestIda:
             far = tp.ida(BLOCKS, MODELS, motions(), LEVELS, outputs=list(OUTPUTS), client=client)
         xr.testing.assert_identical(far, result)
 
-    def test_progress_is_a_function(self):
-        """Refused before any run."""
-        made = []
-        assert made == []
-
     def test_progress_counts_every_run_once(self):
         seen = []
         tp.ida(BLOCKS, MODELS, motions(), LEVELS, progress=lambda n, total: seen.append((n, total)))

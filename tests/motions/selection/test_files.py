@@ -86,7 +86,7 @@ class TestConditionalSpectra:
         partial = (rho[1, 3] - rho[1, 2] * rho[3, 2]) / math.sqrt((1 - rho[1, 2] ** 2) * (1 - rho[3, 2] ** 2))
         assert found.covariance[1, 3] == pytest.approx(partial * 0.42 * 0.46, rel=1e-9)
 
-    def test_levels_between_are_refused(self, tmp_path):
+    def test_a_level_near_one_of_the_file_is_that_one(self, tmp_path):
         read = read_target(written(tmp_path, SPECTRA), "Sa(1.0)")
         assert read.at(0.402 * G).medians[2] == pytest.approx(0.402 * G)
 
@@ -117,7 +117,7 @@ class TestDisaggregations:
         found = read_disaggregation(written(tmp_path, openquake(rows, "imt,iml,poe,mag,dist,eps,mean")))
         assert found.share.tolist() == [1.0]
 
-    def test_a_choice_is_needed_of_several(self, tmp_path):
+    def test_a_choice_of_several(self, tmp_path):
         path = written(tmp_path, openquake([*BINS, "PGA,0.5,0.01,6.5,10.0,0.01", "PGA,0.9,0.01,6.5,10.0,0.01"]))
         assert read_disaggregation(path, im="pga", level=0.9 * G).level == pytest.approx(0.9 * G)
 
