@@ -145,15 +145,7 @@ def test_times_that_are_rounded(tmp_path, step, decimals):
 
 @pytest.mark.parametrize("mark", ["-999", "999.99", "-99999", "9999.0", "99.99"])
 def test_marks_of_gaps(tmp_path, mark):
-    with pytest.raises(RecordError, match=r"2 of its values are 9[9.]*, a mark of gaps"):
-        read(tmp_path, f"time,a (gal)\n{ROWS}0.12,{mark}\n0.13,{mark}\n")
-    with pytest.raises(RecordError, match="a mark of gaps"):
-        read(
-            tmp_path,
-            at2(f"{PARTS['<title>']}\nACCELERATION IN CM/S2\nNPTS= 14, DT= 0.01").rstrip() + f" {mark} {mark}\n",
-        )
-    with pytest.raises(RecordError, match=r"1 of its values is 9[9.]*, a mark of gaps"):
-        read(tmp_path, f"time,a (gal)\n{ROWS}0.12,{mark}\n0.13,1.0\n")
+    """Two of them, alone or at the end of an AT2 file, or one that stands far from all others: see refusals.csv."""
     assert read(tmp_path, f"time,a (gal)\n{ROWS}0.12,{mark}\n0.13,{0.4 * float(mark)}\n").sizes["time"] == 14
 
 
