@@ -11,6 +11,8 @@ PROBABILITIES = np.array([1e-6, 0.01, 0.3, 0.5, 0.9, 0.999])
 CASES = [
     (Normal(2.0, 0.5), stats.norm(2.0, 0.5)),
     (Normal(2.0, 0.5, lower=1.8), stats.truncnorm(-0.4, np.inf, 2.0, 0.5)),
+    (Normal(0.95, 0.05, upper=1.0), stats.truncnorm(-np.inf, 1.0, 0.95, 0.05)),
+    (Normal(0.0, 1.0, lower=8.0), stats.truncnorm(8.0, np.inf)),
     (Normal(2.0, 0.5, lower=5.0, upper=6.0), stats.truncnorm(6.0, 8.0, 2.0, 0.5)),
     (Lognormal(2.0, 0.4), stats.lognorm(0.4, scale=2.0)),
     (Uniform(-1.0, 3.0), stats.uniform(-1.0, 4.0)),
@@ -26,6 +28,7 @@ def test_as_scipy_has_it(own, other):
     # what lies near an end is a difference of numbers that are not small
     np.testing.assert_allclose(own.below(values), other.cdf(values), rtol=1e-9, atol=1e-14)
     low, high = own.support
+    assert (low, high) == pytest.approx(other.support())
     outside = own.below([low - 1.0, high + 1.0, np.nan])
     np.testing.assert_array_equal(outside, [0.0, 1.0, np.nan])
 
@@ -35,6 +38,7 @@ def test_a_truncated_lognormal():
     x = np.array([1.0, 1.5, 2.0, 2.9, 3.0])
     expected = (plain.cdf(x) - plain.cdf(1.0)) / (plain.cdf(3.0) - plain.cdf(1.0))
     np.testing.assert_allclose(law.below(x), expected, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(law.quantile(expected), x, rtol=1e-9)
     np.testing.assert_array_equal(law.below([-1.0, 0.0]), 0.0)
 
 
@@ -42,10 +46,6 @@ def test_beta_of_moments():
     law = Beta.from_moments(0.9, 0.05)
     assert stats.beta(law.a, law.b).mean() == pytest.approx(0.9, rel=1e-12)
     assert stats.beta(law.a, law.b).std() == pytest.approx(0.05, rel=1e-12)
-    with pytest.raises(ValueError, match=r"std must be finite and > 0 and < 0\.3"):
-        Beta.from_moments(0.9, 0.3)
-    with pytest.raises(ValueError, match="mean must be"):
-        Beta.from_moments(1.0, 0.1)
 
 
 def test_friction_is_of_the_same_distributions():
@@ -93,7 +93,6 @@ class TestLeast:
         assert kit.support == (1.0, 3.0)
         assert kit.quantile(np.array([0.0, 1.0])).tolist() == pytest.approx([1.0, 3.0])
 
-    @pytest.mark.parametrize("parts", [[], 3.0, [1.0], Uniform(0.0, 1.0)])
-    def test_refusals(self, parts):
-        with pytest.raises((TypeError, ValueError), match="parts must"):
-            Least(parts)
+
+def test_refused(refusal):
+    refusal()

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from shared_cases import ELASTIC, LAWS, RIGID, lifts_at, shake
+from shared_cases import LAWS, shake
 from thresholds import overturns
 
 import toppling as tp
@@ -174,41 +174,6 @@ class TestRigidLimit:
         assert reference[0] < 0.05
 
 
-class TestRest:
-    @pytest.mark.parametrize("model", RIGID, ids=label)
-    def test_still_until_the_threshold(self, model):
-        oscillator = model.oscillator(BLOCK)
-        threshold = lifts_at(oscillator) / oscillator.gain
-        ramp = np.linspace(0.0, 1.0, 101)
-        still = trace(oscillator, ramp * threshold * (1.0 - 1e-12), 0.01)
-        assert not still.history[:2].any()
-        assert still.results[1:4].tolist() == [0.0, 0.0, 0.0]
-        assert trace(oscillator, ramp * threshold * (1.0 + 1e-9), 0.01).results[2] == 1.0
-
-    @pytest.mark.parametrize("model", RIGID, ids=label)
-    def test_comes_to_rest_and_leaves_it_again(self, model):
-        """Impacts accumulate in finite time; afterwards the block is exactly still until it is shaken again."""
-        oscillator = model.oscillator(BLOCK)
-        threshold = lifts_at(oscillator) / oscillator.gain
-        pulse = OneCycleSine(1.3 * threshold, 14.0, dt=0.005, tail=20.0).sample(1).values[0]
-        record = np.concatenate([pulse, np.full(100, 0.9 * threshold), pulse])
-        run = trace(oscillator, record, 0.005)
-        assert run.results[0] == 0.0
-        quiet = slice(pulse.size - 100, pulse.size + 99)
-        assert not run.history[:2, quiet].any()
-        assert run.history[0, pulse.size + 100 :].any()
-
-    def test_zero_and_constant_records(self):
-        for model in LAWS:
-            oscillator = model.oscillator(BLOCK)
-            assert trace(oscillator, np.zeros(50), 0.01).results[:4].tolist() == [0.0, 0.0, 0.0, 0.0]
-            below = trace(oscillator, np.full(50, 0.2), 0.01)
-            assert below.results[0] == 0.0
-            above = trace(oscillator, np.full(500, 1.2 * G * math.tan(BLOCK.alpha)), 0.01)
-            assert above.results[0] == 1.0
-            assert above.results[1] == 0.5 * math.pi
-
-
 class TestOverturning:
     @pytest.mark.parametrize("model", LAWS, ids=label)
     def test_time_does_not_depend_on_where_the_record_ends(self, model):
@@ -342,17 +307,6 @@ def test_tables_of_any_shape():
     np.testing.assert_allclose(run.history[0], theta, rtol=0.0, atol=2e-7 * np.abs(theta).max())
 
 
-@pytest.mark.parametrize("model", ELASTIC, ids=label)
-def test_elastic_block_below_uplift_is_linear(model):
-    """Inside the zone before the first uplift: twice the shaking, twice the rotation, bit for bit."""
-    record = 0.02 * shake(np.random.default_rng(8))
-    oscillator = model.oscillator(BLOCK)
-    one, two = trace(oscillator, record, 0.01), trace(oscillator, 2.0 * record, 0.01)
-    assert one.results[2] == two.results[2] == 0.0
-    np.testing.assert_array_equal(2.0 * one.history[0], two.history[0])
-    assert one.history[0].any()
-
-
 def test_free_rocking_does_not_depend_on_the_output_step():
     for model in LAWS:
         runs = [tp.free_rocking(BLOCK, model, 0.6 * BLOCK.alpha, 8.0, dt=dt) for dt in (0.001, 0.0137, 0.5)]
@@ -406,31 +360,5 @@ def test_a_zone_with_a_static_offset_is_not_skipped():
     np.testing.assert_array_equal(one, other)
 
 
-@pytest.mark.parametrize(
-    ("region", "message"),
-    [
-        (Region(-1.0, 1.0, 0.0, 0.0, 0.0, 0.0, Edge(engine.OVERTURN), Edge(engine.OVERTURN)), "other than 0"),
-        (Region(1.0, -1.0, 1.0, 0.0, 0.0, 0.0, Edge(engine.OVERTURN), Edge(engine.OVERTURN)), "lower < upper"),
-        (Region(-0.1, 1.0, 1.0, 0.0, 0.0, 0.0, Edge(engine.IMPACT), Edge(engine.OVERTURN)), "impacts must be at"),
-        (Region(-0.1, 1.0, 1.0, 0.0, 0.0, 0.0, Edge(engine.BOUNCE, 0, factor=1.1), Edge(engine.OVERTURN)), "a bounce"),
-        (Region(-0.1, 1.0, 1.0, 0.0, 0.0, 0.0, Edge(engine.BOUNCE, 0), Edge(engine.OVERTURN)), "states of rest"),
-    ],
-)
-def test_tables_that_the_engine_does_not_solve_are_refused(region, message):
-    oscillator = Oscillator((region,), 1.0, engine.RULE_CONSTANT, 1.0, 0.0, 0)
-    with pytest.raises(ValueError, match=message):
-        trace(oscillator, np.zeros(3), 0.01)
-
-
-def test_a_lane_does_not_feel_its_neighbours():
-    """Runs in lockstep have the bits of each run alone, whatever goes beside them and in whatever order."""
-    record = 1.0 * shake(np.random.default_rng(12))
-    oscillators = [law.oscillator(BLOCK) for law in LAWS]
-    factors = np.linspace(0.3, 5.0, 45)
-    together = run_many(oscillators, np.tile(factors, (len(oscillators), 1)), record, 0.01)
-    for o, oscillator in enumerate(oscillators):
-        for j in (0, 7, 21, 44):
-            alone = run_many([oscillator], factors[None, j : j + 1], record, 0.01)[0, 0]
-            np.testing.assert_array_equal(together[o, j], alone)
-    backwards = run_many(oscillators[::-1], np.tile(factors[::-1], (len(oscillators), 1)), record, 0.01)
-    np.testing.assert_array_equal(together, backwards[::-1, ::-1])
+def test_refused(refusal):
+    refusal()

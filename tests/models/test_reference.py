@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from reference import integrate
 from reference_cases import CASES, build
-from shared_cases import SHARED, needs_shared, shake
+from shared_cases import shake
 
 import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY as G
@@ -48,24 +48,15 @@ def check(law, options, record, draw):
     return error, bool(truth.overturned)
 
 
-def compare(law, options, runs, seed):
+@pytest.mark.parametrize(("runs", "seed"), [(60, 11), pytest.param(1000, 12, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("law", "options"), CASES, ids=lambda v: v if isinstance(v, str) else "-".join(v.values()))
+def test_random_runs(law, options, runs, seed):
     rng = np.random.default_rng(seed)
     results = np.array([check(law, options, *random_draw(rng)) for _ in range(runs)])
     # The typical error is rounding, and the sample holds both verdicts.  Energy-consistent zones at elastic rest that
     # just stop a block take a part in 1e13 more damping on purpose (see _held_damping).
     assert np.median(results[:, 0]) < (1e-13 if options.get("rest") == "elastic" and law != "discrete" else 1e-14)
     assert 0.02 < results[:, 1].mean() < 0.9
-
-
-@pytest.mark.parametrize(("law", "options"), CASES, ids=lambda v: v if isinstance(v, str) else "-".join(v.values()))
-def test_random_runs(law, options):
-    compare(law, options, 60, seed=11)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("law", "options"), CASES, ids=lambda v: v if isinstance(v, str) else "-".join(v.values()))
-def test_many_random_runs(law, options):
-    compare(law, options, 1000, seed=12)
 
 
 @pytest.mark.parametrize(("law", "options"), CASES, ids=lambda v: v if isinstance(v, str) else "-".join(v.values()))
@@ -82,17 +73,3 @@ def test_histories(law, options):
         truth = integrate(law, acceleration=record, **keywords)
         np.testing.assert_allclose(run.history[0], truth.theta, rtol=0.0, atol=1e-9 * block.alpha)
         np.testing.assert_allclose(run.history[1], truth.omega, rtol=0.0, atol=1e-8 * block.alpha * block.p)
-
-
-@needs_shared
-@pytest.mark.parametrize(("law", "options"), CASES, ids=lambda v: v if isinstance(v, str) else "-".join(v.values()))
-def test_recorded_motions(law, options):
-    """Six real records at three levels each."""
-    rng = np.random.default_rng(14)
-    for path in sorted((SHARED / "data/records/suite").glob("*.AT2"))[::10]:
-        motion = tp.motions.read(path)
-        values = motion.values[0] / np.abs(motion.values).max()
-        for level in (0.8, 1.5, 3.0):
-            _, draw = random_draw(rng)
-            draw["dt"] = float(motion.dt[0])
-            check(law, options, level * G * math.tan(draw["alpha"]) * values, draw)

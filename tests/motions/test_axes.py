@@ -64,19 +64,6 @@ class TestAzimuth:
             assert {one.axes for one in records(shaken)} == {how}
         assert {one.axes for one in records(mo.as_recorded(pair))} == {""}
 
-    @pytest.mark.parametrize("azimuth", ["north", math.nan, None])
-    def test_wrong_azimuths(self, azimuth):
-        with pytest.raises((TypeError, ValueError), match="azimuth"):
-            mo.both_axes(NOISE.sample_pairs(1), azimuth)
-
-    def test_wrong_arguments(self):
-        with pytest.raises(ValueError, match="seed"):
-            mo.both_axes(NOISE.sample_pairs(1), "random", seed=-1)
-        with pytest.raises(ValueError, match=r"motions\.join"):
-            mo.both_axes(NOISE.sample(1))
-        with pytest.raises(ValueError, match="vertical"):
-            mo.both_axes(NOISE.sample_pairs(1), vertical=True)
-
 
 class TestSimulatedPairs:
     @pytest.mark.parametrize("correlation", [-0.7, 0.0, 0.4, 1.0])
@@ -106,11 +93,6 @@ class TestSimulatedPairs:
         pgv = [mo.measures(mo.as_recorded(pair, name), ["pgv"])["pgv"].values.mean() for name in ("h1", "h2")]
         assert math.isclose(*pgv, rel_tol=0.08)
 
-    @pytest.mark.parametrize("correlation", [1.1, -2.0, math.nan])
-    def test_wrong_correlations(self, correlation):
-        with pytest.raises(ValueError, match="correlation"):
-            NOISE.sample_pairs(1, correlation=correlation)
 
-    def test_motions_along_a_pulse_have_no_pairs(self):
-        with pytest.raises(ValueError, match="direction of a pulse"):
-            mo.NearFault().sample_pairs(1)
+def test_refused(refusal):
+    refusal()

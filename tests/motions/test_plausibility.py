@@ -243,35 +243,6 @@ class TestRecords:
             ("building", storeys, pytest.approx(period))
         ] * doubted
 
-    @pytest.mark.parametrize(
-        ("make", "words"),
-        [
-            (lambda: mo.Building.flexural_shear(0.5, damping=0.5), "damping of a building: 0.5, usual are 0.002 to"),
-            (lambda: mo.Building.flexural_shear(0.5, storey_height=300.0), "storey height: 300 m, usual"),
-            (
-                lambda: mo.Building.isolated(mo.Isolator.linear(2.5, 0.1), 2e2, [2e2, 2e2], [2e8, 2e8]),
-                "a building of 2 storeys with a period of 0.0101",
-            ),
-            (lambda: mo.Support(0.1), "frequency of a bench: 0.1 Hz, usual are 0.8 to 1000 Hz: a period in s?"),
-            (lambda: mo.Support(5.0, 0.5), "damping of a bench: 0.5,"),
-            (lambda: mo.Isolator.linear(30.0, 0.1), "period of an isolator: 30 s, usual are 0.5 to 10 s"),
-            (lambda: mo.Isolator.linear(0.03, 0.1), "period of an isolator: 0.03 s"),
-            (lambda: mo.Isolator.linear(2.5, 0.9), "damping of an isolator: 0.9,"),
-            (lambda: mo.Isolator.bilinear(2.5, 0.5), "strength of an isolator: 0.5,"),
-            (lambda: mo.Isolator.bilinear(2.5, 0.05, 10.0), "displacement at which an isolator yields: 10 m"),
-            (lambda: mo.Isolator.pendulum(1.5, 0.05, clearance=200.0), "clearance of a platform: 200 m"),
-            (lambda: mo.Isolator.pendulum(1.5e-3, 0.05), "period of an isolator: 0.0777 s"),
-            (lambda: mo.Isolator.linear(2.5, 0.1), ""),
-            (lambda: mo.Isolator.pendulum(1.5, 0.05, clearance=0.2), ""),
-            (lambda: mo.Building.flexural_shear(0.5, damping=0.0, storey_height=[3.0] * 4 + [12.0]), ""),
-        ],
-    )
-    def test_buildings_and_supports_of_another_unit(self, make, words):
-        with noted() as said:
-            make()
-        assert [one.kind for one in said] == ["building"] * bool(words)
-        assert not words or said[0].sentence.startswith(words)
-
     def test_storeys_of_stiffnesses_in_another_unit(self):
         with noted() as said:  # (2π over √(k/m (3 - √5)/2): kN/m in place of N/m)
             mo.Building.from_storeys([1e5, 1e5], [4e4, 4e4])
@@ -328,23 +299,6 @@ class TestMarks:
             mo.from_array([0.0, 1.0], 0.1, recorded=1)
 
 
-@pytest.mark.parametrize(
-    ("shape", "dt", "doubt"),
-    [
-        ((2000, 2), 0.01, "2,000 motions of 2 samples"),  # (time, motion)
-        ((2, 2000), 100.0, "a time step of 100 s"),  # Hz
-        ((2, 2000), 10.0, "a time step of 10 s"),  # ms
-        ((2, 2000), 0.01, None),
-        ((100, 50), 0.02, None),
-        ((3,), 0.5, None),
-    ],
-)
-def test_arrays_that_are_transposed_or_of_another_step(shape, dt, doubt):
-    with noted() as found:
-        mo.from_array(np.ones(shape), dt)
-    assert [one.sentence.partition(":")[0] for one in found] == [doubt] * bool(doubt)
-
-
 @pytest.mark.parametrize(("peak", "grave"), [(2.9, []), (18.0, [False]), (21.0, [True])])
 def test_generated_motions_beyond_what_was_recorded(peak, grave):
     """A target of 20 % of g, headed g."""
@@ -371,50 +325,6 @@ class TestFloorHistories:
                     wave = (changed or (lambda _level, _motion, values: values))(level, motion, wave)
                     found.append(History(level, motion, str(floor), way, wave, DT, "file"))
         return FloorHistories.of(found, "m/s2")
-
-    @pytest.mark.parametrize(
-        "options",
-        [
-            {},
-            {  # (isolated: floors follow slow motion)
-                "factors": {(1, "x"): 0.3, (1, "y"): 0.25, (2, "x"): 0.3, (2, "y"): 0.3},
-                "changed": lambda level, _motion, wave: wave + 0.2 * level * wavelet(1.0, 0.2, 499),
-            },
-            {"factors": {(0, "x"): 1.2, (0, "y"): 0.8}},  # (levels are geometric means)
-        ],
-    )
-    @pytest.mark.parametrize("im", ["pga", "RotD50(pga)", ""])
-    def test_sound_ones(self, options, im):
-        assert history_doubts(self.histories(**options), im) == []
-
-    @pytest.mark.parametrize(
-        ("options", "kind", "said"),
-        [
-            ({"changed": lambda _level, _motion, wave: wave / G}, "level", "pga of floor 0 is not that of 3 levels"),
-            ({"swapped": (2.0, 8.0)}, "level", "not that of 2 levels (at 2 m/s2 2.8 to 4.0 times the level)"),
-            ({"swapped": (2.0, 4.0)}, "level", "not that of 1 level (at 4 m/s2 0.35 to 0.50 times the level)"),
-            (
-                {"changed": lambda level, motion, wave: wave * (0.4 if (level, motion) == (4.0, "b") else 1.0)},
-                "level",
-                "not that of 1 level (at 4 m/s2 0.28 to 1.0 times the level)",
-            ),
-            (
-                {"factors": {(2, "x"): 2.0 / G, (2, "y"): 1.4 / G}},
-                "table",
-                "the PGA of floor 2 is 0.14 times that of floor 1",
-            ),
-            (
-                {"factors": {key: share / G for key, share in FACTORS.items() if key[0]}},
-                "table",
-                "the PGA of floor 1 is 0.15 times that of floor 0",
-            ),
-            ({"factors": {(1, "y"): 10.0, (2, "y"): 14.0}}, "table", "12 pairs cannot be components of one recording"),
-        ],
-    )
-    def test_slips(self, options, kind, said):
-        found = history_doubts(self.histories(**options), "pga")
-        assert [one.kind for one in found] == [kind]
-        assert said in found[0].sentence
 
     @pytest.mark.parametrize(
         ("share", "times"), [(1.0, ""), (1.0 / G, "0.13 times the level"), (G, "12 times the level")]
@@ -453,3 +363,7 @@ class TestFloorHistories:
         }
         found = history_doubts(FloorHistories.of([*keys.values(), *y.values()], "m/s2"), "pga")
         assert re.search(r"x is -1\.43.*y\b", found[0].sentence)
+
+
+def test_doubted(doubts):
+    doubts()

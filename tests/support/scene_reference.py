@@ -275,16 +275,6 @@ def integrate_segments(
     )  # fmt: skip
 
 
-def integrate(scene: Scene, record: np.ndarray, dt: float, tolerance: float = 1e-12) -> Result:
-    """The block under a record (m/s^2, linear between samples, zero afterwards), from rest to its final state."""
-    return integrate_segments(scene, record_segments(record, dt), tolerance)
-
-
-def twin(scene: Scene, record: np.ndarray, dt: float) -> Result:
-    """The same at 1e-13 with shorter steps and a record larger by 1e-13: what it moves is rounding made visible."""
-    return integrate(scene, np.asarray(record) * (1 + 1e-13), dt, 1e-13)
-
-
 def random_record(rng: np.random.Generator, threshold: float) -> tuple[np.ndarray, float]:
     """At most 5 s of filtered noise, or a pulse, from below the uplift of a block (m/s^2) to its certain fall."""
     dt = float(rng.choice([0.005, 0.01, 0.02]))

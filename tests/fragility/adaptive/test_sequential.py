@@ -164,16 +164,5 @@ def test_a_rate_without_a_form_and_one_with_it_are_compared():
     )
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ({"runs": 0}, "runs_per_motion must be at least 1"),
-        ({"runs": 21}, "runs_per_motion must be at most 20, got 21"),
-        ({"low": 2.0, "high": 1.0}, "the last first level must be finite and > 2"),
-        ({"until": until_of({"rate": 0.1})}, "until rate needs a hazard curve"),
-    ],
-)
-def test_refusals(arguments, words):
-    given = {"until": until_of({}), "low": 1.0, "high": 2.0} | arguments
-    with pytest.raises(ValueError, match=words):
-        SequentialCurve(**given)
+def test_refused(refusal):
+    refusal()

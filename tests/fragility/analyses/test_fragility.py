@@ -12,7 +12,7 @@ from check_facts import numbers_in
 from fit_cases import BAKER, BAKER_MEDIAN, counts
 
 import toppling as tp
-from toppling.fragility import Work, plan_chunks, pooled, run_chunk, screen, slide_runs
+from toppling.fragility import Work, plan_chunks, run_chunk, screen
 from toppling.fragility.runs.outputs import OF_ROCKING, OUTPUTS as EVERY_OUTPUT
 from toppling.fragility.runs.plan import SECONDS_PER_EXACT_SAMPLE, SECONDS_PER_SAMPLE
 from toppling.fragility.runs.scaling import scaling
@@ -122,22 +122,6 @@ class TestIda:
             far = tp.ida(BLOCKS, MODELS, motions(), LEVELS, outputs=list(OUTPUTS), client=client)
         xr.testing.assert_identical(far, result)
 
-    def test_progress_is_a_function(self):
-        """Refused before any run."""
-        made = []
-        for call in (
-            lambda: tp.ida(BLOCKS, MODELS, motions(), LEVELS, progress=3),
-            lambda: tp.adaptive_ida(BLOCKS, MODELS, motions(), progress=3),
-            lambda: tp.stripes(BLOCKS, MODELS, [motions()], [1.0], progress=3),
-            lambda: tp.cloud(BLOCKS, MODELS, motions(), progress=3),
-            lambda: pooled(BLOCKS, MODELS, (made.append(one) or one for one in motions()), progress=3),
-            lambda: slide_runs(None, motions(), 0.3, progress=3),
-            lambda: screen(None, progress=3),
-        ):
-            with pytest.raises(TypeError, match="progress must be a function, got int"):
-                call()
-        assert made == []
-
     def test_progress_counts_every_run_once(self):
         seen = []
         tp.ida(BLOCKS, MODELS, motions(), LEVELS, progress=lambda n, total: seen.append((n, total)))
@@ -246,20 +230,6 @@ class TestIntensityMeasures:
             for name, found in in_chunks(Work(tuple(oscillators), tuple(plain), factors), seconds).items():
                 np.testing.assert_array_equal(found, whole[name].values.reshape(found.shape))
 
-    @pytest.mark.parametrize(
-        ("im", "message"),
-        [
-            ("d5_95", "'d5_95' does not grow with the motion"),
-            ("t_mean", "'t_mean' does not grow with the motion"),
-            ("Sa(0)", "im 'Sa\\(0\\)': period must be"),
-            (tp.motions.FIV3(60.0), "FIV3\\(60.0\\) needs a motion of at least"),
-            (3, "im must be one of .*'pga_normalised', 'pgv_normalised', 'scale', or Sa.*got 3"),
-        ],
-    )
-    def test_what_cannot_be_scaled_to(self, im, message):
-        with pytest.raises(ValueError, match=message):
-            tp.ida(BLOCKS, MODELS, motions(), LEVELS, im=im)
-
 
 class TestProbability:
     def test_counts(self, result):
@@ -359,3 +329,7 @@ def test_planned_time_is_of_the_right_order():
     started = thread_time()
     run_chunk(work, chunk)
     assert planned / 12.0 < thread_time() - started < planned * 12.0
+
+
+def test_refused(refusal):
+    refusal()

@@ -7,7 +7,7 @@ import toppling as tp
 from toppling.fragility import Slip, slide_runs
 from toppling.fragility.analyses.friction_draws import draws
 from toppling.models import RandomSliding
-from toppling.models.friction import FixedFriction, LognormalFriction
+from toppling.models.friction import LognormalFriction
 from toppling.models.sliding.runs import SLIDES
 from toppling.motions import both_axes
 
@@ -98,13 +98,6 @@ def test_known_and_random_friction_side_by_side():
     np.testing.assert_array_equal(found["slide_peak"][known], own["slide_peak"])
 
 
-def test_what_is_refused():
-    with pytest.raises(ValueError, match="rocks with every coefficient and never slides"):
-        adaptive(law=RandomSliding(FixedFriction(0.5)))
-    with pytest.raises(ValueError, match="RandomSliding is for adaptive_ida, got"):
-        tp.ida(BLOCK, LAW, SHAKES.sample(3), [2.0, 4.0])
-
-
 def test_vertical_shaking_and_held_blocks_are_refused():
     one, two, up = (SHAKES.sample(80, seed=seed) for seed in (1, 2, 3))
     lifted = tp.motions.as_recorded(tp.motions.join(one, two, 0.3 * up.assign_attrs(one.attrs)), "h1", vertical=True)
@@ -112,14 +105,7 @@ def test_vertical_shaking_and_held_blocks_are_refused():
         ValueError, match="random friction at adaptive levels needs motions without a vertical component"
     ):
         tp.adaptive_ida(BLOCK, LAW, lifted, until={"state": Slip(0.05)})
-    held = tp.Block(0.6, 1.8, wall=tp.Wall(0.02, restitution=0.2))
-    with pytest.raises(ValueError, match="has a wall"):
-        adaptive(blocks=held)
 
 
-@pytest.mark.parametrize(
-    ("friction", "ratio", "error"), [(0.3, 1.0, TypeError), (FRICTION, 0.0, ValueError), (FRICTION, 1.1, ValueError)]
-)
-def test_laws_that_make_no_sense(friction, ratio, error):
-    with pytest.raises(error, match=r"friction must be a Friction|kinetic_ratio"):
-        RandomSliding(friction, ratio)
+def test_refused(refusal):
+    refusal()

@@ -90,24 +90,6 @@ def test_blocks_with_walls_and_those_that_never_fall():
     assert float(found["fallen_sd"].item()) == float(found["fallen_sd_independent"].item()) == 0.0
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"blocks": tp.Block(0.4, 1.8)}, "blocks must be at least two to fall together, got 1"),
-        ({"motions": SHAKES[:5]}, "motions must be at least 8 for a distribution, got 5"),
-        ({"im": "pga_normalised"}, "im must not depend on the block"),
-        ({"sample": 1}, "sample must be at least 2, got 1"),
-        ({"levels": "adaptive"}, "levels must be numbers, common to all blocks and events, got 'adaptive'"),
-        ({"models": tp.Sliding(0.2)}, "models must be laws of rocking blocks"),
-        ({"blocks": 3}, "blocks must be Blocks or a BlockArray, got int"),
-    ],
-)
-def test_refusals(options, words):
-    arguments = {"blocks": region(20), "models": LAWS[0], "motions": SHAKES, "levels": LEVELS} | options
-    with pytest.raises((TypeError, ValueError), match=words):
-        joint_falls(**arguments)
-
-
 def test_what_no_event_showed_has_an_upper_end():
     """Clopper and Pearson's, as if blocks fell all or none."""
     fell = np.zeros((50, 30), bool)
@@ -117,3 +99,7 @@ def test_what_no_event_showed_has_an_upper_end():
     assert none["mean_upper"] == pytest.approx(upper, rel=1e-9)
     assert (every["mean"], every["mean_upper"]) == (1.0, 1.0)
     assert every["mean_lower"] == pytest.approx(1.0 - upper, rel=1e-9)
+
+
+def test_refused(refusal):
+    refusal()

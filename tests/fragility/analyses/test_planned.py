@@ -104,37 +104,5 @@ def test_fits_and_screens_take_the_runs(found):
     assert told[-1] == (96, 96)
 
 
-@pytest.mark.parametrize(
-    ("table", "words"),
-    [
-        (3.0, "table must be a mapping of columns or a DataFrame, got float"),
-        ({"motion": [0]}, "table must have the column level"),
-        ({"motion": [0], "level": [1.0]}, "table must have the column block, of which there are 2, got none"),
-        (grid() | {"level": grid()["level"] - 1.5}, "the column level must be > 0, got 0"),
-        (grid() | {"block": [0]}, r"the column block must have a value for each of the 96 levels, got \(1,\)"),
-        (grid() | {"block": np.full(96, 2)}, "the column block must hold labels, or numbers from 0 to 1, got 2"),
-        (
-            grid() | {"motion": np.full(96, "none")},
-            "the column motion must hold labels, or numbers from 0 to 5, got none",
-        ),
-        (grid() | {"weight": np.ones(96)}, "a column of the table must be one of 'block', 'model', 'motion', 'level'"),
-        (grid() | {"level": np.full(96, 1e120)}, "must be scaled by"),
-        ({name: values[:48] for name, values in grid().items()}, "got none of wide under"),
-    ],
-)
-def test_refusals(table, words):
-    with pytest.raises((TypeError, ValueError), match=words):
-        run_table(BLOCKS, LAWS, SHAKES, table)
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"outputs": "top_displacement"}, "outputs must not hold top_displacement where each run has a level"),
-        ({"models": tp.models.RandomSliding(tp.models.friction.LognormalFriction(0.3, 0.3))}, "a known friction"),
-    ],
-)
-def test_refusals_of_outputs_and_laws(options, words):
-    given = {"blocks": BLOCKS[0], "models": LAWS[0], "motions": SHAKES, "table": {"motion": [0], "level": [1.0]}}
-    with pytest.raises(ValueError, match=words):
-        run_table(**(given | options))
+def test_refused(refusal):
+    refusal()

@@ -118,18 +118,6 @@ def test_curves_of_further_blocks_and_of_none_outside(found):
     curves = surface_curves(found, some, HAZARD)
     for name in ("half_level", "half_level_lower", "dispersion", "rate", "rate_upper"):
         np.testing.assert_array_equal(curves[name].values, found[name].values[:5])
-    with pytest.raises(ValueError, match="'tower' is outside the region"):
-        surface_curves(found, tp.Block(0.3, 4.0, name="tower"))
-    with pytest.raises(ValueError, match="surface must be a result of"):
-        surface_curves(xr.Dataset(), some)
-    with pytest.raises(ValueError, match="hazard must be that of the analysis"):
-        surface_curves(found, some, HazardCurve.power_law(2e-3, 2.0, "pga"))
-    with pytest.raises(TypeError, match="hazard must be a HazardCurve, got str"):
-        surface_curves(found, some, "high")
-    with pytest.raises(ValueError, match="surface must keep its dimension model"):
-        surface_curves(found.isel(model=0), some)
-    with pytest.raises(ValueError, match="got pooled curves, which are fitted already"):
-        tp.fit_fragility(found)
 
 
 @pytest.mark.slow
@@ -306,43 +294,6 @@ def test_what_is_odd_is_said_before_the_runs():
         )
 
 
-@pytest.mark.parametrize("motions", [SHAKES, SHAKES.sample(64)], ids=["generator", "set"])
-def test_motions_that_do_not_determine_the_surface_are_named(motions):
-    """Two runs of each of 64 motions are spent before there is a first surface."""
-    until = {"median": 0.02, "motions": {"least": 64, "most": 64}}
-    with pytest.raises(ValueError, match=r"64 motions of 2 blocks each are too few for a surface of housner"):
-        pooled(region(20), LAWS, motions, until=until, blocks_per_motion=2)
-
-
-def test_what_is_not_in_the_surface_is_refused():
-    block = tp.Block(0.4, 1.8, depth=0.6)
-    cases = [
-        ({"models": tp.Sliding(0.3)}, "sliding ones differ"),
-        ({"im": "pga_normalised"}, "im must not depend on the block, got pga_normalised: give pga"),
-        ({"until": {"rate": 0.1}}, "until must name the median for pooled curves, got rate"),
-        ({"until": {"median": 0.1, "motions": {"least": 3000, "most": 2000}}}, "most"),
-        ({"blocks_per_motion": 0}, "blocks_per_motion must be"),
-        ({"blocks_per_motion": 1000}, "blocks_per_motion must be at most 256"),
-        ({"motions": SHAKES.sample(8)}, "motions must be 64 at least"),
-        (
-            {"hazard": HazardCurve.power_law(1e-3, 2.0, "pgv")},
-            "hazard must be of the measure of the levels, 'pga', got 'pgv'",
-        ),
-        (
-            {"hazard": HazardCurve([1.0, 5.0, 10.0], [1e-2, 1e-3, 1e-3], "pga")},
-            "the last two rates of hazard are equal",
-        ),
-        ({"blocks": tp.Block(0.4, 1.8, wall=tp.Wall(0.01))}, "does not stand free"),
-        ({"blocks": tp.Block(2.0, 1.0)}, "explicit e"),
-    ]
-    for own, text in cases:
-        arguments = {"blocks": block, "models": LAWS[1], "motions": SHAKES, **own}
-        with pytest.raises(ValueError, match=text):
-            pooled(**arguments)
-    with pytest.raises(TypeError, match="hazard must be a HazardCurve"):
-        pooled(block, LAWS[1], SHAKES, hazard=3)
-
-
 def test_what_needs_runs_of_each_block_refuses_surfaces(found):
     for function in (tp.fit_fragility, tp.overturning_probability, tp.fragility.overturning_capacity):
         with pytest.raises((ValueError, TypeError, KeyError)):
@@ -395,25 +346,5 @@ def test_own_e_that_is_that_of_the_law_gives_its_curves():
     assert found["model"].values.tolist() == ["housner e=own"]
 
 
-@pytest.mark.parametrize(
-    ("own", "law", "words"),
-    [
-        ({"e": [0.9, 0.8]}, tp.HousnerImpact(e=0.9), "e must be left out of laws where blocks have their own"),
-        ({"delta": [0.05, 0.04]}, tp.HousnerImpact(), "blocks have delta of their own, and 'housner e=e_R' has none"),
-        ({"e": [0.9, 1.2]}, tp.HousnerImpact(), "e must be > 0 and <= 1, got 1.2 of block 2"),
-        ({"delta": [0.9, 1.0]}, tp.DiscreteDamping(), "delta must be >= 1e-09 and < 1, got 1 of block 2"),
-        ({"e": [0.9]}, tp.HousnerImpact(), "e must have 2 entries, as width has, got 1"),
-        ({"e": [0.9, np.nan]}, tp.HousnerImpact(), "e must be finite, got nan of block 2"),
-        ({"e": [0.9, 0.8]}, tp.HousnerImpact(restitution_factor=0.9), "restitution_factor is a factor on e_R"),
-    ],
-)
-def test_own_options_that_are_refused(own, law, words):
-    with pytest.raises(ValueError, match=words):
-        pooled(BlockArray([0.4, 0.5], [1.8, 1.7], **own), law, SHAKES)
-
-
-def test_surfaces_refuse_blocks_without_what_they_are_of(found):
-    with pytest.raises(ValueError, match="blocks must have neither e nor delta of their own"):
-        surface_curves(found, BlockArray([0.4], [1.6], e=[0.9]))
-    with pytest.raises(ValueError, match="blocks must take e from the laws"):
-        tp.fragility.joint_falls(BlockArray([0.4, 0.5], [1.6, 1.6], e=[0.9, 0.9]), LAWS[0], SHAKES.sample(8), [1.0])
+def test_refused(refusal):
+    refusal()

@@ -193,35 +193,11 @@ class TestEdges:
 
 
 class TestRefusals:
-    def test_held_and_uneven_blocks(self):
-        runs = tp.ida(tp.Block(0.3, 1.8, wall=tp.Wall()), tp.HousnerImpact(), noise(2), LEVELS)
-        with pytest.raises(ValueError, match=r"alike at front and back: .* has a wall"):
-            slide_runs(runs, noise(2), 0.3)
-
-    def test_other_arguments(self, runs):
-        with pytest.raises(TypeError, match="friction must be a number or a Friction, got None"):
-            slide_runs(runs, noise(), None)
-        with pytest.raises(ValueError, match="friction must hold every block, got none for 'wide'"):
-            slide_runs(runs, noise(), {"squat": 0.3})
-        for options, message in (
-            ({"kinetic_ratio": 1.2}, r"kinetic_ratio must be finite and > 0 and <= 1, got 1\.2"),
-            ({"draws": 0}, "draws must be at least 1, got 0"),
-            ({"polarity": "each"}, "polarity must be one of 'as recorded', 'both', got 'each'"),
-        ):
-            with pytest.raises(ValueError, match=message):
-                slide_runs(runs, noise(), FRICTION, **options)
-        with pytest.raises(ValueError, match="motions"):
-            slide_runs(runs, noise(12, 5), FRICTION)
-
     def test_contacts(self):
         assert contact_named("carpet").friction == LognormalFriction(0.55, 0.30)
         for contact in CONTACTS.values():
             assert 0.0 < contact.kinetic_ratio <= 1.0
             assert contact.text
-        with pytest.raises(ValueError, match="a piece on castors rolls, which is not modelled"):
-            contact_named("castors")
-        with pytest.raises(ValueError, match="contact must be one of"):
-            contact_named("ice")
 
     @pytest.mark.parametrize("friction", [FixedFriction(0.4), FRICTION])
     def test_quantiles_and_probabilities_are_inverse(self, friction):
@@ -355,3 +331,7 @@ class TestBothComponents:
         assert (found["mode"][0, 0, 1] == Mode.AIRBORNE).all()
         assert found["slide_peak"][0, 0, 1].isnull().all()
         assert (found["mode"][0, 0, 0] == Mode.SLIDES).any()
+
+
+def test_refused(refusal):
+    refusal()

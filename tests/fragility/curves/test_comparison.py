@@ -1,11 +1,9 @@
 """Curves against published ones, and the law between medians and sizes."""
 
 import numpy as np
-import pytest
 import xarray as xr
 
 from toppling.fragility import median_ratio
-from toppling.fragility.curves import published
 
 
 def curves(median, lower, upper, im="pgv"):
@@ -37,11 +35,6 @@ class TestMedianRatio:
         )
         assert median_ratio(found, known).ratio.values[:, 0].tolist() == [2.0, 2.0]
 
-    def test_wrong_arguments(self):
-        found = curves([1.0], [0.9], [1.1])
-        with pytest.raises(ValueError, match="measure of the curves, 'pgv', got 'pga'"):
-            median_ratio(found, curves([1.0], [0.9], [1.1], im="pga"))
-        with pytest.raises(ValueError, match="blocks in common"):
-            median_ratio(found, published.fema_p58())
-        with pytest.raises(ValueError, match="margin must be"):
-            median_ratio(found, found, margin=0.0)
+
+def test_refused(refusal):
+    refusal()

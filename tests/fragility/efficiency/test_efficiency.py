@@ -82,14 +82,6 @@ class TestCensoredFits:
         low, high = bracketed(y, np.linspace(0.0, 4.0, 40_001))
         assert dispersion(low, high)[0][0] == pytest.approx(y.std(), rel=1e-5)
 
-    def test_half_lines_are_a_probit(self):
-        rng = np.random.default_rng(4)
-        x = rng.normal(0.0, 1.0, 80)
-        fell = rng.random(80) < stats.norm.cdf((x - 0.2) / 0.6)
-        low, high = np.where(fell, -INF, x), np.where(fell, x, INF)
-        fit = sm.Probit(fell.astype(float), sm.add_constant(x)).fit(disp=0, tol=1e-12)
-        assert dispersion(low, high)[0][0] == pytest.approx(1.0 / fit.params[1], rel=1e-8)
-
     def test_stripes_of_half_lines_are_the_fit_of_counts(self):
         levels = np.array([0.2, 0.3, 0.4, 0.6, 0.7, 0.8, 0.9, 1.0])
         fallen = np.array([0, 0, 0, 4, 6, 13, 12, 16])
@@ -323,8 +315,6 @@ class TestRanking:
         assert found["measure"].values.tolist() == ["pga", "pgv", "pgd", "arias", "cav"]
         assert np.isnan(found["dispersion_lower"]).all()
         assert found["covariate"].values.tolist() == ["d5_75", "d5_95"]
-        with pytest.raises(ValueError, match=r"do not carry 'Sa\(1.0\)': motions must be given"):
-            rank_measures(known[0], also="Sa(1.0)")
 
     def test_damage_states(self, known):
         """The capacity of |theta|/alpha > 0.5 of a power law is a fixed part of that of 1."""
@@ -529,32 +519,6 @@ class TestCapacity:
         with xr.open_dataset(tmp_path / "ranking.nc") as again:
             xr.testing.assert_allclose(again.load(), found)
 
-    def test_one_intensity_each_is_no_capacity(self):
-        array = tp.motions.CloughPenzien(duration=4.0, dt=0.02).sample(4)
-        with pytest.raises(ValueError, match="at several levels"):
-            overturning_capacity(tp.fragility.cloud(SHELF, tp.HousnerImpact(), array))
-
-
-class TestRefusals:
-    def test_one_sentence_each(self, known):
-        runs, sets, *_ = known
-        with pytest.raises(TypeError, match="needs runs with `overturned`"):
-            rank_measures(runs["pga"])
-        with pytest.raises(ValueError, match="'d5_95' does not grow with the motion"):
-            rank_measures(runs, sets, "d5_95")
-        with pytest.raises(ValueError, match="got 'scale', which is none"):
-            rank_measures(runs, sets, "scale")
-        with pytest.raises(ValueError, match="im must be one of"):
-            rank_measures(runs, sets, "nothing")
-        with pytest.raises(ValueError, match="motions must hold motion"):
-            rank_measures(runs, sets[0])
-        with pytest.raises(TypeError, match="labelled arrays"):
-            rank_measures(runs, 3.0)
-        with pytest.raises(ValueError, match=r"confidence must be finite and >= 0.5 and < 1"):
-            rank_measures(runs, sets, confidence=1.0)
-        with pytest.raises(ValueError, match="must lie on block, model, motion and level"):
-            rank_measures(runs.isel(block=0), sets)
-
 
 class TestFigures:
     def test_axes_in_axes_out(self, known):
@@ -580,3 +544,7 @@ class TestFigures:
         with pytest.raises(ValueError, match="one block and one law"):
             plots.ranking(found)
         plt.close("all")
+
+
+def test_refused(refusal):
+    refusal()

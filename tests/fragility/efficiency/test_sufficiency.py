@@ -93,25 +93,6 @@ class TestRuns:
         np.testing.assert_allclose(found["slope"][1, 0], known.slope, rtol=1e-9)
         np.testing.assert_allclose(found["slope_se"][1, 0], known.error, rtol=1e-9)
 
-    @pytest.mark.parametrize(
-        ("covariates", "words"),
-        [
-            ("pgv", "sequence of measures"),
-            ([], "sequence of measures"),
-            (["pgx"], "pgx"),
-            (["Sa(1.0)"], r"hold no Sa\(1\.0\)"),
-            (["pgv", "PGV"], "pgv twice"),
-            (["pga"], "pga does not vary within the stripes"),
-        ],
-    )
-    def test_refused(self, runs, covariates, words):
-        with pytest.raises((TypeError, ValueError), match=words):
-            tp.fragility.stripe_sufficiency(runs, covariates)
 
-    def test_other_designs(self, runs):
-        pool = tp.motions.CloughPenzien(duration=8.0, dt=0.02).sample(4, seed=4)
-        levels = tp.ida(tp.Block(width=0.2, height=1.0), LAW, pool, [3.0], screen=False)
-        with pytest.raises(ValueError, match="must be those of stripes, got those of ida"):
-            tp.fragility.stripe_sufficiency(levels)
-        with pytest.raises(TypeError, match="dataset with overturned"):
-            tp.fragility.stripe_sufficiency(runs["overturned"])
+def test_refused(refusal):
+    refusal()

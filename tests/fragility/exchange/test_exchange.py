@@ -390,29 +390,6 @@ class TestIds:
         states = curves.expand_dims(limit_state=["rocking", "overturning"])
         assert write(states, tmp_path / file, ids=ids.split()).ids == tuple(ids.split())
 
-    @pytest.mark.parametrize(
-        ("name", "ids", "message"),
-        [
-            ("nrml", ["a.b", "c"], r"hold letters, digits and _ : - alone, have at most 60 characters .* got 'a\.b'"),
-            ("pelicun", ["a-b", "c"], r"hold letters, digits and _ \. alone.* got 'a-b'"),
-            ("csv", ["a b", "c"], "got 'a b'"),
-            ("csv", ["a" * 61, "c"], "got 'aaa"),
-            ("csv", ["nan", "c"], "be no reserved word, got 'nan'"),
-            ("nrml", ["a", "a"], "ids must differ, got 'a' for 2 components"),
-            ("nrml", ["a"], "ids must be one a component, got 1 for 2 components"),
-        ],
-    )
-    def test_bad_choices_are_refused(self, name, ids, message, tmp_path):
-        write, _, file = FORMATS[name]
-        with pytest.raises(ValueError, match=message):
-            write(lognormal(blocks=["a", "b"]).isel(model=0, drop=True), tmp_path / file, ids=ids)
-        assert not (tmp_path / file).exists()
-
-    @pytest.mark.parametrize("ids", ["ab", [1, 2]])
-    def test_choices_must_be_texts(self, ids, tmp_path):
-        with pytest.raises(TypeError, match="ids must be a sequence of texts, one a component"):
-            write_nrml(lognormal(blocks=["a", "b"]).isel(model=0, drop=True), tmp_path / "t.xml", ids=ids)
-
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
@@ -475,3 +452,7 @@ class TestCommand:
         assert caught.err.startswith("toppling: ")
         assert caught.err.count("\n") == 1
         assert sorted(tmp_path.iterdir()) == before
+
+
+def test_refused(refusal):
+    refusal()

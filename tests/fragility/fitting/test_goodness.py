@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from fit_cases import BAKER, BAKER_DISPERSION, BAKER_MEDIAN, capacities, clustered, counts, once
+from fit_cases import BAKER, BAKER_DISPERSION, BAKER_MEDIAN, capacities, clustered, counts
 from known_truths import FRECHET, LOGNORMAL, WEIBULL, ida
 from scipy.special import ndtr
 from scipy.stats import chi2, kstest
@@ -161,12 +161,6 @@ class TestGoodness:
     def test_other_forms(self, form):
         assert goodness_of_fit(BAKER, form, replicates=50)["p_value"].item() > 0.05
 
-    def test_what_is_refused(self):
-        with pytest.raises(ValueError, match="has no method 'first-overturning'"):
-            goodness_of_fit(clustered(1, 1, 5, LEVELS), "isotonic", method="first-overturning")
-        with pytest.raises(ValueError, match="replicates must be at least 1"):
-            goodness_of_fit(BAKER, replicates=0)
-
 
 class TestForms:
     def test_aic(self):
@@ -207,9 +201,6 @@ class TestForms:
         assert own["form"].values.tolist() == ["lognormal", "Half", "isotonic"]
         assert own["aic"].sel(form="Half").item() == pytest.approx(2.0 + 2.0 * 320 * math.log(2.0))
         assert np.isnan(own["aic"].sel(form="isotonic").item())
-        for forms in ((), ("weibull", "weibull")):
-            with pytest.raises(ValueError, match="at least one form, each once"):
-                compare_forms(BAKER, forms)
 
 
 class TestResurrections:
@@ -258,8 +249,6 @@ class TestResurrections:
         assert apart["returned"].dims == ("block", "model", "floor")
         np.testing.assert_array_equal(apart["pairs"].sel(floor=1).values, found["pairs"].values)
 
-    def test_what_is_refused(self):
-        with pytest.raises(ValueError, match="resurrections needs an IDA dataset"):
-            resurrections(once(1, np.ones(4)))
-        with pytest.raises(TypeError, match="needs runs with `overturned`"):
-            resurrections(BAKER)
+
+def test_refused(refusal):
+    refusal()

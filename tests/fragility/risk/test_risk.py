@@ -15,7 +15,6 @@ from toppling.fragility import (
     Branch,
     HazardCurve,
     annual_rate,
-    curve_probability,
     epistemic_rates,
     probability_in,
     rate_from_probability,
@@ -45,15 +44,6 @@ class TestOracles:
     def test_power_law_in_g(self):
         law = HazardCurve.power_law(1e-4, 2.5, "pga", units="g")
         assert annual_rate(curves(0.6 * G), law)["rate"].item() == pytest.approx(ORACLE, rel=1e-12, abs=0.0)
-
-    def test_slopes_of_a_power_law(self):
-        """Of ln(k0 median**-k exp(k² beta²/2)): -k, and k² beta² in ln beta."""
-        beta = np.array([0.1, 0.4, 1.1])
-        curve = LognormalCurves(np.log([0.3, 1.0, 8.0]), beta, np.full(3, -np.inf), np.zeros(3))
-        levels = np.log([0.5, 2.0, 4.0])
-        _, slopes = rates_and_slopes(curve, pieces_of(levels, np.log(1e-4) - 2.5 * levels))
-        assert slopes[0] == pytest.approx(-2.5, rel=1e-9)
-        assert slopes[1] == pytest.approx((2.5 * beta) ** 2, rel=1e-9)
 
     @pytest.mark.parametrize("curvature", [0.0, 0.02])
     @pytest.mark.parametrize("below", ["extend", "none"])
@@ -96,17 +86,6 @@ class TestOracles:
             return mp.ncdf((u - m) / mp.mpf("0.5")) * h * (u + mp.mpf("0.5"))
 
         assert found == pytest.approx(float(mp.quad(density, [summit, 0, 1, 3, 8])), rel=1e-12, abs=0.0)
-
-    def test_discrete_sum_nears_the_integral_from_below(self):
-        exact = annual_rate(curves(), LAW)["rate"].item()
-        errors = []
-        for count in (100, 200, 400):
-            x = np.geomspace(1e-3, 1e4, count)
-            rates = np.append(1e-4 * x**-2.5, 0.0)
-            errors.append(exact - (curve_probability(curves(), x).values @ -np.diff(rates)).item())
-        assert errors[0] > errors[1] > errors[2] > 0.0
-        ratios = errors[0] / errors[1], errors[1] / errors[2]
-        assert 1.8 < ratios[0] < ratios[1] < 2.0
 
     def test_poisson(self):
         assert rate_from_probability(0.1, 50) == pytest.approx(1 / 474.561, rel=1e-6, abs=0.0)

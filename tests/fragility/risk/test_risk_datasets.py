@@ -201,35 +201,9 @@ class TestDatasets:
                 annual_rate(one.assign_attrs(im="pga"), SITE)["rate"].item(), rel=1e-12, abs=0.0
             )
 
-    @pytest.mark.parametrize(
-        ("data", "hazard", "message"),
-        [
-            (curves(im="pgv", units="m s-1"), SITE, "curves are of 'pgv' and the hazard curve is of 'pga'"),
-            (curves(units="g"), SITE, "levels of the curves are in 'g' and of the hazard curve in 'm s-2'"),
-            (curves(im=""), SITE, "must say which measure their levels are of"),
-            (curves(im="scale", units="1"), SITE, "im of the curves must be one of"),
-            (
-                curves(im="pga_normalised", units="1"),
-                HazardCurve([1.0, 2.0], [2e-3, 1e-3], "pgv"),
-                "needs a hazard curve of 'pga'",
-            ),
-            (curves(im="pga_normalised", units="1"), SITE, "must have the coordinates alpha and p"),
-            (curves().assign_coords(floor=3), SITE, "of the motions of floor 3, the hazard curve is of the ground's"),
-            (curves().drop_vars("dispersion"), SITE, "dispersion is missing in median"),
-            (curves(), HazardCurve([1.0, 2.0, 3.0], [2e-3, 1e-3, 1e-3], "pga"), "last two rates are equal"),
-        ],
-    )
-    def test_refused(self, data, hazard, message):
-        with pytest.raises(ValueError, match=message):
-            annual_rate(data, hazard)
-
     def test_floors(self):
         upper = curves([2.0, 4.0]).rename(block="floor").assign_coords(floor=[0, 3])
-        with pytest.raises(ValueError, match="motions of floor 3"):
-            annual_rate(upper, SITE)
         there = HazardCurve(SITE.levels, SITE.rates, "pga", at="floor")
-        with pytest.raises(ValueError, match="one floor's curves, got floors 0, 3"):
-            annual_rate(upper, there)
         assert annual_rate(upper.isel(floor=1), there)["rate"].item() > 0.0
         assert annual_rate(upper.isel(floor=0), SITE)["rate"].item() > 0.0
         upper.attrs["configuration"] = json.dumps({"im_at": "ground"})
@@ -243,10 +217,6 @@ class TestDatasets:
         data = xr.Dataset(
             {"probability": ("level", [0.1, 0.4, 0.9])}, {"level": level}, {"form": "isotonic", "im": "pga"}
         )
-        with pytest.raises(
-            ValueError, match=r"known from 1 to 8 only, with P from 0.1 to 0.9, bounds its rate by .* and inf"
-        ):
-            annual_rate(data, SITE)
         inside = HazardCurve([1.5, 3.0, 6.0], [1e-2, 2e-3, 1e-4], "pga")
         with pytest.raises(ValueError, match=r"bounds its rate by 0.00\d+ and 0.00\d+ per year"):
             annual_rate(data, inside, below="none")
@@ -260,12 +230,6 @@ class TestDatasets:
             annual_rate(data, SITE, below="none", outside="most", bins=300)["share"].sum("bin"), 1.0, rtol=1e-2
         )
 
-    def test_options(self):
-        with pytest.raises(TypeError, match="hazard must be a HazardCurve, got dict"):
-            annual_rate(curves(), {})
-        with pytest.raises(ValueError, match="above must be one of 'extend', 'none', 'hold'"):
-            annual_rate(curves(), SITE, above="clip")
-        with pytest.raises(ValueError, match="bins must be a number of bins, or at least two edges"):
-            annual_rate(curves(), SITE, bins=[2.0, 1.0])
-        with pytest.raises(ValueError, match="confidence"):
-            annual_rate(curves(), SITE, confidence=1.0)
+
+def test_refused(refusal):
+    refusal()

@@ -226,8 +226,6 @@ def test_a_curve_without_a_tested_run_has_no_share(found):
     run = found["motions_run"].values
     few, many = int(run.min()), int(run.max())
     assert few < many
-    with pytest.raises(ValueError, match="runs must hold runs of every block under every law, got none"):
-        screen(found.isel(motion=[many - 1]), SHAKES, undecided=True)
     # (with numbers that fall the later motion is the first one)
     some = found.isel(motion=[many - 1, few - 1])
     falling = ("motion", -some["motion_number"].values)
@@ -294,23 +292,5 @@ def test_progress_ends_where_it_said(pairs):
     assert before == pytest.approx(told[-1][1], rel=0.1)
 
 
-def test_what_is_refused(found):
-    motions = SHAKES.sample(found.sizes["motion"])
-    dense = tp.ida(BLOCKS[0], LAWS[0], motions, [1.0], "pgv", screen=False)
-    other = tp.motions.CloughPenzien(duration=8.0, dt=0.01, s0=0.02)
-    for given, options, error, words in (
-        (found, {"motions": other}, ValueError, "must be the one of the runs, with a pga of"),
-        (found, {"motions": motions.isel(motion=slice(5))}, ValueError, "motions must hold motion"),
-        (found, {"undecided": True}, ValueError, "motions must be given where undecided runs"),
-        (found, {"friction": {"narrow": 0.3}}, ValueError, "friction must hold every block, got none for 'squat'"),
-        (found.drop_vars("motion_number"), {}, TypeError, "runs must be a dataset of runs with its coordinates"),
-        (found.isel(motion=[]), {"motions": motions}, ValueError, "runs must hold at least one motion"),
-        (found.isel(block=[]), {}, ValueError, "runs must hold at least one block"),
-        (found.isel(block=0), {}, TypeError, "runs must be a dataset of runs with its coordinates"),
-        (found.isel(run=found["run_block"].values == 1), {}, ValueError, "got none of narrow under"),
-        (found.drop_vars("overturned"), {"motions": motions, "undecided": 0.1}, TypeError, "runs must hold overturned"),
-        (found.drop_attrs(), {"motions": SHAKES}, ValueError, "runs must say their seed"),
-        (dense, {"motions": SHAKES}, TypeError, "motions must be labelled arrays"),
-    ):
-        with pytest.raises(error, match=words):
-            screen(given, **options)
+def test_refused(refusal):
+    refusal()

@@ -89,10 +89,6 @@ class TestStiffZones:
             refuse_endless(TALL, dataclasses.replace(law, delta=least / 3.0), 5000.0)
         refuse_endless(TALL, dataclasses.replace(law, delta=least), 5023.0)
 
-    @pytest.mark.parametrize(("block", "law", "does"), [
-        (TALL, tp.Vassiliou(delta=0.9, coefficient=100.0), "take a smaller damping"),
-        (tp.Block(2.0, 19.5, bed=tp.Bed(1e-9)), tp.DiscreteDamping(e=0.9), "take a bed that settles more"),
-    ])  # fmt: skip
-    def test_where_delta_is_of_no_use(self, block, law, does):
-        with pytest.raises(ValueError, match=does):
-            refuse_endless(block, law, 1e5)
+
+def test_refused(refusal):
+    refusal()

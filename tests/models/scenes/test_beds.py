@@ -411,51 +411,6 @@ class TestWall:
         np.testing.assert_array_equal(one.history[:2], other.history[:2])
 
 
-class TestRefusals:
-    @pytest.mark.parametrize(
-        ("make", "message"),
-        [
-            (lambda: tp.Bed(0.0), "settlement must be finite and > 0"),
-            (lambda: tp.Bed(-1e-3), "settlement must be finite and > 0"),
-            (lambda: tp.Bed(math.nan), "settlement must be finite and > 0"),
-            (lambda: tp.Bed(math.inf), "settlement must be finite and > 0"),
-            (lambda: tp.Block(0.4, 1.8, bed=tp.Bed(0.021)), "bed settlement must be .*<= 0.02"),
-            (lambda: tp.Block(0.4, 1.8, bed=tp.Bed(0.005)), "too soft"),
-            (lambda: tp.Block(0.4, 1.8, bed=tp.Bed(1e-12)), "too firm"),
-            (lambda: tp.Block(0.4, 1.8, bed=tp.Bed(1e-3), cm_offset=0.01), "must be symmetric"),
-            (lambda: tp.Block(0.4, 1.8, bed=tp.Bed(1e-3), lean=0.01), "must be symmetric"),
-            (
-                lambda: tp.Block(0.4, 1.8, bed=tp.Bed(1e-3), mass=50.0, restraint=tp.Restraint.strap(1.7)),
-                "has no restraint",
-            ),
-        ],
-    )
-    def test_blocks(self, make, message):
-        with pytest.raises(ValueError, match=message):
-            make()
-
-    def test_type(self):
-        with pytest.raises(TypeError, match="bed must be a toppling Bed"):
-            tp.Block(0.4, 1.8, bed=0.002)
-
-    @pytest.mark.parametrize(
-        "law", [tp.HousnerImpact(), tp.GianniniMasiani(), tp.MakrisKonstantinidis(), tp.Vassiliou()]
-    )
-    def test_laws_of_rigid_floors(self, law):
-        with pytest.raises(ValueError, match=r"stands on a bed: .* take viscous with a measured zeta"):
-            law.oscillator(CABINET)
-
-    def test_rigid_rest(self):
-        with pytest.raises(ValueError, match="rest='rigid' is for a rigid floor"):
-            tp.EnergyConsistent(e=0.9).oscillator(CABINET)
-
-    @pytest.mark.parametrize("gap", [0.0, 0.01])
-    def test_walls_that_are_met_before_uplift(self, gap):
-        block = tp.Block(0.4, 1.8, bed=tp.Bed(0.002), wall=tp.Wall(gap))
-        with pytest.raises(ValueError, match="before the block uplifts from its bed"):
-            tp.ViscousDamping(0.05).oscillator(block)
-
-
 def test_described_and_labelled():
     assert numbers_in(CABINET.label) == [0.4, 1.8, 2]
     assert not CABINET.sided
@@ -465,3 +420,7 @@ def test_described_and_labelled():
     inertia = 4.0 / 3.0 * CABINET.R**2  # of the base on springs: k (2 b³/3) - m g h over it
     springs = G / (2.0 * CABINET.b * 0.002) * 2.0 * CABINET.b**3 / 3.0 - G * CABINET.h
     assert frequency == pytest.approx(math.sqrt(springs / inertia) / (2.0 * math.pi), rel=2e-3)
+
+
+def test_refused(refusal):
+    refusal()

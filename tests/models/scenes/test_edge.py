@@ -43,23 +43,5 @@ def test_the_edge_of_the_width_is_not_that_of_the_depth():
     assert tp.Block(0.3, 0.9, depth=0.5, edge=tp.Edge(0.1)).across.edge is None
 
 
-@pytest.mark.parametrize(
-    ("make", "error", "text"),
-    [
-        (tp.Edge, ValueError, "needs its distance to the front or to the back"),
-        (lambda: tp.Edge(-0.01), ValueError, "front must be finite and >= 0"),
-        (lambda: tp.Edge(back=math.nan), ValueError, "back must be finite"),
-        (lambda: tp.Edge("0.1"), TypeError, "front must be a number"),
-        (lambda: tp.Edge(0.1, falls_when="top"), ValueError, "falls_when must be one of 'centre', 'foot', got 'top'"),
-        (lambda: tp.Block(0.3, 0.5, edge=0.1), TypeError, "edge must be a toppling Edge, got"),
-        (
-            lambda: tp.Block(0.3, 0.5, edge=tp.Edge(0.1), wall=tp.Wall()),
-            ValueError,
-            "must stand free, .* got touching wall",
-        ),
-        (lambda: tp.Block(0.3, 0.5, edge=tp.Edge(0.1), cm_offset=0.01), ValueError, "got mass 10 mm to the front: how"),
-    ],
-)
-def test_one_sentence(make, error, text):
-    with pytest.raises(error, match=text):
-        make()
+def test_refused(refusal):
+    refusal()

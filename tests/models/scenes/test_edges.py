@@ -45,34 +45,6 @@ class TestEdge:
     def test_label_tells_the_sides(self):
         assert numbers_in(near(0.1, 0.02, name=None).label) == [0.3, 0.5, 100, 20]
 
-    @pytest.mark.parametrize("distance", [-0.001, math.nan, math.inf, "0.1", True])
-    @pytest.mark.parametrize("side", ["front", "back"])
-    def test_refuses_distances_that_are_none(self, distance, side):
-        with pytest.raises((TypeError, ValueError), match=f"{side} must be"):
-            tp.Edge(**{side: distance})
-
-    def test_refuses_no_distance_and_other_words(self):
-        with pytest.raises(ValueError, match="an edge needs its distance to the front or to the back"):
-            tp.Edge()
-        with pytest.raises(ValueError, match="falls_when must be one of 'centre', 'foot', got 'toe'"):
-            tp.Edge(0.1, falls_when="toe")
-
-    @pytest.mark.parametrize(
-        "more",
-        [
-            {"wall": tp.Wall(0.01)},
-            {"cm_offset": 0.01},
-            {"lean": 0.01},
-            {"bed": tp.Bed(1e-4)},
-            {"mass": 10.0, "restraint": tp.Restraint.strap(0.4, 100.0)},
-        ],
-    )
-    def test_refuses_blocks_whose_slips_are_not_known(self, more):
-        with pytest.raises(ValueError, match="a block near an edge must stand free"):
-            tp.Block(0.3, 0.5, edge=tp.Edge(0.1), **more)
-        with pytest.raises(TypeError, match="edge must be a toppling Edge, got float"):
-            tp.Block(0.3, 0.5, edge=0.1)
-
 
 @pytest.fixture(scope="module")
 def blocks():
@@ -124,15 +96,6 @@ class TestRuns:
         assert runs["fallen_off"].values[:2, :, 1].all()
         assert not runs["fallen_off"].values[2].any()
 
-    def test_refuses_blocks_near_no_edge_and_rocking_ones(self):
-        with pytest.raises(ValueError, match="outputs: fallen_off needs a block near an edge"):
-            tp.ida(tp.Block(0.3, 0.5), SLIDING, noise(2), LEVELS, outputs=("fallen_off",))
-        with pytest.raises(ValueError, match="outputs must be one of"):
-            tp.ida(near(0.1), tp.HousnerImpact(), noise(2), LEVELS, outputs=("fallen_off",))
-        pairs = mo.both_axes(mo.join(noise(2, 1), noise(2, 2)))
-        with pytest.raises(ValueError, match="outputs of runs about both axes must be among"):
-            tp.ida(near(0.1), SLIDING, pairs, LEVELS, im="RotD50(pga)", outputs=("fallen_off",))
-
 
 class TestCurves:
     def test_probabilities_curves_and_rates(self):
@@ -156,7 +119,6 @@ class TestCurves:
         expected += share[0] * (site.rate_at(1e-6) if share[0] else 0.0)
         assert float(rate["rate"][0, 0]) == pytest.approx(expected, rel=1e-6)
 
-    def test_runs_without_the_output_are_refused(self):
-        runs = tp.ida(tp.Block(0.3, 0.5), tp.HousnerImpact(), noise(2), LEVELS)
-        with pytest.raises(TypeError, match="a fall over an edge needs runs with `fallen_off`"):
-            reached(runs, "fallen_off")
+
+def test_refused(refusal):
+    refusal()

@@ -168,21 +168,5 @@ def test_no_loss_with_any_offset(geometry):
     stack([law.oscillator(tp.Block(0.4, 1.8, cm_offset=offset)) for offset in np.linspace(-0.19, 0.19, 100)])
 
 
-class TestRefusals:
-    @pytest.mark.parametrize(("make", "message"), [
-        (lambda: tp.Block(0.4, 1.8, cm_offset=0.2), "cm_offset must be"),
-        (lambda: tp.Block(0.4, 1.8, lean=0.3), "lean must leave the block standing"),
-        (lambda: tp.Block(0.4, 1.8, cm_offset=math.nan), "cm_offset must be finite"),
-        # (shaking turns them the wrong way about the upper corner: their runs did not end, or stood at any level)
-        (lambda: tp.Block(0.3188, 0.02261, lean=1.485), "both corners of the base: between -0.0708 and 0.0708 rad"),
-        (lambda: tp.Block(0.4, 0.04, lean=0.4), "both corners of the base"),
-        (lambda: tp.Block(0.4, 0.03, lean=-1.0), "both corners of the base"),
-        (lambda: tp.Block(0.4, 0.2, cm_offset=0.15, lean=0.4), "both corners of the base"),
-    ])  # fmt: skip
-    def test_one_sentence(self, make, message):
-        with pytest.raises(ValueError, match=message):
-            make()
-
-    def test_an_offset_that_leaves_no_zone(self):
-        with pytest.raises(ValueError, match="leaves no elastic zone"):
-            tp.DiscreteDamping(delta=0.5).oscillator(tp.Block(0.4, 1.8, cm_offset=0.19))
+def test_refused(refusal):
+    refusal()

@@ -207,40 +207,5 @@ class TestWell:
         assert [results[OUTPUTS[name]] for name in ("overturned", "ruptured", "final_state")] == [0.0, 0.0, 0.0]
 
 
-class TestRefusals:
-    @pytest.mark.parametrize(("make", "message"), [
-        (lambda: tp.Block(0.3, 1.8, restraint=tp.Restraint.strap(1.75)), "needs its mass"),
-        (lambda: tp.Restraint.strap(1.75, stiffness=math.inf), "must have a finite stiffness"),
-        (lambda: tp.Restraint("adhesive", 200.0, math.inf, 0.3, 0.3, slack=0.01), "neither slack nor preload"),
-        (lambda: tp.Restraint.strap(1.75, 100.0, preload=100.0), "below the strength"),
-        (lambda: tp.Restraint.strap(1.75, -1.0), "strength must be"),
-        (lambda: tp.Restraint.strap(1.75, count=0), "count must be at least 1"),
-        (lambda: tp.Restraint.cable(0.2, 500.0, angle=1.4, width=0.5), "past the front corner"),
-        (lambda: tp.Restraint("rope", 1.0, 1.0, 1.0), "kind must be one of"),
-        *(
-            (lambda held=held: tp.Block(0.4, 1.0, mass=50.0, restraint=held), f"within the block's {size} m, got {got}")
-            for held, size, got in (
-                (tp.Restraint.strap(1.7), "height of 1", "1.7"),
-                (tp.Restraint.bracket(17.0, 500.0), "height of 1", "17"),
-                (tp.Restraint.cable(1.7, 500.0), "height of 1", "1.7"),
-                # (their arms are 0.58 and 0.93 m)
-                (tp.Restraint.cable(1.2, 500.0, angle=0.9, width=0.2), "height of 1", "1.2"),
-                (tp.Restraint.cable(1.1, 500.0, angle=0.5, width=0.07), "height of 1", "1.1"),
-                (tp.Restraint.adhesive(500.0, 0.45), "width of 0.4", "0.45"),
-                (tp.Restraint.pole(100.0, 500.0, 1e5, 0.2, 2.0), "width of 0.4", "2"),
-            )
-        ),
-    ])  # fmt: skip
-    def test_one_sentence(self, make, message):
-        with pytest.raises((ValueError, TypeError), match=message):
-            make()
-
-    def test_exact_geometry(self):
-        block = tp.Block(0.3, 1.8, mass=100.0, restraint=tp.Restraint.strap(1.75))
-        with pytest.raises(ValueError, match=r'law "housner" \(HousnerImpact\) with geometry = "linear"'):
-            tp.HousnerImpact().oscillator(block)
-
-    def test_slack_inside_the_zone(self):
-        block = tp.Block(0.3, 1.8, mass=100.0, restraint=tp.Restraint.strap(1.75))
-        with pytest.raises(ValueError, match="inside the elastic zone"):
-            tp.DiscreteDamping().oscillator(block)
+def test_refused(refusal):
+    refusal()

@@ -232,31 +232,13 @@ class TestRefusals:
         zoned = tp.DiscreteDamping(rest="rigid").oscillator(block)
         assert zoned.regions == tp.HousnerImpact(geometry="bilinear").oscillator(block).regions
 
-    def test_wall_inside_the_zone(self):
-        with pytest.raises(
-            ValueError, match=r'inside the elastic zone .* law "housner" \(HousnerImpact\) with geometry = "bilinear",'
-        ):
-            tp.DiscreteDamping(rest="rigid").oscillator(tp.Block(0.3, 1.8, wall=tp.Wall(0.002)))
-
-    def test_no_half_zone_for_the_energy_rule(self):
-        with pytest.raises(ValueError, match="take rest='rigid'"):
-            tp.EnergyConsistent(rest="elastic").oscillator(tp.Block(0.3, 1.8, wall=tp.Wall(0.0)))
-
-    @pytest.mark.parametrize(("make", "message"), [
-        (lambda: tp.Wall(-0.1), "gap must be"),
-        (lambda: tp.Wall(0.1, restitution=1.2), "restitution must be"),
-        (lambda: tp.Wall(0.1, front_gap=0.0), "front_gap must be"),
-        (lambda: tp.Block(0.3, 1.8, wall=tp.Wall(0.1, height=2.0)), "height must be at most the block's 1.8 m"),
-        (lambda: tp.Block(0.3, 1.8, wall=0.1), "wall must be a toppling Wall"),
-        (lambda: tp.Wall(math.nan), "gap must be finite"),
-    ])  # fmt: skip
-    def test_one_sentence(self, make, message):
-        with pytest.raises((ValueError, TypeError), match=message):
-            make()
-
 
 @pytest.fixture(scope="module")
 def shaken():
     from shared_cases import shake
 
     return shake(np.random.default_rng(4)), np.linspace(0.5, 8.0, 25)[None]
+
+
+def test_refused(refusal):
+    refusal()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import slide_kernel as other
 from plain_selection import plain_slides, without_compiler
-from slide_cases import TWIN, cases, stored
+from slide_cases import cases, stored
 from slide_reference import NAMES, solve
 from slide_scan import scan
 
@@ -26,8 +26,6 @@ COLUMNS = {
 }
 SLIPS, FIRST = SLIDES["slips"], SLIDES["first_slip_time"]
 KINDS = list(dict.fromkeys(case.name for case in cases()))
-ON_THRESHOLDS = ("touches", "rests", "begins at", "coarse")
-"""Beginnings of the names of the kinds whose records lie on thresholds to the last digit."""
 LARGEST = {"velocity": "velocity", "path": "path", "after": "path"}
 """Results over which errors are taken: the velocity, the way, and the larger of the two slips for the rest."""
 
@@ -65,16 +63,6 @@ class TestFortyDigits:
         assert sum(float(row["slips"]) > 10 for row in rows) > 50
         assert sum(float(row["after"]) > 0 for row in rows) > 10
         assert sum(float(row["first"]) == 0 for row in rows) > 10
-
-    def test_a_small_change_of_the_record_has_a_small_effect(self):
-        """The slip is no chaotic function of the record; but it jumps where the record touches a threshold."""
-        rows = [row for row in stored() if not row["name"].startswith(ON_THRESHOLDS)]
-        assert len(rows) > 240
-        for row in rows:
-            scale = scales(row)
-            for name in ("forward", "backward", "residual", "path", "velocity"):
-                assert float(row[f"twin_{name}"]) <= 1e4 * TWIN * scale[name]
-            assert float(row["twin_slips"]) == 0.0
 
     @pytest.mark.slow
     def test_stored_digits_are_right(self):
@@ -127,10 +115,12 @@ class TestManyRuns:
 
         Between two samples the acceleration is a straight line: a sample in its middle changes rounding alone.
         """
+        samples, tally = 0, np.zeros(5, np.int64)
         for seed in range(120):
             record, vertical, dt, friction, factors = scan(seed)
-            found = run_sliders(friction, factors[:, None], record, vertical, dt)[:, 0]
-            whole = run_sliders(friction, factors[:, None], record, vertical, dt, skip=False)[:, 0]
+            given = friction, factors[:, None], record, vertical, dt
+            found, whole = (run_sliders(*given, skip, tally)[:, 0] for skip in (True, False))
+            samples += 2 * factors.size * record.size
             np.testing.assert_array_equal(found, whole)
             for j in (0, 131, 255):
                 alone = run_sliders(friction[j : j + 1], factors[j : j + 1, None], record, vertical, dt)[0]
@@ -143,6 +133,8 @@ class TestManyRuns:
             np.testing.assert_allclose(
                 cut[:, SLIDES["slide_path"]], found[:, SLIDES["slide_path"]], rtol=1e-9, atol=1e-22
             )
+        assert tally[0] == samples
+        assert tally[1] > 0.05 * samples
 
     def test_ways_are_consistent(self):
         for seed in range(120):

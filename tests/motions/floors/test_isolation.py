@@ -114,27 +114,6 @@ def test_yielding_storeys_on_lead_rubber_against_another_integrator(strength):
     np.testing.assert_allclose(found["pfa"].values[0, 0], np.abs(accelerations).max(axis=1), rtol=1e-8)
 
 
-@pytest.mark.parametrize(
-    ("make", "said"),
-    [
-        (lambda: Building.isolated(Isolator.pendulum(1.5, 0.05), 1e5, [1e5], [4e7]), "got a pendulum: take a bilinear"),
-        (lambda: Building.isolated(Isolator.bilinear(2.0, 0.05, clearance=0.3), 1e5, [1e5], [4e7]), "no clearance"),
-        (lambda: Building.isolated(LEAD, 0.0, [1e5], [4e7]), "base_mass must be"),
-        (
-            lambda: Building.isolated(Isolator.linear(2.5, 0.15), 1e-3, [2e5] * 5, [2e8] * 5),
-            r"base_mass must be at least 59\.5 kg for the slab .* got 0\.001 kg",
-        ),
-        (lambda: Building.isolated(LEAD, 2e5, [2e5, 8.0], [2e8, 2e8]), "masses must be at least .* kg for floor 2"),
-        (lambda: Building.isolated(2.5, 1e5, [1e5], [4e7]), "isolator must be Isolator"),
-        (lambda: Building.isolated(LEAD, 1e5, [1e5], [4e7], p_delta=True), "give a yield_coefficient"),
-        (lambda: Building.isolated(LEAD, 1e5, [1e5], [4e7, 1e7]), "one a storey"),
-    ],
-)
-def test_what_is_refused(make, said):
-    with pytest.raises((TypeError, ValueError), match=said):
-        make()
-
-
 def test_the_least_mass_bounds_the_rates_of_the_slab():
     """At the least mass the fastest rate of the whole chain, of dense matrices, is that of the bound to 3 %."""
     mass, stiffness = np.array([2e5] * 3), np.array([2e8] * 3)
@@ -149,7 +128,5 @@ def test_the_least_mass_bounds_the_rates_of_the_slab():
     assert np.abs(rates).max() == pytest.approx(FASTEST, rel=0.03)
 
 
-def test_floors_belong_to_their_level():
-    floors = Building.isolated(LEAD, 1e5, [1e5], [4e7]).floor_motions(shaking(), [0, 1])
-    with pytest.raises(ValueError, match="belongs to the level of its ground motion"):
-        tp.ida(tp.Block(0.2, 0.8), tp.EnergyConsistent(), floors, [1.0, 2.0])
+def test_refused(refusal):
+    refusal()

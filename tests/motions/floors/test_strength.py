@@ -47,16 +47,5 @@ def test_coefficients_in_per_cent_are_doubted(coefficient, doubted):
     assert ["yield coefficient" in doubt.sentence for doubt in doubts] == [True] * doubted
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("tent", 1.0, 1.0, 0.6), "system must be one of 'special-moment-frame'"),
-        (("light-frame-wall", 0.0, 1.0, 0.6), "period must be"),
-        (("light-frame-wall", 1.0, 0.0, 0.6), "sds must be"),
-        (("light-frame-wall", 1.0, 1.0, 20.0), "sd1 must be"),
-        (("light-frame-wall", 1.0, 1.0, 0.6, 2.0), "importance must be"),
-    ],
-)
-def test_what_is_refused(arguments, said):
-    with pytest.raises(ValueError, match=said):
-        code_strength(*arguments)
+def test_refused(refusal):
+    refusal()

@@ -112,27 +112,11 @@ def test_a_total_acceleration_alone_is_one(tmp_path):
     assert read(tmp_path, columns("time,absolute (g),total (g)", 1, 1)).sizes["motion"] == 2
 
 
-@pytest.mark.parametrize(
-    ("heading", "apart"),
-    [
-        ("time,acc (g),acc (m/s2)", False),
-        ("time,a1 (g),a2 (g)", False),
-        ("time,measured (g),filtered (g)", True),
-        ("time,acc (g),error (g)", True),
-        ("time,acc (g),baseline (g)", True),
-        ("time,NS raw (g),NS corrected (g)", True),
-        ("time,uncorrected acceleration (g),corrected acceleration (g)", True),
-        ("time,table command (g),table feedback (g)", True),
-        ("time,target (g),achieved (g)", True),
-        ("time,sensor 1 (g),reference (g)", True),
-    ],
-)
-def test_one_signal_twice_is_refused(tmp_path, heading, apart):
-    text = columns(heading, 1, 2)
-    if not apart:
-        text = f"{heading}\n" + "".join(f"{0.01 * i:.2f},{one},{9.8 * one:.4f}\n" for i, one in enumerate(SAMPLES))
+@pytest.mark.parametrize("heading", ["time,acc (g),acc (m/s2)", "time,a1 (g),a2 (g)"])
+def test_one_signal_in_two_units_is_refused(tmp_path, heading):
+    rows = "".join(f"{0.01 * i:.2f},{one},{9.8 * one:.4f}\n" for i, one in enumerate(SAMPLES))
     with pytest.raises(RecordError, match=r"its columns .* are one signal twice, or no motion"):
-        read(tmp_path, text)
+        read(tmp_path, f"{heading}\n{rows}")
 
 
 @pytest.mark.parametrize("heading", ["time,NS corrected (g),EW corrected (g)", "time,roof (g),table (g)"])
@@ -144,8 +128,6 @@ def test_a_row_of_units_and_commas_at_the_ends(tmp_path):
     for row in ("s,gal,m/s2,gal", "[s],[gal],(m/s2),[gal]", "(sec),gal,m/s/s,cm/s2"):
         motion = read(tmp_path, columns(f"time,NS,EW,UD\n{row}", 1, 1, 1))
         np.testing.assert_allclose(motion.values[:, 0], [0.001, -0.02, 0.0001], atol=1e-12)
-    with pytest.raises(RecordError, match=r"'g'.*'gal'"):
-        read(tmp_path, columns("time,NS (g),EW (g)\ns,gal,gal", 1, 1))
     rows = "".join(f"{one},{2 * one},{3 * one},\n" for one in SAMPLES)
     motion = read(tmp_path, f"UNIT  = gal(cm/s/s),\nSAMPLING RATE= 100Hz,\nNS,EW,UD,\n{rows}")
     np.testing.assert_allclose(motion.values, np.outer([0.01, 0.02, 0.03], SAMPLES), rtol=1e-15)
@@ -163,15 +145,7 @@ def test_times_that_are_rounded(tmp_path, step, decimals):
 
 @pytest.mark.parametrize("mark", ["-999", "999.99", "-99999", "9999.0", "99.99"])
 def test_marks_of_gaps(tmp_path, mark):
-    with pytest.raises(RecordError, match=r"2 of its values are 9[9.]*, a mark of gaps"):
-        read(tmp_path, f"time,a (gal)\n{ROWS}0.12,{mark}\n0.13,{mark}\n")
-    with pytest.raises(RecordError, match="a mark of gaps"):
-        read(
-            tmp_path,
-            at2(f"{PARTS['<title>']}\nACCELERATION IN CM/S2\nNPTS= 14, DT= 0.01").rstrip() + f" {mark} {mark}\n",
-        )
-    with pytest.raises(RecordError, match=r"1 of its values is 9[9.]*, a mark of gaps"):
-        read(tmp_path, f"time,a (gal)\n{ROWS}0.12,{mark}\n0.13,1.0\n")
+    """Two of them, alone or at the end of an AT2 file, or one that stands far from all others: see refusals.csv."""
     assert read(tmp_path, f"time,a (gal)\n{ROWS}0.12,{mark}\n0.13,{0.4 * float(mark)}\n").sizes["time"] == 14
 
 
@@ -281,22 +255,6 @@ def test_columns_of_no_known_name_are_all_read(tmp_path):
     assert read(tmp_path, columns("time,roof,table", 1, 2), unit="g").sizes["motion"] == 2
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (b"\x1f\x8b\x08\x00rest", r"compressed \(gzip\).* unpack it"),
-        (b"PK\x03\x04rest", "a zip archive or a workbook"),
-        ("time,a (g)\n0,1\n0.01,2\n".encode("utf-16"), "UTF-16, not plain text: save it as UTF-8"),
-        ("time,a (g)\n0,1\n0.01,2\n".encode("utf-16-le"), "UTF-16, not plain text: save it as UTF-8"),
-        (b"UNCORRECTED ACCELEROGRAM DATA\n0000001\n", "of the format CSMIP V1, .* take the corrected file"),
-        (b"2 CORRECTED ACCELEROGRAM\n*\n", "of the format SMC, .* take the COSMOS file"),
-    ],
-)
-def test_other_formats_are_named(tmp_path, text, message):
-    with pytest.raises(RecordError, match=message):
-        read(tmp_path, text)
-
-
 def test_line_ends_that_a_transfer_doubled(tmp_path):
     text = at2(f"{PARTS['<title>']}\nACCELERATION IN G\n{NPTS}").replace("\n", "\r\r\n")
     motion = read(tmp_path, text, "record.AT2")
@@ -305,27 +263,18 @@ def test_line_ends_that_a_transfer_doubled(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("unit", "factor"),
+    ("factor", "units"),
     [
-        ("g", G),
-        ("G", G),
-        ("(g)", G),
-        ("Gal.", 0.01),
-        ("cm/s²", 0.01),
-        ("cm/sec/sec", 0.01),
-        ("cm/sec2", 0.01),
-        ("cm*s-2", None),
-        ("m.s-2", 1.0),
-        ("m s^-2", 1.0),
-        ("m/s**2", 1.0),
-        ("mm/s2", 0.001),
-        ("cm/s", None),
-        ("counts", None),
-        ("ms", None),
+        (G, "g G (g)"),
+        (0.01, "Gal. cm/s² cm/sec/sec cm/sec2"),
+        (1.0, "m.s-2 m/s**2"),
+        (0.001, "mm/s2"),
+        (None, "cm*s-2 cm/s counts ms"),
     ],
 )
-def test_spellings_of_units(unit, factor):
-    assert unit_factor(unit) == factor
+def test_spellings_of_units(factor, units):
+    assert {unit_factor(unit) for unit in units.split()} == {factor}
+    assert unit_factor("m s^-2") == 1.0
 
 
 LONG = np.sin(np.arange(40)) / 8.0
@@ -404,3 +353,7 @@ def test_whole_milliseconds_and_numbers_are_no_decimal_commas(tmp_path):
     rows = "".join(f"{5 * i},{round(1e5 * one)}\n" for i, one in enumerate(SAMPLES))
     motion = read(tmp_path, f"time (ms),acc (mm/s2)\n{rows}")
     np.testing.assert_allclose(motion.values[0], np.array(SAMPLES) * 100.0, rtol=1e-12)
+
+
+def test_refused(refusal):
+    refusal()

@@ -139,35 +139,5 @@ class TestSelection:
         assert np.isnan(found.report["sigma"].sel(measure="pga"))
 
 
-class TestRefused:
-    @pytest.mark.parametrize(
-        ("change", "words"),
-        [
-            ({"number": 0}, "number must be"),
-            ({"number": 61}, "a choice of 61 needs at least 122"),
-            ({"level": -1.0}, "level must be finite and > 0"),
-            ({"factor": (2.0, 1.0)}, "least and a greatest factor"),
-            ({"factor": (1.0, 1.0001)}, "of 120 candidates reach"),
-            ({"weights": {"pgx": 1.0}}, "pgx"),
-            ({"weights": {"arias": 1.0}}, "does not hold"),
-            ({"weights": {"pga": -1.0}}, ">= 0"),
-            ({"weights": dict.fromkeys(["pga", "Sa(0.5)", "Sa(1.0)", "pgv"], 0.0)}, "not all be 0"),
-            ({"per_event": 0}, "per_event must be"),
-            ({"number": 45, "per_event": 1}, "of at most 1 per event cannot be chosen: 40 events"),
-            ({"seed": -1}, "seed must be"),
-            ({"target": "target.csv"}, "must be a Target"),
-        ],
-    )
-    def test_arguments(self, pool, target, change, words):
-        given = {"target": target, "number": 10, "level": target.medians[2], **change}
-        with pytest.raises((TypeError, ValueError), match=words):
-            select(pool, **given)
-
-    def test_floors(self, pool, target):
-        floors = pool.isel(motion=slice(0, 4)).expand_dims(floor=["1"], axis=1)
-        with pytest.raises(ValueError, match="must be ground motions"):
-            select(floors, target, 1, level=1.0)
-
-    def test_a_single_motion(self, pool, target):
-        with pytest.raises(ValueError, match=r"\(motion, time\)"):
-            select(pool.isel(motion=0, drop=True), target, 1, level=1.0)
+def test_refused(refusal):
+    refusal()

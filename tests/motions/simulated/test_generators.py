@@ -4,14 +4,11 @@ Seeds are fixed; a statistical bound is so many standard errors of the estimate,
 """
 
 import dataclasses
-import json
 import math
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
+from both_ways import both_ways
 from scipy import signal, stats
 from scipy.integrate import quad, solve_ivp
 
@@ -44,12 +41,20 @@ GENERATORS = [
     mo.NearFault(magnitude=6.0, with_pulse="probability", f_c=0.4, dt=0.02),
     mo.Seismological(magnitude=5.5, dt=0.01),
     mo.KanaiTajimi(duration=5.0, dt=0.01),
+    mo.CloughPenzien(duration=5.0),
+    mo.SpectrumCompatible(
+        mo.TargetSpectrum((0.05, 0.12, 0.5, 4.0), (6.0, 10.0, 10.0, 1.2), name="plateau"), duration=8.0, dt=0.02
+    ),
+    mo.AC156(0.8, duration=10.0, dt=0.01),
 ]
 OUT_OF = {type(g).__name__: g for g in GENERATORS}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("generator", GENERATORS, ids=list(OUT_OF))
+@pytest.mark.parametrize(
+    "generator",
+    [g if isinstance(g, mo.KanaiTajimi) else pytest.param(g, marks=pytest.mark.slow) for g in GENERATORS],
+    ids=list(OUT_OF),
+)
 class TestEveryGenerator:
     def test_seed_and_index_alone_decide_a_motion(self, generator, monkeypatch):
         """Bit by bit, in any slice and in chunks of any size."""
@@ -75,15 +80,8 @@ class TestEveryGenerator:
             generator.sample(10**9)
 
 
-@pytest.mark.parametrize(("duration", "dt"), [(20.0, 0.0), (20.0, -0.01), (-20.0, 0.01), (2e6, 0.01)])
-def test_steps_are_of_times_above_zero(duration, dt):
-    with pytest.raises(ValueError, match=r"^d(t|uration) must be finite and > 0 and <= 1e\+06"):
-        mo.steps_of(duration, dt)
-
-
 def test_names():
-    elsewhere = {mo.CloughPenzien, mo.SpectrumCompatible, mo.AC156}
-    assert {type(g) for g in GENERATORS} | elsewhere == set(mo.GENERATORS.values())
+    assert {type(g) for g in GENERATORS} == set(mo.GENERATORS.values())
     assert all(issubclass(kind, mo.Generator) for kind in mo.GENERATORS.values())
 
 
@@ -180,34 +178,6 @@ class TestRest:
 
 
 class TestDriftingFilter:
-    def test_is_the_sum_over_pulses(self):
-        """Against the double sum of the paper, response by response."""
-        n, dt, zeta = 400, 0.01, 0.15
-        pulses = normals([stream(1, 0)], n)
-        omega = np.linspace(60.0, 3.0, n)[None]
-        lag = (np.arange(n)[:, None] - np.arange(n)) * dt
-        root = math.sqrt(1.0 - zeta**2)
-        h = omega / root * np.exp(-zeta * omega * np.maximum(lag, 0.0)) * np.sin(omega * root * np.maximum(lag, 0.0))
-        size = np.sqrt((h**2).sum(axis=1))
-        expected = np.divide(h @ pulses[0], size, out=np.zeros(n), where=size > 0.0)
-        found = drifting_noise(pulses, omega, np.array([zeta]), dt, np.array([n]), np.arange(1))[0]
-        # responses are dropped at 1e-6 of their start, several at a time
-        np.testing.assert_allclose(found, expected, atol=1e-5)
-
-    def test_finer_steps_converge(self):
-        """The discrete autocorrelation tends to exp(-zeta w t)[cos w_d t + zeta w/w_d sin w_d t], as dt."""
-        omega, zeta, lag = 20.0, 0.3, 0.08
-        wd = omega * math.sqrt(1.0 - zeta**2)
-        exact = math.exp(-zeta * omega * lag) * (math.cos(wd * lag) + zeta * omega / wd * math.sin(wd * lag))
-        errors = []
-        for steps in (4, 8, 16, 32):
-            z = np.exp((-zeta * omega + 1j * wd) * lag / steps)
-            h = (z ** np.arange(4000)).imag
-            errors.append(abs((h[steps:] * h[:-steps]).sum() / (h**2).sum() - exact))
-        orders = np.log2(np.array(errors[:-1]) / errors[1:])
-        assert np.all(orders > 1.5)
-        assert errors[-1] < 1e-3
-
     @pytest.mark.parametrize(("omega", "zeta"), [(20.0, 0.3), (40.0, 0.1), (10.0, 0.6)])
     def test_stationary_rates_are_closed_forms(self, omega, zeta):
         """Zero up-crossings and small extremes per second of 40 motions of 50 s, at four standard errors."""
@@ -406,15 +376,6 @@ class TestFit:
         fitted = mo.SiteBased.fit(mo.read(mo.example_path()))
         assert fitted.sample(2).sizes["time"] > 100
 
-    def test_hostile_records(self):
-        still = mo.from_array(np.zeros(100), 0.01)
-        with pytest.raises(ValueError, match="must shake to be fitted"):
-            mo.SiteBased.fit(still)
-        with pytest.raises(ValueError, match="exactly one motion to be fitted, got 2"):
-            mo.SiteBased.fit(mo.SiteBased(dt=0.01).sample(2))
-        with pytest.raises(ValueError, match="put quiet before it"):
-            mo.SiteBased.fit(mo.from_array(np.random.default_rng(1).normal(size=999) / np.arange(1, 1000), 0.01))
-
 
 class TestEvolutionary:
     def test_one_frequency_is_kanai_tajimi(self):
@@ -466,11 +427,6 @@ class TestEvolutionary:
             expected = (generator.density(w[band]) * np.sinc(w[band] * 0.005 / math.pi) ** 4).mean()
             each = periodogram[:, band].mean(axis=1)
             assert each.mean() == pytest.approx(expected, abs=4.0 * each.std() / math.sqrt(300.0) + 0.01 * expected)
-
-    def test_frequency_falls(self):
-        a = mo.EvolutionaryKanaiTajimi(omega_g=(40.0, 8.0), duration=30.0, xi_g=0.2).sample(20, seed=1).values
-        crossings = ((a[:, :-1] < 0.0) & (a[:, 1:] >= 0.0)).reshape(20, 3, -1).sum(axis=(0, 2))
-        assert crossings[0] > 1.5 * crossings[2]
 
     def test_calibrations_are_exact(self):
         by_pga = EVOLUTIONARY.calibrate_pga(3.0, n=10, seed=4)
@@ -587,14 +543,6 @@ class TestVelocityPulse:
         left = displacement(a, dt)[-1]
         assert left == pytest.approx(0.0 if zero_residual else d, abs=1e-6)
 
-    def test_hostile(self):
-        with pytest.raises(ValueError, match="gamma must be"):
-            mo.MavroeidisPapageorgiou(1.0, 3.0, gamma=0.5)
-        with pytest.raises(TypeError, match="zero_residual must be true or false"):
-            mo.MavroeidisPapageorgiou(1.0, 3.0, zero_residual=1)
-        with pytest.raises(ValueError, match="velocity must be"):
-            mo.MavroeidisPapageorgiou.of_velocity(0.0, 2.0)
-
 
 class TestNearFault:
     EQUATIONS = directivity.NearFaultEquations(7.0, 5e3, 500.0, "reverse", 3e3, 15e3, 0.2)
@@ -651,41 +599,6 @@ class TestNearFault:
         assert np.median(pgv / drawn.pulse_velocity.values) > 0.8
 
 
-HOSTILE = [
-    (lambda: mo.SiteBased(arias=0.0), ValueError, "arias must be"),
-    (lambda: mo.SiteBased(zeta=1.0), ValueError, "zeta must be"),
-    (lambda: mo.SiteBased(d5_95=40.0, t_mid=2.0), ValueError, r"d5_95/t_mid must be .* got 40/2 = 20"),
-    (lambda: mo.SiteBased(duration=15.0), ValueError, "duration must be at least .* the high-pass dies out"),
-    (lambda: mo.SiteBased(omega_mid="5"), TypeError, "omega_mid must be a number"),
-    (lambda: mo.SiteBasedScenario(magnitude=9.5), ValueError, "magnitude must be"),
-    (lambda: mo.SiteBasedScenario(distance=20.0), ValueError, r"distance must be .*>= 1000 .* \(in m\), got 20.0"),
-    (lambda: mo.SiteBasedScenario(faulting="normal"), ValueError, "faulting must be one of 'strike-slip', 'reverse'"),
-    (lambda: mo.SiteBasedScenario(duration=10.0), ValueError, "duration must be at least"),
-    (lambda: mo.SiteBasedScenario(f_c=0.0), ValueError, "f_c must be"),
-    (lambda: mo.NearFault(distance=1e5), ValueError, "distance must be"),
-    (lambda: mo.NearFault(with_pulse="sometimes"), ValueError, "with_pulse must be one of"),
-    (lambda: mo.NearFault(angle=90.0), ValueError, r"angle must be .*\(in rad\)"),
-    (lambda: mo.NearFault(duration=10.0), ValueError, "duration must be at least"),
-    (lambda: mo.Seismological(stress_drop=80.0), ValueError, r"stress_drop must be .*\(in Pa\)"),
-    (lambda: mo.Seismological(site="mud"), ValueError, "site must be one of 'generic-rock', 'flat'"),
-    (lambda: mo.Seismological(amplification=[(1.0, 2.0), (0.5, 2.0)]), ValueError, "frequencies increasing"),
-    (lambda: mo.Seismological(amplification=[1.0, 2.0]), ValueError, "2 dimension"),
-    (lambda: mo.Seismological(duration=20.0), ValueError, "duration must be at least"),
-    (lambda: mo.EvolutionaryKanaiTajimi(omega_g=()), ValueError, "at least one frequency"),
-    (lambda: mo.EvolutionaryKanaiTajimi(omega_g=(5.0, -1.0)), ValueError, "omega_g must be"),
-    (lambda: mo.EvolutionaryKanaiTajimi(omega_g_times=(0.0,)), ValueError, "one time a frequency, got 1 for 2"),
-    (lambda: mo.EvolutionaryKanaiTajimi(omega_g_times=(5.0, 1.0)), ValueError, "omega_g_times must increase"),
-    (lambda: EVOLUTIONARY.calibrate_pga(0.0, n=2), ValueError, "target must be"),
-    (lambda: EVOLUTIONARY.calibrate_arias(-1.0, n=2), ValueError, "target must be"),
-]
-
-
-@pytest.mark.parametrize(("call", "error", "message"), HOSTILE)
-def test_hostile_input(call, error, message):
-    with pytest.raises(error, match=message):
-        call()
-
-
 @pytest.mark.slow
 def test_without_the_compiler():
     """NUMBA_DISABLE_JIT=1 gives the same motions from plain Python, to rounding."""
@@ -696,14 +609,7 @@ def test_without_the_compiler():
         "         mo.EvolutionaryKanaiTajimi(omega_g=(30.0, 8.0), duration=2.0, dt=0.02)]\n"
         "print(json.dumps([g.sample(2, seed=1).values.tolist() for g in short]))\n"
     )
-    runs = []
-    for switch in ("0", "1"):
-        environment = {**os.environ, "NUMBA_DISABLE_JIT": switch}
-        done = subprocess.run(
-            [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True, cwd="/"
-        )
-        runs.append(json.loads(done.stdout))
-    for compiled, plain in zip(*runs, strict=True):
+    for compiled, plain in zip(*both_ways(code), strict=True):
         np.testing.assert_allclose(plain, compiled, rtol=1e-8, atol=1e-10)
 
 
@@ -719,3 +625,7 @@ def test_site_based_motions_of_tiny_steps(monkeypatch):
     assert len(work) == 3
     with pytest.raises(ValueError, match=r"dt must be at least 0\.01 s .* got 0\.005"):
         dataclasses.replace(generator, dt=0.005).sample(1)
+
+
+def test_refused(refusal):
+    refusal()

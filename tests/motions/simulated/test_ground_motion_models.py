@@ -41,20 +41,6 @@ class TestModels:
         deep, same = mo.Scenario(6.5, 20e3, 760.0, depth=12e3), mo.Scenario(6.5, 16e3, 760.0)
         assert float(mo.expected_motions(deep).pga) == pytest.approx(float(mo.expected_motions(same).pga), rel=1e-12)
 
-    @pytest.mark.parametrize(
-        ("scenario", "model", "message"),
-        [
-            (mo.Scenario(6.5, 20e3, 760.0), "BSSA15", "model must be one of 'BSSA14', 'CY14', got 'BSSA15'"),
-            (mo.Scenario(6.5, 20e3, 760.0, "oblique"), "BSSA14", "faulting must be one of"),
-            (mo.Scenario(9.5, 20e3, 760.0), "BSSA14", "magnitude must be"),
-            (mo.Scenario(6.5, 20e3, 50.0), "BSSA14", "vs30 must be"),
-            (mo.Scenario(6.5, 5e3, 760.0, depth=6e3), "BSSA14", "distance must be finite and >= 6000"),
-        ],
-    )
-    def test_refused(self, scenario, model, message):
-        with pytest.raises(ValueError, match=message):
-            mo.expected_motions(scenario, model)
-
     def test_a_distance_in_km_is_doubted(self):
         with pytest.warns(ImplausibleInput, match="a rupture at a distance of 20 m: km in place of m"):
             mo.expected_motions(mo.Scenario(6.5, 20.0, 760.0))
@@ -74,12 +60,6 @@ class TestOver:
         assert float(found["ratio"][0]) == pytest.approx(1.0, rel=1e-9)
         np.testing.assert_allclose(found["dispersion"].values, math.log(2.0), rtol=1e-9)
         assert float(found["model_dispersion"][0]) == pytest.approx(0.605086, abs=1e-6)
-
-    def test_refused(self):
-        with pytest.raises(ValueError, match="motions must be at least 2, to have a median and a dispersion, got 1"):
-            mo.over_model(mo.from_array([0.0, 1.0], 0.1), self.SCENARIO)
-        with pytest.raises(ValueError, match="motions must shake"):
-            mo.over_model(mo.from_array([[0.0, 1.0], [0.0, 0.0]], 0.1), self.SCENARIO)
 
     @pytest.mark.parametrize(("options", "stated"), [({}, [1.65, 1.55]), ({"arias_constant": -2.2962}, [1.2, 1.1])])
     def test_what_the_scenario_generator_says_of_itself(self, options, stated):
@@ -170,16 +150,11 @@ class TestScaleToModel:
         assert whole.name == generator.sample(1).name
         assert whole.dims == ("motion", "time")
 
-    @pytest.mark.parametrize("im", ["pgd", "Sa(1.0, 0.02)", "AvgSa(0.2:2.0:10)"])
-    def test_other_measures_are_refused(self, im):
-        with pytest.raises(ValueError, match="im must be 'pga', 'pgv' or an Sa with 5 % damping, which BSSA14 gives"):
-            mo.scale_to_model(mo.Seismological(dt=0.02).sample(2), self.AT, im=im)
-
-    def test_what_is_no_motion(self):
-        with pytest.raises(TypeError, match="motions must be labelled arrays"):
-            mo.scale_to_model([1.0, 2.0], self.AT)
-
     def test_the_library_says_nothing_of_its_own(self, caplog, recwarn):
         mo.expected_motions(mo.Scenario(3.0, 20e3, 760.0), "CY14")
         assert not caplog.records
         assert not [one for one in recwarn if "mag" in str(one.message)]
+
+
+def test_refused(refusal):
+    refusal()
