@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from study_texts import CABINET, HAZARD, IDA, motions
+from study_texts import CABINET, HAZARD, IDA, motions, study_of
 
-import toppling as tp
 from toppling.studies.facts.footnotes import footnotes
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import say
@@ -27,9 +26,7 @@ replicates = 100
 
 
 def study(folder, *parts):
-    (folder / "study.toml").write_text('title = "A study"\n' + "".join(parts), encoding="utf-8")
-    (folder / "things.csv").write_text(INVENTORY, encoding="utf-8")
-    return tp.Study.from_toml(folder / "study.toml")
+    return study_of(folder, *parts, things=INVENTORY)
 
 
 def class_tests(results):

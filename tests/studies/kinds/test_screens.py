@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 from check_facts import check as check_of, notes_named
 from flips import undecided_outcomes
-from study_texts import BLOCKS, HAZARD, IDA, motions
+from study_texts import BLOCKS, HAZARD, IDA, motions, study_of
 
 import toppling as tp
 from toppling.core.facts import CARE, GOOD, INVALID, UNKNOWN
@@ -85,10 +85,7 @@ def shakes():
 
 
 def study(folder, *parts, inventory=INVENTORY):
-    (folder / "things.csv").write_text(inventory, encoding="utf-8")
-    path = folder / "study.toml"
-    path.write_text('title = "a study"\n' + "".join(parts), encoding="utf-8")
-    return tp.Study.from_toml(path)
+    return study_of(folder, *parts, things=inventory)
 
 
 def same(found, expected, by):

@@ -8,8 +8,6 @@ import toppling as tp
 from toppling.fragility import overturning_probability, slide_runs
 from toppling.models.friction import LognormalFriction
 from toppling.models.sliding.trip import tripping_velocity
-from toppling.studies.facts.notes import notes_of
-from toppling.studies.tables.slides import slides
 
 TEXT = """
 title = "Cables"
@@ -98,15 +96,6 @@ class TestResults:
         assert both.sizes["motion"] == 24
         once = slide_runs(runs, cables.design.motions, 0.1, trip=0.04)
         assert float(both["trips"].sum()) == 2.0 * float(once["trips"].sum()) > 0.0
-
-    def test_what_is_said(self, results, slid):
-        assert "sliding.trip_criterion" in {fact.what for fact in notes_of(results)}
-        assert slid.attrs["notes"] in {name for fact in notes_of(results) for name in fact.names}
-        assert "a block slides" in slid.attrs["notes"]
-        table = slides(results)
-        assert "Trips over obstacles" in table.note
-        assert table.column("obstacle") == pytest.approx([40.0, 10.0])
-        assert "%" in table.texts("trips")[0]
 
 
 class TestRefusals:

@@ -227,21 +227,6 @@ class TestPlaces:
     """A hazard of the ground and levels of floors are refused before anything runs."""
 
     @pytest.mark.parametrize(
-        ("parts", "message"),
-        [
-            ((BUILDING, IDA, HAZARD), r"floor 1, 2: set ida.im_at = 'ground', or give that floor's own hazard"),
-            ((BUILDING, '[cloud]\nim = "pga"\n', HAZARD), "set cloud.im_at = 'ground'"),
-            ((IDA, HAZARD + 'at = "floor"\n'), "hazard.at 'floor' needs motions of a floor"),
-            ((BUILDING, IDA, HAZARD + 'at = "floor"\n'), "is for blocks on one floor, got floors 0, 1, 2"),
-            ((BUILDING + "floors = [2]\n", IDA, HAZARD, UNCERTAIN), "set ida.im_at = 'ground'"),
-        ],
-    )
-    def test_refused(self, tmp_path, parts, message):
-        with pytest.raises(StudyError, match=message) as error:
-            study(tmp_path, BLOCKS, MODELS, MOTIONS, *parts)
-        assert "\n" not in str(error.value)
-
-    @pytest.mark.parametrize(
         "parts",
         [
             (BUILDING + "floors = [0]\n", IDA, HAZARD),
