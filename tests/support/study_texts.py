@@ -72,7 +72,7 @@ def laws(*names):
     return "".join(f'[[models]]\nlaw = "{name}"\n' for name in names)
 
 
-def building(period_s, storeys):
+def tower(period_s, storeys):
     """A building of walls and frames; the table stays open."""
     return f'[building]\nkind = "flexural-shear"\nperiod_s = {period_s}\nstoreys = {storeys}\n'
 

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 from check_facts import notes_named
-from study_texts import changed, motions, study_in
+from study_texts import YEAR, changed, motions, study_in
 
 import toppling as tp
 from toppling import fragility
@@ -203,10 +203,6 @@ FRICTION = """
 static = 0.25
 dispersion = 0.3
 kinetic_ratio = 0.9
-[hazard]
-levels = [0.05, 0.1, 0.3, 1.0, 2.0]
-rates = [3e-2, 1e-2, 1e-3, 1e-4, 1e-5]
-unit = "g"
 """
 
 
@@ -214,7 +210,7 @@ unit = "g"
 def test_blocks_that_slide(tmp_path):
     """Chances of slips and of falls over edges are those of `slide_runs`, and a wider band is near uplift."""
     edge = ("depth_m = 0.3\n", 'depth_m = 0.4\nedge_distance_mm = 30\nfalls_when = "foot"\n')
-    found = study(tmp_path, edge, more=FRICTION).run()
+    found = study(tmp_path, edge, more=FRICTION + YEAR).run()
     shaken = tp.motions.both_axes(GENERATOR.sample_pairs(6, 4), "random", 4)
     levels = np.array([0.2, 0.4, 0.7]) * 9.80665
     block = tp.Block(0.3, 1.4, name="square", depth=0.4, edge=tp.Edge(0.03, falls_when="foot"))

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from study_texts import motions, study_in
+from study_texts import laws, motions, power_law, study_in, tower
 
 from toppling.motions.arrays import digest
 from toppling.studies.buildings.shaking import Shaking
@@ -23,19 +23,8 @@ strapped,0.30,1.80,1,1,100,20,strap,10,EUR,injury
 ALIKE = "\n".join(
     line.replace(",20,", ",,").replace(",strap,", ",no,") for line in SIDED.replace("strapped", "tall").splitlines()
 )
-STUDY = f"""title = "Both ways"
-[[models]]
-law = "housner"
-geometry = "linear"
-{motions(9, 8)}[building]
-kind = "flexural-shear"
-period_s = 0.4
-storeys = 2
-[hazard]
-k0 = 1e-3
-k = 2
-unit = "g"
-"""
+LINEAR = laws("housner") + 'geometry = "linear"\n'
+STUDY = 'title = "Both ways"\n' + LINEAR + motions(9, 8) + tower(0.4, 2) + power_law(1e-3, 2)
 STRAP = """[restraints.strap]
 kind = "strap"
 height_m = 1.3

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from check_facts import facts_of
 from scipy.interpolate import CubicHermiteSpline
-from study_texts import BLOCKS, HAZARD, IDA, motions, study_in
+from study_texts import BLOCKS, HAZARD, IDA, laws, motions, study_in, tower
 
 import toppling as tp
 from toppling.fragility import uncertain_ida
@@ -21,13 +21,7 @@ from toppling.studies.report.page import write_report
 
 pytestmark = [pytest.mark.lowest, pytest.mark.newest]
 
-MODELS = """
-[[models]]
-law = "energy-consistent"
-
-[[models]]
-law = "discrete"
-"""
+MODELS = laws("energy-consistent", "discrete")
 MOTIONS = motions(24)
 LEVELS = np.exp(np.linspace(0.0, np.log(12.0), 7))
 PIECES = [tp.Block(0.35, 1.6, name="narrow"), tp.Block(0.6, 1.6, name="wide")]
@@ -128,12 +122,7 @@ INVENTORY = """item,width_m,height_m,floor,count,value,currency,consequence
 shelf,0.35,1.8,0,3,100,EUR,blocks-exit
 cabinet,0.45,1.6,2,2,400,EUR,
 """
-BUILDING = """
-[building]
-kind = "flexural-shear"
-period_s = 0.5
-storeys = 2
-"""
+BUILDING = tower(0.5, 2)
 PERFORMANCE = """
 [performance]
 inventory = "things.csv"

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from study_texts import CABINET, HAZARD, IDA, motions, study_of
+from study_texts import CABINET, HAZARD, IDA, laws, motions, study_of, tower
 
 from toppling.studies.facts.footnotes import footnotes
 from toppling.studies.facts.notes import notes_of
@@ -11,18 +11,12 @@ from toppling.studies.plan.piece_classes import piece_classes
 
 FIT = "[fit]\nreplicates = 100\n"
 INVENTORY = "item,count,floor,width_m,height_m,value,anchored\nshelf,2,1,0.4,1.8,100,no\n"
-PERFORMANCE = """
-[[models]]
-law = "housner"
-[building]
-kind = "flexural-shear"
-period_s = 0.4
-storeys = 2
-[performance]
-inventory = "things.csv"
-levels = { from = 1.0, to = 12.0, number = 5, spacing = "log", unit = "m/s2" }
-replicates = 100
-"""
+PERFORMANCE = (
+    laws("housner")
+    + tower(0.4, 2)
+    + '[performance]\ninventory = "things.csv"\n'
+    + 'levels = { from = 1.0, to = 12.0, number = 5, spacing = "log", unit = "m/s2" }\nreplicates = 100\n'
+)
 
 
 def study(folder, *parts):

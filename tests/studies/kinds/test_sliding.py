@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from check_facts import facts_of
 from scipy.stats import norm
-from study_texts import YEAR, blocks, ida, laws, motions, study_of
+from study_texts import YEAR, blocks, ida, laws, motions, study_in
 
 import toppling as tp
 from toppling.fragility import Slip, fit_fragility, overturning_probability, slide_runs
@@ -13,7 +13,8 @@ from toppling.studies.facts.method import method_of
 from toppling.studies.facts.notes import notes_of
 
 TEXT = (
-    blocks(1.0, trolley=0.6)
+    'title = "A trolley and a shelf"\n'
+    + blocks(1.0, trolley=0.6)
     + blocks(shelf=0.3)
     + blocks(**{"at a wall": 0.3})
     + "wall_gap_mm = 0\n"
@@ -33,7 +34,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def study(folder):
-    return study_of(folder, TEXT, YEAR)
+    return study_in(folder, TEXT + YEAR)
 
 
 @pytest.fixture(scope="module")

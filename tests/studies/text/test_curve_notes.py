@@ -8,7 +8,7 @@ import pytest
 import scipy
 import xarray as xr
 from check_facts import check as check_of, notes_named, numbers_in
-from study_texts import BLOCKS, CABINET, HAZARD, IDA, laws, motions, study_of
+from study_texts import BLOCKS, CABINET, HAZARD, IDA, laws, motions, study_of, tower
 
 import toppling as tp
 from toppling.fragility import uncertain_ida
@@ -29,12 +29,7 @@ from toppling.studies.text.one_side import one_side_notes
 
 MODELS = laws("housner", "discrete")
 MOTIONS = motions(20)
-BUILDING = """
-[building]
-kind = "flexural-shear"
-period_s = 0.5
-storeys = 2
-"""
+BUILDING = tower(0.5, 2)
 UNCERTAIN = """
 [uncertainty]
 samples = 6
