@@ -38,6 +38,14 @@ levels = { from = 1.0, to = 12.0, number = 6, spacing = "log", unit = "m/s2" }
 replicates = 200
 """
 AS_RECORDED, BOTH = 'polarity = "as recorded"\n', 'polarity = "both"\n'
+SETS = """[[motion_sets]]
+name = "other"
+motions = { generator = "clough-penzien", number = 5, seed = 2, duration_s = 8, dt_s = 0.02 }
+[[branches]]
+of = "motions"
+names = ["motions", "other"]
+weights = [0.5, 0.5]
+"""
 
 
 def study(folder, more="", inventory=SIDED, after="", strap=None):
@@ -48,15 +56,10 @@ def study(folder, more="", inventory=SIDED, after="", strap=None):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Finished studies: sided pieces both ways, as recorded, and symmetric ones both ways."""
+    """Finished studies of sided pieces: both ways, and as recorded."""
     found = tmp_path_factory.mktemp("ways")
-    for name, more, inventory in (
-        ("both", "", SIDED),
-        ("recorded", AS_RECORDED, SIDED),
-        ("alike", BOTH, ALIKE),
-        ("alike recorded", "", ALIKE),
-    ):
-        study(found / name, more, inventory).run(found / name / "out")
+    for name, more in (("both", ""), ("recorded", AS_RECORDED)):
+        study(found / name, more).run(found / name / "out")
     return found
 
 
@@ -70,6 +73,21 @@ class TestAsking:
         assert study(tmp_path, BOTH, ALIKE).polarity == "both"
         with pytest.raises(StudyError, match="polarity: must be one of as recorded, both, got 'reversed'"):
             study(tmp_path, 'polarity = "reversed"\n')
+
+    @pytest.mark.slow
+    def test_words_and_runs(self, tmp_path):
+        made = study(tmp_path, after=SETS)
+        assert made.runs == 270  # (two lines twice, one once)
+        assert "9 motions both ways" in made.words
+        assert made.further_runs == 5 * 5 * 6
+        counted = []
+        made.run(progress=lambda done, total: counted.append((done, total)))
+        assert counted[-1] == (made.work, made.work)
+        assert [done for done, _ in counted] == sorted(done for done, _ in counted)
+        plain = study(tmp_path, AS_RECORDED)
+        assert plain.runs == 9 * 3 * 6
+        assert "both ways" not in plain.words
+        assert study(tmp_path, BOTH, ALIKE).runs == study(tmp_path, AS_RECORDED, ALIKE).runs
 
     def test_memory_and_disk_are_those_of_twice_as_many_motions(self, tmp_path):
         both = study(tmp_path)
