@@ -10,6 +10,7 @@ from toppling.fragility import fit_fragility, overturning_probability, slide_run
 from toppling.models.friction import FixedFriction, LognormalFriction
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.file.blocks import read_blocks
+from toppling.studies.tables.slides import slides
 
 BENCH = """[[blocks]]
 name = "analyser"
@@ -132,6 +133,12 @@ class TestResults:
     def test_blocks_near_no_edge_have_none(self, results):
         for name in FALLS:
             assert np.isnan(results[name][1]).all()
+
+
+def test_slips_have_words_that_are_called_judgement(results):
+    """Those of a study's own slips have none (`test_sliding`)."""
+    words = "over 5 cm it touches a neighbour, over 10 cm it tears its service line, over 30 cm it blocks an aisle"
+    assert any(note.endswith(f" by slip: {words}.") for note in slides(results).notes)
 
 
 class TestOwnFriction:

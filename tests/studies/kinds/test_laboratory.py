@@ -13,6 +13,7 @@ from toppling.studies.facts import building
 from toppling.studies.facts.method import inputs_of
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.tables.pieces import pieces
+from toppling.studies.tables.slides import item_slides
 
 EXAMPLES = Path(tp.__file__).parent / "studies" / "examples"
 
@@ -60,6 +61,9 @@ class TestLaboratory:
         assert (roof.value, roof.names[:3]) == (3, ("server rack", "standing cabinet", "bench analyser"))
         floors = {row["item"]: row["floor"] for row in pieces(lower).rows}
         assert (floors["server rack"], floors["bookcase"]) == ("3 (roof)", "1")
+
+    def test_what_is_locked_is_said_below_the_table(self, laboratory):
+        assert "Castors locked" in item_slides(laboratory).note
 
 
 class TestGallery:

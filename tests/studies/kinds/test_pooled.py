@@ -25,6 +25,7 @@ from toppling.studies.plots.fragility import fragility_figure
 from toppling.studies.plots.region import maps
 from toppling.studies.region.reading import read_region
 from toppling.studies.region.rows import event_levels, examples
+from toppling.studies.tables.region import spread, surfaces
 from toppling.studies.text.error import StudyError
 
 pytestmark = pytest.mark.lowest
@@ -208,6 +209,11 @@ def test_maps_of_blocks_without_an_area(finished):
         drawn = dict(maps(few.assign(rate=rates)))["map_rate"]
         assert drawn.axes[0].get_ylabel() == "Size R (m)"
         assert len(drawn.axes[0].texts) == (known == 0)
+
+
+def test_tables_say_what_was_reached_and_of_how_many(finished):
+    assert "25 %" in surfaces(finished[0]).note
+    assert "40 blocks" in spread(finished[0]).note
 
 
 def test_the_export_has_every_curve(finished, tmp_path):

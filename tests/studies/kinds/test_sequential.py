@@ -31,7 +31,7 @@ from toppling.studies.facts.say import remedy, say
 from toppling.studies.plan.designs import KeptMotions
 from toppling.studies.plots.fragility import fragility_figure
 from toppling.studies.report.page import write_report
-from toppling.studies.tables.blocks import lead_blocks
+from toppling.studies.tables.blocks import lead_blocks, short_blocks
 from toppling.studies.tables.fragility import precision
 from toppling.studies.tables.slides import slides
 from toppling.studies.text.error import StudyError
@@ -113,6 +113,11 @@ def test_the_rate_that_was_asked_for_is_the_rate_of_the_results(until_a_rate):
     for name in ("fitted_rate", "rate_share", "rate_share_above", "rate_share_above_levels", "intensity_mean"):
         assert results[name].attrs["long_name"].endswith("fitted curve")
     assert len(notes_named(results, "rate.form_free")) == 1
+
+
+def test_tables_say_what_was_asked(finished, until_a_rate):
+    assert "15 %" in precision(finished[0]).note
+    assert any("form of curve" in note for note in short_blocks(until_a_rate[0]).notes)
 
 
 def test_a_size_is_found_by_the_rates_without_a_form(until_a_rate):

@@ -8,6 +8,7 @@ import toppling as tp
 from toppling.fragility import overturning_probability, slide_runs
 from toppling.models.friction import LognormalFriction
 from toppling.models.sliding.trip import tripping_velocity
+from toppling.studies.tables.slides import slides
 
 TEXT = """
 title = "Cables"
@@ -76,6 +77,9 @@ class TestResults:
             np.testing.assert_array_equal(results[f"trip_probability{ours}"], found[theirs][:, 0])
         assert 0.0 < float(found["probability"].max()) < 1.0
         assert results["trip_distance"].values.tolist() == [0.04, 0.01]
+
+    def test_the_table_says_what_a_trip_is(self, results):
+        assert "Trips over obstacles" in slides(results).note
 
     def test_flags_follow_from_velocities(self, slid, cables):
         for i, block in enumerate(cables.blocks):
