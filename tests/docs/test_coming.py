@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+from study_texts import study_in
 
 import toppling as tp
 
@@ -58,9 +59,7 @@ def results(tmp_path_factory):
             for old, new in changes:
                 assert old in text, old
                 text = text.replace(old, new)
-            path = tmp_path_factory.mktemp("study") / "study.toml"
-            path.write_text(text, encoding="utf-8")
-            made[title, changes] = tp.Study.from_toml(path).run()
+            made[title, changes] = study_in(tmp_path_factory.mktemp("study"), text).run()
         return made[title, changes]
 
     return run

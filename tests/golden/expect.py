@@ -2,6 +2,8 @@
 
 Main variables are kept with their dimensions and units.  Flags, counts and words are exact, and floats have all digits.
 Of a larger array of floats there are a few values, the extremes and a sum that depends on the order.
+
+`page.json` has what the page of a study says: the facts of each section and the rows of each table, without sentences.
 """
 
 from __future__ import annotations
@@ -21,8 +23,15 @@ from numpy.typing import NDArray
 from study_cases import folders, inputs, settings
 
 import toppling as tp
+from toppling.studies.facts.bars import bars_of
+from toppling.studies.facts.notes import notes_of
+from toppling.studies.facts.sections import fact_json, sections
+from toppling.studies.tables.files import table_json
+from toppling.studies.tables.registry import REGISTRY, tables
+from toppling.studies.text.reached import within_levels
 
 EXPECTED = "expected.json"
+PAGE = "page.json"
 NOT_MAIN = (
     *("account", "slip_account"),
     *("region_*", "near_*", "curve_*s", "curve_covariance", "rate_coefficients", "run_model", "run_motion"),
@@ -38,6 +47,10 @@ BYTE = 256
 SMALL = 1e-6
 """Share of a variable's largest value below which differences are relative to it: what cancels leaves 1e-16 of it."""
 TOLERANCE = 1e-9
+OF_PAGE = 1e-5
+"""Tolerance of what a page says, which has few digits."""
+MOST_ROWS = 30
+"""Most rows that are kept of a table."""
 
 
 def compute(folder: Path, out: Path) -> xr.Dataset:
@@ -81,6 +94,40 @@ def _of_values(values: NDArray[Any]) -> Any:
     }
 
 
+def said(results: xr.Dataset) -> dict[str, list[Any]]:
+    """Return what the page of some results says: facts by section, all notes, bars, and rows of the tables."""
+    by_section = {**sections(results), "notes": notes_of(results)}
+    facts = {name: [fact_json(fact, "") for fact in of_section] for name, of_section in by_section.items()}
+    bars = bars_of(within_levels(results))
+    facts["bars"] = [list(bar) for group in bars.groups.values() for bar in group] if bars else []
+    rows = {
+        f"table {name}": [row for table in tables(results, [name]) for row in table_json(table)["rows"][:MOST_ROWS]]
+        for name in REGISTRY
+    }
+    return {name: _rounded(entries) for name, entries in (facts | rows).items() if entries}
+
+
+def _rounded(value: Any) -> Any:
+    """Return a value of JSON with numbers of nine digits."""
+    if isinstance(value, dict):
+        return {name: _rounded(part) for name, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_rounded(part) for part in value]
+    return float(f"{value:.9g}") if isinstance(value, float) else value
+
+
+def otherwise_said(old: Any, new: Any, place: str = "page") -> Iterator[str]:
+    """Yield a line for each place of a page that is missing, additional or different."""
+    if type(old) is type(new) and isinstance(old, dict):
+        for name in sorted(old.keys() | new.keys()):
+            yield from otherwise_said(old.get(name), new.get(name), f"{place}: {name}")
+    elif type(old) is type(new) and isinstance(old, list) and len(old) == len(new):
+        for i, pair in enumerate(zip(old, new, strict=True)):
+            yield from otherwise_said(*pair, f"{place} {i}")
+    elif _difference(old, new) > OF_PAGE:
+        yield f"{place}: {old} became {new}"
+
+
 def differences(expected: Mapping[str, list[Any]], results: xr.Dataset, looser: Mapping[str, float]) -> Iterator[str]:
     """Yield a line for each variable that is missing, additional or different, with the size of its difference."""
     actual = summary(results)
@@ -111,22 +158,31 @@ def _difference(old: Any, new: Any, scale: float = 0.0) -> float:
 
 
 def write(folder: Path) -> None:
-    """Write the expected numbers of a study, a line for each variable."""
+    """Write the expected numbers and the page of a study, a line for each variable, fact and row."""
     with tempfile.TemporaryDirectory() as out:
-        expected = summary(compute(folder, Path(out) / "study"))
-    lines = (f"{json.dumps(name)}: {json.dumps(entry, separators=(',', ':'))}" for name, entry in expected.items())
-    (folder / EXPECTED).write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
+        results = compute(folder, Path(out) / "study")
+    numbers = (f"{json.dumps(name)}: {_line(entry)}" for name, entry in summary(results).items())
+    page = (
+        f"{json.dumps(name)}: [\n" + ",\n".join(map(_line, entries)) + "\n]" for name, entries in said(results).items()
+    )
+    for name, lines in ((EXPECTED, numbers), (PAGE, page)):
+        (folder / name).write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
 
 
-def read(folder: Path) -> dict[str, list[Any]]:
-    """Return the expected numbers of a study."""
-    expected: dict[str, list[Any]] = json.loads((folder / EXPECTED).read_text(encoding="utf-8"))
-    return expected
+def _line(entry: Any) -> str:
+    """Return a value as JSON in one line."""
+    return json.dumps(entry, separators=(",", ":"), ensure_ascii=False)
 
 
 def tolerances(folder: Path) -> dict[str, float]:
     """Return the variables of a study that do not hold to `TOLERANCE`, and what they hold to."""
     return {name: entry["relative"] for name, entry in settings(folder).get("tolerances", {}).items()}
+
+
+def read(folder: Path, name: str = EXPECTED) -> dict[str, list[Any]]:
+    """Return the expected numbers of a study, or its page."""
+    expected: dict[str, list[Any]] = json.loads((folder / name).read_text(encoding="utf-8"))
+    return expected
 
 
 if __name__ == "__main__":

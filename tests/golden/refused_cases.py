@@ -54,6 +54,14 @@ def cases() -> list[Case]:
     return [case for path in sorted(FOLDER.glob("*.toml")) for case in _of_table(path)]
 
 
+def doubted() -> list[Case]:
+    """Return studies with numbers that look like those of another unit: the kind of their doubt, and what it names.
+
+    Those that name nothing have usual numbers, and no doubt of that kind.
+    """
+    return [*_of_table(HERE / "doubted.toml")]
+
+
 def _of_table(path: Path) -> Iterator[Case]:
     # TOML takes a text in single quotes as it is, but lines of a study end in it, too.
     content = json.loads(json.dumps(tomllib.loads(path.read_text(encoding="utf-8"))).replace(r"\\n", r"\n"))

@@ -19,7 +19,7 @@ COMMANDS = (
     ("export", "out/results.nc", "--format", "csv", "--out", "export"),
 )
 """Commands of a study without others."""
-NOT_INPUTS = ("case.toml", "expected.json")
+NOT_INPUTS = ("case.toml", "expected.json", "page.json")
 
 
 def folders() -> list[Path]:

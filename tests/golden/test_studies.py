@@ -2,7 +2,7 @@
 
 import pytest
 from check_results import check_results
-from expect import compute, differences, read, tolerances
+from expect import PAGE, compute, differences, otherwise_said, read, said, tolerances
 from study_cases import cases, folders, settings
 
 from toppling.studies.report.page import content
@@ -18,6 +18,7 @@ STUDIES = [
 def test_numbers_of_a_study(folder, tmp_path):
     results = compute(folder, tmp_path / "study")
     assert not list(differences(read(folder), results, tolerances(folder)))
+    assert not list(otherwise_said(read(folder, PAGE), said(results)))
     check_results(results)
     page = content(results, tmp_path / "study" / "out" / "results.nc", "as written")
     assert page["answer"]

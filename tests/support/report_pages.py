@@ -7,32 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from study_texts import blocks, laws, motions
 
 from toppling.studies.report.figures import LONGEST_ALT
 from toppling.studies.report.page import write_report
 from toppling.studies.store.content import sealed
 
-BASE = """
-title = "A <small> study"
-[[blocks]]
-width_m = 0.4
-height_m = 1.8
-name = "shelf"
-[[blocks]]
-width_m = 0.6
-height_m = 1.8
-name = "rack"
-[[models]]
-law = "energy-consistent"
-[[models]]
-law = "housner"
-[motions]
-generator = "clough-penzien"
-number = 12
-seed = 1
-duration_s = 10
-dt_s = 0.01
-"""
+TWO_LAWS = laws("energy-consistent", "housner")
+BASE = 'title = "A <small> study"\n' + blocks(shelf=0.4, rack=0.6) + TWO_LAWS + motions(12, 10, 0.01)
 IDA = """
 [ida]
 im = "pga"
@@ -74,20 +56,13 @@ values = [0.02, 0.05, 0.1]
 replicates = 100
 """
 INVENTORY = "item,width_m,height_m,floor,count,value,currency,consequence\nrack,0.5,1.8,0,2,100,EUR,injury\n"
-RACK = '[[blocks]]\nwidth_m = 0.6\nheight_m = 1.8\nname = "rack"\n'
-LAWS_OF_SENSITIVITY = """
-[[models]]
-law = "discrete"
-[[models]]
-law = "giannini-masiani"
-"""
-NOT_SWEPT = BASE.replace('[[models]]\nlaw = "energy-consistent"\n[[models]]\nlaw = "housner"\n', LAWS_OF_SENSITIVITY)
+NOT_SWEPT = BASE.replace(TWO_LAWS, laws("discrete", "giannini-masiani"))
 STUDIES = {
     "fragility": BASE + IDA + HAZARD,
     "cloud": BASE + CLOUD + "[measures]\n",
     "stripes": BASE + STRIPES,
     "uncertainty": BASE + IDA + HAZARD + UNCERTAIN,
-    "sensitivity": NOT_SWEPT.replace(RACK, "") + IDA + SENSITIVE,
+    "sensitivity": NOT_SWEPT.replace(blocks(rack=0.6), "") + IDA + SENSITIVE,
     "performance": re.sub(r"\[\[blocks\]\][^\[]*", "", BASE)
     + HAZARD
     + '[performance]\ninventory = "inventory.csv"\nim = "pga"\n'

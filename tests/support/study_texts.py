@@ -42,12 +42,25 @@ unit = "g"
 """A site, by five levels."""
 
 
-def study_of(folder, *parts, **tables):
-    """The study of some parts, in a folder with CSV files of these names."""
+def study_in(folder, text, **tables):
+    """The study of a text, in a folder with CSV files of these names."""
     for name, table in tables.items():
         (folder / f"{name}.csv").write_text(table, encoding="utf-8")
-    (folder / "study.toml").write_text('title = "A study"\n' + "".join(parts), encoding="utf-8")
+    (folder / "study.toml").write_text(text, encoding="utf-8")
     return tp.Study.from_toml(folder / "study.toml")
+
+
+def study_of(folder, *parts, **tables):
+    """The study of some parts, which have no title."""
+    return study_in(folder, 'title = "A study"\n' + "".join(parts), **tables)
+
+
+def changed(text, *changes):
+    """A text with others in the place of what it holds."""
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    return text
 
 
 def blocks(height=1.8, **widths):
@@ -57,6 +70,21 @@ def blocks(height=1.8, **widths):
 
 def laws(*names):
     return "".join(f'[[models]]\nlaw = "{name}"\n' for name in names)
+
+
+def tower(period_s, storeys):
+    """A building of walls and frames; the table stays open."""
+    return f'[building]\nkind = "flexural-shear"\nperiod_s = {period_s}\nstoreys = {storeys}\n'
+
+
+def ida(*values, unit="g"):
+    """Blocks at these levels of PGA; the table stays open."""
+    return f'[ida]\nim = "pga"\nlevels = {{ values = [{", ".join(map(str, values))}], unit = "{unit}" }}\n'
+
+
+def power_law(k0, k, unit="g"):
+    """A hazard k0 x^-k; the table stays open."""
+    return f'[hazard]\nk0 = {k0}\nk = {k}\nunit = "{unit}"\n'
 
 
 def motions(number, duration_s=6, dt_s=0.02, seed=1):

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from sensitivity_cases import BLOCK, STUDY, of_law, study_of
+from sensitivity_cases import BLOCK, STUDY, of_law
+from study_texts import study_of
 
 import toppling as tp
 from toppling.benchmarks.claims.claims import FAILS, HOLDS, OPEN, claims, evidence_of

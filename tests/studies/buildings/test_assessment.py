@@ -28,7 +28,7 @@ from toppling.studies.facts import building
 from toppling.studies.facts.say import say
 from toppling.studies.inventory.consequences import Consequence
 from toppling.studies.inventory.contents import Contents, Inventory
-from toppling.studies.tables.assessment import annual, at_level, consequences
+from toppling.studies.tables.assessment import annual, at_level
 
 mpl.use("Agg")
 
@@ -644,16 +644,6 @@ def test_hostile(options, error, message):
 
 
 class TestTablesAndFigures:
-    def test_annual_values(self, found):
-        table = annual(found)
-        assert [column.key for column in table.columns] == ["place", "number", "loss", "any"]
-        assert table.column("place") == ["building", "ground", "floor 1", "floor 3"]
-        assert "–" in table.note
-        loss = float(found.annual_loss.isel(model=0).sel(place="building"))
-        assert table.lines[0]["loss"].value == loss
-        with pytest.raises(ValueError, match="need an assessment with a hazard curve"):
-            annual(found.drop_vars("annual_number"))
-
     def test_values_at_a_level(self, found):
         table = at_level(found, LEVELS[3], 1)
         assert table.title.endswith(f" = {LEVELS[3] / 9.80665:.3g} g")
@@ -661,18 +651,6 @@ class TestTablesAndFigures:
         assert table.cells(table.lines[2])[2:] == ["0 (0–0)", "0", "0", "0", "0 (0–0)", "–"]
         with pytest.raises(ValueError, match="level must be one of"):
             at_level(found, 1.234)
-
-    def test_consequences(self, found):
-        yearly = consequences(found)
-        assert [column.title for column in yearly.columns] == ["", "building", "ground", "floor 1", "floor 3"]
-        assert found.consequence.values.tolist() == ["injury", "blocks-exit"]
-        assert yearly.column("name") == ["injury", "blocked exit"]
-        rate = float(found.consequence_rate.isel(model=0, consequence=0).sel(place="building"))
-        assert yearly.lines[0]["building"].value == rate
-        assert "years" in yearly.title
-        given = consequences(found.drop_vars("annual_number").assign_attrs(at_level=LEVELS[3]), 1)
-        assert "%" in given.texts("building")[0]
-        assert given.texts("floor 1")[0] == "–"
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])

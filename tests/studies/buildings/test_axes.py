@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.stats import norm
-from study_texts import motions
+from study_texts import changed, motions, study_in
 
 import toppling as tp
 from toppling.core.facts import Fact
@@ -357,13 +357,7 @@ vase,0.12,0.50,,yes,2,,1
 
 
 def study(tmp_path, *changes, inventory=INVENTORY):
-    text = STUDY
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    (tmp_path / "inventory.csv").write_text(inventory, encoding="utf-8")
-    (tmp_path / "study.toml").write_text(text, encoding="utf-8")
-    return tp.Study.from_toml(tmp_path / "study.toml")
+    return study_in(tmp_path, changed(STUDY, *changes), inventory=inventory)
 
 
 def test_workers_make_the_same_pairs(tmp_path):

@@ -11,7 +11,7 @@ import numpy as np
 import openpyxl
 import pytest
 import xarray as xr
-from study_texts import HAZARD, crate_study
+from study_texts import HAZARD, crate_study, study_in
 
 import toppling as tp
 from toppling.studies.buildings.assessment import Assessment, assess
@@ -525,8 +525,7 @@ class TestFiles:
 
 
 def test_curves_have_no_workbook(tmp_path, capsys):
-    (tmp_path / "study.toml").write_text(crate_study("Curves", 3, 6, 0.02, 3), encoding="utf-8")
-    tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path / "out")
+    study_in(tmp_path, crate_study("Curves", 3, 6, 0.02, 3)).run(tmp_path / "out")
     assert main(["export", str(tmp_path / "out"), "--format", "xlsx"]) == 2
     assert re.search(r"--format xlsx .*\[hazard\]", capsys.readouterr().err)
 
@@ -535,8 +534,7 @@ def test_curves_have_no_workbook(tmp_path, capsys):
 def test_rates_of_blocks_as_a_workbook(tmp_path):
     """Every block under every law: rate, chances, and the levels at which a tenth and a half fall."""
     text = crate_study("Curves", 8, 6, 0.02, 6) + HAZARD
-    (tmp_path / "study.toml").write_text(text, encoding="utf-8")
-    found = tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path / "out")
+    found = study_in(tmp_path, text).run(tmp_path / "out")
     assert main(["export", str(tmp_path / "out"), "--format", "xlsx"]) == 0
     book = openpyxl.load_workbook(tmp_path / "out" / "export" / "rates.xlsx")
     heading, *rows = book["rates"].iter_rows(values_only=True)

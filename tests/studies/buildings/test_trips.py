@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from numpy.testing import assert_allclose, assert_array_equal
-from study_texts import motions
+from study_texts import motions, study_in
 
 import toppling as tp
 from toppling.core.streams import stream
@@ -18,7 +18,6 @@ from toppling.studies import StudyError
 from toppling.studies.buildings import assessment
 from toppling.studies.buildings.assessment import Assessment, assess
 from toppling.studies.buildings.slide_runs import COEFFICIENTS, SlidingRuns
-from toppling.studies.buildings.sliding import item_slide_notes
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import read_inventory
@@ -151,13 +150,6 @@ class TestWords:
     def results(self):
         return found(*ROWS)
 
-    def test_tables(self, results):
-        table = item_slides(results)
-        assert table.column("obstacle")[:2] == pytest.approx([40.0, 10.0])
-        assert table.texts("obstacle")[2] == table.texts("trips")[2] == "–"
-        assert "%" in table.texts("trips")[1]
-        assert "Trips over obstacles" in table.note
-
     def test_chances_are_of_50_years_or_of_the_level(self, results):
         for end, rate in {"": 0.01, "_lower": 0.005, "_upper": 0.02}.items():
             results[f"item_trip_rate{end}"][:] = rate
@@ -173,9 +165,6 @@ class TestWords:
         level = xr.DataArray([0.5 * 9.80665], dims="level", attrs={"im": "pga", "units": "m s-2"})
         level.attrs["long_name"] = "peak ground acceleration of the ground"
         assert at_the_level(xr.Dataset(coords={"level": level}), 0.5 * 9.80665) == "at PGA of the ground = 0.5 g"
-
-    def test_notes(self, results):
-        assert "sliding.trip_criterion" in {fact.what for fact in item_slide_notes(results, Inventory(ROWS))}
 
 
 HEADER = "item,width_m,height_m,floor,contact,friction,trip_mm"
@@ -223,8 +212,7 @@ static = 0.15
 dispersion = 0.3
 trip_mm = 40
 """
-        (tmp_path / "study.toml").write_text(text, encoding="utf-8")
-        study = tp.Study.from_toml(tmp_path / "study.toml")
+        study = study_in(tmp_path, text)
         results = study.run()
         assert_array_equal(results["trip_distance"], [0.04, 0.01, np.nan])
         table = exported_pieces(results)

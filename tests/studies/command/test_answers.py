@@ -7,7 +7,6 @@ import xarray as xr
 from check_facts import facts_of
 from study_texts import HAZARD, IDA, motions
 
-from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.facts import building as of_building, sensitivity
 from toppling.studies.facts.say import say
@@ -71,30 +70,6 @@ def test_sentences_of_a_sensitivity_study(tmp_path, capsys):
         sentences = [" ".join(say(fact, "page").split()) for fact in sensitivity.answer(results)]
     assert sentences
     assert all(sentence in said for sentence in sentences)
-
-
-class TestErrors:
-    def test_all_at_once_in_the_words_of_study_files(self, tmp_path):
-        kit = '[restraints.kit]\nkind = "strap"\nheight_m = 1.75\nstrength_n = 267\n'
-        blocks = KIT.format("one") + 'restraint = "kit"\n' + KIT.format("two") + "lean_deg = 12\n"
-        (tmp_path / "a.toml").write_text(
-            'title = "Kit"\n' + blocks + kit + '[[models]]\nlaw = "housner"\n' + motions(4) + IDA, encoding="utf-8"
-        )
-        with pytest.raises(StudyError, match=r"2 errors: \(1\) blocks\[1\]: .*needs its mass.*; \(2\) blocks\[2\]"):
-            Study.from_toml(tmp_path / "a.toml")
-        blocks = "".join(KIT.format(name) + 'mass_kg = 90\nrestraint = "kit"\n' for name in ("one", "two"))
-        (tmp_path / "b.toml").write_text(
-            'title = "Kit"\n' + blocks + kit + '[[models]]\nlaw = "housner"\n' + motions(4) + IDA, encoding="utf-8"
-        )
-        with pytest.raises(StudyError) as error:
-            Study.from_toml(tmp_path / "b.toml")
-        assert re.search(r"2 errors:.*'one'.*'two'.*geometry =", str(error.value))
-        keys = motions(4).replace("seed", "sead") + IDA.replace("number", "numbr")
-        (tmp_path / "c.toml").write_text(
-            'title = "Kit"\n' + KIT.format("one") + '[[models]]\nlaw = "housner"\n' + keys, encoding="utf-8"
-        )
-        with pytest.raises(StudyError, match=r"2 errors: \(1\) unknown key .*sead.* \(2\) unknown key .*numbr"):
-            Study.from_toml(tmp_path / "c.toml")
 
 
 def test_names_with_commas_are_quoted(tmp_path):

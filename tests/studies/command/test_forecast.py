@@ -1,8 +1,8 @@
 """The forecast of runs of sliding blocks: their number is that which is run."""
 
 import pytest
+from study_texts import study_in
 
-import toppling as tp
 from toppling.fragility.analyses import sliding
 from toppling.studies.buildings import slide_runs
 from toppling.studies.command.forecast import forecast
@@ -44,8 +44,7 @@ def run(monkeypatch):
 def test_blocks(tmp_path, run, pair, dispersion):
     im = "RotD50(pga)" if pair else "pga"
     text = MODELS + MOTIONS.format(more=PAIR * pair) + BLOCKS + IDA.format(im=im) + FIT
-    (tmp_path / "study.toml").write_text('title = "t"\n' + text + FRICTION.format(static=0.3, more=dispersion))
-    study = tp.Study.from_toml(tmp_path / "study.toml")
+    study = study_in(tmp_path, 'title = "t"\n' + text + FRICTION.format(static=0.3, more=dispersion))
     slides, lines = study.slide_runs, forecast(study)
     study.run()
     assert slides == sum(run) > 0
@@ -59,8 +58,7 @@ def test_inventories(tmp_path, run, pair):
     im = "RotD50(pga)" if pair else "pga"
     (tmp_path / "pieces.csv").write_text(PIECES)
     text = MODELS + MOTIONS.format(more=PAIR * pair) + PERFORMANCE.format(im=im)
-    (tmp_path / "study.toml").write_text('title = "t"\n' + text)
-    study = tp.Study.from_toml(tmp_path / "study.toml")
+    study = study_in(tmp_path, 'title = "t"\n' + text)
     slides = study.slide_runs
     study.run()
     assert slides == sum(run) > 0
@@ -68,7 +66,6 @@ def test_inventories(tmp_path, run, pair):
 
 def test_none(tmp_path):
     text = MODELS + MOTIONS.format(more="") + BLOCKS + IDA.format(im="pga") + FIT
-    (tmp_path / "study.toml").write_text('title = "t"\n' + text)
-    study = tp.Study.from_toml(tmp_path / "study.toml")
+    study = study_in(tmp_path, 'title = "t"\n' + text)
     assert study.slide_runs == 0
     assert "sliding" not in forecast(study)[0]

@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from study_texts import study_in
 
 import toppling as tp
 from toppling.fragility import screen
@@ -33,9 +34,7 @@ VISCOUS = 'law = "viscous"\nzeta = 0.05\n'
 
 
 def study(tmp_path, law=VISCOUS, blocks=CARPET, more=""):
-    file = tmp_path / "study.toml"
-    file.write_text(STUDY.format(law=law, blocks=blocks) + more, encoding="utf-8")
-    return tp.Study.from_toml(file)
+    return study_in(tmp_path, STUDY.format(law=law, blocks=blocks) + more)
 
 
 class TestKeys:
@@ -101,12 +100,8 @@ class TestScreen:
 
 def test_inventory_study(tmp_path):
     """Floors with and without beds are joined; a kit does not fit a piece on a bed."""
-    (tmp_path / "inventory.csv").write_text(
-        "item,width_m,height_m,floor,mass_kg,bed_settlement_mm\n"
-        "carpet,0.4,1.8,1,90,2\nfloor,0.4,1.8,1,90,\nup,0.4,1.8,2,90,\n",
-        encoding="utf-8",
-    )
-    (tmp_path / "study.toml").write_text(
+    results = study_in(
+        tmp_path,
         """
 title = "Office"
 [[models]]
@@ -125,9 +120,9 @@ inventory = "inventory.csv"
 im = "pga"
 levels = { values = [1.0, 6.0], unit = "m/s2" }
 """,
-        encoding="utf-8",
-    )
-    results = tp.Study.from_toml(tmp_path / "study.toml").run()
+        inventory="item,width_m,height_m,floor,mass_kg,bed_settlement_mm\n"
+        "carpet,0.4,1.8,1,90,2\nfloor,0.4,1.8,1,90,\nup,0.4,1.8,2,90,\n",
+    ).run()
     np.testing.assert_array_equal(results["bed_settlement"].values, [0.002, np.nan, np.nan])
     frequency = results["elastic_frequency"].values[:, 0]
     assert frequency[0] < 0.9 * frequency[1] == 0.9 * frequency[2]

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from check_facts import check as check_of, doubts_in, numbers_in
+from study_texts import study_in
 
 import toppling as tp
 from toppling import motions as mo
@@ -142,28 +143,6 @@ class TestNotes:
         assert doubt.kind == "ringing"
         assert "on floor 2)" in doubt.sentence
 
-    @pytest.mark.parametrize(
-        ("hazard", "sentence"),
-        [
-            (
-                'levels = [5, 20, 80]\nrates = [2e-2, 1.2e-3, 2e-5]\nunit = "g"',
-                "1.3 g is exceeded more than once in 475 y",
-            ),
-            ('levels = [0.1, 0.4]\nrates = [3, 0.2]\nunit = "g"', "0.1 g is exceeded 3 times per year"),
-            ('file = "h/curves.csv"', "curves.csv: the file names no measure: it is taken as pga"),
-        ],
-    )
-    def test_a_hazard_like_no_other(self, tmp_path, capsys, hazard, sentence):
-        """Before anything runs, and in a dry run."""
-        (tmp_path / "h").mkdir()
-        (tmp_path / "h/curves.csv").write_text("name,lon,lat,0.1,0.4\nA,1,2,1e-2,1e-3\n", encoding="utf-8")
-        more = f"[hazard]\n{hazard}\n"
-        (note,) = notes(tmp_path, more=more)
-        assert sentence in note
-        main(["run", str(tmp_path / "study.toml"), "--dry-run"])
-        assert sentence in " ".join(capsys.readouterr().out.split())
-        assert notes(tmp_path, top='accept = ["hazard"]', more=more) == []
-
     @pytest.mark.slow
     @pytest.mark.parametrize(("rule", "levels"), [('above = "none"', "0.0005, 0.1"), ('below = "none"', "2, 4")])
     def test_a_hazard_that_leaves_out_what_the_rate_needs(self, tmp_path, rule, levels):
@@ -200,8 +179,7 @@ class TestNotes:
         for written, im in (("PGA", "pga"), ("SA(1.0)", "Sa(1.0)"), ("Scale", "scale")):
             unit = '"1"' if im == "scale" else '"g"'
             changed = text.replace("[ida]", f'[ida]\nim = "{written}"').replace('"g"', unit)
-            (tmp_path / "study.toml").write_text(changed, encoding="utf-8")
-            assert tp.Study.from_toml(tmp_path / "study.toml").design.im == im
+            assert study_in(tmp_path, changed).design.im == im
         assert mo.measure_named("AVGSA(0.2:2.0:10)") == mo.measure_named("AvgSa(0.2:2.0:10)")
 
 
@@ -299,110 +277,6 @@ class TestCorrections:
         assert main(["simulate", "bookcase-5-shelf", shake, "--law", "housner", "--e", e, "--out", str(tmp_path)]) == 0
         assert ("restitution below 0.3" in " ".join(capsys.readouterr().out.split())) == (e == "0.09")
 
-    @pytest.mark.parametrize(
-        ("generator", "keys", "said"),
-        [
-            ("kanai-tajimi", "xi_g = 60", "xi_g: 60, usual are 0.02 to 1: per cent?"),
-            ("kanai-tajimi", "xi_g = 0.6\nomega_g_rad_s = 3.0", ""),
-            ("kanai-tajimi", "omega_g_rad_s = 0.4", "omega_g: 0.4 rad/s"),
-            ("clough-penzien", "xi_g = 1.5", "xi_g: 1.5"),
-            ("clough-penzien", "xi_f = 60", "xi_f: 60"),
-            ("clough-penzien", "omega_f_rad_s = 40", "omega_f: 40 rad/s"),
-            ("evolutionary-clough-penzien", "xi_g = 60", "xi_g: 60"),
-            ("evolutionary-kanai-tajimi", "omega_g_rad_s = [0.25, 15.0]", "omega_g: 0.25 rad/s"),
-            ("site-based", "arias_m_s = 50", "arias: 50 m/s"),
-            ("site-based", "arias_m_s = 5\nf_c_hz = 0.3", ""),
-            ("site-based", "f_c_hz = 6.67", "f_c: 6.67 Hz, usual are 0.01 to 2 Hz: a period"),
-            ("site-based", "omega_mid_rad_s = 0.5", "omega_mid: 0.5 rad/s"),
-            ("site-based-scenario", "f_c_hz = 6.67\nvs30_m_s = 760", "f_c: 6.67 Hz"),
-            ("near-fault", "f_c_hz = 6.67", "f_c: 6.67 Hz"),
-            ("seismological", "q0 = 1.8", "q0: 1.8"),
-            ("seismological", "kappa_s = 0.4", "kappa: 0.4 s"),
-            ("clough-penzien", "duration_s = 0.5", "duration: 0.5 s, usual are 1 to 10000 s: minutes?"),
-            ("seismological", "q0 = 50 # of the step", ""),
-            ("seismological", "q0 = 50\nkappa_s = 0", ""),
-        ],
-    )
-    def test_parameters_of_generators_of_another_unit(self, tmp_path, generator, keys, said):
-        step = "" if "dt_s" in keys else "dt_s = 0.02\n"
-        source = f'generator = "{generator}"\nnumber = 1\n{step}{keys}'
-        found = notes(tmp_path, "usual are", source=source)
-        assert len(found) == bool(said)
-        assert all(said in note for note in found)
-        assert not notes(tmp_path, "usual are", source=source, top='accept = ["units"]')
-
-    @pytest.mark.parametrize("table", ["uncertainty", "sensitivity"])
-    @pytest.mark.parametrize(
-        ("law", "said"),
-        [
-            ("normal, 0.38, 20, 0.2, 0.6", "width: a standard deviation of 20, a mean of 0.38"),
-            ("lognormal, 0.4, 2", "width: a dispersion of 2"),
-            ("normal, 0.4, 0.1, 0.2, 0.6", ""),
-            ("lognormal, 0.4, 0.6", ""),
-        ],
-    )
-    def test_inputs_that_scatter_too_much(self, tmp_path, law, said, table):
-        kind, *numbers = law.split(", ")
-        names = ("mean", "std", "lower", "upper") if kind == "normal" else ("median", "dispersion")
-        found = notes(tmp_path, "scatter more than any known property", **drawn(table, "width_m", kind, names, numbers))
-        assert [said in note for note in found] == [True] * bool(said)
-
-    def test_values_of_restitution_of_a_sensitivity_study(self, tmp_path):
-        for values, doubted in (("0.05, 0.1, 0.15", True), ("0.8, 0.9", False)):
-            more = f'[sensitivity]\nparameter = "e"\nvalues = [{values}]\n'
-            assert bool(notes(tmp_path, "least value: 0.05", e="", more=more)) == doubted
-
-    @pytest.mark.parametrize(
-        ("own", "drawn", "said"),
-        [
-            (
-                "e = 0.9",
-                'e = { distribution = "uniform", lower = 0.3, upper = 0.4 }',
-                "coefficient of restitution 0.9,",
-            ),
-            ("e = 0.9", 'e = { distribution = "uniform", lower = 0.85, upper = 0.95 }', ""),
-            (
-                "zeta = 0.05",
-                'zeta = { distribution = "lognormal", median = 5, dispersion = 0.1 }',
-                "damping ratio 0.05,",
-            ),
-        ],
-    )
-    def test_inputs_that_contradict_their_law(self, tmp_path, own, drawn, said):
-        more = f"[uncertainty]\nsamples = 4\n[uncertainty.inputs]\n{drawn}\n"
-        path = write(tmp_path, offset=0.0, e=own, more=more)
-        if "zeta" in own:
-            path.write_text(path.read_text(encoding="utf-8").replace('"housner"', '"viscous"'), encoding="utf-8")
-        found = [note for note in tp.Study.from_toml(path).notes if "samples do not reach" in note]
-        assert [said in note for note in found] == [True] * bool(said)
-
-    @pytest.mark.parametrize(
-        ("key", "law", "said"),
-        [
-            ("width_m", "uniform, 0.20, 0.22", "full width 0.4 m, the input is 0.2 to 0.22 m"),
-            ("width_m", "uniform, 0.4, 0.5", ""),
-            ("width_m", "lognormal, 0.2, 0.1", "full width 0.4 m"),
-            ("width_m", "lognormal, 0.38, 0.05", ""),
-            ("height_m", "lognormal, 0.9, 0.05", "full height 1.8 m"),
-            ("alpha_rad", "uniform, 0.4, 0.5", "slenderness angle 0.2187 rad"),
-            ("R_m", "uniform, 1.8, 1.9", "corner 0.922 m"),
-            ("restraint_strength_n", "lognormal, 2, 0.1", "strength of the restraint 2000 N"),
-        ],
-    )
-    @pytest.mark.parametrize("table", ["uncertainty", "sensitivity"])
-    def test_inputs_that_contradict_their_block(self, tmp_path, capsys, key, law, said, table):
-        """Half widths, kN, degrees' half: once, before the runs, too."""
-        kind, *numbers = law.split(", ")
-        names = {"uniform": ("lower", "upper"), "lognormal": ("median", "dispersion")}[kind]
-        options = drawn(table, key, kind, names, numbers)
-        if "restraint" in key:
-            held = 'wall_gap_mm = 20\nmass_kg = 100\nrestraint = { kind = "strap", height_m = 1.7, strength_n = 2000 }'
-            options |= {"height": f"1.8\n{held}", "e": f'{options["e"]}\ngeometry = "linear"'}
-        assert main(["run", str(write(tmp_path, offset=0.0, **options)), "--dry-run"]) == 0
-        out = " ".join(capsys.readouterr().out.split())
-        assert out.count("reach the block") == bool(said)
-        assert said in out
-
 
 @pytest.mark.slow
 class TestCommands:
@@ -444,9 +318,7 @@ HAZARD = '[hazard]\nk0 = 1e-4\nk = 2.5\nunit = "g"'
 
 class TestSpectra:
     def study(self, folder, top="", keys="", hazard=""):
-        path = folder / "study.toml"
-        path.write_text(NARROW.format(top=top, keys=keys, hazard=hazard), encoding="utf-8")
-        return tp.Study.from_toml(path)
+        return study_in(folder, NARROW.format(top=top, keys=keys, hazard=hazard))
 
     def check(self, study):
         return check_of(study.run(), "variety of spectra")
@@ -492,9 +364,7 @@ class TestSpectra:
         for seed in range(12):
             text = NARROW.format(top="", keys=f"seed = {seed}", hazard="").replace('generator = "clough-penzien"', keys)
             text = text.replace("number = 50\nduration_s = 20\ndt_s = 0.02", "number = 8\ndt_s = 0.02")
-            path = tmp_path / "study.toml"
-            path.write_text(text.partition("[ida]")[0] + "[cloud]\n", encoding="utf-8")
-            doubted += tp.Study.from_toml(path).doubts
+            doubted += study_in(tmp_path, text.partition("[ida]")[0] + "[cloud]\n").doubts
         assert len(doubted) <= 1
 
 

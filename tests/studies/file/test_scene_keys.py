@@ -4,6 +4,7 @@ import json
 import math
 
 import pytest
+from study_texts import study_in
 
 import toppling as tp
 from toppling.motions.arrays import digest
@@ -28,9 +29,7 @@ KIT = '[restraints.kit]\nkind = "strap"\nheight_m = 1.75\nstrength_n = 267\nslac
 
 
 def study(tmp_path, blocks):
-    file = tmp_path / "study.toml"
-    file.write_text(STUDY.format(blocks=blocks), encoding="utf-8")
-    return tp.Study.from_toml(file)
+    return study_in(tmp_path, STUDY.format(blocks=blocks))
 
 
 class TestBlocks:
@@ -126,8 +125,7 @@ class TestPolarity:
     def test_as_asked(self, tmp_path):
         def asked(blocks, word):
             text = STUDY.replace("[ida]", f'[ida]\npolarity = "{word}"').format(blocks=blocks)
-            (tmp_path / "study.toml").write_text(text, encoding="utf-8")
-            return tp.Study.from_toml(tmp_path / "study.toml")
+            return study_in(tmp_path, text)
 
         assert asked(SIZES, "both").design.both_ways
         assert not asked(SIZES + "wall_gap_mm = 20\n", "as recorded").design.both_ways
@@ -160,8 +158,7 @@ samples = 8
 
     def uncertain(self, tmp_path, blocks, inputs):
         text = STUDY.format(blocks=blocks) + self.INPUTS.format(inputs=inputs)
-        (tmp_path / "study.toml").write_text(text, encoding="utf-8")
-        return tp.Study.from_toml(tmp_path / "study.toml")
+        return study_in(tmp_path, text)
 
     def test_each_sample_has_its_own(self, tmp_path):
         held = SIZES + 'mass_kg = 100\nrestraint = "kit"\n' + KIT

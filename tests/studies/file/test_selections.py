@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from check_facts import check as check_of, numbers_in
+from study_texts import study_in
 
 import toppling as tp
 from toppling.studies import StudyError
@@ -53,10 +54,7 @@ def target():
 
 
 def study(tmp_path, target, text=STUDY, **files):
-    for name, content in {"target.csv": target, "rho.csv": RHO, **files}.items():
-        (tmp_path / name).write_text(content, encoding="utf-8")
-    (tmp_path / "study.toml").write_text(text, encoding="utf-8")
-    return tp.Study.from_toml(tmp_path / "study.toml")
+    return study_in(tmp_path, text, target=target, rho=RHO, **files)
 
 
 def test_stripes_that_agree_are_run_and_others_left_out(tmp_path, target):
@@ -181,7 +179,7 @@ def disaggregated(folder, target, bins, more=""):
     rows = "".join(f"PGA,{of},{at}\n" for of, at in zip(bins, ("6.5,20.0,0.06", "7.0,30.0,0.04"), strict=True))
     keys = 'disaggregation = "d.csv"\nvs30_m_s = 400\nmeasures = ["pga", "pgv"]\noutside = "keep"'
     text = STUDY.replace('target = "target.csv"', keys) + more
-    return study(folder, target, text, **{"d.csv": head + rows})
+    return study(folder, target, text, d=head + rows)
 
 
 def test_a_disaggregation(tmp_path, target):

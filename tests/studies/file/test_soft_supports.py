@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from study_texts import study_in
 
 import toppling as tp
 from toppling.fragility import screen
@@ -27,9 +28,7 @@ LEVELS = 'levels = { values = [1.0, 4.0], unit = "m/s2" }'
 
 
 def study(tmp_path, law, blocks=CABINET, kind="ida", levels=LEVELS):
-    file = tmp_path / "study.toml"
-    file.write_text(STUDY.format(law=law, blocks=blocks, kind=kind, levels=levels), encoding="utf-8")
-    return tp.Study.from_toml(file)
+    return study_in(tmp_path, STUDY.format(law=law, blocks=blocks, kind=kind, levels=levels))
 
 
 class TestKeys:

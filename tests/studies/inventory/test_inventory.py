@@ -16,7 +16,6 @@ import pytest
 import refused_cases
 from openpyxl.styles import Font
 from openpyxl.worksheet.worksheet import Worksheet
-from study_texts import motions
 
 import toppling as tp
 from toppling.core.doubts import ImplausibleInput, noted
@@ -146,84 +145,10 @@ class TestReading:
 
 
 BAD_FILES = [
-    ("item,catalogue,flor\nx,bookcase-5-shelf,1\n", r"line 1: unknown column 'flor'; did you mean 'floor'\?"),
-    ("item,width,height_m,floor\n", r"unknown column 'width'; did you mean 'width_m'\?"),
-    ("catalogue,floor\nbookcase-5-shelf,-1\n", "column 'floor': must be a whole number from 0 .ground., or a name"),
-    ("catalogue,floor\nbookcase-5-shelf,٣\n", "column 'floor': must be a whole number"),
-    (
-        "catalogue,floor\nbookcase-5-shelve,1\n",
-        r"column 'catalogue': no catalogue item 'bookcase-5-shelve'; nearest: bookcase-5-shelf",
-    ),
-    ("catalogue,floor\n,1\n", "line 2: a block needs either catalogue, or width_m and height_m, got nothing"),
-    ("width_m,height_m,floor\nnan,2,1\n", "column 'width_m': must be a number, got 'nan'"),
-    ("width_m,height_m,floor\n1e9,2,1\n", "column 'width_m': must be > 0 and <= 1,000,000"),
-    ("width_m,height_m,cm_height_m,inertia_factor,floor\n.4,2,2.5,1.3,1\n", "column 'cm_height_m': must be .* < 2"),
-    ("width_m;height_m;floor;value\n0,4;1.9;1;5\n", "column 'height_m': must have its decimals as the numbers above"),
-    ("width_m;height_m;floor;value\n0,4;1,9;1;1,200\n", "column 'value': is ambiguous, write 1200 or 1,2000"),
-    ("catalogue,floor,restitution\nbookcase-5-shelf,1,0\n", "column 'restitution': must be > 0"),
-    ("catalogue,floor,anchoring_cost\nbookcase-5-shelf,1,free\n", "column 'anchoring_cost': must be a number"),
-    *(
-        (
-            f"catalogue,floor,consequence\nbookcase-5-shelf,1,{word}\n",
-            "column 'consequence': must be 'none' where nobody can be harmed",
-        )
-        for word in ("no", "keine", "Aucun", "-", "n/a", "0")
-    ),
-    *(
-        (
-            f"catalogue,floor,consequence\nbookcase-5-shelf,1,{word}\n",
-            "column 'consequence': must be the effect of a fall, or empty if it is not known",
-        )
-        for word in (
-            "TBD",
-            "?",
-            "x",
-            "yes",
-            "N",
-            "3",
-            "high",
-            "see remarks",
-            "unbekannt",
-            "injury | unknown",
-            "injury|nan",
-        )
-    ),
-    *(
-        (
-            f"catalogue,floor,{column}\nbookcase-5-shelf,1,{word}\n",
-            f"column {column!r}: must be written out, or left empty",
-        )
-        for column, word in (
-            *(
-                ("consequence", word)
-                for word in ("nan", "NULL", "<NA>", "dto.", "ditto", "s.o.", '""""', "Same as above")
-            ),
-            *(("class", "NaN"), ("currency", "nan"), ("room", "idem"), ("item", "NA"), ("anchored", "null")),
-        )
-    ),
-    ("catalogue,floor,class\nbookcase-5-shelf,1,n/a\n", "column 'class': must be a name, or empty if equal sizes"),
-    ("catalogue,floor,class\nbookcase-5-shelf,1,-\n", "column 'class': must be a name, or empty if equal sizes"),
-    (
-        "catalogue,floor,cost_median,cost_dispersion\nbookcase-5-shelf,1,50,-0.1\n",
-        "line 2, column 'cost_dispersion': must be >= 0, got -0.1",
-    ),
-    (
-        "catalogue,floor,cost_median,cost_dispersion\nbookcase-5-shelf,1,50,4\n",
-        "line 2, column 'cost_dispersion': must be from 0 to 3 of a lognormal distribution, got 4",
-    ),
-    ("catalogue,floor,cost_median\nbookcase-5-shelf,1,0\n", "column 'cost_median': must be > 0"),
-    (
-        "catalogue,floor,persons_exposed,injury_probability\nbookcase-5-shelf,1,2,1.5\n",
-        "line 2, column 'injury_probability': must be >= 0 and <= 1, got 1.5",
-    ),
-    ("item,catalogue,floor\n" + "x" * 300 + ",bookcase-5-shelf,1\n", "column 'item': must be at most 200 printable"),
-    ('item,catalogue,floor\n"x\ny",bookcase-5-shelf,1\n', "column 'item': must be at most 200 printable characters"),
-    ('item,catalogue,floor\n"x,bookcase-5-shelf,1\n', "line 2: no CSV"),
     (
         "catalogue,floor,consequence\n" + "".join(f"bookcase-5-shelf,{i},c{i}\n" for i in range(50)),
         "at most 40 different",
     ),
-    ("catalogue,floor,count\n" + "".join(f"bookcase-5-shelf,{i},900000\n" for i in range(2)), "at most 1000000 pieces"),
     ("catalogue,floor\n" + "".join(f"bookcase-5-shelf,{i}\n" for i in range(10_001)), "more than 10,000 lines"),
 ]
 
@@ -231,12 +156,9 @@ BAD_FILES = [
 @pytest.mark.slow
 @pytest.mark.parametrize(("text", "message"), BAD_FILES, ids=range(len(BAD_FILES)))
 def test_bad_files(tmp_path, text, message):
-    with pytest.raises(InventoryError, match=message) as caught:
+    """Long ones; all others are in `tests/golden/refused/inventories.toml`."""
+    with pytest.raises(InventoryError, match=message):
         read(tmp_path, text)
-    said = str(caught.value)
-    assert said.startswith(f"{tmp_path / 'inventory.csv'}")
-    assert "\n" not in said
-    assert len(said) < 400 + len(str(tmp_path))
 
 
 def test_bad_paths(tmp_path):
@@ -250,26 +172,6 @@ def test_bad_paths(tmp_path):
     big.write_bytes(b"x" * (16 * 2**20 + 1))
     with pytest.raises(StudyError, match="larger than 16 MiB"):
         read_inventory(big)
-
-
-# ambiguous: 1200 or 1.2?
-THOUSANDS = {
-    "semicolons": "catalogue;floor;value\nbookcase-5-shelf;0;1.200\n",
-    "tabs": "catalogue\tfloor\tmass_kg\nbookcase-5-shelf\t0\t1.200\n",
-    "commas": 'catalogue,floor,anchoring_cost\nbookcase-5-shelf,0,"2.450"\n',
-    "beside decimal commas": "catalogue;floor;value;e\nbookcase-5-shelf;0;1.200;0,9\nbookcase-4-shelf;0;5;0,8\n",
-    "below decimal commas": "catalogue;floor;e;value\nbookcase-5-shelf;0;0,9;5\nbookcase-4-shelf;0;;1.200\n",
-    "a gap in mm": "catalogue;floor;wall_gap_mm\nbookcase-5-shelf;0;1.200\n",
-}
-
-
-@pytest.mark.parametrize("text", THOUSANDS.values(), ids=THOUSANDS)
-def test_points_may_separate_thousands(tmp_path, text):
-    wrong = "2.450" if "2.450" in text else "1.200"
-    number = next(n for n, line in enumerate(text.splitlines(), start=1) if wrong in line)
-    plain = wrong.replace(".", "")
-    with pytest.raises(InventoryError, match=f"line {number}, .*is ambiguous, write {plain} or {wrong}0, got"):
-        read(tmp_path, text)
 
 
 @pytest.mark.parametrize("written", ["1200", "1.2000", "1,2000"])
@@ -390,43 +292,7 @@ def test_crowds_and_tiny_distances(tmp_path):
         assert read(tmp_path, f"{heading}bookcase-5-shelf,1,50,0.02,0.3,20\n").rows[0].trip == 0.02
 
 
-ON = "friction,width_m,depth_m,count,stands_on"
 A = "0.5,0.4,,1,"
-
-
-@pytest.mark.parametrize(
-    ("columns", "rows", "words"),
-    [
-        ("width_m,downtime_median_days", ["0.4,20000"], r"more than 5 years out of use, .* \(a: 20,000 days\)"),
-        ("width_m,cost_median,cost_dispersion", ["0.4,100,3"], r"a dispersion above 1.5, per cent or .* \(a: 3\)"),
-        ("width_m,downtime_median_days", ["0.4,1800"], ""),
-        ("width_m,value,anchoring_cost", ["0.4,1000,200000"], r"more than 100 times .* \(a: 200,000 for 1,000\)"),
-        ("width_m,cost_median,anchoring_cost", ["0.4,10,5000"], r"more than 100 times .* \(a: 5,000 for 10\)"),
-        ("width_m,value,anchoring_cost", ["0.4,1000,2000"], ""),
-        (
-            "width_m,value,anchoring_cost",
-            ["0.4,1.2,30", "0.4,25,50"],
-            r"lost on all lines, .* \(a: 30 for 1.2, b: 50 f",
-        ),
-        ("width_m,value,anchoring_cost", ["0.4,1.2,30", "0.4,75,50"], ""),
-        ("width_m,anchored,anchor_strength_n", ["0.4,yes,1.2"], r"anchors below 10 N .*, kN .* \(a: 1.2 N\)"),
-        ("width_m,anchored,anchor_strength_n", ["0.4,yes,1200"], ""),
-        ("width_m,persons_exposed,injury_probability", ["0.4,10,0.5"], r"more than 1 person injured .* \(a: 5\)"),
-        (ON, [A, "0.5,0.35,,1,a"], ""),
-        (ON, [A, "0.5,0.5,,1,a"], r"pieces do not fit on what they stand on, .* \(b on a: wider\)"),
-        (ON, [A, "0.5,0.35,,7,a"], r"\(on a: 0.857 m² on 0.16 m²\)"),
-        (ON, ["0.5,0.4,3,1,", "0.5,0.35,,3,a"], ""),
-        (ON, [A, "0.5,0.35,,1,a", "0.5,0.35,,1,a"], r"\(on a: 0.245 m² on 0.16 m²\)"),
-    ],
-)
-def test_what_pieces_cost_mean_and_carry(tmp_path, columns, rows, words):
-    lines = [f"{name},0,1.0,{row}" for name, row in zip("abc", rows, strict=False)]
-    with warnings.catch_warnings(record=True) as said:
-        warnings.simplefilter("always")
-        read(tmp_path, "\n".join([f"item,floor,height_m,{columns}", *lines, ""]))
-    found = [str(one.message) for one in said]
-    assert len(found) == bool(words), found
-    assert not words or re.search(words, found[0]), found
 
 
 def placed(*floors, height=1.8):
@@ -449,29 +315,6 @@ def test_floors_from_1_and_pieces_in_feet(rows, words):
     found = [doubt.sentence for doubt in place_doubts(rows, [0.0, 4.0, 7.0, 10.0])]
     assert len(found) == bool(words), found
     assert not words or words in found[0]
-
-
-@pytest.mark.parametrize(
-    ("keys", "words"),
-    [
-        ("variability = { restitution_sd = 0.3 }", "standard deviation of the restitution: 0.3, usual are"),
-        ("variability = { slenderness_dispersion = 0.5 }", "dispersion of the slenderness: 0.5, usual are"),
-        ("discount_rate = 0.4", "discount rate: 0.4, usual are 0.0001 to 0.2: per cent?"),
-        ("variability = { restitution_sd = 0.03, slenderness_dispersion = 0.05 }\ndiscount_rate = 0.0", ""),
-        ("im = 'pga'\nlevels = { values = [0.2], unit = 'g' }", "are floors counted from 1?"),
-    ],
-)
-def test_numbers_of_an_inventory_study_of_another_unit(tmp_path, keys, words):
-    floors = (1, 4) if "floors" in words else (0, 1)
-    rows = "".join(f"shelf {floor},0.3,1.8,{floor}\n" for floor in floors)
-    (tmp_path / "things.csv").write_text(f"item,width_m,height_m,floor\n{rows}", encoding="utf-8")
-    building = '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nstoreys = 4\n'
-    text = f'title = "x"\n[[models]]\nlaw = "housner"\n{motions(2)}{building}'
-    file = tmp_path / "study.toml"
-    file.write_text(f'{text}[performance]\ninventory = "things.csv"\n{keys}\n', encoding="utf-8")
-    said = [doubt.sentence for doubt in tp.Study.from_toml(file).doubts if doubt.kind in ("units", "table")]
-    assert len(said) == bool(words), said
-    assert not words or words in said[0]
 
 
 TOTALS = (
@@ -535,36 +378,10 @@ def test_last_lines_without_an_end_that_end_in_a_number_are_named(cut, tmp_path)
 OF_CORPUS = [case.files["inventory.csv"] for case in refused_cases.cases() if "inventories/pieces_" in case.name]
 PLAIN_FILES = [
     text
-    for text in [*(text for text, _ in BAD_FILES), *OF_CORPUS]
+    for text in OF_CORPUS
     # what only a text file can be: another separator, a broken quote, bytes, characters that no workbook may hold
     if isinstance(text, str) and not re.search(r"^[^,\n]*;|\0|\"x,", text)
 ]
-
-
-@pytest.mark.parametrize(
-    ("columns", "message"),
-    [
-        ("item,weight_kg,floor", "unknown column 'weight_kg'; did you mean 'mass_kg'?"),
-        ("item,width (cm),floor", "did you mean 'width_m'? Then divide by 100"),
-        ("item,Height [in],floor", "did you mean 'height_m'? Then multiply by 0.0254"),
-        ("item,weight (t),floor", "did you mean 'mass_kg'? Then multiply by 1000"),
-        ("item,anchor_strength_kn,floor", "did you mean 'anchor_strength_n'? Then multiply by 1000"),
-        ("item,width_m (mm),floor", "did you mean 'width_m'? Then divide by 1000"),
-        ("item,injury_probability (%),floor", "did you mean 'injury_probability'? Then divide by 100"),
-        ("item,Value (EUR),floor", "did you mean 'value'?"),
-        *(
-            (f"item,value ({unit}),floor", "did you mean 'value'? Then write thousands in full")
-            for unit in ("TEUR", "kEUR", "k€", "Mio. EUR", "thousands", "1000 EUR")
-        ),
-        ("item,quantity,floor", "did you mean 'count'?"),
-        ("item,Remarks,floor", "support: rename it, or leave it out"),
-        ("item,lean_mm,floor", "unknown column 'lean_mm'; allowed are"),
-        ("item,wall_gap_m,floor", "unknown column 'wall_gap_m'; did you mean 'wall_gap_mm'?"),
-    ],
-)
-def test_suggested_columns_are_of_the_same_quantity(tmp_path, columns, message):
-    with pytest.raises(InventoryError, match=re.escape(message)):
-        read(tmp_path, f"{columns}\nshelf,1,0\n")
 
 
 def test_a_floor_without_histories(tmp_path):

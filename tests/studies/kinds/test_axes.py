@@ -6,15 +6,13 @@ import re
 import numpy as np
 import pytest
 from check_facts import notes_named
-from study_texts import motions
+from study_texts import YEAR, changed, motions, study_in
 
 import toppling as tp
 from toppling import fragility
 from toppling.core.facts import Fact
 from toppling.models.friction import LognormalFriction
 from toppling.studies.store.worker_motions import motions_again
-from toppling.studies.tables.axes import axes
-from toppling.studies.tables.registry import REGISTRY
 from toppling.studies.text.error import StudyError
 
 STUDY = f"""
@@ -45,21 +43,7 @@ GENERATOR = tp.motions.CloughPenzien(duration=8.0, dt=0.02)
 
 
 def study(tmp_path, *changes, more=""):
-    text = STUDY + more
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    (tmp_path / "study.toml").write_text(text, encoding="utf-8")
-    return tp.Study.from_toml(tmp_path / "study.toml")
-
-
-def test_the_table_of_axes(tmp_path):
-    found = study(tmp_path).run()
-    axis = found["axis"].sel(block="vase").values
-    fell, deep = (axis > 0).sum(), (axis == 2).sum()
-    row = axes(found).lines[1]
-    assert row == {"name": "vase", "falls": fell / 18, "width": 1.0 - deep / fell, "depth": deep / fell}
-    assert not REGISTRY["axes"].applies(found.drop_vars("axis"))
+    return study_in(tmp_path, changed(STUDY + more, *changes))
 
 
 def test_workers_make_the_same_pairs(tmp_path):
@@ -99,8 +83,7 @@ def test_blocks_of_a_file_have_depths(tmp_path):
         "name,catalogue,width_m,height_m,depth_m,round\na,,0.3,1.4,0.4,\nb,server-rack-42u,,,,\nc,,0.1,0.4,,yes\n"
     )
     text = STUDY[: STUDY.index("[[blocks]]")] + STUDY[STUDY.index("[[models]]") :]
-    (tmp_path / "study.toml").write_text('blocks_file = "blocks.csv"\n' + text, encoding="utf-8")
-    blocks = tp.Study.from_toml(tmp_path / "study.toml").blocks
+    blocks = study_in(tmp_path, 'blocks_file = "blocks.csv"\n' + text).blocks
     assert [one.depth for one in blocks] == [0.4, 1.07, 0.1]
     assert [one.round for one in blocks] == [False, False, True]
 
@@ -220,10 +203,6 @@ FRICTION = """
 static = 0.25
 dispersion = 0.3
 kinetic_ratio = 0.9
-[hazard]
-levels = [0.05, 0.1, 0.3, 1.0, 2.0]
-rates = [3e-2, 1e-2, 1e-3, 1e-4, 1e-5]
-unit = "g"
 """
 
 
@@ -231,7 +210,7 @@ unit = "g"
 def test_blocks_that_slide(tmp_path):
     """Chances of slips and of falls over edges are those of `slide_runs`, and a wider band is near uplift."""
     edge = ("depth_m = 0.3\n", 'depth_m = 0.4\nedge_distance_mm = 30\nfalls_when = "foot"\n')
-    found = study(tmp_path, edge, more=FRICTION).run()
+    found = study(tmp_path, edge, more=FRICTION + YEAR).run()
     shaken = tp.motions.both_axes(GENERATOR.sample_pairs(6, 4), "random", 4)
     levels = np.array([0.2, 0.4, 0.7]) * 9.80665
     block = tp.Block(0.3, 1.4, name="square", depth=0.4, edge=tp.Edge(0.03, falls_when="foot"))

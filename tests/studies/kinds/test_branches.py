@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from check_facts import facts_of
 from exchange_cases import read_table
-from study_texts import HAZARD, IDA
+from study_texts import HAZARD, IDA, study_of
 
 import toppling as tp
 from toppling.core.facts import Fact
@@ -15,8 +15,7 @@ from toppling.core.units import STANDARD_GRAVITY
 from toppling.motions.arrays import digest, records
 from toppling.studies import show
 from toppling.studies.command.cli import main
-from toppling.studies.facts import building as of_building, curves
-from toppling.studies.facts.bars import bars_of
+from toppling.studies.facts import curves
 from toppling.studies.facts.footnotes import footnotes
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import say
@@ -25,8 +24,6 @@ from toppling.studies.report.page import write_report
 from toppling.studies.store.worker_motions import motions_again
 from toppling.studies.tables.blocks import lead_blocks
 from toppling.studies.tables.branches import branch_rates
-from toppling.studies.tables.pieces import pieces
-from toppling.studies.tables.table import Marked
 from toppling.studies.text.curve_notes import SLIPS_WITHOUT_BRANCHES
 
 BLOCK = '[[blocks]]\ncatalogue = "bookcase-5-shelf"\n'
@@ -59,17 +56,12 @@ def of_modelling(found):
     return [fact for fact in notes_of(found) if "modelling_" in fact.what]
 
 
-def study(folder, *parts):
-    (folder / "study.toml").write_text('title = "A study"\n' + "".join(parts), encoding="utf-8")
-    return tp.Study.from_toml(folder / "study.toml")
-
-
 @pytest.mark.parametrize("k0", [3e-4, 0.03])
 def test_hazards_that_are_orders_apart_are_doubted(tmp_path, k0):
     """0.03 x^-2 beside 1e-4 x^-2.5 per year: 300 times as often at 1 g, as levels in m/s² taken as g would be."""
     more = (HAZARD, HIGH.replace("3e-4", str(k0)), branches("hazard", hazard=0.5, high=0.5))
     for made in (
-        study(tmp_path, BLOCK, LAWS, motions(1), IDA, *more),
+        study_of(tmp_path, BLOCK, LAWS, motions(1), IDA, *more),
         inventory_study(tmp_path, LAWS, motions(1), PERFORMANCE, *more),
     ):
         said = [one.sentence for one in made.doubts if "in 'high' and" in one.sentence]
@@ -81,7 +73,7 @@ def test_hazards_that_are_orders_apart_are_doubted(tmp_path, k0):
 def found(tmp_path_factory):
     """The results of a study with two laws, two sets of motions and two hazard curves."""
     parts = (BLOCK, LAWS, motions(1), OTHER, IDA, HAZARD, HIGH, FIT, ALL)
-    return study(tmp_path_factory.mktemp("branches"), *parts).run()
+    return study_of(tmp_path_factory.mktemp("branches"), *parts).run()
 
 
 class TestBranches:
@@ -90,7 +82,7 @@ class TestBranches:
         rates, ends = {}, {}
         for name, seed in (("motions", 1), ("other", 5)):
             for hazard, text in (("hazard", HAZARD), ("high", '[hazard]\nk0 = 3e-4\nk = 2\nunit = "g"\n')):
-                own = study(tmp_path, BLOCK, LAWS, motions(seed), IDA, text, FIT).run()
+                own = study_of(tmp_path, BLOCK, LAWS, motions(seed), IDA, text, FIT).run()
                 rates |= {(law, name, hazard): own["rate"].values[0, k] for k, law in enumerate(own["law"].values)}
                 upper = own["rate_modelling_upper"].values[0]
                 ends |= {(law, name, hazard): upper[k] for k, law in enumerate(own["law"].values)}
@@ -106,7 +98,7 @@ class TestBranches:
         assert found["epistemic_spread"].sum().item() == pytest.approx(1.0)
 
     def test_the_study_itself_stays_as_it_is(self, found, tmp_path):
-        plain = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT).run()
+        plain = study_of(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT).run()
         for name in plain.data_vars:
             np.testing.assert_array_equal(found[name], plain[name])
         assert {*plain.coords} <= {*found.coords}
@@ -116,7 +108,7 @@ class TestBranches:
         """Curves of a branch that rest on few runs are said to, as those of the study's own motions are."""
         few = OTHER.replace("number = 12", "number = 2")
         weights = branches("motions", motions=0.6, other=0.4)
-        found = study(tmp_path, BLOCK, LAWS, motions(1), few, IDA, HAZARD, FIT, weights).run()
+        found = study_of(tmp_path, BLOCK, LAWS, motions(1), few, IDA, HAZARD, FIT, weights).run()
         said = [one for one in notes_of(found) if one.more.get("branch") == "other"]
         (apart,) = (one for one in said if one.what == "curve.separated")
         assert (apart.value, apart.more["of"]) == (1, 2)
@@ -125,32 +117,11 @@ class TestBranches:
     def test_slips_are_not_spread_and_that_is_said(self, found, tmp_path):
         weights = branches("motions", motions=0.6, other=0.4)
         parts = (BLOCK, LAWS, motions(1), OTHER, IDA, HAZARD, FIT, weights, "[friction]\nstatic = 0.3\n")
-        assert SLIPS_WITHOUT_BRANCHES in notes_of(study(tmp_path, *parts).run())
+        assert SLIPS_WITHOUT_BRANCHES in notes_of(study_of(tmp_path, *parts).run())
         assert SLIPS_WITHOUT_BRANCHES not in notes_of(found)
 
-    @pytest.mark.slow
-    def test_the_report(self, found, tmp_path):
-        fact = next(curves.answer(found))
-        ends = [found["epistemic_rate_fractile"].sel(epistemic_fractile=end).item() for end in (0.05, 0.95)]
-        assert (fact.what, fact.value) == ("rate.over_branches", found["epistemic_rate"].item())
-        assert [fact.lower, fact.upper] == ends
-        assert next(footnotes(found)).more["branches"] == fact.more["branches"] == 8
-        found.to_netcdf(tmp_path / "results.nc")
-        (page,) = write_report(tmp_path / "results.nc")
-        text = page.read_text(encoding="utf-8")
-        assert "8 weighted branches" in text
-        assert text.count("<figure>") == 4
-        (row,) = lead_blocks(found).rows
-        chances = [100.0 * -math.expm1(-50.0 * rate) for rate in (found["epistemic_rate"].item(), *ends)]
-        chance = row["chance"].value if isinstance(row["chance"], Marked) else row["chance"]
-        assert [100.0 * end for end in chance] == pytest.approx(chances)
-        (bar,) = bars_of(found).groups["all"]
-        assert [100.0 * end for end in bar[2:]] == pytest.approx(chances)
-        of_range = [found[f"epistemic_rate_modelling_{end}"].item() for end in ("lower", "upper")]
-        assert [*row["model_range"][1:]] == pytest.approx([-math.expm1(-50.0 * rate) for rate in of_range])
-
     def test_workers_make_the_motions_of_branches(self, tmp_path):
-        one = study(tmp_path, BLOCK, LAWS, motions(1), OTHER, IDA, HAZARD, HIGH, FIT, ALL)
+        one = study_of(tmp_path, BLOCK, LAWS, motions(1), OTHER, IDA, HAZARD, HIGH, FIT, ALL)
         made = {digest(record) for record in motions_again(json.dumps(one.configuration))}
         assert made == {digest(record) for array in one.arrays for record in records(array)}
         assert len(made) == 24
@@ -162,7 +133,7 @@ class TestBranches:
         levels = '[ida]\nim = "pga"\nlevels = { values = [3.0, 4.0], unit = "g" }\n'
         fit = '[fit]\nform = "isotonic"\nreplicates = 100\n'
         parts = ('accept = ["level"]\n', BLOCK, LAWS, motions(1), levels, HAZARD, HIGH if weights else "", weights, fit)
-        found = study(tmp_path, *parts).run(tmp_path / "out")
+        found = study_of(tmp_path, *parts).run(tmp_path / "out")
         least = 1e-4 * 3.0**-2.5
         assert np.isnan(found["rate"]).all()
         assert np.isnan(found["risk_probability"]).all()
@@ -184,8 +155,8 @@ class TestBranches:
         write_report(tmp_path / "out/results.nc")
 
     def test_the_size_counts_the_runs_of_branches(self, tmp_path):
-        plain = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT)
-        one = study(tmp_path, BLOCK, LAWS, motions(1), OTHER, IDA, HAZARD, HIGH, FIT, ALL)
+        plain = study_of(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT)
+        one = study_of(tmp_path, BLOCK, LAWS, motions(1), OTHER, IDA, HAZARD, HIGH, FIT, ALL)
         assert one.work - plain.work == 2 * 12 * 7
         assert "168 under" in one.words
         assert one.identity != plain.identity
@@ -195,8 +166,8 @@ class TestModelling:
     @pytest.mark.slow
     def test_in_the_mean(self, tmp_path):
         """With a power-law hazard every rate is exp(k² beta_m²/2) times that without, and the curves are the same."""
-        plain = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT).run()
-        found = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, "modelling_dispersion = 0.4\n").run()
+        plain = study_of(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT).run()
+        found = study_of(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, "modelling_dispersion = 0.4\n").run()
         np.testing.assert_allclose(found["rate"], plain["rate"] * np.exp(0.5 * 2.5**2 * 0.4**2), rtol=1e-10)
         np.testing.assert_array_equal(found["dispersion"], plain["dispersion"])
         assert "epistemic_rate" not in found
@@ -219,9 +190,9 @@ class TestModelling:
     def test_in_the_mean_of_branches(self, tmp_path):
         """Every rate of the branches holds beta_m, as the rates of the laws do, and no fractile spreads it again."""
         of = branches("models", housner=0.75, discrete=0.25)
-        plain = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, of).run()
+        plain = study_of(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, of).run()
         more = "modelling_dispersion = 0.4\n"
-        found = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, more, of).run()
+        found = study_of(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, more, of).run()
         for name in ("rate", "epistemic_rate", "epistemic_rate_fractile", "branch_rate"):
             np.testing.assert_allclose(found[name], plain[name] * np.exp(0.5 * 2.5**2 * 0.4**2), rtol=1e-9)
         assert [fact.value for fact in footnotes(found) if fact.what == "rate.modelling_included"] == [0.4]
@@ -229,7 +200,7 @@ class TestModelling:
     @pytest.mark.slow
     def test_exported_dispersions_say_what_they_hold(self, tmp_path, capsys):
         more = "modelling_dispersion = 0.4\n"
-        found = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, more).run(tmp_path / "out")
+        found = study_of(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, more).run(tmp_path / "out")
         beta = found["dispersion"].values[0]
         for option, held, total in (((), 0.0, beta), (("--with-modelling",), 0.4, np.hypot(beta, 0.4))):
             assert main(["export", str(tmp_path / "out"), "--format", "csv", *option]) == 0
@@ -244,7 +215,7 @@ class TestModelling:
             assert ("uncertainty of 0.4" if option else "no modelling uncertainty") in said
         assert main(["export", str(tmp_path / "out"), "--format", "xlsx", "--with-modelling"]) == 2
         assert "--with-modelling" in capsys.readouterr().err
-        plain = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT).run(tmp_path / "plain")
+        plain = study_of(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT).run(tmp_path / "plain")
         assert plain.attrs["modelling_dispersion"] == 0.0
         assert main(["export", str(tmp_path / "plain"), "--format", "csv", "--with-modelling"]) == 2
         assert "modelling_dispersion = 0" in capsys.readouterr().err
@@ -262,7 +233,7 @@ class TestModelling:
     def test_exported_rates_say_what_they_hold(self, tmp_path, where, option, dispersion, rates):
         """A rate is the study's: of the curve in its row, or the row says how much its rate holds."""
         law, more = '[[models]]\nlaw = "housner"\n', f'modelling_dispersion = 0.4\nmodelling = "{where}"\n'
-        study(tmp_path, BLOCK, law, motions(1), IDA, HAZARD, FIT, more).run(tmp_path / "out")
+        study_of(tmp_path, BLOCK, law, motions(1), IDA, HAZARD, FIT, more).run(tmp_path / "out")
         assert main(["export", str(tmp_path / "out"), "--format", "csv", *option]) == 0
         row = read_table(tmp_path / "out/export/curves.csv")
         held = row.get("rate_modelling_dispersion")
@@ -277,8 +248,8 @@ class TestModelling:
     @pytest.mark.slow
     def test_in_the_fractiles(self, tmp_path):
         more = 'modelling_dispersion = 0.4\nmodelling = "fractiles"\n'
-        plain = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT).run()
-        found = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, more).run()
+        plain = study_of(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT).run()
+        found = study_of(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, more).run()
         np.testing.assert_array_equal(found["rate"], plain["rate"])
         factor = float(found["epistemic_rate"].item() / plain["rate"].values[0, 0])
         assert factor == pytest.approx(np.exp(0.5 * 2.5**2 * 0.4**2), rel=1e-10)
@@ -298,7 +269,7 @@ PERFORMANCE = LEVELS + "replicates = 100\n"
 
 def inventory_study(folder, *parts):
     (folder / "inventory.csv").write_text(INVENTORY, encoding="utf-8")
-    return study(folder, *parts)
+    return study_of(folder, *parts)
 
 
 @pytest.fixture(scope="module")
@@ -309,44 +280,12 @@ def building(tmp_path_factory):
 
 
 class TestInventories:
-    @pytest.mark.slow
-    def test_each_branch_is_a_study_of_its_own(self, building, tmp_path):
-        found, _ = building
-        at = {}
-        for name, seed in (("motions", 1), ("other", 5)):
-            for hazard, text in (("hazard", HAZARD), ("high", '[hazard]\nk0 = 3e-4\nk = 2\nunit = "g"\n')):
-                at[name, hazard] = inventory_study(tmp_path, LAWS, motions(seed), PERFORMANCE, text).run()
-        mean = {}
-        for b in range(found.sizes["branch"]):
-            one = found.isel(branch=b)
-            own = at[str(one["branch_motions"].item()), str(one["branch_hazard"].item())]
-            own = own.sel(model=str(one["branch_model"].item()))
-            for name in ("item_rate", "any_rate", "annual_number", "annual_loss"):
-                np.testing.assert_allclose(one[f"branch_{name}"], own[name], rtol=1e-12)
-                mean[name] = mean.get(name, 0.0) + one["branch_weight"] * own[f"{name}_modelling_lower"]
-        for name, of_branches in mean.items():
-            np.testing.assert_allclose(found[f"epistemic_{name}_modelling_lower"], of_branches, rtol=1e-12)
-        assert found["branch_weight"].sum().item() == pytest.approx(1.0, rel=1e-12)
-
     def test_slips_are_not_spread_and_that_is_said(self, building, tmp_path):
         slides = "[friction]\nstatic = 0.3\n"
         weights = branches("motions", motions=0.6, other=0.4)
         parts = (LAWS, motions(1), OTHER, PERFORMANCE, HAZARD, weights, slides)
         assert SLIPS_WITHOUT_BRANCHES in notes_of(inventory_study(tmp_path, *parts).run())
         assert SLIPS_WITHOUT_BRANCHES not in notes_of(building[0])
-
-    @pytest.mark.slow
-    def test_what_a_reader_sees(self, building):
-        found, _ = building
-        fact, loss = next(of_building.answer(found)), next(of_building.details(found))
-        assert (fact.what, loss.what) == ("building.over_branches", "consequence.loss")
-        assert fact.more["branches"] == loss.more["branches"] == 8
-        assert next(footnotes(found)).more["branches"] == 8
-        chance = -math.expm1(-50.0 * found["epistemic_item_rate"].sel(item="shelf").item())
-        bars = [bar for group in bars_of(found).groups.values() for bar in group]
-        assert [bar.value for bar in bars if bar.name == "shelf"] == pytest.approx([chance])
-        row = next(row for row in pieces(found).lines if row["item"] == "shelf")
-        assert row["chance"].value == pytest.approx(chance)
 
     def test_the_exported_table(self, building):
         found, folder = building
@@ -371,47 +310,13 @@ class TestInventories:
         made = {digest(record) for record in motions_again(json.dumps(one.configuration))}
         assert made == {digest(record) for array in one.arrays for record in records(array)}
 
-    @pytest.mark.slow
-    def test_modelling_in_the_fractiles(self, building, tmp_path):
-        """Rates of the study hold none of it, means over branches all of it: with power laws a factor for pieces."""
-        found, _ = building
-        more = 'modelling_dispersion = 0.4\nmodelling = "fractiles"\n'
-        spread = inventory_study(tmp_path, LAWS, motions(1), OTHER, PERFORMANCE + more, HAZARD, HIGH, ALL).run()
-        np.testing.assert_array_equal(spread["item_rate"], found["item_rate"])
-        np.testing.assert_array_equal(spread["branch_item_rate"], found["branch_item_rate"])
-        factors = [np.exp(0.5 * (k * 0.4) ** 2) for k in (2.5, 2.0)]
-        weighted = found["branch_item_rate"] * found["branch_weight"]
-        each = [factors[name == "high"] for name in found["branch_hazard"].values]
-        np.testing.assert_allclose(spread["epistemic_item_rate"], (weighted * each).sum("branch"), rtol=1e-9)
-        assert of_modelling(spread) == [Fact("rate.modelling_included", 0.4, more={"yearly": True, "spread": True})]
-        wider = spread["epistemic_item_rate_fractile"] / found["epistemic_item_rate_fractile"]
-        assert (wider.isel(epistemic_fractile=0) < 1.0).all()
-        assert (wider.isel(epistemic_fractile=-1) > 1.0).all()
-
-    @pytest.mark.slow
-    def test_modelling_at_a_level(self, tmp_path):
-        """Without a hazard chances at a level hold it, from runs at thirteen levels about each, and a note says so."""
-        plain = inventory_study(tmp_path, LAWS, motions(1), LEVELS)
-        one = inventory_study(tmp_path, LAWS, motions(1), LEVELS + "modelling_dispersion = 0.4\n")
-        assert one.runs == 13 * plain.runs
-        assert "(at 91 levels" in one.words
-        found, without = one.run(), plain.run()
-        np.testing.assert_array_equal(found["overturned"], without["overturned"])
-        assert found["number"].dims == ("model", "place", "level", "motion", "realisation")
-        # (a wider curve: rare falls are more frequent, frequent ones rarer)
-        few = found["probability"].mean(["model", "item"]) - without["probability"].mean(["model", "item"])
-        assert few.values[0] >= 0.0 >= few.values[-1]
-        (included,) = of_modelling(found)
-        assert (included.what, included.value) == ("chance.modelling_included", 0.4)
-        assert included.upper == pytest.approx(math.exp(1.2), rel=1e-12)
-
 
 class TestBeyond:
     def test_branches_say_what_they_rest_on(self, tmp_path):
         """A hazard curve that ends early: its branch is named with the share, in a note and in the table's title."""
         short = '[[hazards]]\nname = "short"\nhazard = { levels = [0.01, 0.02], rates = [1e-2, 2e-3], unit = "g" }\n'
         weights = branches("hazard", hazard=0.5, short=0.5)
-        found = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, short, FIT, weights).run()
+        found = study_of(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, short, FIT, weights).run()
         beyond = found["branch_share_beyond"].values.reshape(-1)
         assert beyond[1] > 0.9
         assert beyond[0] < 0.2
@@ -420,18 +325,9 @@ class TestBeyond:
         assert "short" in fact.names[0]
         assert "1 of 2" in branch_rates(found).note
 
-    def test_of_an_inventory(self, tmp_path):
-        short = '[[hazards]]\nname = "short"\nhazard = { levels = [0.01, 0.02], rates = [1e-2, 2e-3], unit = "g" }\n'
-        weights = branches("hazard", hazard=0.5, short=0.5)
-        found = inventory_study(tmp_path, LAWS, motions(1), PERFORMANCE, HAZARD, short, weights).run()
-        assert found["branch_share_beyond"].values[1] > 0.9
-        (fact,) = (one for one in notes_of(found) if one.what == "rate.branches_beyond")
-        assert (fact.value, fact.more["branches"], fact.more["of"]) == (found["branch_share_beyond"].values[1], 1, 2)
-        assert "short" in fact.names[0]
-
     def test_fits_of_branches_are_counted(self, tmp_path):
-        plain = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT)
-        one = study(tmp_path, BLOCK, LAWS, motions(1), OTHER, IDA, HAZARD, HIGH, FIT, ALL)
+        plain = study_of(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT)
+        one = study_of(tmp_path, BLOCK, LAWS, motions(1), OTHER, IDA, HAZARD, HIGH, FIT, ALL)
         assert one.curves == 2 * plain.curves
         assert one.seconds_of_fits(2) == pytest.approx(2.0 * plain.seconds_of_fits(2))
 
@@ -440,7 +336,7 @@ class TestBeyond:
 def test_another_state_is_named(tmp_path):
     """Titles, names and sentences of branches are of the state that the study asks for."""
     weights = branches("models", housner=0.75, discrete=0.25)
-    found = study(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, 'state = "uplifted"\n', weights).run()
+    found = study_of(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT, 'state = "uplifted"\n', weights).run()
     assert "a block uplifts" in branch_rates(found).note
     state = found.attrs["state"]
     assert f"annual rate of {state}" in found["epistemic_rate"].attrs["long_name"]
@@ -456,7 +352,7 @@ def test_branches_without_any_rate_have_no_figure(tmp_path):
     thin = '[[blocks]]\nwidth_m = 0.15\nheight_m = 0.75\n[[models]]\nlaw = "energy-consistent"\n'
     sets = [text.replace("number = 12", "number = 4\ns0_m2_s3 = 0.3") for text in (motions(1), OTHER)]
     weights = branches("motions", motions=0.5, other=0.5)
-    results = study(tmp_path, thin, *sets, '[cloud]\nim = "pga"\n', HAZARD, weights).run(tmp_path / "out")
+    results = study_of(tmp_path, thin, *sets, '[cloud]\nim = "pga"\n', HAZARD, weights).run(tmp_path / "out")
     assert results["overturned"].all()
     assert "branches" not in [name for name, _ in show.figures(results)]
     assert write_report(tmp_path / "out/results.nc")[0].is_file()

@@ -6,18 +6,14 @@ import numpy as np
 import pytest
 from check_facts import facts_of
 from numpy.testing import assert_allclose, assert_array_equal
-from study_texts import IDA, motions
+from study_texts import IDA, motions, study_in, study_of
 
-import toppling as tp
 from toppling.fragility.numerics.proportions import wilson_interval
-from toppling.studies.command.verdict import verdict
 from toppling.studies.facts import curves
 from toppling.studies.facts.notes import notes_of
-from toppling.studies.facts.say import say
 from toppling.studies.file.blocks import stiffness_notes
 from toppling.studies.plan.design_shaking import at_level
-from toppling.studies.tables.registry import REGISTRY, tables
-from toppling.studies.tables.restraints import breaks
+from toppling.studies.tables.registry import REGISTRY
 
 SHELF = '[[blocks]]\nname = "{}"\nwidth_m = 0.3\nheight_m = 1.8\n'
 BLOCKS = (
@@ -35,9 +31,7 @@ ENDS = "", "_lower", "_upper"
 
 
 def study(folder, *parts):
-    file = folder / "study.toml"
-    file.write_text('title = "Breaks"\n' + BLOCKS + LAW + motions(N) + "".join(parts), encoding="utf-8")
-    return tp.Study.from_toml(file)
+    return study_of(folder, BLOCKS, LAW, motions(N), *parts)
 
 
 @pytest.fixture(scope="module")
@@ -80,19 +74,6 @@ def test_values_at_a_level():
     assert at_level(8.0, levels, np.array([0.0, 0.2, 0.9])) == 0.9
 
 
-def test_it_is_said_where_the_answer_is_read(results):
-    fact = facts_of(curves.answer, results)["restraint.breaks"]
-    one = results.isel(model=0).sel(block="kit")
-    assert (fact.value, fact.lower, fact.upper) == tuple(float(one[f"broken_at_design{end}"]) for end in ENDS)
-    assert (fact.names, fact.level) == (("“kit”",), pytest.approx(DESIGN / 9.80665))
-    assert fact.more["design"]
-    assert say(fact, "page") in verdict(results, True)[0]
-    table = breaks(results)
-    assert [column.key for column in table.columns] == ["level", "kit"]
-    assert [row["kit"].value for row in table.lines][-2:][0] < 1.0  # (from the last level on, all break)
-    assert table in [*tables(results)]
-
-
 def test_without_a_hazard_the_level_is_named(tmp_path):
     found = study(tmp_path, IDA).run()
     assert "broken_at_design" not in found
@@ -104,9 +85,7 @@ def test_without_a_hazard_the_level_is_named(tmp_path):
 
 
 def test_without_a_restraint_nothing_is_kept(tmp_path):
-    file = tmp_path / "study.toml"
-    file.write_text('title = "a"\n' + SHELF.format("free") + LAW + motions(4) + IDA, encoding="utf-8")
-    plan = tp.Study.from_toml(file)
+    plan = study_in(tmp_path, 'title = "a"\n' + SHELF.format("free") + LAW + motions(4) + IDA)
     assert "ruptured" not in plan.kept_outputs
     found = plan.run()
     assert not REGISTRY["breaks"].applies(found)
@@ -117,8 +96,7 @@ def test_a_stiffness_that_is_not_given_is_noted(results, tmp_path):
     (note,) = (fact for fact in notes_of(results) if fact.what == "restraint.stiffness_assumed")
     assert (note.names, note.more["stiffnesses"]) == (("kit",), [20.0])
     given = BLOCKS + "stiffness_n_per_mm = 20\n"
-    (tmp_path / "study.toml").write_text('title = "a"\n' + given + LAW + motions(4) + IDA, encoding="utf-8")
-    plan = tp.Study.from_toml(tmp_path / "study.toml")
+    plan = study_in(tmp_path, 'title = "a"\n' + given + LAW + motions(4) + IDA)
     assert "restraint.stiffness_assumed" not in {fact.what for fact in plan.facts}
     inline = {"blocks": [{"name": "shelf", "restraint": {"kind": "bracket", "height_m": 1.0, "strength_n": 9.0}}]}
     (note,) = stiffness_notes(inline)

@@ -2,32 +2,21 @@
 
 import numpy as np
 import pytest
-from study_texts import motions
+from study_texts import ida, laws, motions, power_law, study_of
 
-import toppling as tp
 from toppling.studies.buildings.pieces import pieces_of
 from toppling.studies.tables.pieces import exported_pieces
 
-STUDY = f"""
-title = "Objects on pedestals"
-[[models]]
-law = "housner"
-geometry = "bilinear"
-[[models]]
-law = "energy-consistent"
-[[branches]]
-of = "models"
-names = ["housner e=e_R geometry=bilinear", "energy-consistent"]
-weights = [0.6, 0.4]
-{motions(20, 8, 0.01)}[performance]
-inventory = "objects.csv"
-im = "pga"
-levels = {{ values = [0.1, 0.2, 0.3, 0.5, 0.8], unit = "g" }}
-[hazard]
-k0 = 1e-4
-k = 2
-unit = "g"
-"""
+STUDY = (
+    laws("housner")
+    + 'geometry = "bilinear"\n'
+    + laws("energy-consistent")
+    + '[[branches]]\nof = "models"\nnames = ["housner e=e_R geometry=bilinear", "energy-consistent"]\n'
+    + "weights = [0.6, 0.4]\n"
+    + motions(20, 8, 0.01)
+    + ida(0.1, 0.2, 0.3, 0.5, 0.8).replace("[ida]", '[performance]\ninventory = "objects.csv"')
+    + power_law(1e-4, 2)
+)
 OBJECTS = """item,width_m,height_m,floor,count,value,currency,anchored,anchoring_cost,friction,stands_on
 pedestal,0.2,1.2,0,1,100,EUR,,50,0.9,
 vase,0.2,0.5,0,1,50000,EUR,,50,0.9,pedestal
@@ -40,9 +29,7 @@ bronze,0.15,0.35,0,2,40000,EUR,yes,,,plinth
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
     folder = tmp_path_factory.mktemp("carried")
-    (folder / "objects.csv").write_text(OBJECTS)
-    (folder / "study.toml").write_text(STUDY)
-    return tp.Study.from_toml(folder / "study.toml").run()
+    return study_of(folder, STUDY, objects=OBJECTS).run()
 
 
 def annual_loss(results, model, held=()):

@@ -2,18 +2,15 @@
 
 import numpy as np
 import pytest
-from check_facts import facts_of
 from study_texts import YEAR, motions
 
 import toppling as tp
 from toppling.core.facts import Fact
 from toppling.fragility import fit_fragility, overturning_probability, slide_runs
 from toppling.models.friction import FixedFriction, LognormalFriction
-from toppling.studies.facts import curves
-from toppling.studies.facts.method import method_of
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.file.blocks import read_blocks
-from toppling.studies.tables.slides import edges, slides
+from toppling.studies.tables.slides import slides
 
 BENCH = """[[blocks]]
 name = "analyser"
@@ -139,6 +136,12 @@ class TestResults:
             assert np.isnan(results[name][1]).all()
 
 
+def test_slips_have_words_that_are_called_judgement(results):
+    """Those of a study's own slips have none (`test_sliding`)."""
+    words = "over 5 cm it touches a neighbour, over 10 cm it tears its service line, over 30 cm it blocks an aisle"
+    assert any(note.endswith(f" by slip: {words}.") for note in slides(results).notes)
+
+
 class TestOwnFriction:
     """Blocks with friction or a contact of their own, beside that of the study."""
 
@@ -187,31 +190,7 @@ class TestNotes:
         assert of_edges(found) == [unknown("cloud")]
 
 
-class TestPages:
-    def test_table_holds_the_results(self, results):
-        (row,) = edges(results).rows
-        names = {"off": "fall_off_risk_probability", "over": "risk_probability", "either": "falls_risk_probability"}
-        for key, name in names.items():
-            of = results[name].isel(block=0)
-            value = float(of.isel(model=0) if "model" in of.dims else of)
-            assert row[key].value == pytest.approx(value)
-        assert facts_of(curves.answer, results)["sliding.off_edge"].names == ("“analyser”",)
-        assert "sliding.edge_model" in facts_of(method_of, results)
-
-    def test_slips_have_words_that_are_called_judgement(self, results):
-        """Those of a study's own slips have none (`test_sliding`)."""
-        words = "over 5 cm it touches a neighbour, over 10 cm it tears its service line, over 30 cm it blocks an aisle"
-        assert any(note.endswith(f" by slip: {words}.") for note in slides(results).notes)
-
-
 class TestKeys:
-    def test_all_keys(self, folder):
-        more = "edge_distance_back_mm = 0\n"
-        block = study(folder, blocks=BENCH + more, name="keys").blocks[0]
-        assert block.edge == tp.Edge(0.04, 0.0, "foot")
-        plain = study(folder, blocks=BENCH.replace('falls_when = "foot"\n', ""), name="keys").blocks[0]
-        assert plain.edge == tp.Edge(0.04)
-
     def test_files_of_blocks(self, folder):
         file = folder / "blocks.csv"
         head = "name,width_m,height_m,wall_gap_mm,edge_distance_mm,edge_distance_back_mm,falls_when\n"

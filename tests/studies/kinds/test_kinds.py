@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from check_facts import facts_of
 from scipy.interpolate import CubicHermiteSpline
-from study_texts import BLOCKS, HAZARD, IDA, motions
+from study_texts import BLOCKS, HAZARD, IDA, laws, motions, study_in, tower
 
 import toppling as tp
 from toppling.fragility import uncertain_ida
@@ -21,13 +21,7 @@ from toppling.studies.report.page import write_report
 
 pytestmark = [pytest.mark.lowest, pytest.mark.newest]
 
-MODELS = """
-[[models]]
-law = "energy-consistent"
-
-[[models]]
-law = "discrete"
-"""
+MODELS = laws("energy-consistent", "discrete")
 MOTIONS = motions(24)
 LEVELS = np.exp(np.linspace(0.0, np.log(12.0), 7))
 PIECES = [tp.Block(0.35, 1.6, name="narrow"), tp.Block(0.6, 1.6, name="wide")]
@@ -128,12 +122,7 @@ INVENTORY = """item,width_m,height_m,floor,count,value,currency,consequence
 shelf,0.35,1.8,0,3,100,EUR,blocks-exit
 cabinet,0.45,1.6,2,2,400,EUR,
 """
-BUILDING = """
-[building]
-kind = "flexural-shear"
-period_s = 0.5
-storeys = 2
-"""
+BUILDING = tower(0.5, 2)
 PERFORMANCE = """
 [performance]
 inventory = "things.csv"
@@ -168,29 +157,6 @@ class TestPerformance:
         assert sorted(one.name for one in (tmp_path / "out").glob("*.png")) == [
             "anchoring.png", "exceedance.png", "loss.png", "number.png",
         ]  # fmt: skip
-
-    @pytest.mark.slow
-    def test_a_code_and_a_budget(self, tmp_path, capsys):
-        """The shelf is a matter of safety, on the ground: α S/2 by EN 1998-1; the cabinet names no risk to persons."""
-        columns = ",code_class,mass_kg,anchoring_cost,anchored,anchor_strength_n\n"
-        lines = INVENTORY.replace("\n", columns, 1).splitlines()
-        more = [lines[0], f"{lines[1]},storage,100,20,yes,100", f"{lines[2]},storage,80,5,no,"]
-        (tmp_path / "things.csv").write_text("\n".join(more), encoding="utf-8")
-        code = 'code = { standard = "ec8", ag_g = 0.25, soil_factor = 1.2, component_period_s = 0 }\nbudget = 100\n'
-        found = run(tmp_path, MODELS, MOTIONS, BUILDING, PERFORMANCE + code, HAZARD)
-        assert found["code_status"].values.tolist() == ["required", "not checked"]
-        np.testing.assert_allclose(found["code_force"].values, [0.3 / 2.0 * 980.665, np.nan])
-        np.testing.assert_allclose(found["code_ratio"].values, [0.3 / 2.0 * 9.80665, np.nan])
-        assert found["budget_chosen"].values.tolist() == [[False, True]] * found.sizes["model"]
-        out = " ".join(capsys.readouterr().out.split())
-        assert all(part in out for part in ("EN 1998-1, 4.3.5", "a_g = 0.25", "S = 1.2", "T_a = 0"))
-        actions = facts_of(building.actions, found)
-        assert [name.split("”")[0] for name in actions["code.weak_anchors"].names] == ["“shelf"]
-        lines = actions["anchoring.lines"]
-        assert (lines.names, lines.more["budget"]) == (("“cabinet” (floor 2)",), 100.0)
-        after = facts_of(building.answer, found)["anchoring.after"]
-        assert (after.more["cost"], after.more["currency"]) == (10.0, "EUR")
-        assert after.more["saved"] > 0.0
 
     @pytest.mark.slow
     def test_a_piece_that_does_not_fit_is_named(self, tmp_path):
@@ -272,61 +238,35 @@ def test_a_single_piece_in_a_year_is_its_own_curve(tmp_path, hazard):
 
 
 SHELF = "[[blocks]]\nwidth_m = 0.4\nheight_m = 1.8\n"
-WALL = "wall_gap_mm = 10\n"
 HOUSNER = '[[models]]\nlaw = "housner"\n'
 
 
 STIFF = '[[models]]\nlaw = "giannini-masiani"\ne = 0.3\n'
 SPREAD = '[uncertainty]\ninputs = { R_factor = { distribution = "lognormal", median = 1.0, dispersion = 0.08 } }\n'
-LATE = {
-    "front": SHELF + HOUSNER + IDA + '[fit]\nstate = "front"\nintervals = "wald"\n',
-    "isotonic": SHELF + HOUSNER + IDA + '[fit]\nform = "isotonic"\nintervals = "profile"\n',
-    "first": SHELF + HOUSNER + '[cloud]\nim = "pga"\n[fit]\nmethod = "first-overturning"\n',
-    "isotonic_first": SHELF + HOUSNER + IDA + '[fit]\nform = "isotonic"\nmethod = "first-overturning"\n',
-    "isotonic_floors": f'{SHELF}{HOUSNER}[cloud]\nim = "pga"\n[fit]\nform = "isotonic"\n[building]\n'
-    'kind = "flexural-shear"\nperiod_s = 0.5\nstoreys = 2\nfloors = [1, 2]\n',
-    "adaptive": 'outputs = ["overturned", "top_displacement"]\n'
-    f'{SHELF}{HOUSNER}[ida]\nlevels = "adaptive"\n[until]\nmotions = {{ least = 32 }}\n',
-    "pieces": f'{HOUSNER}[performance]\nim = "pga_normalised"\nlevels = {{ values = [0.7, 1.5], unit = "1" }}\n'
-    'inventory = "pieces.csv"\n',
-    "wall": f'{SHELF}{WALL}[[models]]\nlaw = "discrete"\n{IDA}{SPREAD}',
-    "wall_of_indices": f'{SHELF}wall_gap_mm = 75\n[[models]]\nlaw = "discrete"\n{IDA}[uncertainty]\nsamples = 2\n'
-    'sobol = 64\ninputs = { delta = { distribution = "uniform", lower = 0.001, upper = 0.2 } }\n',
-    "anchored": f'{HOUSNER}[performance]\nim = "pga"\nlevels = {{ values = [0.7], unit = "g" }}\n'
-    'inventory = "pieces.csv"\nobjective = "blocks-exit"\n',
-    "stiff": f"{SHELF}{HOUSNER}{STIFF}delta = 1e-9\n{IDA}",
-    "stiff_values": f'{SHELF}{STIFF}{IDA}[sensitivity]\nparameter = "delta"\nvalues = [1e-9, 0.05]\n',
-    "stiff_inputs": f"{SHELF}{STIFF}delta = 1e-9\n{IDA}{SPREAD}",
-    "stiff_pieces": f'{HOUSNER}{STIFF}delta = 1e-9\n[performance]\nim = "pga"\n'
-    'levels = { values = [0.7, 1.5], unit = "g" }\ninventory = "pieces.csv"\n',
+PIECES_OF_A_STUDY = {
+    "pieces": ('im = "pga_normalised"\nlevels = { values = [0.7, 1.5], unit = "1" }\n', r"performance\.im"),
+    "anchored": (
+        'im = "pga"\nlevels = { values = [0.7], unit = "g" }\nobjective = "blocks-exit"\n',
+        r"performance\.objective: nothing is left .* 'blocks-exit'",
+    ),
+    "stiff": (
+        'im = "pga"\nlevels = { values = [0.7, 1.5], unit = "g" }\n',
+        r"models\[2\]: '0\.4.* under giannini-masiani .* delta must be at least",
+    ),
 }
 
 
-@pytest.mark.parametrize(
-    ("name", "key"),
-    [
-        ("front", r"fit\.intervals"),
-        ("isotonic", r"fit\.intervals"),
-        ("first", r"fit\.method 'first-overturning' needs the levels of \[ida\]"),
-        ("isotonic_first", r"fit\.method of form 'isotonic' must be binomial"),
-        ("isotonic_floors", r"fit\.form 'isotonic' needs levels that floors share"),
-        ("adaptive", "outputs: adaptive levels do not keep 'top_displacement'"),
-        ("pieces", r"performance\.im"),
-        ("wall", "blocks: "),
-        ("wall_of_indices", r"uncertainty\.inputs: the wall of .* is met"),
-        ("anchored", r"performance\.objective: nothing is left .* 'blocks-exit'"),
-        ("stiff", r"models\[2\]: '0\.4 m × 1\.8 m' under giannini-masiani .* delta must be at least"),
-        ("stiff_pieces", r"models\[2\]: '0\.4.* under giannini-masiani .* delta must be at least"),
-        ("stiff_values", r"sensitivity\.values: '0\.4 m × 1\.8 m' under giannini-masiani .* delta must be at least"),
-        ("stiff_inputs", r"uncertainty\.inputs: '0\.4.* under giannini-masiani .* delta must be at least"),
-    ],
-)
-def test_what_can_be_known_is_refused_before_the_runs(name, key, tmp_path):
+@pytest.mark.parametrize("name", PIECES_OF_A_STUDY)
+def test_what_can_be_known_is_refused_before_the_runs(name, tmp_path):
+    """Of an inventory; of blocks in `tests/golden/refused/sentences.toml`."""
+    asked, message = PIECES_OF_A_STUDY[name]
     (tmp_path / "pieces.csv").write_text(
         "item,width_m,height_m,floor,anchored,consequence\nshelf,0.4,1.8,0,no,\ndesk,0.4,1.8,0,yes,blocks-exit\n"
     )
-    (tmp_path / "study.toml").write_text(f'title = "Late"\n{LATE[name]}{motions(32)}')
-    with pytest.raises(StudyError, match=key):
+    models = HOUSNER + (STIFF + "delta = 1e-9\n") * (name == "stiff")
+    text = f'{models}[performance]\ninventory = "pieces.csv"\n{asked}'
+    (tmp_path / "study.toml").write_text(f'title = "Late"\n{text}{motions(4)}')
+    with pytest.raises(StudyError, match=message):
         tp.Study.from_toml(tmp_path / "study.toml")
 
 
@@ -335,8 +275,7 @@ def test_the_forecast_of_a_sweep_over_delta_is_of_its_values(tmp_path):
     seconds = []
     for delta in (1e-7, 0.05):
         sweep = f'[sensitivity]\nparameter = "delta"\nvalues = [{delta}, 0.06]\n'
-        (tmp_path / "study.toml").write_text(f'title = "Sweep"\n{SHELF}{STIFF}{IDA}{sweep}{motions(32)}')
-        study = tp.Study.from_toml(tmp_path / "study.toml")
+        study = study_in(tmp_path, f'title = "Sweep"\n{SHELF}{STIFF}{IDA}{sweep}{motions(32)}')
         seconds.append(study.room.seconds / study.work)
     assert seconds[0] > 1000.0 * seconds[1]
 
@@ -344,15 +283,15 @@ def test_the_forecast_of_a_sweep_over_delta_is_of_its_values(tmp_path):
 @pytest.mark.slow
 def test_uncertain_blocks_of_which_some_have_a_scene(tmp_path):
     """They run together, and the page says of each what stands around it."""
-    (tmp_path / "study.toml").write_text(
+    study_in(
+        tmp_path,
         'title = "Mixed"\n[[models]]\nlaw = "housner"\n[motions]\ngenerator = "kanai-tajimi"\nnumber = 4\n'
         "duration_s = 5\ndt_s = 0.02\n"
         '[[blocks]]\nname = "leaning"\nwidth_m = 0.4\nheight_m = 1.8\nlean_deg = 1.0\n'
         '[[blocks]]\nname = "free"\nwidth_m = 0.3\nheight_m = 1.7\n'
         '[ida]\nlevels = { values = [0.2, 0.5, 1.1], unit = "g" }\n'
-        + SPREAD.replace("[uncertainty]", "[uncertainty]\nsamples = 3")
-    )
-    tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path / "out")
+        + SPREAD.replace("[uncertainty]", "[uncertainty]\nsamples = 3"),
+    ).run(tmp_path / "out")
     leaning, free = blocks_of(xr.open_dataset(tmp_path / "out/results.nc"))
     assert leaning.lean == pytest.approx(math.radians(1.0))
     assert free.lean == 0.0

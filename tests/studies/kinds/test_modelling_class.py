@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from study_texts import CABINET, HAZARD, IDA, motions
+from study_texts import CABINET, HAZARD, IDA, laws, motions, study_of, tower
 
-import toppling as tp
 from toppling.studies.facts.footnotes import footnotes
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import say
@@ -12,24 +11,16 @@ from toppling.studies.plan.piece_classes import piece_classes
 
 FIT = "[fit]\nreplicates = 100\n"
 INVENTORY = "item,count,floor,width_m,height_m,value,anchored\nshelf,2,1,0.4,1.8,100,no\n"
-PERFORMANCE = """
-[[models]]
-law = "housner"
-[building]
-kind = "flexural-shear"
-period_s = 0.4
-storeys = 2
-[performance]
-inventory = "things.csv"
-levels = { from = 1.0, to = 12.0, number = 5, spacing = "log", unit = "m/s2" }
-replicates = 100
-"""
+PERFORMANCE = (
+    laws("housner")
+    + tower(0.4, 2)
+    + '[performance]\ninventory = "things.csv"\n'
+    + 'levels = { from = 1.0, to = 12.0, number = 5, spacing = "log", unit = "m/s2" }\nreplicates = 100\n'
+)
 
 
 def study(folder, *parts):
-    (folder / "study.toml").write_text('title = "A study"\n' + "".join(parts), encoding="utf-8")
-    (folder / "things.csv").write_text(INVENTORY, encoding="utf-8")
-    return tp.Study.from_toml(folder / "study.toml")
+    return study_of(folder, *parts, things=INVENTORY)
 
 
 def class_tests(results):

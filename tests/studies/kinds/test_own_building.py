@@ -1,14 +1,13 @@
 """Performance studies on floor histories of a user's own building model, held against toppling's building model."""
 
 import dataclasses
-import json
 from pathlib import Path
 
 import numpy as np
 import own_building
 import pytest
 import xarray as xr
-from check_facts import facts_of, notes_named
+from check_facts import notes_named
 
 import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY
@@ -20,7 +19,6 @@ from toppling.studies.buildings.anchoring import anchoring
 from toppling.studies.buildings.branches import Sampling, combinations, rates_over_branches
 from toppling.studies.buildings.variables import Year
 from toppling.studies.command.cli import main
-from toppling.studies.facts.method import inputs_of
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.reading import read_inventory
 
@@ -352,7 +350,6 @@ ONE = "level (g),motion,floor,direction,file\n" + "".join(
     f"0.5,A{j},{floor},x,h{j}.csv\n" for j in range(3) for floor in (1, 3)
 )
 PLAIN = "motion,floor,file\nA,1,h0.csv\nA,3,h0.csv\nB,1,h1.csv\nB,3,h1.csv\n"
-LEVELS_KEY = 'im = "pga"\nlevels = { values = [0.2, 0.5], unit = "g" }'
 
 
 YEARLY = '[hazard]\nk = 2\nk0 = 1e-3\nunit = "g"\n'
@@ -377,23 +374,6 @@ class TestStudies:
         wanted = "the pga of floor 0 is not that of 1 level (at 9.81 g 0.10 to 0.10 times"
         assert any(wanted in note for note in notes) == said
 
-    def test_notes_and_screen(self, tmp_path):
-        plan = tp.Study.from_toml(study(tmp_path, direction="y"))
-        assert plan.runs == 2 * 3 * 2
-        known = {fact.what: fact for fact in plan.facts}
-        assert known["motion.floor_histories"].names == ("0.5 g", "1 g")
-        assert known["axis.across_not_included"].more["lines"] == [[1, "x"], [1, "y"]]
-        results = plan.run()
-        assert results["perturbed"].dims == ("level", "motion")
-        assert float(results["interval_half_width"]) == pytest.approx(0.37, abs=0.02)  # (of 3 motions, not of 6)
-        assert float(results["scale_factor_highest"].max()) == 1.0
-        assert json.loads(results.attrs["screen"])["fewest_motions"] == 3
-        assert results["direction"].values.tolist() == ["x", "y"]
-        given = {what: fact.more for what, fact in facts_of(inputs_of, results).items()}
-        assert given["building.own_model"]["direction"]
-        motions = given["motion.given"]
-        assert (motions["levels"], motions["own"], motions["scaled"], motions["elastic"]) == (2, True, False, False)
-
     def test_directions_without_histories_in_them(self, tmp_path):
         plan = tp.Study.from_toml(study(tmp_path, index=PLAIN, asked="", direction="y"))
         assert "motion.directions_unused" in {fact.what for fact in plan.facts}
@@ -404,12 +384,6 @@ class TestStudies:
         first = tp.Study.from_toml(path).identity
         index = tmp_path / "index.csv"
         index.write_text(index.read_text().replace("1.0,B", "1.1,B"), encoding="utf-8")
-        assert tp.Study.from_toml(path).identity != first
-
-    def test_another_level_of_an_elastic_set_is_another_study(self, tmp_path):
-        path = study(tmp_path, 'floors_index = "index.csv"\nelastic = true', LEVELS_KEY, index=ONE)
-        first = tp.Study.from_toml(path).identity
-        (tmp_path / "index.csv").write_text(ONE.replace("0.5,A", "0.6,A"), encoding="utf-8")
         assert tp.Study.from_toml(path).identity != first
 
     def test_modelling_of_an_elastic_earthquake(self, tmp_path):
@@ -435,16 +409,6 @@ class TestStudies:
         (tmp_path / "other.csv").write_text(other.replace("x", "y"), encoding="utf-8")
         with pytest.raises(StudyError, match="motion_sets 'other': floor 1 has no histories in direction x"):
             tp.Study.from_toml(path)
-
-    def test_elastic_set(self, tmp_path):
-        motions = 'floors_index = "index.csv"\nelastic = true'
-        plan = tp.Study.from_toml(study(tmp_path, motions, LEVELS_KEY, index=ONE))
-        (histories,) = (fact for fact in plan.facts if fact.what == "motion.floor_histories")
-        assert histories.more["how"] == "elastic"
-        results = plan.run()
-        assert results["scale_factor_lowest"].values == pytest.approx([0.4, 0.4])
-        assert results["scale_factor_highest"].values == pytest.approx([1.0, 1.0])
-        assert "ground_pga" not in results.coords
 
     @pytest.mark.slow
     def test_motions_are_shown(self, tmp_path, capsys):

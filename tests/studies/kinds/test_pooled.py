@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from check_facts import notes_named
 from real_processes import killed_at, same_after_ten_kills
-from study_texts import motions
+from study_texts import motions, study_in
 
 import toppling as tp
 from toppling.core.doubts import ImplausibleInput
@@ -25,9 +25,7 @@ from toppling.studies.plots.fragility import fragility_figure
 from toppling.studies.plots.region import maps
 from toppling.studies.region.reading import read_region
 from toppling.studies.region.rows import event_levels, examples
-from toppling.studies.tables.blocks import lead_blocks
 from toppling.studies.tables.region import spread, surfaces
-from toppling.studies.tables.registry import REGISTRY
 from toppling.studies.text.error import StudyError
 
 pytestmark = pytest.mark.lowest
@@ -55,20 +53,13 @@ def csv(n=40, start="name,width_m,height_m\n"):
 
 @pytest.fixture
 def study(tmp_path):
-    def made(text=STUDY, blocks=None):
-        (tmp_path / "study.toml").write_text(text, encoding="utf-8")
-        (tmp_path / "blocks.csv").write_text(csv() if blocks is None else blocks, encoding="utf-8")
-        return tp.Study.from_toml(tmp_path / "study.toml")
-
-    return made
+    return lambda text=STUDY, blocks=None: study_in(tmp_path, text, blocks=csv() if blocks is None else blocks)
 
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     folder = tmp_path_factory.mktemp("pooled")
-    (folder / "study.toml").write_text(STUDY + HAZARD, encoding="utf-8")
-    (folder / "blocks.csv").write_text(csv(), encoding="utf-8")
-    return tp.Study.from_toml(folder / "study.toml").run(folder / "out"), folder / "out/results.nc"
+    return study_in(folder, STUDY + HAZARD, blocks=csv()).run(folder / "out"), folder / "out/results.nc"
 
 
 def columns(tmp_path, text):
@@ -108,37 +99,6 @@ def test_a_table_read_by_columns_has_the_warnings_of_lines(tmp_path):
             read(columns(tmp_path, text))
         said = " ".join(str(warning.message) for warning in caught)
         assert all(part in said for part in ("a comment says 'dimensions in ft'", "line 4: left out", "no line end"))
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("name,width_m,height_m\na,0.4,1.8\nb,x,1.6\n", "line 3, column 'width_m': must be a number"),
-        ("name,width_m,height_m\na,0.4,1.8\nb,nan,1.6\n", "line 3, column 'width_m': must be a number"),
-        ("name,width_m,height_m,cm_height_m\na,0.4,1.8,NaN\n", "column 'cm_height_m': must be a number"),
-        ("name,width_m,height_m\na,0.4,1.8\nb,inf,1.6\n", "line 3, column 'width_m': must be a number"),
-        ("name,width_m,height_m\na,0.4,1.8\nb,-0.4,1.6\n", "line 3, column 'width_m'"),
-        ("name,width_m,height_m\na,0.4,1.8\na,0.4,1.6\n", "line 3, column 'name': must be another name"),
-        ("name,width_m,height_m\na,0.4\n", "line 2: a block needs either catalogue, or width_m and height_m"),
-        ("name,width_m,height_m\na,0.4,1.8,9\n", "line 2: has 4 cells, the header names 3 columns"),
-        ("name,width_m,height_m\na,0.4,1.8,9\nb,0.4,1.8,9\n", "line 2: has 4 cells, the header names 3 columns"),
-        ("name,alpha_rad,R_m\na,0.2,\n", "line 2: a block needs either catalogue"),
-        ("name,alpha_rad,R_m,cm_height_m\na,0.2,1,0.5\n", "got R_m, alpha_rad, cm_height_m"),
-        ("name,width_m,height_m,wall_gap_mm\na,0.4,1.8,20\n", "does not stand free on a rigid floor"),
-        ("name,width_m,height_m,edge_distance_mm\na,0.4,1.8,20\n", "does not stand free on a rigid floor"),
-        ("name,width_m,height_m\n", "has a header but no blocks"),
-        (
-            "name,width_m,height_m,cm_height_m,inertia_factor\na,0.4,1.8,1.0,1.3\nb,0.4,1.8",
-            "line 3: has 3 of 5 cells and no line end: the file is cut",
-        ),
-        ("name,width_mm,height_m\na,400,1.8\n", "did you mean 'width_m'? Then divide by 1000"),
-    ],
-)
-def test_files_that_are_wrong_are_refused_as_line_by_line(text, said, tmp_path):
-    with pytest.raises(StudyError) as refused:
-        read_region(columns(tmp_path, text))
-    assert said in str(refused.value)
-    assert "\n" not in str(refused.value)
 
 
 def test_the_range_of_a_wrong_model_is_about_the_rate(finished):
@@ -210,23 +170,6 @@ def test_the_forecast_has_a_range_that_holds_the_motions(study):
     assert "of runs on" in lines[2]
 
 
-def test_tables_say_what_was_reached_and_how_blocks_differ(finished):
-    results, _ = finished
-    table = surfaces(results)
-    assert "25 %" in table.note
-    assert table.lines[0]["runs"] == results.sizes["pooled_run"]
-    blocks = spread(results)
-    assert "40 blocks" in blocks.note
-    middle = next(row for row in blocks.lines if row["share"].startswith("50 %"))
-    assert middle["half_level"] == pytest.approx(float(results["half_level"].median()) / 9.80665)
-    assert middle["risk_probability"] == pytest.approx(float(results["risk_probability"].median()))
-    lead = lead_blocks(results)
-    assert len(lead.rows) == 8
-    assert lead.column("chance")[0].value == float(results["risk_probability"].max())
-    assert not any(REGISTRY[name].applies(xr.Dataset()) for name in ("surfaces", "spread", "events"))
-    assert notes_named(results, "region.joint_falls")
-
-
 def test_curves_are_drawn_of_blocks_at_both_ends_and_in_the_middle(finished):
     results, _ = finished
     drawn = examples(results)
@@ -268,16 +211,14 @@ def test_maps_of_blocks_without_an_area(finished):
         assert len(drawn.axes[0].texts) == (known == 0)
 
 
+def test_tables_say_what_was_reached_and_of_how_many(finished):
+    assert "25 %" in surfaces(finished[0]).note
+    assert "40 blocks" in spread(finished[0]).note
+
+
 def test_the_export_has_every_curve(finished, tmp_path):
     assert main(["export", str(finished[1]), "--out", str(tmp_path), "--format", "csv"]) == 0
     assert len((tmp_path / "curves.csv").read_text(encoding="utf-8").splitlines()) >= 41
-
-
-@pytest.mark.slow
-def test_what_is_refused(study):
-    """All else that does not go together: `tests/golden/refused`."""
-    with pytest.raises(StudyError, match=r"motions\.component 'pair' is not for levels = 'pooled'"):
-        study(STUDY.replace("duration_s = 6", 'duration_s = 6\ncomponent = "pair"'))
 
 
 @pytest.mark.slow
@@ -313,9 +254,7 @@ def test_levels_of_events_are_doubted(study, levels, doubted):
 @pytest.fixture(scope="module")
 def with_events(tmp_path_factory):
     folder = tmp_path_factory.mktemp("events")
-    (folder / "study.toml").write_text(STUDY + EVENTS, encoding="utf-8")
-    (folder / "blocks.csv").write_text(csv(), encoding="utf-8")
-    made = tp.Study.from_toml(folder / "study.toml")
+    made = study_in(folder, STUDY + EVENTS, blocks=csv())
     told: list[tuple[int, int]] = []
     results = made.run(folder / "out", progress=lambda *counts: told.append(counts))
     return made, results, folder / "out/results.nc", told

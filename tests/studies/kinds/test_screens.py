@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 from check_facts import check as check_of, notes_named
 from flips import undecided_outcomes
-from study_texts import BLOCKS, HAZARD, IDA, motions
+from study_texts import BLOCKS, HAZARD, IDA, laws, motions, study_of, tower
 
 import toppling as tp
 from toppling.core.facts import CARE, GOOD, INVALID, UNKNOWN
@@ -22,13 +22,7 @@ from toppling.studies.buildings import screening
 from toppling.studies.store import shards
 from toppling.studies.store.shards import Shards
 
-MODELS = """
-[[models]]
-law = "housner"
-
-[[models]]
-law = "vassiliou"
-"""
+MODELS = laws("housner", "vassiliou")
 LAWS = [tp.HousnerImpact(), tp.Vassiliou()]
 IMPACTS = MODELS.replace("vassiliou", "discrete")
 NUMBER = 6
@@ -42,12 +36,7 @@ twin,0.35,1.6,0,1,no
 wide,0.6,1.6,2,2,no
 """
 NARROW = "item,width_m,height_m,floor,count\nnarrow,0.35,1.6,0,3\n"
-BUILDING = """
-[building]
-kind = "flexural-shear"
-period_s = 0.5
-storeys = 2
-"""
+BUILDING = tower(0.5, 2)
 PERFORMANCE = """
 [performance]
 inventory = "things.csv"
@@ -85,10 +74,7 @@ def shakes():
 
 
 def study(folder, *parts, inventory=INVENTORY):
-    (folder / "things.csv").write_text(inventory, encoding="utf-8")
-    path = folder / "study.toml"
-    path.write_text('title = "a study"\n' + "".join(parts), encoding="utf-8")
-    return tp.Study.from_toml(path)
+    return study_of(folder, *parts, things=inventory)
 
 
 def same(found, expected, by):

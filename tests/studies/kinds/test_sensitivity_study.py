@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
-from sensitivity_cases import BLOCK, STUDY, of_law, study_of
+from sensitivity_cases import BLOCK, STUDY, of_law
+from study_texts import study_of
 
 import toppling as tp
 from toppling.fragility.fitting.bootstrap import draw_motions
@@ -20,7 +21,6 @@ from toppling.studies.plots.sensitivity import (
     sensitivity,
 )
 from toppling.studies.sensitivity.findings import Curves, excess, flipped, swing, trend
-from toppling.studies.tables.registry import tables
 
 DELTA = """
 [sensitivity]
@@ -305,7 +305,3 @@ class TestFigures:
         for panel in PANELS:
             with pytest.raises(ValueError, match="the study asked for none"):
                 panel(over_e)
-
-    def test_tables(self, over_delta, over_e):
-        for results in (over_delta, over_e):
-            assert [len([*table.groups]) for table in tables(results)] == [2]

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 from check_facts import check as check_of, facts_of, notes_named, numbers_in
 from real_processes import killed_at, same_after_ten_kills
-from study_texts import motions
+from study_texts import motions, study_in
 
 import toppling as tp
 from toppling.fragility import Slip
@@ -33,7 +33,6 @@ from toppling.studies.plots.fragility import fragility_figure
 from toppling.studies.report.page import write_report
 from toppling.studies.tables.blocks import lead_blocks, short_blocks
 from toppling.studies.tables.fragility import precision
-from toppling.studies.tables.registry import REGISTRY
 from toppling.studies.tables.slides import slides
 from toppling.studies.text.error import StudyError
 
@@ -58,32 +57,24 @@ RATE = STUDY.replace("median = 0.15", "rate = 0.5")
 PRECISE = STUDY.replace("median = 0.15", "median = 0.05")
 FRICTION = "[friction]\nstatic = 0.3\ndispersion = 0.3\nkinetic_ratio = 0.85\nslips_m = [0.05, 0.2]\n"
 HAZARD = '[hazard]\nk0 = 1e-3\nk = 2\nunit = "g"\n'
-ENDS = "", "_lower", "_upper"
 
 
 @pytest.fixture
 def study(tmp_path):
-    def made(text=STUDY):
-        path = tmp_path / "study.toml"
-        path.write_text(text, encoding="utf-8")
-        return tp.Study.from_toml(path)
-
-    return made
+    return lambda text=STUDY: study_in(tmp_path, text)
 
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     folder = tmp_path_factory.mktemp("adaptive")
-    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
-    return tp.Study.from_toml(folder / "study.toml").run(folder / "out"), folder / "out/results.nc"
+    return study_in(folder, STUDY).run(folder / "out"), folder / "out/results.nc"
 
 
 @pytest.fixture(scope="module")
 def until_a_rate(tmp_path_factory):
     folder = tmp_path_factory.mktemp("rate")
     asked = HAZARD + 'probability = 0.1\nalong = "width"\n'
-    (folder / "study.toml").write_text(RATE + asked, encoding="utf-8")
-    return tp.Study.from_toml(folder / "study.toml").run(folder / "out"), folder / "out/results.nc"
+    return study_in(folder, RATE + asked).run(folder / "out"), folder / "out/results.nc"
 
 
 SITE = tp.HazardCurve.power_law(1e-3 * 9.80665**2, 2.0, "pga")
@@ -122,6 +113,11 @@ def test_the_rate_that_was_asked_for_is_the_rate_of_the_results(until_a_rate):
     for name in ("fitted_rate", "rate_share", "rate_share_above", "rate_share_above_levels", "intensity_mean"):
         assert results[name].attrs["long_name"].endswith("fitted curve")
     assert len(notes_named(results, "rate.form_free")) == 1
+
+
+def test_tables_say_what_was_asked(finished, until_a_rate):
+    assert "15 %" in precision(finished[0]).note
+    assert any("form of curve" in note for note in short_blocks(until_a_rate[0]).notes)
 
 
 def test_a_size_is_found_by_the_rates_without_a_form(until_a_rate):
@@ -167,20 +163,6 @@ def test_modelling_uncertainty_is_in_the_rate_without_a_form(study, until_a_rate
     factor = np.exp(0.5 * (2.0 * 0.4) ** 2)
     for name in ("rate", "rate_lower", "rate_upper", "fitted_rate"):
         np.testing.assert_allclose(results[name], factor * plain[name], rtol=1e-6)
-
-
-def test_reports_give_the_rate_without_a_form_and_the_fitted_one_beside(until_a_rate):
-    results, _ = until_a_rate
-    first = results.isel(block=0, model=0)
-    fact, second = list(curves.answer(results))[:2]
-    assert (fact.what, second.what == "rate.fitted_differs") == ("rate.chance", False)
-    assert (fact.value, fact.lower, fact.upper) == tuple(float(first[f"risk_probability{end}"]) for end in ENDS)
-    assert (fact.more["rate"], fact.more["years"]) == (float(first["rate"]), 50.0)
-    row = precision(results).lines[0]
-    assert row["value"].value == float(first["rate"])
-    assert row["fitted"].value == float(first["fitted_rate"])
-    assert row["apart"] == "within error"
-    assert any("form of curve" in note for note in short_blocks(results).notes)
 
 
 @pytest.mark.slow
@@ -389,16 +371,6 @@ def test_motions_forecast_are_those_measured(until, measured):
     assert 0.75 * measured[0] < usual < 1.35 * measured[1]
 
 
-def test_the_table_says_what_was_asked_and_reached(finished):
-    results, _ = finished
-    table = precision(results)
-    assert "15 %" in table.note
-    assert len(table.rows) == 2
-    assert sum(table.column("runs")) == results.sizes["run"]
-    assert {*table.column("stopped")} == {"precision reached"}
-    assert not REGISTRY["precision"].applies(xr.Dataset())
-
-
 def test_what_is_not_reached_is_a_note(study):
     results = study(STUDY.replace("median = 0.15", "median = 0.01").replace("number = 200", "number = 64")).run()
     accounts = [fact.names[1] for fact in notes_of(results) if fact.what == "adaptive.account"]
@@ -408,8 +380,7 @@ def test_what_is_not_reached_is_a_note(study):
 @pytest.fixture(scope="module")
 def slipping(tmp_path_factory):
     folder = tmp_path_factory.mktemp("slipping")
-    (folder / "study.toml").write_text(STUDY + FRICTION, encoding="utf-8")
-    return tp.Study.from_toml(folder / "study.toml").run(folder / "out"), folder / "out/results.nc"
+    return study_in(folder, STUDY + FRICTION).run(folder / "out"), folder / "out/results.nc"
 
 
 @pytest.mark.slow
@@ -440,12 +411,6 @@ def test_the_precision_of_slips_stands_beside_that_of_falls(slipping, study):
     assert reached < 0.15
     assert (int(motions), int(runs)) == (results["slip_motions_run"][0, 0], results["slip_runs"][0, 0])
     assert why == "precision reached"
-
-
-@pytest.mark.parametrize(("level", "doubted"), [(0.5, False), (40, True)])
-def test_the_level_of_a_requested_probability(study, level, doubted):
-    made = study(STUDY.replace("median = 0.15", f'probability = {{ level = {level}, unit = "g", within = 0.05 }}'))
-    assert ("level" in {doubt.kind for doubt in made.doubts}) == doubted
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from check_facts import facts_of
 from scipy.stats import norm
-from study_texts import YEAR, motions
+from study_texts import YEAR, blocks, ida, laws, motions, study_in
 
 import toppling as tp
 from toppling.fragility import Slip, fit_fragility, overturning_probability, slide_runs
@@ -12,37 +12,18 @@ from toppling.models.friction import LognormalFriction
 from toppling.studies.facts.method import method_of
 from toppling.studies.facts.notes import notes_of
 
-TEXT = f"""
-title = "A trolley and a shelf"
-[[blocks]]
-name = "trolley"
-width_m = 0.6
-height_m = 1.0
-[[blocks]]
-name = "shelf"
-width_m = 0.3
-height_m = 1.8
-[[blocks]]
-name = "at a wall"
-width_m = 0.3
-height_m = 1.8
-wall_gap_mm = 0
-[[models]]
-law = "housner"
-{motions(20, 12, 0.01, 0)}[ida]
-im = "pga"
-levels = {{ values = [0.1, 0.3, 0.5, 0.8, 1.2], unit = "g" }}
-polarity = "as recorded"
-[screen]
-undecided = 0.0
-[fit]
-replicates = 100
-[friction]
-static = 0.35
-dispersion = 0.3
-kinetic_ratio = 0.85
-slips_m = [0.02, 0.1]
-"""
+TEXT = (
+    'title = "A trolley and a shelf"\n'
+    + blocks(1.0, trolley=0.6)
+    + blocks(shelf=0.3)
+    + blocks(**{"at a wall": 0.3})
+    + "wall_gap_mm = 0\n"
+    + laws("housner")
+    + motions(20, 12, 0.01, 0)
+    + ida(0.1, 0.3, 0.5, 0.8, 1.2)
+    + 'polarity = "as recorded"\n[screen]\nundecided = 0.0\n[fit]\nreplicates = 100\n'
+    + "[friction]\nstatic = 0.35\ndispersion = 0.3\nkinetic_ratio = 0.85\nslips_m = [0.02, 0.1]\n"
+)
 FRICTION = LognormalFriction(0.35, 0.3)
 
 
@@ -53,8 +34,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def study(folder):
-    (folder / "study.toml").write_text(TEXT + YEAR)
-    return tp.Study.from_toml(folder / "study.toml")
+    return study_in(folder, TEXT + YEAR)
 
 
 @pytest.fixture(scope="module")

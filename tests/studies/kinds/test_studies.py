@@ -49,15 +49,6 @@ class TestStudy:
         assert sorted(os.listdir(tmp_path / "out")) == ["results.nc", "run.log"]
 
     @pytest.mark.slow
-    def test_same_file_same_bytes(self, tmp_path):
-        path = write(tmp_path)
-        first = tp.Study.from_toml(path).run(tmp_path / "out")
-        data = (tmp_path / "out" / "results.nc").read_bytes()
-        second = tp.Study.from_toml(path).run(tmp_path / "out")
-        xr.testing.assert_identical(first, second)
-        assert (tmp_path / "out" / "results.nc").read_bytes() == data
-
-    @pytest.mark.slow
     def test_another_studys_results_are_not_overwritten(self, tmp_path):
         tp.Study.from_toml(write(tmp_path)).run(tmp_path / "out")
         other = tp.Study.from_toml(write(tmp_path, SMALL.replace("0.9", "0.8")))
@@ -122,25 +113,11 @@ def shaken_by(keys):
     return re.sub(r"(?s)\[motions\].*?\[ida\]", f"[motions]\n{keys}\n[ida]", SMALL)
 
 
-BAD_FILES = [
-    (shaken_by('pulse = "ricker"\nomega_rad_s = 6\namplitude_m_s2 = 0'), "motions.amplitude_m_s2: must be > 0"),
-    (SMALL.replace("e = 0.9", "e = nan"), r"models\[1\].e: must be a finite number"),
-    (SMALL.replace("width_m = 0.5", "width_m = 2.5"), "explicit e"),
-    (SMALL.replace("dt_s = 0.01", "dt_s = 0"), "motions.dt_s: must be > 0"),
-    (re.sub(r"(?s)\[motions\].*?\[ida\]", '[motions]\nrecords = "none/*.AT2"\n[ida]', SMALL), "no file matches 'none/"),
-    (SMALL.replace('im = "pga"', 'im = "d5_95"'), "ida.im: must be one of pga, .*got 'd5_95'"),
-]
-
-
-@pytest.mark.parametrize(("text", "message"), BAD_FILES, ids=[m for _, m in BAD_FILES])
-def test_bad_study_files(tmp_path, text, message, capsys):
-    path = write(tmp_path, text)
-    with pytest.raises(StudyError, match=message) as error:
-        tp.Study.from_toml(path)
-    assert str(error.value).startswith(str(path))
-    assert "\n" not in str(error.value)
+def test_a_bad_study_file_leaves_no_folder(tmp_path, capsys):
+    """All others: `tests/golden/refused/sentences.toml`."""
+    path = write(tmp_path, SMALL.replace("dt_s = 0.01", "dt_s = 0"))
     assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 2
-    assert capsys.readouterr().err == f"toppling: {error.value}\n"
+    assert re.fullmatch(rf"toppling: {path}: motions.dt_s: must be > 0[^\n]*\n", capsys.readouterr().err)
     assert not (tmp_path / "out").exists()
 
 
@@ -170,24 +147,10 @@ class TestCommand:
         assert printed.lower().count("no overturning") == 5
         assert "raise ida.levels.to" in printed
 
-    def test_unwritable_output(self, tmp_path, capsys):
-        blocked = tmp_path / "file"
-        blocked.write_text("")
-        assert main(["run", str(write(tmp_path)), "--out", str(blocked / "out")]) == 2
-        assert str(blocked) in capsys.readouterr().err
-
-    def test_a_name_too_long(self, tmp_path, capsys):
-        assert main(["run", str(write(tmp_path)), "--out", str(tmp_path / ("x" * 300))]) == 2
-        assert "too long" in capsys.readouterr().err
-
     def test_unreachable_scheduler(self, tmp_path, capsys):
         path = str(write(tmp_path))
         assert main(["run", path, "--out", str(tmp_path / "o"), "--scheduler", "nonsense://x"]) == 2
         assert "--scheduler nonsense://x" in capsys.readouterr().err
-
-    def test_catalogue(self, capsys):
-        assert main(["catalogue"]) == 0
-        assert "E.20.22.105a" in capsys.readouterr().out
 
     @pytest.mark.slow
     def test_a_cluster_gives_the_same_bytes(self, tmp_path):

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from check_facts import facts_of, numbers_in
-from study_texts import motions
+from study_texts import motions, study_in
 
 import toppling as tp
 from toppling.models.friction import FixedFriction
@@ -47,9 +47,7 @@ def things(*lines):
 
 
 def study(folder, inventory, *parts):
-    (folder / "things.csv").write_text(inventory)
-    (folder / "study.toml").write_text(HEAD + "".join(parts))
-    return tp.Study.from_toml(folder / "study.toml")
+    return study_in(folder, HEAD + "".join(parts), things=inventory)
 
 
 def ground():

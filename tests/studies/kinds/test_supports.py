@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from check_facts import check as check_of, doubts_of, numbers_in
-from study_texts import motions
+from study_texts import motions, study_in
 
 import toppling as tp
 from toppling.motions import Building, CloughPenzien, Isolator, Support, scale_to
@@ -37,8 +37,7 @@ PENDULUM = '[support]\nkind = "pendulum"\nradius_m = 1.5\nfriction = 0.05\n'
 
 
 def study(folder, *parts):
-    (folder / "study.toml").write_text(HEAD + "".join(parts))
-    return tp.Study.from_toml(folder / "study.toml")
+    return study_in(folder, HEAD + "".join(parts))
 
 
 def ground(level=None):
@@ -47,31 +46,6 @@ def ground(level=None):
 
 
 BLOCK, LAW = tp.Block(0.15, 0.75, name="vase"), tp.EnergyConsistent()
-
-
-STOREYS = '[building]\nkind = "storeys"\nmasses_kg = [2e5, 2e5]\nstiffnesses_n_m = [2e8, 2e8]\n'
-
-
-@pytest.mark.parametrize(
-    ("parts", "words"),
-    [
-        ((BENCH.replace("9", "0.1"),), "frequency of a bench: 0.1 Hz"),
-        ((LINEAR.replace("2.0", "30"),), "period of an isolator: 30 s"),
-        ((BUILDING, "damping = 0.5\n"), "damping of a building: 0.5"),
-        ((STOREYS.replace("2e5", "200"),), "a building of 2 storeys with a period of 0.0101"),
-        ((STOREYS, "yield_coefficient = 0.2\nstorey_height_m = 300\n"), "storey height: 300 m"),
-        (
-            (STOREYS, '[building.isolation]\nkind = "linear"\nperiod_s = 0.4\ndamping = 0.1\nbase_mass_kg = 2e5\n'),
-            "period of an isolator: 0.4 s",
-        ),
-        ((BUILDING, BENCH), ""),
-    ],
-)
-def test_numbers_of_another_unit_are_questioned(tmp_path, parts, words):
-    analysis = STRIPES if "storeys" in parts[0] else IDA
-    made = study(tmp_path, *parts, analysis)
-    said = [one.sentence for one in made.doubts if one.kind == "building"]
-    assert [one.startswith(words) for one in said] == [True] * bool(words)
 
 
 @pytest.mark.slow
@@ -114,8 +88,7 @@ def test_recordings_that_are_scaled_far_before_the_isolator_are_named(tmp_path):
     start, end = HEAD.index("[motions]"), len(HEAD)
     text = f'{HEAD[:start]}[motions]\nrecords = "r*.csv"\nunit = "m/s2"\n{HEAD[end:]}'
     one_stripe = STRIPES.partition("[[stripes.at]]\nlevel = 6")[0]
-    (tmp_path / "study.toml").write_text(text + PENDULUM + one_stripe)
-    results = tp.Study.from_toml(tmp_path / "study.toml").run()
+    results = study_in(tmp_path, text + PENDULUM + one_stripe).run()
     (sentence,) = (fact.names[0] for fact in notes_of(results) if fact.what == "input.doubt")
     assert numbers_in(sentence) == [2, 3, 0.2, 5, 0.67, 40]
     check = check_of(results, "scaling")

@@ -8,7 +8,6 @@ import toppling as tp
 from toppling.fragility import overturning_probability, slide_runs
 from toppling.models.friction import LognormalFriction
 from toppling.models.sliding.trip import tripping_velocity
-from toppling.studies.facts.notes import notes_of
 from toppling.studies.tables.slides import slides
 
 TEXT = """
@@ -79,6 +78,9 @@ class TestResults:
         assert 0.0 < float(found["probability"].max()) < 1.0
         assert results["trip_distance"].values.tolist() == [0.04, 0.01]
 
+    def test_the_table_says_what_a_trip_is(self, results):
+        assert "Trips over obstacles" in slides(results).note
+
     def test_flags_follow_from_velocities(self, slid, cables):
         for i, block in enumerate(cables.blocks):
             v = slid["trip_velocity"].values[i]
@@ -98,15 +100,6 @@ class TestResults:
         assert both.sizes["motion"] == 24
         once = slide_runs(runs, cables.design.motions, 0.1, trip=0.04)
         assert float(both["trips"].sum()) == 2.0 * float(once["trips"].sum()) > 0.0
-
-    def test_what_is_said(self, results, slid):
-        assert "sliding.trip_criterion" in {fact.what for fact in notes_of(results)}
-        assert slid.attrs["notes"] in {name for fact in notes_of(results) for name in fact.names}
-        assert "a block slides" in slid.attrs["notes"]
-        table = slides(results)
-        assert "Trips over obstacles" in table.note
-        assert table.column("obstacle") == pytest.approx([40.0, 10.0])
-        assert "%" in table.texts("trips")[0]
 
 
 class TestRefusals:

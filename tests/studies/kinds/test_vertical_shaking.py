@@ -66,15 +66,3 @@ def test_the_runs_are_those_of_ida(study, tmp_path):
     model, *_, left_out = method_of(results)
     assert model.more["lifted"]
     assert "vertical" not in say(left_out, "method")
-
-
-@pytest.mark.slow
-def test_without_it(tmp_path):
-    """The report of a study without says that there is none."""
-    plain = tp.Study.from_toml(write(tmp_path, keys='component = "h1"'))
-    results = plain.run(tmp_path)
-    model, *_, left_out = method_of(results)
-    assert not model.more["lifted"]
-    assert "Vertical" not in say(model, "method")
-    assert " vertical shaking," in say(left_out, "method")
-    assert "downward_acceleration" not in results.coords

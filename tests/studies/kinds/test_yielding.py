@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from check_facts import facts_of, notes_named
-from study_texts import motions
+from study_texts import changed, motions, study_in
 
 import toppling as tp
 from toppling.motions import Building, CloughPenzien, scale_to
@@ -42,12 +42,7 @@ FRAME = 'system = "ordinary-masonry-wall"\nsds_g = 0.5\nsd1_g = 0.1\nimportance 
 
 
 def study(folder, *changes, more=""):
-    text = TEXT
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    (folder / "study.toml").write_text(text + more)
-    return tp.Study.from_toml(folder / "study.toml")
+    return study_in(folder, changed(TEXT, *changes) + more)
 
 
 def steps(make):
@@ -82,23 +77,6 @@ def test_every_run_is_that_of_the_steps_in_python(tmp_path):
     on_ground = np.array(["floor 0" in one for one in runs["record"].values])
     assert not apart[on_ground].any()
     assert apart[~on_ground].sum() > 6
-
-
-@pytest.mark.slow
-def test_uncertain_strengths_and_isolators_are_said(tmp_path):
-    isolation = (
-        '[building.isolation]\nkind = "bilinear"\nperiod_s = 2.5\nstrength = 0.05\nyield_displacement_mm = 8\n'
-        "base_mass_kg = 3e5\n"
-    )
-    for change, what, line in (
-        (("p_delta = true", "p_delta = true\nstrength_dispersion = 0.4\nseed = 7"), "building.strength_uncertain", ""),
-        ((f"{STATED}p_delta = true\n", ""), "building.isolated", "4 m/s2 isolators"),
-    ):
-        result = study(tmp_path, change, *[("[stripes]", f"{isolation}[stripes]")] * bool(line)).run()
-        assert what in facts_of(method_of, result)
-        assert line in result.attrs["storeys"].splitlines()[0]
-        strengths = notes_named(result, "building.random_strength")
-        assert [(fact.value, fact.more["seed"]) for fact in strengths] == [(0.4, 7)] * (not line)
 
 
 @pytest.mark.slow

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from check_facts import doubts_of, facts_of, notes_named
-from study_texts import motions
+from study_texts import changed, motions, study_in
 
 import toppling as tp
 from toppling.fragility import slide_runs
@@ -36,13 +36,7 @@ LAW = tp.EnergyConsistent()
 
 
 def study(folder, *changes, more="", things=THINGS):
-    text = TEXT
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    (folder / "things.csv").write_text(things)
-    (folder / "study.toml").write_text(text + more)
-    return tp.Study.from_toml(folder / "study.toml")
+    return study_in(folder, changed(TEXT, *changes) + more, things=things)
 
 
 def ground(seed=3, number=6):

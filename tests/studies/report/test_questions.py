@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 import toppling as tp
-from toppling.core.facts import GOOD, INVALID
 from toppling.studies.command.cli import main
 from toppling.studies.facts.sections import sections
 from toppling.studies.tables.registry import LEAD, TABLES, tables
@@ -41,20 +40,6 @@ def page(tmp_path_factory):
     return of
 
 
-@pytest.mark.parametrize(
-    ("study", "section", "names"),
-    [
-        ("clinic", "answer", {"building.any_fall", "anchoring.after"}),  # How likely is a fall, and after anchoring?
-        ("clinic", "footnotes", {"precision.interval_meaning", "rate.model_range"}),
-        ("clinic", "details", {"consequence.loss"}),
-        ("clinic", "actions", {"anchoring.unstated"}),  # May the filing cabinets stay?
-        ("laboratory", "details", {"consequence.loss", "consequence.downtime", "consequence.injuries"}),
-    ],
-)
-def test_facts_that_answer(page, study, section, names):
-    assert names <= page(study).facts[section].keys()
-
-
 def test_what_must_be_anchored_and_what_does_it_cost(page):
     codes, lines, pieces = (page("clinic").table(title) for title in ("Code requirem", "What to anchor", "Pieces"))
     assert "required" in codes.column("status")
@@ -65,27 +50,6 @@ def test_what_must_be_anchored_and_what_does_it_cost(page):
     table = page("clinic").table("Consequences")
     (row,) = (cells for cells in table.lines if "exit" in str(table.cells(cells)[0]))
     assert len(table.cells(row)) == 1 + 1 + 4  # (the building and each floor)
-
-
-def test_how_wide_must_the_pedestal_be_and_can_its_rate_be_relied_on(page):
-    """The worst check comes first, and the first table warns of a rate that comes from beyond the hazard curve."""
-    checks = page("risk").facts["checks"]
-    invalid = [check.word == INVALID for check in checks.values()]
-    assert invalid == sorted(invalid, reverse=True)
-    assert [check.what for check in checks.values() if not check.remedy] == ["motion.spectra_not_compared"]
-    assert GOOD not in {check.word for check in checks.values()}
-    (size,) = (fact for name, fact in page("risk").facts["actions"].items() if name.startswith("size."))
-    assert math.isfinite(size.value)
-    assert size.more["target"] == 0.01
-    assert checks["rate.extrapolated"].value == pytest.approx(0.42, abs=0.05)
-    assert ["‡" in text for text in page("risk").table("Blocks").texts("chance")] == [False, False, False, True]
-
-
-def test_how_often_does_the_bookcase_fall_given_all_that_is_not_known(page):
-    rate, results = page("branches").facts["answer"]["rate.over_branches"], page("branches").results
-    ends = results["epistemic_rate_fractile"].sel(block="bookcase-6-shelf", epistemic_fractile=[0.05, 0.95])
-    assert [rate.lower, rate.upper] == pytest.approx(ends.values.ravel().tolist())
-    assert rate.lower < rate.value < rate.upper
 
 
 def test_what_changed_afterwards_and_is_it_more_than_chance(page, capsys):

@@ -13,7 +13,6 @@ import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.motions.arrays import records
 from toppling.motions.intensity.cumulative import husid, significant_duration_5_75
-from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.single.motions import draw_spectra, measures_table, read_motions
 
@@ -116,21 +115,6 @@ class TestFloors:
         assert (result.runs == 2).all()
         np.testing.assert_allclose(result.pga, np.array([1.0, 2.0, 1.0, 2.0]) * np.abs(values).max(), rtol=1e-12)
 
-    @pytest.mark.parametrize(
-        ("motions", "building", "im_at", "message"),
-        [
-            (NOISE, TOWER, 'im_at = "roof"', "ida.im_at: must be one of floor, ground, got 'roof'"),
-            ('floors_file = "x.csv"', "", "", "floors_file: no file matches 'x.csv'"),
-            ('floors_file = "x.csv"\ndt_s = 1', "", "", "unknown key 'motions.dt_s'"),
-            (NOISE, TOWER.replace("0.8", "-1"), "", "building.period_s: must be"),
-            (NOISE, TOWER.replace("period_s", "periods"), "", "key 'building.periods'; did you mean 'period_s'"),
-        ],
-    )
-    def test_bad_floors(self, tmp_path, motions, building, im_at, message):
-        with pytest.raises(StudyError, match=message) as error:
-            tp.Study.from_toml(write(tmp_path, motions, building, im_at))
-        assert "\n" not in str(error.value)
-
     @pytest.mark.slow
     def test_the_tower(self, tmp_path, capsys):
         """The example with fewer motions, as a user runs it: blocks on higher floors fall at lower levels."""
@@ -194,28 +178,6 @@ class TestCommand:
         assert main(["motions", str(tmp_path / "quiet.csv"), "--json", "--out", str(tmp_path)]) == 0
         content = json.loads(capsys.readouterr().out)
         assert content["measures"]["d5_95"]["values"] == [None]
-
-    @pytest.mark.slow
-    @pytest.mark.parametrize(
-        ("arguments", "message"),
-        [
-            ([], "usage: toppling motions INPUTS"),
-            (["nothing.AT2"], "records: no file matches 'nothing.AT2'"),
-            (["nothing.toml"], "nothing.toml: no such file"),
-            (["study.toml", "x.AT2"], "a study file must stand alone, got 2 files"),
-            (["study.toml", "--damping", "1.5"], "damping must be"),
-            (["noise.txt"], "noise.txt"),
-            (["study.toml", "--out", "noise.txt/out"], "cannot be written"),
-        ],
-    )
-    def test_errors_are_one_sentence(self, tmp_path, monkeypatch, capsys, arguments, message):
-        monkeypatch.chdir(tmp_path)
-        write(tmp_path)
-        Path("noise.txt").write_text("nothing of use\n")
-        assert main(["motions", *arguments]) == 2
-        error = capsys.readouterr().err
-        assert message in error
-        assert error.count("\n") == 1
 
 
 class TestLook:

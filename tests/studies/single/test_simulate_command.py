@@ -224,50 +224,6 @@ class TestCommand:
         said = run(capsys, "bookcase-5-shelf", "spectrum-compatible", *chosen, "--out", tmp_path / "out")
         assert "target spectrum (SpectrumCompatible" in said
 
-    @pytest.mark.parametrize(
-        ("arguments", "message"),
-        [
-            (["bookcase-5-shelve", "clough-penzien"], "nearest: bookcase-5-shelf"),
-            (["bookcase-5-shelf", "clough-penzian"], "did you mean 'clough-penzien'?"),
-            (["bookcase-5-shelf", "none.AT2"], "no file matches 'none.AT2'"),
-            (["bookcase-5-shelf", "clough-penzien", "--pga", "0.4G"], "got 'G'; did you mean 0.4g?"),
-            (["--width", "45", "--height", "2", "ricker"], "45: a number alone is in m, up to 10 (beyond that 45m)"),
-            (["--width", "45", "--height", "2", "ricker"], "; did you mean 0.45 (45cm)?"),
-            (["--width", "0.4", "--height", "1800", "ricker"], "did you mean 1.8 (1800mm)?"),
-            (["bookcase-5-shelf", "clough-penzien", "--delta", "0.1"], "unknown key 'delta'"),
-            (["bookcase-5-shelf", "clough-penzien", "--e", "1.5"], "--law housner: e: must be > 0 and <= 1"),
-            (["bookcase-5-shelf", "clough-penzien", "--law", "viscous"], "key 'zeta' is missing"),
-            (["--width", "2m", "--height", "1m", "clough-penzien"], "so squat a block needs an explicit e"),
-            (["bookcase-5-shelf", "clough-penzien", "--seed", "-1"], "seed"),
-            (["bookcase-5-shelf", "clough-penzien", "--seed", "1.5"], "--seed: must be a whole number, got '1.5'"),
-            (["bookcase-5-shelf", "clough-penzien", "--index", "0.4"], "--index: must be a whole number, got '0.4'"),
-            (["bookcase-5-shelf", "Ricker", "--period", "1s"], "did you mean 'ricker'?"),
-            (["bookcase-5-shelf", "ac156"], "s_ds"),
-            (["bookcase-5-shelf", "clough-penzien", "--set", "duration=20"], "did you mean 'duration_s'?"),
-            (["bookcase-5-shelf", "study.toml"], "study.toml: no such file"),
-            (["bookcase-5-shelf", "noise.txt"], "noise.txt"),
-            (["bookcase-5-shelf", "noise.txt", "--set", "xi_g=0.5"], "--set xi_g: belongs to generators and pulses"),
-            (["bookcase-5-shelf", "clough-penzien", "--speeed", "1"], "--speed"),
-            ([*SCENE, "--wall-gap", "20"], "--wall-gap 20: say the unit, such as 0.4m or 40cm"),
-            ([*SCENE, "--wall-gap", "-1mm"], "wall-gap"),
-            ([*SCENE, "--wall-restitution", "0.5"], "wall_restitution needs wall_gap_mm: there is no wall"),
-            ([*SCENE, "--restraint", "strap,hight=1m"], "--restraint hight: must be one of height, strength"),
-            ([*SCENE, "--restraint", "strap,height=1.75m"], "strength_n"),
-            ([*SCENE, "--restraint", "adhesive,front=0.3m,strength=9N,slack=1mm"], "unknown key 'slack_mm'"),
-            ([*SCENE, "--restraint", KIT, "--geometry", "linear"], "with a restraint needs its mass (kg)"),
-            ([*SCENE, "--restraint", KIT, "--mass", "100kg"], "a restraint needs linearised geometry"),
-            ([*SCENE, "--cm-offset", "20cm"], "cm_offset must be"),
-        ],
-    )  # fmt: skip
-    def test_errors_are_one_sentence(self, tmp_path, monkeypatch, capsys, arguments, message):
-        monkeypatch.chdir(tmp_path)
-        monkeypatch.setattr(movies, "ffmpeg", lambda: "ffmpeg")  # (without one there is a note more)
-        Path("noise.txt").write_text("nothing of use\n")
-        error = run(capsys, *arguments, code=2)
-        assert message in error
-        assert error.startswith("toppling: ")
-        assert error.count("\n") == 1
-
 
 def pulse(pga):
     motion = tp.motions.OneCycleSine(amplitude=1.0, omega=2.0 * math.pi, dt=0.005).sample(1)

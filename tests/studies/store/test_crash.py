@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import pytest
 import xarray as xr
 from real_processes import MANY, begun, broken_off, finish
-from study_texts import CABINET, IDA, crate_study, motions, study_of
+from study_texts import CABINET, IDA, crate_study, motions, study_in, study_of
 
 import toppling as tp
 from toppling.__main__ import is_interrupt
@@ -160,8 +160,7 @@ def test_second_process_refuses(study, tmp_path):
 @pytest.fixture(scope="module")
 def quiet(tmp_path_factory):
     folder = tmp_path_factory.mktemp("quiet")
-    (folder / "study.toml").write_text(FEWER)
-    tp.Study.from_toml(folder / "study.toml").run(folder)
+    study_in(folder, FEWER).run(folder)
     return (folder / "results.nc").read_bytes()
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from failing_calls import failing, library, refuse_opening
 from real_processes import command, finish
-from study_texts import crate_study
+from study_texts import crate_study, study_in
 
 import toppling as tp
 from toppling.core import limits
@@ -46,8 +46,7 @@ def disk(tmp_path_factory):
 @pytest.fixture(scope="module")
 def quiet(tmp_path_factory):
     folder = tmp_path_factory.mktemp("quiet")
-    (folder / "study.toml").write_text(FEW)
-    tp.Study.from_toml(folder / "study.toml").run(folder)
+    study_in(folder, FEW).run(folder)
     return (folder / "results.nc").read_bytes()
 
 

@@ -15,7 +15,7 @@ import pytest
 import study_texts
 import xarray as xr
 from check_facts import numbers_in
-from study_texts import crate_study
+from study_texts import crate_study, study_in
 
 import toppling as tp
 from toppling.fragility.numerics import slabs
@@ -136,8 +136,7 @@ def test_what_is_made_of_all_runs_stays_below_the_memory(tmp_path, text):
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     folder = tmp_path_factory.mktemp("finished")
-    (folder / "study.toml").write_text(crate_study("A crate", number=30, duration=6, dt=0.02, levels=6))
-    study = tp.Study.from_toml(folder / "study.toml")
+    study = study_in(folder, crate_study("A crate", number=30, duration=6, dt=0.02, levels=6))
     study.run(folder)
     return folder, study
 
@@ -190,8 +189,7 @@ def test_another_title_for_large_results(finished, tmp_path, large):
     """Results that are read as they are written anew."""
     folder, study = finished
     study.run(tmp_path)
-    (tmp_path / "study.toml").write_text((folder / "study.toml").read_text().replace("A crate", "Two crates"))
-    found = tp.Study.from_toml(tmp_path / "study.toml").run(tmp_path)
+    found = study_in(tmp_path, (folder / "study.toml").read_text().replace("A crate", "Two crates")).run(tmp_path)
     assert found.attrs["title"] == "Two crates"
     xr.testing.assert_equal(found.load(), study.run())
     with xr.open_dataset(tmp_path / "results.nc") as again:
@@ -385,8 +383,7 @@ def test_arrays_of_long_motions_are_forecast(tmp_path):
 
 def test_every_component_is_forecast(tmp_path, monkeypatch):
     """The memory of pairs and of vertical components, which are not among the accelerations that shake."""
-    (tmp_path / "study.toml").write_text(crate_study("Few", 3, 6, 0.02, 3))
-    study = tp.Study.from_toml(tmp_path / "study.toml")
+    study = study_in(tmp_path, crate_study("Few", 3, 6, 0.02, 3))
     one = study.room.memory
     plain = studies.records
 

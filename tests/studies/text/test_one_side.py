@@ -11,7 +11,6 @@ from study_texts import IDA, blocks, laws, motions, study_of as study
 
 import toppling as tp
 from toppling.fragility import annual_rate, fit_fragility
-from toppling.studies import StudyError
 from toppling.studies.facts import curves
 from toppling.studies.facts.checks import badge, checks_of
 from toppling.studies.tables.blocks import short_blocks
@@ -83,11 +82,6 @@ class TestStudies:
         assert facts["rate.chance"].value == float(found["risk_probability"].squeeze())
         assert "curve.half_level" not in facts
         assert short_blocks(found).texts("level")[0].startswith("not reached")
-
-    def test_modelling_uncertainty_needs_a_lognormal_curve(self, tmp_path):
-        fit = '[fit]\nstate = "front"\nmodelling_dispersion = 0.3\n'
-        with pytest.raises(StudyError, match="got form 'isotonic', the default of state 'front'"):
-            study(tmp_path, *PARTS, motions(5), IDA, fit)
 
     def test_blocks_are_ranked_by_the_chance(self, tmp_path):
         """Curves that cross: the lowest median is not the highest rate."""
