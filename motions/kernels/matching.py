@@ -44,7 +44,6 @@ MORE_ROWS = 2 + 2 * MOST_TURNS + 3
 
 # State of an adjustment between its steps.
 STEP, BEST_SCORE, BASE_MERIT, SHARE, IDLE = range(5)
-TRIALS = 5
 
 # Results of an adjustment for a motion.
 MISFIT, WORST, PGV, PGD, STEPS = range(5)
@@ -310,7 +309,7 @@ def _bring_to_rest(a, dt, root, v, d, rows):
     integrate(a, dt, v, d)
 
 
-def adjust(a, dt, omega, zeta, target, w, bounds, most_steps, enough, firm, out):
+def adjust(a, dt, omega, zeta, target, w, bounds, most_steps, enough, firm, out) -> None:
     """Match one motion `a` in place: omega, target (i,) by falling period, w (time,), bounds (4,), out (RESULTS,).
 
     `bounds`: minimum and maximum peak velocity, minimum and maximum peak displacement (0 and infinity: none), imposed
@@ -330,7 +329,7 @@ def adjust(a, dt, omega, zeta, target, w, bounds, most_steps, enough, firm, out)
 def _improve(a, dt, omega, zeta, target, root, bounds, last, enough, firm, rows, best, base, trial, out):
     """Do one step of `adjust`; return False if it was the last one: `best` is the match.
 
-    From step to step: rows (i + MORE_ROWS, time), best, base (time,), trial (TRIALS,).  `root` (time,) is that of w.
+    From step to step: rows (i + MORE_ROWS, time), best, base (time,), trial (STEP …).  `root` (time,): the root of w.
     """
     n, lines = a.size, omega.size
     firsts = np.zeros(lines + MORE_ROWS, np.int64)

@@ -288,7 +288,7 @@ def _search(s, n, quantity, slope, h, terms):
             s[at] = max(s[at], peak)
 
 
-def oscillator_peaks(acceleration, dt, parts, omega, zeta, out):
+def oscillator_peaks(acceleration, dt, parts, omega, zeta, out) -> None:
     """Compute the maximum |u|, |u'| and |u'' + a| of oscillators (lane,) from rest, also between samples.
 
     `acceleration` (n,), step dt divided into `parts` so that omega dt/parts <= 1. `omega`, `zeta` (lane,), at most
@@ -352,7 +352,7 @@ def oscillator_history(acceleration, dt, omega, zeta, out):
         out[1, i + 1] = v
 
 
-def floor_response(acceleration, dt, parts, omega, zeta, shares, history, peak_acceleration, peak_velocity):
+def floor_response(acceleration, dt, parts, omega, zeta, shares, history, peak_acceleration, peak_velocity) -> None:
     """Compute the absolute acceleration of floors and the peaks of it and of the absolute velocity, from rest.
 
     `shares` (mode, floor): modal participation times shape. The floor's acceleration is a + sum shares u'', its

@@ -31,7 +31,7 @@ def _first_stop(omega, a, b, c, from_rest, limit):
     return time
 
 
-def pendulum_response(ground, dt, parts, omega, friction, start, displacement, acceleration):
+def pendulum_response(ground, dt, parts, omega, friction, start, displacement, acceleration) -> int:
     """Fill displacement, m, and absolute acceleration, m/s², of a mass on a friction pendulum; return stops and starts.
 
     u'' = -a - omega² u - friction s, s the sign of the velocity u'; it sticks while |a + omega² u| is at most friction

@@ -5,6 +5,8 @@ is a Taylor series about the start of the piece.  Yielding, unloading, sticking,
 looked for on this series; the earliest event ends the piece, and the next piece starts there.
 """
 
+from typing import Any
+
 import numpy as np
 
 from ...core.compiled import kernel
@@ -109,7 +111,7 @@ def _first(terms, number, h, which, flow, plastic, yields, contact, stop):
     return NEVER
 
 
-def stopped_response(ground, dt, parts, spring, stop, start, displacement, acceleration):
+def stopped_response(ground, dt, parts, spring, stop, start, displacement, acceleration) -> Any:
     """Fill displacement, m, and absolute acceleration, m/s², of a platform; return its strikes and their peak.
 
     The equation is u'' = -a - damping u' - spring - stop, all over the mass.

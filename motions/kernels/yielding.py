@@ -242,7 +242,7 @@ def _floors(drifts, rates, plastic, flow, storeys, damp, step, accelerations, ve
         accelerations[i, step] = -force * inverse[i] - damp * speed
 
 
-def storey_response(ground, dt, mass, storeys, damp, limits, accelerations, velocities, peaks, residual):
+def storey_response(ground, dt, mass, storeys, damp, limits, accelerations, velocities, peaks, residual) -> Any:
     """Fill the response of a shear building to ground acceleration, from rest; return events, collapsed storey, sample.
 
     Storey forces are k [(hardening - theta) d + (1 - hardening) e] of the drifts d and their elastic parts e = d - d_p,

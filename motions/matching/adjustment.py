@@ -34,7 +34,7 @@ FIRM = (1e-3, 1e-6)  # two regularisations of bounds: one often succeeds where t
 TAPER = 0.5  # s at both ends, where a motion is not adjusted
 REACHED = ("misfit_mean", "target_met", "bounds_held")
 """Coordinates of matched motions that show if they meet their target."""
-MOST_NUMBERS = 2**26  # rows times samples of the system of a step: 0.5 GB, and a step takes less than a second
+MOST_NUMBERS = 2**25  # rows times samples of the system of a step: 0.27 GB, and a step takes less than a second
 BETWEEN_SAMPLES = 0.997  # factor on upper bounds, because they also hold for peaks between samples
 
 

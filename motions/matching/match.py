@@ -51,7 +51,7 @@ def match(
     ----------
     motions : xarray.DataArray
         One labelled array (motion, time), m s-2; ValueError for a motion of zeros, and for samples times periods above
-        some 60 million.
+        some 30 million.
     target : TargetSpectrum
         Target, matched at eight periods per octave; the shortest at least 2 dt, the longest at most the duration.
     pgv_bound, pgd_bound : float or None
