@@ -6,6 +6,7 @@ import pytest
 from toppling import motions as mo
 from toppling.motions.kernels import matching as engine, pieces
 from toppling.motions.matching import adjustment, match
+from toppling.motions.simulated import filters
 
 SHAKES = 4.0 * mo.CloughPenzien(duration=6.0, dt=0.01).sample(2, seed=5)
 TARGET = mo.TargetSpectrum((0.1, 0.5, 2.0), (8.0, 8.0, 2.0))
@@ -20,6 +21,7 @@ WORK = {
     "spring": lambda: mo.Isolator.bilinear(2.0, 0.05).motions(SHAKES),
     "stops": lambda: mo.Isolator.bilinear(2.0, 0.05, clearance=0.02, stop_frequency=10.0).motions(SHAKES),
     "pendulum": lambda: mo.Isolator.pendulum(1.0, 0.05).motions(SHAKES),
+    "drifting ground": lambda: mo.EvolutionaryKanaiTajimi(duration=6.0, dt=0.01).sample(2),
     "match": lambda: mo.match(SHAKES, TARGET),
 }
 
@@ -30,6 +32,7 @@ def test_pieces_give_the_same_bits(work, monkeypatch):
     whole = work()
     monkeypatch.setattr(pieces, "PIECE", 1e5)
     monkeypatch.setattr(match, "PIECE", 1e4)
+    monkeypatch.setattr(filters, "PIECE", 100)
     assert len([*pieces.pieces(600, 1e3)]) == 6
     assert work().identical(whole)
 
@@ -59,4 +62,22 @@ def test_a_step_of_a_match_can_be_left(monkeypatch):
 def test_motions_too_long_to_be_matched_are_refused(make, monkeypatch):
     monkeypatch.setattr(adjustment, "MOST_NUMBERS", 100_000)
     with pytest.raises(ValueError, match=r"36 periods can be matched by motions of at most 1,754 samples, got 3,001: "):
+        make()
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (
+            lambda: mo.HalfSine(1.0, 1e-9).sample(),
+            r"a pulse may have 10,000,000 samples, got 3\.14e\+12: ",
+        ),
+        (lambda: mo.Ricker(1.0, 1e-320).sample(), "a pulse may have 10,000,000 samples, got inf"),
+        (lambda: mo.Isolator.pendulum(1.0, 0.05, clearance=None), "clearance must be a number"),
+        (lambda: mo.Building.flexural_shear(1.0, damping=None), "damping must be real numbers"),
+        (lambda: mo.Building.from_storeys([1e5], [5e7], damping=10**400), "damping must be real numbers"),
+    ],
+)
+def test_what_would_fill_the_memory_or_is_no_number(make, words):
+    with pytest.raises((TypeError, ValueError), match=words):
         make()

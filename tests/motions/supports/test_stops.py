@@ -192,6 +192,7 @@ def test_strikes_are_counted_and_contacts_have_samples_enough():
         ({"clearance": 0.1, "stop_frequency": 5.0, "stop_restitution": 0.1}, "stop_restitution must be"),
         ({"clearance": 0.1, "stop_frequency": 5.0, "stop_restitution": 1.1}, "stop_restitution must be"),
         ({"clearance": -0.1}, "clearance must be"),
+        ({"clearance": math.nan}, "clearance must be finite"),
     ],
 )
 def test_what_is_refused(options, said):
