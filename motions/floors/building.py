@@ -143,13 +143,14 @@ class Building:
         number = _up_to("storeys", storeys, MAX_STOREYS)
         count = _up_to("modes", modes, MOST_BEAM_MODES)
         heights = storey_heights(storey_height, number)
+        of_modes = _damping(damping, count)
         warn(building_doubts(first, damping, heights))
         ratios, shares = beam_modes(shape, count, heights / heights[-1])
         text = (
             f"flexural-shear building, {number} storeys, {heights[-1]:g} m, T1 = {first:g} s, alpha0 = {shape:g}, "
             f"{count} modes, {_damping_text(damping)}"
         )
-        return cls(first / ratios, _damping(damping, count), shares, heights, text)
+        return cls(first / ratios, of_modes, shares, heights, text)
 
     @overload
     @classmethod
@@ -251,6 +252,7 @@ class Building:
         m, k, omega, shares = _chain(masses, stiffnesses)
         count = m.size if modes is None else _up_to("modes", modes, m.size)
         heights = storey_heights(storey_height, m.size)
+        of_modes = _damping(damping, count)
         warn(building_doubts(2.0 * math.pi / float(omega[0]), damping, heights))
         if yield_coefficient is not None:
             if modes is not None:
@@ -267,7 +269,7 @@ class Building:
             f"shear building, {m.size} storeys, {heights[-1]:g} m, T1 = {2.0 * math.pi / omega[0]:.4g} s, {count} "
             f"modes, {_damping_text(damping)}"
         )
-        return cls(2.0 * math.pi / omega[:count], _damping(damping, count), at_floors, heights, text)
+        return cls(2.0 * math.pi / omega[:count], of_modes, at_floors, heights, text)
 
     @classmethod
     def isolated(

@@ -39,7 +39,13 @@ LANES = 128
 UU, UV, U0, U1, VU, VV, V0, V1, ROW_U, ROW_V, ROW_BEST, ROW_SIGNED, ROW_SLOPE, ROW_WHEN = range(14)
 LANE_ROWS = 14
 
-# Results of `adjust` for a motion.
+# Rows besides those of the oscillators: rest at the end, excursions, and three that are read and not used.
+MORE_ROWS = 2 + 2 * MOST_TURNS + 3
+
+# State of an adjustment between its steps.
+STEP, BEST_SCORE, BASE_MERIT, SHARE, IDLE = range(5)
+
+# Results of an adjustment for a motion.
 MISFIT, WORST, PGV, PGD, STEPS = range(5)
 RESULTS = 5
 
@@ -303,88 +309,97 @@ def _bring_to_rest(a, dt, root, v, d, rows):
     integrate(a, dt, v, d)
 
 
-@kernel(keep=True)
-def adjust(a, dt, omega, zeta, target, w, bounds, most_steps, enough, firm, out):
+def adjust(a, dt, omega, zeta, target, w, bounds, most_steps, enough, firm, out) -> None:
     """Match one motion `a` in place: omega, target (i,) by falling period, w (time,), bounds (4,), out (RESULTS,).
 
     `bounds`: minimum and maximum peak velocity, minimum and maximum peak displacement (0 and infinity: none), imposed
     with the regularisation `firm`. The best of `most_steps` steps is kept: bounds first, then the mean misfit. The
     adjustment stops when the mean misfit is below `enough` and the bounds are satisfied.
     """
+    rows = np.zeros((omega.size + MORE_ROWS, a.size))
+    best, base = a.copy(), a.copy()
+    trial = np.array([0.0, math.inf, math.inf, 1.0, 0.0])
+    plan = np.sqrt(w), bounds, most_steps, enough, firm
+    while _improve(a, dt, omega, zeta, target, *plan, rows, best, base, trial, out):
+        pass  # (an interrupt is heard between the steps)
+    a[:] = best
+
+
+@kernel(keep=True)
+def _improve(a, dt, omega, zeta, target, root, bounds, last, enough, firm, rows, best, base, trial, out):
+    """Do one step of `adjust`; return False if it was the last one: `best` is the match.
+
+    From step to step: rows (i + MORE_ROWS, time), best, base (time,), trial (STEP …).  `root` (time,): the root of w.
+    """
     n, lines = a.size, omega.size
-    most = lines + 2 + 2 * MOST_TURNS + 3
-    root = np.sqrt(w)
-    rows = np.zeros((most, n))
-    firsts = np.zeros(most, np.int64)
-    lasts = np.zeros(most, np.int64)
-    wanted = np.zeros(most)
-    soft = np.empty(most)
+    firsts = np.zeros(lines + MORE_ROWS, np.int64)
+    lasts = np.zeros(lines + MORE_ROWS, np.int64)
+    wanted = np.zeros(lines + MORE_ROWS)
+    soft = np.empty(lines + MORE_ROWS)
     soft[:lines] = SOFT
     v, d = np.empty(n), np.empty(n)
     value, when = np.empty(lines), np.empty(lines)
     where, goal = np.zeros(MOST_TURNS, np.int64), np.zeros(MOST_TURNS)
-    best = a.copy()
-    base = a.copy()
-    best_score, base_merit = math.inf, math.inf
-    share, idle = 1.0, 0
-    for step in range(most_steps + 1):
-        _bring_to_rest(a, dt, root, v, d, rows)
-        peaks(a, dt, omega, zeta, value, when)
-        misfit, worst = 0.0, 0.0
-        for i in range(lines):
-            deviation = abs(abs(value[i]) / target[i] - 1.0)
-            misfit += deviation / lines
-            worst = max(worst, deviation)
-        pgv, pgd = np.abs(v).max(), np.abs(d).max()
-        broken = max(0.0, pgv / bounds[1] - 1.0, pgd / bounds[3] - 1.0)
-        broken = max(broken, 1.0 - pgv / bounds[0] if bounds[0] > 0.0 else 0.0)
-        broken = max(broken, 1.0 - pgd / bounds[2] if bounds[2] > 0.0 else 0.0)
-        score = misfit + 0.1 * worst + (1.0 + 10.0 * broken if broken > 0.0 else 0.0)
-        if score < best_score:
-            best_score = score
-            best[:] = a
-            out[MISFIT], out[WORST], out[PGV], out[PGD], out[STEPS] = misfit, worst, pgv, pgd, step
-        if step == most_steps or (broken == 0.0 and misfit <= enough):
-            break
-        # two criteria: the motion that is kept holds its bounds, the motion that is improved may violate them slightly
-        merit = misfit + 0.1 * worst + 2.0 * broken
-        if merit < base_merit:
-            base_merit = merit
-            base[:] = a
-            idle = 0
-        else:
-            idle += 1
-            if idle > PATIENCE:
-                a[:] = base
-                share *= 0.5
-                idle = 0
-                integrate(a, dt, v, d)
-                peaks(a, dt, omega, zeta, value, when)
-        for i in range(lines):
-            firsts[i], lasts[i] = _oscillator_row(omega[i], zeta, when[i], dt, rows[i])
-            missing = min(max(target[i] - abs(value[i]), -LARGEST_STEP * target[i]), LARGEST_STEP * target[i])
-            wanted[i] = share * (missing if value[i] >= 0.0 else -missing)
-        count = lines
-        for kind in range(2):
-            series = v if kind == 0 else d
-            turns = _turns(series, bounds[2 * kind], bounds[2 * kind + 1], where, goal)
-            for k in range(turns):
-                if kind == 0:
-                    _velocity_row(where[k], dt, rows[count])
-                else:
-                    _displacement_row(where[k], dt, rows[count])
-                firsts[count], lasts[count] = 0, where[k]
-                wanted[count] = share * (goal[k] - series[where[k]])
-                soft[count] = firm
-                count += 1
-        for kind in range(2):
+    step = trial[STEP]
+    trial[STEP] += 1.0
+    _bring_to_rest(a, dt, root, v, d, rows)
+    peaks(a, dt, omega, zeta, value, when)
+    misfit, worst = 0.0, 0.0
+    for i in range(lines):
+        deviation = abs(abs(value[i]) / target[i] - 1.0)
+        misfit += deviation / lines
+        worst = max(worst, deviation)
+    pgv, pgd = np.abs(v).max(), np.abs(d).max()
+    broken = max(0.0, pgv / bounds[1] - 1.0, pgd / bounds[3] - 1.0)
+    broken = max(broken, 1.0 - pgv / bounds[0] if bounds[0] > 0.0 else 0.0)
+    broken = max(broken, 1.0 - pgd / bounds[2] if bounds[2] > 0.0 else 0.0)
+    score = misfit + 0.1 * worst + (1.0 + 10.0 * broken if broken > 0.0 else 0.0)
+    if score < trial[BEST_SCORE]:
+        trial[BEST_SCORE] = score
+        best[:] = a
+        out[MISFIT], out[WORST], out[PGV], out[PGD], out[STEPS] = misfit, worst, pgv, pgd, step
+    if step == last or (broken == 0.0 and misfit <= enough):
+        return False
+    # two criteria: the motion that is kept holds its bounds, the motion that is improved may violate them slightly
+    merit = misfit + 0.1 * worst + 2.0 * broken
+    if merit < trial[BASE_MERIT]:
+        trial[BASE_MERIT] = merit
+        base[:] = a
+        trial[IDLE] = 0.0
+    else:
+        trial[IDLE] += 1.0
+        if trial[IDLE] > PATIENCE:
+            a[:] = base
+            trial[SHARE] *= 0.5
+            trial[IDLE] = 0.0
+            integrate(a, dt, v, d)
+            peaks(a, dt, omega, zeta, value, when)
+    share = trial[SHARE]
+    for i in range(lines):
+        firsts[i], lasts[i] = _oscillator_row(omega[i], zeta, when[i], dt, rows[i])
+        missing = min(max(target[i] - abs(value[i]), -LARGEST_STEP * target[i]), LARGEST_STEP * target[i])
+        wanted[i] = share * (missing if value[i] >= 0.0 else -missing)
+    count = lines
+    for kind in range(2):
+        series = v if kind == 0 else d
+        turns = _turns(series, bounds[2 * kind], bounds[2 * kind + 1], where, goal)
+        for k in range(turns):
             if kind == 0:
-                _velocity_row(n - 1, dt, rows[count])
+                _velocity_row(where[k], dt, rows[count])
             else:
-                _displacement_row(n - 1, dt, rows[count])
-            firsts[count], lasts[count] = 0, n - 1
-            wanted[count] = -(v if kind == 0 else d)[n - 1]
-            soft[count] = HARD
+                _displacement_row(where[k], dt, rows[count])
+            firsts[count], lasts[count] = 0, where[k]
+            wanted[count] = share * (goal[k] - series[where[k]])
+            soft[count] = firm
             count += 1
-        _apply_changes(a, root, rows, firsts, lasts, wanted, soft, count)
-    a[:] = best
+    for kind in range(2):
+        if kind == 0:
+            _velocity_row(n - 1, dt, rows[count])
+        else:
+            _displacement_row(n - 1, dt, rows[count])
+        firsts[count], lasts[count] = 0, n - 1
+        wanted[count] = -(v if kind == 0 else d)[n - 1]
+        soft[count] = HARD
+        count += 1
+    _apply_changes(a, root, rows, firsts, lasts, wanted, soft, count)
+    return True

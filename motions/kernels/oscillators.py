@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
+from .pieces import pieces
 
 _LANES: dict[str, Any] = {"_nrt": False}
 
@@ -287,19 +288,25 @@ def _search(s, n, quantity, slope, h, terms):
             s[at] = max(s[at], peak)
 
 
-@kernel(keep=True)
-def oscillator_peaks(acceleration, dt, parts, omega, zeta, out):
+def oscillator_peaks(acceleration, dt, parts, omega, zeta, out) -> None:
     """Compute the maximum |u|, |u'| and |u'' + a| of oscillators (lane,) from rest, also between samples.
 
     `acceleration` (n,), step dt divided into `parts` so that omega dt/parts <= 1. `omega`, `zeta` (lane,), at most
     LANES of them. `out` (1 to 3, lane): the first one, two or three of them.
     """
+    s = np.zeros(LANE_ROWS * LANES)
+    for first, end in pieces(acceleration.size - 1, 3.0 * parts * out.size):
+        _oscillator_peaks(acceleration, dt, parts, omega, zeta, first, end, s, out)
+
+
+@kernel(keep=True)
+def _oscillator_peaks(acceleration, dt, parts, omega, zeta, first, end, s, out):
+    """Do the steps `first` to `end` - 1 of `oscillator_peaks`; s (LANE_ROWS * LANES,) from piece to piece."""
     n = omega.size
     h = dt / parts
     step = np.empty((TRANSITION_ROWS, n))
     transitions(omega, zeta, h, step)
-    s = np.zeros(LANE_ROWS * LANES)
-    for j in range(n):
+    for j in range(n if first == 0 else 0):
         for row in range(TRANSITION_ROWS):
             s[row * LANES + j] = step[row, j]
         s[ROW_SQUARE * LANES + j] = omega[j] * omega[j]
@@ -312,7 +319,7 @@ def oscillator_peaks(acceleration, dt, parts, omega, zeta, out):
         s[(ROW_BETA + 2) * LANES + j] = 2.0 * zeta[j] * omega[j]
     room = BULGE * h * h
     terms = np.empty(MOST_TERMS)
-    for i in range(acceleration.size - 1):
+    for i in range(first, end):
         rise = (acceleration[i + 1] - acceleration[i]) / parts
         slope = rise / h
         for part in range(parts):
@@ -345,33 +352,44 @@ def oscillator_history(acceleration, dt, omega, zeta, out):
         out[1, i + 1] = v
 
 
-@kernel(keep=True)
-def floor_response(acceleration, dt, parts, omega, zeta, shares, history, peak_acceleration, peak_velocity):
+def floor_response(acceleration, dt, parts, omega, zeta, shares, history, peak_acceleration, peak_velocity) -> None:
     """Compute the absolute acceleration of floors and the peaks of it and of the absolute velocity, from rest.
 
     `shares` (mode, floor): modal participation times shape. The floor's acceleration is a + sum shares u'', its
     velocity v_g + sum shares u', so that the share of omitted modes moves with the ground. `history` (floor, (n - 1)
     parts + 1), or (0, 0) if no history is wanted; peaks (floor,) at the samples of the step dt/parts.
     """
+    state = np.zeros(2 * omega.size + 1)
+    for first, end in pieces(acceleration.size - 1, 2.0 * parts * (shares.size + omega.size + shares.shape[1])):
+        _floor_response(
+            acceleration, dt, parts, omega, zeta, shares, first, end, state, history, peak_acceleration, peak_velocity
+        )
+
+
+@kernel(keep=True)
+def _floor_response(
+    acceleration, dt, parts, omega, zeta, shares, first, end, state, history, peak_acceleration, peak_velocity
+):
+    """Do the steps `first` to `end` - 1 of `floor_response`; state: u, v (mode,) and the velocity of the ground."""
     modes, floors = shares.shape
     h = dt / parts
     step = np.empty((TRANSITION_ROWS, modes))
     transitions(omega, zeta, h, step)
     square = omega * omega
     twice = 2.0 * zeta * omega
-    u = np.zeros(modes)
-    v = np.zeros(modes)
+    u = state[:modes]
+    v = state[modes : 2 * modes]
     absolute = np.empty(floors)
     velocity = np.empty(floors)
     keep = history.shape[0] > 0
-    ground = 0.0
-    for f in range(floors):
+    ground = state[2 * modes]
+    for f in range(floors if first == 0 else 0):
         peak_acceleration[f] = abs(acceleration[0] * (1.0 - shares[:, f].sum()))
         peak_velocity[f] = 0.0
         if keep:
             history[f, 0] = acceleration[0] * (1.0 - shares[:, f].sum())
-    at = 0
-    for i in range(acceleration.size - 1):
+    at = first * parts
+    for i in range(first, end):
         rise = (acceleration[i + 1] - acceleration[i]) / parts
         for part in range(parts):
             a0 = acceleration[i] + part * rise
@@ -393,3 +411,4 @@ def floor_response(acceleration, dt, parts, omega, zeta, shares, history, peak_a
             if keep:
                 for f in range(floors):
                     history[f, at] = absolute[f]
+    state[2 * modes] = ground

@@ -3,7 +3,10 @@
 import math
 
 from ...core.compiled import kernel
+from .pieces import pieces
 
+COST = 100.0
+"""Of a sample, ns."""
 NEAR = 1e-9
 """A root nearer to the start than this, rad, is the stop that the piece begins at."""
 
@@ -28,21 +31,27 @@ def _first_stop(omega, a, b, c, from_rest, limit):
     return time
 
 
-@kernel(keep=True)
-def pendulum_response(ground, dt, parts, omega, friction, start, displacement, acceleration):
+def pendulum_response(ground, dt, parts, omega, friction, start, displacement, acceleration) -> int:
     """Fill displacement, m, and absolute acceleration, m/s², of a mass on a friction pendulum; return stops and starts.
 
     u'' = -a - omega² u - friction s, s the sign of the velocity u'; it sticks while |a + omega² u| is at most friction
     (m/s²).  The ground acceleration a (n,), m/s², is linear between samples dt apart; the results have `parts` samples
     a step: ((n - 1) parts + 1,).  It starts at rest at u = start.
     """
-    u = start
-    v = 0.0
-    side = 0.0  # (0: it sticks)
+    shaken, state, events = (ground, dt, parts, omega, friction), [start, 0.0, 0.0], 0
+    for first, end in pieces(displacement.size, COST):
+        *state, more = _pendulum_response(*shaken, first, end, *state, displacement, acceleration)
+        events += more
+    return events
+
+
+@kernel(keep=True)
+def _pendulum_response(ground, dt, parts, omega, friction, first, end, u, v, side, displacement, acceleration):
+    """Fill samples `first` to `end` - 1 of `pendulum_response`; return u, v, side (0: it sticks), stops and starts."""
     events = 0
     step = dt / parts
     square = omega * omega
-    for k in range(displacement.size):
+    for k in range(first, end):
         i = min(k // parts, ground.size - 2)
         slope = (ground[i + 1] - ground[i]) / dt
         now = ground[i] + slope * (k - i * parts) * step
@@ -87,4 +96,4 @@ def pendulum_response(ground, dt, parts, omega, friction, start, displacement, a
                 pull = now + square * u
                 side = 0.0 if abs(pull) <= friction else (-1.0 if pull > 0.0 else 1.0)
             left -= stop
-    return events
+    return u, v, side, events

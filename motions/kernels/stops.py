@@ -5,9 +5,12 @@ is a Taylor series about the start of the piece.  Yielding, unloading, sticking,
 looked for on this series; the earliest event ends the piece, and the next piece starts there.
 """
 
+from typing import Any
+
 import numpy as np
 
 from ...core.compiled import kernel
+from .pieces import pieces
 
 TERMS = 40
 """Most terms of a series; a piece that needs more is halved."""
@@ -16,6 +19,8 @@ SMALL = 1e-17
 PARTS = 4
 """Parts of a piece at whose ends events are looked for."""
 HALVINGS = 60
+COST = 500.0
+"""Of a sample, ns."""
 NEVER = 2.0
 FREE = 0.0
 STILL = 1e-13
@@ -106,8 +111,7 @@ def _first(terms, number, h, which, flow, plastic, yields, contact, stop):
     return NEVER
 
 
-@kernel(keep=True)
-def stopped_response(ground, dt, parts, spring, stop, start, displacement, acceleration):
+def stopped_response(ground, dt, parts, spring, stop, start, displacement, acceleration) -> Any:
     """Fill displacement, m, and absolute acceleration, m/s², of a platform; return its strikes and their peak.
 
     The equation is u'' = -a - damping u' - spring - stop, all over the mass.
@@ -119,18 +123,22 @@ def stopped_response(ground, dt, parts, spring, stop, start, displacement, accel
     at rest. The ground acceleration (n,), m/s², is linear between samples dt apart; the results have `parts` samples
     per step: ((n - 1) parts + 1,). The peak is the maximum absolute acceleration at samples while a stop pushes.
     """
+    state = (*start, 0.0, FREE, FREE, 0, 0.0)
+    for first, end in pieces(displacement.size, COST):
+        state = _stopped_response(ground, dt, parts, spring, stop, first, end, state, displacement, acceleration)
+    return state[-2:]
+
+
+@kernel(keep=True)
+def _stopped_response(ground, dt, parts, spring, stop, first, end, state, displacement, acceleration):
+    """Fill samples `first` to `end` - 1 of `stopped_response`; return its state, which ends with strikes and peak."""
     damping, initial, after, yields, slip = spring
     clearance, hard, viscous = stop
-    u, v = start
+    u, v, plastic, flow, contact, strikes, peak = state
     rigid = yields == 0.0
-    plastic = 0.0
-    flow = FREE
-    contact = FREE
-    strikes = 0
-    peak = 0.0
     terms = np.empty(TERMS)
     step = dt / parts
-    for k in range(displacement.size):
+    for k in range(first, end):
         i = min(k // parts, ground.size - 2)
         slope = (ground[i + 1] - ground[i]) / dt
         now = ground[i] + slope * (k - i * parts) * step
@@ -184,11 +192,11 @@ def stopped_response(ground, dt, parts, spring, stop, start, displacement, accel
                     h = 0.5 * h
             spring_at = _first(terms, number, h, 0, flow, plastic, yields, contact, stop)
             stop_at = _first(terms, number, h, 1, flow, plastic, yields, contact, stop)
-            end = min(1.0, spring_at, stop_at)
-            u, rate = _at(terms, number, end)
+            share = min(1.0, spring_at, stop_at)
+            u, rate = _at(terms, number, share)
             v = rate / h
-            now += slope * end * h
-            left = 0.0 if end * h >= left else left - end * h
+            now += slope * share * h
+            left = 0.0 if share * h >= left else left - share * h
             if stop_at <= min(1.0, spring_at):
                 if contact == FREE:
                     contact = 1.0 if u > 0.0 else -1.0
@@ -207,4 +215,4 @@ def stopped_response(ground, dt, parts, spring, stop, start, displacement, accel
                         # a stop that it had left pushes again once it is at rest
                         if contact == FREE and abs(u) > clearance:
                             contact = 1.0 if u > 0.0 else -1.0
-    return strikes, peak
+    return u, v, plastic, flow, contact, strikes, peak

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
+from .pieces import pieces
 
 # Products and sums are fused where the processor can, and storeys go side by side.
 _FUSED: dict[str, Any] = {"fastmath": {"contract", "nsz"}}
@@ -23,6 +24,8 @@ PARTS = 4
 NEAR = 0.98
 """Share of the yield drift from which a storey is looked at between the ends of a part, too."""
 HALVINGS = 60
+COST = 200.0
+"""Of a step of one storey, ns."""
 ELASTIC = 0.0
 
 
@@ -239,8 +242,7 @@ def _floors(drifts, rates, plastic, flow, storeys, damp, step, accelerations, ve
         accelerations[i, step] = -force * inverse[i] - damp * speed
 
 
-@kernel(keep=True)
-def storey_response(ground, dt, mass, storeys, damp, limits, accelerations, velocities, peaks, residual):
+def storey_response(ground, dt, mass, storeys, damp, limits, accelerations, velocities, peaks, residual) -> Any:
     """Fill the response of a shear building to ground acceleration, from rest; return events, collapsed storey, sample.
 
     Storey forces are k [(hardening - theta) d + (1 - hardening) e] of the drifts d and their elastic parts e = d - d_p,
@@ -253,20 +255,32 @@ def storey_response(ground, dt, mass, storeys, damp, limits, accelerations, velo
     whose drift exceeds its limit at a sample has collapsed (its number, else -1): the response ends there, and zeros
     follow.
     """
+    accelerations[:] = 0.0
+    velocities[:] = 0.0
+    peaks[:] = 0.0
+    state = np.zeros((4, mass.size))
+    shaken, out, events = (ground, dt, mass, storeys, damp, limits), (accelerations, velocities, peaks, residual), 0
+    for first, end in pieces(ground.size, COST * mass.size):
+        more, storey, sample = _storey_response(*shaken, first, end, state, *out)
+        events += more
+        if storey >= 0:
+            break
+    return events, storey, sample
+
+
+@kernel(keep=True)
+def _storey_response(
+    ground, dt, mass, storeys, damp, limits, first, end, state, accelerations, velocities, peaks, residual
+):
+    """Do samples `first` to `end` - 1 of `storey_response`; state (4, storey): drifts, rates, plastic drifts, flow."""
     n = mass.size
-    drifts = np.zeros(n)
-    rates = np.zeros(n)
-    plastic = np.zeros(n)
-    flow = np.zeros(n)
+    drifts, rates, plastic, flow = state[0], state[1], state[2], state[3]
     x = np.empty(TERMS * n)
     y = np.empty(TERMS * n)
     force, far, fast = np.zeros(n + 1), np.empty(n), np.empty(n)
     rows = (storeys[0], storeys[1], storeys[2], storeys[3], storeys[4], 1.0 / mass, np.zeros(n))
     events = np.zeros(1, np.int64)
-    accelerations[:] = 0.0
-    velocities[:] = 0.0
-    peaks[:] = 0.0
-    for step in range(ground.size):
+    for step in range(first, end):
         for i in range(n):
             residual[i] = plastic[i] if flow[i] == ELASTIC else drifts[i] - flow[i] * storeys[1, i]
             if not abs(drifts[i]) <= limits[i]:
@@ -297,4 +311,4 @@ def storey_response(ground, dt, mass, storeys, damp, limits, accelerations, velo
                 events,
             )
             done = dt if passed >= dt - done else done + passed
-    return events[0], -1, ground.size - 1
+    return events[0], -1, end - 1

@@ -34,6 +34,7 @@ FIRM = (1e-3, 1e-6)  # two regularisations of bounds: one often succeeds where t
 TAPER = 0.5  # s at both ends, where a motion is not adjusted
 REACHED = ("misfit_mean", "target_met", "bounds_held")
 """Coordinates of matched motions that show if they meet their target."""
+MOST_NUMBERS = 2**25  # rows times samples of the system of a step: 0.27 GB, and a step takes less than a second
 BETWEEN_SAMPLES = 0.997  # factor on upper bounds, because they also hold for peaks between samples
 
 
@@ -112,6 +113,12 @@ class Lines(NamedTuple):
                 "take a part of it (between)"
             )
         axis = (target.grid() if periods is None else np.array(periods))[::-1].copy()
+        samples, most = round(duration / dt) + 1, MOST_NUMBERS // (axis.size + engine.MORE_ROWS)
+        if samples > most:
+            raise ValueError(
+                f"{axis.size} periods can be matched by motions of at most {most:,} samples, got {samples:,}: take "
+                "shorter motions (trim_husid), a longer step (resample) or fewer periods (between)"
+            )
         return cls(2.0 * math.pi / axis, target.damping, target.at(axis))
 
     def spectrum(self, acceleration: Array, dt: float) -> Array:

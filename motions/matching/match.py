@@ -33,6 +33,7 @@ from .target_spectra import TargetSpectrum
 
 MOST_STEPS = 24  # for a record
 SMOOTHING = 2.0  # s over which the strength of a record is taken
+PIECE = 10**8  # products of the strength that are taken at once
 QUIET = 0.02  # of the maximum strength: weight with which quiet parts may still be adjusted
 
 
@@ -49,7 +50,8 @@ def match(
     Parameters
     ----------
     motions : xarray.DataArray
-        One labelled array (motion, time), m s-2; ValueError for a motion of zeros.
+        One labelled array (motion, time), m s-2; ValueError for a motion of zeros, and for samples times periods above
+        some 30 million.
     target : TargetSpectrum
         Target, matched at eight periods per octave; the shortest at least 2 dt, the longest at most the duration.
     pgv_bound, pgd_bound : float or None
@@ -132,5 +134,8 @@ def _strength(acceleration: Array, dt: float) -> Array:
     """Return the weight of changes of a record: its mean square over a moving window, zero at the ends."""
     window = max(1, min(round(SMOOTHING / dt), acceleration.size // 4))
     padded = np.pad(acceleration**2, (window // 2, (window - 1) // 2))
-    power = times(np.lib.stride_tricks.sliding_window_view(padded, window), np.hanning(window + 2)[1:-1])
+    windows, hanning = np.lib.stride_tricks.sliding_window_view(padded, window), np.hanning(window + 2)[1:-1]
+    # (an interrupt is heard between the pieces)
+    pieces = np.array_split(windows, math.ceil(windows.size / PIECE))
+    power = np.concatenate([times(piece, hanning) for piece in pieces])
     return np.asarray(np.maximum(power / power.max(), QUIET)) * end_window(acceleration.size, dt)

@@ -12,6 +12,7 @@ import numpy as np
 from ...core.elementary import Array, expm, times
 from ..kernels.constant_filters import second_order
 
+PIECE = 50_000  # steps whose propagators are computed together: half a second
 SETTLING = 10.0
 """Time constants in which a filter dies out: (1 + 10) exp(-10) = 5e-4 of its displacement remains at most."""
 
@@ -50,11 +51,14 @@ def propagators(damping: Array, stiffness: Array, dt: float) -> tuple[Array, Arr
     The step is the exponential of the matrix of (x, x', w, dt w'), which is valid for any damping. The results multiply
     (x, x') before the step, and w before and after it.
     """
-    matrix = np.zeros((damping.size, 4, 4))
-    matrix[:, 0, 1] = matrix[:, 1, 2] = dt
-    matrix[:, 1, 0], matrix[:, 1, 1], matrix[:, 2, 3] = -stiffness * dt, -damping * dt, 1.0
-    step = expm(matrix)
-    return step[:, :2, :2], step[:, :2, 2] - step[:, :2, 3], step[:, :2, 3]
+    step = np.empty((damping.size, 2, 4))
+    for first in range(0, damping.size, PIECE):  # (an interrupt is heard between them)
+        part = slice(first, first + PIECE)
+        matrix = np.zeros((damping[part].size, 4, 4))
+        matrix[:, 0, 1] = matrix[:, 1, 2] = dt
+        matrix[:, 1, 0], matrix[:, 1, 1], matrix[:, 2, 3] = -stiffness[part] * dt, -damping[part] * dt, 1.0
+        step[part] = expm(matrix)[:, :2]
+    return step[:, :, :2], step[:, :, 2] - step[:, :, 3], step[:, :, 3]
 
 
 def discrete(numerator: list[float], denominator: list[float], dt: float) -> tuple[Array, Array]:

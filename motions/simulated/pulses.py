@@ -16,6 +16,8 @@ from ...core.parameters import Parameter, check
 from ..arrays import from_array
 from .generator import Generator
 
+MOST_SAMPLES = 10_000_000
+
 
 @dataclass(frozen=True)
 class Pulse(Generator):
@@ -62,6 +64,9 @@ class Pulse(Generator):
         """Return the pulse as one motion; it is deterministic: n must be 1, and seed and first have no effect."""
         if checks.count("n", n, at_least=1) != 1:
             raise ValueError(f"n must be 1 for {type(self).__name__}, which is the same every time, got {n}")
+        samples = (self.duration + self.tail) / self.dt
+        if not samples <= MOST_SAMPLES:
+            raise ValueError(f"a pulse may have {MOST_SAMPLES:,} samples, got {samples:.3g}: take a longer dt")
         steps = max(2, math.ceil(self.duration / self.dt * (1.0 - 1e-12)))
         dt = self.duration / steps
         values = self.amplitude * self.shape(np.arange(steps + 1, dtype=np.float64) * dt)

@@ -10,6 +10,7 @@ from typing import Annotated
 import numpy as np
 import xarray as xr
 
+from ...core import checks
 from ...core.doubts import Doubt
 from ...core.parameters import Parameter
 from ...core.wording import counted, short_digits
@@ -49,8 +50,8 @@ class Stops:
     restitution: Restitution = RESTITUTION
 
     def __post_init__(self) -> None:
-        if not self.clearance > 0.0:
-            raise ValueError(f"clearance must be > 0 (in m), got {self.clearance!r}")
+        if self.clearance != math.inf:
+            checks.number("clearance", self.clearance, above=0.0, unit="m")
         for name in ("frequency", "restitution"):
             if getattr(self, name) is not None:
                 DECLARED[name].check(f"stop_{name}", getattr(self, name))
