@@ -11,7 +11,7 @@ import scipy.optimize
 
 from ...core.aliases import Array
 from ...core.doubts import Doubt, by_study, warn
-from ...core.units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
+from ...core.units import ACCELERATION, METRE, STANDARD_GRAVITY, VELOCITY
 from ...core.wording import in_years
 from ...motions.intensity.naming import in_si, written_level
 from .curve import HazardCurve, hazard_measure
@@ -88,6 +88,7 @@ _BOUNDS = {
         0.01 * STANDARD_GRAVITY,
     ),
     VELOCITY: _Bounds(0.1, (1.6, 2.8), 100.0, 0.01),
+    METRE: _Bounds(0.05, (2.0, 4.0), 100.0, 0.001),
 }
 
 
@@ -114,7 +115,7 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
         notes.append(Doubt(KIND, what, settled=True))
     bounds = _BOUNDS.get(hazard.units)
     base = getattr(hazard.measure, "base", hazard.measure).label  # (of one component)
-    if bounds is None or base in ("arias", "cav"):
+    if bounds is None or base in ("arias", "cav", "housner_intensity"):
         return notes
     low = LOW_PERCENT in hazard.source
     if low:

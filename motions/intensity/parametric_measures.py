@@ -162,6 +162,8 @@ class AvgSa(ParametricMeasure):
         if count > MOST_PERIODS:
             raise ValueError(f"number must be at most {MOST_PERIODS}, got {count}")
         ends = period_of("first", first), period_of("last", last)
+        if not ends[0] < ends[1]:
+            raise ValueError(f"last must be above first, {first:g} s, got {last:g} s: is it a step?")
         return cls(tuple(np.linspace(*ends, count).tolist()), damping)
 
     @staticmethod

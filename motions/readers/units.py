@@ -104,7 +104,9 @@ _AMPLITUDE = re.compile(
 )
 """Statements that samples may be of another amplitude or time, or volts."""
 RELATIVE = re.compile(
-    r"\brel(?:ative|\.)?[ _]+(?:floor[ _]+)?acc|\bacc[a-z]*[ _,(]{1,3}rel(?:ative)?\b(?! to g)|\ba_rel\b", re.IGNORECASE
+    r"\brel(?:ative|\.)?[ _]*(?:floor[ _]+)?acc|\b(?:acc|ace|beschl)\w*[ _,(-]{1,3}(?:\([^)]*\)\s*)?"
+    r"rel(?:ativ[aeo]?)?(?![a-z])(?! to g)|\ba\d*_?rel\b",
+    re.IGNORECASE,
 )
 """Names of an acceleration relative to the ground or a support."""
 _OTHERS_NAMED = {
@@ -118,7 +120,7 @@ _OTHERS_NAMED = {
 _APPLIED = re.compile(r"(?:(?:scal|amplifi|multipli)ed\b[^,;]*|orig peer filename.*)$", re.IGNORECASE)
 # ("a_g (m/s2)" is of the ground)
 _SUFFIX = re.compile(
-    r"[a-z]_(?!(?<!acc_)g\s*[\[(])(?P<unit>[cm]?m_?s-?2|gals?|[a-z]{0,9}g|ms)(?![a-z0-9])", re.IGNORECASE
+    r"[a-z]_(?!(?<!acc_)g\s*[\[(])(?P<unit>[cm]?m_?(?:p|per_)?s-?2|gals?|[a-z]{0,9}g|ms)(?![a-z0-9])", re.IGNORECASE
 )
 _NO_UNITS = {"the", "this", "these", "that", "each", "all", "a", "an", "time", "raw", "measure", "measurement"}
 
@@ -147,7 +149,7 @@ def unit_of(word: str, line: int = 0) -> Unit:
     text = text.replace("м/с", "m/s")
     text = text.strip("()") if text.startswith("(") or text.count("(") != text.count(")") else text
     text = re.sub(r"\^|\*\*|[\s_·]|\.(?=[a-z])", "", re.sub(r"se[cg](?:ond[oi]?s?)?\b|se[cg](?=[\d^*²])", "s", text))
-    text = re.sub(r"^([cm]?m)/?\(?(?:s-?2|s\*s)\)?$|^([cm]?m)/s/s$", r"\1\2/s2", text)
+    text = re.sub(r"^([cm]?m)(?:/|p|per)?\(?(?:s-?2|s\*s)\)?$|^([cm]?m)/s/s$", r"\1\2/s2", text)
     text = {"gals": "gal", "gs": "g", "g's": "g"}.get(text, text)
     if len(word) <= 40 and text in _ACCELERATION:
         return Unit(word, "acceleration", _ACCELERATION[text], line)
