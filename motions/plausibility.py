@@ -15,7 +15,7 @@ import xarray as xr
 
 from ..core.aliases import Array, Index
 from ..core.doubts import Doubt, first_names, first_of
-from ..core.units import STANDARD_GRAVITY
+from ..core.units import ACCELERATION, STANDARD_GRAVITY
 from ..core.wording import counted, short_digits, two_digit_percent, two_digits
 from .arrays import Record, records
 from .floors.histories import DIRECTIONS, FloorHistories
@@ -49,6 +49,7 @@ ALIKE, WHOLE = 3e-5, 1e-3
 """Relative differences within rounding: of ratios of norms, and of factors from 1 or -1."""
 SAME = 1.0 - 1e-6
 """Square of the correlation from which two motions are one: files print four digits or more."""
+LEVEL = "the level"
 LEVEL_APART, MOTION_APART = 1.5, 2.0
 """Factors between a level and its ground motions, in the mean and each, beyond which they are of another level."""
 GROUND_FLOOR = "0"
@@ -170,7 +171,7 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
     """Return the input warnings on floor histories with levels in SI of a measure, '' without one.
 
     The ground is held against the levels, each floor against the next one, and each direction against the other.
-    Without the ground, the lowest floor is held against levels of the PGA.
+    Without the ground, the lowest floor is held against levels of an acceleration.
     """
     doubts, floors = [], histories.floors
     both = [floor for floor in floors if len(histories.directions(floor)) > 1]
@@ -182,11 +183,13 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
     measure = measure_named(im) if im else None
     plain = measure.base if isinstance(measure, PairMeasure) else measure
     means = {f"that of floor {floor}": np.mean(peaks[floor]) for floor in floors if floor.isdecimal()}
-    if plain is not None and plain.label == "pga" and GROUND_FLOOR not in floors:
-        means = {"the level": np.mean(np.log(histories.levels)), **means}
+    if plain is not None and plain.units == ACCELERATION and GROUND_FLOOR not in floors:
+        means = {LEVEL: np.mean(np.log(histories.levels)), **means}
     for (lower, below), (upper, above) in pairwise(means.items()):
         ratio = float(np.exp(above - below))
-        if not 1.0 / UNLIKE < ratio < UNLIKE:
+        # (at long periods, a spectral acceleration may be far below the PGA)
+        most = UNLIKE if lower != LEVEL or (plain is not None and plain.label == "pga") else math.inf
+        if not 1.0 / UNLIKE < ratio < most:
             what = f"the PGA of {upper.removeprefix('that of ')} is {two_digits(ratio)} times {lower}"
             doubts.append(Doubt("table", f"floor histories: {what}: another unit in one of them?"))
     if GROUND_FLOOR in floors and not doubts:
