@@ -380,7 +380,7 @@ PLAIN_FILES = [
     text
     for text in OF_CORPUS
     # what only a text file can be: another separator, a broken quote, bytes, characters that no workbook may hold
-    if isinstance(text, str) and not re.search(r"^[^,\n]*;|\0|\"x,", text)
+    if isinstance(text, str) and not re.search(r"^[^,\n]*[;\t]|\0|\"x,", text)
 ]
 
 
