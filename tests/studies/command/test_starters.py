@@ -27,9 +27,8 @@ KINDS = {
     "records": {"study.toml", "records"},
     "scenario": {"study.toml", "inventory.csv", "inventory.xlsx"},
 }
-INVENTED = dict.fromkeys(
-    ("hazard", "inventory"), ["hazard.csv: a comment calls the curve invented: replace it by the site's own"]
-)
+OF_HAZARD = ["hazard.csv: a comment calls the curve invented: replace it by the site's own"]
+INVENTED = {"hazard": OF_HAZARD, "inventory": OF_HAZARD}
 SEED = re.compile(r"(?m)^number = \d+")
 
 
