@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-import scipy.optimize
+import numpy as np
 
 from ...core.aliases import Array
 from ...core.doubts import Doubt, by_study, warn
@@ -40,6 +40,7 @@ RARE_AT_START, HALF = 0.05, 0.5
 At half that level it is 10 %, as in regions of low seismicity; no minimum exceeds a half (assumed).
 """
 RETURN_PERIODS = 475.0, 2475.0
+HALVINGS = 50
 LONG_PERIODS = 1.65
 """Ratio of pseudo-velocities to PGV at periods above about 0.5 s (Newmark and Hall 1982, 5 % damping, median)."""
 OF_DISAGGREGATION, OF_BRANCHES = 1.5, 100.0
@@ -183,11 +184,15 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
 
 
 def level_at(hazard: HazardCurve, rate: float) -> float:
-    """Return the level (SI) that is exceeded at an annual rate; NaN beyond the curve's points."""
+    """Return the level (SI) that is exceeded at an annual rate, by bisection; NaN beyond the curve's points."""
     if not hazard.rates[-1] <= rate <= hazard.rates[0]:
         return math.nan
-    low, high = hazard.levels[0], hazard.levels[-1]
-    return float(scipy.optimize.brentq(lambda level: float(hazard.rate_at(level)) - rate, low, high, xtol=1e-9 * low))
+    mean = hazard.pieces()[0]
+    low, high = math.log(hazard.levels[0]), math.log(hazard.levels[-1])
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if float(mean.rate(np.array([middle]))[0]) > rate else (low, middle)
+    return math.exp(0.5 * (low + high))
 
 
 def starts_rare(im: str, level: float, probability: float) -> bool:
