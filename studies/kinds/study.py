@@ -71,7 +71,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 OF_TABLES = ("table", "vertical", "PGA", "PGV/PGA", "building", "level", "scenario")
-"""Kinds of input warnings of the reading of a study, in addition to those of its motions."""
+"""Kinds of input warnings from reading a study, apart from those of its motions."""
 MOST_VARIED = 2000
 """Most blocks of a study that runs many samples or values of each block."""
 # Memory of a block and its curve, from the file to the results; and of each replicate of a curve.
