@@ -86,19 +86,36 @@ def _serve(bound: socket.socket, study: Path | None, *, opens: bool) -> None:
     if study is not None:
         address += "building" if full else ""
         opening = soon_open()
+    wrong: list[StudyError] = []
+
+    def ready() -> None:
+        if study is not None:
+            print(address, flush=True)
+        where = building.path if full else page.path
+        print(f"The state of the page is in {where}; end the page with Ctrl-C.", flush=True)
+
+    def begin() -> None:
+        try:
+            page.begin(ready)
+        except StudyError as error:  # (a wrong study ends the command)
+            wrong.append(error)
+            server.should_exit = True
+
     try:
         source = folder / PIECE_STATE if study is None or full else study
         page = Page.opened(source, given=source == study)
         building = Building.opened(study if study is not None and full else folder / BUILDING_STATE, given=full)
-    except StudyError:
+        settings = uvicorn.Config(
+            application(page, token, port, building),
+            log_level="critical",
+            access_log=False,
+            timeout_graceful_shutdown=1,
+        )
+        server = uvicorn.Server(settings)
+        threading.Thread(target=begin, daemon=True).start()
+        with suppress(KeyboardInterrupt):  # (the usual end: the state is on the disk)
+            server.run(sockets=[bound])
+    finally:
         opening.cancel()
-        raise
-    threading.Thread(target=page.begin, daemon=True).start()
-    if study is not None:
-        print(address, flush=True)
-    print(f"The state of the page is in {building.path if full else page.path}; end the page with Ctrl-C.", flush=True)
-    settings = uvicorn.Config(
-        application(page, token, port, building), log_level="critical", access_log=False, timeout_graceful_shutdown=1
-    )
-    with suppress(KeyboardInterrupt):  # (the usual end: the state is on the disk)
-        uvicorn.Server(settings).run(sockets=[bound])
+    if wrong:
+        raise wrong[0]

@@ -7,6 +7,7 @@ import hashlib
 import math
 import re
 import threading
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
@@ -32,6 +33,7 @@ from ..facts.say import environment, say
 from ..file.hazard import COMMON
 from ..film import fittings
 from ..film.frames import corners, frames_of
+from ..kinds.fragility import FragilityStudy
 from ..single.run import Simulation
 from ..tables.registry import tables
 from ..tables.table import Table
@@ -80,13 +82,13 @@ class Page:
     full: Full | None = None
     full_of: int = -1
     """The version that the full answer is of."""
-    studies: dict[str, Any] = field(default_factory=dict)
+    studies: dict[str, FragilityStudy] = field(default_factory=dict)
     contents: dict[str, dict[str, Any]] = field(default_factory=dict)
     lock: threading.RLock = field(default_factory=threading.RLock)
 
     @classmethod
     def opened(cls, path: Path, *, given: bool) -> Page:
-        """Return the page of a study file, or of the state kept in its folder; StudyError if it shows neither."""
+        """Return the page of a study file, or of the state kept in its folder; StudyError if it can show neither."""
         live = state.live_file(path)
         if given and not path.is_file():
             raise StudyError(f"{path}: no such file")
@@ -96,8 +98,6 @@ class Page:
         page.contents = answers.contents_of(content)
         if (file := state.file_of(live, VARIANT)).is_file():
             page.contents[VARIANT] = state.read_variant(file)
-        # (wrong studies end the command, before anything is served)
-        page.studies = {PIECE: answers.study_of(page.contents[PIECE], live)}
         return page
 
     def change(self, path: str, text: str) -> dict[str, str]:
@@ -158,8 +158,14 @@ class Page:
             raise StudyError(f"chance: must be between 0 and 100 %, got {text[:20]!r}")
         self.target = target
 
-    def begin(self) -> None:
-        """Compute the first answer before the page asks for it, which then shows what is wrong."""
+    def begin(self, ready: Callable[[], None]) -> None:
+        """Make the piece's study, then call `ready`, and compute the first answer before the page asks for it.
+
+        StudyError for a wrong study; what is wrong with its answer the page shows.
+        """
+        with self.lock:
+            self.piece  # noqa: B018 - makes it
+        ready()
         with suppress(StudyError):
             self.parts()
 
@@ -167,7 +173,7 @@ class Page:
         """Return the parts of the page that show its quick answer."""
         with self.lock:
             if self.quick is None:
-                self.quick = answers.numbers_of(answers.reference_of(self.studies[PIECE]), quick=True)
+                self.quick = answers.numbers_of(answers.reference_of(self.piece), quick=True)
             made = {"scene": self.scene(), **self.chances()}
             return {"form": self.form(), **made} if form else made
 
@@ -182,7 +188,7 @@ class Page:
         with self.lock:
             if stopped():
                 return None
-            contents, studies, before = self.contents, dict(self.studies), self.full
+            contents, studies, before = self.contents, {**self.studies, PIECE: self.piece}, self.full
             numbers = dict(self.numbers) if self.numbers_of == version else {}
         less = {*LESS_RESTITUTION.values()}
         try:
@@ -220,7 +226,7 @@ class Page:
             if what == "keep":
                 self.contents[VARIANT] = copy.deepcopy(self.contents[PIECE])
                 state.write_state(self.path, {VARIANT: self.contents[VARIANT]})
-                self.studies[VARIANT] = self.studies[PIECE]
+                self.studies[VARIANT] = self.piece
             elif what == "forget":
                 self.contents.pop(VARIANT, None)
                 self.studies.pop(VARIANT, None)
@@ -306,15 +312,17 @@ class Page:
         return SLIDERS[key][0] / factor, SLIDERS[key][1] / factor
 
     @property
-    def block(self) -> Block:
-        """The piece, with its restraint."""
-        block: Block = self.studies[PIECE].blocks[0]
-        return block
+    def piece(self) -> FragilityStudy:
+        """The study of the piece, made at its first use."""
+        if PIECE not in self.studies:
+            self.studies[PIECE] = answers.study_of(self.contents[PIECE], self.path)
+        return self.studies[PIECE]
 
     @property
-    def motions(self) -> int:
-        """Number of motions."""
-        return int(self.studies[PIECE].design.motions[0].sizes["motion"])
+    def block(self) -> Block:
+        """The piece, with its restraint."""
+        block: Block = self.piece.blocks[0]
+        return block
 
     @property
     def floors(self) -> int:
@@ -423,7 +431,7 @@ class Page:
     def film(self, level: int, motion: int) -> dict[str, Any]:
         """Return the frames of one run of the piece: the corners of the block and the floor, m, frame by frame."""
         with self.lock:
-            study = answers.reference_of(self.studies[PIECE])
+            study = answers.reference_of(self.piece)
         array = study.design.motions[0]
         if not (0 <= level < study.design.levels.size and 0 <= motion < array.sizes["motion"]):
             raise StudyError(f"motion: must be from 1 to {array.sizes['motion']}, at one of the levels")
