@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...core.wording import counted, currency_of
+from ...core.wording import currency_of
 from ...fragility.curves.curve import ISOTONIC
 from ...fragility.exchange.ids import TABLE_MARKS, is_id
 from ...fragility.exchange.pelicun.building import FILES, UNITS, Amount, Line, currency_unit, write_building
 from ...fragility.fitting.isotonic import isotonic_probabilities
 from ..buildings.variables import JOINT
 from ..facts.method import study_of
+from ..facts.say import register_of
 from ..inventory.consequences import LOGNORMAL, Consequence, PieceScores
 from ..report.results_file import read_results
 from ..store.content import check_content
@@ -23,19 +24,6 @@ from ..store.outputs import own_files
 from ..text.error import StudyError
 from .export import PELICUN, laws_of
 
-LIMITS = (
-    "The tables do not hold that pieces on different lines fall under the same motions (pelicun draws their capacities "
-    "independently at a given shaking: means agree, and numbers and losses spread less than in the study), intervals, "
-    "modelling uncertainty, annual rates, injuries and other consequences for people (pelicun has no table for them), "
-    "costs of anchoring, or what a building code asks. "
-)
-"""Limits of the tables, for their description and the terminal."""
-OF_TIME = (
-    "pelicun adds the downtimes of all pieces (repair_time-sequential; -parallel: those of a floor), and the study's "
-    "downtime of the building is the longest of them: the largest Time column of DV_repair_sample, with "
-    "AggregateColocatedComponentResults false"
-)
-"""Instructions for pelicun's times, for the terminal."""
 INDEPENDENT = "independent"
 
 
@@ -57,33 +45,20 @@ def write_building_files(
         lines = [_line(of_law, i, smoothed[i]) for i in range(len(items))]
         currency = currency_of(results)
         correlation = _correlation(results)
-    description = f"Damping law: {law}. Probabilities are those of a study that found them by simulation. {LIMITS}"
     ids = None if prefix is None else _ids(prefix, len(items))
     try:
         with own_files(folder, PELICUN, FILES):  # files of an earlier export for pelicun are removed
-            written = write_building(curves, lines, folder, currency, description, ids)
+            written = write_building(curves, lines, folder, currency, register_of("pelicun").table(law), ids)
     except StudyError:
         raise
     except (TypeError, ValueError) as error:
         raise StudyError(str(error)) from None
     never = sum(bool((row == 0.0).all()) for row in curves["probability"].values)
     pieces = sum(line.number for line in lines)
-    lines_said = [f"{counted(len(items), 'component')} of {counted(pieces, 'piece')} for pelicun, damping law {law}"]
-    if never:
-        lines_said.append(f"{counted(never, 'component')} without a fall at any level (anchored, or under no motion)")
-    if correlation is not None:
-        lines_said.append(
-            f"cost and downtime of a piece are correlated: give {correlation:g} as pelicun's option "
-            "RepairCostAndTimeCorrelation"
-        )
-    if any(line.downtime is not None for line in lines):
-        lines_said.append(OF_TIME)
-    if any(path.name == UNITS for path in written.paths):
-        lines_said.append(f"values in {currency_unit(currency)}: give units.json as pelicun's option UnitsFile")
-    lines_said.append(
-        "demands are of the ground motion, at location 0 in direction 1; a piece on floor k is at location k + 1"
-    )
-    return [*lines_said, LIMITS.strip(), *(f"written: {path}" for path in written.paths)]
+    unit = currency_unit(currency) if any(path.name == UNITS for path in written.paths) else None
+    times = any(line.downtime is not None for line in lines)
+    printed = register_of("pelicun").printed(len(items), pieces, law, never, correlation, times, unit)
+    return [*printed.splitlines(), *(f"written: {path}" for path in written.paths)]
 
 
 def _curves(results: xr.Dataset) -> tuple[xr.Dataset, list[float]]:
@@ -116,19 +91,10 @@ def _line(results: xr.Dataset, i: int, smoothed: float) -> Line:
     room = str(results["room"].values[i]) if "room" in results.coords else ""
     meant = str(results["consequences"].values[i]).split(JOINT)
     together = str(results.attrs.get("pieces", "")) != INDEPENDENT
-    note = [f"On floor {floor}{f', {room}' if room else ''}."]
-    if bool(values["anchored"]):
-        note.append("Anchored in the inventory: it falls under no motion.")
-    elif not results["probability"].values[i].any():
-        note.append("It fell under no motion at any level.")
-    if any(meant):
-        note.append(f"Its fall means: {', '.join(filter(None, meant))}.")
-    if smoothed > 1e-9:
-        note.append(
-            "Probabilities that were lower at a stronger level were averaged with those before, which changed them by "
-            f"up to {smoothed:.2g}."
-        )
-    note.append("The pieces of this line fall together." if together else "Each piece has a capacity of its own.")
+    falls = bool(results["probability"].values[i].any())
+    note = register_of("pelicun").piece(
+        floor, room, bool(values["anchored"]), falls, [*filter(None, meant)], smoothed, together
+    )
     number = int(values["count"])
     at_once = number if together else 1
     cost, downtime = (_consequence(results, i, kind) for kind in ("cost", "downtime"))
@@ -138,7 +104,7 @@ def _line(results: xr.Dataset, i: int, smoothed: float) -> Line:
         together,
         Amount(float(values["value"])) if cost is None else _amount(cost, at_once),
         None if downtime is None else _amount(downtime, at_once, greatest=True),
-        " ".join(note),
+        note,
         " ".join([*_said("cost", cost, at_once), *_said("downtime", downtime, at_once)]),
     )
 
@@ -170,13 +136,7 @@ def _said(kind: str, consequence: Consequence | None, pieces: int) -> list[str]:
         return []
     spread = "dispersion" if consequence.distribution == LOGNORMAL else "coefficient of variation"
     what = "mean cost" if kind == "cost" else "longest downtime"
-    return [
-        f"The {kind} of one piece is {consequence.distribution} with median {consequence.median:g} and {spread} "
-        f"{consequence.dispersion:g}. "
-        f"The {pieces:,} pieces of this row fall together and pelicun draws once for all of them: the row gives a "
-        f"lognormal distribution with the mean and the standard deviation of their {what}, each piece drawn "
-        "independently."
-    ]
+    return [register_of("pelicun").of_several(kind, consequence, spread, what, pieces)]
 
 
 def _correlation(results: xr.Dataset) -> float | None:

@@ -111,15 +111,16 @@ def notes_said(facts: Iterable[Fact]) -> list[str]:
 
 def value_of(name: str, register: str) -> Any:
     """Return a table of a register, such as the titles of its facts."""
-    return getattr(_module(register), name)
+    return getattr(register_of(register), name)
 
 
 def _modules(register: str) -> Iterable[Any]:
-    return map(_module, FALLBACKS.get(register, (register,)))
+    return map(register_of, FALLBACKS.get(register, (register,)))
 
 
 @cache
-def _module(register: str) -> Any:
+def register_of(register: str) -> Any:
+    """Return a register: its macros and tables are attributes."""
     return environment(escaping=False).get_template(f"{register}.j2").module
 
 
