@@ -12,21 +12,16 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from ....core.sentences import register_of
+from ...validity.notes import TEMPLATES
 from ..files import ExchangeError, read_text
 from ..ids import Component, component_of, component_record
 from ..rows import CurveRow, CurveSet
-from .multilinear import FINE, ROUGH
 
 GENERAL = "_GeneralInformation"
 RECORD = "Labels for toppling: "
 """Beginning of the line of comments with our record of a component."""
 REPAIR = "To be given by the user."
-
-ADVICE = (
-    "The probability is that under shaking in the direction of the component, across its smaller plan "
-    "size: give the component direction 1 or 2. In direction 0, or with Demand-Directional 0, pelicun takes 1.2 times "
-    "the larger of both directions."
-)
 
 
 def general_information(title: str, description: str, ids: Iterable[str]) -> dict[str, Any]:
@@ -45,7 +40,7 @@ def metadata_text(
 ) -> str:
     """Return the JSON of a table. `notes`: comments on components, by id."""
     components = curves.components()
-    about = f"{curves.title}; made by toppling. {description}{ADVICE}"
+    about = f"{curves.title}; made by toppling. {description}{_register().advice}"
     content = {
         GENERAL: general_information(curves.title, about, components),
         **{name: _entry(curves, rows, notes.get(name, ""), repair) for name, rows in components.items()},
@@ -60,11 +55,13 @@ def json_of(content: Mapping[str, Any]) -> str:
 
 def _entry(curves: CurveSet, rows: Sequence[CurveRow], note: str, repair: str) -> dict[str, Any]:
     ours = component_record(curves, rows)
-    reason = ours.get("status")
-    text = [note, ours.get("note", ""), *_form(curves, rows), ADVICE] if reason is None else [f"No estimate: {reason}."]
+    rough = any(row.probability is not None for row in rows)
+    fine = not all(row.lognormal for row in rows)
+    beta = next((row.numbers["modelling_dispersion"] for row in rows if "modelling_dispersion" in row.numbers), None)
+    text = _register().comments(note, ours.get("note", ""), ours.get("status"), rough, fine, beta)
     return {
         "Description": f"{', '.join(ours['labels'].values()) or curves.title}: fragility in {curves.long_name}",
-        "Comments": f"{' '.join(filter(None, text))}\n{RECORD}{json.dumps(ours, ensure_ascii=False)}",
+        "Comments": f"{text}\n{RECORD}{json.dumps(ours, ensure_ascii=False)}",
         "SuggestedComponentBlockSize": "1 EA",
         "RoundUpToIntegerQuantity": "True",
         "LimitStates": _limit_states(curves, rows, repair),
@@ -84,17 +81,8 @@ def _limit_states(curves: CurveSet, rows: Sequence[CurveRow], repair: str) -> di
     return states
 
 
-def _form(curves: CurveSet, rows: Sequence[CurveRow]) -> list[str]:
-    """Return the description of the form of a component's curves, and the parts of their dispersions."""
-    if any(row.probability is not None for row in rows):
-        return [ROUGH]
-    beta = next((row.numbers["modelling_dispersion"] for row in rows if "modelling_dispersion" in row.numbers), None)
-    parts = "Which parts the dispersion holds is not stated."
-    if beta == 0.0:
-        parts = "The dispersion is of the motions alone and holds no modelling uncertainty."
-    elif beta is not None:
-        parts = f"The dispersion holds that of the motions and a modelling uncertainty of {beta:g}."
-    return [parts] if all(row.lognormal for row in rows) else [FINE, parts]
+def _register() -> Any:
+    return register_of(TEMPLATES, "components")
 
 
 def read_metadata(file: Path) -> tuple[str, dict[str, Component]]:

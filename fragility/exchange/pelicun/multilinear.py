@@ -22,14 +22,6 @@ PARTS = 1_000_000
 """Parts into which the probability is divided."""
 TAIL, STEP = 1e-6, 1e-5
 """Probability at which the tails of a curve with uplift are cut, and the width of a step relative to its level."""
-ROUGH = (
-    "Between its levels the curve is linear, below the lowest one it falls to 0 within one step, and above the highest "
-    "one it is held constant: where the last point of Theta_0 stands at a million times the point before, it only ends "
-    "the list, and is no result. Where the probability is the same at several levels, it rises by a millionth at each."
-)
-"""Description of an isotonic curve in this form."""
-FINE = "The curve is no lognormal one: it is linear between so many levels that it errs by less than 0.0002."
-"""Description of any other curve in this form."""
 
 
 def theta(row: CurveRow, levels: Array | None, factor: float) -> str:
