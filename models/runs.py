@@ -3,8 +3,6 @@
 Sliding blocks go to the engine of their own (`sliding.runs`), by the same way.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Sequence
 from functools import lru_cache

@@ -4,8 +4,6 @@ The same structure serves every design: IDA (all motions at all levels), stripes
 intensity), and counts.  Nothing is fitted here.
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
 from collections.abc import Hashable, Iterator, Sequence

@@ -3,8 +3,6 @@
 This module alone defines the records of `ida`, `stripes` and `cloud`, and the records of them in derived results.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """The screen of runs in a table, each of one block, law and motion at a level of its own."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from functools import partial

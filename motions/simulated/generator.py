@@ -3,8 +3,6 @@
 Motion `index` of a seed has its own random stream, so that any part of an ensemble can be made separately.
 """
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable

@@ -1,16 +1,16 @@
 """The comparison of two results from end to end: tables, facts, a CSV file, figures and the page of all of them."""
 
-from __future__ import annotations
-
 import math
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from ...core.facts import Fact
 from ...core.wording import confidence_text
 from ..facts.say import say
 from ..facts.sections import fact_json
+from ..report.figures import Draw
 from ..report.page import drawn_of, environment, texts, write
 from ..show import save_figures
 from ..store.outputs import own_files
@@ -23,11 +23,6 @@ from .inputs import inputs_that_differ, notes_on_inputs
 from .pieces import compare_pieces
 from .ratios import MOST_ROWS, REGISTER, Found, answer, exported_lines, legend, table_of
 from .sides import PIECES, Side, refuse_different, titles_of, two_sides
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from ..report.figures import Draw
 
 TABLE, PAGE = "comparison.csv", "comparison.html"
 NAMES = (TABLE, PAGE, "curves.png", "chances.png")

@@ -1,7 +1,5 @@
 """The tables of a study file for annual rates: hazard, its questions, and weights of alternatives."""
 
-from __future__ import annotations
-
 import math
 from abc import abstractmethod
 from dataclasses import replace

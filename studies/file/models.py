@@ -1,7 +1,5 @@
 """The table of a study file that describes a damping law: ``[[models]]``."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any

@@ -1,7 +1,5 @@
 """The table ``[motions]`` of a study file: one for each generator, pulse or kind of files."""
 
-from __future__ import annotations
-
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Validation errors of a study file as one sentence in a user's words: the key, the value and the allowed values."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from typing import Any, get_args

@@ -7,7 +7,7 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -27,6 +27,7 @@ from ...fragility.risk.inversion import check_family
 from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION, range_of_half_levels
 from ...fragility.runs.axes import check_axes, check_outputs
 from ...fragility.runs.progress import part_of
+from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...fragility.validity.notes import screen_facts
 from ...fragility.validity.plausibility import level_doubts
@@ -61,9 +62,6 @@ from .study import (
     perturbed_words,
     screening_of,
 )
-
-if TYPE_CHECKING:
-    from ...fragility.runs.runners import Runner
 
 # Bytes of the ranking of all measures for a curve.
 RANKED_BYTES = 3e3

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -22,6 +22,7 @@ from ...fragility.hazard.plausibility import branch_doubts, hazard_doubts
 from ...fragility.numerics import slabs
 from ...fragility.risk.modelling import USUAL_DISPERSION
 from ...fragility.runs.progress import part_of
+from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import SCALE
 from ...fragility.uncertainty.joint import PieceDraws, Variability, with_restitution
 from ...fragility.validity.notes import screen_facts, squat_facts
@@ -95,9 +96,6 @@ from .level_floors import (
     what_yields,
 )
 from .study import SLAB_BYTES_A_RUN, Study, each, perturbed_words, plain, screening_of
-
-if TYPE_CHECKING:
-    from ...fragility.runs.runners import Runner
 
 OSCILLATOR_BYTES = 5500.0
 """Most memory of an oscillator, with its description in the runs of its floor."""

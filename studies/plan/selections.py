@@ -1,7 +1,5 @@
 """Agreement of the selected motions of stripes with the hazard, as variables of a study's results and in words."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Figures of a sensitivity study: quantities over delta or e, and uncertain inputs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any

@@ -1,17 +1,17 @@
 """The report of a study's results as one self-contained HTML page, or as Markdown."""
 
-from __future__ import annotations
-
 import base64
 import json
 import math
 import re
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
+from jinja2 import Environment
 from markupsafe import Markup
 
 from ...core.writing import write_bytes
@@ -34,15 +34,8 @@ from ..text.names import clean
 from ..text.reached import within_levels
 from ..text.spread import model_note
 from ..text.words import renamed, with_law_names
-from .figures import Picture, pictures_of
+from .figures import Draw, Picture, pictures_of
 from .results_file import read_results
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from jinja2 import Environment
-
-    from .figures import Draw
 
 ReportFormat = Literal["html", "md"]
 

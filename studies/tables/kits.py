@@ -1,7 +1,5 @@
 """Tables of kits: falls and savings with each kit, and the static checks of their forces by hand."""
 
-from __future__ import annotations
-
 import math
 from itertools import product
 

@@ -1,7 +1,5 @@
 """Sliding of blocks and of the pieces of an inventory: slips, and falls over edges and obstacles."""
 
-from __future__ import annotations
-
 import json
 import math
 
