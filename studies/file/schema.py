@@ -1,7 +1,5 @@
 """The study file: one TOML schema, checked once, and converted into blocks, laws and motions."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator
@@ -77,7 +75,7 @@ class MotionSet(NamedTuple):
     selection: xr.Dataset | None = None
 
     @property
-    def both_ways(self) -> MotionSet:
+    def both_ways(self) -> "MotionSet":
         """The same with each motion followed by its reverse."""
         motions, ground = both_polarities(self.motions), both_polarities(self.ground)
         refuse_samples(sum(array.size for array in (*motions, *ground)), "motions of both polarities")

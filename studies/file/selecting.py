@@ -1,7 +1,5 @@
 """The table of a study file by which the motions of each stripe are selected to agree with the hazard."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
@@ -136,7 +134,7 @@ class SelectTable(Table):
         return [doubt for generator in made if generator is not None for doubt in doubts_of_making(generator)]
 
     def chosen(
-        self, candidates: shaking.Candidates, stripe: OwnTarget, levels: Levels, level: float, folder: Path
+        self, candidates: shaking.Candidates, stripe: OwnTarget, levels: "Levels", level: float, folder: Path
     ) -> tuple[shaking.Selection, list[Doubt]]:
         """Return the selection for a stripe at a level (SI), and notes on it; ValueError as `select`."""
         target, doubts = self._target(stripe, levels, level, folder)
@@ -148,7 +146,7 @@ class SelectTable(Table):
             )
         return selection, doubts
 
-    def _target(self, stripe: OwnTarget, levels: Levels, level: float, folder: Path) -> tuple[Any, list[Doubt]]:
+    def _target(self, stripe: OwnTarget, levels: "Levels", level: float, folder: Path) -> tuple[Any, list[Doubt]]:
         im = levels.im
         own_table = None if self.correlations is None else correlations_in(folder / self.correlations)
         correlations: Any = {} if own_table is None else {"correlations": own_table}

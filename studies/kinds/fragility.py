@@ -1,7 +1,5 @@
 """Fragility studies: blocks under damping laws, by any of the three designs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -79,7 +77,7 @@ OBSERVED = ("probability", "probability_lower", "probability_upper")
 SIZE = ("size_along", "size_probability")
 
 
-def _branches(content: StudyFile, folder: Path, study: FragilityStudy) -> Branches | None:
+def _branches(content: StudyFile, folder: Path, study: "FragilityStudy") -> Branches | None:
     """Return the weighted branches of a study, None if it has none; ValueError for laws that it lacks."""
     modelling = 0.0 if study.fit.modelling == MEAN else study.fit.modelling_dispersion
     if study.risk is None or (content.branches is None and modelling == 0.0):
@@ -138,7 +136,7 @@ def fit_of(content: StudyFile) -> Fit:
     return fit if asked or content.hazard is None else replace(fit, fractiles=(LOW_SHARE,))
 
 
-def _targets(content: StudyFile, study: FragilityStudy) -> tuple[float, ...]:
+def _targets(content: StudyFile, study: "FragilityStudy") -> tuple[float, ...]:
     """Return the chance that the restraint of each block is to keep, empty if none has a target."""
     tables = {key: table for key, table in content.restraint_tables.items() if table.target is not None}
     if not tables:

@@ -1,7 +1,5 @@
 """Performance studies: an inventory in a building, with joint outcomes under each motion."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -135,7 +133,7 @@ class PerformanceStudy(Study):
     code: Code | None = None
     generator: Generator | None = None
     undecided: float = 0.0
-    branches: InventoryBranches | None = None
+    branches: "InventoryBranches | None" = None
     undirected: bool = False
     kits: tuple[Kit, ...] = ()
     target: dict[str, float] | None = None
@@ -335,7 +333,7 @@ class PerformanceStudy(Study):
         return bool(self.axes)
 
     @property
-    def further(self) -> dict[str, ShakenBy]:
+    def further(self) -> "dict[str, ShakenBy]":
         """The motions of branches in addition to the study's own, by name."""
         return {} if self.branches is None else self.branches.further
 
