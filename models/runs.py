@@ -89,12 +89,6 @@ class Records(NamedTuple):
     last: Index
 
 
-def flushed(values: Array) -> Array:
-    """Return the values with 0 instead of values that are too small for the engine."""
-    tiny = np.abs(values) < tables.NOTHING
-    return np.where(tiny, 0.0, values) if tiny.any() else values
-
-
 def lay_out(accelerations: Sequence[Array], dt: float, verticals: Sequence[Array] = ()) -> Records:
     """Lay out records (n,), m/s², and the vertical components of all or none of them, m/s² upward, for the engine.
 
@@ -464,7 +458,8 @@ def trace(
 ) -> Trace:
     """One run with its history, from (theta0, omega0); arguments as of `run_many`."""
     arrays = stack([oscillator])
-    theta, omega = flushed(np.array([theta0, omega0]))
+    # (0 in place of values that are too small for the engine)
+    theta, omega = (0.0 if abs(value) < tables.NOTHING else value for value in (theta0, omega0))
     if theta == 0.0 and omega == 0.0:
         theta = oscillator.balance
     start = np.array([theta, omega, float(oscillator.region_at(theta, omega))])

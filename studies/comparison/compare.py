@@ -1,7 +1,6 @@
 """The comparison of two results from end to end: tables, facts, a CSV file, figures and the page of all of them."""
 
 import math
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -101,11 +100,20 @@ def _compared(a: Side, b: Side, findings: Found, sure: str) -> Comparison:
     lines = [line for line in findings.lines if any(line.quantity == quantity.name for quantity in shown)]
     inputs = [*inputs_that_differ(a, b, findings.matched)]
     resampled = any(not math.isnan(line.ratio.lower) for line in lines)
+    rows: list[Cells] = [
+        {
+            Column("name"): say(fact, REGISTER),
+            Column("a", "A"): fact.names[1] or None,
+            Column("b", "B"): fact.names[2] or None,
+        }
+        for fact in inputs
+    ]
+    of_inputs = [Table.of("Inputs that differ", rows, most=MOST_ROWS)] if rows else []
     of = "item" if a.kind == PIECES else "block" if len(findings.matched["floor"].pairs) == 1 else "curve"
     return Comparison(
         [f"{side.name}: {side.title} ({side.path})" for side in (a, b)],
         inputs,
-        [*_table_of_inputs(inputs), *(table_of(findings.lines, group, sure) for group in groups)],
+        [*of_inputs, *(table_of(findings.lines, group, sure) for group in groups)],
         [*answer(lines, shown, of)],
         [
             Fact("comparison.ratio", more={"resampled": resampled}),
@@ -115,18 +123,6 @@ def _compared(a: Side, b: Side, findings: Found, sure: str) -> Comparison:
         ],
         [],
     )
-
-
-def _table_of_inputs(inputs: Sequence[Fact]) -> list[Table]:
-    rows: list[Cells] = [
-        {
-            Column("name"): say(fact, REGISTER),
-            Column("a", "A"): fact.names[1] or None,
-            Column("b", "B"): fact.names[2] or None,
-        }
-        for fact in inputs
-    ]
-    return [Table.of("Inputs that differ", rows, most=MOST_ROWS)] if rows else []
 
 
 def _html_page(sides: tuple[Side, Side], titles: tuple[str, str], compared: Comparison, draw: Draw) -> str:

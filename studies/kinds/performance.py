@@ -206,6 +206,7 @@ class PerformanceStudy(Study):
                     f"{row.label!r}"
                 )
         kits = candidates(asked, known_kits, inventory)
+        sided = any(kit.on(row).block.sided for kit in kits for row in inventory.rows if kit.fits(row))
         if asked.budget is not None and not kits and all(row.anchoring_cost is None for row in inventory.rows):
             raise ValueError("performance.budget needs anchoring_cost in the inventory, which gives none")
         given = any(row.drawn for row in inventory.rows)
@@ -237,7 +238,7 @@ class PerformanceStudy(Study):
             screening_of(content)[1],
             kits=kits,
             target=None if asked.target is None else asked.target.limits,
-            polarity=asked.polarity or _polarity_of(inventory, kits),
+            polarity=asked.polarity or (BOTH if sided else polarity_of(inventory)),
             axes=shaking.axes,
             of_axes=tuple(axes_notes(inventory, as_read, shaking.axes)),
             of_levels=of_levels,
@@ -772,12 +773,6 @@ def _of_levels(
         raise ValueError(f"{what} needs ground motions, or floor histories of each level (motions.floors_index)")
     unit = "" if asked.levels is None else asked.levels.unit
     return level_floors(content.building, inventory, motions, content.motions.made_by(folder), im, levels, unit)
-
-
-def _polarity_of(inventory: Inventory, kits: Sequence[Kit]) -> str:
-    """Return the default polarity of motions: as `assess` does, including pieces with kits."""
-    held = any(kit.on(row).block.sided for kit in kits for row in inventory.rows if kit.fits(row))
-    return BOTH if held else polarity_of(inventory)
 
 
 def _refuse_modelling(beta: float, inventory: Inventory, shaking: Shaking, yearly: bool) -> None:
