@@ -208,14 +208,6 @@ class Levels(NamedTuple):
         return f"{self.im} = {level / self.factor:.3g}{'' if self.unit == '1' else f' {self.unit}'}"
 
 
-class Stripe(NamedTuple):
-    """A stripe with its selection: the level (SI), the chosen ground motions, and their agreement."""
-
-    level: float
-    ground: list[xr.DataArray]
-    report: xr.Dataset
-
-
 def selected(
     select: SelectTable,
     stripes: Sequence[OwnTarget],
@@ -223,10 +215,10 @@ def selected(
     levels: Levels,
     folder: Path,
     named: Callable[[int], AbstractContextManager[None]],
-) -> tuple[list[Stripe], list[Doubt]]:
-    """Return stripes with their selections, and warnings, from the pools of motions; ValueError if none agrees."""
+) -> tuple[list[tuple[list[xr.DataArray], xr.Dataset]], list[Doubt]]:
+    """Return the chosen ground motions of stripes with their agreement, and warnings; ValueError if none agrees."""
     pools: dict[str, shaking.Candidates] = {}
-    chosen_stripes: list[Stripe] = []
+    chosen_stripes: list[tuple[list[xr.DataArray], xr.Dataset]] = []
     doubts: list[Doubt] = []
     for i, (stripe, table, level) in enumerate(zip(stripes, tables, levels.values, strict=True), start=1):
         key = table.model_dump_json()
@@ -248,7 +240,7 @@ def selected(
                 continue
         ground = chosen.motions if isinstance(chosen.motions, list) else [chosen.motions]
         bare = [array.drop_vars(["factor", "candidate", "event"]) for array in ground]
-        chosen_stripes.append(Stripe(level, bare, chosen.report))
+        chosen_stripes.append((bare, chosen.report))
     if not chosen_stripes:
         raise ValueError(
             "stripes.select: no stripe agrees with the hazard (a median off by more than 10 %, or a scatter outside "
