@@ -204,7 +204,7 @@ else:
         chosen_by(_ByWay("file"), {f"{key}=": table for key, table in WAYS.items()}), BeforeValidator(_one_way)
     ]
 hazard_table: Callable[[Any], HazardTable] = TypeAdapter(Hazards, config={"defer_build": True}).validate_python
-"""Returns the table of a hazard of some content; pydantic's ValidationError if it is not valid."""
+"""Function that returns the table of a hazard of some content; pydantic's ValidationError if it is not valid."""
 
 
 OF_MODELS, OF_MOTIONS, OF_HAZARD = OF = ("models", "motions", "hazard")

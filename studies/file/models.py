@@ -93,4 +93,4 @@ if TYPE_CHECKING:
 else:
     Models = choice("law", TABLES)
 model_table: Callable[[Any], ModelTable] = TypeAdapter(Models, config={"defer_build": True}).validate_python
-"""Returns the table of a law of some content; pydantic's ValidationError if it is not valid."""
+"""Function that returns the table of a law of some content; pydantic's ValidationError if it is not valid."""

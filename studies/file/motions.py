@@ -402,7 +402,7 @@ if TYPE_CHECKING:
 else:
     Motions = Annotated[chosen_by(_BySource("generator"), TABLES), BeforeValidator(_one_source)]
 motions_table: Callable[[Any], MotionsTable] = TypeAdapter(Motions, config={"defer_build": True}).validate_python
-"""Returns the table of motions of some content; pydantic's ValidationError if it is not valid."""
+"""Function that returns the table of motions of some content; pydantic's ValidationError if it is not valid."""
 
 
 @contextmanager
