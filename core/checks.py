@@ -1,7 +1,5 @@
 """Argument checks shared by all packages: each raises one sentence with the value and the allowed range."""
 
-from __future__ import annotations
-
 import math
 import operator
 import os

@@ -5,8 +5,6 @@ arrays. They import nothing of the package except this module and themselves. No
 first call. Commands without an analysis therefore need not wait for it, and need no place for its files.
 """
 
-from __future__ import annotations
-
 import functools
 import importlib
 import os
@@ -20,7 +18,7 @@ from contextlib import suppress
 from typing import Any
 
 _lock = threading.RLock()
-_waiting: dict[str, list[Kernel]] = {}
+_waiting: "dict[str, list[Kernel]]" = {}
 _loaded: set[str] = set()
 _beside: list[subprocess.Popen[bytes]] = []  # processes that compile more
 

@@ -3,8 +3,6 @@
 Bounds truncate a distribution; values are never clipped to them.
 """
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
@@ -200,7 +198,7 @@ class Beta(Continuous):
         checks.number("upper", self.upper, above=lower)
 
     @classmethod
-    def from_moments(cls, mean: float, std: float) -> Beta:
+    def from_moments(cls, mean: float, std: float) -> "Beta":
         """Return the law on 0 to 1 with the given mean and standard deviation; ValueError if there is none.
 
         >>> law = Beta.from_moments(0.9, 0.05)

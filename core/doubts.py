@@ -1,7 +1,5 @@
 """Input warnings: values outside of the known range, each in a sentence that names the likely slip."""
 
-from __future__ import annotations
-
 import sys
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
@@ -18,7 +16,7 @@ KINDS = (
 )
 """Kinds of input warnings, by the names under which a study accepts them."""
 NAMED = 3  # no sentence names more
-_noted: ContextVar[list[Doubt] | None] = ContextVar("noted", default=None)
+_noted: "ContextVar[list[Doubt] | None]" = ContextVar("noted", default=None)
 
 
 class Doubt(NamedTuple):

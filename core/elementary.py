@@ -10,8 +10,6 @@ Press. Sections 3.4 (pivoting), 4.2 (Cholesky), 5.2 (Gram and Schmidt, twice), 8
 once) and 9.3 (exponentials).
 """
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Callable

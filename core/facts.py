@@ -1,7 +1,5 @@
 """Facts: content of results, without words."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterable, Mapping

@@ -5,8 +5,6 @@ This takes up to 0.4 s of CPU time for a simulation of 1 ms. Before dask's array
 them.
 """
 
-from __future__ import annotations
-
 import sys
 from typing import Any
 

@@ -13,8 +13,6 @@ Machine code is made for a family of processors, not for the host, so that a whe
 a process compiles are as numba makes them.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import sys

@@ -4,8 +4,6 @@ A field of a dataclass or an argument of a function is declared by its annotatio
 above=0.0)]``. Its default is the usual one, and its sentence is in the section Parameters of the docstring.
 """
 
-from __future__ import annotations
-
 import inspect
 import math
 import re

@@ -3,8 +3,6 @@
 Results therefore depend neither on the chunks in which items are computed, nor on their order, nor on their number.
 """
 
-from __future__ import annotations
-
 import hashlib
 
 import numpy as np

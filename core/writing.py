@@ -1,7 +1,5 @@
 """Files that are written whole or not at all, and never through a link that lies in their place."""
 
-from __future__ import annotations
-
 import errno
 import os
 import re

@@ -1,7 +1,5 @@
 """How Sphinx builds the documentation; pages that are made from the code come from `made_pages`."""
 
-from __future__ import annotations
-
 import re
 import sys
 from importlib import metadata

@@ -1,7 +1,5 @@
 """The page of study files, from their JSON schema: every key, the keys of one generator, law …, and kinds of doubts."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 

@@ -3,8 +3,6 @@
 They go into docs/_made, which git does not keep.
 """
 
-from __future__ import annotations
-
 import ast
 import importlib
 import inspect

@@ -3,8 +3,6 @@
 tests/studies/test_outputs.py checks the same results.
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 from collections.abc import Iterable, Iterator, Mapping

@@ -4,8 +4,6 @@ The schema holds the rules of single keys; rules that join several keys are chec
 (`make schema`) the module writes the file that `toppling schema` prints.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from json import dumps

@@ -5,8 +5,6 @@ the outermost sheets short. A restraint divides sheets into pieces (slack, taut)
 the last one by its rupture. The table then contains all sheets a second time, without the restraint.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Many free-standing blocks as columns: a region of a million has arrays of its sizes, and no object for each."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -93,7 +91,7 @@ class BlockArray:
                 raise ValueError(f"names must be unique, got {str(values[counts > 1][0])!r:.60} more than once")
 
     @classmethod
-    def of(cls, blocks: Block | Iterable[Block] | BlockArray) -> BlockArray:
+    def of(cls, blocks: "Block | Iterable[Block] | BlockArray") -> "BlockArray":
         """Return blocks as columns; TypeError for others, ValueError if a block is not free-standing."""
         if isinstance(blocks, BlockArray):
             return blocks

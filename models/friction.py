@@ -5,8 +5,6 @@ include friction. The coefficient of the floor is a number or a distribution: `b
 does not suffice.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from dataclasses import asdict, dataclass
 from numbers import Real

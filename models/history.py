@@ -1,7 +1,5 @@
 """Response histories of one block under one motion, as labelled datasets; the engine computes them."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

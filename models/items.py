@@ -1,7 +1,5 @@
 """Catalogue of real contents of buildings: outer sizes, their sources and the quality of the sources."""
 
-from __future__ import annotations
-
 import csv
 import difflib
 from collections.abc import Iterator, Mapping

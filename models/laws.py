@@ -6,8 +6,6 @@ and Engineering Vibration; *derived* was worked out here and is checked numerica
 from the literature but was not re-read.
 """
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
 from dataclasses import MISSING, dataclass, field, fields, replace
@@ -383,7 +381,7 @@ class ViscousDamping(Law):
     lever: Lever = "h"
 
     @classmethod
-    def fema356(cls, e: float, delta: float = 0.05, lever: str = "h") -> ViscousDamping:
+    def fema356(cls, e: float, delta: float = 0.05, lever: str = "h") -> "ViscousDamping":
         """Return the law with FEMA 356's zeta = 0.4 (1 - e), as quoted by Makris and Konstantinidis (2003)."""
         return cls(0.4 * (1.0 - PART.number("e", e)), delta, lever)
 

@@ -5,8 +5,6 @@ and the states of rest. Events are crossing, entry into a zone whose damping is 
 overturning. `assembly` puts such tables together.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

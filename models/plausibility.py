@@ -1,7 +1,5 @@
 """Plausibility of blocks and laws: sizes and numbers outside of the known range, with the likely slip of units."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Sequence
 

@@ -1,7 +1,5 @@
 """The largest force of a restraint in a run, from the peaks of the rotation or from the motion of a block at rest."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

@@ -3,8 +3,6 @@
 Sliding blocks go to the engine of their own (`sliding.runs`), by the same way.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Sequence
 from functools import lru_cache
@@ -89,12 +87,6 @@ class Records(NamedTuple):
     lifting: Array
     start: Index
     last: Index
-
-
-def flushed(values: Array) -> Array:
-    """Return the values with 0 instead of values that are too small for the engine."""
-    tiny = np.abs(values) < tables.NOTHING
-    return np.where(tiny, 0.0, values) if tiny.any() else values
 
 
 def lay_out(accelerations: Sequence[Array], dt: float, verticals: Sequence[Array] = ()) -> Records:
@@ -466,7 +458,8 @@ def trace(
 ) -> Trace:
     """One run with its history, from (theta0, omega0); arguments as of `run_many`."""
     arrays = stack([oscillator])
-    theta, omega = flushed(np.array([theta0, omega0]))
+    # (0 in place of values that are too small for the engine)
+    theta, omega = (0.0 if abs(value) < tables.NOTHING else value for value in (theta0, omega0))
     if theta == 0.0 and omega == 0.0:
         theta = oscillator.balance
     start = np.array([theta, omega, float(oscillator.region_at(theta, omega))])

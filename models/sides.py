@@ -1,7 +1,5 @@
 """The two sides of a block in numbers per unit inertia: falling branches, elastic zone, walls, restraint."""
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 

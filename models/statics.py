@@ -1,7 +1,5 @@
 """Static checks of anchors by hand: the force that holds a block, the acceleration it resists, half of its weight."""
 
-from __future__ import annotations
-
 import math
 
 from ..core import checks

@@ -1,7 +1,5 @@
 """Soft supports: the half width of a law's elastic zone from a settlement or from a measured frequency."""
 
-from __future__ import annotations
-
 import math
 
 from ..core import checks

@@ -5,8 +5,6 @@ m/s² and linear between samples.  Several arrays with their own steps and lengt
 resampled or padded.
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
 import re

@@ -5,8 +5,6 @@ corrections in the order in which they were made. A correction of one motion is 
 thousand.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Table of all generators, by the names that study files use."""
 
-from __future__ import annotations
-
 from .matching.ac156 import AC156
 from .matching.spectrum_compatible import SpectrumCompatible
 from .simulated.evolutionary import EvolutionaryCloughPenzien, EvolutionaryKanaiTajimi

@@ -1,7 +1,5 @@
 """Components of one recording: joined, found by the names of files and channels, rotated, and used as recorded."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Plausibility of records: offsets, drifts and slips of units in files."""
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_left, insort
 from collections import defaultdict

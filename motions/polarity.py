@@ -1,7 +1,5 @@
 """Polarities: a motion as it was recorded, and the same motion from the other side."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

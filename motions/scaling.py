@@ -1,7 +1,5 @@
 """Parabolic baseline correction, and scaling of motions to an intensity measure."""
 
-from __future__ import annotations
-
 import numpy as np
 import xarray as xr
 

@@ -4,8 +4,6 @@ Runs of one motion are dependent, even at levels that differ by a thousandth. Th
 number of motions, not of runs.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
@@ -33,7 +31,7 @@ class Observations(NamedTuple):
     fell: Flags
     motion: Index
 
-    def within(self, centre: float, reach: float) -> Observations:
+    def within(self, centre: float, reach: float) -> "Observations":
         """Return the runs whose ln level is no further than `reach` from `centre`."""
         # (a level at the edge of the window must not come and go with the rounding of its logarithm)
         near = np.abs(self.x - centre) <= reach * (1.0 + 1e-9)

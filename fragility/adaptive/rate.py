@@ -5,8 +5,6 @@ known density give it without bias, for any number of levels per motion (Horvitz
 that all motions share is biased: ten levels are wrong by a tenth.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

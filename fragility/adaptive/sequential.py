@@ -4,8 +4,6 @@ The module does not use blocks or motions: its caller runs them at the levels it
 plan depends only on these outcomes and on each motion's own random stream.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -264,7 +262,7 @@ class SequentialCurve:
         self._centre = math.log(self.until.level)
         return self._probability(k, estimates)
 
-    def _rate(self, k: int, estimates: Known) -> Look:
+    def _rate(self, k: int, estimates: "Known") -> Look:
         """Look at the rate from weighted runs; its upper end includes a possible rate below the levels of falls."""
         rate, cells = self.weighted_rate(), self.cells
         if cells is None or not rate.value > 0.0:
@@ -273,7 +271,7 @@ class SequentialCurve:
         ratio = up / (self.until.room * rate.value)
         return Look(k, ratio, rate.value, max(0.0, rate.value - rate.reach), rate.value + up, *estimates)
 
-    def _probability(self, k: int, estimates: Known) -> Look:
+    def _probability(self, k: int, estimates: "Known") -> Look:
         """Look at the probability of a level: by a local fit, or if all runs nearby end alike, by their number."""
         reach = WINDOW * self._distance()
         x = math.log(self.until.level)

@@ -5,8 +5,6 @@ three parts of the rule compensate for it. Looks require intervals a sixth narro
 enough, and the last motions are run after the decision.
 """
 
-from __future__ import annotations
-
 import math
 
 from .until import DISPERSION, MEDIAN, PROBABILITY, RATE, Until

@@ -1,7 +1,5 @@
 """The precision that a sequential analysis is to reach: a quantity of a curve, its tolerance, and its motions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Incremental dynamic analysis at levels that are chosen while it runs, until a result is as precise as asked."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace

@@ -3,8 +3,6 @@
 An analysis is a design (which motions are run at which scale) for specimens (which blocks under which laws).
 """
 
-from __future__ import annotations
-
 import json
 import math
 import threading

@@ -1,7 +1,5 @@
 """Cloud analysis: every motion is run once, unscaled."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import xarray as xr

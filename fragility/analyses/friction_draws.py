@@ -1,7 +1,5 @@
 """Friction drawn for every run: coefficients, and their slips from runs with friction 1."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np

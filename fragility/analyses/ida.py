@@ -1,7 +1,5 @@
 """Incremental dynamic analysis: every block is run under every law and every motion at every level."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Any
 

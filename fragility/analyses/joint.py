@@ -1,7 +1,5 @@
 """Blocks that fall in the same event: a sample of a region, run under common motions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from typing import Any

@@ -3,8 +3,6 @@
 Levels in a measure in which the capacities of a block scatter less take fewer motions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

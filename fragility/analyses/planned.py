@@ -1,7 +1,5 @@
 """Runs that a table lists: the design of a researcher's own."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
 from typing import Any

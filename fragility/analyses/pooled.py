@@ -1,7 +1,5 @@
 """Pooled analysis: curves of all blocks of a region at once, from single runs of a few blocks of the analysis' own."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
 from typing import Any

@@ -1,7 +1,5 @@
 """Runs of a pooled analysis: waves of motions for the surfaces, and those that check them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Runs of blocks whose friction is random: every motion with each of some equally probable coefficients."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Runs at levels of their own as one dataset: a line for every run, and adaptive results for every curve."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Multiple-stripe analysis: every motion is run once, at the level of its stripe."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Any
 

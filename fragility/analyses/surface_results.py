@@ -1,7 +1,5 @@
 """Results of a pooled analysis: the surfaces as a dataset, and from it the curves of blocks."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Sequence

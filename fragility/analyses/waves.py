@@ -3,8 +3,6 @@
 Waves are from a generator or from a set of motions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from typing import Any, NamedTuple
@@ -48,7 +46,7 @@ class MotionWave(NamedTuple):
     records: list[Record]
     ground: list[Record] | None
 
-    def parts(self, motions: int) -> Iterator[MotionWave]:
+    def parts(self, motions: int) -> "Iterator[MotionWave]":
         """Yield the wave in parts of at most this number of motions."""
         given = np.unique(self.numbers)
         for first in range(0, given.size, motions):

@@ -1,7 +1,5 @@
 """Annual rates of runs at adaptive levels without a form of curve, for replicates that draw their motions again."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Ratios of fitted medians to published medians."""
 
-from __future__ import annotations
-
 import numpy as np
 import xarray as xr
 

@@ -4,8 +4,6 @@ Curves of one form are a NamedTuple of plain arrays with a method `probability`;
 dataset. The fit of the curves and their hazard curve are not used here.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple, Self
 
 import numpy as np

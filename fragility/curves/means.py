@@ -3,8 +3,6 @@
 A motion is one draw: its results at all levels, on all floors and for all items are resampled together.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import NamedTuple

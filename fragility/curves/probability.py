@@ -1,7 +1,5 @@
 """Observed probabilities of damage states, with binomial intervals."""
 
-from __future__ import annotations
-
 import numpy as np
 import xarray as xr
 

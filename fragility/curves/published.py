@@ -5,8 +5,6 @@ acceleration and velocity. A criterion depends only on a block's outer sizes, no
 dissipation.
 """
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Sequence
 from importlib import resources

@@ -1,7 +1,5 @@
 """Resurrections: blocks that do not overturn above the level at which the same motion first overturned them."""
 
-from __future__ import annotations
-
 import numpy as np
 import xarray as xr
 

@@ -3,8 +3,6 @@
 Their values are from the coordinates of the runs and, if given, from the motions themselves.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 

@@ -4,8 +4,6 @@ Runs of any design give it in levels and as a factor on the unscaled motion.  Th
 measure, since a motion times f has f**power times the measure.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Ranking of intensity measures: efficiency, sufficiency, practicality and proficiency, from one set of runs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
@@ -173,7 +171,7 @@ def rank_measures(
 
 
 def _by_floor(
-    runs: xr.Dataset, index: xr.Variable | None, groups: list[NDArray[np.intp]], options: RankingOptions
+    runs: xr.Dataset, index: xr.Variable | None, groups: list[NDArray[np.intp]], options: "RankingOptions"
 ) -> xr.Dataset:
     """Compare all measures, floor by floor if the motions are of several floors."""
     if index is None:
@@ -184,7 +182,7 @@ def _by_floor(
     return joined.transpose("block", "model", "floor", ...)
 
 
-def _with_measures(runs: xr.Dataset, options: RankingOptions) -> xr.Dataset:
+def _with_measures(runs: xr.Dataset, options: "RankingOptions") -> xr.Dataset:
     """Return the runs with every measure as a coordinate, so that the slabs need not compute it again."""
     few = _first_block_and_law(runs)
     candidates = candidates_of(

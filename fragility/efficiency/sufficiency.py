@@ -4,8 +4,6 @@ If they do, a probability at the level is valid only for motions with these feat
 them as the hazard does.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -3,8 +3,6 @@
 Capacities are interval-censored; compiled kernels fit their lognormal distributions and trends, many at once.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 

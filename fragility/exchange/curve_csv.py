@@ -3,8 +3,6 @@
 Curves without parameters take a row for each level.  No cell can be read as a formula.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import math

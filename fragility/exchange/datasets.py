@@ -1,7 +1,5 @@
 """Conversion between datasets of curves (block, model, …) and the rows that exchange formats read and write."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import re

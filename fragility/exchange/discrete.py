@@ -1,7 +1,5 @@
 """Curves that are not lognormal as probabilities at levels, for formats that interpolate linearly between these."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

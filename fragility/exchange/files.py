@@ -1,7 +1,5 @@
 """Reading of small files, atomic writing, and the error that all exchange formats raise."""
 
-from __future__ import annotations
-
 import math
 import os
 from pathlib import Path

@@ -3,8 +3,6 @@
 Each format stores the labels in its own way, so that curves are read back with them.
 """
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import json

@@ -3,8 +3,6 @@
 `datasets` converts datasets to rows and back, `ids` makes ids, `files` reads files; no format is known here.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping
@@ -151,7 +149,7 @@ class CurveRow(NamedTuple):
             return "probabilities must lie between 0 and 1"
         return "probabilities must not decrease with the level" if np.any(np.diff(p) < 0.0) else None
 
-    def with_reason(self) -> CurveRow:
+    def with_reason(self) -> "CurveRow":
         """Return the row; without an estimate its status gives a reason, and incomplete parameters are dropped."""
         if self.estimated:
             return self

@@ -8,8 +8,6 @@ Efron, B. and Tibshirani, R. J. (1993). An introduction to the bootstrap. Chapma
 and Welsh, A. H. (2007). Bootstrapping clustered data. Journal of the Royal Statistical Society B 69, 369-390.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

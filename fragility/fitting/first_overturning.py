@@ -5,8 +5,6 @@ overturning therefore comes earlier with closer levels, and does not converge. T
 measured on the runs themselves, without half of the levels.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Fit fragility curves to every block, law and floor of a dataset."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain

@@ -3,8 +3,6 @@
 `fit_fragility` finds the built-in forms by name; `CustomForm` takes any callable of levels, overturnings and runs.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any, Protocol

@@ -7,8 +7,6 @@ lack-of-fit test for the mean function in a generalized linear model. Journal of
 86, 420-426.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from typing import Any

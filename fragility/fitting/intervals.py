@@ -4,8 +4,6 @@ Forms of curves are built from factors, the probability of overturning or of upl
 line, fitted to the data and to resampled data, with intervals of ln x of any fractile and of ln(dispersion).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -55,7 +53,7 @@ class ResampledData(NamedTuple):
     patterns: Array | None
 
     @classmethod
-    def of(cls, sample: Sample, options: Options, curve: int) -> ResampledData:
+    def of(cls, sample: Sample, options: Options, curve: int) -> "ResampledData":
         """Resample a curve's motions with the weights of the options or, of counts, level by level."""
         if options.weights is None:
             return cls(draw_counts(sample.cells, options.replicates, options.seed, curve), None)

@@ -4,8 +4,6 @@ Ayer, M., Brunk, H. D., Ewing, G. M., Reid, W. T. and Silverman, E. (1955). An e
 sampling with incomplete information. Annals of Mathematical Statistics 26, 641-647.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import scipy
 

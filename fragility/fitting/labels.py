@@ -1,7 +1,5 @@
 """Units and long names of the results of fits, and their dataset."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

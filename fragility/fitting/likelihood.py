@@ -7,8 +7,6 @@ Biometrika 80, 27-38. Kosmidis, I. and Firth, D. (2021). Jeffreys-prior penalty,
 binomial-response generalized linear models. Biometrika 108, 71-82.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

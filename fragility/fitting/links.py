@@ -1,7 +1,5 @@
 """Link functions F of two-parameter curves, P(x) = F(a + b ln x): each is a distribution of ln(capacity)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 Its tails pull a lognormal curve through all levels, so that half of the runs need not overturn at its median.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

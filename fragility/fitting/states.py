@@ -4,8 +4,6 @@ A damage state defines which runs count as failures.  A status is the reason why
 missing or must not be trusted.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ The same structure serves every design: IDA (all motions at all levels), stripes
 intensity), and counts.  Nothing is fitted here.
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
 from collections.abc import Hashable, Iterator, Sequence
@@ -369,7 +367,10 @@ def _trials_of_runs(data: xr.Dataset, first: bool, state: State, together: Seque
         dims, shape = (*dims, "floor"), (*shape, len(groups))
     strata: tuple[Index, ...] = (np.arange(clusters.max() + 1),)
     if design == STRIPES:
-        strata = _strata(flags["stripe"].values, clusters) or strata
+        stripe = flags["stripe"].values
+        members = tuple(np.unique(clusters[stripe == label]) for label in np.unique(stripe))
+        # (ground motions are drawn stripe by stripe, unless stripes share one)
+        strata = members if sum(member.size for member in members) == clusters.max() + 1 else strata
     return Trials(
         dims,
         shape,
@@ -501,12 +502,6 @@ def _on_all(values: xr.DataArray, like: xr.DataArray) -> xr.Variable:
     """Return values on all dimensions of `like`, without coordinates: to compare labels takes longer than a fit."""
     on_all: xr.Variable = values.variable.set_dims(dict(like.sizes))  # type: ignore[no-untyped-call]
     return on_all
-
-
-def _strata(stripe: NDArray[Any], clusters: Index) -> tuple[Index, ...] | None:
-    """Return the ground motions of each stripe, to be drawn stripe by stripe; None if stripes share one."""
-    members = tuple(np.unique(clusters[stripe == label]) for label in np.unique(stripe))
-    return members if sum(member.size for member in members) == clusters.max() + 1 else None
 
 
 def _positive(name: str, values: Any) -> Array:

@@ -1,7 +1,5 @@
 """Lognormal, log-logistic and Weibull curves: two parameters, by maximum likelihood."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -9,8 +9,6 @@ have bootstrap intervals of the studentised estimate.
 Kavvadias, I. E. et al. (2017), Eq. 10: a certain outcome combined with a lognormal one (cited; not re-read).
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Intervals of a binomial proportion: Wilson's score, Clopper and Pearson's exact, and Jeffreys' interval."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -4,8 +4,6 @@ Processing a slab may temporarily take a hundred bytes per run. Its results are 
 a runner has allocated.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any

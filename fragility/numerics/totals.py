@@ -5,8 +5,6 @@ over items are computed item by item in their order. Results from parts of the i
 bit-identical.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -4,8 +4,6 @@ More motions do not correct the rate of a curve of the wrong form. The rate of t
 contribution of the observed shares of overturning, linear in ln x between the levels.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

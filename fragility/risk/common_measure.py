@@ -1,7 +1,5 @@
 """Conversion of curves to the measure of a hazard curve, with checks of names, units, block measures and floors."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

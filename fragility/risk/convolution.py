@@ -16,8 +16,6 @@ Power law, k0 median**-k exp(k² beta²/2): Cornell, C. A. et al. (2002). Second
 in `hazard.HazardCurve`.)
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ The curves contain the variability from earthquake to earthquake. Epistemic unce
 right model, the motions of the site, the hazard curve, and the error of the model.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -200,7 +198,7 @@ def _refuse_others(first: xr.Dataset, curves: xr.Dataset) -> None:
             raise ValueError(f"curves of all branches must be of the same {name}s in the same order")
 
 
-def _rates(branch: Branch, beta: float, below: str, above: str, outside: str, seed: int) -> SampledRates:
+def _rates(branch: Branch, beta: float, below: str, above: str, outside: str, seed: int) -> "SampledRates":
     """Return the rates of one branch."""
     if beta > 0.0:
         with_modelling(branch.curves, 0.0)  # (refuses curves that it cannot be in, or is in already)

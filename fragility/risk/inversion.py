@@ -1,7 +1,5 @@
 """Inversion of rates of overturning: the slenderness or size of a block that meets a target."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

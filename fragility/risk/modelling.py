@@ -1,7 +1,5 @@
 """Modelling uncertainty beta_m of fragility curves: quality of the model, in addition to the variability of motions."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

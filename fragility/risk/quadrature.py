@@ -3,8 +3,6 @@
 These are the integrals of `convolution`, by adaptive quadrature of many at once, to a stated relative error.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The ratio of two numbers of the same motions, with its interval over motions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Runs of blocks about both horizontal axes: a planar run about each, under one factor, and the outputs of the two."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Scale factors of runs, computed part by part if they differ from block to block."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -73,7 +71,7 @@ class ScaleFactors(NamedTuple):
     measured: xr.Variable
     measure: Measure | None
 
-    def part(self, where: Where) -> ScaleFactors:
+    def part(self, where: Where) -> "ScaleFactors":
         """Return the factors of the blocks and motions of a slab."""
         levels, measured = (variable.isel(where, missing_dims="ignore") for variable in (self.levels, self.measured))
         return self._replace(levels=levels, measured=measured)

@@ -1,7 +1,5 @@
 """Labels of results: outputs of runs as variables, and the properties of blocks and laws as coordinates."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence

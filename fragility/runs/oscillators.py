@@ -1,7 +1,5 @@
 """Oscillators that are made when they are read, so that a million blocks need no table of numbers each."""
 
-from __future__ import annotations
-
 import operator
 from collections.abc import Callable, Iterator, Sequence
 from typing import Generic, SupportsIndex, TypeVar, overload

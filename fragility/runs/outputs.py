@@ -1,7 +1,5 @@
 """Outputs of a run, each declared once: type, unit, meaning, and its value in runs about both axes or in the air."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

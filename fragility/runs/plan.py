@@ -6,8 +6,6 @@ nor on the machine. The last chunks become smaller and smaller, so that workers 
 their number.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Sequence
 from itertools import islice, pairwise

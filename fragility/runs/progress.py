@@ -1,7 +1,5 @@
 """Progress of work that is done in parts, reported for the whole."""
 
-from __future__ import annotations
-
 from ...core.aliases import Progress
 
 

@@ -3,8 +3,6 @@
 This module alone defines the records of `ida`, `stripes` and `cloud`, and the records of them in derived results.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
@@ -334,23 +332,14 @@ def places_in(runs: xr.Dataset) -> dict[str, Index]:
     return places
 
 
-class CurveRuns(NamedTuple):
-    """The runs of one block under one law: places of the two, of the runs, and of the motion of each run."""
-
-    block: int
-    model: int
-    runs: Index
-    motions: Index
-
-
-def curves_of(runs: xr.Dataset) -> Iterator[CurveRuns]:
-    """Yield the runs at adaptive levels of every block under every law, under the motions of a dataset."""
+def curves_of(runs: xr.Dataset) -> Iterator[tuple[int, int, Index, Index]]:
+    """Yield each block and law at adaptive levels, the places of their runs, and of the motion of each run."""
     block, model = (np.atleast_1d(runs[f"{dim}_number"].values) for dim in ("block", "model"))
     motion = places_in(runs)["motion"]
     for i, j in np.ndindex(block.size, model.size):
         selected = (runs["run_block"].values == block[i]) & (runs["run_model"].values == model[j]) & (motion >= 0)
         mine = np.flatnonzero(selected)
-        yield CurveRuns(i, j, mine, motion[mine])
+        yield i, j, mine, motion[mine]
 
 
 def runs_near_curves(runs: xr.Dataset) -> Flags:

@@ -1,7 +1,5 @@
 """The request of an analysis and its execution: checked arguments, chunks given to a runner, results put together."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple, TypeVar
 

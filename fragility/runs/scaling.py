@@ -1,7 +1,5 @@
 """Scale factors of motions from intensity levels, for measures of the motions and measures that depend on the block."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ rates without a form. Their ratio to the curve's rate changes slowly over a regi
 therefore corrects the rates of all blocks.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

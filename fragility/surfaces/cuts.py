@@ -4,8 +4,6 @@ A law may treat blocks on both sides of some size differently, which no polynomi
 each side, and the likelihood gives the place of their border.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -6,8 +6,6 @@ the inertia factor. If blocks have their own e and delta, it includes e and ln d
 and scaled to [-1, 1].
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

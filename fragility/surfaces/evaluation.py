@@ -1,7 +1,5 @@
 """Curves of blocks from a surface, slab by slab, so that a million of them take little memory."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

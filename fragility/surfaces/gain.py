@@ -1,7 +1,5 @@
 """Gain of another intensity measure: ratio of the numbers of motions with levels in the first and in the other."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -5,8 +5,6 @@ surfaces are fitted. The first goes through all runs, for curves. The second is 
 because hardly any curve differs from a lognormal one there. It has the dispersions of the first times one factor.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

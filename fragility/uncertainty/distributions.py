@@ -1,7 +1,5 @@
 """Distributions of uncertain inputs: numbers, and choices among words and damping laws."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any

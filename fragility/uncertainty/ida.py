@@ -1,7 +1,5 @@
 """Uncertain block: every sample of its inputs is a block and a law; its response as a function of samples."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 

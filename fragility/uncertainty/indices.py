@@ -1,7 +1,5 @@
 """Indices of Sobol' (by SALib) and the tornado of any function of random inputs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

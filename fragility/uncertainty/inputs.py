@@ -1,7 +1,5 @@
 """Random inputs: the uncertain properties of a block and its damping law, their correlations, and samples of them."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping, Sequence

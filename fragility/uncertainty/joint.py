@@ -1,7 +1,5 @@
 """Joint overturning of many blocks under the same motions, with differences between pieces of one kind."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace

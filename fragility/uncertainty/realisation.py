@@ -1,7 +1,5 @@
 """Realisation of a block and a law from values of inputs: the possible inputs, their ranges, and their effect."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace

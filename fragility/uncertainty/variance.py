@@ -1,7 +1,5 @@
 """Shares of variance: the parts of the total variance due to motion, law and parameters, and to interactions."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import Any

@@ -30,7 +30,15 @@ class Characteristics(NamedTuple):
     @classmethod
     def of(cls, motions: Sequence[Record]) -> Characteristics:
         """Return the characteristics of motions."""
-        low, high = _bands(motions)
+        bands = np.array([energy_band(record.acceleration, record.dt) for record in motions])
+        low, high = (
+            labelled(
+                xr.Variable(("motion",), values),
+                f"frequency below which {given_percent(share)} of the energy of the motion lie",
+                HERTZ,
+            )
+            for values, share in zip(bands.T, BAND_SHARES, strict=True)
+        )
         peaks = (half_cycle_peaks(record.acceleration) for record in motions)
         return cls(low, high, [np.unique(np.maximum.accumulate(rising)) for rising in peaks])
 
@@ -54,16 +62,3 @@ class Characteristics(NamedTuple):
     def part(self, motions: slice) -> Characteristics:
         """Return the characteristics of some of the motions."""
         return Characteristics(self.low[motions], self.high[motions], self.rising[motions])
-
-
-def _bands(motions: Sequence[Record]) -> list[xr.Variable]:
-    """Both ends of the band of each motion, Hz."""
-    bands = np.array([energy_band(record.acceleration, record.dt) for record in motions])
-    return [
-        labelled(
-            xr.Variable(("motion",), values),
-            f"frequency below which {given_percent(share)} of the energy of the motion lie",
-            HERTZ,
-        )
-        for values, share in zip(bands.T, BAND_SHARES, strict=True)
-    ]

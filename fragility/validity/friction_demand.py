@@ -1,7 +1,5 @@
 """Sliding: the coefficient of friction that blocks need to stay in place, compared with the available friction."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

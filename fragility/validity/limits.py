@@ -1,7 +1,5 @@
 """Limits beyond which results are not valid: of the checks of studies, and of the warnings of functions in Python."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

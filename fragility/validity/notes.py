@@ -1,7 +1,5 @@
 """Notes of a validity screen: a fact for each reason, and its sentences."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterable

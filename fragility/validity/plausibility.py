@@ -1,7 +1,5 @@
 """Plausibility of levels and their measures, and of slides: outside of the known range, with the likely slip."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Reasons why a run is outside the range of the model, one bit each, and their shares among the runs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple

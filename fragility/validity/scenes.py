@@ -1,7 +1,5 @@
 """Notes on walls and restraints: omissions of their model, if they may matter for the given blocks."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 

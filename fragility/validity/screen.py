@@ -1,7 +1,5 @@
 """Validity screen: reasons, for every run, why rocking may not be the right model of it."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 

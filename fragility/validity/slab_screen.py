@@ -1,7 +1,5 @@
 """The screen of runs, slab by slab: of runs on block, model, level and motion, or of runs in a table."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -95,7 +93,7 @@ class ScreenInput(NamedTuple):
         for first in range(0, self.sizes[RUN], RUNS):
             yield {RUN: slice(first, min(first + RUNS, self.sizes[RUN]))}
 
-    def part(self, where: Where) -> ScreenInput:
+    def part(self, where: Where) -> "ScreenInput":
         """Return the input for the runs of a slab."""
         return ScreenInput(
             {dim: len(range(size)[where.get(dim, slice(None))]) for dim, size in self.sizes.items()},

@@ -1,7 +1,5 @@
 """The screen of runs in a table, each of one block, law and motion at a level of its own."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -152,12 +150,12 @@ def _flips(
     repeated, changed = np.zeros((2, runs.sizes[RUN]), np.bool_)
     number = np.empty(runs.sizes[RUN], np.int64)
     tests = []
-    for curve in curves_of(runs):
-        number[curve.runs] = curve.block * len(laws) + curve.model
-        among = np.isin(curve.motions, list(kept))
-        repeated[curve.runs[among]] = True
+    for block, model, places, motions_of_runs in curves_of(runs):
+        number[places] = block * len(laws) + model
+        among = np.isin(motions_of_runs, list(kept))
+        repeated[places[among]] = True
         if among.any():
-            tests.append((curve.block, laws[curve.model], curve.runs[among], curve.motions[among].tolist()))
+            tests.append((block, laws[model], places[among], motions_of_runs[among].tolist()))
     work = [perturbed_runs(1, [law], 1, len(motions), 1.0, about) for _, law, _, motions in tests]
     for k, (block, law, at, motions) in enumerate(tests):
         flags = runs[FLAGS[0]].values[at][None, None, None]

@@ -1,7 +1,5 @@
 """The screen of runs as shares and maximum demands, without a value for every run."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from functools import partial

@@ -4,8 +4,6 @@ Rocking is chaotic, so that an outcome near a boundary is no evidence, and no in
 outcomes. The runs are therefore repeated, with flags as their only output.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Soft beds under the whole width of blocks: carpets, mats, strips of soft feet (Winkler foundation)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple

@@ -1,7 +1,5 @@
 """Edges of shelves, benches and pedestals, over which blocks that slide fall."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, Any

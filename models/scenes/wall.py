@@ -1,7 +1,5 @@
 """Walls behind a block, or on both of its sides: the gap, the contact with the block, and its rebound."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated

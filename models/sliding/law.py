@@ -1,7 +1,5 @@
 """The laws of a block that slides on its floor, and never rocks: with a known friction, and with a random one."""
 
-from __future__ import annotations
-
 import math
 from abc import abstractmethod
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """First mode of a block on its floor, along one axis or in the plane of the floor: rest, sliding or rocking."""
 
-from __future__ import annotations
-
 import enum
 from typing import Any
 

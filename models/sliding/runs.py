@@ -3,8 +3,6 @@
 They call the compiled engine.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

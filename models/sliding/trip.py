@@ -1,7 +1,5 @@
 """Criterion of tripping: the energy of a sliding block at an obstacle is enough to turn over it."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

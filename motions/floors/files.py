@@ -1,7 +1,5 @@
 """Floor histories of other programs, from plain tables or from netCDF files of labelled arrays."""
 
-from __future__ import annotations
-
 import os
 import re
 from pathlib import Path

@@ -4,8 +4,6 @@ They are used as they are. A level has a set of motions, and each motion the sam
 which are simultaneous. This module does not read files.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property

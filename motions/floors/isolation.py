@@ -1,7 +1,5 @@
 """Isolation storeys: the isolators below a building, as the lowest storey of a chain."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

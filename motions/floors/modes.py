@@ -5,8 +5,6 @@ depend on the normalisation of the shape. The shares of a floor add up to 1 over
 on motions.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Default strengths of buildings: a code's design strength times the overstrength of the system."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 from ...core import checks

@@ -5,8 +5,6 @@ linear and is integrated exactly (`kernels.yielding`). A yielding building does 
 ground motion, and analyses do not scale them.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterable, Sequence

@@ -3,8 +3,6 @@
 All integrals are exact for acceleration that is linear between samples.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Measures of both horizontal components of a recording: RotD50, RotD100 and the geometric mean."""
 
-from __future__ import annotations
-
 import math
 from abc import abstractmethod
 from dataclasses import dataclass

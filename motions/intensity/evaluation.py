@@ -1,7 +1,5 @@
 """Evaluation of intensity measures: the values of motions, plain or labelled."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Any
 

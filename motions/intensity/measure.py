@@ -1,7 +1,5 @@
 """Intensity measures: the class of all measures, and the measures without parameters, by name."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass

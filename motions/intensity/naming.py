@@ -1,7 +1,5 @@
 """Names and units of measures as people and other programs write them, and the measure that a name means."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import fields

@@ -3,8 +3,6 @@
 A measure is written alike in study files and in Python, so that `dataset.measure_named` can read its label.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import MISSING, dataclass, fields
@@ -156,7 +154,7 @@ class AvgSa(ParametricMeasure):
         object.__setattr__(self, "damping", damping_of(self.damping))
 
     @classmethod
-    def between(cls, first: float, last: float, number: int = 10, damping: float = DAMPING) -> AvgSa:
+    def between(cls, first: float, last: float, number: int = 10, damping: float = DAMPING) -> "AvgSa":
         """Return the average over `number` (>= 2) evenly spaced periods from first to last, s."""
         count = checks.count("number", number, at_least=2)
         if count > MOST_PERIODS:

@@ -4,8 +4,6 @@ All are exact for acceleration that is linear between samples.  Velocity and dis
 corrected: baseline correction is a separate step.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ...core.aliases import Array

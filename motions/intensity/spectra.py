@@ -4,8 +4,6 @@ The response is exact for acceleration that is linear between samples (`kernels.
 which mostly lie between samples.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable
 from functools import lru_cache

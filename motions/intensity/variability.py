@@ -1,7 +1,5 @@
 """Spectral variability of an ensemble: differences of the spectral shapes of its motions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple

@@ -4,8 +4,6 @@ The rules do not apply below 1.3 Hz, so that an accepted motion may lack the vel
 floor velocity is therefore reported with them.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ same adjustment as the spectrum (`kernels.matching`), not a correction after it.
 origin of motion and target.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from typing import Annotated, Any, NamedTuple
@@ -98,7 +96,7 @@ class Lines(NamedTuple):
     sa: Array
 
     @classmethod
-    def of(cls, target: TargetSpectrum, dt: float, duration: float, periods: Any = None) -> Lines:
+    def of(cls, target: TargetSpectrum, dt: float, duration: float, periods: Any = None) -> "Lines":
         """Return the oscillators; ValueError if step and length of a motion do not allow the target's periods."""
         ends = target.periods if periods is None else periods
         shortest, longest = ends[0], ends[-1]

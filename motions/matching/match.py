@@ -1,7 +1,5 @@
 """Matching of given motions to a target spectrum."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

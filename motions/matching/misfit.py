@@ -1,7 +1,5 @@
 """Misfit of motions to a target spectrum, and the change of their velocity and displacement."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 

@@ -1,7 +1,5 @@
 """Simulated motions that each have a given response spectrum: shaped noise, of which every motion is then matched."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
@@ -176,7 +174,7 @@ class _Noise(NamedTuple):
     length: int
 
     @classmethod
-    def fitted(cls, target: TargetSpectrum, envelope: Envelope, dt: float, size: int, periods: Any) -> _Noise:
+    def fitted(cls, target: TargetSpectrum, envelope: Envelope, dt: float, size: int, periods: Any) -> "_Noise":
         lines = Lines.of(target, dt, (size - 1) * dt, periods)
         time = np.arange(size, dtype=np.float64) * dt
         strength = envelope(time)

@@ -1,7 +1,5 @@
 """Target response spectra for motions: from numbers, from a table, and from American codes."""
 
-from __future__ import annotations
-
 import math
 import os
 import re

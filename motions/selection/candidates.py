@@ -1,7 +1,5 @@
 """Candidates of a selection: motions whose measures are taken once, for all levels."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np

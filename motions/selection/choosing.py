@@ -5,8 +5,6 @@ Baker and Lee (2018).  Every sum is taken in a fixed order, and of equals the fi
 seed and on nothing else.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

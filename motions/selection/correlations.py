@@ -4,8 +4,6 @@ Each formula was fitted by itself, so that together they need not form a correla
 returns its difference.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Sequence

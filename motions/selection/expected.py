@@ -1,7 +1,5 @@
 """Targets of earthquakes at a site, from a ground-motion model: numbers that a hazard analysis would also give."""
 
-from __future__ import annotations
-
 import importlib
 import math
 from collections.abc import Iterable, Sequence

@@ -1,7 +1,5 @@
 """Targets from files: the user's own table, and conditional spectra of OpenQuake; numbers must have units."""
 
-from __future__ import annotations
-
 import csv
 import math
 import os

@@ -1,7 +1,5 @@
 """Disaggregations: magnitudes and distances that contribute to a hazard, as OpenQuake and the USGS write them."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

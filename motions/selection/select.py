@@ -1,7 +1,5 @@
 """Selection of motions for a level of a hazard, and the report on their agreement with it."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Conditional spectra as a hazard analysis states them: medians and scatter at given levels, and nothing between."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Targets from a hazard: the joint distribution of the measures of motions, given the level of one of them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field

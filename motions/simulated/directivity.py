@@ -4,8 +4,6 @@ They are valid for one horizontal component, in the direction of the largest pul
 background is the motion without the pulse.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import partial

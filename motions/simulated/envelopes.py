@@ -1,7 +1,5 @@
 """Intensity envelopes of simulated motions: functions of time with a maximum of about 1."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Annotated

@@ -1,7 +1,5 @@
 """Evolutionary Kanai-Tajimi and Clough-Penzien motions, whose ground frequency drifts, and their calibration."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

@@ -3,8 +3,6 @@
 A filter is the pair of polynomials in s of its transfer function, highest power first.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

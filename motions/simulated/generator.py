@@ -3,8 +3,6 @@
 Motion `index` of a seed has its own random stream, so that any part of an ensemble can be made separately.
 """
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -150,12 +148,7 @@ def ensemble(
         values[start : start + len(indices)] = make([stream(seed, index) for index in indices])
     labels = [f"{type(generator).__name__} {seed}-{first + i}" for i in range(n)]
     array = from_array(values, dt, labels, f"{generator!r} seed {seed}", generator.own_amplitude)
-    return array.assign_coords(_scenario(generator, n))
-
-
-def _scenario(generator: Generator, n: int) -> dict[str, tuple[str, Array, dict[str, str]]]:
-    """Return magnitude and distance on ``motion``, for a generator that has them."""
-    return {
+    scenario = {
         name: ("motion", np.full(n, float(getattr(generator, name))), described(long_name, units))
         for name, units, long_name in (
             ("magnitude", DIMENSIONLESS, "moment magnitude"),
@@ -163,6 +156,7 @@ def _scenario(generator: Generator, n: int) -> dict[str, tuple[str, Array, dict[
         )
         if hasattr(generator, name)
     }
+    return array.assign_coords(scenario)
 
 
 def normals(streams: Streams, size: int) -> Array:

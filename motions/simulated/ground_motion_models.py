@@ -1,7 +1,5 @@
 """Ground-motion models: expected PGA, PGV and spectrum of an earthquake at a site, for comparison with motions."""
 
-from __future__ import annotations
-
 import importlib
 import logging
 import math

@@ -1,7 +1,5 @@
 """Kanai-Tajimi and Clough-Penzien motions: filtered white noise with an intensity envelope."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field, replace
 from typing import Annotated, ClassVar, Self

@@ -3,8 +3,6 @@
 Each is a function of its parameters and of scores, which it maps in their shape; equations bind the parameters.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

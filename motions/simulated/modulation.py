@@ -4,8 +4,6 @@ q(t)² = I f(t; k, rate) with a gamma density f of shape k = 2 alpha_2 - 1 and r
 fraction is therefore a gamma quantile over the rate, and the ratio of two such times depends on the shape alone.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Near-fault motions: a site-based background plus a velocity pulse, both drawn for an earthquake and a site."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, ClassVar

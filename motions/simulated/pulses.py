@@ -1,7 +1,5 @@
 """Pulses given by formulas, finely sampled.  A jump inside a pulse is sampled as the mean of its two sides."""
 
-from __future__ import annotations
-
 import math
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -181,7 +179,7 @@ class MavroeidisPapageorgiou(Pulse):
         zero_residual: bool = False,
         dt: float = 0.001,
         tail: float = 1.0,
-    ) -> MavroeidisPapageorgiou:
+    ) -> "MavroeidisPapageorgiou":
         """Return the pulse with a given velocity amplitude A, m/s, > 0, and period 1/f, s, > 0."""
         checks.number("velocity", velocity, above=0.0, unit="m/s")
         omega = 2.0 * math.pi / checks.number("period", period, above=0.0, unit="s")

@@ -4,8 +4,6 @@ Each parameter has a standard normal score, which is linear in functions of the 
 the score into the parameter. The errors of the scores are correlated.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import partial

@@ -1,7 +1,5 @@
 """Motions of a seismological model: windowed noise with the spectrum of an omega-squared source, path and site."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 The parameters of the process are given, fitted to a record, or drawn for an earthquake and a site.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from abc import abstractmethod
@@ -130,7 +128,7 @@ class SiteBased(Generator):
         return math.ceil(end_of(self._modulation(), self.f_c)) if self.duration is None else self.duration
 
     @classmethod
-    def fit(cls, motion: xr.DataArray, f_c: float = DEFAULT_CORNER) -> SiteBased:
+    def fit(cls, motion: xr.DataArray, f_c: float = DEFAULT_CORNER) -> "SiteBased":
         """Return the generator with the parameters of one recorded motion.
 
         Parameters

@@ -1,7 +1,5 @@
 """One-way chain from a floor to a block: the support responds to its floor, and the block to the support."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Compliant stops of an isolated platform: springs and dampers beyond its clearance, which push and never pull."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Benches and other elastic supports of one degree of freedom, under the motion of their floor."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated

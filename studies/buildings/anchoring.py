@@ -1,7 +1,5 @@
 """Savings of anchoring: the items of a performance assessment ranked, each by itself and one after the other."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

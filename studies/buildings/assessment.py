@@ -1,12 +1,10 @@
 """Performance assessment (FEMA P-58): joint outcomes in a building at a level, in an earthquake, or per year."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -27,7 +25,7 @@ from ...fragility.runs.labels import block_coordinates, depth_coordinate, law_co
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import AXES
 from ...fragility.runs.request import check_vertical, labelled_sequence, runner_of
-from ...fragility.runs.runners import Runner
+from ...fragility.runs.runners import Runner, Workers
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE, Scaling
 from ...fragility.uncertainty.joint import (
     Variability,
@@ -72,9 +70,6 @@ from .variables import (
     range_of_a_year,
     variable,
 )
-
-if TYPE_CHECKING:
-    from distributed import Client
 
 ALONG_DEPTH = 2
 """Axis of a fall along the depth (`fragility.runs.axes`)."""
@@ -164,7 +159,7 @@ def assess(
     asked: Assessment,
     *,
     sides: bool | None = None,
-    client: Client | Runner | None = None,
+    client: Workers = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Compute the number and value overturned in a building, by floor and intensity, and in a year.

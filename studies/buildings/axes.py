@@ -1,7 +1,5 @@
 """Both horizontal directions in inventories: each piece runs about its width and its depth, and falls about either."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Modelling uncertainty of an inventory: at x a class falls as computed at x exp(-beta_m Z), with one Z per class."""
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Notes on a performance assessment that a reader needs before relying on its numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

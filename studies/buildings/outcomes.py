@@ -1,7 +1,5 @@
 """Joint outcomes in a building by motion (overturning in each place, consequences, events), as sums over lines."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -75,7 +73,7 @@ class JointOutcomes(NamedTuple):
     outcomes: dict[str, Array]
     happens: dict[str, Array]
 
-    def complete(self, joint: JointFlags, within: Callable[[Array, slice], Array]) -> None:
+    def complete(self, joint: "JointFlags", within: Callable[[Array, slice], Array]) -> None:
         """Make events' chances out of those that nothing happens, and the means of maxima (`add_longest`)."""
         for none in self.happens.values():
             np.subtract(1.0, none, out=none)
@@ -305,7 +303,7 @@ class JointFlags:
                     outcome = outcomes[of_spread.name][:, place, :, motion]
                     (np.maximum if of_spread.greatest else np.add)(outcome, amounts, out=outcome)
 
-    def part(self, rows: Index) -> JointFlags | None:
+    def part(self, rows: Index) -> "JointFlags | None":
         """Return the flags of some lines, None if there are none."""
         if not rows.size:
             return None

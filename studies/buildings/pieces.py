@@ -1,7 +1,5 @@
 """The pieces of a building one by one: probability of falling, cost and saving of anchoring, and recommendation."""
 
-from __future__ import annotations
-
 import difflib
 import json
 import math

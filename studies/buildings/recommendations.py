@@ -1,7 +1,5 @@
 """Effect of anchoring a line of an inventory, in a few words: the rules that assess pieces and kits."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -66,7 +64,7 @@ class Range(NamedTuple):
     lower: float
     upper: float
 
-    def times(self, factor: float) -> Range:
+    def times(self, factor: float) -> "Range":
         """Return all three multiplied."""
         return Range(*(value * factor for value in self))
 

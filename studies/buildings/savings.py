@@ -1,7 +1,5 @@
 """Savings of anchoring items, motion by motion: each item alone, and the items one after the other."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -26,7 +24,7 @@ class AdditiveItems:
 
     def __init__(
         self,
-        chances: ItemChances,
+        chances: "ItemChances",
         amounts: Array,
         year: Year,
         array: Allocator,
@@ -98,7 +96,7 @@ class EventItems:
 
     together = np.maximum
 
-    def __init__(self, chances: ItemChances, year: Year, array: Allocator) -> None:
+    def __init__(self, chances: "ItemChances", year: Year, array: Allocator) -> None:
         self.array = array
         self.chances = chances
         # (levels without weight add nothing)

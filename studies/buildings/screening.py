@@ -1,7 +1,5 @@
 """The validity screen of an inventory: sliding, scaling and undecided outcomes of its lines, each on its own floor."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from functools import partial

@@ -1,7 +1,5 @@
 """The motions of a building's contents: ground motions, and the motions of each floor under them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -79,7 +77,7 @@ class Shaking:
     @classmethod
     def of(
         cls, building: Any, motions: Any, ground: Any, scaled_plainly: bool = False, polarity: str = AS_RECORDED
-    ) -> Shaking:
+    ) -> "Shaking":
         """Make the motions from arguments of `assess`; plain scale factors (`scaled_plainly`) need no ground motion."""
         checks.choice("polarity", polarity, POLARITIES)
         if building is not None and not isinstance(building, Building):

@@ -1,7 +1,5 @@
 """Sliding in an inventory as results: sliding instead of rocking, slips, falls off edges, and rates."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 

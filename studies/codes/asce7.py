@@ -1,7 +1,5 @@
 """ASCE/SEI 7-22, chapter 13: which components must be anchored, and the force F_p."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The parts that all codes share: a piece as a code sees it, the duty to anchor it, and the force on its anchors."""
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field

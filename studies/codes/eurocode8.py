@@ -1,7 +1,5 @@
 """EN 1998-1, 4.3.5: non-structural elements that must resist the design seismic action, and the force F_a."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, ClassVar

@@ -1,7 +1,5 @@
 """Compiles kernels that most studies need, in a process parallel to the process that reads and prepares a study."""
 
-from __future__ import annotations
-
 import gc
 import os
 import sys

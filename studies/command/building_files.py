@@ -1,7 +1,5 @@
 """Export of a performance study for pelicun: fragility, quantities by floor and consequences of its pieces, one law."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

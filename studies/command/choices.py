@@ -1,7 +1,5 @@
 """Words that options of commands take."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Literal, Protocol
 

@@ -23,11 +23,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import App, Group, Parameter
 from cyclopts.exceptions import CycloptsError, MissingArgumentError
 
+from ...core.doubts import noted
 from ...core.limits import memory_limit
 from ...core.wording import counted, system_reason
 from ..app.command import live_page
 from ..single.command import simulate_one
 from ..text.encoding import json_text, printable, write_anything
+from ..text.error import StudyError, writing
 from ..text.terminal import say, terminal
 from .choices import ExportFormat, Starter
 
@@ -103,12 +105,10 @@ def run(
     aside = os.path.isfile(study) and scheduler is None and not dry_run
     compiles = aside and compile_aside("from toppling.studies.command.ahead import compile_ahead as c; c()")
     with _announced(compiles):
-        from ...core.doubts import noted
         from ...fragility.runs.runners import thread_count
         from ..kinds.study import Study
         from ..store.folder import RESULT_NAME
         from ..store.progress import show_progress
-        from ..text.error import StudyError
         from .forecast import forecast
         from .status import status_of
 
@@ -281,7 +281,6 @@ def look_at_motions(
     from ...motions import TargetSpectrum, matching_report
     from ..single import motions as looked_at
     from ..tables.terminal import rendered
-    from ..text.error import StudyError
 
     shown = looked_at.read_motions(inputs)
     motions = shown.motions
@@ -374,7 +373,6 @@ def export(
         Prefix of a building's ids for pelicun (NAME.001 …); default the names of its pieces.
     """
     from ..store.folder import result_file
-    from ..text.error import StudyError
     from .building_files import write_building_files
     from .export import PERFORMANCE, guessed_lines, kind_of, missing_lines, read_curves, write_curves
     from .piece_files import write_pieces
@@ -422,10 +420,8 @@ def report(
     json
         Print facts and tables as JSON; write no report.
     """
-    from ...core.doubts import noted
     from ..report.page import facts_json, write_report
     from ..store.folder import result_file
-    from ..text.error import StudyError
 
     if json:
         if format_ is not None or out is not None:
@@ -473,7 +469,6 @@ def compare(
     from ..comparison.ratios import REGISTER
     from ..facts.say import say as said
     from ..tables.terminal import rendered
-    from ..text.error import StudyError
 
     if b is None and laws is None:
         raise StudyError(f"{a}: name a second result to compare it with, or two of its laws with --laws")
@@ -501,7 +496,6 @@ def schema(*, out: Path | None = None) -> None:
         File to write instead of printing.
     """
     from ...core.writing import write_bytes
-    from ..text.error import writing
 
     stored = SCHEMA.read_bytes()
     if out is None:
@@ -513,8 +507,6 @@ def schema(*, out: Path | None = None) -> None:
 
 def _connect(address: str) -> Client:
     from distributed import Client
-
-    from ..text.error import StudyError
 
     if "://" not in address:
         raise StudyError(f"--scheduler {address!r}: must be an address such as tcp://10.0.0.1:8786")
@@ -623,7 +615,6 @@ def _code_of(error: ValueError | RuntimeError) -> int:
     """Print the sentence of an error of ours and return its exit code; another one is a fault here, and raised."""
     from ...fragility.runs.cluster import ClusterError
     from ...models.runs import EndlessRunError
-    from ..text.error import StudyError
 
     if isinstance(error, StudyError | EndlessRunError):
         return _ended(str(error), EXIT_INPUT)

@@ -1,7 +1,5 @@
 """Export of a study's curves for other programs: the selection from a result file, and the formats."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Callable
 from pathlib import Path

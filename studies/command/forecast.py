@@ -1,7 +1,5 @@
 """The forecast of a study's time, memory and disk before it runs, by the generous planning figures of the engine."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from ...core.wording import counted, size_text, time_text

@@ -1,7 +1,5 @@
 """Tables of results for spreadsheets: the pieces of a performance study (CSV or XLSX), or blocks' rates (XLSX)."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import xarray as xr

@@ -1,7 +1,5 @@
 """Studies to begin with: a folder with a commented study and the files that it reads, for a user to make their own."""
 
-from __future__ import annotations
-
 import csv
 import os
 import shutil

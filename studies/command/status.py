@@ -1,7 +1,5 @@
 """The status of a study's folder: finished, running or interrupted, with the number of runs kept."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The end of a study on a terminal, below its short table: the answer, and its validity."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 

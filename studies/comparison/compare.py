@@ -1,16 +1,15 @@
 """The comparison of two results from end to end: tables, facts, a CSV file, figures and the page of all of them."""
 
-from __future__ import annotations
-
 import math
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from ...core.facts import Fact
 from ...core.wording import confidence_text
 from ..facts.say import say
 from ..facts.sections import fact_json
+from ..report.figures import Draw
 from ..report.page import drawn_of, environment, texts, write
 from ..show import save_figures
 from ..store.outputs import own_files
@@ -23,11 +22,6 @@ from .inputs import inputs_that_differ, notes_on_inputs
 from .pieces import compare_pieces
 from .ratios import MOST_ROWS, REGISTER, Found, answer, exported_lines, legend, table_of
 from .sides import PIECES, Side, refuse_different, titles_of, two_sides
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from ..report.figures import Draw
 
 TABLE, PAGE = "comparison.csv", "comparison.html"
 NAMES = (TABLE, PAGE, "curves.png", "chances.png")
@@ -106,11 +100,20 @@ def _compared(a: Side, b: Side, findings: Found, sure: str) -> Comparison:
     lines = [line for line in findings.lines if any(line.quantity == quantity.name for quantity in shown)]
     inputs = [*inputs_that_differ(a, b, findings.matched)]
     resampled = any(not math.isnan(line.ratio.lower) for line in lines)
+    rows: list[Cells] = [
+        {
+            Column("name"): say(fact, REGISTER),
+            Column("a", "A"): fact.names[1] or None,
+            Column("b", "B"): fact.names[2] or None,
+        }
+        for fact in inputs
+    ]
+    of_inputs = [Table.of("Inputs that differ", rows, most=MOST_ROWS)] if rows else []
     of = "item" if a.kind == PIECES else "block" if len(findings.matched["floor"].pairs) == 1 else "curve"
     return Comparison(
         [f"{side.name}: {side.title} ({side.path})" for side in (a, b)],
         inputs,
-        [*_table_of_inputs(inputs), *(table_of(findings.lines, group, sure) for group in groups)],
+        [*of_inputs, *(table_of(findings.lines, group, sure) for group in groups)],
         [*answer(lines, shown, of)],
         [
             Fact("comparison.ratio", more={"resampled": resampled}),
@@ -120,18 +123,6 @@ def _compared(a: Side, b: Side, findings: Found, sure: str) -> Comparison:
         ],
         [],
     )
-
-
-def _table_of_inputs(inputs: Sequence[Fact]) -> list[Table]:
-    rows: list[Cells] = [
-        {
-            Column("name"): say(fact, REGISTER),
-            Column("a", "A"): fact.names[1] or None,
-            Column("b", "B"): fact.names[2] or None,
-        }
-        for fact in inputs
-    ]
-    return [Table.of("Inputs that differ", rows, most=MOST_ROWS)] if rows else []
 
 
 def _html_page(sides: tuple[Side, Side], titles: tuple[str, str], compared: Comparison, draw: Draw) -> str:

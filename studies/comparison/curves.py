@@ -1,7 +1,5 @@
 """Fragility curves and annual rates of two studies side by side: block by block, law by law, floor by floor."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Figures of a comparison: the curves of both studies in one panel a block and law, and their chances side by side."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Differences between the inputs of two studies: blocks, laws, motions, hazard curves, options."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 import numpy as np

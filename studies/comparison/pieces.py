@@ -1,7 +1,5 @@
 """Pieces of two performance studies side by side, and their buildings as a whole."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

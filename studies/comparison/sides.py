@@ -1,7 +1,5 @@
 """The two compared results: reading, errors if they cannot be compared, and matching of their blocks and laws."""
 
-from __future__ import annotations
-
 import json
 import shlex
 from collections.abc import Iterator, Sequence

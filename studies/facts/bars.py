@@ -1,7 +1,5 @@
 """The figure of a page's first screen: a bar for each piece, with its interval, in groups by recommendation."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Facts of performance studies: falls in a building, their costs, and the pieces to anchor."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Validity checks: the rocking model, elastic zone, motions, inputs, curves, intervals, hazard and stability."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Sequence
 from typing import Any

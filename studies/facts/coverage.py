@@ -3,8 +3,6 @@
 The values are the lowest and highest of docs/runs/coverage.csv over its truths, in per cent, by number of motions.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator
 

@@ -1,7 +1,5 @@
 """Pieces, and damping laws, whose fragility curves cross: which is higher between which levels, in sentences."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from itertools import combinations

@@ -1,7 +1,5 @@
 """Facts of fragility and uncertainty studies: levels, probabilities, laws, restraints, sliding, sizes, and advice."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence

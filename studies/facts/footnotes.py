@@ -1,7 +1,5 @@
 """Footnotes of a page: contents and omissions of its ranges, and its law."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Choice of the damping law whose results answer a question best."""
 
-from __future__ import annotations
-
 import xarray as xr
 
 from ...core.aliases import Flags

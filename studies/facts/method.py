@@ -1,7 +1,5 @@
 """Inputs, method and assumptions of a study, from its results and the study file in them."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any

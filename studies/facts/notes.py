@@ -1,7 +1,5 @@
 """Notes of results, of the inputs and of the runs, for a reader who relies on them."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable
 from dataclasses import replace

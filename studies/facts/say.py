@@ -1,14 +1,13 @@
 """Templates of facts: one file of whole sentences for each register."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from jinja2 import Environment
 from markupsafe import Markup
 
 from ...core import sentences, wording
@@ -18,9 +17,6 @@ from ...fragility.validity.notes import TEMPLATES as OF_SCREENS
 from ..text.curve_notes import action_of, infinitive_of, reached_of, verb_of
 from ..text.names import clean
 from ..text.words import value_in
-
-if TYPE_CHECKING:
-    from jinja2 import Environment
 
 TEMPLATES = Path(__file__).parents[1] / "templates"
 FALLBACKS = {

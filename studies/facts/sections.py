@@ -1,7 +1,5 @@
 """The facts of results by section: for the page, and as `report --json` gives them to programs."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

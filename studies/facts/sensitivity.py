@@ -1,7 +1,5 @@
 """Facts of sensitivity studies: changes of levels with a parameter, and differences of laws."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Tables of a study file that define the analysis: its design, levels, validity screen, fit and measures."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self

@@ -1,7 +1,5 @@
 """Blocks of a study: the table ``[[blocks]]`` with restraints, and lines of a CSV file (``blocks_file``, inventory)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path

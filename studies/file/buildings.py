@@ -1,7 +1,5 @@
 """Tables of a study file for buildings between the ground and the blocks, elastic or not."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Self
 

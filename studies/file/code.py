@@ -1,7 +1,5 @@
 """The table of a study file that names a building code, with its parameters."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 from ...motions import Building

@@ -1,7 +1,5 @@
 """Tables in CSV files and workbooks, one thing per line: cells by column, and errors that name line and column."""
 
-from __future__ import annotations
-
 import csv
 import io
 import re
@@ -130,7 +128,7 @@ class CsvTable:
         cut = self._whole[-1:].isdecimal()
         return [*(Doubt("table", sentence) for sentence in odd), *[unended(self.file.name)] * cut]
 
-    def __iter__(self) -> Iterator[CsvLine]:
+    def __iter__(self) -> "Iterator[CsvLine]":
         named = max((i for i, name in enumerate(self.columns, start=1) if name), default=0)
         for n, (number, cells) in enumerate(self._lines, start=1):
             if n > self.kind.most_rows:

@@ -5,8 +5,6 @@ and the default. A choice, such as the choice of a generator, has one table for 
 is then an error when the file is read.
 """
 
-from __future__ import annotations
-
 import inspect
 import math
 import re

@@ -1,7 +1,5 @@
 """The index of floor histories of a user's own building model: a line for each history, with its file."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

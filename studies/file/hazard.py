@@ -1,9 +1,8 @@
 """The tables of a study file for annual rates: hazard, its questions, and weights of alternatives."""
 
-from __future__ import annotations
-
 import math
 from abc import abstractmethod
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -204,12 +203,8 @@ else:
     Hazards = Annotated[
         chosen_by(_ByWay("file"), {f"{key}=": table for key, table in WAYS.items()}), BeforeValidator(_one_way)
     ]
-_READER: TypeAdapter[HazardTable] = TypeAdapter(Hazards, config={"defer_build": True})
-
-
-def hazard_table(content: Any) -> HazardTable:
-    """Return the table of a hazard of some content; pydantic's ValidationError if it is not valid."""
-    return _READER.validate_python(content)
+hazard_table: Callable[[Any], HazardTable] = TypeAdapter(Hazards, config={"defer_build": True}).validate_python
+"""Function that returns the table of a hazard of some content; pydantic's ValidationError if it is not valid."""
 
 
 OF_MODELS, OF_MOTIONS, OF_HAZARD = OF = ("models", "motions", "hazard")

@@ -1,7 +1,5 @@
 """The content of a study file, which refines the files that it includes: TOML in, plain values out."""
 
-from __future__ import annotations
-
 import glob
 import os
 import re

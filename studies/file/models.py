@@ -1,9 +1,7 @@
 """The table of a study file that describes a damping law: ``[[models]]``."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, TypeAdapter
@@ -94,9 +92,5 @@ if TYPE_CHECKING:
     Models = ModelTable
 else:
     Models = choice("law", TABLES)
-_READER: TypeAdapter[ModelTable] = TypeAdapter(Models, config={"defer_build": True})
-
-
-def model_table(content: Any) -> ModelTable:
-    """Return the table of a law of some content; pydantic's ValidationError if it is not valid."""
-    return _READER.validate_python(content)
+model_table: Callable[[Any], ModelTable] = TypeAdapter(Models, config={"defer_build": True}).validate_python
+"""Function that returns the table of a law of some content; pydantic's ValidationError if it is not valid."""

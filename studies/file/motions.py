@@ -1,7 +1,5 @@
 """The table ``[motions]`` of a study file: one for each generator, pulse or kind of files."""
 
-from __future__ import annotations
-
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -403,12 +401,8 @@ if TYPE_CHECKING:
     Motions = MotionsTable
 else:
     Motions = Annotated[chosen_by(_BySource("generator"), TABLES), BeforeValidator(_one_source)]
-_READER: TypeAdapter[MotionsTable] = TypeAdapter(Motions, config={"defer_build": True})
-
-
-def motions_table(content: Any) -> MotionsTable:
-    """Return the table of motions of some content; pydantic's ValidationError if it is not valid."""
-    return _READER.validate_python(content)
+motions_table: Callable[[Any], MotionsTable] = TypeAdapter(Motions, config={"defer_build": True}).validate_python
+"""Function that returns the table of motions of some content; pydantic's ValidationError if it is not valid."""
 
 
 @contextmanager

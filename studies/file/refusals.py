@@ -1,7 +1,5 @@
 """Validation errors of a study file as one sentence in a user's words: the key, the value and the allowed values."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from typing import Any, get_args
@@ -120,18 +118,17 @@ def _unknown(key: str, location: tuple[int | str, ...], table: Any, content: Any
     if words:
         return f"unknown key {shown(key, 120)}: {name} belongs to {_choices(words, others, location)}"
     near = meant(name, known)
-    homes = [_header(top, fields) for top in fields if top not in location and _holds(fields[top], name)]
+    homes = [
+        _header(top, fields)
+        for top, field in fields.items()
+        if top not in location and any(name in table.model_fields for table in tables_of(field.annotation))
+    ]
     hint = f", allowed are {', '.join(known)}"
     if near:
         hint = f"; {near}"
     elif 0 < len(homes) <= MOST_HOMES and len(location) > 1:
         hint = f"; {name} is a key of {', '.join(homes)}"
     return f"unknown key {shown(key, 120)}{hint}"
-
-
-def _holds(field: FieldInfo, name: str) -> bool:
-    """True if a table, or one of the tables among which a word chooses, has a key."""
-    return any(name in table.model_fields for table in tables_of(field.annotation))
 
 
 def _choices(tags: list[str], every: Iterable[str], location: tuple[int | str, ...]) -> str:

@@ -1,7 +1,5 @@
 """The table of a study file for the cover of its report."""
 
-from __future__ import annotations
-
 from typing import Annotated, Self
 
 from pydantic import StringConstraints, model_validator

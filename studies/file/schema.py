@@ -1,7 +1,5 @@
 """The study file: one TOML schema, checked once, and converted into blocks, laws and motions."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator
@@ -77,7 +75,7 @@ class MotionSet(NamedTuple):
     selection: xr.Dataset | None = None
 
     @property
-    def both_ways(self) -> MotionSet:
+    def both_ways(self) -> "MotionSet":
         """The same with each motion followed by its reverse."""
         motions, ground = both_polarities(self.motions), both_polarities(self.ground)
         refuse_samples(sum(array.size for array in (*motions, *ground)), "motions of both polarities")
@@ -310,11 +308,10 @@ class StudyFile(Table):
         levels = Levels(stripes.im, stripes.unit, LEVEL_UNITS[stripes.unit][0], stripes.levels().tolist(), hazard)
         chosen, doubts = selected(select, stripes.at, tables, levels, folder, self._of_stripe)
         sets = []
-        for i, stripe in enumerate(chosen):
-            reading = Reading.of(stripe.ground, own_level=False)
+        for i, (ground, report) in enumerate(chosen):
+            reading = Reading.of(ground, own_level=False)
             reading = reading._replace(doubts=(*(doubts if i == 0 else ()), *reading.doubts))
-            level = float(stripe.report.attrs["level"])
-            sets.append(self._in_buildings(stripe.ground, reading, level)._replace(selection=stripe.report))
+            sets.append(self._in_buildings(ground, reading, float(report.attrs["level"]))._replace(selection=report))
         refuse_samples(sum(array.size for of_set in sets for array in of_set.motions), "the motions of all stripes")
         return sets
 

@@ -1,7 +1,5 @@
 """The table of a study file by which the motions of each stripe are selected to agree with the hazard."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
@@ -136,7 +134,7 @@ class SelectTable(Table):
         return [doubt for generator in made if generator is not None for doubt in doubts_of_making(generator)]
 
     def chosen(
-        self, candidates: shaking.Candidates, stripe: OwnTarget, levels: Levels, level: float, folder: Path
+        self, candidates: shaking.Candidates, stripe: OwnTarget, levels: "Levels", level: float, folder: Path
     ) -> tuple[shaking.Selection, list[Doubt]]:
         """Return the selection for a stripe at a level (SI), and notes on it; ValueError as `select`."""
         target, doubts = self._target(stripe, levels, level, folder)
@@ -148,7 +146,7 @@ class SelectTable(Table):
             )
         return selection, doubts
 
-    def _target(self, stripe: OwnTarget, levels: Levels, level: float, folder: Path) -> tuple[Any, list[Doubt]]:
+    def _target(self, stripe: OwnTarget, levels: "Levels", level: float, folder: Path) -> tuple[Any, list[Doubt]]:
         im = levels.im
         own_table = None if self.correlations is None else correlations_in(folder / self.correlations)
         correlations: Any = {} if own_table is None else {"correlations": own_table}
@@ -210,14 +208,6 @@ class Levels(NamedTuple):
         return f"{self.im} = {level / self.factor:.3g}{'' if self.unit == '1' else f' {self.unit}'}"
 
 
-class Stripe(NamedTuple):
-    """A stripe with its selection: the level (SI), the chosen ground motions, and their agreement."""
-
-    level: float
-    ground: list[xr.DataArray]
-    report: xr.Dataset
-
-
 def selected(
     select: SelectTable,
     stripes: Sequence[OwnTarget],
@@ -225,10 +215,10 @@ def selected(
     levels: Levels,
     folder: Path,
     named: Callable[[int], AbstractContextManager[None]],
-) -> tuple[list[Stripe], list[Doubt]]:
-    """Return stripes with their selections, and warnings, from the pools of motions; ValueError if none agrees."""
+) -> tuple[list[tuple[list[xr.DataArray], xr.Dataset]], list[Doubt]]:
+    """Return the chosen ground motions of stripes with their agreement, and warnings; ValueError if none agrees."""
     pools: dict[str, shaking.Candidates] = {}
-    chosen_stripes: list[Stripe] = []
+    chosen_stripes: list[tuple[list[xr.DataArray], xr.Dataset]] = []
     doubts: list[Doubt] = []
     for i, (stripe, table, level) in enumerate(zip(stripes, tables, levels.values, strict=True), start=1):
         key = table.model_dump_json()
@@ -250,7 +240,7 @@ def selected(
                 continue
         ground = chosen.motions if isinstance(chosen.motions, list) else [chosen.motions]
         bare = [array.drop_vars(["factor", "candidate", "event"]) for array in ground]
-        chosen_stripes.append(Stripe(level, bare, chosen.report))
+        chosen_stripes.append((bare, chosen.report))
     if not chosen_stripes:
         raise ValueError(
             "stripes.select: no stripe agrees with the hazard (a median off by more than 10 %, or a scatter outside "

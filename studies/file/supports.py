@@ -1,7 +1,5 @@
 """The table ``[support]``: a bench or an isolator between the floor and the blocks."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Annotated
 
 import xarray as xr

@@ -1,7 +1,5 @@
 """The base class of all tables of a study file, annotations of their keys, and quantities with units."""
 
-from __future__ import annotations
-
 import difflib
 import inspect
 import math

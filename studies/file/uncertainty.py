@@ -1,7 +1,5 @@
 """Tables of a study file for uncertainty: uncertain inputs and their indices, and values of delta or e to try."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np

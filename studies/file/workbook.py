@@ -171,9 +171,14 @@ def _rows(content: io.BytesIO, name: str, most_rows: int) -> tuple[list[tuple[in
             rows.append((number or n, cells))
             if len(rows) > most_rows + 1:
                 break
-    others = [other.title for other in values.worksheets if other.title in seen and other.title != title]
-    odd = _hidden(formulas, rows) + _unread(title, [other for other in others if _is_filled(values[other])])
-    return rows, comments, odd
+    others = [
+        repr(other.title)
+        for other in values.worksheets
+        if other.title in seen and other.title != title
+        if any(cell is not None for row in other.iter_rows(values_only=True) for cell in row)
+    ]
+    unread = [f"only the sheet {title!r} is read, not {first_of(others)}"] if others else []
+    return rows, comments, _hidden(formulas, rows) + unread
 
 
 def _hidden(sheet: Worksheet, rows: list[tuple[int, list[str]]]) -> list[str]:
@@ -200,15 +205,6 @@ def _hidden(sheet: Worksheet, rows: list[tuple[int, list[str]]]) -> list[str]:
         for what, names in hidden.items()
         if names
     ]
-
-
-def _unread(title: str, others: list[str]) -> list[str]:
-    return [f"only the sheet {title!r} is read, not {first_of([repr(other) for other in others])}"] if others else []
-
-
-def _is_filled(sheet: Any) -> bool:
-    """True if a sheet has a cell that is not empty."""
-    return any(cell is not None for row in sheet.iter_rows(values_only=True) for cell in row)
 
 
 def _text(cell: Any, formulas: Worksheet, merged: dict[tuple[int, int], str]) -> str:

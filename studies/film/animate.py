@@ -1,7 +1,5 @@
 """Films of a rocking block: the history of one run, drawn to scale and played in real time."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from contextlib import closing

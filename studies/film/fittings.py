@@ -1,7 +1,5 @@
 """Walls and restraints in a film, in metres from the middle of the upright block, the back to the left."""
 
-from __future__ import annotations
-
 import json
 import math
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Times, rotations and floor displacements of a film's frames, and the block's corners in closed form."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

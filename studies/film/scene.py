@@ -1,7 +1,5 @@
 """The drawing of a film's frames: the block on its floor, to scale, above its rotation over time."""
 
-from __future__ import annotations
-
 import json
 import math
 import textwrap

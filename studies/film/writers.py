@@ -1,7 +1,5 @@
 """Writers of film files by frames, two in memory at a time: GIF directly, MP4 through ffmpeg; whole files or none."""
 
-from __future__ import annotations
-
 import io
 import shutil
 import struct
@@ -32,7 +30,7 @@ def ffmpeg() -> str | None:
 
 
 @contextmanager
-def film(path: Path, fps: int, size: tuple[int, int], colours: Sequence[str]) -> Iterator[_Gif | _Mp4]:
+def film(path: Path, fps: int, size: tuple[int, int], colours: Sequence[str]) -> "Iterator[_Gif | _Mp4]":
     """Open a film of `size` (width, height, both even) at `path`, .gif or .mp4; if the block fails, there is no file.
 
     `add` appends a frame, RGB of shape (height, width, 3); OSError if it cannot be written. `colours` are the palette

@@ -1,7 +1,5 @@
 """The weighted branches that a study file asks for: its laws, sets of motions and hazard curves by name."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path

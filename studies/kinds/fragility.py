@@ -1,13 +1,11 @@
 """Fragility studies: blocks under damping laws, by any of the three designs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -27,6 +25,7 @@ from ...fragility.risk.inversion import check_family
 from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION, range_of_half_levels
 from ...fragility.runs.axes import check_axes, check_outputs
 from ...fragility.runs.progress import part_of
+from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...fragility.validity.notes import screen_facts
 from ...fragility.validity.plausibility import level_doubts
@@ -62,9 +61,6 @@ from .study import (
     screening_of,
 )
 
-if TYPE_CHECKING:
-    from ...fragility.runs.runners import Runner
-
 # Bytes of the ranking of all measures for a curve.
 RANKED_BYTES = 3e3
 # Bytes of a curve and its rate in the results, most of them the shares of 40 bins.
@@ -81,7 +77,7 @@ OBSERVED = ("probability", "probability_lower", "probability_upper")
 SIZE = ("size_along", "size_probability")
 
 
-def _branches(content: StudyFile, folder: Path, study: FragilityStudy) -> Branches | None:
+def _branches(content: StudyFile, folder: Path, study: "FragilityStudy") -> Branches | None:
     """Return the weighted branches of a study, None if it has none; ValueError for laws that it lacks."""
     modelling = 0.0 if study.fit.modelling == MEAN else study.fit.modelling_dispersion
     if study.risk is None or (content.branches is None and modelling == 0.0):
@@ -140,7 +136,7 @@ def fit_of(content: StudyFile) -> Fit:
     return fit if asked or content.hazard is None else replace(fit, fractiles=(LOW_SHARE,))
 
 
-def _targets(content: StudyFile, study: FragilityStudy) -> tuple[float, ...]:
+def _targets(content: StudyFile, study: "FragilityStudy") -> tuple[float, ...]:
     """Return the chance that the restraint of each block is to keep, empty if none has a target."""
     tables = {key: table for key, table in content.restraint_tables.items() if table.target is not None}
     if not tables:

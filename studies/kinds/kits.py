@@ -1,7 +1,5 @@
 """Kits of performance studies: kits to try for each line, notes on them, and the sets in results."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Floor motions of an inventory at each level of the ground motion, through yielding parts below a piece."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -1,13 +1,11 @@
 """Performance studies: an inventory in a building, with joint outcomes under each motion."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -22,6 +20,7 @@ from ...fragility.hazard.plausibility import branch_doubts, hazard_doubts
 from ...fragility.numerics import slabs
 from ...fragility.risk.modelling import USUAL_DISPERSION
 from ...fragility.runs.progress import part_of
+from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import SCALE
 from ...fragility.uncertainty.joint import PieceDraws, Variability, with_restitution
 from ...fragility.validity.notes import screen_facts, squat_facts
@@ -96,9 +95,6 @@ from .level_floors import (
 )
 from .study import SLAB_BYTES_A_RUN, Study, each, perturbed_words, plain, screening_of
 
-if TYPE_CHECKING:
-    from ...fragility.runs.runners import Runner
-
 OSCILLATOR_BYTES = 5500.0
 """Most memory of an oscillator, with its description in the runs of its floor."""
 USUAL = Slipping()
@@ -137,7 +133,7 @@ class PerformanceStudy(Study):
     code: Code | None = None
     generator: Generator | None = None
     undecided: float = 0.0
-    branches: InventoryBranches | None = None
+    branches: "InventoryBranches | None" = None
     undirected: bool = False
     kits: tuple[Kit, ...] = ()
     target: dict[str, float] | None = None
@@ -210,6 +206,7 @@ class PerformanceStudy(Study):
                     f"{row.label!r}"
                 )
         kits = candidates(asked, known_kits, inventory)
+        sided = any(kit.on(row).block.sided for kit in kits for row in inventory.rows if kit.fits(row))
         if asked.budget is not None and not kits and all(row.anchoring_cost is None for row in inventory.rows):
             raise ValueError("performance.budget needs anchoring_cost in the inventory, which gives none")
         given = any(row.drawn for row in inventory.rows)
@@ -241,7 +238,7 @@ class PerformanceStudy(Study):
             screening_of(content)[1],
             kits=kits,
             target=None if asked.target is None else asked.target.limits,
-            polarity=asked.polarity or _polarity_of(inventory, kits),
+            polarity=asked.polarity or (BOTH if sided else polarity_of(inventory)),
             axes=shaking.axes,
             of_axes=tuple(axes_notes(inventory, as_read, shaking.axes)),
             of_levels=of_levels,
@@ -337,7 +334,7 @@ class PerformanceStudy(Study):
         return bool(self.axes)
 
     @property
-    def further(self) -> dict[str, ShakenBy]:
+    def further(self) -> "dict[str, ShakenBy]":
         """The motions of branches in addition to the study's own, by name."""
         return {} if self.branches is None else self.branches.further
 
@@ -776,12 +773,6 @@ def _of_levels(
         raise ValueError(f"{what} needs ground motions, or floor histories of each level (motions.floors_index)")
     unit = "" if asked.levels is None else asked.levels.unit
     return level_floors(content.building, inventory, motions, content.motions.made_by(folder), im, levels, unit)
-
-
-def _polarity_of(inventory: Inventory, kits: Sequence[Kit]) -> str:
-    """Return the default polarity of motions: as `assess` does, including pieces with kits."""
-    held = any(kit.on(row).block.sided for kit in kits for row in inventory.rows if kit.fits(row))
-    return BOTH if held else polarity_of(inventory)
 
 
 def _refuse_modelling(beta: float, inventory: Inventory, shaking: Shaking, yearly: bool) -> None:

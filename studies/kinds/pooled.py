@@ -1,11 +1,9 @@
 """Fragility studies of a region: curves and rates of many free-standing blocks from one surface for each law."""
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import xarray as xr
@@ -20,6 +18,7 @@ from ...fragility.analyses.pooled import checked_plan
 from ...fragility.fitting.states import OK, OVERTURNED, state_name
 from ...fragility.risk.modelling import USUAL_DISPERSION, range_of_half_levels
 from ...fragility.runs.progress import part_of
+from ...fragility.runs.runners import Runner
 from ...fragility.validity.notes import squat_facts
 from ...models.block_array import BlockArray
 from ...models.plausibility import block_doubts
@@ -29,9 +28,6 @@ from ..region.reading import read_region
 from ..region.rows import pooled_notes
 from .fragility import median_doubts
 from .study import BlockStudy, Expected, blocks_of, parts_of
-
-if TYPE_CHECKING:
-    from ...fragility.runs.runners import Runner
 
 CONFIDENCE = 0.95
 STORED_BYTES = 8.0 * 14

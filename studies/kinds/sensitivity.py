@@ -1,12 +1,10 @@
 """Sensitivity studies: every law at many values of delta or of e under the same motions, and the rigid block."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import xarray as xr
@@ -18,6 +16,7 @@ from ...core.wording import counted
 from ...fragility import RandomInputs, overturning_response, sobol_indices, tornado
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import records_of
+from ...fragility.runs.runners import Runner
 from ...fragility.uncertainty.inputs import input_doubts
 from ...fragility.validity.characteristics import Characteristics
 from ...fragility.validity.notes import screen_facts
@@ -42,9 +41,6 @@ from .study import (
     perturbed_words,
     screening_of,
 )
-
-if TYPE_CHECKING:
-    from ...fragility.runs.runners import Runner
 
 OUTPUTS = ("overturned", "peak_rotation", "uplifted")
 

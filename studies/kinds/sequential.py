@@ -1,10 +1,8 @@
 """Fragility studies at adaptive levels: runs, each with its own level, until the answer is as precise as requested."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import xarray as xr
@@ -17,6 +15,7 @@ from ...fragility.adaptive.until import RATE
 from ...fragility.fitting.states import state_name
 from ...fragility.risk.modelling import range_of_half_levels
 from ...fragility.runs.outputs import DERIVED
+from ...fragility.runs.runners import Runner
 from ...fragility.validity.notes import screen_facts
 from ...fragility.validity.slab_screen import ScreenRequest
 from ...motions.arrays import LIFTS
@@ -24,17 +23,13 @@ from ..file.schema import StudyFile
 from ..plan.adaptive_slides import SLIP_HALF, adaptive_slides, groups
 from ..plan.designs import Sequential
 from ..plan.form_free import ENDS, form_free, modelling_factor
-from ..plan.risk import without_replicates
+from ..plan.risk import Risk, without_replicates
 from ..plan.slides import exact_friction_notes, in_plane, slide_notes
 from ..text.axes import axis_notes
 from ..text.one_side import uplift_notes
 from ..text.precision import SEQUENTIAL, measure_notes, precision_notes
 from .fragility import FragilityStudy, Rated, median_doubts
 from .study import Expected, perturbed_words
-
-if TYPE_CHECKING:
-    from ...fragility.runs.runners import Runner
-    from ..plan.risk import Risk
 
 OF_ANALYSIS = ("dispersion", "rate", "probability")
 """Variables of the analysis that results contain in addition to the fitted curve's."""

@@ -1,7 +1,5 @@
 """A study: the content of a study file, ready to be run into one result dataset."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math
@@ -13,7 +11,7 @@ from functools import cached_property
 from importlib import import_module, metadata
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -35,7 +33,7 @@ from ...fragility.runs.plan import (
     refuse_endless_runs,
     seconds_per_sample,
 )
-from ...fragility.runs.runners import ConfiguredScheduler, Runner, default_client, thread_count
+from ...fragility.runs.runners import ConfiguredScheduler, Runner, Workers, default_client, thread_count
 from ...fragility.validity.notes import squat_facts
 from ...fragility.validity.scenes import scene_facts
 from ...fragility.validity.undecided import perturbed_runs
@@ -66,9 +64,6 @@ from ..store.shards import Shards, belongs, open_shards, refuse_other, remove_em
 from ..store.watch import Interrupted, Stop, Watch, run_log
 from ..store.worker_motions import cluster
 from ..text.error import StudyError
-
-if TYPE_CHECKING:
-    from distributed import Client
 
 OF_TABLES = ("table", "vertical", "PGA", "PGV/PGA", "building", "level", "scenario")
 """Kinds of input warnings from reading a study, apart from those of its motions."""
@@ -109,7 +104,7 @@ class Study(ABC):
     """The kind of the results, if it differs: they contain the variables of that kind."""
 
     @staticmethod
-    def from_toml(path: str | os.PathLike[str], target: float | None = None) -> Study:
+    def from_toml(path: str | os.PathLike[str], target: float | None = None) -> "Study":
         """Read the study in a TOML file; paths in it are relative to the file.
 
         `target`: of all its restraints, instead of their own (`restraints.NAME.target`).
@@ -344,7 +339,7 @@ class Study(ABC):
     def run(
         self,
         out: str | os.PathLike[str] | None = None,
-        client: Client | Runner | None = None,
+        client: Workers = None,
         resume: bool = True,
         *,
         progress: Callable[[int, int], None] | None = None,
@@ -446,7 +441,7 @@ class Study(ABC):
     def _kept(
         self,
         folder: Path,
-        client: Client | Runner | None,
+        client: Workers,
         stop: Stop,
         fresh: bool,
         progress: Progress | None,
@@ -476,7 +471,7 @@ class Study(ABC):
             log.info("finished: %s", f"{watch.runs:,} runs, {watch.pace}")
         return results
 
-    def _runner(self, client: Client | Runner | None, stop: Callable[[], bool]) -> Runner:
+    def _runner(self, client: Workers, stop: Callable[[], bool]) -> Runner:
         """Return the runner of the chunks; workers generate the motions themselves if no file is needed."""
         if isinstance(client, Runner):
             return client

@@ -1,13 +1,11 @@
 """Uncertainty studies: blocks and laws with uncertain properties, under the same motions for every sample."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import ClassVar, Self
 
 import numpy as np
 import xarray as xr
@@ -26,6 +24,7 @@ from ...fragility.runs.axes import check_axes
 from ...fragility.runs.plan import refuse_endless_runs
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import SCENE
+from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...fragility.uncertainty.indices import sobol_samples
 from ...fragility.uncertainty.inputs import input_doubts
@@ -60,9 +59,6 @@ from .study import (
     perturbed_words,
     screening_of,
 )
-
-if TYPE_CHECKING:
-    from ...fragility.runs.runners import Runner
 
 REFUSED = {
     "measures": "measures are ranked for known blocks: leave uncertainty out to rank them",

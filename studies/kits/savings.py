@@ -1,11 +1,9 @@
 """Falls with each kit and their savings: the runs of an inventory with every kit, under the same motions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -18,6 +16,7 @@ from ...fragility.curves.means import resampled_means
 from ...fragility.numerics.slabs import in_memory
 from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import number_of_motions
+from ...fragility.runs.runners import Workers
 from ...fragility.runs.scaling import SCALE
 from ...models import half_weight, required_force, static_capacity
 from ...motions.arrays import POLARITY
@@ -40,11 +39,6 @@ from ..buildings.variables import (
 from ..inventory.contents import Inventory
 from ..inventory.kits import Kit
 from ..plan.design_shaking import at_level, design_level
-
-if TYPE_CHECKING:
-    from distributed import Client
-
-    from ...fragility.runs.runners import Runner
 
 ENDS = ("", "_lower", "_upper")
 AT_LEVELS = {
@@ -71,7 +65,7 @@ def kit_savings(
     assessment: xr.Dataset,
     asked: Assessment,
     level: float | None = None,
-    client: Client | Runner | None = None,
+    client: Workers = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Run an inventory with each of several kits, and return the falls and the savings.

@@ -1,7 +1,5 @@
 """Sets of kits, at most one for the pieces of a line: the best for a budget, and the cheapest that meets targets."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Money now and money later: present value of savings over some years, and payback of a cost."""
 
-from __future__ import annotations
-
 import math
 
 from ...core import checks

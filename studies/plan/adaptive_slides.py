@@ -1,10 +1,8 @@
 """Effect of sliding on the blocks of a study at adaptive levels: separate runs for every slip."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -14,6 +12,7 @@ from ...core.facts import Fact, doubted
 from ...core.units import DIMENSIONLESS, METRE, PER_YEAR
 from ...fragility import Slip
 from ...fragility.adaptive.until import MEDIAN, PROBABILITY, RATE
+from ...fragility.runs.runners import Runner
 from ...models import Block, RandomSliding
 from ..text.precision import (
     SLIP_ACCOUNT,
@@ -29,9 +28,6 @@ from .designs import Sequential
 from .estimates import Fit
 from .risk import Risk
 from .slides import ENDS, INSTEAD, SLIP, SLIP_RATE, Slides, free_of, gated
-
-if TYPE_CHECKING:
-    from ...fragility.runs.runners import Runner
 
 SLIP_HALF, SLIP_DISPERSION = "slip_half_level", "slip_dispersion"
 """Variables: of the curve of a slip of a block that slides, on (block, slip)."""

@@ -1,7 +1,5 @@
 """Weighted branches of a study's laws, motions and hazards: their runs, and the rates over them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product

@@ -1,7 +1,5 @@
 """The level that is exceeded with a probability of 10 % in 50 years, and values of runs interpolated to it."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,13 +1,11 @@
 """Designs of a study's motions: each at every level, a set for each level, each once, or at levels of its own."""
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -27,6 +25,7 @@ from ...fragility.analyses.stripes import stripe_scalings
 from ...fragility.analyses.waves import MotionSource
 from ...fragility.runs.axes import axes_of
 from ...fragility.runs.request import check_request
+from ...fragility.runs.runners import Workers
 from ...fragility.runs.scaling import ground_of, intensities, intensity_measure, scaling
 from ...fragility.surfaces import checks as of_checks
 from ...fragility.validity.plausibility import period_doubts
@@ -40,11 +39,6 @@ from ...motions.polarity import AS_RECORDED, BOTH
 from ...motions.simulated.ground_motion_models import Scenario
 from ..text.words import value_in
 from .reading import UNREAD, Reading
-
-if TYPE_CHECKING:
-    from distributed import Client
-
-    from ...fragility.runs.runners import Runner
 
 Motions = tuple[xr.DataArray, ...]
 POOLED_RUNS = 60.0
@@ -147,7 +141,7 @@ class Design(ABC):
         blocks: Sequence[Block] | BlockArray,
         models: Sequence[Model],
         outputs: Sequence[str],
-        client: Client | Runner | None,
+        client: Workers,
         progress: Progress | None,
     ) -> xr.Dataset:
         """Return all runs of blocks under laws as a labelled dataset; of a pooled surface, its curves of all blocks."""
@@ -399,7 +393,7 @@ class Pooled(Waves):
         )
 
     def falls(
-        self, blocks: BlockArray, models: Sequence[Law], client: Client | Runner | None, progress: Progress | None
+        self, blocks: BlockArray, models: Sequence[Law], client: Workers, progress: Progress | None
     ) -> xr.Dataset:
         """Return the share of the region that falls in one event (`fragility.joint_falls`), under other motions."""
         assert self.events is not None

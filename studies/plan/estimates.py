@@ -1,7 +1,5 @@
 """Estimates from the runs of a study: probabilities, curves, and the ranking of intensity measures."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable

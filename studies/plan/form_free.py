@@ -1,7 +1,5 @@
 """Annual rates of adaptive studies that stop at a rate: from weighted runs, with rates of fitted curves as a check."""
 
-from __future__ import annotations
-
 from collections.abc import Hashable, Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Probabilities of blocks with walls and restraints over probabilities of blocks that differ in these alone."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Classes of pieces: tests of each, and the spread of true over computed capacities (`make validate-experiments`)."""
 
-from __future__ import annotations
-
 import csv
 import math
 from functools import lru_cache

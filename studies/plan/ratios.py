@@ -1,7 +1,5 @@
 """Meaning of the ratio of two numbers, with its interval over motions."""
 
-from __future__ import annotations
-
 import math
 
 HIGHER, LOWER, SAME, OPEN, UNKNOWN = "higher", "lower", "the same", "not resolved", ""

@@ -1,7 +1,5 @@
 """Findings of making or reading the motions of a study: input warnings, processing, scenario, and variability."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple, Self
@@ -80,7 +78,7 @@ class Reading(NamedTuple):
         return cls(tuple(doubts), (), (line,), tuple(far if odd else ()))
 
     @classmethod
-    def joined(cls, parts: Iterable[Reading]) -> Self:
+    def joined(cls, parts: "Iterable[Reading]") -> Self:
         """Return the reading of several sets of motions, with each warning and line once."""
         every = list(parts)
         varied = [reading.variability for reading in every if reading.variability is not None]

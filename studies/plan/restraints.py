@@ -1,7 +1,5 @@
 """Restraints of blocks: shares of the motions that break them, and the strength that keeps a target."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Estimates from samples x motions of one uncertain block: curves of each sample and of all, rates, variance shares."""
 
-from __future__ import annotations
-
 import json
 import warnings
 from collections.abc import Sequence

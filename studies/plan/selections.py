@@ -1,7 +1,5 @@
 """Agreement of the selected motions of stripes with the hazard, as variables of a study's results and in words."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -54,7 +52,9 @@ def selection_variables(reports: Sequence[xr.Dataset], motions: Sequence[Sequenc
     consistent = variables[PREFIX + "consistent"]
     variables[PREFIX + "consistent"] = consistent.copy(data=consistent.values > 0.0)
     shared = {"units": DIMENSIONLESS, "long_name": "share of the set that is in the set of the level below"}
-    variables[PREFIX + "shared"] = xr.Variable(STRIPE, _shared(motions), shared)
+    sets = [{str(name) for array in stripe for name in array["motion"].values} for stripe in motions]
+    of_sets = [float("nan"), *(len(low & high) / len(high) for low, high in pairwise(sets))]
+    variables[PREFIX + "shared"] = xr.Variable(STRIPE, of_sets, shared)
     about = {"units": SI, "long_name": reports[0].attrs["given"]}
     return xr.Dataset(
         variables,
@@ -68,11 +68,6 @@ def selection_variables(reports: Sequence[xr.Dataset], motions: Sequence[Sequenc
             ),
         },
     )
-
-
-def _shared(motions: Sequence[Sequence[xr.DataArray]]) -> list[float]:
-    names = [{str(name) for array in stripe for name in array["motion"].values} for stripe in motions]
-    return [float("nan"), *(len(low & high) / len(high) for low, high in pairwise(names))]
 
 
 def selection_notes(selections: xr.Dataset) -> list[Fact]:

@@ -1,7 +1,5 @@
 """Limits of the size of a study, checked from its tables before anything of that size is made."""
 
-from __future__ import annotations
-
 MOST_NUMBERS = 500_000_000
 """Samples of all motions together: 4 GB of eight bytes each."""
 

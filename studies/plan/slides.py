@@ -1,12 +1,10 @@
 """Effect of sliding on the blocks of a study: their mode, sliding or rocking, and their slips."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -22,6 +20,7 @@ from ...fragility.curves.curve import LEAST
 from ...fragility.fitting.bootstrap import percentile_interval
 from ...fragility.fitting.states import OVERTURNED, State
 from ...fragility.runs.provenance import AXES, configuration_of
+from ...fragility.runs.runners import Runner
 from ...fragility.validity.plausibility import end_doubts
 from ...fragility.validity.slab_screen import SQUAT_RATIO
 from ...models import Block
@@ -33,9 +32,6 @@ from ...models.sliding.trip import TRIPS
 from ...motions.polarity import AS_RECORDED, BOTH
 from .estimates import Fit
 from .risk import Risk, without_replicates
-
-if TYPE_CHECKING:
-    from ...fragility.runs.runners import Runner
 
 INSTEAD, NEAR = "slides_instead", "friction_near_uplift"
 """Variables: the chance that friction is below b/h, and that it is between b/h and 1.3 b/h."""

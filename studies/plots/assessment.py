@@ -1,7 +1,5 @@
 """Figures of a performance assessment: overturned pieces and value by level and annual rate, savings from anchoring."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Sizes, colours, titles, labels and legends that all figures share, of matplotlib objects outside pyplot."""
 
-from __future__ import annotations
-
 import math
 import textwrap
 from collections.abc import Callable, Iterator, Sequence

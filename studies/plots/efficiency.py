@@ -1,7 +1,5 @@
 """Figures that compare intensity measures by their dispersions."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

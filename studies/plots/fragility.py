@@ -1,7 +1,5 @@
 """Figures of fragility curves: fitted lines, observed fractions, every motion of a cloud, and medians by law."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 
@@ -53,7 +51,7 @@ class Frame(NamedTuple):
     x: Array
 
     @classmethod
-    def of(cls, results: xr.Dataset) -> Frame:
+    def of(cls, results: xr.Dataset) -> "Frame":
         """Return the axis of all blocks of some results."""
         axis = _axis(results)
         scale, _ = display_unit(axis)

@@ -1,7 +1,5 @@
 """Maps of a region: medians and rates of its blocks over their slenderness and size, a panel for each law."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

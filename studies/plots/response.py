@@ -1,7 +1,5 @@
 """Figures of single responses and of laws: histories, phase portraits, and moments that resist rotation."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterable, Sequence

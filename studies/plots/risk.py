@@ -1,7 +1,5 @@
 """Figures of risk: annual rates of overturning, the contributing levels, and rates over branches."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The parts of results that a figure draws: one block, law or floor by its label, and the laws with their look."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 

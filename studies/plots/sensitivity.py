@@ -1,7 +1,5 @@
 """Figures of a sensitivity study: quantities over delta or e, and uncertain inputs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
@@ -118,7 +116,7 @@ def sensitivity(
         if ends[0] in law.results and ends[1] in law.results:
             low, high = (_finite_or_nan(law.results[end].values / scale) for end in ends)
             ax.fill_between(x, low, high, where=list(np.isfinite(y)), color=law.colour, alpha=0.15, lw=0.0)
-        ax.plot(x, y, **line_style(law))
+        ax.plot(x, y, marker=law.marker, ls=law.line, color=law.colour, label=law.label, ms=4.5, mew=0.0, lw=1.6)
     reference = axes.model_name(reference_name(results))
     _rigid_line(drawn, quantity, ax, scale, reference)
     x_axis(results, ax)
@@ -167,12 +165,6 @@ def column(results: xr.Dataset, draw: Callable[..., Axes], title: str, *notes: s
             draw(results, ax, block=block)
         axes.heading(figure, title, *notes, legend=panels[:1])
     return figure
-
-
-def line_style(law: selection.DrawnLaw) -> dict[str, Any]:
-    """Return matplotlib's properties of a law's line."""
-    look = {"color": law.colour, "ls": law.line, "marker": law.marker, "label": law.label}
-    return {**look, "ms": 4.5, "mew": 0.0, "lw": 1.6}
 
 
 def _rigid_line(drawn: xr.Dataset, quantity: str, ax: Axes, scale: float, reference: str) -> None:

@@ -1,7 +1,5 @@
 """Map of the probability that a block slides instead of rocking, over its proportions and its friction."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from statistics import NormalDist

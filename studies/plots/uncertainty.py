@@ -1,7 +1,5 @@
 """Figures of uncertainty: curves with their spread over samples, shares of variance, Sobol’ indices and a tornado."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

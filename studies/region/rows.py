@@ -1,7 +1,5 @@
 """Results of a pooled surface for a region: its notes, examples of its blocks, and joint falls."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -16,9 +16,8 @@ from ..text.names import clean
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    Draw = Callable[[], Iterator[tuple[str, Figure]]]
-    """Draws figures, each with its file name."""
-
+Draw = Callable[[], Iterator[tuple[str, "Figure"]]]
+"""Draws figures, each with its file name."""
 LONGEST_ALT = 150
 """Largest length of an alternative text, which a screen reader reads without a pause."""
 PIXELS_AN_INCH = 96.0

@@ -1,17 +1,17 @@
 """The report of a study's results as one self-contained HTML page, or as Markdown."""
 
-from __future__ import annotations
-
 import base64
 import json
 import math
 import re
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
+from jinja2 import Environment
 from markupsafe import Markup
 
 from ...core.writing import write_bytes
@@ -34,15 +34,8 @@ from ..text.names import clean
 from ..text.reached import within_levels
 from ..text.spread import model_note
 from ..text.words import renamed, with_law_names
-from .figures import Picture, pictures_of
+from .figures import Draw, Picture, pictures_of
 from .results_file import read_results
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from jinja2 import Environment
-
-    from .figures import Draw
 
 ReportFormat = Literal["html", "md"]
 
@@ -143,11 +136,13 @@ def content(results: xr.Dataset, path: Path, state: str) -> dict[str, Any]:
         "remarks": [say(check, "checks") for check in facts["passed"] if check.what in REMARKS],
         "notes": [renamed(note, labelled) for note in notes_said(facts["notes"])],
     }
+    study = json.dumps(study_of(results), ensure_ascii=False, indent=2)
     return {
         **page,
         "terms": used(texts(page)),
         "provenance": [provenance(results, path, state)],
-        "study": _study_text(results),
+        # each list of numbers and words is put on one line to save space (no string contains a line break)
+        "study": _PLAIN_LIST.sub(lambda match: f"[{' '.join(re.split(_LINE, match[1]))}]", study),
     }
 
 
@@ -190,12 +185,6 @@ def _page_tables(results: xr.Dataset, names: Sequence[str]) -> list[Table]:
     elsewhere = intervals(results), model_note(results), code_note(results)
     made = (table.without(*elsewhere).common() for table in tables(results, names))
     return [table.grouped("recommendation").grouped("status", "clause") for table in made]
-
-
-def _study_text(results: xr.Dataset) -> str:
-    text = json.dumps(study_of(results), ensure_ascii=False, indent=2)
-    # each list of numbers and words is put on one line to save space (no string contains a line break)
-    return _PLAIN_LIST.sub(lambda match: f"[{' '.join(re.split(_LINE, match[1]))}]", text)
 
 
 def longest_word(text: str) -> int:

@@ -1,7 +1,5 @@
 """Reading of result files for reports, with refusal of other files, other layouts and other kinds of results."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path

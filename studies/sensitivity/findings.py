@@ -1,7 +1,5 @@
 """Results of every law at every value of delta or e: curves, differences from a reference."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Self
@@ -32,7 +30,7 @@ class Curves(NamedTuple):
     log_samples: Array
 
     @classmethod
-    def of(cls, runs: xr.Dataset, replicates: int, seed: int, confidence: float) -> Curves:
+    def of(cls, runs: xr.Dataset, replicates: int, seed: int, confidence: float) -> "Curves":
         """Fit lognormal curves of runs (block, model, level, motion) with bootstrap over motions."""
         fit = gathered(
             lambda part: fit_fragility(part, confidence, replicates=replicates, seed=seed, keep_replicates=True), runs

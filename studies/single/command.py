@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Group, Parameter
 
+from ...core.wording import system_reason, time_text
 from ..command.choices import whole
+from ..text.error import StudyError
 from ..text.terminal import say, terminal
 
 if TYPE_CHECKING:
@@ -150,7 +152,6 @@ def simulate_one(
     """
     from rich.console import Console  # noqa: PLC0415
 
-    from ..text.error import StudyError  # noqa: PLC0415 - it loads what a study needs, which no help needs
     from .inputs import block_of, factor_of, law_of, motion_of, scene_of  # noqa: PLC0415
     from .run import Simulation, as_json  # noqa: PLC0415 - not for every command
 
@@ -189,12 +190,10 @@ LONG_SECONDS = 10.0
 
 def _films(response: Dataset, folder: Path, speed: float, log: Console) -> list[Path]:
     """Write the films of a run: a GIF, and an MP4 where ffmpeg is installed."""
-    from ...core.wording import system_reason, time_text  # noqa: PLC0415
     from ..film.animate import animate  # noqa: PLC0415 - matplotlib
     from ..film.frames import frames_of  # noqa: PLC0415
     from ..film.writers import ffmpeg  # noqa: PLC0415
     from ..store.progress import show_progress  # noqa: PLC0415
-    from ..text.error import StudyError  # noqa: PLC0415
     from .run import FILMS  # noqa: PLC0415
 
     names = FILMS if ffmpeg() else FILMS[:1]

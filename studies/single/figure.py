@@ -1,7 +1,5 @@
 """The figure of one run: floor acceleration and rotation over time, phase portrait and hysteresis."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The inputs of `toppling simulate`: block, law and motion from words of the command line; errors as one sentence."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from collections.abc import Callable, Mapping, Sequence

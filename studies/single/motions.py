@@ -1,7 +1,5 @@
 """Tables and figures of motions: their measures, histories, spectra and Husid plots."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The checksum of the contents of results, of any format, which shows values and attributes edited after writing."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import warnings

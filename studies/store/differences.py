@@ -1,7 +1,5 @@
 """Differences between two study files in words, for a folder with the results of the other study."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from typing import Any

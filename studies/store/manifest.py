@@ -1,7 +1,5 @@
 """The manifest of a study's shards, and its accompanying files: their study, and the kept chunks."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections import defaultdict

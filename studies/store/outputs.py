@@ -1,7 +1,5 @@
 """Folders that a command writes again and again: only files recorded with their digests are replaced or removed."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Collection, Iterator

@@ -1,7 +1,5 @@
 """Progress of a running study: a bar with rate and time left on a terminal, plain lines elsewhere."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator

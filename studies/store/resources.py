@@ -1,7 +1,5 @@
 """Memory and disk space that a study needs, estimated and checked before it begins."""
 
-from __future__ import annotations
-
 import math
 import os
 import shutil

@@ -5,8 +5,6 @@ A file is written whole (temporary name, fsync, rename), and its name contains t
 is therefore recognised before it is parsed, and its chunk is computed again.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

@@ -1,7 +1,5 @@
 """Monitoring of a running study: counts for its progress and its log, and the request to stop it."""
 
-from __future__ import annotations
-
 import logging
 import os
 import signal

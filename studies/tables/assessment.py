@@ -1,7 +1,5 @@
 """Tables of a performance assessment: totals per year or at a level, consequences, and bounds without any fall."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The axes about which pieces fall, if both horizontal components act."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

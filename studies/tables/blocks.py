@@ -1,7 +1,5 @@
 """The table of blocks under the law of the answer, for the first page and, shorter, for a terminal."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

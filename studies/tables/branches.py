@@ -1,7 +1,5 @@
 """Tables of rates over weighted branches: of blocks or pieces, and of the annual numbers and losses of a building."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import xarray as xr

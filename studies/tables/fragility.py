@@ -1,7 +1,5 @@
 """Tables of studies of blocks: curves, rates, precision, selected motions, sizes, measures, sources of variance."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from itertools import product

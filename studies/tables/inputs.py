@@ -1,7 +1,5 @@
 """Tables of a page on the inputs of a study: pieces to anchor, the sizes of blocks, and the provenance."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

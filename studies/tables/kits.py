@@ -1,7 +1,5 @@
 """Tables of kits: falls and savings with each kit, and the static checks of their forces by hand."""
 
-from __future__ import annotations
-
 import math
 from itertools import product
 
@@ -15,12 +13,10 @@ from ..buildings.variables import RUPTURE
 from ..money.present_value import payback
 from ..text.words import floor_cell, floor_name, level_text, reference_law
 from .assessment import bound_of, most_probability
-from .pieces import bounded
+from .pieces import MOST_ROWS, MOST_SHORT, bounded
 from .restraints import breaks_by_level
 from .table import ENDS, Cells, Column, Row, Table, Value, chance_in, intervals, range_of
 
-MOST_ROWS, MOST_SHORT = 60, 8
-"""Most rows of a table, and on a terminal by default."""
 AS_IT_IS = "as it is"
 SETS = ("budget", "target")
 EXPORTED = (

@@ -1,7 +1,5 @@
 """The table of the pieces of a building: probability of falling, cost and saving of anchoring, and recommendation."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

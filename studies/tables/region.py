@@ -1,7 +1,5 @@
 """Tables of a region: precision of its surfaces, joint falls, and the spread of its blocks."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tables by name, with a test if they apply to some results, and the lists of tables in each place."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Walls and restraints: probabilities compared with blocks without them, and frequency of ruptures."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product

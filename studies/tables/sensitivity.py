@@ -1,7 +1,5 @@
 """Tables of sensitivity studies: laws down, values of delta or e across."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Sliding of blocks and of the pieces of an inventory: slips, and falls over edges and obstacles."""
 
-from __future__ import annotations
-
 import json
 import math
 
@@ -41,7 +39,7 @@ from ..plan.slides import (
 )
 from ..text.words import axis_of, by_place, display_unit, floor_cell, quantity_name, reference_law
 from .assessment import at_the_level, bound_of
-from .pieces import chance_of
+from .pieces import MOST_ROWS, chance_of
 from .table import Cells, Column, Table, chance_in, intervals, range_of
 
 MOST = 100
@@ -166,8 +164,6 @@ def _edges(results: xr.Dataset) -> list[tuple[str, list[Range]]]:
     return chances_of
 
 
-MOST_LINES = 60
-"""Most lines in the table."""
 NOT_MODELLED = "rolls: not modelled"
 
 
@@ -213,13 +209,13 @@ def item_slides(results: xr.Dataset, model: int = 0) -> Table:
 
 def slips(results: xr.Dataset, model: int = 0) -> Table:
     """Return the slips of pieces."""
-    return item_slides(results, model).but(OF_FALLS).first(MOST_LINES)
+    return item_slides(results, model).but(OF_FALLS).first(MOST_ROWS)
 
 
 def falls(results: xr.Dataset, model: int = 0) -> Table:
     """Return the falls of pieces that can slide: over an edge, over an obstacle or by overturning."""
     table = item_slides(results, model)
-    return table.apart(table.title.replace("Sliding", "Falls"), ("item", "floor"), OF_FALLS).first(MOST_LINES)
+    return table.apart(table.title.replace("Sliding", "Falls"), ("item", "floor"), OF_FALLS).first(MOST_ROWS)
 
 
 OF_FALLS = "edge", "off", "obstacle", "trips", "alone", "rocking"

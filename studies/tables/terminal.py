@@ -1,7 +1,5 @@
 """Tables on a terminal: broken between words, and into parts that fit its width."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from rich import table as rich

@@ -1,7 +1,5 @@
 """Notes on the horizontal components that act on blocks: axis of the falls, and components of the levels."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The order in which the blocks of a study fall: the same for tables, figures and sentences."""
 
-from __future__ import annotations
-
 import numpy as np
 import xarray as xr
 

@@ -1,7 +1,5 @@
 """Notes on fitted curves and their rates that a reader needs before relying on them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Output of the command: characters that it cannot write get readable replacements, a closed pipe ends no study."""
 
-from __future__ import annotations
-
 import codecs
 import io
 import json

@@ -1,7 +1,5 @@
 """The one error of studies, apart from their readers: it needs no library."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path

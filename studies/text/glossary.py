@@ -1,7 +1,5 @@
 """The terms that reports use, each with its definition (terms.csv): a report defines every term that it uses, once."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Iterable

@@ -1,7 +1,5 @@
 """The history of one run: its check, the samples before the block lies, and the time at which it passes its balance."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterable

@@ -1,7 +1,5 @@
 """Names from files, made safe to display: no control characters; in figures no mathematics and no endless names."""
 
-from __future__ import annotations
-
 import unicodedata
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Curves of falls to one side, of blocks that may fall to the other side instead."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import xarray as xr

@@ -1,7 +1,5 @@
 """Results of an analysis at adaptive levels, curve by curve, and notes on them."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterator

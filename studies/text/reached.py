@@ -1,7 +1,5 @@
 """Levels from runs: infinite above the highest run level, 0 below the lowest, with medians, ratios and advice."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Ranges in words: of annual rates over branches, and of values if all capacities are wrong by the same factor."""
 
-from __future__ import annotations
-
 import numpy as np
 import xarray as xr
 

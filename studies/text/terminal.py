@@ -1,7 +1,5 @@
 """Output of a command: on the terminal, or as plain lines if the output goes elsewhere."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from rich.console import Console, ConsoleOptions, RenderableType

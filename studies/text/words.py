@@ -1,7 +1,5 @@
 """Names of measures, floors, inputs and axes for people: the same words in tables and in drawings."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence

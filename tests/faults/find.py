@@ -7,8 +7,6 @@ The tests that found it last time come first, then those chosen by the recorded 
 Without a recording the latter are followed by tests with names of the changed module in their text.
 """
 
-from __future__ import annotations
-
 import argparse
 import ast
 import csv

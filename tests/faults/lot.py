@@ -1,7 +1,5 @@
 """The lot of the faults: lines of three packages, drawn with a seed; at commit 0e788eb it prints the faults' places."""
 
-from __future__ import annotations
-
 import random
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 Nothing here or in the modules of cases imports toppling: the same list is run by every version of it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Intended differences: the entries of CHANGES.md."""
 
-from __future__ import annotations
-
 import math
 import re
 import tomllib

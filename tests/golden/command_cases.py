@@ -1,7 +1,5 @@
 """Cases of the command: every command with every option, of `commands.toml`; `refused/options.toml` has wrong uses."""
 
-from __future__ import annotations
-
 import math
 import shlex
 import tomllib

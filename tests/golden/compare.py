@@ -1,7 +1,5 @@
 """Compare what two versions made of the same case: every difference is an item, its size, and a line of words."""
 
-from __future__ import annotations
-
 import csv
 import difflib
 import json

@@ -1,7 +1,5 @@
 """The whole corpus, and the two tables of names that later commits gave to keys and variables."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Callable, Iterable

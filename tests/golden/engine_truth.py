@@ -4,8 +4,6 @@ A rebuilding changes no line of what is printed before and after it on one machi
 numba; other processors fuse other operations and so have another hash.
 """
 
-from __future__ import annotations
-
 import hashlib
 from typing import NamedTuple
 

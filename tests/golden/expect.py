@@ -6,8 +6,6 @@ Of a larger array of floats there are a few values, the extremes and a sum that 
 `page.json` has what the page of a study says: the facts of each section and the rows of each table, without sentences.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import tempfile

@@ -4,8 +4,6 @@ Features that exclude one another are listed with their reasons in `pairs/constr
 `python pair_cases.py` keeps the rows that still stand and adds what is missing.
 """
 
-from __future__ import annotations
-
 import copy
 import csv
 import io

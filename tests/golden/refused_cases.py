@@ -11,8 +11,6 @@
   study is without, and another key is a table of it, into which lines are put.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import re

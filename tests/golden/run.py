@@ -4,8 +4,6 @@ Usage: run.py --old COMMIT [--only PATTERN] [--pairs] (`make golden OLD=COMMIT`)
 the outcomes that differ stay in `.golden`. Exit code 1 if anything differs that CHANGES.md does not list.
 """
 
-from __future__ import annotations
-
 import argparse
 import fcntl
 import fnmatch

@@ -3,8 +3,6 @@
 Usage: same_flags.py [RUNS], ten million by default (20 minutes on two cores); prints the runs and those that differ.
 """
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Cases of scripts: one for each package, which calls its public functions and writes what they return."""
 
-from __future__ import annotations
-
 from case import HERE, Case
 
 SCRIPTS = HERE / "scripts"

@@ -7,8 +7,6 @@ and no study of the corpus shows (where no place is given, that of its fact).
 `python tests/golden/sentences.py .golden/new` prints the sentences of another run.
 """
 
-from __future__ import annotations
-
 import csv
 import functools
 import re

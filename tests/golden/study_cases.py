@@ -4,8 +4,6 @@
 `tolerances`, which `expect` reads.
 """
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 from typing import Any

@@ -4,8 +4,6 @@ Usage: worker.py PLACE LIST: every folder of PLACE that LIST names, a line each,
 they print and how they end is written beside it, file by file.
 """
 
-from __future__ import annotations
-
 import contextlib
 import gc
 import json

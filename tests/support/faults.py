@@ -1,7 +1,5 @@
 """The faults that tests must find: patches with their meanings, and the table of them."""
 
-from __future__ import annotations
-
 import ast
 import re
 from itertools import zip_longest

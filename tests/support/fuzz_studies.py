@@ -4,8 +4,6 @@ A mutant is decided by its number alone, so a failure is found again by it.  Run
 ``python tests/support/fuzz_studies.py FIRST NUMBER``.
 """
 
-from __future__ import annotations
-
 import os
 import random
 import re

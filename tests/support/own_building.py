@@ -5,8 +5,6 @@ model, one frame in each direction, so that they can be checked: the same motion
 pieces (tests/studies/kinds/test_own_building.py).
 """
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 

@@ -4,8 +4,6 @@ A child of other numba targets keeps its code in a folder of its own, because nu
 by what it was told of it.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -13,8 +13,6 @@ crossing is missed as long as the acceleration changes sign at most once within 
 bound on the step (at most a tenth of the shortest time constant of the piece) ensures.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

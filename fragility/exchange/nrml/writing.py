@@ -4,8 +4,6 @@ NRML's mean and stddev are of the lognormal variable itself, not its median and 
 PGD in cm/s and cm.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import os

@@ -4,8 +4,6 @@ Demands are ground motions, like the curves of a performance study: every compon
 whatever its own location.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """pelicun's demands: their names, and the units that they may be written in."""
 
-from __future__ import annotations
-
 import re
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ Its keys are those that the Damage and Loss Model Library allows, and no others:
 last line of its comments.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path

@@ -3,8 +3,6 @@
 pelicun keeps six digits of each number, and wants probabilities that begin with 0, end with 1 and rise at every level.
 """
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Reading of fragility tables of pelicun and of SimCenter's damage and loss library."""
 
-from __future__ import annotations
-
 import csv
 import io
 import os

@@ -4,8 +4,6 @@ A row is a component: capacities of its limit states, in a demand with a unit. T
 the JSON describes each id to people and to `read_pelicun`.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import os

@@ -3,8 +3,6 @@
 Usage: collect.py NAME: calls every function of NAME.py and writes what they return into NAME.nc and NAME.txt.
 """
 
-from __future__ import annotations
-
 import inspect
 import json
 import sys
