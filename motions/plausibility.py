@@ -99,6 +99,7 @@ USUAL: dict[str, tuple[float, float, str, str]] = {
     "duration": (1.0, 1e4, "s", "minutes?"),
     "standard deviation of the restitution": (1e-4, 0.15, "", "per cent?"),
     "dispersion of the slenderness": (1e-4, 0.3, "", "per cent?"),
+    "peak of a target spectrum": (0.08, 4.0, "g", "g and m/s² exchanged?"),
     "discount rate": (1e-4, 0.2, "", "per cent?"),
     "friction.static": (0.05, 1.2, "", "a lost decimal place?"),
     "friction.kinetic_ratio": (0.5, 1.0, "", "per cent, or the kinetic coefficient itself?"),
@@ -335,10 +336,11 @@ def record_doubts(plain: Iterable[Record], own_level: bool = True) -> list[Doubt
         if np.count_nonzero(flat[1:] & flat[:-1] & (size[1:-1] == pga)) >= HELD:
             odd["held"].append(reached)
         mean = abs(float(record.acceleration.mean())) / pga
-        if STANDING[0] < mean * pga / STANDARD_GRAVITY < STANDING[1]:
-            odd["upright"].append(f"{record.label}: {short_digits(mean * pga / STANDARD_GRAVITY)} g")
-        elif np.ptp(np.sign(record.acceleration)) < 2.0:
+        upright = STANDING[0] < mean * pga / STANDARD_GRAVITY < STANDING[1]
+        if not upright and np.ptp(np.sign(record.acceleration)) < 2.0:
             odd["one"].append(reached)
+        elif upright:
+            odd["upright"].append(f"{record.label}: {short_digits(mean * pga / STANDARD_GRAVITY)} g")
         elif mean > OFFSET:
             keep("offset", record, f"its mean is {two_digit_percent(mean)} of its PGA")
         left = abs(float(velocity(record.acceleration, record.dt)[-1])) / pgv
@@ -363,7 +365,7 @@ def record_doubts(plain: Iterable[Record], own_level: bool = True) -> list[Doubt
         if named:
             have = f"a {what} has" if len(named) == 1 else f"{counted(len(named), what)} have"
             doubts.append(Doubt(kind, f"{have} the samples of another ({first_of(named)}): {cure_of}"))
-    upright = "a vertical component? Leave it out"
+    standing = "a vertical component? Leave it out"
     outside = f"PGV/PGA outside {SHORTEST_PGV_PGA:g} to {LONGEST_PGV_PGA:g} s"
     slow = "another time step than the file says, a drift, or no acceleration?"
     highest = HIGHEST_RECORD if any(record.recorded and not record.floor for record in read) else HIGHEST_PGA
@@ -371,7 +373,7 @@ def record_doubts(plain: Iterable[Record], own_level: bool = True) -> list[Doubt
     noise = "another time step than the file says, or noise before and after (window)?"
     still = "after the corrections that were asked for; a window and filters can leave that"
     rows = (
-        ("upright", "vertical", "has the mean of gravity", "have the mean of gravity", upright),
+        ("upright", "vertical", "has the mean of gravity", "have the mean of gravity", standing),
         ("one", "offset", "has one sign", "have one sign", "a spectrum or absolute values in place of a motion?"),
         ("lone", "PGA", "has a peak of one sample", "have a peak of one sample", "a spike, or a lost decimal point?"),
         ("held", "PGA", "stays at its peak", "stay at their peaks", "clipped, or rounded too much?"),

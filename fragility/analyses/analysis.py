@@ -33,7 +33,7 @@ from ..runs.provenance import AXES, CLOUD, DESCRIBED, STRIPES
 from ..runs.request import ENDS, USUAL, Request, check_vertical, collect_about, work_of
 from ..runs.runners import thread_count
 from ..validity.characteristics import Characteristics
-from ..validity.plausibility import cut_slides, end_doubts, level_doubts
+from ..validity.plausibility import cut_slides, end_doubts, level_doubts, period_doubts
 from ..validity.screen import with_screen
 from ..validity.slab_screen import ScreenInput, ScreenRequest, screened_runs
 
@@ -111,7 +111,8 @@ def doubts_of(request: Request, design: Design) -> list[Doubt]:
     motions = [motion for motion in design.motions if not motion.reverse_of]
     if design.name == CLOUD:
         blocks += still_doubts(request.blocks, (float(abs(motion.acceleration).max()) for motion in motions))
-    return [*blocks, *record_doubts(motions, design.name != STRIPES), *levels]
+    periods = period_doubts(str(design.configuration["im"]))
+    return [*blocks, *record_doubts(motions, design.name != STRIPES), *levels, *periods]
 
 
 def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Dataset:

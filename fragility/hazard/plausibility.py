@@ -11,6 +11,7 @@ import numpy as np
 
 from ...core.aliases import Array
 from ...core.doubts import Doubt, by_study, warn
+from ...core.elementary import log
 from ...core.units import ACCELERATION, METRE, STANDARD_GRAVITY, VELOCITY
 from ...core.wording import in_years
 from ...motions.intensity.naming import in_si, written_level
@@ -42,6 +43,11 @@ At half that level it is 10 %, as in regions of low seismicity; no minimum excee
 RETURN_PERIODS, CENTURY = (475.0, 2475.0), 100.0
 NOTHING = 1e-3
 """Share of the weakest level that damages, at most, at which no curve begins."""
+STEEP, GENTLER, LEVEL_SLOPE, STEP, LEAST_RATE = 5.0, 0.3, 0.05, 0.1, 1e-8
+"""Slope of a curve with its ratio to the next one, and the next after 1, of no site; from steps of ln level and rates.
+
+All are assumed.
+"""
 STIFF = 0.5
 """Period, s, up to which spectral accelerations are at least about the PGA."""
 HALVINGS = 50
@@ -193,7 +199,21 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
         if rate < RAREST:
             what = f"{written_level(hazard.measure, bounds.damaging)} is exceeded once in {in_years(rate)} years"
             notes.append(Doubt(KIND, f"{name}: {what}, as where nothing damages: another unit of the levels or rates?"))
+    kink = _kink(hazard)
+    if kink and not hazard.of_formula:
+        what = f"rates fall up to {written_level(hazard.measure, kink)} and hardly beyond"
+        notes.append(Doubt(KIND, f"{name}: {what}: a slip in one rate or level?"))
     return notes
+
+
+def _kink(hazard: HazardCurve) -> float:
+    """Return the level after which the slope of a curve falls as no site's does, 0 if there is none."""
+    levels, rates = log(np.array(hazard.levels)), log(np.array(hazard.rates))
+    known = np.concatenate([[True], np.diff(levels) > STEP]) & (rates > math.log(LEAST_RATE))
+    slopes = -np.diff(rates[known]) / np.diff(levels[known])
+    before, after = slopes[:-1], slopes[1:]
+    kinks = np.flatnonzero(((before > STEEP) & (after < GENTLER * before)) | ((before > 1.0) & (after < LEVEL_SLOPE)))
+    return math.exp(levels[known][kinks[0] + 1]) if kinks.size else 0.0
 
 
 def level_at(hazard: HazardCurve, rate: float) -> float:
