@@ -145,14 +145,13 @@ def _numbers_of_block(block: Block) -> Iterator[_Number]:
         slip = "tonnes, grams or newtons in place of kg?"
         yield block.mass, LEAST_DENSE * volume, most * volume, "{:,g} kg", slip
     reach = FARTHER * block.height * math.sin(block.alpha)
-    distances = [] if wall is None else [(wall.gap, reach), (wall.front_gap, max(reach, block.height))]
-    distances += [] if edge is None else [(edge.front, MOST_GAP), (edge.back, MOST_GAP)]
-    for gap, farthest in distances:
+    distances = [] if wall is None else [(wall.gap, SMALL_GAP, reach)]
+    distances += [] if wall is None else [(wall.front_gap, SMALL_GAP, max(reach, block.height))]
+    distances += [] if edge is None else [(edge.front, LEAST_GAP, MOST_GAP), (edge.back, LEAST_GAP, MOST_GAP)]
+    for gap, nearest, farthest in distances:
         if gap is not None:
-            text, slip = "{:g} mm to a wall or an edge", METRES
-            if LEAST_GAP <= gap < SMALL_GAP or farthest < gap <= MOST_GAP:
-                slip = SMALL if gap < SMALL_GAP else NO_WALL
-            yield 1e3 * gap, 1e3 * SMALL_GAP, 1e3 * min(farthest, MOST_GAP), text, slip
+            slip = SMALL if LEAST_GAP <= gap < nearest else NO_WALL if farthest < gap <= MOST_GAP else METRES
+            yield 1e3 * gap, 1e3 * nearest, 1e3 * min(farthest, MOST_GAP), "{:g} mm to a wall or an edge", slip
 
 
 def size_doubts(sides: Array, centres: Array, name: Callable[[int], str | None]) -> list[Doubt]:
