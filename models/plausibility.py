@@ -145,9 +145,11 @@ def _numbers_of_block(block: Block) -> Iterator[_Number]:
         slip = "tonnes, grams or newtons in place of kg?"
         yield block.mass, LEAST_DENSE * volume, most * volume, "{:,g} kg", slip
     reach = FARTHER * block.height * math.sin(block.alpha)
-    distances = [] if wall is None else [(wall.gap, SMALL_GAP, reach)]
-    distances += [] if wall is None else [(wall.front_gap, SMALL_GAP, max(reach, block.height))]
-    distances += [] if edge is None else [(edge.front, LEAST_GAP, MOST_GAP), (edge.back, LEAST_GAP, MOST_GAP)]
+    distances: list[tuple[float | None, float, float]] = []
+    if wall is not None:
+        distances += [(wall.gap, SMALL_GAP, reach), (wall.front_gap, SMALL_GAP, max(reach, block.height))]
+    if edge is not None:
+        distances += [(edge.front, LEAST_GAP, MOST_GAP), (edge.back, LEAST_GAP, MOST_GAP)]
     for gap, nearest, farthest in distances:
         if gap is not None:
             slip = SMALL if LEAST_GAP <= gap < nearest else NO_WALL if farthest < gap <= MOST_GAP else METRES
@@ -192,7 +194,7 @@ def size_doubts(sides: Array, centres: Array, name: Callable[[int], str | None])
     ):
         named = np.flatnonzero(odd).tolist()
         if named:
-            first = [_sizes(name(i), *sides[i].tolist(), float(centres[i]), bool(uneven[i])) for i in named[:NAMED]]
+            first = [_sizes(name(i), sides[i], float(centres[i]), bool(uneven[i])) for i in named[:NAMED]]
             sizes = first_of([*first, *map(str, named[NAMED:])])
             have = "has" if len(named) == 1 else "have"
             of = f"{len(named):,} of {len(sides):,} blocks {have}" if len(sides) > 1 else "the block has"
@@ -200,8 +202,9 @@ def size_doubts(sides: Array, centres: Array, name: Callable[[int], str | None])
     return doubts
 
 
-def _sizes(name: str | None, width: float, height: float, centre: float, uneven: bool) -> str:
+def _sizes(name: str | None, sides: Array, centre: float, uneven: bool) -> str:
     """Return the name and the sizes of a block, and those that may be meant."""
+    width, height = map(float, sides)
     likely = likely_sizes(width, height)
     sizes = f"{f'{name}: ' if name else ''}{width:g} m × {height:g} m"
     return f"{sizes}{f', centre of mass at {centre:g} m' * uneven}{f', or {likely}?' if likely else ''}"

@@ -440,7 +440,8 @@ def scaling_doubts(
 def generator_doubts(generator: object) -> list[Doubt]:
     """Return the input warnings on the parameters of a generator of motions, by their names in `USUAL`."""
     given = {name: getattr(generator, name, None) for name in USUAL}
-    return unusual({name: value for name, value in given.items() if value is not None}, "units")
+    numbers = {name: value for name, value in given.items() if value is not None and not callable(value)}
+    return unusual(numbers, "units")
 
 
 def unusual(values: Mapping[str, Any], kind: str = "building") -> list[Doubt]:
