@@ -27,7 +27,9 @@ WIDEST = 1.5
 """m: furniture and equipment are narrower; no piece of the catalogue is wider than 0.9 m."""
 WIDTHS, HEIGHTS, RATIOS = (0.05, WIDEST), (0.1, 4.0), (1.0, 12.0)
 """Plausible widths, m, heights, m, and heights over widths; the catalogue's are 0.13-0.9, 0.23-2.4 and 1.04-8.5."""
-FACTORS = (10.0, 100.0, 1000.0)
+LEAST_FURNITURE = 0.6
+"""Minimum height, m, of sizes that are given in feet or inches (assumed)."""
+FACTORS, UNITS_OF_LENGTH = (10.0, 100.0, 1000.0), {"feet": 0.3048, "inches": 0.0254}
 PARTS: dict[str, Any] = {"wall": Wall, "restraint": Restraint, "bed": Bed, "edge": Edge}
 """Surroundings and restraint of a block, by the names of its fields."""
 
@@ -457,14 +459,17 @@ def likely_sizes(width: float, height: float) -> str:
     >>> likely_sizes(1.95, 0.45)
     '0.45 m × 1.95 m with width and height exchanged'
     """
+    if _plausible(width, height):
+        return ""
     slips = [(height, width, "with width and height exchanged")]
     slips += [(width / factor, height / factor, f"with both divided by {factor:g}") for factor in FACTORS]
     slips += [(width / factor, height, f"with the width divided by {factor:g}") for factor in FACTORS]
     slips += [(width, height / factor, f"with the height divided by {factor:g}") for factor in FACTORS]
     slips += [(height / factor, width / factor, f"with both exchanged and divided by {factor:g}") for factor in FACTORS]
-    if _plausible(width, height):
-        return ""
-    return next((f"{wide:g} m × {high:g} m {words}" for wide, high, words in slips if _plausible(wide, high)), "")
+    units = [(width * unit, height * unit, f"as {name}") for name, unit in UNITS_OF_LENGTH.items()]
+    units = [slip for slip in units if slip[1] >= LEAST_FURNITURE]
+    likely = (next((slip for slip in kind if _plausible(*slip[:2])), None) for kind in (slips, units))
+    return ", or ".join(f"{slip[0]:.4g} m × {slip[1]:.4g} m {slip[2]}" for slip in likely if slip)
 
 
 def _plausible(width: float, height: float) -> bool:

@@ -1,22 +1,27 @@
 """Plausibility of blocks and laws: sizes and numbers outside of the known range, with the likely slip of units."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 
 from ..core.aliases import Array
 from ..core.doubts import NAMED, Doubt, first_names, first_of
-from ..core.elementary import tan
-from .block import WIDEST, Block, likely_sizes
+from ..core.units import STANDARD_GRAVITY
+from ..core.wording import two_digits
+from .block import HEIGHTS, WIDEST, Block, likely_sizes
 from .block_array import BlockArray
 from .laws import Model
 from .scenes.restraint import Restraint
 from .sliding.law import Sliding
 
+STILL = 0.9
+"""Share of the acceleration at which a block lifts off, below which a motion of some vertical shaking moves nothing."""
 LARGEST, SMALLEST = 20.0, 0.01  # m: sides of contents of buildings
 UNITS = "units"
 """Kind of input warnings on numbers that are likely of another unit."""
+CENTRES, UNLIKE = (0.3, 0.7), 1.05
+"""Height of the centre of mass over the height of usual contents, and ratio of heights that are not equal (assumed)."""
 FURNITURE, DEEPEST = (1.2, 2.5), 0.7
 """Heights, m, of cabinets and shelves, and the depth beyond which their width is likely taken for it (assumed)."""
 MOST_DAMPED = 1.0
@@ -32,30 +37,37 @@ LEAST_ARM = 0.2
 LEAST_DENSE, MOST_DENSE = 5.0, 4000.0  # kg/m³: of nothing to solid stone; metals are denser
 UNKNOWN_DEPTH = 10.0
 """Depth over width, at most, of a block whose depth is not given."""
-LEAST_GAP, MOST_GAP = 0.001, 5.0
-"""Distance, m, below which a gap that is not 0 is no measured one, and beyond which a wall is none of the block's."""
+LEAST_GAP, SMALL_GAP, MOST_GAP = 0.001, 0.005, 5.0
+"""Distances, m: no measured gap or trip, no usual gap but 0, and beyond which a wall is none of the block's."""
 LEAST_OFFSET, LEAST_LEAN = 1e-4, math.radians(0.0999)  # m, rad
 LEAST_TILT = math.radians(1.0)
 """Rotation that may count as overturning, rad; nothing spills at less."""
+SMALL = "centimetres in place of mm?"
+NO_WALL = "it falls before it touches such a wall: another unit than mm?"
+FARTHER = 1.5
+"""Distance of a wall that changes nothing, over the reach of a block that is about to fall (assumed)."""
 METRES = "metres in place of mm, or the other way round?"
 IMPOSSIBLY_LARGE, IMPOSSIBLY_SMALL = 100.0, 0.001  # m
 NEVER = np.zeros(1, dtype=bool)
+_Number = tuple[float | None, float, float, str, str]
+"""A number, its minimum and maximum, and texts of it and of the likely slip; 0 and infinity mean absence."""
 
 
 def block_doubts(blocks: Iterable[Block] | BlockArray) -> list[Doubt]:
-    """Return the input warnings on block sizes: sides above 20 m or below 0.01 m, widths above 1.5 m, h/b below 1."""
+    """Return the input warnings on the sizes, the surroundings, the restraints and the restitution of blocks."""
     if isinstance(blocks, BlockArray):
-        sides, slenderness = np.stack([blocks.width, blocks.height], axis=1), 1.0 / tan(blocks.alpha)
+        sides = np.stack([blocks.width, blocks.height], axis=1)
         restitution = blocks.own.get("e", np.ones(0))
         low = [
             (str(blocks.names[i]), float(restitution[i]))
             for i in np.flatnonzero(restitution < LEAST_RESTITUTION).tolist()
         ]
-        return [*size_doubts(sides, slenderness, lambda i: str(blocks.names[i])), *restitution_doubts(low)]
+        sizes = size_doubts(sides, blocks.cm_height, lambda i: str(blocks.names[i]))
+        return [*sizes, *restitution_doubts(low)]
     every = list(blocks)
     sides = np.array([(block.width, block.height) for block in every]).reshape(-1, 2)
     # (a block without a name is called by its sizes)
-    sizes = size_doubts(sides, np.array([block.h / block.b for block in every]), lambda i: every[i].name)
+    sizes = size_doubts(sides, np.array([block.h for block in every]), lambda i: every[i].name)
     restraints = [(block.label, block.restraint) for block in every if block.restraint is not None]
     return [*sizes, *_front_doubts(every), *unit_doubts(restraints, every)]
 
@@ -81,56 +93,80 @@ def _front_doubts(blocks: Sequence[Block]) -> list[Doubt]:
 def unit_doubts(restraints: Iterable[tuple[str, Restraint]], blocks: Iterable[Block] = ()) -> list[Doubt]:
     """Return the input warnings on restraints with their blocks, and on masses and distances of blocks: wrong units."""
     slips: dict[str, list[str]] = {}
-    for name, restraint in restraints:
-        if not LEAST_STRENGTH <= restraint.strength <= MOST_STRENGTH and restraint.strength != math.inf:
-            slips.setdefault("kN in place of N?", []).append(f"{name}: a strength of {restraint.strength:g} N")
-        elif (
-            restraint.strength < math.inf > restraint.stiffness
-            and not LEAST_STRETCH <= (stretch := restraint.strength / restraint.stiffness) <= MOST_STRETCH
-        ):
-            text = f"{name}: it would stretch by {1e3 * stretch:.3g} mm before it breaks"
-            slips.setdefault("a stiffness in N/m or kN/mm in place of N/mm?", []).append(text)
-        if (
-            restraint.front is not None
-            and restraint.front < LEAST_ARM
-            and restraint.kind in ("strap", "bracket", "cable")
-        ):
-            text = f"{name}: a {restraint.kind} that acts {1e3 * restraint.front:.3g} mm above the floor"
-            slips.setdefault("a height in centimetres or decimetres?", []).append(text)
-        if restraint.slack > MOST_SLACK or 0.0 < restraint.slack < LEAST_SLACK:
-            slips.setdefault(METRES, []).append(f"{name}: a slack of {1e3 * restraint.slack:g} mm")
-    for block in blocks:
-        if block.depth is not None and block.depth > LARGEST:
-            slips.setdefault(METRES, []).append(f"{block.label}: a depth of {block.depth:g} m")
-        if 0.0 < abs(block.cm_offset) < LEAST_OFFSET:
-            slips.setdefault(METRES, []).append(f"{block.label}: an offset of {1e3 * block.cm_offset:g} mm")
-        if 0.0 < abs(block.lean) < LEAST_LEAN:
-            text = f"{block.label}: leans by {math.degrees(block.lean):.2g} degrees"
-            slips.setdefault("radians in place of degrees?", []).append(text)
-        if block.tilt_limit is not None and block.tilt_limit < LEAST_TILT:
-            text = f"{block.label}: counts as overturned at {math.degrees(block.tilt_limit):.2g} degrees"
-            slips.setdefault("radians in place of degrees?", []).append(text)
-        if block.mass is not None:
-            density = block.mass / (block.width * (block.depth or block.width) * block.height)
-            most = MOST_DENSE if block.depth else UNKNOWN_DEPTH * MOST_DENSE
-            if not LEAST_DENSE <= density <= most:
-                text = f"{block.label}: {block.mass:,g} kg"
-                slips.setdefault("tonnes, grams or newtons in place of kg?", []).append(text)
-        wall, edge = block.wall, block.edge
-        gaps = (() if wall is None else (wall.gap, wall.front_gap)) + (() if edge is None else (edge.front, edge.back))
-        far = (gap for gap in gaps[:2] if wall is not None and gap is not None and gap > MOST_GAP)
-        odd = [*(gap for gap in gaps if gap is not None and 0.0 < gap < LEAST_GAP), *far]
-        if odd:
-            slips.setdefault(METRES, []).append(f"{block.label}: {1e3 * odd[0]:g} mm to a wall or an edge")
+    numbers = [(name, row) for name, restraint in restraints for row in _numbers_of_restraint(restraint)]
+    numbers += [(block.label, row) for block in blocks for row in _numbers_of_block(block)]
+    for name, (value, least, most, text, slip) in numbers:
+        if value is not None and 0.0 < abs(value) < math.inf and not least <= abs(value) <= most:
+            slips.setdefault(slip, []).append(f"{name}: {text.format(value)}")
     return [Doubt(UNITS, f"{first_of(named)}: {slip}") for slip, named in slips.items()]
 
 
-def size_doubts(sides: Array, slenderness: Array, name: Callable[[int], str | None]) -> list[Doubt]:
-    """Return the input warnings on sides (block, 2), in m, and slendernesses (block,) of blocks with names."""
+def still_doubts(blocks: Iterable[Block], peaks: Iterable[float]) -> list[Doubt]:
+    """Return the input warning on motions with peaks, m/s², of which none lifts any of some blocks, at tan alpha g."""
+    angles = (math.atan2(block.b - abs(block.cm_offset), block.h) - abs(block.lean) for block in blocks)
+    first = math.tan(min(angles, default=0.0))
+    peak = max(peaks, default=math.inf) / STANDARD_GRAVITY
+    if peak >= STILL * first:
+        return []
+    what = f"all motions are below {two_digits(peak)} g, and the first block lifts off at {two_digits(first)} g"
+    return [Doubt("PGA", f"{what}: g in place of m/s²?")]
+
+
+def _numbers_of_restraint(restraint: Restraint) -> Iterator[_Number]:
+    """Return the numbers of a restraint."""
+    strength, slack = restraint.strength, 1e3 * restraint.slack
+    yield strength, LEAST_STRENGTH, MOST_STRENGTH, "a strength of {:g} N", "kN in place of N?"
+    if strength < math.inf > restraint.stiffness and LEAST_STRENGTH <= strength <= MOST_STRENGTH:
+        slip = "a stiffness in N/m or kN/mm in place of N/mm?"
+        stretch = 1e3 * strength / restraint.stiffness
+        yield stretch, 1e3 * LEAST_STRETCH, 1e3 * MOST_STRETCH, "it would stretch by {:.3g} mm before it breaks", slip
+    if restraint.front is not None and restraint.kind in ("strap", "bracket", "cable"):
+        text = f"a {restraint.kind} that acts {{:.3g}} mm above the floor"
+        yield 1e3 * restraint.front, 1e3 * LEAST_ARM, math.inf, text, "a height in centimetres or decimetres?"
+    yield slack, 1e3 * LEAST_SLACK, 1e3 * MOST_SLACK, "a slack of {:g} mm", METRES
+
+
+def _numbers_of_block(block: Block) -> Iterator[_Number]:
+    """Return the numbers of a block other than its sizes."""
+    wall, edge, degrees, tilt = block.wall, block.edge, "radians in place of degrees?", block.tilt_limit
+    yield block.depth, 0.0, LARGEST, "a depth of {:g} m", METRES
+    yield 1e3 * block.cm_offset, 1e3 * LEAST_OFFSET, math.inf, "an offset of {:g} mm", METRES
+    yield math.degrees(block.lean), math.degrees(LEAST_LEAN), math.inf, "leans by {:.2g} degrees", degrees
+    if tilt is not None:
+        text, lost = "counts as overturned at {:.2g} degrees", "it falls anyway beyond its slenderness angle"
+        yield math.degrees(tilt), math.degrees(LEAST_TILT), math.inf, text, degrees
+        free = wall is None and block.restraint is None
+        yield math.degrees(tilt), 0.0, math.degrees(block.alpha) if free else math.inf, text, lost
+    if block.mass is not None:
+        volume = block.width * (block.depth or block.width) * block.height
+        most = MOST_DENSE if block.depth else UNKNOWN_DEPTH * MOST_DENSE
+        slip = "tonnes, grams or newtons in place of kg?"
+        yield block.mass, LEAST_DENSE * volume, most * volume, "{:,g} kg", slip
+    reach = FARTHER * block.height * math.sin(block.alpha)
+    distances: list[tuple[float | None, float, float]] = []
+    if wall is not None:
+        distances += [(wall.gap, SMALL_GAP, reach), (wall.front_gap, SMALL_GAP, max(reach, block.height))]
+    if edge is not None:
+        distances += [(edge.front, LEAST_GAP, MOST_GAP), (edge.back, LEAST_GAP, MOST_GAP)]
+    for gap, nearest, farthest in distances:
+        if gap is not None:
+            slip = SMALL if LEAST_GAP <= gap < nearest else NO_WALL if farthest < gap <= MOST_GAP else METRES
+            yield 1e3 * gap, 1e3 * nearest, 1e3 * min(farthest, MOST_GAP), "{:g} mm to a wall or an edge", slip
+
+
+def size_doubts(sides: Array, centres: Array, name: Callable[[int], str | None]) -> list[Doubt]:
+    """Return the input warnings on sides (block, 2) and heights of centres of mass (block,), m, of named blocks."""
     doubts = []
-    large, small = sides.max(axis=1) > LARGEST, sides.min(axis=1) < SMALLEST
+    large, small = sides.max(axis=1, initial=0.0) > LARGEST, sides.min(axis=1, initial=1.0) < SMALLEST
     wide = ~large & ~small & (sides[:, 0] > WIDEST)
-    squat = ~large & ~small & ~wide & (slenderness < 1.0 - 1e-9)
+    squat = ~large & ~small & ~wide & (2.0 * centres / sides[:, 0] < 1.0 - 1e-9)
+    high = ~large & ~wide & ~squat & (sides[:, 1] > HEIGHTS[1])
+    share = centres / sides[:, 1]
+    odd_centre = (share < CENTRES[0]) | (share > CENTRES[1])
+    uneven = np.abs(share - 0.5) > 1e-9
+    given, heights = centres[uneven], sides[uneven, 1]
+    if given.size and np.ptp(given) == 0.0 and CENTRES[0] <= given[0] <= CENTRES[1]:
+        odd_centre |= uneven & (heights.max() > UNLIKE * heights.min())
     for odd, beyond, text, slip in (
         (
             large,
@@ -146,21 +182,30 @@ def size_doubts(sides: Array, slenderness: Array, name: Callable[[int], str | No
             "a centre of mass lower than half the width",
             "such a block slides or bounces, and hardly rocks",
         ),
+        (high, NEVER, f"a height above {HEIGHTS[1]:g} m", "rooms are lower: feet written as metres?"),
+        (
+            odd_centre & ~squat,
+            NEVER,
+            f"a centre of mass outside {CENTRES[0]:g} to {CENTRES[1]:g} of the height, or one for all heights",
+            "is cm_height in metres above the floor, or a share of the height?",
+        ),
     ):
         named = np.flatnonzero(odd).tolist()
         if named:
-            sizes = first_of([*(_sizes(sides[i], name(i)) for i in named[:NAMED]), *map(str, named[NAMED:])])
+            first = [_sizes(name(i), sides[i], float(centres[i]), bool(uneven[i])) for i in named[:NAMED]]
+            sizes = first_of([*first, *map(str, named[NAMED:])])
             have = "has" if len(named) == 1 else "have"
             of = f"{len(named):,} of {len(sides):,} blocks {have}" if len(sides) > 1 else "the block has"
             doubts.append(Doubt("block size", f"{of} {text} ({sizes}): {slip}", bool(beyond.any())))
     return doubts
 
 
-def _sizes(sides: Array, name: str | None) -> str:
+def _sizes(name: str | None, sides: Array, centre: float, uneven: bool) -> str:
     """Return the name and the sizes of a block, and those that may be meant."""
     width, height = map(float, sides)
     likely = likely_sizes(width, height)
-    return f"{f'{name}: ' if name else ''}{width:g} m × {height:g} m{f', or {likely}?' if likely else ''}"
+    sizes = f"{f'{name}: ' if name else ''}{width:g} m × {height:g} m"
+    return f"{sizes}{f', centre of mass at {centre:g} m' * uneven}{f', or {likely}?' if likely else ''}"
 
 
 def restitution_doubts(given: Iterable[tuple[str, float | None]]) -> list[Doubt]:

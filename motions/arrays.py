@@ -240,6 +240,8 @@ DOWNWARD = "downward_acceleration"
 """Coordinate of runs with a vertical component: the maximum downward acceleration of each motion."""
 BASELINES = ("baseline(", "highpass(", "bandpass(")
 """Corrections, as the attribute `processing` lists them, that remove offsets and drifts."""
+LONGEST_TAPER = 0.15
+"""Share of a record, at either end, that a usual taper does not exceed (assumed)."""
 HIGHEST_HIGHPASS, LOWEST_LOWPASS = 1.0, 5.0
 """Corners of filters, Hz: slower motions overturn blocks, and beyond records keep most of their PGA."""
 OWN_LEVEL = "own_level"
@@ -251,10 +253,21 @@ _RECORD_COORDINATES = ("motion", "source", "dt", "own_amplitude", "recorded", "t
 
 def filter_doubts(arrays: Iterable[xr.DataArray]) -> list[Doubt]:
     """Return the input warning on filters of motions, by their ``processing``, that leave little of an earthquake."""
+    arrays = list(arrays)
     notes = " ".join(str(array.attrs.get("processing", "")) for array in arrays)
     below = [low for low in map(float, re.findall(r"pass\(low=(\S+) Hz", notes)) if low > HIGHEST_HIGHPASS]
     above = [high for high in map(float, re.findall(r"pass\(.{0,40}?high=(\S+) Hz", notes)) if high < LOWEST_LOWPASS]
     doubts = []
+    for array in arrays:
+        tapered = [
+            float(text) for text in re.findall(r"taper\(duration=(\S+) s", str(array.attrs.get("processing", "")))
+        ]
+        length = (
+            array.sizes.get("time", 0) * float(np.min(array["dt"].values)) if tapered and "dt" in array.coords else 0.0
+        )
+        if length and max(tapered) > LONGEST_TAPER * length:
+            what = f"a taper of {max(tapered):g} s at both ends of {length:.3g} s"
+            doubts.append(Doubt("units", f"{what} takes out much of the motion: a share or ms in place of s?"))
     for corners, what in (
         (below, f"below {max(below, default=0.0):g} Hz, usual is up to {HIGHEST_HIGHPASS:g} Hz"),
         (above, f"above {min(above, default=0.0):g} Hz, usual is from {LOWEST_LOWPASS:g} Hz"),

@@ -120,7 +120,9 @@ def taper(motions: xr.DataArray, duration: float) -> xr.DataArray:
     n = values.shape[1]
     length = checks.number("duration", duration, above=0.0, at_most=0.5 * (n - 1) * dt, unit="s")
     window = scipy.signal.windows.tukey(n, 2.0 * length / ((n - 1) * dt))
-    return _corrected(motions, f"taper(duration={length:g} s)", lambda a: a * window)
+    tapered = _corrected(motions, f"taper(duration={length:g} s)", lambda a: a * window)
+    warn(filter_doubts([tapered]))
+    return tapered
 
 
 def pad(motions: xr.DataArray, before: float, after: float) -> xr.DataArray:

@@ -61,11 +61,14 @@ RINGING = 0.2
 
 Generated motions that fade leave 0.09 to 0.24 in the median, for periods of 0.3 to 2 s.
 """
+STIFFER = 1.1
+"""Ratio of the stiffnesses of the highest and the lowest storey of no usual building (assumed)."""
 STOREY_PERIODS = 0.02, 0.4
 """Period of a building over its storeys, s: stiff walls to soft frames."""
 USUAL: dict[str, tuple[float, float, str, str]] = {
     "damping of a building": (0.002, 0.35, "", "per cent?"),
-    "storey height": (1.8, 30.0, "m", "centimetres or feet?"),
+    "storey height": (1.8, 7.0, "m", "centimetres, feet, or heights above the ground?"),
+    "height of one storey": (1.8, 30.0, "m", "centimetres or feet?"),
     "yield coefficient": (0.005, 3.0, "", "per cent?"),
     "frequency of a bench": (0.8, 1000.0, "Hz", "a period in s?"),
     "damping of a bench": (0.002, 0.35, "", "per cent?"),
@@ -85,13 +88,33 @@ USUAL: dict[str, tuple[float, float, str, str]] = {
     "kappa": (0.001, 0.2, "s", "another unit than s?"),
     "stress_drop": (3e5, 1e8, "Pa", "bar or kPa?"),
     "distance": (100.0, 1e6, "m", "km?"),
+    "along": (100.0, 5e5, "m", "km?"),
+    "vs30": (100.0, 1500.0, "m/s", "ft/s?"),
+    "beta": (1000.0, 5000.0, "m/s", "of the soil, or a lost digit?"),
+    "density": (1500.0, 3500.0, "kg/m³", "a lost digit?"),
+    "nu": (1e-6, 6.3, "rad", "degrees?"),
     "dt": (1e-5, 0.05, "s", "a frequency in Hz, or milliseconds?"),
     "duration": (1.0, 1e4, "s", "minutes?"),
     "standard deviation of the restitution": (1e-4, 0.15, "", "per cent?"),
     "dispersion of the slenderness": (1e-4, 0.3, "", "per cent?"),
+    "peak of a target spectrum": (0.08, 4.0, "g", "g and m/s² exchanged?"),
     "discount rate": (1e-4, 0.2, "", "per cent?"),
+    "friction.static": (0.05, 1.2, "", "a lost decimal place?"),
+    "friction.kinetic_ratio": (0.5, 1.0, "", "per cent, or the kinetic coefficient itself?"),
+    "friction.dispersion": (0.01, 0.6, "", "a standard deviation, or per cent?"),
+    "friction.slips_m": (0.002, 5.0, "m", "another unit than metres?"),
+    "friction.trip_mm": (5.0, 1e4, "mm", "centimetres?"),
+    "fit.state": (0.05, 3.0, "", "radians in place of a share of the slenderness angle?"),
+    "fit.modelling_dispersion": (0.02, 0.7, "", "a factor in place of a dispersion?"),
+    "performance.modelling_dispersion": (0.02, 0.7, "", "a factor in place of a dispersion?"),
+    "motions.baseline_order": (1.0, 5.0, "", "high orders take out long periods"),
+    "building.sds_g": (0.02, 3.0, "g", "m/s²?"),
+    "building.sd1_g": (0.01, 3.0, "g", "m/s²?"),
+    "code.ag_g": (0.01, 2.0, "g", "m/s²?"),
+    "code.sds_g": (0.02, 3.0, "g", "m/s²?"),
+    "code.component_period_s": (0.01, 1.0, "s", "a frequency in Hz?"),
 }
-"""Minimum and maximum of numbers of buildings, supports, generators and inventories, their unit, and likely slips.
+"""Minimum and maximum of numbers of buildings, supports, generators, inventories and study keys, units, likely slips.
 
 All are assumed. The largest Arias intensities of records are about 20 to 30 m/s, corners of their filters 0.05 to 1 Hz.
 Ground filters have damping ratios of 0.2 to 0.9 and 3 to 50 rad/s, paths have q0 of 50 to 1000 (recalled). Tall
@@ -311,7 +334,10 @@ def record_doubts(plain: Iterable[Record], own_level: bool = True) -> list[Doubt
         if np.count_nonzero(flat[1:] & flat[:-1] & (size[1:-1] == pga)) >= HELD:
             odd["held"].append(reached)
         mean = abs(float(record.acceleration.mean())) / pga
-        if STANDING[0] < mean * pga / STANDARD_GRAVITY < STANDING[1]:
+        upright = STANDING[0] < mean * pga / STANDARD_GRAVITY < STANDING[1]
+        if not upright and np.ptp(np.sign(record.acceleration)) < 2.0:
+            odd["one"].append(reached)
+        elif upright:
             odd["upright"].append(f"{record.label}: {short_digits(mean * pga / STANDARD_GRAVITY)} g")
         elif mean > OFFSET:
             keep("offset", record, f"its mean is {two_digit_percent(mean)} of its PGA")
@@ -337,7 +363,7 @@ def record_doubts(plain: Iterable[Record], own_level: bool = True) -> list[Doubt
         if named:
             have = f"a {what} has" if len(named) == 1 else f"{counted(len(named), what)} have"
             doubts.append(Doubt(kind, f"{have} the samples of another ({first_of(named)}): {cure_of}"))
-    upright = "a vertical component? Leave it out"
+    standing = "a vertical component? Leave it out"
     outside = f"PGV/PGA outside {SHORTEST_PGV_PGA:g} to {LONGEST_PGV_PGA:g} s"
     slow = "another time step than the file says, a drift, or no acceleration?"
     highest = HIGHEST_RECORD if any(record.recorded and not record.floor for record in read) else HIGHEST_PGA
@@ -345,7 +371,8 @@ def record_doubts(plain: Iterable[Record], own_level: bool = True) -> list[Doubt
     noise = "another time step than the file says, or noise before and after (window)?"
     still = "after the corrections that were asked for; a window and filters can leave that"
     rows = (
-        ("upright", "vertical", "has the mean of gravity", "have the mean of gravity", upright),
+        ("upright", "vertical", "has the mean of gravity", "have the mean of gravity", standing),
+        ("one", "offset", "has one sign", "have one sign", "a spectrum or absolute values in place of a motion?"),
         ("lone", "PGA", "has a peak of one sample", "have a peak of one sample", "a spike, or a lost decimal point?"),
         ("held", "PGA", "stays at its peak", "stay at their peaks", "clipped, or rounded too much?"),
         ("offset", "offset", "keeps an offset", "keep an offset", level if "offset" in uncorrected else still),
@@ -411,7 +438,8 @@ def scaling_doubts(
 def generator_doubts(generator: object) -> list[Doubt]:
     """Return the input warnings on the parameters of a generator of motions, by their names in `USUAL`."""
     given = {name: getattr(generator, name, None) for name in USUAL}
-    return unusual({name: value for name, value in given.items() if value is not None}, "units")
+    numbers = {name: value for name, value in given.items() if value is not None and not callable(value)}
+    return unusual(numbers, "units")
 
 
 def unusual(values: Mapping[str, Any], kind: str = "building") -> list[Doubt]:
@@ -420,7 +448,7 @@ def unusual(values: Mapping[str, Any], kind: str = "building") -> list[Doubt]:
     for what, given in values.items():
         least, most, unit, slip = USUAL[what]
         for value in np.unique(np.asarray(given)).tolist():
-            if 0.0 < value < np.inf and not least <= value <= most:
+            if 0.0 < abs(value) < np.inf and not least <= abs(value) <= most:
                 unit_text = f" {unit}" if unit else ""
                 sentence = f"{what}: {value:.3g}{unit_text}, usual are {least:g} to {most:g}{unit_text}: {slip}"
                 doubts.append(Doubt(kind, sentence))
@@ -432,13 +460,23 @@ def building_doubts(period: float, damping: Any, heights: Array) -> list[Doubt]:
 
     A period up to 1 s may be of any low building.
     """
-    doubts = unusual({"damping of a building": damping, "storey height": np.diff(heights)})
     storeys, (least, most) = heights.size - 1, STOREY_PERIODS
+    rises, doubts = np.diff(heights), unusual({"damping of a building": damping})
+    typical = unusual({"storey height": np.median(rises)}) if storeys > 1 else []
+    doubts += typical or unusual({"height of one storey": rises})
     if not storeys * least <= period <= max(storeys * most, 1.0):
         what = f"a building of {storeys} storeys with a period of {period:g} s, {period / storeys:.3g} s a storey"
         slip = "a frequency, masses in tonnes or stiffnesses in kN/m?"
         doubts.append(Doubt("building", f"{what}, usual are {least:g} to {most:g} s: {slip}"))
     return doubts
+
+
+def storey_doubts(masses: Array, stiffnesses: Array) -> list[Doubt]:
+    """Return the input warning on storeys that are lighter and softer at the ground than at the roof."""
+    if masses[0] >= masses[-1] or stiffnesses[-1] <= STIFFER * stiffnesses[0] or (np.diff(stiffnesses) < 0.0).any():
+        return []
+    what = "masses and stiffnesses grow from the ground to the roof"
+    return [Doubt("building", f"{what}: are storeys listed from the roof down?")]
 
 
 def ringing_doubts(floor_motions: Iterable[xr.DataArray]) -> list[Doubt]:

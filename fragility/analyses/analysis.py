@@ -15,7 +15,7 @@ import xarray as xr
 from ...core.doubts import Doubt, warn
 from ...core.units import provenance
 from ...models import Block, Model, describe_block, describe_law
-from ...models.plausibility import block_doubts, law_doubts
+from ...models.plausibility import block_doubts, law_doubts, still_doubts
 from ...models.runs import Specimen
 from ...motions.arrays import BOTH_AXES, DOWNWARD, DRAW, POLARITY, RECORD, Record, motion_coordinates
 from ...motions.intensity.evaluation import measure_variables
@@ -27,11 +27,11 @@ from ..runs.factors import Factors, ScaleFactors
 from ..runs.labels import block_coordinates, depth_coordinate, law_coordinates, output_variables, restitution_variable
 from ..runs.outputs import AXIS, BOTH, OUTPUTS
 from ..runs.plan import LeftError, refuse_endless_runs
-from ..runs.provenance import AXES, DESCRIBED, STRIPES
+from ..runs.provenance import AXES, CLOUD, DESCRIBED, STRIPES
 from ..runs.request import ENDS, USUAL, Request, check_vertical, collect_about, work_of
 from ..runs.runners import thread_count
 from ..validity.characteristics import Characteristics
-from ..validity.plausibility import cut_slides, end_doubts, level_doubts
+from ..validity.plausibility import cut_slides, end_doubts, level_doubts, period_doubts
 from ..validity.screen import with_screen
 from ..validity.slab_screen import ScreenInput, ScreenRequest, screened_runs
 
@@ -107,7 +107,10 @@ def doubts_of(request: Request, design: Design) -> list[Doubt]:
     levels = [] if at is None else level_doubts(at.values, str(at.attrs["units"]))
     blocks = [*block_doubts(request.blocks), *law_doubts(request.blocks, request.models, request.outputs)]
     motions = [motion for motion in design.motions if not motion.reverse_of]
-    return [*blocks, *record_doubts(motions, design.name != STRIPES), *levels]
+    if design.name == CLOUD:
+        blocks += still_doubts(request.blocks, (float(abs(motion.acceleration).max()) for motion in motions))
+    periods = period_doubts(str(design.configuration["im"]))
+    return [*blocks, *record_doubts(motions, design.name != STRIPES), *levels, *periods]
 
 
 def analyse(request: Request, specimens: Specimens, design: Design) -> xr.Dataset:

@@ -20,7 +20,7 @@ from ...motions.matching.target_spectra import other_damping
 from ...motions.readers.lines import Lines, is_blank, is_comment, plain
 from ...motions.readers.units import units_in
 from .curve import HazardCurve, unit_to_si
-from .plausibility import SEVERAL, starts_rare
+from .plausibility import SEVERAL, names_point, starts_rare
 from .reading import (
     INVENTED,
     LARGER,
@@ -48,6 +48,7 @@ NEAR = 0.01
 
 _YEARS = {
     **dict.fromkeys(("yr", "yrs", "year", "years", "y", "a"), 1.0),
+    **dict.fromkeys(("month", "months"), 1.0 / 12.0),
     **dict.fromkeys(("decade", "decades"), 10.0),
     **dict.fromkeys(("century", "centuries"), 100.0),
     **dict.fromkeys(("kyr", "ka", "millennium", "millennia"), 1000.0),
@@ -68,7 +69,10 @@ _WRITTEN = {
     "probability": "probabilities with their time, as 'probability in 50 yr' or 'probability in 50 yr (%)'",
     "rate": "rates in 1/yr, as 'rate (1/yr)'",
 }
-_OF_SHARES = r"(?:(?:per[cz]|c)entile?|fra[ckt]tile?|[qc]uantile?|yüzdelik)"
+_OF_SHARES = (
+    r"(?:(?:per[cz]|c)entile?|fra[ckt]tile?|[qc]uantile?|aggregation ?level|yüzdelik"
+    r"|分位|パーセンタイル|(?:квант|(?:про|перс?)цент)иль)"
+)
 _FRACTILES = re.compile(
     r"(?i)(?<![\d.,])(?P<before>\d{1,2}(?:[.,]\d{1,3})?)[\s-]?(?:st|nd|rd|th|[èeé]?me|[eo.°ºª%]|per cent)?[\s-]{0,2}"
     rf"{_OF_SHARES}|{_OF_SHARES}[\s=:-]{{0,3}}(?P<after>0?[.,]\d{{1,3}}|\d{{1,2}}(?:[.,]\d{{1,3}})?)(?!\d)"
@@ -81,14 +85,16 @@ _SPREAD = re.compile(
     r"(?i)(?:standard deviations?|(?<![a-z])std(?![a-z])|[+±-]\s?(?:\d|\d?\.\d+)?\s?(?:sigma|σ)(?![a-z])"
     r"|(?:plus|minus) (?:(?:one|two|\d) )?(?:sigma|σ|standard))"
     r"|(?P<bound>(?:upper|lower)[- ](?:bound(?! m)|confidence|\d\d\s?%)|\d\s?% confidence(?!\s?(?:interval|band))|"
-    r"confidence (?:upper|lower|limit)|obere (?:grenze|schranke)(?!\w)|obergrenze|borne sup|limite? superior)"
+    r"confidence (?:upper|lower|limit|level\W{1,3}\d)|"
+    r"obere (?:grenze|schranke)(?!\w)|obergrenze|borne sup|limite? superior)"
 )
 _VERTICAL = re.compile(  # (curves are of horizontal shaking with a damping of 5 %)
     r"(?i)verti[ck]ale? (?:component|motion|pga|hazard|acc|spec)|(?:component|comp|imc|direction)\w*\W{0,3}verti[ck]al"
-    r"|#\W*verti[ck]ale?\W*(?=#|$)"
+    r"|#\W*verti[ck]ale?\W*(?=#|$)|d[uü][sş]ey|上下動|[鉛铅垂竖][直向]|вертикальн|κατακόρυφ"
 )
 _LARGER = re.compile(
-    r"(?i)rotd100|larger (?:horizontal|component|of)|max\w*[- ](?:horizontal )?direction|\bsrss\b|vector sum|resultant"
+    r"(?i)rotd100|larger (?:horizontal|component|of)|max\w*[- ](?:horizontal )?(?:direction|component)|"
+    r"\bsrss\b|vector sum|resultant"
 )
 _OTHER_RATES = re.compile(
     r"(?i)(?:not|non)[- ]cumulative|incremental rate\w*|occurrence rate\w*"
@@ -112,6 +118,9 @@ _NOT_USED = re.compile(
     r"|(?<![a-z])(?:ln|log(?:10)?|logarithms?) ?(?:of |\()(?:the )?(?:pg|sa|level|rate|ground|prob)\w*|log base 10"
     r"|(?<!return )(?<!time )(?<![a-z])period\s?[:=]\s?0?\.?[1-9][\d.]*\s?(?:s(?:ec\w*)?(?![a-z])|(?=#|$))"
     r"|factors?(?![a-z])[^#;,]{0,30} (?:not (?:applied|included)|to be applied)"
+    r"|(?:importance|safety) factor[^#;,]*|design (?:spectrum|levels?|ground motions?) ?[x×*·] ?\d[^#;,]*"
+    r"|(?:site|soil)\w* (?:amplification|effects?|response) (?:\S+ )?not (?:included|considered|applied)"
+    r"|time[- ]dependent[^#;,]*"
     r"|(?<![a-z\d])t ?= ?0?\.?[1-9][\d.]* ?s(?![a-z])"
 )
 _ENGLISH = {
@@ -127,10 +136,14 @@ _ENGLISH = {
         r"\b(?:mittelwert\w*|moyenne\w*|promedio)\b": "mean",
         r"\b(?:umgerechnet|aus|calculad[oa]s?|à partir d\w)\b": "from",
         r"\bpro(?:zent|cent\w*)\b|\bpour ?cent\b|\bpor ciento\b": "per cent",
+        r"(?:年?超過確率|年?超越概率|πιθανότητα\w*|вероятност\w*)": " probability ",
+        r"(?:再現期間|重现期|период\w* повторяемости|περίοδο\w* επαναφοράς)": " return period ",
+        r"(?<=\d)\s?(?:年|έτη|ετών|лет|год\w*)": " years ",
+        r"\b(?:ivme|ac+[eé]l[eé]ra[ctz]\w+|beschleunigung\w*|ускорени\w+|επιτάχυνσ\w+)|加速度": "acceleration",
         r"\bpour ?mille\b|\bpor mil\b|\bper mille\b": "per mille",
     }.items()
 }
-"""Words of comments in German, French, Spanish, Italian, Portuguese and Turkish, for which the English one is read."""
+"""Words of comments in ten other languages, for which the English one is read."""
 _OF_SOURCES = re.compile(r"slip|activity|recurrence|seismicity|from|convert", re.IGNORECASE)
 _RATES = re.compile(r"rate|frequenc|from|convert", re.IGNORECASE)
 """Words with which a comment on probabilities is still consistent with rates."""
@@ -147,7 +160,7 @@ _BRANCH = re.compile(r"(?:rlz|branch|realisation|realization|model|b)?\d{0,4}|[a
 _NAMED = re.compile(
     r"(?i)(?<![a-z\d_])(?:(?P<peak>pg[avd])(?![a-z])|peak ground (?P<word>[avd])\w+"
     r"|(?:p?sa|spectral acceleration)\s?(?:at|\()?\s?(?:t\s?=\s?)?(?P<period>\d+(?:\.\d+)?)\s?(?:s(?:ec)?\b|\))\)?"
-    r"|(?:p?sa|spectral acceleration)\s?(?:at|\()?\s?(?P<hertz>[1-9]\d*(?:\.\d+)?)\s?hz(?![a-z])"
+    r"|(?:p?sa|spectral acceleration)\s?(?:at|[(,:])?\s?(?P<hertz>[1-9]\d*(?:\.\d+)?)\s?hz(?![a-z])"
     r"|(?<![\d.])(?P<of>\d+(?:\.\d+)?)[\s-]?s(?:ec\w*)? (?:p?sa|spectral acc\w*)(?![a-z])|p?sa(?P<bare>\d\.\d+)(?!\d)"
     r"|(?P<hz>(?<![\d.])[1-9]\d*(?:\.\d+)?)[\s-]?hz (?:p?sa|spectral acc\w*)(?![a-z]))"
 )
@@ -233,7 +246,7 @@ def _read_comments(
     lines: Lines, comment: str, label: str, unit: str | None, quantity: Quantity, format_: str = "", kind: str = ""
 ) -> tuple[float | None, str]:
     """Return the fractile of comments, None for a mean, and a note on the rest; HazardError for contradictions."""
-    text = comment
+    text = "#".join(part for part in comment.split("#") if not names_point(part))
     for pattern, word in _ENGLISH.items():
         text = pattern.sub(word, text)
     where = f"{lines.file}: {format_ or f'line {lines.number}'} names"
@@ -260,7 +273,7 @@ def _refuse_other_time(lines: Lines, comment: str, quantity: Quantity, where: st
         contrary += [match[0] for match in _PER_CENT.finditer(text) if quantity.unit != 0.01]
         spoken = [kind for kind, pattern in _KINDS.items() if pattern.search(text)]
         probable = quantity.kind == "probability" and spoken == ["probability"] and not re.search(r"\d ?%", text)
-        if probable or (quantity.kind == "rate" and re.search("rate|frequen|exceed", text)):
+        if probable or (quantity.kind == "rate" and re.search(r"rate|frequen|exceed|events?|number|^\W*per ", text)):
             per = [match for match in _TIME.finditer(text) if _belongs(match, "rate") and match[0][0] != "1"]
             contrary += [at[0] for at in per if float(at["number"] or 1.0) * _YEARS[at["unit"]] != quantity.years]
         if contrary and not _OF_SOURCES.search(text):

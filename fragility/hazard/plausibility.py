@@ -11,6 +11,7 @@ import numpy as np
 
 from ...core.aliases import Array
 from ...core.doubts import Doubt, by_study, warn
+from ...core.elementary import log
 from ...core.units import ACCELERATION, METRE, STANDARD_GRAVITY, VELOCITY
 from ...core.wording import in_years
 from ...motions.intensity.naming import in_si, written_level
@@ -39,7 +40,16 @@ RARE_AT_START, HALF = 0.05, 0.5
 
 At half that level it is 10 %, as in regions of low seismicity; no minimum exceeds a half (assumed).
 """
-RETURN_PERIODS = 475.0, 2475.0
+RETURN_PERIODS, CENTURY = (475.0, 2475.0), 100.0
+NOTHING = 1e-3
+"""Share of the weakest level that damages, at most, at which no curve begins."""
+STEEP, GENTLER, LEVEL_SLOPE, STEP, LEAST_RATE = 5.0, 0.3, 0.05, 0.1, 1e-8
+"""Slope of a curve with its ratio to the next one, and the next after 1, of no site; from steps of ln level and rates.
+
+All are assumed.
+"""
+STIFF = 0.5
+"""Period, s, up to which spectral accelerations are at least about the PGA."""
 HALVINGS = 50
 LONG_PERIODS = 1.65
 """Ratio of pseudo-velocities to PGV at periods above about 0.5 s (Newmark and Hall 1982, 5 % damping, median)."""
@@ -60,6 +70,7 @@ _MEASURE = re.compile(r"(?i)\bpg[avd]\b|\bsa\s?\([\d.]{1,9}\)")
 _CHANCE = re.compile(r"(\d{1,2}(?:\.\d{1,3})?)\s?%[\w\s]{0,40}?\bin\s(\d{1,4})[\s-]?" + _YEARS)
 _PERIOD = re.compile(
     r"(?<![\w.,-])(\d{1,3}(?:,\d{3})+|[1-9]\d{1,5})[\s-]?" + _YEARS + r"|return period\D{1,6}([1-9]\d{1,5})(?!\s?[\w,])"
+    r"|\bT_?R\s?=?\s?([1-9]\d{1,4})(?![\d.])|\((95|225|475|975|2475|4975)\)"
 )
 _RATE = re.compile(
     r"(?<![\w.,])(\d{1,3}(?:\.\d{1,9})?(?:e-\d{1,2})?)\s?(?:(?:per|a)\syear|/\s?(?:year|yr|a)(?!\w))"
@@ -79,6 +90,7 @@ class _Bounds(NamedTuple):
     highest: tuple[float, float]
     beyond: float
     weakest: float  # a curve that ends below it has no information on damage
+    in_a_century: float  # the highest in `CENTURY` years (assumed)
 
 
 _BOUNDS = {
@@ -87,9 +99,10 @@ _BOUNDS = {
         (1.3 * STANDARD_GRAVITY, 2.2 * STANDARD_GRAVITY),
         50.0 * STANDARD_GRAVITY,
         0.01 * STANDARD_GRAVITY,
+        0.7 * STANDARD_GRAVITY,
     ),
-    VELOCITY: _Bounds(0.1, (1.6, 2.8), 100.0, 0.01),
-    METRE: _Bounds(0.05, (2.0, 4.0), 100.0, 0.001),
+    VELOCITY: _Bounds(0.1, (1.6, 2.8), 100.0, 0.01, 0.9),
+    METRE: _Bounds(0.05, (2.0, 4.0), 100.0, 0.001, 1.0),
 }
 
 
@@ -145,13 +158,15 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
         what = f"the rates begin at {first:.3g} and hardly fall, as probabilities near 1 do"
         notes.append(Doubt(KIND, f"{name}: {what}: probabilities in 50 years in place of annual rates?"))
     period = getattr(getattr(hazard.measure, "base", hazard.measure), "period", 0.0)
-    highest = [amplified * level for level in bounds.highest]
+    highest = [amplified * level for level in (*bounds.highest, bounds.in_a_century)]
     if hazard.units == ACCELERATION and period > 0.0 and hazard.at == "ground":
-        fast = [LONG_PERIODS * 2.0 * math.pi / period * level for level in _BOUNDS[VELOCITY].highest]
+        velocity = _BOUNDS[VELOCITY]
+        limits = (*velocity.highest, velocity.in_a_century)
+        fast = [LONG_PERIODS * 2.0 * math.pi / period * level for level in limits]
         highest = [*map(min, highest, fast)]
     beyond = [
         (level, years)
-        for level, years in zip(highest, RETURN_PERIODS, strict=True)
+        for level, years in zip(highest, (*RETURN_PERIODS, CENTURY), strict=True)
         if hazard.rate_at(level, above=NONE) > 1.0 / years
     ]
     if beyond and not frequent:
@@ -164,9 +179,10 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
                 bool(hazard.rate_at(bounds.beyond, above=NONE) > 1.0 / RETURN_PERIODS[0]),
             )
         )
-    elif often < (highest[-1] / damaging) ** STEEPNESS * float(hazard.rate_at(highest[-1], above=NONE)):
-        what = f"rates hardly fall up to {written_level(hazard.measure, highest[-1])}"
+    elif often < (highest[1] / damaging) ** STEEPNESS * float(hazard.rate_at(highest[1], above=NONE)):
+        what = f"rates hardly fall up to {written_level(hazard.measure, highest[1])}"
         notes.append(Doubt(KIND, f"{name}: {what}: is the exponent k its inverse, or are levels in another unit?"))
+    stiff = base in ("pga", "pgv") or 0.0 < period <= STIFF
     if hazard.levels[-1] < bounds.weakest:
         notes.append(
             Doubt(
@@ -175,12 +191,29 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
                 "damages: another unit of the levels?",
             )
         )
-    elif base in ("pga", "pgv") and hazard.at == "ground" and hazard.levels[0] <= bounds.damaging and not low:
+    elif hazard.levels[0] < NOTHING * bounds.weakest and not hazard.of_formula:
+        what = f"the curve begins at {written_level(hazard.measure, hazard.levels[0])}, as rates do"
+        notes.append(Doubt(KIND, f"{name}: {what}: are levels and rates exchanged?"))
+    elif stiff and hazard.at == "ground" and hazard.levels[0] <= bounds.damaging and not low:
         rate = float(hazard.rate_at(bounds.damaging))
         if rate < RAREST:
             what = f"{written_level(hazard.measure, bounds.damaging)} is exceeded once in {in_years(rate)} years"
             notes.append(Doubt(KIND, f"{name}: {what}, as where nothing damages: another unit of the levels or rates?"))
+    kink = _kink(hazard)
+    if kink and not hazard.of_formula:
+        what = f"rates fall up to {written_level(hazard.measure, kink)} and hardly beyond"
+        notes.append(Doubt(KIND, f"{name}: {what}: a slip in one rate or level?"))
     return notes
+
+
+def _kink(hazard: HazardCurve) -> float:
+    """Return the level after which the slope of a curve falls as no site's does, 0 if there is none."""
+    levels, rates = log(np.array(hazard.levels)), log(np.array(hazard.rates))
+    known = np.concatenate([[True], np.diff(levels) > STEP]) & (rates > math.log(LEAST_RATE))
+    slopes = -np.diff(rates[known]) / np.diff(levels[known])
+    before, after = slopes[:-1], slopes[1:]
+    kinks = np.flatnonzero(((before > STEEP) & (after < GENTLER * before)) | ((before > 1.0) & (after < LEVEL_SLOPE)))
+    return math.exp(levels[known][kinks[0] + 1]) if kinks.size else 0.0
 
 
 def level_at(hazard: HazardCurve, rate: float) -> float:
@@ -231,6 +264,16 @@ def point_off(hazard: HazardCurve, comments: Iterable[str]) -> str:
             stated = f"{written_level(hazard.measure, level)} once in {in_years(rates[0])} years"
             return f"{stated}, and the curve has it once in {in_years(known)} years"
     return ""
+
+
+def names_point(comment: str) -> bool:
+    """Return True if a comment names one level with its return period, or with its probability in years.
+
+    >>> names_point("return period 475 yr: 0.21 g"), names_point("return periods in years, levels up to 2 g")
+    (True, False)
+    """
+    timed = _CHANCE.search(comment) or re.search(r"(?i)return period|\bT_?R\s?\d", comment)
+    return bool(timed) and len(_LEVEL.findall(comment)) == len(_rates(comment)) == 1
 
 
 def _rates(comment: str) -> list[float]:

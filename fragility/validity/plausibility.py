@@ -6,7 +6,7 @@ import numpy as np
 
 from ...core.aliases import Array, Flags
 from ...core.doubts import Doubt, first_names
-from ...core.units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
+from ...core.units import ACCELERATION, METRE, STANDARD_GRAVITY, VELOCITY
 from ...core.wording import counted, short_digits, two_digits
 from ...motions.intensity.spectra import spectrum_doubts
 from ..runs.scaling import intensity_measure
@@ -21,9 +21,11 @@ LEAST_SLIP = 1e-4  # m
 HIGHEST: dict[str, tuple[float, float, str]] = {
     ACCELERATION: (5.0 * STANDARD_GRAVITY, 50.0 * STANDARD_GRAVITY, "g written where m/s² is meant, or per cent of g?"),
     VELOCITY: (10.0, 100.0, "cm/s meant?"),
+    METRE: (10.0, 1e3, "cm meant?"),
 }
 """By the unit of levels: the highest that exists, the highest that can be meant, and the likely slip."""
-LEAST_TOP = {ACCELERATION: 0.05 * STANDARD_GRAVITY, VELOCITY: 0.02}
+UNIT_TEXTS = {VELOCITY: "m/s", METRE: "m"}
+LEAST_TOP = {ACCELERATION: 0.05 * STANDARD_GRAVITY, VELOCITY: 0.02, METRE: 0.001}
 """By the unit of levels: the highest level, at least, of any that overturn something."""
 
 
@@ -57,12 +59,12 @@ def period_doubts(im: str) -> list[Doubt]:
 
 
 def level_doubts(levels: Array, units: str) -> list[Doubt]:
-    """Return the input warning on the highest level of a measure: above 5 g or 10 m/s, or below all that overturn."""
+    """Return the input warning on the highest level of a measure: beyond any shaking, or below all that overturn."""
     if units not in HIGHEST or not levels.size:
         return []
     highest, beyond, slip = HIGHEST[units]
     top = float(np.max(levels, where=~np.isnan(levels), initial=0.0))
-    shown = f"{top / STANDARD_GRAVITY:g} g" if units == ACCELERATION else f"{top:g} m/s"
+    shown = f"{top / STANDARD_GRAVITY:g} g" if units == ACCELERATION else f"{top:g} {UNIT_TEXTS[units]}"
     if 0.0 < top < LEAST_TOP[units]:
         return [Doubt("level", f"the highest level, {shown}, is too weak to overturn anything: another unit?")]
     if top <= highest:

@@ -31,7 +31,7 @@ from ..arrays import (
     shakes_of,
 )
 from ..kernels import oscillators as engine
-from ..plausibility import building_doubts, record_doubts, ringing_doubts
+from ..plausibility import building_doubts, record_doubts, ringing_doubts, storey_doubts
 from ..supports.isolator import Isolator
 from ..supports.support import Support
 from .isolation import Isolation
@@ -253,7 +253,7 @@ class Building:
         count = m.size if modes is None else _up_to("modes", modes, m.size)
         heights = storey_heights(storey_height, m.size)
         of_modes = _damping(damping, count)
-        warn(building_doubts(2.0 * math.pi / float(omega[0]), damping, heights))
+        warn([*building_doubts(2.0 * math.pi / float(omega[0]), damping, heights), *storey_doubts(m, k)])
         if yield_coefficient is not None:
             if modes is not None:
                 raise ValueError("modes must be left out where storeys yield: the building has all of them")
@@ -333,7 +333,7 @@ class Building:
         if yield_coefficient is None and (p_delta is not None or hardening != HARDENING or strength_dispersion != 0.0):
             raise ValueError(NO_STRENGTH)
         heights = storey_heights(storey_height, m.size)
-        warn(building_doubts(2.0 * math.pi / float(omega[0]), damping, heights))
+        warn([*building_doubts(2.0 * math.pi / float(omega[0]), damping, heights), *storey_doubts(m, k)])
         text = f"isolated shear building, {m.size} storeys, {heights[-1]:g} m, T1 on a fixed base = "
         text += f"{2.0 * math.pi / omega[0]:.4g} s, {_damping_text(damping)}"
         return yielding_building(

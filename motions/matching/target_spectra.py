@@ -15,6 +15,7 @@ from ...core.doubts import Doubt, warn
 from ...core.elementary import Array, exp, geomspace, log
 from ...core.units import STANDARD_GRAVITY
 from ..intensity.spectra import DAMPING, damping_of, period_of, spectrum_doubts
+from ..plausibility import unusual
 from ..readers.lines import Lines, RecordError, is_blank, is_comment, plain
 from ..readers.units import agreed, quantities, unit_factor, unit_of, units_in
 
@@ -67,6 +68,7 @@ class TargetSpectrum:
         checks.number("damping", damping_of(self.damping), at_least=0.005, at_most=0.5)
         # (a target is a table, whose warnings reading a study keeps)
         warn(doubt._replace(kind="table") for doubt in spectrum_doubts(self.name, float(axis[0]), self.damping))
+        warn(unusual({"peak of a target spectrum": values.max() / STANDARD_GRAVITY}, "table"))
         object.__setattr__(self, "periods", tuple(axis.tolist()))
         object.__setattr__(self, "sa", tuple(values.tolist()))
 
@@ -283,7 +285,7 @@ _DAMPING = re.compile(
 _UNIT = r"\s*[\[(_]\s*(?P<{}>[^\])\s,;\"]+)\s*[\])]?\"?"
 _HEADING = re.compile(
     r"(?i)\"?(?P<axis>period|frequency|t|f)" + _UNIT.format("axis_unit") + r"[\s,;]+"
-    r"\"?(?:p?sa|se|acceleration|spectral[ _]acceleration)" + _UNIT.format("unit") + r"[\s,;]*"
+    r"\"?(?:(?:p?sa|se)(?:\(t\))?|acceleration|spectral[ _]acceleration)" + _UNIT.format("unit") + r"[\s,;]*"
 )
 
 

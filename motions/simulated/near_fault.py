@@ -15,7 +15,7 @@ from .generator import Seconds, Streams, counts, steps_of
 from .modulation import modulation
 from .pulses import velocity_pulse
 from .scenario import UNITS, Faulting, Parameters, Velocity
-from .site_based import MOST_TRIES, Corner, ScenarioGenerator, end_of, fits, site_based_motions
+from .site_based import MOST_TRIES, Corner, ScenarioGenerator, end_of, fits, outside_data, site_based_motions
 
 WITH_PULSE = ("always", "probability", "never")
 PULSE_UNITS = {
@@ -84,6 +84,10 @@ class NearFault(ScenarioGenerator):
     duration: Seconds | None = None
     late: ClassVar[float] = TRUNCATION
     along_a_pulse: ClassVar[bool] = True
+
+    @property
+    def outside(self) -> str:
+        return outside_data(("distance", 1e-3 * self.distance, " km", self.distance <= 31e3, "below 31 km"))
 
     @property
     def equations(self) -> NearFaultEquations:

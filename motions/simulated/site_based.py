@@ -174,6 +174,11 @@ Corner = Annotated[float, Parameter("Hz", above=0.0, at_most=1e3)]
 """Type of the corner of a high-pass."""
 
 
+def outside_data(*rows: tuple[str, float, str, bool, str]) -> str:
+    """Return the quantities that are not inside the data, of rows of name, value, unit, True if inside, and data."""
+    return "; ".join(f"{name} {value:g}{unit}, data {data}" for name, value, unit, inside, data in rows if not inside)
+
+
 class ScenarioGenerator(Generator):
     """Generator of motions for an earthquake and a site, whose length follows from the times that are drawn."""
 
@@ -288,16 +293,11 @@ class SiteBasedScenario(ScenarioGenerator):
 
     @property
     def outside(self) -> str:
-        parts = [
-            f"{what} {value:g}{unit}, data {data}"
-            for what, value, unit, inside, data in (
-                ("magnitude", self.magnitude, "", 6.1 <= self.magnitude <= 7.7, "6.1 to 7.7"),
-                ("distance", 1e-3 * self.distance, " km", 1e4 <= self.distance <= 1e5, "10 to 100 km"),
-                ("V_S30", self.vs30, " m/s", self.vs30 >= 600.0, "above 600 m/s"),
-            )
-            if not inside
-        ]
-        return "; ".join(parts)
+        return outside_data(
+            ("magnitude", self.magnitude, "", 6.1 <= self.magnitude <= 7.7, "6.1 to 7.7"),
+            ("distance", 1e-3 * self.distance, " km", 1e4 <= self.distance <= 1e5, "10 to 100 km"),
+            ("V_S30", self.vs30, " m/s", self.vs30 >= 600.0, "above 600 m/s"),
+        )
 
     @property
     def equations(self) -> SiteBasedEquations:

@@ -14,6 +14,8 @@ from pydantic_core.core_schema import CoreSchema, no_info_after_validator_functi
 from ...core.doubts import Doubt
 from ...core.parameters import BETA_M, CONFIDENCE, Parameter
 from ...core.units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND, STIFFNESS, UNITS
+from ...models.plausibility import UNITS as OF_UNITS
+from ...motions.plausibility import USUAL, unusual
 from ..text.error import StudyError
 
 MOST_ERRORS = 5
@@ -220,6 +222,19 @@ def sentences_of(table: type[Table]) -> dict[str, str]:
     """Return the docstrings' sentences on the keys of a table and its bases, a line ``key: sentence`` each."""
     docs = [inspect.cleandoc(kind.__doc__ or "") for kind in reversed(table.__mro__) if issubclass(kind, Table)]
     return {key: " ".join(text.split()) for doc in docs for key, text in _KEY.findall(doc)}
+
+
+def key_doubts(table: Table, name: str = "") -> list[Doubt]:
+    """Return the input warnings on numbers of a table, and of tables in it, that are not usual for their keys."""
+    doubts = []
+    for key in type(table).model_fields:
+        value = table.given(key)
+        for part in value if isinstance(value, list) else [value]:
+            if isinstance(part, Table):
+                doubts += key_doubts(part, key)
+            elif f"{name}.{key}" in USUAL and isinstance(part, int | float):
+                doubts += unusual({f"{name}.{key}": part}, OF_UNITS)
+    return doubts
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from ...fragility.validity.plausibility import period_doubts
 from ...fragility.validity.scenes import scene_facts
 from ...models import Block, Law
 from ...models.oscillator import Oscillator
-from ...models.plausibility import UNITS, stated_restitution_doubts
+from ...models.plausibility import UNITS, stated_restitution_doubts, still_doubts
 from ...motions import Building, Generator
 from ...motions.arrays import BOTH_AXES, POLARITY
 from ...motions.floors.histories import FloorHistories
@@ -513,6 +513,9 @@ class PerformanceStudy(Study):
         if self.building is not None:
             pieces += place_doubts(self.inventory.rows, self.building.heights.tolist())
         kits = kit_doubts(self.inventory, self.kits, self.target or {})
+        if self.im == SCALE:
+            blocks = [row.block for row in self.inventory.rows]
+            pieces += still_doubts(blocks, (float(abs(array.values).max()) for array in self.arrays))
         apart = [] if self.im == SCALE else branch_doubts(named, self.levels)
         return [
             *self.of_tables,

@@ -40,7 +40,7 @@ from ...fragility.validity.undecided import perturbed_runs
 from ...models import Block, Law, Restraint
 from ...models.friction import Friction
 from ...models.oscillator import Oscillator
-from ...models.plausibility import block_doubts, stated_restitution_doubts
+from ...models.plausibility import block_doubts, stated_restitution_doubts, still_doubts
 from ...models.runs import engine_identity, prepare
 from ...motions import records
 from ...motions.arrays import BOTH_AXES, LIFTS, REVERSE_OF, WEAK_AXIS, digest, shakes_of
@@ -50,8 +50,8 @@ from ..file.blocks import MOST_BLOCKS, read_blocks, stiffness_notes
 from ..file.buildings import strength_notes
 from ..file.include import text_of
 from ..file.schema import StudyFile, read_study_file
-from ..file.table import all_errors
-from ..plan.designs import Design, Incremental
+from ..file.table import all_errors, key_doubts
+from ..plan.designs import Cloud, Design, Incremental
 from ..plan.estimates import UNDECIDED, Fit
 from ..plan.reading import Reading
 from ..plan.risk import Risk
@@ -550,7 +550,8 @@ def study_of(read: Callable[[], StudyFile], file: Path) -> Study:
             module = import_module(f".{content.kind}", __package__)
             study: Study = getattr(module, f"{content.kind.title()}Study").of(content, file.parent)
         # (those of motions are among the study's own)
-        tables = tuple(dict.fromkeys(doubt for doubt in doubts_read if doubt.kind in OF_TABLES))
+        of_files = (doubt for doubt in doubts_read if doubt.kind in OF_TABLES)
+        tables = tuple(dict.fromkeys([*of_files, *key_doubts(content)]))
         study = replace(study, of_tables=tables) if tables else study
         study._check_vertical()
         # (of a motion of each array: the analysis looks at all of them)
@@ -631,6 +632,8 @@ class BlockStudy(Study):
     def doubts(self) -> list[Doubt]:
         of_risk = [] if self.risk is None else hazard_doubts(self.risk.hazard)
         of_laws = stated_restitution_doubts(self.models)
+        if isinstance(self.design, Cloud):
+            of_laws += still_doubts(self.blocks, (float(np.abs(array.values).max()) for array in self.arrays))
         return [*self.of_tables, *self.of_blocks, *of_laws, *self.design.doubts, *of_risk]
 
     @property

@@ -111,6 +111,10 @@ class TestWarnings:
         said = self.said(CABINET, [1.0], offset)
         assert "keeps an offset" in str(said[0].message)
 
+    def test_periods_beyond_spectra(self):
+        (period,) = self.said(CABINET, [1.0], im="Sa(20)")
+        assert "no spectrum has periods above 10 s" in str(period.message)
+
     def test_the_place_is_the_callers(self):
         assert self.said(tp.Block(400.0, 1800.0), [1.0])[0].filename == __file__
 

@@ -109,6 +109,7 @@ class TestSpectrumFile:
             "# by hand\nfrequency (Hz); Sa (m/s2)\n1.0; 4.903325\n10; 9.80665\n",
             "T [s]\tPSA [cm/s^2]\n1.0\t490.3325\n0.1\t980.665\n",
             "period_s,sa_g\n0.1,1.0\n1.0,0.5\n",
+            "T (s),Se(T) (g)\n0.1,1.0\n1.0,0.5\n",
             "# damping ratio: 0.05, 5% damped, PSA in g\nperiod (s),sa (g)\n0.1,1.0\n1.0,0.5\n",
         ],
     )
