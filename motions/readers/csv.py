@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import itertools
-import math
 import os
 import re
 from array import array
@@ -24,15 +23,14 @@ from .lines import (
     HEADER_WIDTH,
     LONGEST_STEP,
     MAX_SAMPLES,
-    STEP,
     Lines,
     RecordError,
     as_key,
     cells_of,
     is_blank,
     is_comment,
-    known,
 )
+from .steps import refuse_other_step, written_step
 from .units import (
     COUNTED,
     RELATIVE,
@@ -47,51 +45,6 @@ from .units import (
     units_in,
 )
 
-_SAMPLING = r"(?:muestreo|campionamento|amostragem|[ée]chantillonnage)"
-"""Sampling in Spanish, Italian, Portuguese and French."""
-_STEP_WORDS = (
-    r"(?:\bdt|(?:\bdelta|[δΔ∆])[ _]?t|\btime[ _]?step|\bsampl\w{0,5} ?(?:interval|period|step|time)|"
-    rf"\b(?:interval\w{{1,2}}|p[ée]r[ií]od[oe]|pass?o?) d(?:[ei] |['’]){_SAMPLING}|\b(?:paso de tiempo|pas de temps|"
-    r"passo (?:temporale|de tempo)|zeitschritt|abtast(?:intervall|schritt|zeit|periode)|zaman ad[ıi]m[ıi]|"
-    r"[öo]rnekleme (?:aral\w+|periyodu)|шаг (?:по времени|дискретизации)|интервал дискретизации)|"
-    r"サンプリング間隔|サンプリング周期|時間刻み|時間間隔|[采採取][样樣]间?間?隔|时间间隔)"
-)
-_STEP = re.compile(
-    rf"(?i){_STEP_WORDS}\s{{0,9}}(?:[(\[](?P<unit>m?s|m?sec(?:onds?)?)[)\]]\s{{0,9}})?[=:：]\s{{0,9}}{STEP}"
-)
-_RATE_WORDS = (
-    r"(?:\bsampl\w{0,5} ?(?:rate|freq\w{0,6})|\bsamples ?(?:/|per) ?s(?:ec(?:ond)?)?\b|\bsr(?=\s?[=:])"
-    r"|\b(?:tasa|taxa|raz[óo]n|velocidad|fr[eé][cq]u?\w{3,6}|taux|tasso) "
-    rf"d(?:[ei] |['’]){_SAMPLING}|\babtast(?:rate|frequenz)|\b[öo]rnekleme (?:frekans\w*|h[ıi]z[ıi]|oran[ıi])|"
-    r"частота дискретизации|サンプリング(?:周波数|レート)|[采採取][样樣](?:频率|頻率|率))"
-)
-_FREQUENCY = re.compile(rf"(?i){_RATE_WORDS}\s{{0,9}}(?:[(\[](?:hz|sps)[)\]]\s{{0,9}})?[=:：]\s{{0,9}}{STEP}")
-_IN_WORDS = re.compile(
-    rf"(?i)(?:(?P<word>{_STEP_WORDS}|\b(?:time|equal|uniform|regular) (?:time )?(?:increment|interval|step|spacing)s?"
-    r"|\b(?:equally|evenly|uniformly) spaced|\bspacing|\bincrement|\bstep|\btime[ _]?delta)"
-    rf"|(?P<rate>{_RATE_WORDS}|\bf_?s\b|\brate(?= ?[(\[](?:hz|sps)\b)|\bsampling(?=\s?[=:]))"
-    r"|\brate\b|\bevery\b|\bintervall?o?\b|\b(?:re)?sampl(?:ed|ing)|\bdigiti[sz](?:ed|ation)|\babgetastet|\bmuestreado)"
-    r"[\s=:()\[\]]{0,4}(?:(?:was|is|at|of|with|every|in|mit|von|a|de|hz|sps|m?s|sec)[\s=:()\[\]]{1,4}){0,4}"
-    r"(?P<number>1/\d+|(?:\d+(?:[.,]\d+)?|\.\d+)(?:e[+-]?\d+)?)(?![\d.])\s?"
-    r"(?:(?P<hz>hz|[sf]ps|1/s|samples?\s?(?:/|per )\s?s\w*)|(?P<khz>khz)"
-    r"|(?P<ms>ms|msec\w*|milli\w+)|(?P<us>[uµμ]s(?:ec\w*)?|micro\w+)|(?P<s>s|sec\w*))?"
-    r"(?!\w|\s?(?:h|min|hours?|days?|[ckm]?m|%)(?!\w)|\s?[-x:/]\s?\d)"
-    r"|\b(?P<sps>\d+(?:\.\d+)?)\s?(?:[sf]ps\b|(?:samples?|values?|points?|frames?) ?(?:/|per ) ?s|hz sampl)"
-    r"|(?<![\d.])(?P<apart>\d?\.\d+)[\s-]?s(?:ec\w*)? (?:time )?(?:intervals?|steps?|sampling|spacing)\b"
-    r"|^\W*(?P<count>\d{2,8})[\s,]+(?P<step>0?\.\d+)\b"
-)
-"""A time step or sampling rate in other wordings, which none is read from: a given one must agree with them."""
-_STANDARD = re.compile(r", C1-C6(?P<unit> \(s\))?\s*:\s*/(?P<step>[\d.]+)(?:/(?P=step))*\s*$")  # (of Mexico)
-_CHANGED = re.compile(
-    r"original|ursprünglich|resampl|remuestr|ricampion|r[ée]-?[ée]chantillon|before|prototype", re.IGNORECASE
-)  # next to a step
-_THINNED = re.compile(
-    r"(?<!before )decimat|diezmad|dezimier|down-?sampl|\bevery (?:\d+(?![\d.]|\s?m?s)|second|other)|time scale",
-    re.IGNORECASE,
-)
-_HERTZ = re.compile(
-    r"\s*(?:hz|sps|1/s|(?:[^\W\d]|\.)+\s?(?:/|per |por |al |pro |par |a )\s?s\w*)?\s*(?:[,;]|$)", re.IGNORECASE
-)
 _COUNT = re.compile(
     r"(?i)\b(?:npts|(?:number|no\.) of (?:data|points|samples)|n[uú]m(?:ero|\.)(?: total)? d[ei] (?:muestras|datos|"
     r"puntos|campioni|dati|punti|amostras)|nombre d(?:e points|e donn[ée]es|['’][ée]chantillons)|"
@@ -432,7 +385,7 @@ def _indexed(names: Sequence[str]) -> bool:
 
 def _step(lines: Lines, time: Array, header: list[tuple[int, str]], dt: float | None, timed: bool) -> float:
     file = lines.file
-    written, doubtful = _written_step(lines, header)
+    written, doubtful = written_step(lines, header, len(time))
     if timed:
         if dt is not None:
             raise RecordError(f"{file}: has a time column, so dt must not be given, got {dt!r}")
@@ -444,14 +397,11 @@ def _step(lines: Lines, time: Array, header: list[tuple[int, str]], dt: float | 
             raise RecordError(f"{file}: {_rounded(time) or error}") from None
         if measured >= LONGEST_STEP:
             raise RecordError(f"{file}: its first column steps by {measured:g}, which is no time in s")
-        if written is not None and not doubtful and not math.isclose(measured, written, rel_tol=0.01):
-            raise RecordError(f"{file}: its header says dt = {written:g} s, its time column {measured:g} s")
+        refuse_other_step(lines, header, len(time), measured, f"its time column {measured:g} s")
         return measured
     if dt is not None:
         step = checks.number("dt", dt, above=0.0, unit="s")
-        steps = [written] if written is not None else _steps_in_words(header, len(time))
-        if steps and not doubtful and not any(math.isclose(step, stated, rel_tol=0.01) for stated in steps):
-            raise RecordError(f"{file}: its header says dt = {steps[0]:g} s, so dt must not be {step:g}")
+        refuse_other_step(lines, header, len(time), step, f"so dt must not be {step:g}")
         return step
     if written is None:
         raise RecordError(f"{file}: has no time column, so dt must be given (s), in a study motions.dt_s")
@@ -473,52 +423,3 @@ def _rounded(time: Array) -> str:
     if np.abs(time - time[0] - step * np.arange(time.size)).max() > 0.501 * 10.0**-decimals:
         return ""
     return f"its times are rounded to {decimals} decimals: leave the column out and write 'dt = {step:.6g}' above"
-
-
-def _written_step(lines: Lines, header: list[tuple[int, str]]) -> tuple[float | None, str]:
-    """Return the time step that the header states, s, or None, and the reason for a warning or ''."""
-    steps: list[tuple[int, float]] = []
-    for number, text in header:
-        for pattern in (_STEP, _FREQUENCY):
-            for match in pattern.finditer(_STANDARD.sub(r"\g<unit>: \g<step>", text)):
-                try:
-                    steps.append((number, _stated_step(lines, match, pattern is _FREQUENCY)))
-                except RecordError:
-                    if not steps:
-                        raise
-    if not steps:
-        return None, ""
-    (first, step), stated = steps[0], {number for number, _ in steps}
-    for number, text in header:
-        if _THINNED.search(text) or (number in stated and _CHANGED.search(text)):
-            return step, f"line {number} says {text.lstrip('# ')[:60]!r}"
-    second = next((line for line, value in steps if not math.isclose(value, step, rel_tol=0.01)), None)
-    return step, f"lines {first} and {second} state two steps" if second else ""
-
-
-def _steps_in_words(header: list[tuple[int, str]], n: int) -> list[float]:
-    """Return the time steps, s, in the words of the header of n samples; none if it mentions a change of them."""
-    if any(_THINNED.search(text) or _CHANGED.search(text) for _, text in header):
-        return []
-    steps = []
-    for match in (match for _, text in header for match in _IN_WORDS.finditer(text)):
-        whole, _, divisor = (
-            (match["number"] or match["sps"] or match["apart"] or match["step"]).replace(",", ".").partition("/")
-        )
-        factor = 1e3 if match["khz"] else 1e-3 if match["ms"] else 1e-6 if match["us"] else 1.0
-        number = float(whole) / (float(divisor or 1.0) or math.inf) * factor
-        in_time = match["ms"] or match["us"] or match["s"]
-        rate = match["sps"] or match["hz"] or match["khz"] or (match["rate"] and number > 1.0 and not in_time)
-        if rate or in_time or match["apart"] or match["word"] or match["rate"] or match["count"] == str(n):
-            steps.append(1.0 / (number or math.inf) if rate else number)
-    return [step for step in steps if 0.0 < step < LONGEST_STEP]
-
-
-def _stated_step(lines: Lines, match: re.Match[str], frequency: bool) -> float:
-    """Return the time step of one statement, s."""
-    if not frequency:
-        return lines.step(match)
-    rate, written = known(match["number"]), f"{match['number']}{match['rest']}".strip()
-    if not rate > 1.0 / LONGEST_STEP or _HERTZ.match(match["rest"]) is None:
-        raise RecordError(f"{lines.file}: gives its sampling rate as {written[:30]!r}, must be in Hz")
-    return 1.0 / rate
