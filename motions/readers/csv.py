@@ -17,7 +17,7 @@ from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, first_names, warn
 from .components import Component, arrays_of, doubt_duration, refuse_gaps, refuse_stated_peak, single
-from .directions import direction_of, vertical_of
+from .directions import channel_of, channels_of, direction_of, vertical_of
 from .lines import (
     FEW,
     HEADER_WIDTH,
@@ -164,6 +164,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     kept: list[Component] = []
     out: dict[str, list[str]] = {}
     directions = [direction_of(name) for name in names]
+    channels = channels_of(text for _, text in words)
     for column in range(1 if timed else 0, columns):
         name = names[column] if names else ""
         resultant = _RESULTANT.match(name) and sum(direction is not None for direction in directions) > 1
@@ -194,7 +195,9 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
             )
         with np.errstate(over="ignore"):  # infinity is an error later, as beyond any motion
             acceleration = values[:, column] * factor
-        label = name if columns > 1 + timed else vertical_of(text for _, text in words)
+        upright = (directions[column] if names else None) or (False, 0.0)
+        several = columns > 1 + timed or upright[0]
+        label = channel_of(name, channels) if several else vertical_of(text for _, text in words)
         kept.append(Component(acceleration, step, station=file.stem if label else "", component=label, processing=note))
     if not kept:
         headings = first_names([name for left in out.values() for name in left]) or "velocity or displacement"

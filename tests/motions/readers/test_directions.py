@@ -13,6 +13,7 @@ import toppling as tp
 from toppling import motions as mo
 from toppling.core.doubts import ImplausibleInput
 from toppling.motions import RecordError, records
+from toppling.motions.plausibility import record_doubts
 from toppling.motions.readers.directions import LEFT_OUT, direction_of, horizontal_motions
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
@@ -76,6 +77,37 @@ def test_a_second_line_that_says_up_beside_a_name_in_degrees(tmp_path):
     at2(tmp_path, "A_090.AT2", "Somewhere, 1/2/1999, Station, UP")
     with pytest.warns(ImplausibleInput, match="A_090.AT2: its second line says UP, its name 090, which is taken"):
         assert len(mo.read_all(tmp_path / "*.AT2")) == 2
+
+
+@pytest.mark.parametrize(
+    ("heading", "upright"),
+    [
+        ("time (s),UD (gal)", [True]),
+        ("time,acc_z (g)", [True]),
+        ("# Channel HNZ\ntime,a (g)", [True]),
+        ("# channel 1 = NS; channel 2 = UP; channel 3 = EW\ntime,ch1 (g),ch2 (g),ch3 (g)", [False, True, False]),
+        ("# ch2: UP\ntime,A1 (g),A2 (g)", [False, True]),
+        ("# 1 = NS, 2 = EW, 3 = Z\ntime,acc_1 (g),acc_2 (g),acc_3 (g)", [False, False, True]),
+        ("# channel 2 = broken\ntime,ch1 (g),ch2 (g)", [False, False]),
+    ],
+)
+def test_vertical_columns_are_doubted_in_python(tmp_path, heading, upright):
+    """`read` gives every component of a file, so analyses name the vertical ones, as studies leave them out."""
+    rows = "".join(
+        ",".join(map(str, (0.01 * i, a, a * a, a**3)[: 1 + len(upright)])) + "\n" for i, a in enumerate(SHAKE)
+    )
+    (tmp_path / "a.csv").write_text(f"{heading}\n{rows}", encoding="utf-8")
+    plain = records(mo.read(tmp_path / "a.csv"))
+    assert [record.upright for record in plain] == upright
+    said = [doubt.sentence for doubt in record_doubts(plain, False)]
+    assert sum("vertical component" in sentence for sentence in said) == any(upright)
+
+
+def test_three_columns_are_doubted_on_reading(tmp_path):
+    rows = "".join(f"{0.01 * i:.2f}\t{a}\t{a * a}\t{a**3}\n" for i, a in enumerate(SHAKE))
+    (tmp_path / "a.txt").write_text(f"Time\tU1\tU2\tU3\nSec\tm/sec2\tm/sec2\tm/sec2\n{rows}", encoding="utf-8")
+    with pytest.warns(ImplausibleInput, match="a.txt: three components, none of them known to be vertical"):
+        mo.read(tmp_path / "a.txt")
 
 
 def test_what_other_formats_say(tmp_path):
