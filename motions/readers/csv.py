@@ -54,17 +54,20 @@ _COUNT = re.compile(
 )
 _SEQUENCE = re.compile(r"#?\s*data ?sequence\s*:\s*(?P<names>.+)", re.IGNORECASE)
 _TIME = re.compile(
-    r"(?:(?:elapsed|record|sample|relative) )?t(?:ime|empo|emps|iempo)?(?![a-z])|(?:lauf)?zeit(?![a-z])"
+    r"(?:(?:elapsed|record|sample|relative) )?t(?:ime(?:stamp)?|empo|emps|iempo|imp)?(?![a-z])|(?:lauf)?zeit(?![a-z])"
+    r"|epoch?(?![a-z])|(?:seconds?[ _]?)?elapsed|zaman|süre|χρ[όο]νος|czas|čas|aika(?![a-z])|زمان"
     r"|время|[时時][间間刻]|[^,;]+[\[(]\s*m?s(?:ec)?\s*[\])]\s*$",
     re.IGNORECASE,
 )
 _LAST_UNIT = re.compile(
-    r"[\[(/,_\s](?P<unit>m?s(?:ec)?|(?:milli)?seconds?|min(?:utes?)?|h(?:ours?)?|мс|с|сек|мин|秒|ミリ秒|毫秒|分)[\s)\]]*$",
+    r"[\[(/,_\s](?P<unit>[mµμun]?s(?:ec)?|sn|(?:milli)?seconds?|min(?:utes?)?|h(?:ours?)?|мс|с|сек|мин|秒|ミリ秒|毫秒|分)[\s)\]]*$",
     re.IGNORECASE,
 )
 _SECONDS = {
-    **dict.fromkeys(("s", "sec", "second", "seconds", "с", "сек", "秒"), 1.0),
+    **dict.fromkeys(("s", "sec", "second", "seconds", "sn", "с", "сек", "秒"), 1.0),
     **dict.fromkeys(("ms", "msec", "millisecond", "milliseconds", "мс", "ミリ秒", "毫秒"), 1e-3),
+    **dict.fromkeys(("us", "µs", "μs"), 1e-6),
+    "ns": 1e-9,
 }
 """Seconds of each unit of time that a column may have."""
 _MILLISECONDS = re.compile(
@@ -73,9 +76,15 @@ _MILLISECONDS = re.compile(
     re.IGNORECASE,
 )
 """A line above a column of times that states their unit."""
-_DIRECTION = re.compile(r"(?:[nsewuzv]|n-?s|e-?w|u-?d|up|h[12]|hor\w*|ver\w*)\s*(?:\(\S*\)|\[\S*\])?", re.IGNORECASE)
+_DIRECTION = re.compile(
+    r"(?:[nsewuzv]|n-?s|e-?[wo]|o-?[ew]|k-?g|d-?b|u-?d|up|h[12]|hor\w*|ver\w*)\s*(?:\(\S*\)|\[\S*\])?", re.IGNORECASE
+)
 _INDEX = re.compile(r"(?:index|sample|point|row|n(?:o|r)?|i|#)?\.?", re.IGNORECASE)
 """Names of a column that counts the samples, before the column of their times."""
+_ELAPSED = re.compile(r"(?:seconds?|time)?[ _]?elapsed|(?:relative|rel\.?) time|time since", re.IGNORECASE)
+"""Names of times since the first sample, after a column of times of a clock."""
+_CLOCKS = {1e12: 1e-3, 1e15: 1e-6, 1e18: 1e-9}
+"""Seconds per unit of times since 1970 from 2001 on, by the first of them."""
 _SPECTRUM = re.compile(r"(?:natural |eigen)?(?:p[ée]r[ií]od|fr[ée]q|frecuencia|schwingungsdauer)", re.IGNORECASE)
 _ORDINATE = re.compile(r"p?s[adev]\b|(?:pseudo\W?)?spectral|(?:rotd|gmrot)\w*\d", re.IGNORECASE)
 _COMMAS = re.compile(r"(?:^|\s)[-+]?\d+(?:,\d+)?\s+[-+]?\d+(?:,\d+)?(?:e[-+]?\d+)?(?:\s|$)", re.IGNORECASE)
@@ -88,18 +97,24 @@ _NO_POINTS = re.compile(r"[-+]?\d+,(?:0\d+|\d{5,})(?:,[-+]?\d+,\d+)*")
 
 _RESULTANT = re.compile(
     r"(?i)resultant|magnitude|mean\b|average|avg\b|geo\w*.?mean|rotd|vector.?sum|\bnorm\b|\bsrss\b|"
-    r"(?:a_?(?:cc)?_?)?(?:absolute|total|tot|res|abs|mag)\b|at\b"
+    r"(?:a_?(?:cc)?_?)?(?:absolute|total|tot|res|abs|mag)\b|at\b|tgf\b"
 )
 _STAGES = re.compile(
-    r"(?i)raw\b|measured|(?:un)?filtered|(?:un)?corrected|detrended|denoised|baseline|error|noise|residual|command|feedback|target|achieved|desired|reference"
+    r"(?i)raw\b|measured|original|matched|as recorded|"
+    r"(?:un)?filtered|(?:un)?corrected|detrended|denoised|baseline|error|noise|residual|command|feedback|target|achieved|desired|reference"
 )
 _NO_MOTION = re.compile(
-    r"(?i)(?:r[xyz]|rot(?:ation)?|roll|pitch|yaw|theta|tilt|drift|jerk|"
-    r"quality|\|.*\||envelope|rms|temp|arias|husid|flag|count|sigma|std|stdev|snr|index|se|p?s[adv])(?![a-z])|temperat"
+    r"(?i)(?:[rwmb][ _]?[xyz]|(?:mag|gyr|compass|gravity)[a-z]*[ _]?[xyz]?|lvdt\d?|"
+    r"(?:base |stor(?:e?y) )?(?:shear|force|moment|load|strain|stress)|rot(?:ation)?|roll|pitch|"
+    r"yaw|theta|tilt|drift|diff(?:erence)?|jerk|quality|\|.*\||envelope|rms|temp|arias|husid|flag|count|sigma|std|stdev|snr|index|se|p?s[adv])(?![a-z])|temperat"
 )
 _SLOWER = re.compile(r"[vdu]_?[xyz12]", re.IGNORECASE)
 """Names of a velocity or displacement by its axis."""
-_ABOVE_GROUND = re.compile(r"(?<![a-z])(?:roof|penthouse|crest|deck|block)(?![a-z])", re.IGNORECASE)
+_ABOVE_GROUND = re.compile(
+    r"(?<![a-z])(?:roof|penthouse|crest|deck|block|specimen|top|upper|slab|frame|cabinet|bookcase|shelf|rack|payload|"
+    r"response|output|(?:floor|stor(?:e?y)|level)[ _.]?[1-9]|[1-9]\d?(?:st|nd|rd|th)? ?f(?:loor)?)(?![a-z])",
+    re.IGNORECASE,
+)
 _COMPONENT = re.compile(r"acc|a\d*(?:_?[a-z]{1,2})?(?![a-z])", re.IGNORECASE)
 _ABOVE, _DWARFS = 4, 20.0
 """Number of first numbers of a column that are checked, and ratio to all that follow from which one is no sample."""
@@ -156,7 +171,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
             raise RecordError(f"{file}: line {number} declares {many} samples, it holds {n}: truncated or damaged")
     timed = columns > 1 and not (names and _DIRECTION.fullmatch(names[0]))
     number = header[-1][0] if header else 0
-    time = values[:, 0] * (_seconds(file, names[0] if names else "", number, words) if timed else 1.0)
+    time = _times(file, values[:, 0], names[0] if names else "", number, words) if timed else values[:, 0]
     step = _step(lines, time, header, dt, timed)
     doubt_duration(file, words, n * step)
     given = None if unit is None else given_factor(unit)
@@ -271,18 +286,23 @@ def _refuse_repeated(file: Path, columns: Sequence[Component]) -> None:
             )
 
 
-def _seconds(file: Path, name: str, line: int, words: Sequence[tuple[int, str]]) -> float:
-    """Return seconds per unit of a column of times, which its name or else a line above it states."""
+def _times(file: Path, column: Array, name: str, line: int, words: Sequence[tuple[int, str]]) -> Array:
+    """Return a column of times in s, of the unit that its name or else a line above it states; from 0 if since 1970."""
     last = _LAST_UNIT.search(name)
     units = in_name(name, line) or ([unit_of(last["unit"], line)] if last else [])
-    for unit in units:
-        if unit.text.strip(" ,;.").lower() not in ("", *_SECONDS):
+    words_of_units = [unit.text.strip(" ,;.").lower() for unit in units]
+    for unit, word in zip(units, words_of_units, strict=True):
+        if word not in ("", *_SECONDS):
             raise RecordError(
-                f"{file}: line {unit.line} has times in the unknown unit {unit.text.strip()[:40]!r}, known are s and ms"
+                f"{file}: line {unit.line} has times in the unknown unit {unit.text.strip()[:40]!r}, known are s, ms, "
+                "µs and ns"
             )
+    clock = next((start for start in _CLOCKS if start <= column[0] < 4.0 * start), 0.0)
     if units:
-        return _SECONDS[units[0].text.strip(" ,;.").lower() or "s"]
-    return 1e-3 if any(_MILLISECONDS.search(text) for _, text in words) else 1.0
+        factor = _SECONDS[words_of_units[0] or "s"]
+    else:
+        factor = 1e-3 if any(_MILLISECONDS.search(text) for _, text in words) else _CLOCKS.get(clock, 1.0)
+    return (column - column[0] if clock else column) * factor
 
 
 def _other(text: str) -> bool:
@@ -382,8 +402,10 @@ def _names(header: list[str], columns: int) -> list[str]:
 
 
 def _indexed(names: Sequence[str]) -> bool:
-    """Return True if the first column is named as a count of the samples, and the second one as times."""
-    return len(names) > 2 and bool(_INDEX.fullmatch(names[0]) and _TIME.match(names[1]))
+    """Return True if the first column is named as a count or a clock of the samples, and the second one as times."""
+    return len(names) > 2 and bool(
+        (_INDEX.fullmatch(names[0]) and _TIME.match(names[1])) or (_TIME.match(names[0]) and _ELAPSED.match(names[1]))
+    )
 
 
 def _step(lines: Lines, time: Array, header: list[tuple[int, str]], dt: float | None, timed: bool) -> float:

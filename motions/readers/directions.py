@@ -22,7 +22,9 @@ _SURE = (
 )
 """Words for a vertical component anywhere in a name; other words must be the whole name."""
 _UPRIGHT = re.compile(_SURE, re.IGNORECASE)
-_VERTICAL = re.compile(rf"{_SURE}|up(?:down|ward\w*)?|down(?:up|ward\w*)?|dwn|dn|ver|vrt|[vz]\d?|u|zup", re.IGNORECASE)
+_VERTICAL = re.compile(
+    rf"{_SURE}|up(?:down|ward\w*)?|heave|down(?:up|ward\w*)?|dwn|dn|ver|vrt|[vz]\d?|u|zup", re.IGNORECASE
+)
 BOREHOLE, STRUCTURE = " borehole", " structure"
 """End of the direction of a component that is no motion of the ground's surface."""
 _PLACE = re.compile(rf"[-_ ]+(?:surface|downhole|{BOREHOLE[1:]}|{STRUCTURE[1:]})$", re.IGNORECASE)
@@ -32,7 +34,26 @@ _ABOVE = re.compile(
     r"(?i)\broof\b|\bpenthouse|\bdeck\b|\bcrest\b|\b(?:[2-9]|\d\d)(?:st|nd|rd|th) (?:floor|story|level)\b|"
     r"\b(?:second|third|fourth|fifth|sixth|top) (?:floor|story|level)\b"
 )
-_POINTS = {"N": 0.0, "NS": 0.0, "N-S": 0.0, "E": 90.0, "EW": 90.0, "E-W": 90.0, "S": 180.0, "WE": 90.0, "W": 270.0}
+_POINTS = {
+    "N": 0.0,
+    "NS": 0.0,
+    "N-S": 0.0,
+    "E": 90.0,
+    "EW": 90.0,
+    "E-W": 90.0,
+    "S": 180.0,
+    "WE": 90.0,
+    "W": 270.0,
+    **dict.fromkeys(("EO", "OE", "OW", "WO", "D-B", "B-D", "В-З", "З-В", "Α-Δ", "东西", "東西"), 90.0),
+    **dict.fromkeys(("SN", "K-G", "G-K", "С-Ю", "Ю-С", "Β-Ν", "南北"), 0.0),
+}
+_COMPASS = {
+    "N": re.compile("north|nord|norte|noord|kuzey|север|[βΒ]ορρ[άα]ς?", re.IGNORECASE),
+    "E": re.compile("east|est|ost|este|leste|oost|doğu|восток|[αΑ]νατολ[ήη]", re.IGNORECASE),
+    "S": re.compile("south|süd|sud|sur|sul|zuid|güney|юг|[νΝ][όο]τος?", re.IGNORECASE),
+    "W": re.compile("west|ouest|oeste|ovest|batı|запад|[δΔ][ύυ]ση", re.IGNORECASE),
+}
+"""Words of the points of the compass."""
 _BEARING = re.compile(r"([NS])(\d{1,2})([EW])", re.IGNORECASE)
 _DEGREES = re.compile(r"(\d{1,3})(?:\s*deg(?:rees)?)?", re.IGNORECASE)
 # SEED: band, instrument, orientation, location; CH1 is a channel of any recorder, HN3 any of three directions.
@@ -42,8 +63,11 @@ _CHANNELS = re.compile(r"(?:ch(?:an(?:nel)?)?|comp(?:onent)?|canale?|kanal|axis)
 _EUROPEAN = re.compile(r"(?<=\d{4})([xyz])[a-z]?$", re.IGNORECASE)
 """End of a name of the European Strong-motion Database, such as 000055za."""
 _LEVEL = re.compile(
-    r"[lthxy]\d?|long?|tran?|trn|xte|yln|(?:ns|ew)[12]", re.IGNORECASE
-)  # (horizontal, of no known azimuth)
+    r"[lthxy]\d?|long?(?:itudinal\w*)?|tran?(?:sv\w*)?|trasv\w*|trn|radial\w*|tangential\w*|horiz(?:ontal\w*?)?\d?|fn|fp|"
+    r"fault(?:normal|parallel)|surge|sway|boyuna|enine|längs|quer|水平向?\d?|xte|yln|(?:ns|ew)[12]",
+    re.IGNORECASE,
+)
+"""Names of horizontal directions of no known azimuth."""
 _UNIT = re.compile(  # as in a table's heading: "(g)", "[cm/s²]", "_m_s2"
     r"\s*(?:\([^()]*\)|\[[^\[\]]*\])\s*$|(?<=[a-z])(?:[-_. ]+(?:gal|g|[cm]?m_?s-?2))+$", re.IGNORECASE
 )
@@ -76,10 +100,10 @@ _UPWARD = re.compile(
 _CHANNEL = re.compile(r"(?:chan(?:nel)?\s*\d{1,3}:?|\d{1,3}:)\s*", re.IGNORECASE)
 # Words apart, and those around a direction: "acc_z", "AccelZ", "vertical component", "UD成分".
 _APART = re.compile(
-    r"[-_.,:/+()\[\]\s]+|(?<=[a-z])(?=[A-Z])|(?i:(?<=\b[xyz])(?=axis)|(?<=\bcomp)(?=v|up|ud|z))|成分|方向|加速度|[軸轴動动向]"
+    r"[-_.,:/+()\[\]\s]+|(?<=[a-z])(?=[A-Z])(?!(?<=\bg)F[xyz]\b)|(?i:(?<=\b[xyz])(?=axis)|(?<=\bcomp)(?=v|up|ud|z))|成分|方向|加速度|[軸轴動动]|(?<=[XYZxyz])向"
 )
 _AROUND = re.compile(
-    r"^(?:a(?:cc(?:el)?)?(?=[xyz]$)|(?:a|acc\w*|a[ck]c?el\w*|[ck]omp\w*|dir\w*|axis|linear)$)", re.IGNORECASE
+    r"^(?:(?:a(?:cc(?:el)?)?|gf)(?=[xyz]$)|(?:a|acc\w*|a[ck]c?el\w*|[ck]omp\w*|dir\w*|axis|linear)$)", re.IGNORECASE
 )
 _TURNING = re.compile(r"rot|gyr|theta|omega", re.IGNORECASE)
 _NAME = re.compile(
@@ -115,8 +139,10 @@ def direction_of(text: str, anywhere: bool = True) -> tuple[bool, float] | None:
     if _VERTICAL.fullmatch(word) or (code and code[1] == "Z"):
         return True, math.nan
     plain = code[1] if code else word.upper()
-    if plain in _POINTS:
-        return False, math.radians(_POINTS[plain])
+    points = "".join(next((to for to, of in _COMPASS.items() if of.fullmatch(part)), "-") for part in words)
+    for point in (text.upper(), plain, "-".join(every).upper(), points):
+        if point in _POINTS:
+            return False, math.radians(_POINTS[point])
     bearing = _BEARING.fullmatch(plain)
     if bearing:
         along = 0.0 if bearing[1] == "N" else 180.0

@@ -75,7 +75,7 @@ _THINNED = re.compile(
     re.IGNORECASE,
 )
 _HERTZ = re.compile(
-    r"\s*(?:k?hz|sps|1/s|(?:[^\W\d]|\.)+\s?(?:/|per |por |al |pro |par |a )\s?s\w*)?\s*(?:[,;]|$)", re.IGNORECASE
+    r"\s*(?:k?hz|sps|1/s|(?:[^\W\d]|\.)+\s?(?:/|per |por |al |pro |par |a )\s?s\w*)?[\s)\].]*(?:[,;]|$)", re.IGNORECASE
 )
 
 

@@ -29,11 +29,16 @@ _QUANTITY = {
             r"acc(?:el(?:eration|erations|erogram)?)?|acc[ée]l[ée]ration|a[ck]?celera\w+|beschleunigung|ускорени\w+",
             "加速度",
         ),
-        ("velocity", r"vel(?:ocity|ocities|ocidad|ocit[àa])?|geschwindigkeit|vitesse", "(?<!加)速度"),
+        (
+            "velocity",
+            r"vel(?:ocity|ocities|ocidade?|ocit[àa])?|geschwindigkeit|vitesse|h[ıi]z|ταχ[ύυ]τητα|скорост\w+|prędkość|rychlost",
+            "(?<!加)速度|سرعت",
+        ),
         (
             "displacement",
-            r"disp(?:l|lacements?)?|verschiebung|d[ée]placement|spostament[oi]|desplazamiento",
-            "変位|位移",
+            r"disp(?:l|lacements?)?|verschiebung|d[ée]placement|spostament[oi]|desplazamiento|deslocamento|deplasman|"
+            r"yer ?de[ğg]i[şs]tirme|μετακ[ίι]νηση|μετατ[όο]πιση|перемещени\w+|смещени\w+|przemieszczenie",
+            "変位|位移|جابجایی",
         ),
     )
 }

@@ -135,6 +135,10 @@ CSMIP = files.csmip([SHAKE, SHAKE])
             {"a.asc": files.esm(SHAKE), "hole.asc": files.esm(SHAKE).replace("LOC", "SENSOR_DEPTH_M: 37.5\nLOC")},
             "hole.asc",
         ),
+        (
+            {"a.asc": files.esm(SHAKE), "hole.asc": files.esm(SHAKE).replace("LOC", "SENSOR_DEPTH_M: -150\nLOC")},
+            "hole.asc",
+        ),
         ({"a.v2c": COSMOS.replace("2) Location: none", "2) Location: Downhole -30 m")}, "180 deg borehole"),
         ({"a.v2c": COSMOS.replace("2) Location: none", "2) Location: 5th Floor: NE corner")}, "180 deg structure"),
         ({"a.v2c": COSMOS.replace("2) Location: none", "2) Location: 1st Floor: NE corner")}, ""),
