@@ -57,13 +57,13 @@ _UNIT = "|".join(f"(?P<{unit}>{words})" for unit, (words, _) in _UNITS.items())
 _DIGITIZER = re.compile(
     r"(?i)\b(?:digiti[sz]er|logger|recorder|daq|adc)\b(?!.*(?:filter|alias|pass|corner|band|cut)).{0,60}$"
 )
-_UNIT_OF_LABEL = re.compile(rf"(?<!per)(?<!p[oa]r)(?<!pro)(?<! al)[(\[\s]\s*(?:{_UNIT.rpartition('|(?P<')[0]})$")
+_UNIT_OF_LABEL = re.compile(rf"(?<!per)(?<!p[oa]r)(?<!pro)(?<! al)[(\[\s]\s*(?:{_UNIT.rpartition('|(?P<')[0]})\.?$")
 _AFTER = re.compile(
     rf"(?i)(?P<rest>,\d+|/\d+)?[\s-]?(?:{_UNIT})?(?!\w|\s?(?:h|min|hours?|days?|[ckm]?m|%)(?!\w)"
     r"|\s?(?:[-x:/]|to|bis)\s?\d)(?P<sampling>[\s-](?:time )?(?:sampl\w*|intervals?|steps?|spacing)\b)?"
     r"(?P<last>(?=[\s.)\]]*(?:$|[,;])))?"
 )
-_LINK = re.compile(r"(?:[\s=:()\[\]\"'#*]|\b(?:was|is|at|of|with|in|mit|von|a|de)\b)*$")
+_LINK = re.compile(r"(?:[\s=:()\[\]\"'#*]|\b(?:was|is|at|of|with|in|mit|von|a|de|to|auf)\b)*$")
 _NUMBER = re.compile(rf"(?<![\w.,/]){STEP.replace('(?P<rest>.{0,20})', '(?=(?P<rest>.{0,20}))')}")
 _COUNTED = re.compile(r"\W*(\d{2,8})[\s,]+(0?\.\d+)\b")
 _STANDARD = re.compile(r", C1-C6(?P<unit> \(s\))?\s*:\s*/(?P<step>[\d.]+)(?:/(?P=step))*\s*$")  # (of Mexico)
@@ -93,7 +93,8 @@ class _Statement(NamedTuple):
 
 def written_step(lines: Lines, header: Sequence[tuple[int, str]], n: int) -> tuple[float | None, str]:
     """Return the time step to read of the header of n samples, s, or None, and the reason for a doubt or ''."""
-    stated, changed = _statements(lines, header, n)
+    stated, changes, changed = _statements(lines, header, n)
+    stated = [statement for statement in stated if statement.read or not changes]
     first = next((statement for statement in stated if statement.read), None)
     if first is None:
         return None, ""
@@ -104,19 +105,21 @@ def written_step(lines: Lines, header: Sequence[tuple[int, str]], n: int) -> tup
 
 
 def refuse_other_step(lines: Lines, header: Sequence[tuple[int, str]], n: int, step: float, what: str) -> None:
-    """Raise RecordError if the header of n samples states steps, s, but not this one nor a change of them."""
-    stated, changed = _statements(lines, header, n)
-    if stated and not changed and not any(statement.agrees(step) for statement in stated):
-        first = max(stated, key=lambda statement: statement.read)
+    """Raise RecordError if the header of n samples states steps, s, but not this one nor a change to another."""
+    stated, changes, changed = _statements(lines, header, n)
+    sure = [statement for statement in stated if statement.read or not changes] if not changed else []
+    steps = sure or stated
+    one = not sure and all(statement.agrees(stated[0].step) for statement in stated)  # (before a change to another)
+    if steps and not one and not any(statement.agrees(step) for statement in steps):
+        first = max(steps, key=lambda statement: statement.read)
         where = f"line {first.line}: {plain(first.text, 60)!r}"
         raise RecordError(f"{lines.file}: its header says dt = {first.step:g} s, {what} ({where})")
 
 
-def _statements(lines: Lines, header: Sequence[tuple[int, str]], n: int) -> tuple[list[_Statement], str]:
-    """Return the steps in the header of n samples, and a text that may mean that the samples have another, or ''.
-
-    If any line mentions a change, the steps to read remain alone.
-    """
+def _statements(
+    lines: Lines, header: Sequence[tuple[int, str]], n: int
+) -> tuple[list[_Statement], list[tuple[int, str]], str]:
+    """Return the steps in the header of n samples, lines that mention a change, and the doubt on a step or ''."""
     stated: list[_Statement] = []
     for line, text in header:
         words = unicodedata.normalize("NFKC", _STANDARD.sub(r"\g<unit>: \g<step>", text))
@@ -145,7 +148,7 @@ def _statements(lines: Lines, header: Sequence[tuple[int, str]], n: int) -> tupl
         for line, text in changes
         if line in read or _THINNED.search(text)
     )
-    return [statement for statement in stated if statement.read or not changes], next(of_read, "")
+    return stated, changes, next(of_read, "")
 
 
 def _label(text: str) -> tuple[str, str, bool]:
