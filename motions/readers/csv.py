@@ -17,7 +17,7 @@ from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, first_names, warn
 from .components import Component, arrays_of, doubt_duration, refuse_gaps, refuse_stated_peak, single
-from .directions import channel_of, channels_of, direction_of, vertical_of
+from .directions import channel_of, channels_of, direction_of, place_of, vertical_of
 from .lines import (
     FEW,
     HEADER_WIDTH,
@@ -213,6 +213,8 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
         upright = (directions[column] if names else None) or (False, 0.0)
         several = columns > 1 + timed or upright[0]
         label = channel_of(name, channels) if several else vertical_of(text for _, text in words)
+        if columns == 1 + timed and (place := place_of(text for _, text in words)):
+            label = f"{label or 'sensor'}{place}"
         kept.append(Component(acceleration, step, station=file.stem if label else "", component=label, processing=note))
     if not kept:
         headings = first_names([name for left in out.values() for name in left]) or "velocity or displacement"

@@ -32,8 +32,12 @@ _AWAY = re.compile(rf"\b(?:borehole|downhole)\b|{STRUCTURE}$", re.IGNORECASE)
 _BELOW = re.compile(r"down-?hole|bore-?hole|\bdepth\b|\bdeep\b|-\s?\d+(?:\.\d+)?\s*(?:m|ft)\b", re.IGNORECASE)
 _ABOVE = re.compile(
     r"(?i)\broof\b|\bpenthouse|\bdeck\b|\bcrest\b|\b(?:[2-9]|\d\d)(?:st|nd|rd|th) (?:floor|story|level)\b|"
-    r"\b(?:second|third|fourth|fifth|sixth|top) (?:floor|story|level)\b"
+    r"\b(?:second|third|fourth|fifth|sixth|top) (?:floor|story|level)\b|\bfloor (?:[2-9]|\d\d)\b|\bazotea|屋上|"
+    r"\b\d\d?F\b|\b(?:[2-9]|\d\d)\. ?OG\b|\bmid-?span\b|\btop of (?:the )?(?:specimen|shelf|bookcase|cabinet|building)|"
+    r"\bon (?:the |a )?(?:shelf|bookcase|cabinet|rack)|\b(?:specimen|bookcase|cabinet) top\b"
 )
+_BURIED = re.compile(r"(?i)\b(?:down-?hole|bore-?hole)|地下\s?\d+\s?m|\b\d+(?:\.\d+)?\s?m depth")
+"""Places of a sensor at the end of a line of words, which speak of depths of many things."""
 _POINTS = {
     "N": 0.0,
     "NS": 0.0,
@@ -199,6 +203,15 @@ def said_of(motion: xr.DataArray) -> str:
 def place_of_sensor(text: str) -> str:
     """Return the end of a direction from a header's text on a sensor's place, '' on the ground."""
     return BOREHOLE if _BELOW.search(text) else STRUCTURE if _ABOVE.search(text) else ""
+
+
+def place_of(header: Iterable[str]) -> str:
+    """Return the end of a direction if a cell of lines of words ends in a sensor's place, '' on the ground."""
+    for cell in (cell.strip("# .)\t") for text in header for cell in re.split("[,;|]", text)):
+        for end, pattern in ((STRUCTURE, _ABOVE), (BOREHOLE, _BURIED)):
+            if any(match.end() == len(cell) for match in pattern.finditer(cell)):
+                return end
+    return ""
 
 
 def _of_title(motion: xr.DataArray) -> tuple[bool, float] | None:
