@@ -29,11 +29,16 @@ _QUANTITY = {
             r"acc(?:el(?:eration|erations|erogram)?)?|acc[ée]l[ée]ration|a[ck]?celera\w+|beschleunigung|ускорени\w+",
             "加速度",
         ),
-        ("velocity", r"vel(?:ocity|ocities|ocidad|ocit[àa])?|geschwindigkeit|vitesse", "(?<!加)速度"),
+        (
+            "velocity",
+            r"vel(?:ocity|ocities|ocidade?|ocit[àa])?|geschwindigkeit|vitesse|h[ıi]z|ταχ[ύυ]τητα|скорост\w+|prędkość|rychlost",
+            "(?<!加)速度|سرعت",
+        ),
         (
             "displacement",
-            r"disp(?:l|lacements?)?|verschiebung|d[ée]placement|spostament[oi]|desplazamiento",
-            "変位|位移",
+            r"disp(?:l|lacements?)?|verschiebung|d[ée]placement|spostament[oi]|desplazamiento|deslocamento|deplasman|"
+            r"yer ?de[ğg]i[şs]tirme|μετακ[ίι]νηση|μετατ[όο]πιση|перемещени\w+|смещени\w+|przemieszczenie",
+            "変位|位移|جابجایی",
         ),
     )
 }
@@ -98,14 +103,15 @@ _AMPLITUDE = re.compile(
     r"|\b(?:peak[- ]?)?normali[sz]ed (?:to|by|acc|amp|rec|sig)[^,;]{0,20}"
     r"|\bpeak[- ]?normali[sz]ed|\bnorm(?:ali[sz]ed|\.)\W{1,3}acc\w*|\bacc\w*\W{1,3}norm(?:ali[sz]ed)?\b"
     r"|\ba(?:cc\w*)? ?/ ?(?:pga|a_?max)\b"
-    r"|\bshape function|(?:to|must|should) be scaled to|\bnormiert auf [^,;]{1,20}"
+    r"|(?<!time )\b(?:model scale 1 ?[:/]|scale 1 ?[:/] ?\d\d? model)|\bsdof response|\bpseudo[- ]?acc"
+    r"|(?<!not )(?<!no )\bclipped\b|\bshape function|(?:to|must|should) be scaled to|\bnormiert auf [^,;]{1,20}"
     r"|\bresponse not (?:removed|corrected)|\bnot corrected for (?:the )?(?:instrument|sensor)\w*"
     r"|\bin (?:m?V|(?:milli)?volts?)\b(?! ?/)|(?<![\d/])(?<!\d )\b(?:milli)?volts?\b(?! ?/| per)"
 )
 """Statements that samples may be of another amplitude or time, or volts."""
 RELATIVE = re.compile(
     r"\brel(?:ative|\.)?[ _]*(?:floor[ _]+)?acc|\b(?:acc|ace|beschl)\w*[ _,(-]{1,3}(?:\([^)]*\)\s*)?"
-    r"rel(?:ativ[aeo]?)?(?![a-z])(?! to g)|\ba\d*_?rel\b",
+    r"rel(?:ativ[aeo]?)?(?![a-z])(?! to g)|\ba\d*_?rel\b|relativ[- ]?beschleunigung|相対加速度",
     re.IGNORECASE,
 )
 """Names of an acceleration relative to the ground or a support."""
