@@ -21,6 +21,7 @@ from ..core.aliases import Array, Flags
 from ..core.doubts import Doubt, warn
 from ..core.labelled import spare_dask
 from ..core.units import ACCELERATION, METRE, RADIAN, SECOND, described
+from .readers.directions import are_vertical
 from .readers.units import in_name, quantities
 
 spare_dask()
@@ -57,7 +58,7 @@ class Record(NamedTuple):
     `axes` is `BOTH_AXES` if the companion also acts, along the depth of the blocks. It is `WEAK_AXIS` if blocks must be
     long enough that it need not act, and '' for one component. `azimuth` is the direction of the blocks' width, rad, in
     the first two cases. `own_level` is True for motions from yielding floors or isolators: their ground motion has one
-    amplitude, and no factor scales them to another.
+    amplitude, and no factor scales them to another. `upright` is True for a vertical component, by its file.
     """
 
     label: str
@@ -74,6 +75,7 @@ class Record(NamedTuple):
     axes: str = ""
     azimuth: float = math.nan
     own_level: bool = False
+    upright: bool = False
 
     @property
     def given(self) -> str:
@@ -284,6 +286,7 @@ def _records_of(array: xr.DataArray) -> list[Record]:
     corrected = any(name in str(array.attrs.get("processing", "")) for name in BASELINES)
     columns = [{name: _values_by_motion(piece, name, n) for name in _RECORD_COORDINATES} for piece, _ in pieces]
     waves = [piece.values for piece, _ in pieces]
+    upright = are_vertical(array)
     unpacked = []
     # (motions share their time axis, which is checked once)
     steps: dict[tuple[int, float | None], float] = {}
@@ -305,7 +308,8 @@ def _records_of(array: xr.DataArray) -> list[Record]:
             if floor:
                 label, reverse_of = (name and f"{name} floor {floor}" for name in (label, reverse_of))
             plain = Record(label, values, dt, source, floor, own_amplitude, read, None, corrected, reverse_of)
-            unpacked.append(plain._replace(own_level=bool(coordinates.get(OWN_LEVEL, False))))
+            own_level = bool(coordinates.get(OWN_LEVEL, False))
+            unpacked.append(plain._replace(own_level=own_level, upright=upright[i] and read and not floor))
     return unpacked
 
 

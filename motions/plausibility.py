@@ -23,7 +23,7 @@ from .intensity.directions import PairMeasure
 from .intensity.naming import measure_named
 from .intensity.parametric_measures import Sa
 from .intensity.peaks import peak_acceleration, peak_displacement, peak_velocity, velocity
-from .readers.directions import LEFT_OUT, ON_PURPOSE, is_vertical
+from .readers.directions import LEFT_OUT, ON_PURPOSE
 
 OFFSET = 0.01
 """Mean over PGA above which a record keeps an offset."""
@@ -116,28 +116,10 @@ def _components(record: Record) -> list[Record]:
 
 
 def vertical_doubts(arrays: Sequence[xr.DataArray], cure: str = ON_PURPOSE) -> list[Doubt]:
-    """Return the input warnings on vertical components used as horizontal motions, and the note on omitted components.
-
-    `cure`: instruction for the caller to take the latter on purpose.
-    """
-    doubts = []
-    labels = [
-        str(motion["motion"].values[0])
-        for array in arrays
-        if array.dims == ("motion", "time")
-        for motion in (array.isel(motion=[i]) for i in range(array.sizes["motion"]))
-        if is_vertical(motion)
-    ]
-    if labels:
-        many = f"{len(labels):,} motions are vertical components and shake"
-        what = many if len(labels) > 1 else "a motion is a vertical component and shakes"
-        joined = "component = 'h1' joins the components of each recording and shakes blocks by one of them"
-        doubts.append(Doubt("vertical", f"{what} as if horizontal ({first_names(labels)}): {joined}, or leave it out"))
+    """Return the note on omitted vertical components; `cure`: instruction for the caller to take them on purpose."""
     out = [str(name) for array in arrays for name in array.attrs.get(LEFT_OUT, ())]
-    if out:
-        many = f"{len(out):,} vertical components are" if len(out) > 1 else "a vertical component is"
-        doubts.append(Doubt("vertical", f"{many} left out ({first_names(out)}): {cure}", settled=True))
-    return doubts
+    many = f"{len(out):,} vertical components are" if len(out) > 1 else "a vertical component is"
+    return [Doubt("vertical", f"{many} left out ({first_names(out)}): {cure}", settled=True)] if out else []
 
 
 def multiple(samples: Array, reference: Array) -> float:
@@ -298,6 +280,7 @@ def record_doubts(plain: Iterable[Record], own_level: bool = True) -> list[Doubt
         if pga == 0.0:
             continue
         greatest = max(greatest, pga)
+        odd["named upright"] += [record.label] * record.upright
         reached = f"{record.label}: {short_digits(pga / STANDARD_GRAVITY)} g"
         if pga > (HIGHEST_RECORD if record.recorded and not record.floor else HIGHEST_PGA):
             odd["strong"].append(reached)
@@ -346,7 +329,9 @@ def record_doubts(plain: Iterable[Record], own_level: bool = True) -> list[Doubt
     most = f"{highest / STANDARD_GRAVITY:g} g"
     noise = "another time step than the file says, or noise before and after (window)?"
     still = "after the corrections that were asked for; a window and filters can leave that"
+    joined = "leave it out, or join the components of each recording (component = 'h1')"
     rows = (
+        ("named upright", "vertical", "is a vertical component", "are vertical components", joined),
         ("upright", "vertical", "has the mean of gravity", "have the mean of gravity", upright),
         ("lone", "PGA", "has a peak of one sample", "have a peak of one sample", "a spike, or a lost decimal point?"),
         ("held", "PGA", "stays at its peak", "stay at their peaks", "clipped, or rounded too much?"),

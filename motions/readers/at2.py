@@ -18,6 +18,7 @@ from ..arrays import from_array, records
 from .components import refuse_gaps, refuse_stated_peak
 from .directions import vertical_of
 from .lines import STEP, Lines, RecordError
+from .steps import refuse_other_step
 from .units import agreed, doubt_factors, quantities, refuse_others, units_in
 
 RARE = 1.0
@@ -89,7 +90,7 @@ def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
         if quantity is None and not named and (kind := _OTHER_SUFFIXES.get(file.suffix.lower())):
             raise RecordError(f"{file}: a {kind} record by its name, not acceleration")
         refuse_others(file, header)
-        dt = lines.step(match)
+        dt = lines.step(match["number"], match["rest"])
         unit = agreed(file, [unit for number, text in header for unit in units_in(text, number)])
         doubt_factors(file, header)
         declared = int(match["npts"])
@@ -98,6 +99,7 @@ def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
         values = lines.numbers()
     if values.size != declared:
         raise RecordError(f"{file}: declares {declared} samples (NPTS) but holds {values.size}: truncated or damaged")
+    refuse_other_step(lines, header[:-1], declared, dt, f"its last line {dt:g} s")
     refuse_gaps(file, values)
     try:
         array = from_array(

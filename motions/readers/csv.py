@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import itertools
-import math
 import os
 import re
 from array import array
@@ -18,13 +17,12 @@ from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, first_names, warn
 from .components import Component, arrays_of, doubt_duration, refuse_gaps, refuse_stated_peak, single
-from .directions import direction_of, vertical_of
+from .directions import channel_of, channels_of, direction_of, place_of, vertical_of
 from .lines import (
     FEW,
     HEADER_WIDTH,
     LONGEST_STEP,
     MAX_SAMPLES,
-    STEP,
     Lines,
     RecordError,
     as_key,
@@ -32,8 +30,8 @@ from .lines import (
     folded,
     is_blank,
     is_comment,
-    known,
 )
+from .steps import refuse_other_step, written_step
 from .units import (
     COUNTED,
     OF_WAVES,
@@ -49,51 +47,6 @@ from .units import (
     units_in,
 )
 
-_SAMPLING = r"(?:muestreo|campionamento|amostragem|[ée]chantillonnage)"
-"""Sampling in Spanish, Italian, Portuguese and French."""
-_STEP_WORDS = (
-    r"(?:\bdt|(?:\bdelta|[δΔ∆])[ _]?t|\btime[ _]?step|\bsampl\w{0,5} ?(?:interval|period|step|time)|"
-    rf"\b(?:interval\w{{1,2}}|p[ée]r[ií]od[oe]|pass?o?) d(?:[ei] |['’]){_SAMPLING}|\b(?:paso de tiempo|pas de temps|"
-    r"passo (?:temporale|de tempo)|zeitschritt|abtast(?:intervall|schritt|zeit|periode)|zaman ad[ıi]m[ıi]|"
-    r"[öo]rnekleme (?:aral\w+|periyodu)|шаг (?:по времени|дискретизации)|интервал дискретизации)|"
-    r"サンプリング間隔|サンプリング周期|時間刻み|時間間隔|[采採取][样樣]间?間?隔|时间间隔)"
-)
-_STEP = re.compile(
-    rf"(?i){_STEP_WORDS}\s{{0,9}}(?:[(\[](?P<unit>m?s|m?sec(?:onds?)?)[)\]]\s{{0,9}})?[=:：]\s{{0,9}}{STEP}"
-)
-_RATE_WORDS = (
-    r"(?:\bsampl\w{0,5} ?(?:rate|freq\w{0,6})|\bsamples ?(?:/|per) ?s(?:ec(?:ond)?)?\b|\bsr(?=\s?[=:])"
-    r"|\b(?:tasa|taxa|raz[óo]n|velocidad|fr[eé][cq]u?\w{3,6}|taux|tasso) "
-    rf"d(?:[ei] |['’]){_SAMPLING}|\babtast(?:rate|frequenz)|\b[öo]rnekleme (?:frekans\w*|h[ıi]z[ıi]|oran[ıi])|"
-    r"частота дискретизации|サンプリング(?:周波数|レート)|[采採取][样樣](?:频率|頻率|率))"
-)
-_FREQUENCY = re.compile(rf"(?i){_RATE_WORDS}\s{{0,9}}(?:[(\[](?:hz|sps)[)\]]\s{{0,9}})?[=:：]\s{{0,9}}{STEP}")
-_IN_WORDS = re.compile(
-    rf"(?i)(?:(?P<word>{_STEP_WORDS}|\b(?:time|equal|uniform|regular) (?:time )?(?:increment|interval|step|spacing)s?"
-    r"|\b(?:equally|evenly|uniformly) spaced|\bspacing|\bincrement|\bstep|\btime[ _]?delta)"
-    rf"|(?P<rate>{_RATE_WORDS}|\bf_?s\b|\brate(?= ?[(\[](?:hz|sps)\b)|\bsampling(?=\s?[=:]))"
-    r"|\brate\b|\bevery\b|\bintervall?o?\b|\b(?:re)?sampl(?:ed|ing)|\bdigiti[sz](?:ed|ation)|\babgetastet|\bmuestreado)"
-    r"[\s=:()\[\]]{0,4}(?:(?:was|is|at|of|with|every|in|mit|von|a|de|hz|sps|m?s|sec)[\s=:()\[\]]{1,4}){0,4}"
-    r"(?P<number>1/\d+|(?:\d+(?:[.,]\d+)?|\.\d+)(?:e[+-]?\d+)?)(?![\d.])\s?"
-    r"(?:(?P<hz>hz|[sf]ps|1/s|samples?\s?(?:/|per )\s?s\w*)|(?P<khz>khz)"
-    r"|(?P<ms>ms|msec\w*|milli\w+)|(?P<us>[uµμ]s(?:ec\w*)?|micro\w+)|(?P<s>s|sec\w*))?"
-    r"(?!\w|\s?(?:h|min|hours?|days?|[ckm]?m|%)(?!\w)|\s?[-x:/]\s?\d)"
-    r"|\b(?P<sps>\d+(?:\.\d+)?)\s?(?:[sf]ps\b|(?:samples?|values?|points?|frames?) ?(?:/|per ) ?s|hz sampl)"
-    r"|(?<![\d.])(?P<apart>\d?\.\d+)[\s-]?s(?:ec\w*)? (?:time )?(?:intervals?|steps?|sampling|spacing)\b"
-    r"|^\W*(?P<count>\d{2,8})[\s,]+(?P<step>0?\.\d+)\b"
-)
-"""A time step or sampling rate in other wordings, which none is read from: a given one must agree with them."""
-_STANDARD = re.compile(r", C1-C6(?P<unit> \(s\))?\s*:\s*/(?P<step>[\d.]+)(?:/(?P=step))*\s*$")  # (of Mexico)
-_CHANGED = re.compile(
-    r"original|ursprünglich|resampl|remuestr|ricampion|r[ée]-?[ée]chantillon|before|prototype", re.IGNORECASE
-)  # next to a step
-_THINNED = re.compile(
-    r"(?<!before )decimat|diezmad|dezimier|down-?sampl|\bevery (?:\d+(?![\d.]|\s?m?s)|second|other)|time scale",
-    re.IGNORECASE,
-)
-_HERTZ = re.compile(
-    r"\s*(?:hz|sps|1/s|(?:[^\W\d]|\.)+\s?(?:/|per |por |al |pro |par |a )\s?s\w*)?\s*(?:[,;]|$)", re.IGNORECASE
-)
 _COUNT = re.compile(
     r"(?i)\b(?:npts|(?:number|no\.) of (?:data|points|samples)|n[uú]m(?:ero|\.)(?: total)? d[ei] (?:muestras|datos|"
     r"puntos|campioni|dati|punti|amostras)|nombre d(?:e points|e donn[ée]es|['’][ée]chantillons)|"
@@ -103,17 +56,20 @@ _COUNT = re.compile(
 )
 _SEQUENCE = re.compile(r"#?\s*data ?sequence\s*:\s*(?P<names>.+)", re.IGNORECASE)
 _TIME = re.compile(
-    r"(?:(?:elapsed|record|sample|relative) )?t(?:ime|empo|emps|iempo)?(?![a-z])|(?:lauf)?zeit(?![a-z])"
+    r"(?:(?:elapsed|record|sample|relative) )?t(?:ime(?:stamp)?|empo|emps|iempo|imp)?(?![a-z])|(?:lauf)?zeit(?![a-z])"
+    r"|epoch?(?![a-z])|(?:seconds?[ _]?)?elapsed|zaman|süre|χρ[όο]νος|czas|čas|aika(?![a-z])|زمان"
     r"|время|[时時][间間刻]|[^,;]+[\[(]\s*m?s(?:ec)?\s*[\])]\s*$",
     re.IGNORECASE,
 )
 _LAST_UNIT = re.compile(
-    r"[\[(/,_\s](?P<unit>m?s(?:ec)?|(?:milli)?seconds?|min(?:utes?)?|h(?:ours?)?|мс|с|сек|мин|秒|ミリ秒|毫秒|分)[\s)\]]*$",
+    r"[\[(/,_\s](?P<unit>[mµμun]?s(?:ec)?|sn|(?:milli)?seconds?|min(?:utes?)?|h(?:ours?)?|мс|с|сек|мин|秒|ミリ秒|毫秒|分)[\s)\]]*$",
     re.IGNORECASE,
 )
 _SECONDS = {
-    **dict.fromkeys(("s", "sec", "second", "seconds", "с", "сек", "秒"), 1.0),
+    **dict.fromkeys(("s", "sec", "second", "seconds", "sn", "с", "сек", "秒"), 1.0),
     **dict.fromkeys(("ms", "msec", "millisecond", "milliseconds", "мс", "ミリ秒", "毫秒"), 1e-3),
+    **dict.fromkeys(("us", "µs", "μs"), 1e-6),
+    "ns": 1e-9,
 }
 """Seconds of each unit of time that a column may have."""
 _MILLISECONDS = re.compile(
@@ -124,6 +80,10 @@ _MILLISECONDS = re.compile(
 """A line above a column of times that states their unit."""
 _INDEX = re.compile(r"(?:index|sample|point|row|n(?:o|r)?|i|#)?\.?", re.IGNORECASE)
 """Names of a column that counts the samples, before the column of their times."""
+_ELAPSED = re.compile(r"(?:seconds?|time)?[ _]?elapsed|(?:relative|rel\.?) time|time since", re.IGNORECASE)
+"""Names of times since the first sample, after a column of times of a clock."""
+_CLOCKS = {1e12: 1e-3, 1e15: 1e-6, 1e18: 1e-9}
+"""Seconds per unit of times since 1970 from 2001 on, by the first of them."""
 _SPECTRUM = re.compile(r"(?:natural |eigen)?(?:p[ée]r[ií]od|fr[ée]q|frecuencia|schwingungsdauer)", re.IGNORECASE)
 _ORDINATE = re.compile(r"p?s[adev]\b|(?:pseudo\W?)?spectral|(?:rotd|gmrot)\w*\d", re.IGNORECASE)
 _COMMAS = re.compile(r"(?:^|\s)[-+]?\d+(?:,\d+)?\s+[-+]?\d+(?:,\d+)?(?:e[-+]?\d+)?(?:\s|$)", re.IGNORECASE)
@@ -136,19 +96,24 @@ _NO_POINTS = re.compile(r"[-+]?\d+,(?:0\d+|\d{5,})(?:,[-+]?\d+,\d+)*")
 
 _RESULTANT = re.compile(
     r"(?i)resultant|magnitude|mean\b|average|avg\b|geo\w*.?mean|rotd|vector.?sum|\bnorm\b|\bsrss\b|"
-    r"(?:a_?(?:cc)?_?)?(?:absolute|total|tot|res|abs|mag)\b|at\b"
+    r"(?:a_?(?:cc)?_?)?(?:absolute|total|tot|res|abs|mag)\b|at\b|tgf\b"
 )
 _STAGES = re.compile(
-    r"(?i)raw\b|measured|(?:un)?filtered|(?:un)?corrected|detrended|denoised|baseline|error|noise|residual|command|feedback|target|achieved|desired|reference"
+    r"(?i)raw\b|measured|original|matched|as recorded|"
+    r"(?:un)?filtered|(?:un)?corrected|detrended|denoised|baseline|error|noise|residual|command|feedback|target|achieved|desired|reference"
 )
 _NO_MOTION = re.compile(
-    r"(?i)(?:r[xyz]|rot(?:ation)?|roll|pitch|yaw|theta|tilt|drift|jerk|"
-    r"quality|base ?shear|force|pressure|strain|\|.*\||envelope|rms|temp|arias|husid|"
-    r"flag|count|sigma|std|stdev|snr|index|se|p?s[adv])(?![a-z])|temperat"
+    r"(?i)(?:[rwmb][ _]?[xyz]|(?:mag|gyr|compass|gravity)[a-z]*[ _]?[xyz]?|lvdt\d?|"
+    r"(?:base |stor(?:e?y) )?(?:shear|force|pressure|moment|load|strain|stress)|rot(?:ation)?|roll|pitch|"
+    r"yaw|theta|tilt|drift|diff(?:erence)?|jerk|quality|\|.*\||envelope|rms|temp|arias|husid|flag|count|sigma|std|stdev|snr|index|se|p?s[adv])(?![a-z])|temperat"
 )
 _SLOWER = re.compile(r"[vdu]_?[xyz12]", re.IGNORECASE)
 """Names of a velocity or displacement by its axis."""
-_ABOVE_GROUND = re.compile(r"(?<![a-z])(?:roof|penthouse|crest|deck|block)(?![a-z])", re.IGNORECASE)
+_ABOVE_GROUND = re.compile(
+    r"(?<![a-z])(?:roof|penthouse|crest|deck|block|specimen|top|upper|slab|frame|cabinet|bookcase|shelf|rack|payload|"
+    r"response|output|(?:floor|stor(?:e?y)|level)[ _.]?[1-9]|[1-9]\d?(?:st|nd|rd|th)? ?f(?:loor)?)(?![a-z])",
+    re.IGNORECASE,
+)
 _COMPONENT = re.compile(r"acc|a\d*(?:_?[a-z]{1,2})?(?![a-z])", re.IGNORECASE)
 _ABOVE, _DWARFS = 4, 20.0
 """Number of first numbers of a column that are checked, and ratio to all that follow from which one is no sample."""
@@ -205,7 +170,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
             raise RecordError(f"{file}: line {number} declares {many} samples, it holds {n}: truncated or damaged")
     timed = columns > 1 and not (names and _is_direction(names[0]))
     number = header[-1][0] if header else 0
-    time = values[:, 0] * (_seconds(file, names[0] if names else "", number, words) if timed else 1.0)
+    time = _times(file, values[:, 0], names[0] if names else "", number, words) if timed else values[:, 0]
     step = _step(lines, time, header, dt, timed)
     doubt_duration(file, words, n * step)
     given = None if unit is None else given_factor(unit)
@@ -214,6 +179,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     out: dict[str, list[str]] = {}
     directions = [direction_of(name) for name in names]
     others = _others(file, names[1 if timed else 0 :])
+    channels = channels_of(text for _, text in words)
     for column in range(1 if timed else 0, columns):
         name = names[column] if names else ""
         resultant = _RESULTANT.match(name) and sum(direction is not None for direction in directions) > 1
@@ -244,7 +210,11 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
             )
         with np.errstate(over="ignore"):  # infinity is an error later, as beyond any motion
             acceleration = values[:, column] * factor
-        label = name if columns > 1 + timed else vertical_of(text for _, text in words)
+        upright = (directions[column] if names else None) or (False, 0.0)
+        several = columns > 1 + timed or upright[0]
+        label = channel_of(name, channels) if several else vertical_of(text for _, text in words)
+        if columns == 1 + timed and (place := place_of(text for _, text in words)):
+            label = f"{label or 'sensor'}{place}"
         kept.append(Component(acceleration, step, station=file.stem if label else "", component=label, processing=note))
     if not kept:
         headings = first_names([name for left in out.values() for name in left]) or "velocity or displacement"
@@ -340,18 +310,23 @@ def _refuse_repeated(file: Path, columns: Sequence[Component]) -> None:
             )
 
 
-def _seconds(file: Path, name: str, line: int, words: Sequence[tuple[int, str]]) -> float:
-    """Return seconds per unit of a column of times, which its name or else a line above it states."""
+def _times(file: Path, column: Array, name: str, line: int, words: Sequence[tuple[int, str]]) -> Array:
+    """Return a column of times in s, of the unit that its name or else a line above it states; from 0 if since 1970."""
     last = _LAST_UNIT.search(name)
     units = in_name(name, line) or ([unit_of(last["unit"], line)] if last else [])
-    for unit in units:
-        if unit.text.strip(" ,;.").lower() not in ("", *_SECONDS):
+    words_of_units = [unit.text.strip(" ,;.").lower() for unit in units]
+    for unit, word in zip(units, words_of_units, strict=True):
+        if word not in ("", *_SECONDS):
             raise RecordError(
-                f"{file}: line {unit.line} has times in the unknown unit {unit.text.strip()[:40]!r}, known are s and ms"
+                f"{file}: line {unit.line} has times in the unknown unit {unit.text.strip()[:40]!r}, known are s, ms, "
+                "µs and ns"
             )
+    clock = next((start for start in _CLOCKS if start <= column[0] < 4.0 * start), 0.0)
     if units:
-        return _SECONDS[units[0].text.strip(" ,;.").lower() or "s"]
-    return 1e-3 if any(_MILLISECONDS.search(text) for _, text in words) else 1.0
+        factor = _SECONDS[words_of_units[0] or "s"]
+    else:
+        factor = 1e-3 if any(_MILLISECONDS.search(text) for _, text in words) else _CLOCKS.get(clock, 1.0)
+    return (column - column[0] if clock else column) * factor
 
 
 def _other(text: str) -> bool:
@@ -446,13 +421,15 @@ def _names(header: list[str], columns: int) -> list[str]:
 
 
 def _indexed(names: Sequence[str]) -> bool:
-    """Return True if the first column is named as a count of the samples, and the second one as times."""
-    return len(names) > 2 and bool(_INDEX.fullmatch(names[0]) and _TIME.match(names[1]))
+    """Return True if the first column is named as a count or a clock of the samples, and the second one as times."""
+    return len(names) > 2 and bool(
+        (_INDEX.fullmatch(names[0]) and _TIME.match(names[1])) or (_TIME.match(names[0]) and _ELAPSED.match(names[1]))
+    )
 
 
 def _step(lines: Lines, time: Array, header: list[tuple[int, str]], dt: float | None, timed: bool) -> float:
     file = lines.file
-    written, doubtful = _written_step(lines, header)
+    written, doubtful = written_step(lines, header, len(time))
     if timed:
         if dt is not None:
             raise RecordError(f"{file}: has a time column, so dt must not be given, got {dt!r}")
@@ -464,14 +441,11 @@ def _step(lines: Lines, time: Array, header: list[tuple[int, str]], dt: float | 
             raise RecordError(f"{file}: {_rounded(time) or error}") from None
         if measured >= LONGEST_STEP:
             raise RecordError(f"{file}: its first column steps by {measured:g}, which is no time in s")
-        if written is not None and not doubtful and not math.isclose(measured, written, rel_tol=0.01):
-            raise RecordError(f"{file}: its header says dt = {written:g} s, its time column {measured:g} s")
+        refuse_other_step(lines, header, len(time), measured, f"its time column {measured:g} s")
         return measured
     if dt is not None:
         step = checks.number("dt", dt, above=0.0, unit="s")
-        steps = [written] if written is not None else _steps_in_words(header, len(time))
-        if steps and not doubtful and not any(math.isclose(step, stated, rel_tol=0.01) for stated in steps):
-            raise RecordError(f"{file}: its header says dt = {steps[0]:g} s, so dt must not be {step:g}")
+        refuse_other_step(lines, header, len(time), step, f"so dt must not be {step:g}")
         return step
     if written is None:
         raise RecordError(f"{file}: has no time column, so dt must be given (s), in a study motions.dt_s")
@@ -493,52 +467,3 @@ def _rounded(time: Array) -> str:
     if np.abs(time - time[0] - step * np.arange(time.size)).max() > 0.501 * 10.0**-decimals:
         return ""
     return f"its times are rounded to {decimals} decimals: leave the column out and write 'dt = {step:.6g}' above"
-
-
-def _written_step(lines: Lines, header: list[tuple[int, str]]) -> tuple[float | None, str]:
-    """Return the time step that the header states, s, or None, and the reason for a warning or ''."""
-    steps: list[tuple[int, float]] = []
-    for number, text in header:
-        for pattern in (_STEP, _FREQUENCY):
-            for match in pattern.finditer(_STANDARD.sub(r"\g<unit>: \g<step>", text)):
-                try:
-                    steps.append((number, _stated_step(lines, match, pattern is _FREQUENCY)))
-                except RecordError:
-                    if not steps:
-                        raise
-    if not steps:
-        return None, ""
-    (first, step), stated = steps[0], {number for number, _ in steps}
-    for number, text in header:
-        if _THINNED.search(text) or (number in stated and _CHANGED.search(text)):
-            return step, f"line {number} says {text.lstrip('# ')[:60]!r}"
-    second = next((line for line, value in steps if not math.isclose(value, step, rel_tol=0.01)), None)
-    return step, f"lines {first} and {second} state two steps" if second else ""
-
-
-def _steps_in_words(header: list[tuple[int, str]], n: int) -> list[float]:
-    """Return the time steps, s, in the words of the header of n samples; none if it mentions a change of them."""
-    if any(_THINNED.search(text) or _CHANGED.search(text) for _, text in header):
-        return []
-    steps = []
-    for match in (match for _, text in header for match in _IN_WORDS.finditer(text)):
-        whole, _, divisor = (
-            (match["number"] or match["sps"] or match["apart"] or match["step"]).replace(",", ".").partition("/")
-        )
-        factor = 1e3 if match["khz"] else 1e-3 if match["ms"] else 1e-6 if match["us"] else 1.0
-        number = float(whole) / (float(divisor or 1.0) or math.inf) * factor
-        in_time = match["ms"] or match["us"] or match["s"]
-        rate = match["sps"] or match["hz"] or match["khz"] or (match["rate"] and number > 1.0 and not in_time)
-        if rate or in_time or match["apart"] or match["word"] or match["rate"] or match["count"] == str(n):
-            steps.append(1.0 / (number or math.inf) if rate else number)
-    return [step for step in steps if 0.0 < step < LONGEST_STEP]
-
-
-def _stated_step(lines: Lines, match: re.Match[str], frequency: bool) -> float:
-    """Return the time step of one statement, s."""
-    if not frequency:
-        return lines.step(match)
-    rate, written = known(match["number"]), f"{match['number']}{match['rest']}".strip()
-    if not rate > 1.0 / LONGEST_STEP or _HERTZ.match(match["rest"]) is None:
-        raise RecordError(f"{lines.file}: gives its sampling rate as {written[:30]!r}, must be in Hz")
-    return 1.0 / rate

@@ -31,13 +31,18 @@ _AWAY = re.compile(rf"\b(?:borehole|downhole)\b|{STRUCTURE}$", re.IGNORECASE)
 _BELOW = re.compile(r"down-?hole|bore-?hole|\bdepth\b|\bdeep\b|-\s?\d+(?:\.\d+)?\s*(?:m|ft)\b", re.IGNORECASE)
 _ABOVE = re.compile(
     r"(?i)\broof\b|\bpenthouse|\bdeck\b|\bcrest\b|\b(?:[2-9]|\d\d)(?:st|nd|rd|th) (?:floor|story|level)\b|"
-    r"\b(?:second|third|fourth|fifth|sixth|top) (?:floor|story|level)\b"
+    r"\b(?:second|third|fourth|fifth|sixth|top) (?:floor|story|level)\b|\bfloor (?:[2-9]|\d\d)\b|\bazotea|屋上|"
+    r"\b\d\d?F\b|\b(?:[2-9]|\d\d)\. ?OG\b|\bmid-?span\b|\btop of (?:the )?(?:specimen|shelf|bookcase|cabinet|building)|"
+    r"\bon (?:the |a )?(?:shelf|bookcase|cabinet|rack)|\b(?:specimen|bookcase|cabinet) top\b"
 )
+_BURIED = re.compile(r"(?i)\b(?:down-?hole|bore-?hole)|地下\s?\d+\s?m|\b\d+(?:\.\d+)?\s?m depth")
+"""Places of a sensor at the end of a line of words, which speak of depths of many things."""
 _POINTS = {
-    0.0: r"n(?:orth|ord|orte)?(?:s(?:outh|u[drl]|ued)?)?|kuzey(?:guney)?|kg?|南?北|남북|север(?:юг)?|сю|βορρα\w*|βν",
+    0.0: r"n(?:orth|o?ord|orte)?(?:s(?:outh|u[drl]|ued)?)?|noordzuid|kuzey(?:guney)?|kg?|gk|南?北|남북|"
+    r"север(?:юг)?|[сю]{2}|βορρα\w*|βν",
     90.0: r"e(?:ast|ste?)?(?:w(?:est)?|o(?:vest|uest|este)?)?|leste(?:oeste)?|ost|o(?:st)?w(?:est)?|[wo]e|"
-    r"dogu(?:bati)?|db|[东東]西?|동서|восток(?:запад)?|вз|ανατολ\w*|αδ",
-    180.0: r"s(?:outh|u[drl]|ued)?|guney|南|юг",
+    r"oost(?:west)?|dogu(?:bati)?|db|bd|[东東]西?|동서|восток(?:запад)?|[вз]{2}|ανατολ\w*|αδ",
+    180.0: r"s(?:outh|u[drl]|ued)?|zuid|guney|南|юг|νοτος?",
     270.0: r"w(?:est)?|o(?:vest|uest|este)|bati|西|запад",
 }
 """Points of the compass without accents, alone and in pairs, by their azimuth in degrees."""
@@ -53,30 +58,47 @@ _CHANNELS = re.compile(
 _EUROPEAN = re.compile(r"(?<=\d{4})([xyz])[a-z]?$", re.IGNORECASE)
 """End of a name of the European Strong-motion Database, such as 000055za."""
 _LEVEL = re.compile(  # (horizontal, of no known azimuth)
-    r"[lthxy]\d?|long?|tran?|trn|xte|yln|(?:ns|ew)[12]|[fs][np]|surge|sway|yatay|boyuna|enine|[水横纵縦수][平평]?\d?|"
+    r"[lthxy]\d?|long?|tran?|trn|xte|yln|(?:ns|ew)[12]|[fs][np]|surge|sway|yatay|boyuna|enine|langs|quer|[水横纵縦수][平평]?\d?|"
     r"(?:fault|strike)(?:normal|parallel)|(?:hor|(?:horiz|longit|tra[ns]{1,2}v|radial|tang|lateral|гориз|прод|попер|οριζ)\w*)\d?",
     re.IGNORECASE,
 )
 _UNIT = re.compile(  # as in a table's heading: "(g)", "[cm/s²]", "_m_s2"
     r"\s*(?:\([^()]*\)|\[[^\[\]]*\])\s*$|(?<=[a-z])(?:[-_. ]+(?:gal|g|[cm]?m_?s-?2))+$", re.IGNORECASE
 )
-_STATED = re.compile(
-    r"(?i)(?:comp(?:onent\w*|osante)?|komponente|direction|dir|richtung|direzione|direccion|chan(?:nel)?|canale?|orientation"
-    r"|axis|bilesen|συνιστωσα|составляющая|компонента|성분|[成分]分|分量|分向|方向)"
-    r"(?: (?:name|code))?\.?\s*[:=：](?!\s*[a-z]:[\\/])\s*(?P<direction>[^,;#|]{1,30})"
+_KEY = (
+    r"(?:[ck]omp(?:onent\w*|osante)?|k?cmp(?:nm)?|dir|direction|richtung|direzione|direccion|ch|chan(?:nel)?|canale?|"
+    r"stream|sensor|orientation|axis|seed|bilesen|συνιστωσα|składowa|slozka|"
+    r"компонента|составляющая|성분|[成分]分|分量|分向|方向)(?: (?:name|code|id))?\.?"
 )
+_STATED = re.compile(
+    rf"(?i)(?<![a-z]){_KEY}\s*\d?\s*(?:[:=：](?!\s*[a-z]:[\\/])\s*(?P<direction>[^,;#|]{{1,30}})"
+    r"|\s(?P<last>(?!v\b)[^\s,;:=]{1,12})\s*(?=$|[,;|]))"
+)
+_SEED_CODES = re.compile(
+    r"(?<![A-Za-z0-9])[A-Z0-9]{1,2}[._][A-Z0-9]{1,5}(?:[._][A-Z0-9]{0,2})?[._]([BEHLSCVM][HNLG][A-Z0-9])(?![A-Za-z0-9])"
+)
+"""Codes of channels in SEED, below their network and station: XX.ABC..HNZ."""
+_LETTERS = re.compile(r"[uv]\d?", re.IGNORECASE)
+_OF_CHANNEL = re.compile(
+    rf"(?i)(?<![\w.-])(?:{_KEY}|col(?:umn)?)?\s*(?P<number>[1-9])\s*[:=]\s*(?P<direction>[^,;#|]{{1,30}})"
+)
+"""Direction of a channel by its number: "channel 1 = NS; channel 2 = UP"."""
+_NUMBERED = re.compile(rf"(?i)(?:{_KEY}|a|acc\w*?)?[-_ ]?(?P<number>[1-9])(?![\d])")
+"""Name of a column by the number of its channel."""
 _UPWARD = re.compile(
-    r"(?i)(?<!no )(?<!without )\b(?P<word>verti[ck]al\w*)\s?(?:comp(?!onents)|komp|acc|motion|record|direction)"
+    r"(?i)(?<!no )(?<!without )\bverti[ck]al\w*\s?(?:comp(?!onents)|komp|acc|motion|record|direction)"
     r"(?!\w*\W+positive|\w* (?:is )?(?:not|left|removed))"
-    r"|\b[ck]ompon\w+ (?P<after>verti[ck]al\w*)|\b(?:dip|inclination)\s*[:=]?\s*(?P<dip>-90)\b"
+    r"|\b(?:[ck]ompon|acc)\w*\W{1,3}verti[ck]al\w*|\b(?:dip|inclination)\s*[:=]?\s*-90\b"
     r"|(?-i:\bC(?:OMP|omp)(?:ONENT|onent)?\.?\s+(?:UP|UD|DOWN|Z|V)\b)"
 )
 """Lines of a header about a sensor that stands upright."""
 _CHANNEL = re.compile(r"(?:chan(?:nel)?\s*\d{1,3}:?|\d{1,3}:)\s*", re.IGNORECASE)
 # Words apart, and those around a direction: "acc_z", "AccelZ", "vertical component", "UD成分".
-_APART = re.compile(r"[-_.,:/+()\[\]\s]+|(?<=[a-z])(?=[A-Z])|成分|方向|加速度|[軸轴動动向]")
+_APART = re.compile(
+    r"[-_.,:/+()\[\]\s]+|(?<=[a-z])(?=[A-Z])(?!(?<=\bg)F[xyz]\b)|(?i:(?<=\b[xyz])(?=axis)|(?<=\bcomp)(?=v|up|ud|z))|成分|方向|加速度|[軸轴動动向]"
+)
 _AROUND = re.compile(
-    r"^(?:a(?:cc(?:el)?)?(?=[xyz]$)|(?:a|acc\w*|a[ck]c?el\w*|beschl\w*|ivme\w*|[ck]omp\w*|dir\w*|axis|linear)$)",
+    r"^(?:(?:a(?:cc(?:el)?)?|gf)(?=[xyz]$)|(?:a|acc\w*|a[ck]c?el\w*|beschl\w*|ivme\w*|[ck]omp\w*|dir\w*|axis|linear)$)",
     re.IGNORECASE,
 )
 _TURNING = re.compile(r"rot|gyr|theta|omega", re.IGNORECASE)
@@ -96,14 +118,20 @@ ANOTHER = math.sin(math.radians(2.0))
 """Sine of the angle between two directions from which they are not one."""
 ON_PURPOSE, BY_ITSELF = "component = 'v', or a file named by itself, takes them", "a file named by itself is taken"
 """Instructions for taking vertical components on purpose: in a study, and elsewhere."""
+_NONE_UPRIGHT = "three components, none of them known to be vertical: name the vertical one 'UP', or leave it out"
 
 
 @cache
-def direction_of(text: str) -> tuple[bool, float] | None:
-    """Return True if a written direction is vertical, and its azimuth, rad (NaN: unknown); None without a direction."""
+def direction_of(text: str, anywhere: bool = True) -> tuple[bool, float] | None:
+    """Return True if a written direction is vertical, and its azimuth, rad (NaN: unknown); None without a direction.
+
+    Sure words for a vertical one count `anywhere` in the text, otherwise only if no other words are in it.
+    """
     text = _CHANNEL.sub("", folded(text), count=1).strip()
     every = [word for word in _APART.split(_PLACE.sub("", _UNIT.sub("", text))) if word]
     words = [word for word in (_AROUND.sub("", word) for word in every) if word]
+    if not anywhere and len(words) > 1:
+        return None
     word = "".join(words)
     code = _CODE.fullmatch(word.upper())
     if _VERTICAL.fullmatch(word) or (code and code[1] == "Z"):
@@ -122,20 +150,41 @@ def direction_of(text: str) -> tuple[bool, float] | None:
         return False, math.radians(float(degrees[1]) % 360.0)
     if code or _LEVEL.fullmatch(word):
         return False, math.nan
-    upright = any(map(_UPRIGHT.fullmatch, _APART.split(text))) and not _TURNING.search(text)
+    upright = anywhere and any(map(_UPRIGHT.fullmatch, _APART.split(text))) and not _TURNING.search(text)
     return (True, math.nan) if upright and not {"NS", "EW"} & set(every) else None
 
 
 def vertical_of(header: Iterable[str]) -> str:
     """Return the direction that lines of words give to a single component if it is vertical, '' otherwise."""
     for text in header:
-        stated, upward = _STATED.search(folded(text)), _UPWARD.search(text)
-        direction = direction_of(stated["direction"].strip()) if stated else None
-        if stated and direction and direction[0]:
-            return stated["direction"].strip()
-        if upward and not direction and not re.search("horizontal", text, re.IGNORECASE):
+        line = text.strip("# \t*")
+        upward, words = _UPWARD.search(text), [(of[1] or of[2]).strip() for of in _STATED.finditer(folded(text))]
+        stated = next((word for word in words if direction_of(word)), "")
+        if stated:
+            if (direction_of(stated) or (False,))[0]:
+                return stated
+        elif (codes := _SEED_CODES.findall(text)) and all(code.endswith("Z") for code in codes):
+            return str(codes[0])
+        elif (whole := direction_of(line, False)) and whole[0] and not _LETTERS.fullmatch(line):
+            return line[:30]
+        elif upward and not re.search("horizontal", text, re.IGNORECASE):
             return "UP"
     return ""
+
+
+def channels_of(header: Iterable[str]) -> dict[str, str]:
+    """Return the directions that lines of words give to channels, by the number of each."""
+    matches = (match for text in header for match in _OF_CHANNEL.finditer(text))
+    return {
+        match["number"]: match["direction"].strip() for match in matches if direction_of(match["direction"].strip())
+    }
+
+
+def channel_of(name: str, channels: Mapping[str, str]) -> str:
+    """Return the name of a column with the direction of its channel, as it is if it has its own or none is known."""
+    numbered = None if direction_of(name) else _NUMBERED.match(name)
+    direction = channels.get(numbered["number"]) if numbered else None
+    return f"Chan {numbered['number']}: {direction}" if numbered and direction else name
 
 
 def said_of(motion: xr.DataArray) -> str:
@@ -147,6 +196,15 @@ def said_of(motion: xr.DataArray) -> str:
 def place_of_sensor(text: str) -> str:
     """Return the end of a direction from a header's text on a sensor's place, '' on the ground."""
     return BOREHOLE if _BELOW.search(text) else STRUCTURE if _ABOVE.search(text) else ""
+
+
+def place_of(header: Iterable[str]) -> str:
+    """Return the end of a direction if a cell of lines of words ends in a sensor's place, '' on the ground."""
+    for cell in (cell.strip("# .)\t") for text in header for cell in re.split("[,;|]", text)):
+        for end, pattern in ((STRUCTURE, _ABOVE), (BOREHOLE, _BURIED)):
+            if any(match.end() == len(cell) for match in pattern.finditer(cell)):
+                return end
+    return ""
 
 
 def _of_title(motion: xr.DataArray) -> tuple[bool, float] | None:
@@ -171,10 +229,13 @@ def _doubt_title(path: Path, word: str, motion: xr.DataArray) -> None:
         warn([Doubt("table", f"{path.name}: its second line says {end}, its name {word}, which is taken")])
 
 
-def is_vertical(motion: xr.DataArray) -> bool:
-    """Return True if one motion is a vertical component by its file."""
-    direction = direction_of(said_of(motion)) or _of_title(motion)
-    return direction is not None and direction[0]
+def are_vertical(array: xr.DataArray) -> list[bool]:
+    """Return True for each motion of an array that is a vertical component by its file."""
+    component, title = array.coords.get("component"), _of_title(array)
+    along = (
+        component.values if component is not None and component.dims == ("motion",) else [""] * array.sizes["motion"]
+    )
+    return [(direction_of(str(text)) or title or (False, math.nan))[0] for text in along]
 
 
 def of_file(path: Path, motion: xr.DataArray) -> tuple[bool, float, str]:
@@ -249,12 +310,18 @@ def _is_vertical(path: Path, motion: xr.DataArray, alone: bool, siblings: Mappin
     return title is not None and title[0] and re.search(r"\d{3}$", path.stem) is None
 
 
-def _unknown_of_three(arrays: Sequence[xr.DataArray], words: _Words) -> bool:
-    """Return True if a file is or contains three components, none of them vertical and one without a direction."""
+def doubt_three(name: str, arrays: Sequence[xr.DataArray]) -> None:
+    """Warn of three components of a file, none of them vertical and one without a direction."""
+    levels = _levels(said_of(array.isel(motion=[i])) for array in arrays for i in range(array.sizes["motion"]))
+    if len(levels) == 3 and None in levels and False not in levels:
+        warn([Doubt("vertical", f"{name}: {_NONE_UPRIGHT}")])
+
+
+def _one_of_three(arrays: Sequence[xr.DataArray], words: _Words) -> bool:
+    """Return True if a file is one of three components, none of them vertical and one without a direction."""
     motions = [array.isel(motion=[i]) for array in arrays for i in range(array.sizes["motion"])]
-    levels = _levels(map(said_of, motions))
-    if len(motions) > 1 or levels != [None] or _of_title(motions[0]):
-        return len(motions) == 3 and None in levels and False not in levels
+    if len(motions) > 1 or _levels(map(said_of, motions)) != [None] or _of_title(motions[0]):
+        return False
     # (numbers of one or two digits are no azimuths)
     unknown = [variants for word, variants in words if len(variants) == 3 and direction_of(word) is None]
     groups = [_levels(re.sub(r"^\d\d?$", "", variant) for variant in variants) for variants in unknown]
@@ -310,7 +377,7 @@ def horizontal_motions(
     unknown: list[str] = []
     for path, arrays in read.items():
         alone = sum(array.sizes["motion"] for array in arrays) == 1
-        unknown += [path.name] * _unknown_of_three(arrays, siblings[path])
+        unknown += [path.name] * _one_of_three(arrays, siblings[path])
         for array in arrays:
             parts = [array.isel(motion=[i]) for i in range(array.sizes["motion"])]
             upright = [_is_vertical(path, motion, alone, siblings) for motion in parts]
@@ -324,8 +391,7 @@ def horizontal_motions(
         what = "is vertical" if vertical else f"is horizontal: {cure}"
         raise RecordError(f"{', '.join(str(path) for path in list(read)[:3])}: none of these records {what}")
     if unknown and not vertical:
-        what = f"{first_names(unknown)}: three components, none of them known to be vertical"
-        warn([Doubt("vertical", f"{what}: name the vertical one 'UP', or leave it out")])
+        warn([Doubt("vertical", f"{first_names(unknown)}: {_NONE_UPRIGHT}")])
     if out and not vertical:
         horizontal[0] = horizontal[0].assign_attrs({LEFT_OUT: tuple(out)})
     return horizontal

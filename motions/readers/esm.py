@@ -80,7 +80,7 @@ def esm_components(lines: Lines) -> list[Component]:
             acceleration,
             dt,
             station=".".join(filter(None, (header.get("NETWORK"), header.get("STATION_CODE"), header.get("LOCATION")))),
-            component=header.get("STREAM", "") + BOREHOLE * (given("SENSOR_DEPTH_M") > BURIED),
+            component=header.get("STREAM", "") + BOREHOLE * (abs(given("SENSOR_DEPTH_M")) > BURIED),
             event=f"{header.get('EVENT_NAME', '')} {when}",
             magnitude=local if math.isnan(moment) else moment,
             magnitude_type="" if math.isnan(moment) and math.isnan(local) else "ML" if math.isnan(moment) else "Mw",

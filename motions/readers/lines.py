@@ -220,17 +220,16 @@ class Lines:
             raise self.error(f"gives {what} as {text.strip()[:30]!r}, must be a finite number{allowed}", at)
         return number
 
-    def step(self, match: re.Match[str]) -> float:
+    def step(self, number: str, rest: str, unit: str = "") -> float:
         """Return a time step between 0 and 1 s as `STEP` finds it: a number, D exponents and fractions too, with a
         unit.
         """
-        text = f"{match['number']}{match['rest']}".strip()
-        after = _AFTER_STEP.match(match["rest"])
+        after = _AFTER_STEP.match(rest)
         if after is None:
+            text = f"{number}{rest}".strip()
             raise RecordError(f"{self.file}: gives its time step as {text[:30]!r}, must be like '0.01' or '0.01 s'")
-        value = float(match["number"].lower().replace("d", "e")) / float(after["divisor"] or 1.0)
-        unit = after["unit"] or match.groupdict().get("unit") or "s"
-        value *= 1e-3 if unit.lower().startswith("m") else 1.0
+        value = float(number.lower().replace("d", "e")) / float(after["divisor"] or 1.0)
+        value *= {"m": 1e-3, "u": 1e-6}.get((after["unit"] or unit).lower()[:1], 1.0)
         if not 0.0 < value < LONGEST_STEP:
             raise RecordError(f"{self.file}: DT must lie between 0 and {LONGEST_STEP:g} s, got {value:g}")
         return value

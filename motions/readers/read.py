@@ -16,7 +16,7 @@ from .components import Component, arrays_of, single
 from .cosmos import cosmos_components, is_cosmos
 from .csmip import csmip_components, is_csmip
 from .csv import csv_components
-from .directions import LEFT_OUT, horizontal_motions
+from .directions import LEFT_OUT, doubt_three, horizontal_motions
 from .esm import esm_components, is_esm
 from .geonet import geonet_components, is_geonet
 from .knet import is_knet, knet_components
@@ -119,6 +119,12 @@ def read_file(
 ) -> list[xr.DataArray]:
     """Return the motions in one record file, an array for each step and length; arguments and errors as `read`."""
     file = existing(path)
+    arrays = _arrays(file, dt, unit)
+    doubt_three(file.name, arrays)
+    return arrays
+
+
+def _arrays(file: Path, dt: float | None, unit: str | float | None) -> list[xr.DataArray]:
     refuse_packed(file)
     if b"\0" in beginning(file):
         _refuse(file, "a binary format", dt, None)

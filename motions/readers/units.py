@@ -38,8 +38,9 @@ _QUANTITY = {
         ),
         (
             "displacement",
-            r"disp(?:l|lacements?)?|verschiebung|deplacement|spostament[oi]|desplazamiento|deslocamento|lvdt|yerdegistirme\w*"
-            r"|deplasman\w*|deplasare|перемещени\w+|смещени\w+|μετατοπισ\w+|μετακινησ\w+|جابجایی|przemieszczeni\w*|posun\w*",
+            r"disp(?:l|lacements?)?|verschiebung|deplacement|spostament[oi]|desplazamiento|deslocamento|lvdt"
+            r"|yer ?degistirme\w*|deplasman\w*|deplasare|перемещени\w+|смещени\w+|μετατοπισ\w+|μετακινησ\w+|جابجایی|"
+            r"przemieszczeni\w*|posun\w*",
             "変位|位移|변위",
         ),
     )
@@ -112,14 +113,15 @@ _AMPLITUDE = re.compile(
     r"|\b(?:peak[- ]?)?normali[sz]ed (?:to|by|acc|amp|rec|sig)[^,;]{0,20}"
     r"|\bpeak[- ]?normali[sz]ed|\bnorm(?:ali[sz]ed|\.)\W{1,3}acc\w*|\bacc\w*\W{1,3}norm(?:ali[sz]ed)?\b"
     r"|\ba(?:cc\w*)? ?/ ?(?:pga|a_?max)\b"
-    r"|\bshape function|(?:to|must|should) be scaled to|\bnormiert auf [^,;]{1,20}"
+    r"|(?<!time )\b(?:model scale 1 ?[:/]|scale 1 ?[:/] ?\d\d? model)|\bsdof response|\bpseudo[- ]?acc"
+    r"|(?<!not )(?<!no )\bclipped\b|\bshape function|(?:to|must|should) be scaled to|\bnormiert auf [^,;]{1,20}"
     r"|\bresponse not (?:removed|corrected)|\bnot corrected for (?:the )?(?:instrument|sensor)\w*"
     r"|\bin (?:m?V|(?:milli)?volts?)\b(?! ?/)|(?<![\d/])(?<!\d )\b(?:milli)?volts?\b(?! ?/| per)"
 )
 """Statements that samples may be of another amplitude or time, or volts."""
 RELATIVE = re.compile(
     r"\brel(?:ative|\.)?[ _]*(?:floor[ _]+)?acc|\b(?:acc|ace|beschl)\w*[ _,(-]{1,3}(?:\([^)]*\)\s*)?"
-    r"rel(?:ativ[aeo]?)?(?![a-z])(?! to g)|\ba\d*_?rel\b",
+    r"rel(?:ativ[aeo]?)?(?![a-z])(?! to g)|\ba\d*_?rel\b|relativ[- ]?beschleunigung|相対加速度",
     re.IGNORECASE,
 )
 """Names of an acceleration relative to the ground or a support."""
@@ -222,8 +224,8 @@ def units_in(text: str, line: int, brackets: bool = True, peak: float = math.nan
             if pattern is _OPEN:
                 theirs_too = brackets or (unit.quantity == "acceleration" and not unit.once)
                 # (a sure unit at the end of a line, "# y: cm/s2", whatever the words before)
-                last = brackets and unit.factor > 0.0 and not text[match.end() :].strip(" .)#")
-                counts = bool(named or last or match[0] == text.strip("# \t")) and theirs_too
+                at_end = brackets and unit.factor > 0.0 and not text[match.end() :].strip(" .)#")
+                counts = bool(named or at_end or match[0] == text.strip("# \t")) and theirs_too
             else:
                 admitted = ("velocity", "displacement") if pattern is _BRACKETS else named
                 counts = unit.quantity in ("acceleration", *admitted)

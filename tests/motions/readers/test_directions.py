@@ -13,6 +13,7 @@ import toppling as tp
 from toppling import motions as mo
 from toppling.core.doubts import ImplausibleInput
 from toppling.motions import RecordError, records
+from toppling.motions.plausibility import record_doubts
 from toppling.motions.readers.directions import LEFT_OUT, direction_of, horizontal_motions
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
@@ -98,6 +99,37 @@ def test_a_second_line_that_says_up_beside_a_name_in_degrees(tmp_path):
         assert len(mo.read_all(tmp_path / "*.AT2")) == 2
 
 
+@pytest.mark.parametrize(
+    ("heading", "upright"),
+    [
+        ("time (s),UD (gal)", [True]),
+        ("time,acc_z (g)", [True]),
+        ("# Channel HNZ\ntime,a (g)", [True]),
+        ("# channel 1 = NS; channel 2 = UP; channel 3 = EW\ntime,ch1 (g),ch2 (g),ch3 (g)", [False, True, False]),
+        ("# ch2: UP\ntime,A1 (g),A2 (g)", [False, True]),
+        ("# 1 = NS, 2 = EW, 3 = Z\ntime,acc_1 (g),acc_2 (g),acc_3 (g)", [False, False, True]),
+        ("# channel 2 = broken\ntime,ch1 (g),ch2 (g)", [False, False]),
+    ],
+)
+def test_vertical_columns_are_doubted_in_python(tmp_path, heading, upright):
+    """`read` gives every component of a file, so analyses name the vertical ones, as studies leave them out."""
+    rows = "".join(
+        ",".join(map(str, (0.01 * i, a, a * a, a**3)[: 1 + len(upright)])) + "\n" for i, a in enumerate(SHAKE)
+    )
+    (tmp_path / "a.csv").write_text(f"{heading}\n{rows}", encoding="utf-8")
+    plain = records(mo.read(tmp_path / "a.csv"))
+    assert [record.upright for record in plain] == upright
+    said = [doubt.sentence for doubt in record_doubts(plain, False)]
+    assert sum("vertical component" in sentence for sentence in said) == any(upright)
+
+
+def test_three_columns_are_doubted_on_reading(tmp_path):
+    rows = "".join(f"{0.01 * i:.2f}\t{a}\t{a * a}\t{a**3}\n" for i, a in enumerate(SHAKE))
+    (tmp_path / "a.txt").write_text(f"Time\tU1\tU2\tU3\nSec\tm/sec2\tm/sec2\tm/sec2\n{rows}", encoding="utf-8")
+    with pytest.warns(ImplausibleInput, match="a.txt: three components, none of them known to be vertical"):
+        mo.read(tmp_path / "a.txt")
+
+
 def test_what_other_formats_say(tmp_path):
     counts = np.round(1000.0 * SHAKE).astype(int)
     (tmp_path / "a.UD").write_text(files.knet(np.tile(counts, 5)[:200], direction="U-D"), encoding="utf-8")
@@ -111,6 +143,7 @@ def test_what_other_formats_say(tmp_path):
 
 COSMOS = files.cosmos([[("acceleration", 40.0 * SHAKE)], [("acceleration", 20.0 * SHAKE)]])
 ROWS = "".join(f"{0.01 * i:.2f},{a},{a * a}\n" for i, a in enumerate(SHAKE))
+LONE = "".join(f"{0.01 * i:.2f},{a}\n" for i, a in enumerate(SHAKE))
 CSMIP = files.csmip([SHAKE, SHAKE])
 
 
@@ -123,9 +156,28 @@ CSMIP = files.csmip([SHAKE, SHAKE])
             {"a.asc": files.esm(SHAKE), "hole.asc": files.esm(SHAKE).replace("LOC", "SENSOR_DEPTH_M: 37.5\nLOC")},
             "hole.asc",
         ),
+        (
+            {"a.asc": files.esm(SHAKE), "hole.asc": files.esm(SHAKE).replace("LOC", "SENSOR_DEPTH_M: -150\nLOC")},
+            "hole.asc",
+        ),
         ({"a.v2c": COSMOS.replace("2) Location: none", "2) Location: Downhole -30 m")}, "180 deg borehole"),
         ({"a.v2c": COSMOS.replace("2) Location: none", "2) Location: 5th Floor: NE corner")}, "180 deg structure"),
         ({"a.v2c": COSMOS.replace("2) Location: none", "2) Location: 1st Floor: NE corner")}, ""),
+        *(
+            ({name: f"{line}\ntime (s),a (g)\n{LONE}" for name, line in (("a.csv", "# x"), ("b.csv", words))}, out)
+            for words, out in (
+                ("# Station ABC, floor 5", "b.csv"),
+                ("# dam crest", "b.csv"),
+                ("# 10th floor", "b.csv"),
+                ("# top of specimen", "b.csv"),
+                ("# at 30 m depth", "b.csv"),
+                ("# 屋上", "b.csv"),
+                ("# hypocentral depth: 10 km", ""),
+                ("# 5-storey building, basement", ""),
+                ("# Vs30 from a borehole: 560 m/s", ""),
+                ("# 1st floor", ""),
+            )
+        ),
         ({"b.csv": f"time (s),NS surface (g),NS borehole (g)\n{ROWS}"}, "NS borehole (g)"),
         ({"a.v2": re.sub(r"(2:  H2 +\n)\n", r"\1Location: Roof, south\n", CSMIP)}, "chan 2 H2 structure"),
     ],
@@ -139,7 +191,7 @@ def test_sensors_that_are_not_on_the_ground(tmp_path, written, out, monkeypatch)
         found = mo.read_all("*")
     assert sum(array.sizes["motion"] for array in found) == (1 if out else 2)
     assert [out in str(one.message) and "left out" in str(one.message) for one in said] == [True] * bool(out)
-    if len(written) == 2:  # (by itself, or where there is no other)
+    if len(written) == 2 and out and out != "b.csv":  # (by itself, or where there is no other)
         assert mo.read(out)["component"].values[0].endswith("borehole")
         with pytest.warns(ImplausibleInput, match="taken as ground motion, since there is no other"):
             assert mo.read_all(f"*{out[1:]}")[0].sizes["motion"] == 1

@@ -69,6 +69,9 @@ def test_what_a_header_says(tmp_path, row):
 def test_columns_above_the_ground_are_doubted(tmp_path):
     with pytest.warns(ImplausibleInput, match="acc_block .g.: of a structure or block, not of its ground motion?"):
         read(tmp_path, columns("time (s),acc_block (g),acc_table (g)", 1, 2))
+    for name in ("Specimen top acc (g)", "Acc. floor 1 (g)", "Acc Top (g)", "bookcase (g)"):
+        with pytest.warns(ImplausibleInput, match="of a structure or block, not of its ground motion?"):
+            read(tmp_path, columns(f"time (s),table (g),{name}", 1, 2))
     with pytest.warns(ImplausibleInput, match="drift is left out: no acceleration, by its name"):
         motion = read(tmp_path, columns("# units: g\ntime (s),ground,drift", 1, 1))
     assert motion.sizes["motion"] == 1
@@ -93,6 +96,7 @@ def columns(heading, *factors):
         "# acceleration in m/s2\ntime,ax,ay,a_total",
         "time,H1 (m/s2),H2 (m/s2),mean (m/s2)",
         "time,NS (m/s2),EW (m/s2),RotD50 (m/s2)",
+        "# acceleration in m/s2\ntime,gFx,gFy,TgF",
     ],
 )
 def test_resultants_are_left_out(tmp_path, heading):
@@ -208,6 +212,35 @@ def test_comments_below_a_heading(tmp_path, heading, first, motions):
     assert all(str(name).startswith("record NS") for name in found["motion"].values[:1]) == (motions > 1)
 
 
+CLOCK = "seconds_elapsed,z,y,x"
+
+
+@pytest.mark.parametrize(
+    ("heading", "start", "unit", "given"),
+    [
+        (f"time,{CLOCK}", 1700000000_000000000, 1e-9, {"unit": "m/s2"}),
+        ("timestamp,x,y,z", 1700000000_000, 1e-3, {"unit": "m/s2"}),
+        ("time (ns),ax (m/s^2),ay (m/s^2),az (m/s^2)", 1700000000_000000000, 1e-9, {}),
+        ("Timestamp [us],AccX [m/s2],AccY [m/s2],AccZ [m/s2]", 0, 1e-6, {}),
+        ("epoc (ms),elapsed (s),x-axis (m/s2),y-axis (m/s2),z-axis (m/s2)", 1700000000_000, 1e-3, {}),
+        ("Zaman (sn);K-G (m/s2);D-B (m/s2);Düşey (m/s2)", 0, 1.0, {}),
+        ('"Time (s)","Linear Acceleration x (m/s^2)","Linear Acceleration y (m/s^2)"', 0, 1.0, {}),
+    ],
+)
+def test_clocks_of_phones(tmp_path, heading, start, unit, given):
+    """Times in µs or ns, since 1970, and those since the first sample beside them."""
+    mark = ";" if ";" in heading else ","
+    many = len(heading.split(mark)) - 1
+    rows = ""
+    for i, a in enumerate(SAMPLES):
+        time = f"{0.01 * i:.2f}" if unit == 1.0 else str(start + round(0.01 * i / unit))
+        elapsed = [f"{0.01 * i:.2f}"] * ("elapsed" in heading)
+        rows += mark.join([time, *elapsed, *(str(a**n) for n in range(1, many + 1 - len(elapsed)))]) + "\n"
+    motion = read(tmp_path, f"{heading}\n{rows}", **given)
+    assert float(motion["dt"][0]) == pytest.approx(0.01, rel=3e-6)  # (256 ns of a double number)
+    np.testing.assert_allclose(motion.values[0], SAMPLES, rtol=1e-13)
+
+
 @pytest.mark.parametrize("names", ["RX,RY", "rot_x,rot_y", "roll,pitch", "theta_x,Tilt"])
 def test_rotations_are_no_accelerations(tmp_path, names):
     heading = ",".join(f"{name} (g)" for name in names.split(","))
@@ -239,6 +272,8 @@ def test_a_pulse_before_zeros_is_one(tmp_path):
         ),
         ("# units: g\nt,a,v", "v"),
         ("# units: g\nt,ax,temperature", "temperature"),
+        ("# units: g\nt,accelX,magZ", "magZ"),
+        ("time,acc (g),Difference (g)", "Difference .g."),
         ("time,acc (g),sigma (g)", "sigma .g."),
         ("time,acc (g),envelope (g)", "envelope .g."),
         ("time,acc (g),|acc| (g)", r"\|acc\| .g."),
