@@ -27,12 +27,14 @@ from .lines import (
     RecordError,
     as_key,
     cells_of,
+    folded,
     is_blank,
     is_comment,
 )
 from .steps import refuse_other_step, written_step
 from .units import (
     COUNTED,
+    OF_WAVES,
     RELATIVE,
     WHOLE,
     agreed,
@@ -76,9 +78,6 @@ _MILLISECONDS = re.compile(
     re.IGNORECASE,
 )
 """A line above a column of times that states their unit."""
-_DIRECTION = re.compile(
-    r"(?:[nsewuzv]|n-?s|e-?[wo]|o-?[ew]|k-?g|d-?b|u-?d|up|h[12]|hor\w*|ver\w*)\s*(?:\(\S*\)|\[\S*\])?", re.IGNORECASE
-)
 _INDEX = re.compile(r"(?:index|sample|point|row|n(?:o|r)?|i|#)?\.?", re.IGNORECASE)
 """Names of a column that counts the samples, before the column of their times."""
 _ELAPSED = re.compile(r"(?:seconds?|time)?[ _]?elapsed|(?:relative|rel\.?) time|time since", re.IGNORECASE)
@@ -105,7 +104,7 @@ _STAGES = re.compile(
 )
 _NO_MOTION = re.compile(
     r"(?i)(?:[rwmb][ _]?[xyz]|(?:mag|gyr|compass|gravity)[a-z]*[ _]?[xyz]?|lvdt\d?|"
-    r"(?:base |stor(?:e?y) )?(?:shear|force|moment|load|strain|stress)|rot(?:ation)?|roll|pitch|"
+    r"(?:base |stor(?:e?y) )?(?:shear|force|pressure|moment|load|strain|stress)|rot(?:ation)?|roll|pitch|"
     r"yaw|theta|tilt|drift|diff(?:erence)?|jerk|quality|\|.*\||envelope|rms|temp|arias|husid|flag|count|sigma|std|stdev|snr|index|se|p?s[adv])(?![a-z])|temperat"
 )
 _SLOWER = re.compile(r"[vdu]_?[xyz12]", re.IGNORECASE)
@@ -169,7 +168,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
         if declared is not None and int(declared[declared.lastindex or 1]) != n:
             many = declared[declared.lastindex or 1]
             raise RecordError(f"{file}: line {number} declares {many} samples, it holds {n}: truncated or damaged")
-    timed = columns > 1 and not (names and _DIRECTION.fullmatch(names[0]))
+    timed = columns > 1 and not (names and _is_direction(names[0]))
     number = header[-1][0] if header else 0
     time = _times(file, values[:, 0], names[0] if names else "", number, words) if timed else values[:, 0]
     step = _step(lines, time, header, dt, timed)
@@ -179,6 +178,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     kept: list[Component] = []
     out: dict[str, list[str]] = {}
     directions = [direction_of(name) for name in names]
+    others = _others(file, names[1 if timed else 0 :])
     channels = channels_of(text for _, text in words)
     for column in range(1 if timed else 0, columns):
         name = names[column] if names else ""
@@ -187,7 +187,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
         if resultant or RELATIVE.search(name):
             out.setdefault("a resultant, or relative", []).append(name)
             continue
-        if _NO_MOTION.match(name) or (not in_heading and _is_other(name, names[1:])):
+        if _NO_MOTION.match(name) or (not in_heading and name in others):
             out.setdefault("no acceleration, by its name", []).append(name)
             continue
         if any(stated.quantity in ("velocity", "displacement") for stated in in_heading) or _other(name):
@@ -256,17 +256,39 @@ def _samples(file: Path, values: Array, header: list[tuple[int, str]]) -> tuple[
     return values, header, note
 
 
-def _is_other(name: str, names: Sequence[str]) -> bool:
-    """Return True if a column is none of the components that its heading names, such as jerk or v next to acc or a."""
+def _is_direction(name: str) -> bool:
+    """Return True if a column is a direction by its name; x, y, l, t may be times or velocities."""
+    return direction_of(name) is not None and not re.match(r"(?:[xylt]\d?|long?|tran?|\d+)(?!\w)", name, re.IGNORECASE)
 
-    def component(text: str) -> bool:
-        return bool(_COMPONENT.match(text) or direction_of(text) or "acceleration" in quantities(text))
 
-    if _SLOWER.fullmatch(name):
-        return True
-    if name in ("v", "d", "u") and (len(names) == 1 or any(text.lower() in ("a", "acc") for text in names)):
-        return True
-    return not component(name) and any(map(component, names))
+def _others(file: Path, names: Sequence[str]) -> list[str]:
+    """Return the columns that are none of the components of a heading, such as jerk or v next to acc or a.
+
+    Next to a vertical component alone, or to one of three, an unknown name may be of a horizontal one.
+    """
+    short = len(names) == 1 or any(text.lower() in ("a", "acc") for text in names)
+    slower = [name for name in names if _SLOWER.fullmatch(name) or (short and name in ("v", "d", "u"))]
+    rest = [
+        name
+        for name in names
+        if name not in slower
+        and not (_NO_MOTION.match(name) or _RESULTANT.match(name) or RELATIVE.search(name) or _other(name))
+    ]
+    known = [n for n in rest if _COMPONENT.match(n) or direction_of(n) or "acceleration" in quantities(n)]
+    unknown = [name for name in rest if name not in known and not in_name(name, 0)]
+    upright = [name for name in known if (direction := direction_of(name)) and direction[0]]
+    if not known or not unknown:
+        return slower
+    if len(rest) == 3 and len(upright) == 1:
+        what = f"{first_names(unknown)}: taken as horizontal next to {upright[0]}"
+        warn([Doubt("table", f"{file}: {what}", settled=True)])
+        return slower
+    if known == upright and not any(in_name(name, 0) for name in upright):
+        raise RecordError(
+            f"{file}: its column {upright[0][:40]!r} is vertical, {first_names(unknown)} no known direction: name the "
+            "horizontal ones, as H1"
+        )
+    return [*slower, *unknown]
 
 
 def _refuse_repeated(file: Path, columns: Sequence[Component]) -> None:
@@ -309,7 +331,7 @@ def _times(file: Path, column: Array, name: str, line: int, words: Sequence[tupl
 
 def _other(text: str) -> bool:
     """Return True if a text names velocity or displacement, and no acceleration."""
-    return bool(named := quantities(text)) and "acceleration" not in named
+    return bool(named := quantities(text)) and "acceleration" not in named and not OF_WAVES.search(folded(text))
 
 
 def _table(lines: Lines) -> tuple[list[tuple[int, str]], list[str], array[float], int]:
@@ -394,12 +416,7 @@ def _names(header: list[str], columns: int) -> list[str]:
         cells_above = [cells_of(text) for text in header[:-1]]
         named = (row[1:] for row in reversed(cells_above) if len(row) == columns and len({*row[1:], ""}) == columns)
         titles = [titles[0], *next(named, [])]
-    valid = (
-        _indexed(titles)
-        or _TIME.match(titles[0])
-        or _SPECTRUM.match(titles[0])
-        or all(map(_DIRECTION.fullmatch, titles))
-    )
+    valid = _indexed(titles) or _TIME.match(titles[0]) or _SPECTRUM.match(titles[0]) or all(map(_is_direction, titles))
     return titles if len(titles) == columns and valid else []
 
 

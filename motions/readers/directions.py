@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import unicodedata
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache
 from itertools import compress
@@ -14,16 +13,16 @@ import xarray as xr
 
 from ...core.doubts import Doubt, first_names, warn
 from ...core.wording import counted
-from .lines import RecordError
+from .lines import RecordError, folded
 
 _SURE = (
-    r"(?:上下)?ud[12]?|z|[beh][hnlg]z|vert(?:i[ck]\w*)?|верт\w*|d[uü][sş]ey|dikey|senkrecht\w*|pionow\w*|svisl\w*|κατακόρυφ\w*|上下|"
-    "[鉛铅垂竖][直向]|수직|상하|عمودی?|قائم"
+    r"(?:上下)?ud[12]?|z|[beh][hnlg]z|vert(?:i[ck]\w*)?|верт\w*|dusey|dikey|senkrecht\w*|pionow\w*|svisl\w*|κατακορυφ\w*|上下|"
+    "[鉛铅垂竖][直向]?|수직|상하|عمودی?|قائم"
 )
-"""Words for a vertical component anywhere in a name; other words must be the whole name."""
+"""Words, without accents, for a vertical component anywhere in a name; other words must be the whole name."""
 _UPRIGHT = re.compile(_SURE, re.IGNORECASE)
 _VERTICAL = re.compile(
-    rf"{_SURE}|up(?:down|ward\w*)?|heave|down(?:up|ward\w*)?|dwn|dn|ver|vrt|[vz]\d?|u|zup", re.IGNORECASE
+    rf"{_SURE}|up(?:down|ward\w*)?|down(?:up|ward\w*)?|dwn|dn|ver|vrt|[vz]\d?|u|zup|dus?|heave", re.IGNORECASE
 )
 BOREHOLE, STRUCTURE = " borehole", " structure"
 """End of the direction of a component that is no motion of the ground's surface."""
@@ -39,45 +38,37 @@ _ABOVE = re.compile(
 _BURIED = re.compile(r"(?i)\b(?:down-?hole|bore-?hole)|地下\s?\d+\s?m|\b\d+(?:\.\d+)?\s?m depth")
 """Places of a sensor at the end of a line of words, which speak of depths of many things."""
 _POINTS = {
-    "N": 0.0,
-    "NS": 0.0,
-    "N-S": 0.0,
-    "E": 90.0,
-    "EW": 90.0,
-    "E-W": 90.0,
-    "S": 180.0,
-    "WE": 90.0,
-    "W": 270.0,
-    **dict.fromkeys(("EO", "OE", "OW", "WO", "D-B", "B-D", "В-З", "З-В", "Α-Δ", "东西", "東西"), 90.0),
-    **dict.fromkeys(("SN", "K-G", "G-K", "С-Ю", "Ю-С", "Β-Ν", "南北"), 0.0),
+    0.0: r"n(?:orth|o?ord|orte)?(?:s(?:outh|u[drl]|ued)?)?|noordzuid|kuzey(?:guney)?|kg?|gk|南?北|남북|"
+    r"север(?:юг)?|[сю]{2}|βορρα\w*|βν",
+    90.0: r"e(?:ast|ste?)?(?:w(?:est)?|o(?:vest|uest|este)?)?|leste(?:oeste)?|ost|o(?:st)?w(?:est)?|[wo]e|"
+    r"oost(?:west)?|dogu(?:bati)?|db|bd|[东東]西?|동서|восток(?:запад)?|[вз]{2}|ανατολ\w*|αδ",
+    180.0: r"s(?:outh|u[drl]|ued)?|zuid|guney|南|юг|νοτος?",
+    270.0: r"w(?:est)?|o(?:vest|uest|este)|bati|西|запад",
 }
-_COMPASS = {
-    "N": re.compile("north|nord|norte|noord|kuzey|север|[βΒ]ορρ[άα]ς?", re.IGNORECASE),
-    "E": re.compile("east|est|ost|este|leste|oost|doğu|восток|[αΑ]νατολ[ήη]", re.IGNORECASE),
-    "S": re.compile("south|süd|sud|sur|sul|zuid|güney|юг|[νΝ][όο]τος?", re.IGNORECASE),
-    "W": re.compile("west|ouest|oeste|ovest|batı|запад|[δΔ][ύυ]ση", re.IGNORECASE),
-}
-"""Words of the points of the compass."""
+"""Points of the compass without accents, alone and in pairs, by their azimuth in degrees."""
 _BEARING = re.compile(r"([NS])(\d{1,2})([EW])", re.IGNORECASE)
 _DEGREES = re.compile(r"(\d{1,3})(?:\s*deg(?:rees)?)?", re.IGNORECASE)
 # SEED: band, instrument, orientation, location; CH1 is a channel of any recorder, HN3 any of three directions.
 _CODE = re.compile(r"(?!CH\d)[BEHLSCVM][HNLG]([NEZ12])(?:\.?\d\d)?")
-_CHANNELS = re.compile(r"(?:ch(?:an(?:nel)?)?|comp(?:onent)?|canale?|kanal|axis)[0-3]", re.IGNORECASE)
-"""Words that number the three components of a recorder."""
-_EUROPEAN = re.compile(r"(?<=\d{4})([xyz])[a-z]?$", re.IGNORECASE)
-"""End of a name of the European Strong-motion Database, such as 000055za."""
-_LEVEL = re.compile(
-    r"[lthxy]\d?|long?(?:itudinal\w*)?|tran?(?:sv\w*)?|trasv\w*|trn|radial\w*|tangential\w*|horiz(?:ontal\w*?)?\d?|fn|fp|"
-    r"fault(?:normal|parallel)|surge|sway|boyuna|enine|längs|quer|水平向?\d?|xte|yln|(?:ns|ew)[12]",
+_CHANNELS = re.compile(
+    r"(?:ch(?:an(?:nel)?)?|comp(?:onent)?|canale?|kanal|axis|dir(?:ection)?)[0-3]|\d{3}[a-z]{3}\d{11,}0[1-3]",
     re.IGNORECASE,
 )
-"""Names of horizontal directions of no known azimuth."""
+"""Words that number the three components of a recorder, also in names of China's network."""
+_EUROPEAN = re.compile(r"(?<=\d{4})([xyz])[a-z]?$", re.IGNORECASE)
+"""End of a name of the European Strong-motion Database, such as 000055za."""
+_LEVEL = re.compile(  # (horizontal, of no known azimuth)
+    r"[lthxy]\d?|long?|tran?|trn|xte|yln|(?:ns|ew)[12]|[fs][np]|surge|sway|yatay|boyuna|enine|langs|quer|[水横纵縦수][平평]?\d?|"
+    r"(?:fault|strike)(?:normal|parallel)|(?:hor|(?:horiz|longit|tra[ns]{1,2}v|radial|tang|lateral|гориз|прод|попер|οριζ)\w*)\d?",
+    re.IGNORECASE,
+)
 _UNIT = re.compile(  # as in a table's heading: "(g)", "[cm/s²]", "_m_s2"
     r"\s*(?:\([^()]*\)|\[[^\[\]]*\])\s*$|(?<=[a-z])(?:[-_. ]+(?:gal|g|[cm]?m_?s-?2))+$", re.IGNORECASE
 )
 _KEY = (
-    r"(?:[ck]omp(?:onent\w*|osante)?|k?cmp(?:nm)?|dir|direction|richtung|direzione|direcci[óo]n|ch|chan(?:nel)?|canale?|"
-    r"stream|sensor|orientation|axis|seed|bileşen|συνιστ[ώω]σα|składowa|složka|成分|方向)(?: (?:name|code|id))?\.?"
+    r"(?:[ck]omp(?:onent\w*|osante)?|k?cmp(?:nm)?|dir|direction|richtung|direzione|direccion|ch|chan(?:nel)?|canale?|"
+    r"stream|sensor|orientation|axis|seed|bilesen|συνιστωσα|składowa|slozka|"
+    r"компонента|составляющая|성분|[成分]分|分量|分向|方向)(?: (?:name|code|id))?\.?"
 )
 _STATED = re.compile(
     rf"(?i)(?<![a-z]){_KEY}\s*\d?\s*(?:[:=：](?!\s*[a-z]:[\\/])\s*(?P<direction>[^,;#|]{{1,30}})"
@@ -104,16 +95,19 @@ _UPWARD = re.compile(
 _CHANNEL = re.compile(r"(?:chan(?:nel)?\s*\d{1,3}:?|\d{1,3}:)\s*", re.IGNORECASE)
 # Words apart, and those around a direction: "acc_z", "AccelZ", "vertical component", "UD成分".
 _APART = re.compile(
-    r"[-_.,:/+()\[\]\s]+|(?<=[a-z])(?=[A-Z])(?!(?<=\bg)F[xyz]\b)|(?i:(?<=\b[xyz])(?=axis)|(?<=\bcomp)(?=v|up|ud|z))|成分|方向|加速度|[軸轴動动]|(?<=[XYZxyz])向"
+    r"[-_.,:/+()\[\]\s]+|(?<=[a-z])(?=[A-Z])(?!(?<=\bg)F[xyz]\b)|(?i:(?<=\b[xyz])(?=axis)|(?<=\bcomp)(?=v|up|ud|z))|成分|方向|加速度|[軸轴動动向]"
 )
 _AROUND = re.compile(
-    r"^(?:(?:a(?:cc(?:el)?)?|gf)(?=[xyz]$)|(?:a|acc\w*|a[ck]c?el\w*|[ck]omp\w*|dir\w*|axis|linear)$)", re.IGNORECASE
+    r"^(?:(?:a(?:cc(?:el)?)?|gf)(?=[xyz]$)|(?:a|acc\w*|a[ck]c?el\w*|beschl\w*|ivme\w*|[ck]omp\w*|dir\w*|axis|linear)$)",
+    re.IGNORECASE,
 )
 _TURNING = re.compile(r"rot|gyr|theta|omega", re.IGNORECASE)
 _NAME = re.compile(
     r"(?i)(?P<base>.+?)(?:(?P<apart>[-_. 平下]*)(?P<direction>\d{3}|[ns]\d{1,2}[ew]|zup|up|dwn|down|dn|vrt|vert?|ver|"
-    r"(?:ns|ew|ud)[12]?|we|h1|h2|v[123]|[nsewvz])|[-_. ]+(?P<letter>[ltvxyzu]\d?|long?|tran?|trn))"
+    r"(?:ns|ew|ud)[12]?|we|h1|h2|v[123]|上下|南北|[东東]西|[nsewvz])|[-_. ]+(?P<letter>[ltvxyzu]\d?|long?|tran?|trn))"
 )
+_PAIR = re.compile(r"(?<=[-_. ])([KNUDEO])-([GSDBWO])(?![a-z\d])", re.IGNORECASE)
+"""Two points of the compass with a hyphen between, "N-S"."""
 _KNET = re.compile(r"\.(?P<direction>NS|EW|UD)(?P<place>[12]?)", re.IGNORECASE)
 _RECORDING = re.compile(r"RSN\d+(?=_)")  # of the NGA databases
 
@@ -133,7 +127,7 @@ def direction_of(text: str, anywhere: bool = True) -> tuple[bool, float] | None:
 
     Sure words for a vertical one count `anywhere` in the text, otherwise only if no other words are in it.
     """
-    text = _CHANNEL.sub("", unicodedata.normalize("NFKC", text), count=1).strip()
+    text = _CHANNEL.sub("", folded(text), count=1).strip()
     every = [word for word in _APART.split(_PLACE.sub("", _UNIT.sub("", text))) if word]
     words = [word for word in (_AROUND.sub("", word) for word in every) if word]
     if not anywhere and len(words) > 1:
@@ -143,10 +137,9 @@ def direction_of(text: str, anywhere: bool = True) -> tuple[bool, float] | None:
     if _VERTICAL.fullmatch(word) or (code and code[1] == "Z"):
         return True, math.nan
     plain = code[1] if code else word.upper()
-    points = "".join(next((to for to, of in _COMPASS.items() if of.fullmatch(part)), "-") for part in words)
-    for point in (text.upper(), plain, "-".join(every).upper(), points):
-        if point in _POINTS:
-            return False, math.radians(_POINTS[point])
+    point = next((azimuth for azimuth, points in _POINTS.items() if re.fullmatch(points, plain, re.IGNORECASE)), None)
+    if point is not None:
+        return False, math.radians(point)
     bearing = _BEARING.fullmatch(plain)
     if bearing:
         along = 0.0 if bearing[1] == "N" else 180.0
@@ -165,7 +158,7 @@ def vertical_of(header: Iterable[str]) -> str:
     """Return the direction that lines of words give to a single component if it is vertical, '' otherwise."""
     for text in header:
         line = text.strip("# \t*")
-        upward, words = _UPWARD.search(text), [(of[1] or of[2]).strip() for of in _STATED.finditer(text)]
+        upward, words = _UPWARD.search(text), [(of[1] or of[2]).strip() for of in _STATED.finditer(folded(text))]
         stated = next((word for word in words if direction_of(word)), "")
         if stated:
             if (direction_of(stated) or (False,))[0]:
@@ -287,7 +280,7 @@ def _siblings(paths: Collection[Path]) -> dict[Path, _Words]:
     names: dict[tuple[Path, int, tuple[str, ...]], list[str]] = {}
     siblings = {}
     for path in paths:
-        words = _APART.split(path.stem)
+        words = _APART.split(_PAIR.sub(r"\1\2", path.stem))
         keys = [(path.parent, at, (*words[:at], *words[at + 1 :])) for at in range(len(words))]
         siblings[path] = [(word, names.setdefault(key, [])) for word, key in zip(words, keys, strict=True)]
         for word, variants in siblings[path]:

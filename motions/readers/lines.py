@@ -11,12 +11,13 @@ import itertools
 import math
 import os
 import re
+import unicodedata
 from array import array
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Literal, Self
 
 import numpy as np
 
@@ -339,6 +340,12 @@ def is_blank(line: str) -> bool:
 def plain(text: str, longest: int = 80) -> str:
     """Return words of a header as a label: printable characters, single blanks, not longer than a line."""
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())[:longest].rstrip()
+
+
+def folded(text: str, form: Literal["NFD", "NFKD"] = "NFKD") -> str:
+    """Return a text without accents, in a form of Unicode (NFD keeps superscripts)."""
+    letters = unicodedata.normalize(form, text.replace("ı", "i"))
+    return unicodedata.normalize("NFC", "".join(letter for letter in letters if not unicodedata.combining(letter)))
 
 
 def _is_plain(text: str) -> bool:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from ...core import checks
 from ...core.doubts import Doubt, warn
 from ...core.units import STANDARD_GRAVITY
-from .lines import RecordError, plain
+from .lines import RecordError, folded, plain
 
 GAL = 0.01  # m/s²
 # m/s² per unit of acceleration, by the normalised spelling of the unit.
@@ -26,22 +26,30 @@ _QUANTITY = {
     for quantity, words, characters in (
         (
             "acceleration",
-            r"acc(?:el(?:eration|erations|erogram)?)?|acc[ée]l[ée]ration|a[ck]?celera\w+|beschleunigung|ускорени\w+",
-            "加速度",
+            r"acc(?:el(?:eration|erations|erogram)?)?|acceleration|a[ck]?celera\w+|beschleunigung|ускорени\w+|ivme\w*"
+            r"|επιταχυνσ\w+|شتاب\w*",
+            "加速度|가속도",
         ),
         (
             "velocity",
-            r"vel(?:ocity|ocities|ocidade?|ocit[àa])?|geschwindigkeit|vitesse|h[ıi]z|ταχ[ύυ]τητα|скорост\w+|prędkość|rychlost",
-            "(?<!加)速度|سرعت",
+            r"vel(?:ocity|ocities|ocidade?|ocita)?|geschwindigkeit|vitesse|hiz\w*|скорост\w+|ταχυτητ\w+|سرعت|predkosc\w*"
+            r"|rychlost\w*|viteza",
+            "(?<!加)速度|(?<!가)속도",
         ),
         (
             "displacement",
-            r"disp(?:l|lacements?)?|verschiebung|d[ée]placement|spostament[oi]|desplazamiento|deslocamento|deplasman|"
-            r"yer ?de[ğg]i[şs]tirme|μετακ[ίι]νηση|μετατ[όο]πιση|перемещени\w+|смещени\w+|przemieszczenie",
-            "変位|位移|جابجایی",
+            r"disp(?:l|lacements?)?|verschiebung|deplacement|spostament[oi]|desplazamiento|deslocamento|lvdt"
+            r"|yer ?degistirme\w*|deplasman\w*|deplasare|перемещени\w+|смещени\w+|μετατοπισ\w+|μετακινησ\w+|جابجایی|"
+            r"przemieszczeni\w*|posun\w*",
+            "変位|位移|변위",
         ),
     )
 }
+"""Words without accents for each quantity, in any language."""
+OF_WAVES = re.compile(
+    r"(?i)wave|shear|vs_?30|welle|\bond[aei]|dalga|волн|κυμα|波|sampl|muestreo|campionamento|amostragem|abtast|ornekleme|дискрет"
+)
+"""Words, without accents, next to a velocity of waves or a rate of samples."""
 # A multiple next to a unit, which makes it another: "%g", "0.001 G", "1/100 G", "(g) *100", "G (x100)".
 _BEFORE = (
     r"(?:(?:[%‰]|per ?cent|per ?mille|[x×*]?\s*(?!(?:19|20)\d\d\b)\d+(?:[.,/^]-?\d+)*(?:e[+-]?\d+)?\s*[%‰x×*]?)"
@@ -56,7 +64,9 @@ _TIMES = re.compile(
 _WORD = rf"{_BEFORE}?(?:[cm]?m\s?[/·.\s]\s?s(?:ec)?(?:\s?(?:\^\s?-?2|²|⁻²|-2)|2)|[^\s,;]+){_AFTER}?"
 # "UNITS OF G", "units: cm/s2", "The units are (g)", "UNIT = gal(cm/s/s)", "acceleration units in m/s²"
 _TOLD = re.compile(
-    r"(?i)(?:units?|unidad(?:es)?|unità|unités?|einheit(?:en)?|единиц\w+)(?P<link>\s*(?:of\s+accelerations?\s*(?:is|are|in|[:=])?|of|is|are|[:=])|\s)\s*"
+    r"(?i)(?:units?|unidad(?:es)?|unita|unites?|einheit(?:en)?|единиц\w+|birim\w*|μοναδ\w+|jednost?k\w+|واحد|u\.m\.|[单單単]位|단위)"
+    r"(?:\s(?:d[ei] (?:misura|medida|mesure)|измерени\w+|μετρησης|miary)(?: dati)?)?"
+    r"(?P<link>\s*(?:of\s+accelerations?\s*(?:is|are|in|[:=])?|of|is|are|[:=：])|\s)\s*"
     rf"(?P<unit>{_WORD})"
 )
 # ("0.2 in g" is of another number)
@@ -146,6 +156,7 @@ class Unit(NamedTuple):
 
 def quantities(text: str) -> list[str]:
     """Return the quantities that a text names: acceleration, velocity, displacement."""
+    text = folded(text, "NFD")
     return [quantity for quantity, word in _QUANTITY.items() if word.search(text)]
 
 
@@ -154,7 +165,9 @@ def unit_of(word: str, line: int = 0) -> Unit:
     text = word.strip().strip(".,;:[]").lower().replace("²", "2").replace("⁻", "-").replace("см/с", "cm/s")
     text = text.replace("м/с", "m/s")
     text = text.strip("()") if text.startswith("(") or text.count("(") != text.count(")") else text
-    text = re.sub(r"\^|\*\*|[\s_·]|\.(?=[a-z])", "", re.sub(r"se[cg](?:ond[oi]?s?)?\b|se[cg](?=[\d^*²])", "s", text))
+    text = re.sub(
+        r"\^|\*\*|[\s_·]|\.(?=[a-z])", "", re.sub(r"(?:se[cg](?:ond[oi]?s?)?|sn)\b|(?:se[cg]|sn)(?=[\d^*²])", "s", text)
+    )
     text = re.sub(r"^([cm]?m)(?:/|p|per)?\(?(?:s-?2|s\*s)\)?$|^([cm]?m)/s/s$", r"\1\2/s2", text)
     text = {"gals": "gal", "gs": "g", "g's": "g"}.get(text, text)
     if len(word) <= 40 and text in _ACCELERATION:
@@ -201,6 +214,7 @@ def units_in(text: str, line: int, brackets: bool = True, peak: float = math.nan
     The unit of a peak does not apply to the samples, unless it is their `peak`; a number in brackets, (0.3 g), is a
     value.
     """
+    text = folded(text, "NFD")
     named = quantities(text)
     units = _linked_units(text, line)
     theirs = any(math.isclose(float(number), peak, rel_tol=PEAK_TOLERANCE) for number in _NUMBERS.findall(text))
@@ -209,7 +223,9 @@ def units_in(text: str, line: int, brackets: bool = True, peak: float = math.nan
             unit, before = _of_match(match, line), text[: match.start()]
             if pattern is _OPEN:
                 theirs_too = brackets or (unit.quantity == "acceleration" and not unit.once)
-                counts = bool(named or match[0] == text.strip("# \t")) and theirs_too
+                # (a sure unit at the end of a line, "# y: cm/s2", whatever the words before)
+                at_end = brackets and unit.factor > 0.0 and not text[match.end() :].strip(" .)#")
+                counts = bool(named or at_end or match[0] == text.strip("# \t")) and theirs_too
             else:
                 admitted = ("velocity", "displacement") if pattern is _BRACKETS else named
                 counts = unit.quantity in ("acceleration", *admitted)
@@ -241,7 +257,7 @@ def _linked_units(text: str, line: int) -> list[Unit]:
         if unit is not None:
             unit = unit._replace(once=_of_match(match, line).once)
             units += [unit] if unit.quantity != "time" else []
-        elif link and (link != "of" or quantities(text)) and re.match(r"[(\[]?[^\W\d_]", word):
+        elif link and (link != "of" or quantities(text)) and re.match(r"[(\[]?[^\W\d_一-龥]", word):
             units += [unit_of(word, line)] if word.lower().strip("():") not in _NO_UNITS else []
     return units
 

@@ -47,23 +47,43 @@ def one_of(folder, about, text):
         (folder / "a_1.csv").write_text(f"time (s),acc (g)\n{rows}", encoding="utf-8")
         (folder / "a_2.csv").write_text(f"{text}\ntime (s),acc (g)\n{rows}", encoding="utf-8")
     else:
-        (folder / "b.csv").write_text(f"time (s),{text}\n{rows}", encoding="utf-8")
+        above = "" if text.endswith((")", "]")) else "# unit: g\n"
+        (folder / "b.csv").write_text(f"{above}time (s),{text}\n{rows}", encoding="utf-8")
         return 3
     return 2
 
 
 @pytest.mark.parametrize("row", table_rows(Path(__file__).with_name("directions.csv")))
 def test_what_is_vertical(tmp_path, row):
-    """Of a row of directions.csv what is vertical is left out; columns with units in round and in square brackets."""
+    """Of a row of directions.csv what is vertical is left out; columns with units in brackets, or above them."""
     columns = row["about"] == "columns of a table"
-    for number, unit in enumerate(("(g)", "[g]") if columns else ("",)):
+    for number, unit in enumerate((" (g)", " [g]", "") if columns else ("",)):
         (folder := tmp_path / str(number)).mkdir()
-        text = ",".join(f"{name} {unit}" for name in row["text"].split(",")) if columns else row["text"]
+        text = ",".join(f"{name}{unit}" for name in row["text"].split(",")) if columns else row["text"]
         every = one_of(folder, row["about"], text)
-        out = [f"b {row['out']} {unit}"] if columns else row["out"].split()
+        out = [f"b {row['out']}{unit}"] if columns else row["out"].split()
         found = kept(folder)
         assert list(found[0].attrs.get(LEFT_OUT, ())) == out
         assert sum(array.sizes["motion"] for array in found) == every - len(out)
+
+
+def test_columns_next_to_a_vertical_one(tmp_path):
+    """Two unknown names of three columns are horizontal, which is said; others are refused."""
+    rows = "".join(f"{0.01 * i:.2f},{a},{a * a},{a**3}\n" for i, a in enumerate(SHAKE))
+    path = tmp_path / "b.csv"
+    path.write_text(f"time (s),pohjoinen,itä,vertical\n{rows}", encoding="utf-8")
+    with pytest.warns(ImplausibleInput, match="pohjoinen, itä: taken as horizontal next to vertical"):
+        assert mo.read(path, unit="g").sizes["motion"] == 3
+    path.write_text(f"time (s),foo,vertical,jerk\n{rows}", encoding="utf-8")
+    with pytest.raises(RecordError, match="its column 'vertical' is vertical, foo no known direction: name the"):
+        mo.read(path, unit="g")
+
+
+def test_directions_of_other_languages_without_times(tmp_path):
+    """Columns of directions alone: the first is no column of times."""
+    rows = "".join(f"{a} {a * a} {a**3}\n" for a in SHAKE)
+    (tmp_path / "b.txt").write_text(f"Unidades: cm/s2\ndt = 0.01\nEO NS UD\n{rows}", encoding="utf-8")
+    assert mo.read(tmp_path / "b.txt")["component"].values.tolist() == ["EO", "NS", "UD"]
 
 
 def test_a_line_of_an_at2_file_says_that_it_is_vertical(tmp_path):
@@ -204,6 +224,8 @@ def test_three_columns_of_which_none_is_known_to_be_vertical(tmp_path, names):
     [
         *((f"x_{names}", True) for names in ("HL1,x_HL2,x_HL3", "chan1,x_chan2,x_chan3")),
         ("a.comp1,a.comp2,a.comp3", True),
+        ("x_dir1,x_dir2,x_dir3", True),
+        ("051WCW080512142801010101,051WCW080512142801010102,051WCW080512142801010103", True),
         ("rec1,rec2,rec3", False),
         ("x_NS,x_EW,x_c", True),
         ("NS,EW,c", True),
