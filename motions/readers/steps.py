@@ -119,7 +119,7 @@ def refuse_other_step(lines: Lines, header: Sequence[tuple[int, str]], n: int, s
 def _statements(
     lines: Lines, header: Sequence[tuple[int, str]], n: int
 ) -> tuple[list[_Statement], list[tuple[int, str]], str]:
-    """Return the steps in the header of n samples, lines that mention a change, and the first that concerns a step to read."""
+    """Return the steps in the header of n samples, changes that lines mention, and the first one of a step to read."""
     stated: list[_Statement] = []
     for line, text in header:
         words = unicodedata.normalize("NFKC", _STANDARD.sub(r"\g<unit>: \g<step>", text))
