@@ -92,7 +92,7 @@ class _Statement(NamedTuple):
 
 
 def written_step(lines: Lines, header: Sequence[tuple[int, str]], n: int) -> tuple[float | None, str]:
-    """Return the time step to read of the header of n samples, s, or None, and the reason for a doubt or ''."""
+    """Return the time step to read of the header of n samples, s, or None, and the reason to refuse it or ''."""
     stated, changes, changed = _statements(lines, header, n)
     stated = [statement for statement in stated if statement.read or not changes]
     first = next((statement for statement in stated if statement.read), None)
@@ -119,7 +119,7 @@ def refuse_other_step(lines: Lines, header: Sequence[tuple[int, str]], n: int, s
 def _statements(
     lines: Lines, header: Sequence[tuple[int, str]], n: int
 ) -> tuple[list[_Statement], list[tuple[int, str]], str]:
-    """Return the steps in the header of n samples, lines that mention a change, and the doubt on a step or ''."""
+    """Return the steps in the header of n samples, changes that lines mention, and the first one of a step to read."""
     stated: list[_Statement] = []
     for line, text in header:
         words = unicodedata.normalize("NFKC", _STANDARD.sub(r"\g<unit>: \g<step>", text))
