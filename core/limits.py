@@ -7,6 +7,7 @@ Each is well above the largest known right file. A study of 2,000 blocks has 0.2
 from __future__ import annotations
 
 import io
+import itertools
 import math
 import os
 import re
@@ -14,10 +15,10 @@ import sys
 import weakref
 import zipfile
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .wording import system_reason
 
@@ -37,6 +38,12 @@ DECLARED_BYTES, DECLARED_RATIO = 2**28, 20
 """Limits of the arrays that a netCDF file declares: bytes in any file, and the ratio to the bytes of larger files.
 Results are not compressed, and compressed accelerations take half to a tenth.
 """
+CHUNK_BYTES = 2**13
+"""What the HDF5 library takes at least in memory for a chunk of an array."""
+VARIABLES, HEADER = 2_000, 10_000
+"""Of a netCDF file, and of its dimensions, attributes or variables in the header of a classic one."""
+_CLASSIC_BYTES = {3: 2, 4: 4, 5: 4, 6: 8, 8: 2, 9: 4, 10: 8, 11: 8}
+"""Of the number types of classic netCDF files that take more than a byte."""
 SMALL_NETCDF = 2**25
 """Of a netCDF file that is read into memory before it is opened."""
 STRING_BYTES = 64
@@ -83,6 +90,10 @@ def whole_content(file: Path, most_bytes: int, what: str, error: type[Exception]
     if len(content) > most_bytes:
         raise error(f"{file}: larger than {most_bytes // 2**20} MiB, no {what} is")
     return content
+
+
+class DeclaredError(RuntimeError):
+    """A netCDF file declares more than it holds, so that reading it would fill the memory."""
 
 
 def memory_limit() -> int:
@@ -181,15 +192,10 @@ def open_netcdf(path: Path, refused: Callable[[str], Exception]) -> xr.Dataset:
 
     content = small_netcdf(path)
     with NETCDF4_PYTHON_LOCK:
-        file, release = opened_netcdf(path, content)
-        declared = sum(
-            math.prod(variable.shape) * (STRING_BYTES if variable.dtype is str else variable.dtype.itemsize)
-            for variable in file.variables.values()
-        )
-        if declared > max(DECLARED_BYTES, DECLARED_RATIO * path.stat().st_size):
-            release()
-            file.close()
-            raise refused(f"declares {declared / 1e9:,.1f} GB, more than a file of its size holds")
+        try:
+            file, release = opened_netcdf(path, content)
+        except DeclaredError as error:
+            raise refused(str(error)) from None
 
     def close() -> None:
         release()
@@ -203,6 +209,76 @@ def open_netcdf(path: Path, refused: Callable[[str], Exception]) -> xr.Dataset:
     return dataset
 
 
+def _declared_problem(variables: Collection[netCDF4.Variable[Any]], size: int) -> str | None:
+    """Return why the arrays of a netCDF file of some bytes would fill the memory."""
+    import netCDF4  # noqa: PLC0415 - most commands read no such file
+
+    if len(variables) > VARIABLES:
+        return f"holds {len(variables):,} variables, allowed are {VARIABLES:,}"
+    most, declared = max(DECLARED_BYTES, DECLARED_RATIO * size), 0
+    for variable in variables:
+        if isinstance(variable.datatype, netCDF4.VLType) and variable.dtype is not str:
+            return f"{variable.name}: lists of any length are not supported"
+        taken = math.prod(variable.shape) * (STRING_BYTES if variable.dtype is str else variable.dtype.itemsize)
+        if isinstance(chunk := variable.chunking(), list):
+            chunks = math.prod(-(-length // part) for length, part in zip(variable.shape, chunk, strict=True))
+            taken = max(taken, CHUNK_BYTES * chunks)
+        declared += taken
+    if declared <= most:
+        declared = next((total for total in itertools.accumulate(_letters(variables, most // size)) if total > most), 0)
+    return f"declares {declared / 1e9:,.1f} GB, more than a file of its size holds" if declared > most else None
+
+
+def _letters(variables: Collection[netCDF4.Variable[Any]], step: int) -> Iterator[int]:
+    """Count the letters of strings, so few at a time that each may be the longest: many may be stored once."""
+    for variable in variables:
+        if variable.dtype is str and variable.shape:
+            for leading in itertools.product(*map(range, variable.shape[:-1])):
+                for first in range(0, variable.shape[-1], step):
+                    yield sum(map(len, variable[(*leading, slice(first, first + step))]))
+
+
+def _classic_problem(path: Path) -> str | None:
+    """Return why the header of a classic netCDF file would fill the memory: the library believes its counts."""
+    with path.open("rb") as stream:
+        magic = stream.read(4)
+        if magic[:3] != b"CDF":
+            return None
+        wide, most = 8 if magic[3] == 5 else 4, path.stat().st_size
+        largest = 0
+
+        def count(size: int, times: int = 1) -> int:
+            nonlocal largest
+            number = int.from_bytes(stream.read(size))
+            largest = max(largest, number * times)
+            return number if largest <= most else 0
+
+        def skip(size: int) -> None:
+            stream.seek(-(-size // 4) * 4, os.SEEK_CUR)
+
+        def entries() -> range:
+            stream.seek(4, os.SEEK_CUR)
+            return range(count(wide, most // HEADER + 1))
+
+        def attributes() -> None:
+            for _ in entries():
+                skip(count(wide))
+                bytes_of = _CLASSIC_BYTES.get(count(4), 1)
+                skip(count(wide, bytes_of) * bytes_of)
+
+        stream.seek(wide, os.SEEK_CUR)
+        for _ in entries():  # dimensions
+            skip(count(wide))
+            stream.seek(wide, os.SEEK_CUR)
+        attributes()
+        for _ in entries():  # variables
+            skip(count(wide))
+            skip(count(wide, wide) * wide)
+            attributes()
+            stream.seek(4 + wide + (4 if magic[3] == 1 else 8), os.SEEK_CUR)
+    return "declares more than a file of its size holds" if largest > most else None
+
+
 _HELD: dict[tuple[int, int], list[set[int]]] = {}
 """The descriptors of each file, by device and number, that the HDF5 library opened for each of its datasets."""
 
@@ -210,13 +286,33 @@ _HELD: dict[tuple[int, int], list[set[int]]] = {}
 def opened_netcdf(path: Path, content: bytes | None) -> tuple[netCDF4.Dataset, Callable[[], None]]:
     """Open a file whose content is from `small_netcdf`, and return a function to call before it is closed.
 
-    The HDF5 library ends its process if the system refuses to close a file.  Before that, the null device takes the
-    place of the file's descriptors, which are one for all datasets of a file.
+    DeclaredError for a file that would fill the memory. The HDF5 library ends its process if the system refuses to
+    close a file.  Before that, the null device takes the place of the file's descriptors, which are one for all
+    datasets of a file.
     """
     import netCDF4  # noqa: PLC0415 - most commands read no such file
 
+    if content is None and (problem := _classic_problem(path)):
+        raise DeclaredError(problem)
     if content is not None or sys.platform != "linux":
-        return netCDF4.Dataset(path, memory=content), lambda: None
+        file, release = netCDF4.Dataset(path, memory=content), _nothing
+    else:
+        file, release = _held(path)
+    if problem := _declared_problem(file.variables.values(), path.stat().st_size):
+        release()
+        file.close()
+        raise DeclaredError(problem)
+    return file, release
+
+
+def _nothing() -> None:
+    """Release nothing: the file is in memory."""
+
+
+def _held(path: Path) -> tuple[netCDF4.Dataset, Callable[[], None]]:
+    """Open a file by its path, and return what releases its descriptors."""
+    import netCDF4  # noqa: PLC0415 - most commands read no such file
+
     stat = path.stat()
     before = _descriptors(stat)
     file = netCDF4.Dataset(path)

@@ -1,10 +1,12 @@
 """Files that unfold: each is answered by one sentence before a parser makes objects of it."""
 
 import io
+import struct
 import time
 import zipfile
 
 import netCDF4
+import numpy as np
 import pytest
 from openpyxl import Workbook
 
@@ -92,6 +94,45 @@ def test_results_that_declare_more_than_they_hold(size, kind, gigabytes, tmp_pat
     for arguments in (["report", path], ["export", path, "--format", "csv"], ["compare", path, other]):
         assert main(arguments) == 2
         assert f"declares {gigabytes} GB" in " ".join(capsys.readouterr().err.split())
+
+
+def stored_once(path):
+    """Four hundred strings that refer to the same million letters."""
+    with netCDF4.Dataset(path, "w") as file:
+        file.createDimension("block", 400)
+        file.createVariable("block", str, ("block",))[:] = np.array(["a" * 1_000_000] + ["b"] * 399, object)
+    content = bytearray(path.read_bytes())
+    first = content.find(struct.pack("<I", 1_000_000))
+    content[first : first + 6400] = content[first : first + 16] * 400
+    path.write_bytes(content)
+    return path
+
+
+def lists(path):
+    with netCDF4.Dataset(path, "w") as file:
+        file.createVariable("lists", file.createVLType("f8", "list"))
+    return path
+
+
+def chunks(path):
+    """A hundred thousand chunks of one number."""
+    with netCDF4.Dataset(path, "w") as file:
+        file.createDimension("time", 100_000)
+        file.createVariable("acceleration", "f8", ("time",), chunksizes=(1,))
+    return path
+
+
+def variables(path):
+    with netCDF4.Dataset(path, "w") as file:
+        for number in range(2_001):
+            file.createVariable(f"v{number}", "i1")
+    return path
+
+
+def classic(path, *numbers):
+    """The header of a classic file."""
+    path.write_bytes(b"CDF\1" + struct.pack(f">{len(numbers)}I", *numbers) + bytes(1000))
+    return path
 
 
 @pytest.mark.parametrize("table", ["", "[motions]\n"])
