@@ -50,8 +50,9 @@ from .together import whole
 # Runs whose pieces are taken together (not a power of two: a lane's rows would share a set of the cache).
 GLIDERS = 136
 
-# Impacts within a sample from which on what is left of it is solved piece by piece, with its low bounces.
-FEW_HOPS = 3
+# Impacts within a sample from which on what is left of it is solved piece by piece, with its low bounces (a piece of
+# its own costs some ten times as much as one in vectors).
+FEW_HOPS = 12
 
 # Rows of the lanes: the state, its region (edges, p² of the resting weight, tilt, lever), and the rotations that are no
 # new peaks. Then force with its slope and weight with its rate at the start of the piece, and the span of the piece.
@@ -125,44 +126,38 @@ class Room(NamedTuple):
 
 
 @kernel(inline="always")
-def _glide(theta, w0, lower, upper, p2, centre, lever, front, back, force, slope, weight, heavy, heavier, h):
-    """Take a piece in exact geometry at degree 12; return its content, the state at its end and the velocity's terms.
+def _end(theta, w0, lower, upper, p2, centre, front, back, force, heavy, heavier, h, of_w):
+    """Return the content of a piece, and the state at its end, from the terms of the velocity to degree 11.
 
     The velocity keeps its sign if the acceleration does and it has the same at both ends, or if it is larger than the
     acceleration can change it. It changes once if the acceleration keeps its sign. Otherwise, the range of the block in
-    the piece decides. Peaks do not affect the end of a piece, only the search in it.
+    the piece decides. Peaks do not affect the end of a piece, only the search in it. `force`: the largest.
     """
-    p2_most = p2 * max(heavy, heavy + heavier * h)
-    heavier *= p2
-    p2 *= heavy
-    sine, cosine = sine_and_cosine(centre - theta)
-    force *= lever
-    slope *= lever
-    a0 = force * cosine - p2 * sine
-    _, _, _, of_w, of_a = first_terms(weight, sine, cosine, w0, a0, p2, heavier, force, slope)
-    w2, w3, w4, w5, w6, w7, w8, w9, w10, w11 = of_w
-    a1, a2, a3, a4, a5, a6, a7, a8, a9, a10 = of_a
+    w1, w2, w3, w4, w5, w6, w7, w8, w9, w10, w11 = of_w
     # (in pairs: the last terms are the last to be known)
     square = h * h
     sixth = square * square * square
     speed = (w6 + h * w7) + square * ((w8 + h * w9) + square * (w10 + h * w11))
-    speed = w0 + (h * (a0 + h * (w2 + h * (w3 + h * (w4 + h * w5)))) + sixth * speed)
-    change = abs(a6) + h * (abs(a7) + h * (abs(a8) + h * (abs(a9) + h * abs(a10))))
-    change = h * (abs(a1) + h * (abs(a2) + h * (abs(a3) + h * (abs(a4) + h * (abs(a5) + h * change)))))
+    speed = w0 + (h * (w1 + h * (w2 + h * (w3 + h * (w4 + h * w5)))) + sixth * speed)
     late = (w6 * (1.0 / 7.0) + h * w7 * (1.0 / 8.0)) + square * (w8 * (1.0 / 9.0) + h * w9 * (1.0 / 10.0))
     late += square * square * (w10 * (1.0 / 11.0) + h * w11 * (1.0 / 12.0))
     moved = w3 * (1.0 / 4.0) + h * (w4 * (1.0 / 5.0) + h * w5 * (1.0 / 6.0))
-    moved = h * (w0 + h * (0.5 * a0 + h * (w2 * (1.0 / 3.0) + h * moved)))
+    moved = h * (w0 + h * (0.5 * w1 + h * (w2 * (1.0 / 3.0) + h * moved)))
     end = theta + (moved + sixth * h * late)
+    change = (6.0 * abs(w6) + 7.0 * h * abs(w7)) + square * (8.0 * abs(w8) + 9.0 * h * abs(w9))
+    change += square * square * (10.0 * abs(w10) + 11.0 * h * abs(w11))
+    change = (4.0 * abs(w4) + 5.0 * h * abs(w5)) + square * change
+    change = h * ((2.0 * abs(w2) + 3.0 * h * abs(w3)) + square * change)
+    p2_most = p2 * max(heavy, heavy + heavier * h)
     known = (
         (w0 != 0.0)
         & (abs(centre - theta) <= FAR_ANGLE)
         & (4.0 * p2_most * square <= 1.0)
-        & terms_end(w0, a0, a1, a9, a10, h)
+        & terms_end(w0, w1, 2.0 * w2, 10.0 * w10, 11.0 * w11, p2_most, force, h)
     )
-    swing = h * (abs(a0) + change)
+    swing = h * (abs(w1) + change)
     reach = h * (abs(w0) + swing)
-    steady = abs(a0) > change
+    steady = abs(w1) > change
     keeps = w0 * speed > 0.0
     onward = (abs(w0) > swing) | (steady & keeps)
     inside = (end > lower) & (end < upper)
@@ -177,41 +172,38 @@ def _glide(theta, w0, lower, upper, p2, centre, lever, front, back, force, slope
     inner = GLIDES if onward | (contained & flat) else (TOPS if contained else HARD)
     outer = CROSSES if onward else ((RETURNS if flat else RETURNS_FROM_TOP) if returns else HARD)
     does = (inner if inside else outer) if known else HARD
-    return does, end, speed, (a0, w2, w3, w4, w5, w6, w7, w8, w9, w10, w11)
+    return does, end, speed
 
 
 @kernel(**FUSED)
 def _glide_lanes(s, marks, n, weight):
-    """Take a piece of each of n lanes, which fill whole vectors: a lane's bits must not depend on adjacent lanes."""
+    """Take a piece of each of n lanes, which fill whole vectors: a lane's bits must not depend on adjacent lanes.
+
+    Three loops, because each has a long chain of operations: the processor works on several turns of a short loop at
+    a time. The rows of the end have sine and cosine before.
+    """
+    for lane in range(n):
+        sine, cosine = sine_and_cosine(s[ROW_CENTRE * GLIDERS + lane] - s[ROW_THETA * GLIDERS + lane])
+        s[ROW_THETA_END * GLIDERS + lane] = sine
+        s[ROW_OMEGA_END * GLIDERS + lane] = cosine
     for lane in range(n):
         heavy = 1.0
         heavier = 0.0
         if weight is not None:
             heavy = s[ROW_WEIGHT * GLIDERS + lane]
             heavier = s[ROW_WEIGHT_RATE * GLIDERS + lane]
-        theta = s[ROW_THETA * GLIDERS + lane]
+        sine = s[ROW_THETA_END * GLIDERS + lane]
+        cosine = s[ROW_OMEGA_END * GLIDERS + lane]
         omega = s[ROW_OMEGA * GLIDERS + lane]
-        does, end, speed, of_w = _glide(
-            theta,
-            omega,
-            s[ROW_LOWER * GLIDERS + lane],
-            s[ROW_UPPER * GLIDERS + lane],
-            s[ROW_SQUARE * GLIDERS + lane],
-            s[ROW_CENTRE * GLIDERS + lane],
-            s[ROW_LEVER * GLIDERS + lane],
-            s[ROW_FRONT * GLIDERS + lane],
-            s[ROW_BACK * GLIDERS + lane],
-            s[ROW_FORCE * GLIDERS + lane],
-            s[ROW_SLOPE * GLIDERS + lane],
-            weight,
-            heavy,
-            heavier,
-            s[ROW_SPAN * GLIDERS + lane],
-        )
-        marks[lane] = does
-        s[ROW_THETA_END * GLIDERS + lane] = end
-        s[ROW_OMEGA_END * GLIDERS + lane] = speed
-        w1, w2, w3, w4, w5, w6, w7, w8, w9, w10, w11 = of_w
+        p2 = s[ROW_SQUARE * GLIDERS + lane]
+        lever = s[ROW_LEVER * GLIDERS + lane]
+        force = s[ROW_FORCE * GLIDERS + lane] * lever
+        slope = s[ROW_SLOPE * GLIDERS + lane] * lever
+        heavier *= p2
+        p2 *= heavy
+        w1 = force * cosine - p2 * sine
+        _, _, _, of_w, _ = first_terms(weight, sine, cosine, omega, w1, p2, heavier, force, slope)
+        w2, w3, w4, w5, w6, w7, w8, w9, w10, w11 = of_w
         s[(ROW_TERMS + 0) * GLIDERS + lane] = w1
         s[(ROW_TERMS + 1) * GLIDERS + lane] = w2
         s[(ROW_TERMS + 2) * GLIDERS + lane] = w3
@@ -223,6 +215,44 @@ def _glide_lanes(s, marks, n, weight):
         s[(ROW_TERMS + 8) * GLIDERS + lane] = w9
         s[(ROW_TERMS + 9) * GLIDERS + lane] = w10
         s[(ROW_TERMS + 10) * GLIDERS + lane] = w11
+    for lane in range(n):
+        heavy = 1.0
+        heavier = 0.0
+        if weight is not None:
+            heavy = s[ROW_WEIGHT * GLIDERS + lane]
+            heavier = s[ROW_WEIGHT_RATE * GLIDERS + lane]
+        h = s[ROW_SPAN * GLIDERS + lane]
+        most = abs(s[ROW_FORCE * GLIDERS + lane]) + abs(s[ROW_SLOPE * GLIDERS + lane]) * h
+        does, end, speed = _end(
+            s[ROW_THETA * GLIDERS + lane],
+            s[ROW_OMEGA * GLIDERS + lane],
+            s[ROW_LOWER * GLIDERS + lane],
+            s[ROW_UPPER * GLIDERS + lane],
+            s[ROW_SQUARE * GLIDERS + lane],
+            s[ROW_CENTRE * GLIDERS + lane],
+            s[ROW_FRONT * GLIDERS + lane],
+            s[ROW_BACK * GLIDERS + lane],
+            most * s[ROW_LEVER * GLIDERS + lane],
+            heavy,
+            heavier,
+            h,
+            (
+                s[(ROW_TERMS + 0) * GLIDERS + lane],
+                s[(ROW_TERMS + 1) * GLIDERS + lane],
+                s[(ROW_TERMS + 2) * GLIDERS + lane],
+                s[(ROW_TERMS + 3) * GLIDERS + lane],
+                s[(ROW_TERMS + 4) * GLIDERS + lane],
+                s[(ROW_TERMS + 5) * GLIDERS + lane],
+                s[(ROW_TERMS + 6) * GLIDERS + lane],
+                s[(ROW_TERMS + 7) * GLIDERS + lane],
+                s[(ROW_TERMS + 8) * GLIDERS + lane],
+                s[(ROW_TERMS + 9) * GLIDERS + lane],
+                s[(ROW_TERMS + 10) * GLIDERS + lane],
+            ),
+        )
+        marks[lane] = does
+        s[ROW_THETA_END * GLIDERS + lane] = end
+        s[ROW_OMEGA_END * GLIDERS + lane] = speed
 
 
 @kernel(inline="always")

@@ -172,11 +172,18 @@ def first_terms(weight, sine, cosine, w0, a0, p2, heavier, force, slope):
 
 
 @kernel(inline="always")
-def terms_end(w0, a0, a1, a9, a10, h):
-    """Return True if the last terms of the displacement at degree 12 are below rounding."""
+def terms_end(w0, a0, a1, a9, a10, p2, force, h):
+    """Return True if the velocity's terms that degree 12 leaves out are below rounding, by its last two.
+
+    Terms fall by z = h sqrt(2 (p² + |force| + w0²)) at least, with the largest p² and force of the piece. This is the
+    rate of the series of positive terms that bounds them: v'' = v' v, from v = w0 and v' = |force| + p² (*derived*).
+    """
     least = 1e-17 * max(abs(w0), 0.5 * abs(a0) * h, 0.5 * abs(a1) * h * h)
-    fifth = h * h * h * h * h
-    return abs(a9) * fifth * fifth <= 10.0 * least and abs(a10) * fifth * fifth * h <= 11.0 * least
+    square = h * h
+    fifth = square * square * h
+    fall = 2.0 * square * (p2 + abs(force) + w0 * w0)
+    last = a10 * fifth * fifth * h
+    return (abs(a9) * fifth * fifth * fall <= 10.0 * least) & (last * last * fall <= 121.0 * least * least)
 
 
 @kernel(**FUSED)
@@ -223,7 +230,7 @@ def _few_terms(poly, trig, weight, w0, a0, p2, heavier, force, slope, h):
     poly[ACCELERATION, 10] = a10
     poly[SPEED, 11] = w11
     poly[MOVED, 12] = w11 * (1.0 / 12.0)
-    if terms_end(w0, a0, a1, a9, a10, h):
+    if terms_end(w0, a0, a1, a9, a10, p2 + abs(heavier) * h, abs(force) + abs(slope) * h, h):
         return 12
     trig[0, 1] = (force * g1 - p2 * f1) * unit
     trig[1, 1] = (force * f1 + p2 * g1) * unit

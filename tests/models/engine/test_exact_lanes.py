@@ -8,7 +8,7 @@ import pytest
 
 import toppling as tp
 from toppling.models.engine.exact_runs import GLIDERS
-from toppling.models.engine.series import FAR_ANGLE, sine_and_cosine
+from toppling.models.engine.series import FAR_ANGLE, sine_and_cosine, terms_end
 from toppling.models.runs import run_many, trace
 
 DT = 0.005
@@ -78,3 +78,31 @@ def test_sines_and_cosines():
         assert abs(sine - float(mpmath.sin(x))) <= 2.5e-16
         assert abs(cosine - float(mpmath.cos(x))) <= 2.5e-16
     assert 0.5 * math.pi < FAR_ANGLE
+
+
+def velocity_terms(angle, w0, p2, force, slope, degree):
+    """Terms of w for w' = (force + slope t) cos x - p² sin x, x' = -w, from x = angle."""
+    w, sine, cosine = [mpmath.mpf(w0)], [mpmath.sin(angle)], [mpmath.cos(angle)]
+    for k in range(degree):
+        pushed = force * cosine[k] + (slope * cosine[k - 1] if k else 0) - p2 * sine[k]
+        w.append(pushed / (k + 1))
+        sine.append(-sum(w[j] * cosine[k - j] for j in range(k + 1)) / (k + 1))
+        cosine.append(sum(w[j] * sine[k - j] for j in range(k + 1)) / (k + 1))
+    return w
+
+
+def test_neglected_terms_are_below_rounding():
+    """Pieces as long as `terms_end` accepts them, slow and fast, with the terms to degree 40 in their place."""
+    rng = np.random.default_rng(4)
+    for _ in range(60):
+        angle, w0 = rng.uniform(-1.5, 1.5), rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-6.0, 1.0)
+        p2, slope = 10.0 ** rng.uniform(0.0, 2.0), rng.normal(0.0, 200.0)
+        force = rng.normal(0.0, 0.5) * p2
+        w = velocity_terms(angle, w0, p2, force, slope, 40)
+        h = 0.5 / math.sqrt(p2)
+        a = [float((k + 1) * w[k + 1]) for k in range(11)]
+        while not terms_end(w0, a[0], a[1], a[9], a[10], p2, abs(force) + abs(slope) * h, h):
+            h *= 0.97
+        assert h > 0.02 / (math.sqrt(p2 + abs(force)) + abs(w0) + abs(slope) ** (1.0 / 3.0))
+        largest = max(abs(w0), 0.5 * abs(a[0]) * h, 0.5 * abs(a[1]) * h * h)
+        assert abs(sum(w[k] * h**k for k in range(12, 41))) <= 1e-17 * largest
