@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations, pairwise
 from operator import itemgetter
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import xarray as xr
@@ -50,9 +50,11 @@ SAME = 1.0 - 1e-6
 LEVEL = "the level"
 LEVEL_APART, MOTION_APART = 1.5, 2.0
 """Factors between a level and its ground motions, in the mean and each, beyond which they are of another level."""
+AS_LEVEL = 0.01
+"""Relative difference of a motion from its level within which it is the ground motion that was scaled to it."""
 GROUND_FLOOR = "0"
-SLOW, LEAST_SLOW = Sa(10.0), 0.5
-"""Measure of slow motion, which all buildings follow, and its ratio to the ground's below which they do not.
+SLOW, LEAST_SLOW = Sa(10.0), 0.6
+"""Measure of slow motion, which all buildings follow, and its ratio to another floor's below which they do not.
 
 Relative accelerations have about (T/10 s)² of a building's or isolator's period T, absolute ones 1 and more.
 """
@@ -195,14 +197,26 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
         if not 1.0 / UNLIKE < ratio < most:
             what = f"the PGA of {upper.removeprefix('that of ')} is {two_digits(ratio)} times {lower}"
             doubts.append(Doubt("table", f"floor histories: {what}: another unit in one of them?"))
-    if GROUND_FLOOR in floors and not doubts:
+    if not doubts:
         doubts += _relative_doubts(histories)
-    if plain is None or GROUND_FLOOR not in floors:
+    if plain is None:
         return doubts
-    along = [histories.on(GROUND_FLOOR, direction) for direction in histories.directions(GROUND_FLOOR)]
-    values = np.array([[plain.of_record(record) for record in row] for row in along])
-    # (direction, level, motion): the measure may be of either direction, or of both
-    ratios = values.reshape(len(along), histories.levels.size, -1) / histories.levels[:, None]
+
+    def over_levels(floor: str) -> Array:
+        along = [histories.on(floor, direction) for direction in histories.directions(floor)]
+        values = np.array([[plain.of_record(record) for record in row] for row in along])
+        # (direction, level, motion): the measure may be of either direction, or of both
+        return cast(Array, values.reshape(len(along), histories.levels.size, -1) / histories.levels[:, None])
+
+    held = {floor: over_levels(floor) for floor in floors if floor.isdecimal()}
+    grounds = [floor for floor, ratios in held.items() if (np.abs(ratios - 1.0) < AS_LEVEL).all(axis=(1, 2)).any()]
+    if grounds and GROUND_FLOOR not in grounds:
+        what = f"the {plain.label} of floor {grounds[0]} is the level of each motion, as on the ground"
+        slip = "are floors counted from 1, or from the roof? Floor 0 is the ground"
+        return [*doubts, Doubt("table", f"floor histories: {what}: {slip}")]
+    if GROUND_FLOOR not in held:
+        return doubts
+    ratios = held[GROUND_FLOOR]
     means = np.exp(np.log(ratios).mean(axis=2))
     off = (means.max(axis=0) * LEVEL_APART < 1.0) | (means.min(axis=0) > LEVEL_APART)
     off |= (ratios.max(axis=0) * MOTION_APART < 1.0).any(axis=1) | (ratios.min(axis=0) > MOTION_APART).any(axis=1)
@@ -216,15 +230,18 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
 
 
 def _relative_doubts(histories: FloorHistories) -> list[Doubt]:
-    """Return the input warning on floors that do not follow slow motion of floor 0, as relative accelerations."""
+    """Return the input warning on floors that do not follow slow motion of floor 0, or of the highest without it."""
     slow: dict[tuple[str, str], Array] = {}
     for floor, direction in histories.supports:
         of_level = histories.on(floor, direction)[: histories.motions]
         slow[floor, direction] = np.array([SLOW.of_record(record) for record in of_level])
+    # (relative accelerations of the lowest floors are small beside those of the highest)
+    last = max((floor for floor in histories.floors if floor.isdecimal()), key=int, default=GROUND_FLOOR)
+    held_against = GROUND_FLOOR if GROUND_FLOOR in histories.floors else last
     for (floor, direction), values in slow.items():
-        ground = slow.get((GROUND_FLOOR, direction), np.zeros(1))
-        if ground.all() and (share := float(np.median(values / ground))) < LEAST_SLOW:
-            what = f"the {SLOW.label} of floor {floor} is {two_digits(share)} times that of floor 0"
+        other = slow.get((held_against, direction), np.zeros(1))
+        if other.all() and (share := float(np.median(values / other))) < LEAST_SLOW:
+            what = f"the {SLOW.label} of floor {floor} is {two_digits(share)} times that of floor {held_against}"
             slip = "accelerations relative to the ground? Absolute ones are needed"
             return [Doubt("table", f"floor histories: {what}, and buildings follow slow motion: {slip}")]
     return []

@@ -171,6 +171,9 @@ def _rows(content: io.BytesIO, name: str, most_rows: int) -> tuple[list[tuple[in
             rows.append((number or n, cells))
             if len(rows) > most_rows + 1:
                 break
+    # (a note at a heading is of its numbers: "in feet")
+    notes = (cell.comment for cell in formulas[rows[0][0]]) if rows else ()
+    comments += [re.sub(r"^in\b", "numbers in", note.text) for note in notes if note is not None]
     others = [
         repr(other.title)
         for other in values.worksheets

@@ -355,6 +355,16 @@ class TestFloorHistories:
         ]
         doubts = [doubt.sentence for doubt in history_doubts(FloorHistories.of(histories), "")]
         assert ["accelerations relative to the ground?" in sentence for sentence in doubts] == [True] * relative
+        upper = FloorHistories.of([history for history in histories if history.floor != "0"])
+        said = [doubt.sentence for doubt in history_doubts(upper, "")]
+        assert ["times that of floor 4" in sentence for sentence in said] == [True] * relative
+
+    def test_floors_counted_from_1(self):
+        """The lowest floor has the PGA of the level, as the ground has."""
+        whole = self.histories()
+        raised = [one._replace(floor=str(int(key[2]) + 1)) for key, one in whole.histories.items()]
+        (doubt,) = history_doubts(FloorHistories.of(raised, "m/s2"), "pga")
+        assert "are floors counted from 1" in doubt.sentence
 
     def test_directions_that_are_multiples(self):
         whole = self.histories()
