@@ -537,7 +537,7 @@ class TestNotes:
         wide = block_notes([tp.Block(40.0, 60.0, name="house")])
         assert wide[0].startswith("house: ")
         assert "1.5 half widths" in wide[0]
-        assert numbers_in(wide[1]) == [20, 40, 60, 0.4, 0.6, 100]
+        assert numbers_in(wide[1]) == [20, 40, 60, 0.4, 0.6, 100, 1.016, 1.524]
 
 
 def test_friction_of_a_study(tmp_path):

@@ -28,7 +28,7 @@ from rich.console import Console
 import toppling as tp
 from toppling.studies import show
 from toppling.studies.command.cli import main
-from toppling.studies.facts.say import TEMPLATES, _module
+from toppling.studies.facts.say import TEMPLATES, register_of
 from toppling.studies.report.page import MOST_STEPS, MOST_WORDS, content, markdown, write_report
 from toppling.studies.store.content import AS_WRITTEN
 from toppling.studies.tables.table import Column, Table
@@ -224,7 +224,7 @@ def test_every_check_has_the_template_of_its_remedy():
     code = (Path(tp.__file__).parent / "studies/facts/checks.py").read_text(encoding="utf-8")
     remedies = set(re.findall(r'"(remedy_\w+)"', code))
     assert len(remedies) > 15
-    assert [name for name in sorted(remedies) if not hasattr(_module("checks"), name)] == []
+    assert [name for name in sorted(remedies) if not hasattr(register_of("checks"), name)] == []
 
 
 def test_no_advice_is_to_tilt_or_to_push():
