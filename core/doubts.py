@@ -12,7 +12,7 @@ from .wording import listed_name
 KINDS = (
     *("block size", "units", "building", "level", "scenario", "spectra", "vertical", "offset", "drift"),
     *("displacement", "PGA", "PGV/PGA", "duration", "hazard", "selection", "ringing", "collapse", "strike"),
-    *("rocks first", "slides on", "scaling", "misfit", "table"),
+    *("rocks first", "slides on", "scaling", "misfit", "table", "structure"),
 )
 """Kinds of input warnings, by the names under which a study accepts them."""
 NAMED = 3  # no sentence names more

@@ -114,6 +114,8 @@ _ABOVE_GROUND = re.compile(
     r"response|output|(?:floor|stor(?:e?y)|level)[ _.]?[1-9]|[1-9]\d?(?:st|nd|rd|th)? ?f(?:loor)?)(?![a-z])",
     re.IGNORECASE,
 )
+STRUCTURE = "structure"
+"""Kind of the input warning on columns that are not of the ground."""
 _COMPONENT = re.compile(r"acc|a\d*(?:_?[a-z]{1,2})?(?![a-z])", re.IGNORECASE)
 _ABOVE, _DWARFS = 4, 20.0
 """Number of first numbers of a column that are checked, and ratio to all that follow from which one is no sample."""
@@ -221,7 +223,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
         raise RecordError(f"{file}: its heading names {headings}, not acceleration")
     raised = [column.component for column in kept if _ABOVE_GROUND.search(column.component)]
     if 0 < len(raised) < len(kept):
-        warn([Doubt("table", f"{file}: {first_names(raised)}: of a structure or block, not of its ground motion?")])
+        warn([Doubt(STRUCTURE, f"{file}: {first_names(raised)}: of a structure or block, not of its ground motion?")])
     _refuse_repeated(file, kept)
     refuse_stated_peak(file, words, [component.acceleration for component in kept])
     for why, left in out.items():

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import xarray as xr
 
-from ...core.doubts import Doubt, first_of, warn
+from ...core.doubts import Doubt, first_of, noted, warn
 from ...motions.arrays import records
 from ...motions.floors.histories import DIRECTIONS, FloorHistories, History
+from ...motions.readers.csv import STRUCTURE
 from ...motions.readers.read import read_file
 from ..plan.size import refuse_samples
 from ..text.error import StudyError
@@ -81,7 +82,9 @@ def _histories(table: CsvTable, of_level: str, dt: float | None, unit: str | flo
         if levels.setdefault((texts["motion"], floor, direction, texts["file"], line.text("column")), level) != level:
             again[f"line {line.number}: {texts['file']}"] = None
         if file not in files:
-            files[file] = read_file(file, dt, unit)
+            with noted() as doubts:
+                files[file] = read_file(file, dt, unit)
+            warn(doubt for doubt in doubts if doubt.kind != STRUCTURE)  # (floors are of a structure)
             samples += sum(array.size for array in files[file])
             refuse_samples(samples, "the floor histories")
         chosen = _chosen(line, files[file], texts["file"])
