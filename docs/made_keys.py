@@ -36,6 +36,7 @@ DOUBTS = {
     "slides on": "motions at whose end blocks still slide: add zeros after records, or friction is next to nothing",
     "scaling": "recordings scaled by less than 0.2 or more than 5 before they go through a building or an isolator "
     "that yields",
+    "structure": "columns of a structure or block beside others of the ground",
     "misfit": "matched motions whose mean misfit is above 5 %, or whose PGV or PGD leave their bounds (`pgv_bound`)",
     "table": "lines that lack cells or are cut, factors not applied, what is left out, hidden cells, unlikely pairs, "
     "floors counted from 1",
