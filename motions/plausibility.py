@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations, pairwise
 from operator import itemgetter
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -206,7 +206,8 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
         along = [histories.on(floor, direction) for direction in histories.directions(floor)]
         values = np.array([[plain.of_record(record) for record in row] for row in along])
         # (direction, level, motion): the measure may be of either direction, or of both
-        return cast(Array, values.reshape(len(along), histories.levels.size, -1) / histories.levels[:, None])
+        ratios: Array = values.reshape(len(along), histories.levels.size, -1) / histories.levels[:, None]
+        return ratios
 
     held = {floor: over_levels(floor) for floor in floors if floor.isdecimal()}
     grounds = [floor for floor, ratios in held.items() if (np.abs(ratios - 1.0) < AS_LEVEL).all(axis=(1, 2)).any()]

@@ -88,29 +88,23 @@ def _serve(bound: socket.socket, study: Path | None, *, opens: bool) -> None:
         opening = soon_open()
     wrong: list[StudyError] = []
 
-    def ready() -> None:
-        if study is not None:
-            print(address, flush=True)
-        where = building.path if full else page.path
-        print(f"The state of the page is in {where}; end the page with Ctrl-C.", flush=True)
-
     def begin() -> None:
         try:
-            page.begin(ready)
+            page.piece  # noqa: B018 - makes the study
         except StudyError as error:  # (a wrong study ends the command)
             wrong.append(error)
             server.should_exit = True
+            return
+        where = f"The state of the page is in {building.path if full else page.path}; end the page with Ctrl-C."
+        print(*([] if study is None else [address]), where, sep="\n", flush=True)
+        page.begin()
 
     try:
         source = folder / PIECE_STATE if study is None or full else study
         page = Page.opened(source, given=source == study)
         building = Building.opened(study if study is not None and full else folder / BUILDING_STATE, given=full)
-        settings = uvicorn.Config(
-            application(page, token, port, building),
-            log_level="critical",
-            access_log=False,
-            timeout_graceful_shutdown=1,
-        )
+        app = application(page, token, port, building)
+        settings = uvicorn.Config(app, log_level="critical", access_log=False, timeout_graceful_shutdown=1)
         server = uvicorn.Server(settings)
         threading.Thread(target=begin, daemon=True).start()
         with suppress(KeyboardInterrupt):  # (the usual end: the state is on the disk)

@@ -7,7 +7,6 @@ import hashlib
 import math
 import re
 import threading
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
@@ -158,14 +157,8 @@ class Page:
             raise StudyError(f"chance: must be between 0 and 100 %, got {text[:20]!r}")
         self.target = target
 
-    def begin(self, ready: Callable[[], None]) -> None:
-        """Make the piece's study, then call `ready`, and compute the first answer before the page asks for it.
-
-        StudyError for a wrong study; what is wrong with its answer the page shows.
-        """
-        with self.lock:
-            self.piece  # noqa: B018 - makes it
-        ready()
+    def begin(self) -> None:
+        """Compute the first answer before the page asks for it, which then shows what is wrong."""
         with suppress(StudyError):
             self.parts()
 
@@ -313,10 +306,11 @@ class Page:
 
     @property
     def piece(self) -> FragilityStudy:
-        """The study of the piece, made at its first use."""
-        if PIECE not in self.studies:
-            self.studies[PIECE] = answers.study_of(self.contents[PIECE], self.path)
-        return self.studies[PIECE]
+        """The study of the piece, made at its first use; StudyError if it is wrong."""
+        with self.lock:
+            if PIECE not in self.studies:
+                self.studies[PIECE] = answers.study_of(self.contents[PIECE], self.path)
+            return self.studies[PIECE]
 
     @property
     def block(self) -> Block:
