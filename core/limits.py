@@ -38,8 +38,8 @@ DECLARED_BYTES, DECLARED_RATIO = 2**28, 20
 """Limits of the arrays that a netCDF file declares: bytes in any file, and the ratio to the bytes of larger files.
 Results are not compressed, and compressed accelerations take half to a tenth.
 """
-CHUNK_BYTES = 2**13
-"""What the HDF5 library takes at least in memory for a chunk of an array."""
+CHUNK_BYTES, CHUNKS_BYTES = 2**13, 2**29
+"""What the HDF5 library takes at least in memory for a chunk of an array, and at most for all."""
 VARIABLES, HEADER = 2_000, 10_000
 """Of a netCDF file, and of its dimensions, attributes or variables in the header of a classic one."""
 _CLASSIC_BYTES = {3: 2, 4: 4, 5: 4, 6: 8, 8: 2, 9: 4, 10: 8, 11: 8}
@@ -215,15 +215,17 @@ def _declared_problem(variables: Collection[netCDF4.Variable[Any]], size: int) -
 
     if len(variables) > VARIABLES:
         return f"holds {len(variables):,} variables, allowed are {VARIABLES:,}"
-    most, declared = max(DECLARED_BYTES, DECLARED_RATIO * size), 0
+    most, declared, handled = max(DECLARED_BYTES, DECLARED_RATIO * size), 0, 0
     for variable in variables:
         if isinstance(variable.datatype, netCDF4.VLType) and variable.dtype is not str:
             return f"{variable.name}: lists of any length are not supported"
         taken = math.prod(variable.shape) * (STRING_BYTES if variable.dtype is str else variable.dtype.itemsize)
         if isinstance(chunk := variable.chunking(), list):
             chunks = math.prod(-(-length // part) for length, part in zip(variable.shape, chunk, strict=True))
-            taken = max(taken, CHUNK_BYTES * chunks)
+            handled += CHUNK_BYTES * chunks
         declared += taken
+    if handled > CHUNKS_BYTES:
+        return f"holds {handled // CHUNK_BYTES:,} chunks, allowed are {CHUNKS_BYTES // CHUNK_BYTES:,}"
     if declared <= most:
         declared = next((total for total in itertools.accumulate(_letters(variables, most // size)) if total > most), 0)
     return f"declares {declared / 1e9:,.1f} GB, more than a file of its size holds" if declared > most else None

@@ -53,8 +53,8 @@ LEVEL_APART, MOTION_APART = 1.5, 2.0
 AS_LEVEL = 0.01
 """Relative difference of a motion from its level within which it is the ground motion that was scaled to it."""
 GROUND_FLOOR = "0"
-SLOW, LEAST_SLOW = Sa(10.0), 0.6
-"""Measure of slow motion, which all buildings follow, and its ratio to another floor's below which they do not.
+SLOW, LEAST_SLOW = Sa(10.0), 0.5
+"""Measure of slow motion, which all buildings follow, and its ratio to the ground's below which they do not.
 
 Relative accelerations have about (T/10 s)² of a building's or isolator's period T, absolute ones 1 and more.
 """
@@ -197,7 +197,7 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
         if not 1.0 / UNLIKE < ratio < most:
             what = f"the PGA of {upper.removeprefix('that of ')} is {two_digits(ratio)} times {lower}"
             doubts.append(Doubt("table", f"floor histories: {what}: another unit in one of them?"))
-    if not doubts:
+    if GROUND_FLOOR in floors and not doubts:
         doubts += _relative_doubts(histories)
     if plain is None:
         return doubts
@@ -231,18 +231,15 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
 
 
 def _relative_doubts(histories: FloorHistories) -> list[Doubt]:
-    """Return the input warning on floors that do not follow slow motion of floor 0, or of the highest without it."""
+    """Return the input warning on floors that do not follow slow motion of floor 0, as relative accelerations."""
     slow: dict[tuple[str, str], Array] = {}
     for floor, direction in histories.supports:
         of_level = histories.on(floor, direction)[: histories.motions]
         slow[floor, direction] = np.array([SLOW.of_record(record) for record in of_level])
-    # (relative accelerations of the lowest floors are small beside those of the highest)
-    last = max((floor for floor in histories.floors if floor.isdecimal()), key=int, default=GROUND_FLOOR)
-    held_against = GROUND_FLOOR if GROUND_FLOOR in histories.floors else last
     for (floor, direction), values in slow.items():
-        other = slow.get((held_against, direction), np.zeros(1))
-        if other.all() and (share := float(np.median(values / other))) < LEAST_SLOW:
-            what = f"the {SLOW.label} of floor {floor} is {two_digits(share)} times that of floor {held_against}"
+        ground = slow.get((GROUND_FLOOR, direction), np.zeros(1))
+        if ground.all() and (share := float(np.median(values / ground))) < LEAST_SLOW:
+            what = f"the {SLOW.label} of floor {floor} is {two_digits(share)} times that of floor 0"
             slip = "accelerations relative to the ground? Absolute ones are needed"
             return [Doubt("table", f"floor histories: {what}, and buildings follow slow motion: {slip}")]
     return []

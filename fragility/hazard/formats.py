@@ -144,7 +144,8 @@ _ENGLISH = {
     }.items()
 }
 """Words of comments in ten other languages, for which the English one is read."""
-_OF_SOURCES = re.compile(r"slip|activity|recurrence|seismicity|from|convert", re.IGNORECASE)
+_OF_RATES = re.compile(r"rate|frequen|exceed|events?|number of (?:event|exceed)|^\W*per ")
+_OF_SOURCES = re.compile(r"slip|activity|recurrence|seismicity|catalog|\bdata\b|\blife|from|convert", re.IGNORECASE)
 _RATES = re.compile(r"rate|frequenc|from|convert", re.IGNORECASE)
 """Words with which a comment on probabilities is still consistent with rates."""
 _THOUSANDS = re.compile(r"[1-9]\d{0,2}\.\d{3}")
@@ -246,15 +247,15 @@ def _read_comments(
     lines: Lines, comment: str, label: str, unit: str | None, quantity: Quantity, format_: str = "", kind: str = ""
 ) -> tuple[float | None, str]:
     """Return the fractile of comments, None for a mean, and a note on the rest; HazardError for contradictions."""
-    text = "#".join(part for part in comment.split("#") if not names_point(part))
+    text, untimed = comment, "#".join(part for part in comment.split("#") if not names_point(part))
     for pattern, word in _ENGLISH.items():
-        text = pattern.sub(word, text)
+        text, untimed = pattern.sub(word, text), pattern.sub(word, untimed)
     where = f"{lines.file}: {format_ or f'line {lines.number}'} names"
     for contrary, plural in (("probability", "probabilities"), ("return period", "return periods")):
-        if quantity.kind == "rate" and _KINDS[contrary].search(text.lower()) and not _RATES.search(text):
+        if quantity.kind == "rate" and _KINDS[contrary].search(untimed.lower()) and not _RATES.search(untimed):
             raise HazardError(f"{where} rates, a comment {plural}: correct one of them")
     _refuse_other_comments(lines, text, label, unit, where)
-    _refuse_other_time(lines, text, quantity, where)
+    _refuse_other_time(lines, untimed, quantity, where)
     larger = _LARGER.search(text) and not label.startswith("RotD100")
     unused = (match[0].strip() for match in _NOT_USED.finditer(text))
     used = next((part for part in unused if part[0] not in "tTpP" or "Sa(" not in label), None)
@@ -273,7 +274,7 @@ def _refuse_other_time(lines: Lines, comment: str, quantity: Quantity, where: st
         contrary += [match[0] for match in _PER_CENT.finditer(text) if quantity.unit != 0.01]
         spoken = [kind for kind, pattern in _KINDS.items() if pattern.search(text)]
         probable = quantity.kind == "probability" and spoken == ["probability"] and not re.search(r"\d ?%", text)
-        if probable or (quantity.kind == "rate" and re.search(r"rate|frequen|exceed|events?|number|^\W*per ", text)):
+        if probable or (quantity.kind == "rate" and _OF_RATES.search(text)):
             per = [match for match in _TIME.finditer(text) if _belongs(match, "rate") and match[0][0] != "1"]
             contrary += [at[0] for at in per if float(at["number"] or 1.0) * _YEARS[at["unit"]] != quantity.years]
         if contrary and not _OF_SOURCES.search(text):

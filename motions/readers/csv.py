@@ -103,9 +103,9 @@ _STAGES = re.compile(
     r"(?:un)?filtered|(?:un)?corrected|detrended|denoised|baseline|error|noise|residual|command|feedback|target|achieved|desired|reference"
 )
 _NO_MOTION = re.compile(
-    r"(?i)(?:[rwmb][ _]?[xyz]|(?:mag|gyr|compass|gravity)[a-z]*[ _]?[xyz]?|lvdt\d?|"
-    r"(?:base |stor(?:e?y) )?(?:shear|force|pressure|moment|load|strain|stress)|rot(?:ation)?|roll|pitch|"
-    r"yaw|theta|tilt|drift|diff(?:erence)?|jerk|quality|\|.*\||envelope|rms|temp|arias|husid|flag|count|sigma|std|stdev|snr|index|se|p?s[adv])(?![a-z])|temperat"
+    r"(?i)(?:r[xyz]|[rwmb][ _]?[xyz](?!\s*[\[(](?:g\b|gal|[cm]?m/s))|(?:mag|gyr|compass|gravity)[a-z]*[ _]?[xyz]?|"
+    r"lvdt\d?|(?:base |stor(?:e?y) )?(?:shear|force|pressure|moment|load|strain|stress)|rot(?:ation)?|roll|pitch|"
+    r"yaw|theta|tilt|drift|diff(?:erence)?|jerk|quality|\|.*\||envelope|rms|temp|arias|husid|flag|count|sigma|std|stdev|snr|index|se|p?s[adv])(?![a-z])|temperat|humid|batter|volt|charge|light|lux"
 )
 _SLOWER = re.compile(r"[vdu]_?[xyz12]", re.IGNORECASE)
 """Names of a velocity or displacement by its axis."""

@@ -32,10 +32,13 @@ _BELOW = re.compile(r"down-?hole|bore-?hole|\bdepth\b|\bdeep\b|-\s?\d+(?:\.\d+)?
 _ABOVE = re.compile(
     r"(?i)\broof\b|\bpenthouse|\bdeck\b|\bcrest\b|\b(?:[2-9]|\d\d)(?:st|nd|rd|th) (?:floor|story|level)\b|"
     r"\b(?:second|third|fourth|fifth|sixth|top) (?:floor|story|level)\b|\bfloor (?:[2-9]|\d\d)\b|\bazotea|屋上|"
-    r"\b\d\d?F\b|\b(?:[2-9]|\d\d)\. ?OG\b|\bmid-?span\b|\btop of (?:the )?(?:specimen|shelf|bookcase|cabinet|building)|"
+    r"(?-i:\b[1-5]?\dF\b)|\b(?:[2-9]|\d\d)\. ?OG\b|\bmid-?span\b|"
+    r"\btop of (?:the )?(?:specimen|shelf|bookcase|cabinet|building)|"
     r"\bon (?:the |a )?(?:shelf|bookcase|cabinet|rack)|\b(?:specimen|bookcase|cabinet) top\b"
 )
-_BURIED = re.compile(r"(?i)\b(?:down-?hole|bore-?hole)|地下\s?\d+\s?m|\b\d+(?:\.\d+)?\s?m depth")
+_BURIED = re.compile(
+    r"(?i)\b(?:down-?hole|bore-?hole)|地下\s?\d+\s?m|(?<!upper )(?<!to )(?<!over )(?<!top )\b\d+(?:\.\d+)?\s?m depth"
+)
 """Places of a sensor at the end of a line of words, which speak of depths of many things."""
 _POINTS = {
     0.0: r"n(?:orth|o?ord|orte)?(?:s(?:outh|u[drl]|ued)?)?|noordzuid|kuzey(?:guney)?|kg?|gk|南?北|남북|"

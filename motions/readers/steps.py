@@ -28,13 +28,14 @@ _LABELS = {
     r"abtast(?:rate|frequenz)|[öo]rnekleme (?:frekans\w*|h[ıi]z[ıi]|oran[ıi])|частота дискретизации|"
     r"(?:συχν[όο]τητα|ρυθμ[όο]ς) δειγματοληψ[ίι]ας|częstotliwość próbkowania|vzorkovací frekvence|bemonster\w+|"
     "サンプリング(?:周波数|レート)|[采採取][样樣](?:频率|頻率|率)",
-    "step": r"(?:time|equal|uniform|regular) (?:time )?(?:increment|interval|step|spacing)s?|increment|step|spacing|"
+    "step": r"(?:time|equal|uniform|regular) (?:time )?(?:increment|interval|step|spacing)s?|"
     "(?:equally|evenly|uniformly) spaced|time ?delta|delta ?x|x ?inc",
     "rate": rf"f ?s|sps|odr|abtastung|(?:frame|data|acqui\w+) ?(?:rate|freq\w*)|^(?:sampling|{_OF_SAMPLING})",
     "nyquist_rate": r"nyquist(?: freq\w*)?",
-    "lone_step": "^(?:delta|δ|h|ts|dx|intervall?o?)",
+    "lone_step": "^(?:delta|δ|h|ts|dx|intervall?o?|increment|step|spacing)",
     "lone_rate": r"^(?:f|fr[ée][qc]\w*|частота|周波数|[频頻]率|rate|tasa|taux|tasso)",
-    "in_its_unit": r"rate|every|intervall?o?s?|(?:re)?sampl(?:ed|ing)|digiti[sz](?:ed|ation)|abgetastet|muestreado",
+    "in_its_unit": r"rate|every|intervall?o?s?|(?:re)?sampl(?:ed|ing)|"
+    r"digiti[sz](?:ed|ation)|abgetastet|muestreado",
 }
 """Words at the end of the label of a number, by the kind of the number: the first kind counts that begins first.
 

@@ -47,7 +47,8 @@ _QUANTITY = {
 }
 """Words without accents for each quantity, in any language."""
 OF_WAVES = re.compile(
-    r"(?i)wave|shear|vs_?30|welle|\bond[aei]|dalga|волн|κυμα|波|sampl|muestreo|campionamento|amostragem|abtast|ornekleme|дискрет"
+    r"(?i)waves?(?!\w)|shear|vs_?30|wellen?g|\bond[aei]|dalga|волн|κυμα|波|ornekleme hiz|скорость дискрет|"
+    r"(?:vel\w*|vitesse) d(?:[ei] |['’])(?:muestreo|campionamento|amostragem|echantillonnage)"
 )
 """Words, without accents, next to a velocity of waves or a rate of samples."""
 # A multiple next to a unit, which makes it another: "%g", "0.001 G", "1/100 G", "(g) *100", "G (x100)".
@@ -224,7 +225,7 @@ def units_in(text: str, line: int, brackets: bool = True, peak: float = math.nan
             if pattern is _OPEN:
                 theirs_too = brackets or (unit.quantity == "acceleration" and not unit.once)
                 # (a sure unit at the end of a line, "# y: cm/s2", whatever the words before)
-                at_end = brackets and unit.factor > 0.0 and not text[match.end() :].strip(" .)#")
+                at_end = brackets and unit.factor > 0.0 and not unit.once and not text[match.end() :].strip(" .)#")
                 counts = bool(named or at_end or match[0] == text.strip("# \t")) and theirs_too
             else:
                 admitted = ("velocity", "displacement") if pattern is _BRACKETS else named

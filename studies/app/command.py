@@ -75,7 +75,6 @@ def _serve(bound: socket.socket, study: Path | None, *, opens: bool) -> None:
 
     from ..file.include import read_content  # noqa: PLC0415
     from ..file.schema import StudyFile  # noqa: PLC0415
-    from ..text.error import StudyError  # noqa: PLC0415
     from .building import Building  # noqa: PLC0415
     from .page import Page  # noqa: PLC0415
     from .server import application  # noqa: PLC0415
@@ -86,12 +85,12 @@ def _serve(bound: socket.socket, study: Path | None, *, opens: bool) -> None:
     if study is not None:
         address += "building" if full else ""
         opening = soon_open()
-    wrong: list[StudyError] = []
+    wrong: list[Exception] = []
 
     def begin() -> None:
         try:
             page.piece  # noqa: B018 - makes the study
-        except StudyError as error:  # (a wrong study ends the command)
+        except Exception as error:
             wrong.append(error)
             server.should_exit = True
             return
