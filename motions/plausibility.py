@@ -99,7 +99,7 @@ USUAL: dict[str, tuple[float, float, str, str]] = {
     "duration": (1.0, 1e4, "s", "minutes?"),
     "standard deviation of the restitution": (1e-4, 0.15, "", "per cent?"),
     "dispersion of the slenderness": (1e-4, 0.3, "", "per cent?"),
-    "peak of a target spectrum": (0.08, 4.0, "g", "g and m/s² exchanged?"),
+    "peak of a target spectrum": (0.08, 5.0, "g", "g and m/s² exchanged?"),
     "discount rate": (1e-4, 0.2, "", "per cent?"),
     "friction.static": (0.05, 1.2, "", "a lost decimal place?"),
     "friction.kinetic_ratio": (0.5, 1.0, "", "per cent, or the kinetic coefficient itself?"),

@@ -11,6 +11,7 @@ from toppling.core.doubts import ImplausibleInput, noted
 from toppling.fragility import curve_probability
 from toppling.models.block_array import BlockArray
 from toppling.models.plausibility import block_doubts, law_doubts
+from toppling.motions.intensity.measure import NamedMeasure
 
 CABINET = tp.Block(0.4, 1.8, name="cabinet")
 SHAKES = tp.motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
@@ -114,6 +115,11 @@ class TestWarnings:
     def test_periods_beyond_spectra(self):
         (period,) = self.said(CABINET, [1.0], im="Sa(20)")
         assert "no spectrum has periods above 10 s" in str(period.message)
+
+    def test_measures_of_ones_own_have_no_known_period(self):
+        own = NamedMeasure("rms", lambda acceleration, _dt: float(np.sqrt(np.mean(acceleration**2))), "m s-2", "RMS")
+        with warnings.catch_warnings(action="error"):
+            tp.cloud(CABINET, tp.HousnerImpact(e=0.9), SHAKES, im=own, screen=False)
 
     def test_the_place_is_the_callers(self):
         assert self.said(tp.Block(400.0, 1800.0), [1.0])[0].filename == __file__
