@@ -447,7 +447,7 @@ def _step(lines: Lines, time: Array, header: list[tuple[int, str]], dt: float | 
         return measured
     if dt is not None:
         step = checks.number("dt", dt, above=0.0, unit="s")
-        refuse_other_step(lines, header, len(time), step, f"so dt must not be {step:g}")
+        refuse_other_step(lines, header, len(time), step, f"so dt must not be {step:g}", given=True)
         return step
     if written is None:
         raise RecordError(f"{file}: has no time column, so dt must be given (s), in a study motions.dt_s")

@@ -105,9 +105,15 @@ def written_step(lines: Lines, header: Sequence[tuple[int, str]], n: int) -> tup
     return first.step, changed or (f"lines {first.line} and {second.line} state two steps" if second else "")
 
 
-def refuse_other_step(lines: Lines, header: Sequence[tuple[int, str]], n: int, step: float, what: str) -> None:
-    """Raise RecordError if the header of n samples states steps, s, but not this one nor a change to another."""
+def refuse_other_step(
+    lines: Lines, header: Sequence[tuple[int, str]], n: int, step: float, what: str, *, given: bool = False
+) -> None:
+    """Raise RecordError if the header of n samples states steps, s, but not this one nor a change to another.
+
+    A file's own step may be longer than that of its instrument; a `given` one may not.
+    """
     stated, changes, changed = _statements(lines, header, n)
+    stated = [statement for statement in stated if given or not _DIGITIZER.search(statement.text)]
     sure = [statement for statement in stated if statement.read or not changes] if not changed else []
     steps = sure or stated
     one = not sure and all(statement.agrees(stated[0].step) for statement in stated)  # (before a change to another)

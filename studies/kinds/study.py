@@ -65,8 +65,8 @@ from ..store.watch import Interrupted, Stop, Watch, run_log
 from ..store.worker_motions import cluster
 from ..text.error import StudyError
 
-OF_TABLES = ("table", "vertical", "PGA", "PGV/PGA", "building", "level", "scenario")
-"""Kinds of input warnings from reading a study, apart from those of its motions."""
+OF_TABLES = ("table", "vertical", "PGA", "PGV/PGA", "building", "level", "scenario", "structure")
+"""Kinds of input warnings from reading a study, not from its motions."""
 MOST_VARIED = 2000
 """Most blocks of a study that runs many samples or values of each block."""
 # Memory of a block and its curve, from the file to the results; and of each replicate of a curve.
