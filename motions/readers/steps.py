@@ -110,7 +110,7 @@ def refuse_other_step(
 ) -> None:
     """Raise RecordError if the header of n samples states steps, s, but not this one nor a change to another.
 
-    A file's own step may be longer than that of its instrument; a `given` one may not.
+    A file's own step may be longer than its instrument's step; a `given` one may not.
     """
     stated, changes, changed = _statements(lines, header, n)
     stated = [statement for statement in stated if given or not _DIGITIZER.search(statement.text)]
