@@ -8,7 +8,6 @@ on motions.
 import math
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from ...core.elementary import Array, eigh, times
@@ -33,8 +32,12 @@ def beam_roots(alpha0: float, modes: int) -> Array:
 
     roots = []
     for i in range(1, modes + 1):
-        low = max((i - 1) * math.pi, 1e-3)
-        roots.append(scipy.optimize.brentq(characteristic, low, i * math.pi, xtol=1e-14, rtol=1e-15))
+        low, high = max((i - 1) * math.pi, 1e-3), i * math.pi
+        above = characteristic(low) > 0.0
+        # (halved until no number lies between: the import of a solver would take longer than all else here)
+        while low < (middle := 0.5 * (low + high)) < high:
+            low, high = (middle, high) if (characteristic(middle) > 0.0) == above else (low, middle)
+        roots.append(middle)
     return np.array(roots)
 
 

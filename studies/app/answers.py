@@ -79,8 +79,9 @@ class LiveDesign(Incremental):
 
 
 class LiveStudyFile(StudyFile):
-    """A study whose motions and design are kept from one change to the next."""
+    """A study whose motions and design are kept from one change to the next; first the picture, then comparisons."""
 
+    compare: ClassVar[bool] = False
     ground_kept: ClassVar[OrderedDict[str, Any]] = OrderedDict()
     shaking_kept: ClassVar[OrderedDict[str, Any]] = OrderedDict()
     design_kept: ClassVar[OrderedDict[str, Any]] = OrderedDict()

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, NamedTuple, Self
+from typing import Annotated, ClassVar, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -161,6 +161,9 @@ class StudyFile(Table):
     branches: Annotated[list[BranchTable] | None, KeyInfo("none"), Field(min_length=1, max_length=3)] = None
     motion_sets: Annotated[list[MotionSetTable] | None, KeyInfo("none"), Field(min_length=1, max_length=20)] = None
     hazards: Annotated[list[HazardSetTable] | None, KeyInfo("none"), Field(min_length=1, max_length=100)] = None
+
+    compare: ClassVar[bool] = True
+    """Whether the motions of a scenario are compared with a model as they are made."""
 
     @field_validator("title")
     @classmethod
@@ -338,7 +341,7 @@ class StudyFile(Table):
         refuse_samples(motions.samples(folder) * (1 + sum(self._floor_counts())), "motions on all floors")
         motions.refuse_moving(folder, (self.performance or self.analysis).im)
         ground = motions.build(folder)
-        return ground, Reading.of(ground, motions.made_by(folder), own_level)
+        return ground, Reading.of(ground, motions.made_by(folder), own_level, self.compare)
 
     def _in_buildings(self, ground: list[xr.DataArray], reading: Reading, level: float = math.nan) -> MotionSet:
         """Return the motions in the buildings of the blocks under ground motions, of a stripe at a level (SI)."""
@@ -350,7 +353,7 @@ class StudyFile(Table):
             given, ground = ground, [scale_to(array, level, self.analysis.im) for array in ground]
             doubts = scaling_doubts(given, ground, FACTORS)
             # (far: of the strength of motions that are not scaled)
-            reading = reading._replace(far=(), doubts=(*reading.doubts, *doubts))
+            reading = reading._replace(own_strength=False, doubts=(*reading.doubts, *doubts))
         where = ""
         if self.performance is not None and self.performance.levels is not None:
             where = "under the motions as they are, before they are scaled to performance.levels, "

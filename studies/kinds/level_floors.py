@@ -227,7 +227,7 @@ def level_floors(
     return LevelFloors(
         histories.at(levels) if unit else histories,
         # the strength of scaled motions has no meaning
-        reading._replace(doubts=tuple(doubts), storeys=tuple(lines), far=() if unit else reading.far),
+        reading._replace(doubts=tuple(doubts), storeys=tuple(lines), own_strength=not unit),
         np.array(ductility) if ductility else None,
         np.array(collapsed) if collapsed else None,
         strength,

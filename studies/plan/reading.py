@@ -2,13 +2,15 @@
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
 import xarray as xr
 
 from ...core.doubts import Doubt
-from ...motions import Generator, over_model, records
+from ...motions import Generator, Scenario, over_model, records
 from ...motions.arrays import Record, filter_doubts
 from ...motions.intensity.variability import CURE, NATURAL, SPECTRA, Variability, pooled, variability
 from ...motions.matching.adjustment import matching_doubts
@@ -19,26 +21,77 @@ FAR = 1.5
 """Ratio to a ground-motion model's median, or its inverse, from which the amplitude of a scenario is doubted."""
 
 
+@dataclass
+class Compared:
+    """Motions of a scenario, compared with a ground-motion model when the outcome is first asked for."""
+
+    arrays: Sequence[xr.DataArray]
+    at: Scenario
+
+    @cached_property
+    def outcome(self) -> tuple[str, Doubt | None]:
+        """The ratios to the model, and the warning that they are far; nothing for a scenario beyond the model."""
+        arrays, self.arrays = list(self.arrays), ()
+        try:
+            compared = over_model(arrays, self.at)
+        except ValueError:
+            return "", None
+        ratios = compared["ratio"].values
+        spectrum = f"Sa(0.1–4 s) {min(ratios[2:]):.2f}–{max(ratios[2:]):.2f}"
+        line = f"{self.at.text}: PGA {ratios[0]:.2f}, PGV {ratios[1]:.2f}, {spectrum} times the median of {MODEL}"
+        # A median of n motions varies by 1.25 times the dispersion over the root of n: few motions are far by chance.
+        spread = np.maximum(compared["dispersion"].values, compared["model_dispersion"].values)[:2]
+        chance = 2.58 * 1.2533 * spread / math.sqrt(sum(array.sizes["motion"] for array in arrays))
+        if (np.abs(np.log(ratios[:2])) <= np.maximum(math.log(FAR), chance)).all():
+            return line, None
+        return line, Doubt("scenario", f"the motions are not of the strength to be expected ({line})")
+
+
 class Reading(NamedTuple):
-    """Warnings on records, processing, scenarios, warnings on unscaled amplitudes, spectra's spread, storeys."""
+    """Warnings on records, processing, spectra's spread, storeys, and comparisons of scenarios with a model.
+
+    Motions that are scaled have `own_strength` no longer: it is not doubted.
+    """
 
     doubts: tuple[Doubt, ...] = ()
     processing: tuple[str, ...] = ()
-    scenario: tuple[str, ...] = ()
-    far: tuple[Doubt, ...] = ()
     variability: Variability | None = None
     storeys: tuple[str, ...] = ()
+    compared: tuple[Compared, ...] = ()
+    own_strength: bool = True
+
+    @property
+    def scenario(self) -> tuple[str, ...]:
+        """Lines on the strength of the motions of scenarios."""
+        return tuple(dict.fromkeys(line for compared in self.compared if (line := compared.outcome[0])))
+
+    @property
+    def far(self) -> tuple[Doubt, ...]:
+        """Warnings on the strength of motions that are not scaled."""
+        every = [compared.outcome[1] for compared in self.compared] if self.own_strength else []
+        return tuple(dict.fromkeys(doubt for doubt in every if doubt is not None))
 
     @classmethod
-    def of(cls, arrays: Sequence[xr.DataArray], generator: Generator | None = None, own_level: bool = True) -> Self:
+    def of(
+        cls,
+        arrays: Sequence[xr.DataArray],
+        generator: Generator | None = None,
+        own_level: bool = True,
+        compare: bool = True,
+    ) -> Self:
         """Return the reading of motions, and of the generator that made them, which may miss a target or a scenario.
 
-        Motions that have the strength of a given level are not `own_level`.
+        Motions that have the strength of a given level are not `own_level`. A scenario is compared with a model now,
+        or when the comparison is asked for: until then the reading keeps the motions.
         """
         plain = [record for array in arrays for record in records(array)]
         if generator is not None:
-            reading = cls._of_scenario(arrays, generator)._varied(plain)
-            return reading._replace(doubts=(*record_doubts(plain, own_level), *reading.doubts))
+            doubts = (*record_doubts(plain, own_level), *matching_doubts(arrays), *doubts_of_making(generator))
+            at = generator.scenario
+            reading = cls(doubts, compared=() if at is None or len(plain) < 2 else (Compared(arrays, at),))
+            if compare:
+                reading.scenario  # noqa: B018 - computes it
+            return reading._varied(plain)
         missed = tuple(matching_doubts(arrays))
         if not any(record.recorded for record in plain):
             return cls((*record_doubts(plain, own_level), *missed))
@@ -58,26 +111,6 @@ class Reading(NamedTuple):
         return self._replace(variability=varied, doubts=(*self.doubts, *_alike(varied)))
 
     @classmethod
-    def _of_scenario(cls, arrays: Sequence[xr.DataArray], generator: Generator) -> Self:
-        doubts = [*matching_doubts(arrays), *doubts_of_making(generator)]
-        at = generator.scenario
-        if at is None or sum(array.sizes["motion"] for array in arrays) < 2:
-            return cls(tuple(doubts))
-        try:
-            compared = over_model(list(arrays), at)
-        except ValueError:  # (a scenario beyond the range of the model has nothing to be held against)
-            return cls(tuple(doubts))
-        ratios = compared["ratio"].values
-        spectrum = f"Sa(0.1–4 s) {min(ratios[2:]):.2f}–{max(ratios[2:]):.2f}"
-        line = f"{at.text}: PGA {ratios[0]:.2f}, PGV {ratios[1]:.2f}, {spectrum} times the median of {MODEL}"
-        far = [Doubt("scenario", f"the motions are not of the strength to be expected ({line})")]
-        # A median of n motions varies by 1.25 times the dispersion over the root of n: few motions are far by chance.
-        spread = np.maximum(compared["dispersion"].values, compared["model_dispersion"].values)[:2]
-        chance = 2.58 * 1.2533 * spread / math.sqrt(sum(array.sizes["motion"] for array in arrays))
-        odd = bool((np.abs(np.log(ratios[:2])) > np.maximum(math.log(FAR), chance)).any())
-        return cls(tuple(doubts), (), (line,), tuple(far if odd else ()))
-
-    @classmethod
     def joined(cls, parts: "Iterable[Reading]") -> Self:
         """Return the reading of several sets of motions, with each warning and line once."""
         every = list(parts)
@@ -85,11 +118,11 @@ class Reading(NamedTuple):
         joint = pooled(varied) if varied else None
         doubts = dict.fromkeys(doubt for part in every for doubt in part.doubts if doubt.kind != SPECTRA)
         lines = dict.fromkeys(line for part in every for line in part.processing)
-        scenarios = dict.fromkeys(line for part in every for line in part.scenario)
-        far = dict.fromkeys(record for part in every for record in part.far)
+        compared = tuple(comparison for part in every for comparison in part.compared)
         alike = () if joint is None else _alike(joint)
         storeys = dict.fromkeys(line for part in every for line in part.storeys)
-        return cls((*doubts, *alike), tuple(lines), tuple(scenarios), tuple(far), joint, tuple(storeys))
+        own_strength = all(part.own_strength for part in every)
+        return cls((*doubts, *alike), tuple(lines), joint, tuple(storeys), compared, own_strength)
 
 
 def _alike(varied: Variability) -> tuple[Doubt, ...]:
