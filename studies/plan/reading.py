@@ -23,7 +23,7 @@ FAR = 1.5
 
 @dataclass
 class Compared:
-    """Motions of a scenario, compared with a ground-motion model when the outcome is first asked for."""
+    """Motions of a scenario, compared with a ground-motion model when the outcome is first needed."""
 
     arrays: Sequence[xr.DataArray]
     at: Scenario
@@ -82,7 +82,7 @@ class Reading(NamedTuple):
         """Return the reading of motions, and of the generator that made them, which may miss a target or a scenario.
 
         Motions that have the strength of a given level are not `own_level`. A scenario is compared with a model now,
-        or when the comparison is asked for: until then the reading keeps the motions.
+        or when the comparison is first needed: until then the reading keeps the motions.
         """
         plain = [record for array in arrays for record in records(array)]
         if generator is not None:
