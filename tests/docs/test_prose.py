@@ -65,16 +65,15 @@ def test_one_first_paragraph():
 @pytest.mark.parametrize("package", PACKAGES)
 def test_docstrings_are_plain(package):
     """Docstrings have no long sentences and no words to avoid."""
-    number = 0
+    wrong = []
     for path in (ROOT / package).rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
             if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
                 text = prose.prose_of_docstring(ast.get_docstring(node) or "")
-                number += len(prose.avoided(text))
-                number += sum(
-                    prose.length(sentence) > prose.MOST_WORDS_OF_A_SENTENCE for sentence in prose.sentences(text)
-                )
-    assert number == 0
+                long = [s for s in prose.sentences(text) if prose.length(s) > prose.MOST_WORDS_OF_A_SENTENCE]
+                wrong += [(path.name, words) for words in prose.avoided(text)]
+                wrong += [(path.name, sentence) for sentence in long]
+    assert not wrong
 
 
 def test_templates_are_plain():
