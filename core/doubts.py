@@ -5,7 +5,9 @@ import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import NamedTuple
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple, Self
 
 from .wording import listed_name
 
@@ -29,6 +31,22 @@ class Doubt(NamedTuple):
     sentence: str
     grave: bool = False
     settled: bool = False
+
+    @classmethod
+    def of(cls, name: str, grave: bool = False, cure: str = "", /, **values: Any) -> Self:
+        """Return the input warning of a name in `doubts.toml` with values for the fields of its sentence."""
+        row = doubt_data()["doubt"][name]
+        sentence = row["sentence"] if values.get("number", 1) == 1 else row.get("plural", row["sentence"])
+        cure_text = doubt_data()["cure"][cure] if cure else ""
+        return cls(row["kind"], sentence.format(cure=cure_text, **values), grave, row.get("settled", False))
+
+
+@cache
+def doubt_data() -> dict[str, dict[str, Any]]:
+    """Return the tables of `doubts.toml` by their names."""
+    import tomllib  # noqa: PLC0415 - only if there is a warning
+
+    return tomllib.loads(Path(__file__).with_name("doubts.toml").read_text(encoding="utf-8"))
 
 
 class ImplausibleInput(UserWarning):

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 import numpy as np
 
 from ..core.aliases import Array
-from ..core.doubts import NAMED, Doubt, first_names, first_of
+from ..core.doubts import NAMED, Doubt, doubt_data, first_names, first_of
 from ..core.units import STANDARD_GRAVITY
 from ..core.wording import two_digits
 from .block import HEIGHTS, WIDEST, Block, likely_sizes
@@ -18,8 +18,6 @@ from .sliding.law import Sliding
 STILL = 0.9
 """Share of the acceleration at which a block lifts off, below which a motion of some vertical shaking moves nothing."""
 LARGEST, SMALLEST = 20.0, 0.01  # m: sides of contents of buildings
-UNITS = "units"
-"""Kind of input warnings on numbers that are likely of another unit."""
 CENTRES, UNLIKE = (0.3, 0.7), 1.05
 """Height of the centre of mass over the height of usual contents, and ratio of heights that are not equal (assumed)."""
 FURNITURE, DEEPEST = (1.2, 2.5), 0.7
@@ -42,15 +40,12 @@ LEAST_GAP, SMALL_GAP, MOST_GAP = 0.001, 0.005, 5.0
 LEAST_OFFSET, LEAST_LEAN = 1e-4, math.radians(0.0999)  # m, rad
 LEAST_TILT = math.radians(1.0)
 """Rotation that may count as overturning, rad; nothing spills at less."""
-SMALL = "centimetres in place of mm?"
-NO_WALL = "it falls before it touches such a wall: another unit than mm?"
 FARTHER = 1.5
 """Distance of a wall that changes nothing, over the reach of a block that is about to fall (assumed)."""
-METRES = "metres in place of mm, or the other way round?"
 IMPOSSIBLY_LARGE, IMPOSSIBLY_SMALL = 100.0, 0.001  # m
 NEVER = np.zeros(1, dtype=bool)
-_Number = tuple[float | None, float, float, str, str]
-"""A number, its minimum and maximum, and texts of it and of the likely slip; 0 and infinity mean absence."""
+_Number = tuple[str, float | None, float, float]
+"""Name of a quantity in `doubts.toml`, a number, and its minimum and maximum; 0 and infinity mean absence."""
 
 
 def block_doubts(blocks: Iterable[Block] | BlockArray) -> list[Doubt]:
@@ -83,11 +78,7 @@ def _front_doubts(blocks: Sequence[Block]) -> list[Doubt]:
         for block in blocks
         if block.depth is None and low < block.height <= high and DEEPEST < block.width <= min(WIDEST, block.height)
     ]
-    if not wide:
-        return []
-    what = f"blocks of the height of furniture are wider than {DEEPEST:g} m ({first_of(wide)})"
-    cure = "the width is the smaller size in plan, of a bookcase its depth; if it is, give depth_m, too"
-    return [Doubt("block size", f"{what}: {cure}")]
+    return [Doubt.of("block_front", deepest=DEEPEST, named=first_of(wide))] if wide else []
 
 
 def unit_doubts(restraints: Iterable[tuple[str, Restraint]], blocks: Iterable[Block] = ()) -> list[Doubt]:
@@ -95,10 +86,11 @@ def unit_doubts(restraints: Iterable[tuple[str, Restraint]], blocks: Iterable[Bl
     slips: dict[str, list[str]] = {}
     numbers = [(name, row) for name, restraint in restraints for row in _numbers_of_restraint(restraint)]
     numbers += [(block.label, row) for block in blocks for row in _numbers_of_block(block)]
-    for name, (value, least, most, text, slip) in numbers:
+    for name, (quantity, value, least, most) in numbers:
         if value is not None and 0.0 < abs(value) < math.inf and not least <= abs(value) <= most:
+            text, slip = doubt_data()["quantity"][quantity]
             slips.setdefault(slip, []).append(f"{name}: {text.format(value)}")
-    return [Doubt(UNITS, f"{first_of(named)}: {slip}") for slip, named in slips.items()]
+    return [Doubt.of("quantity", named=first_of(named), slip=slip) for slip, named in slips.items()]
 
 
 def still_doubts(blocks: Iterable[Block], peaks: Iterable[float]) -> list[Doubt]:
@@ -106,42 +98,33 @@ def still_doubts(blocks: Iterable[Block], peaks: Iterable[float]) -> list[Doubt]
     angles = (math.atan2(block.b - abs(block.cm_offset), block.h) - abs(block.lean) for block in blocks)
     first = math.tan(min(angles, default=0.0))
     peak = max(peaks, default=math.inf) / STANDARD_GRAVITY
-    if peak >= STILL * first:
-        return []
-    what = f"all motions are below {two_digits(peak)} g, and the first block lifts off at {two_digits(first)} g"
-    return [Doubt("PGA", f"{what}: g in place of m/s²?")]
+    return [] if peak >= STILL * first else [Doubt.of("still", peak=two_digits(peak), first=two_digits(first))]
 
 
 def _numbers_of_restraint(restraint: Restraint) -> Iterator[_Number]:
     """Return the numbers of a restraint."""
-    strength, slack = restraint.strength, 1e3 * restraint.slack
-    yield strength, LEAST_STRENGTH, MOST_STRENGTH, "a strength of {:g} N", "kN in place of N?"
+    strength = restraint.strength
+    yield "strength", strength, LEAST_STRENGTH, MOST_STRENGTH
     if strength < math.inf > restraint.stiffness and LEAST_STRENGTH <= strength <= MOST_STRENGTH:
-        slip = "a stiffness in N/m or kN/mm in place of N/mm?"
-        stretch = 1e3 * strength / restraint.stiffness
-        yield stretch, 1e3 * LEAST_STRETCH, 1e3 * MOST_STRETCH, "it would stretch by {:.3g} mm before it breaks", slip
+        yield "stretch", 1e3 * strength / restraint.stiffness, 1e3 * LEAST_STRETCH, 1e3 * MOST_STRETCH
     if restraint.front is not None and restraint.kind in ("strap", "bracket", "cable"):
-        text = f"a {restraint.kind} that acts {{:.3g}} mm above the floor"
-        yield 1e3 * restraint.front, 1e3 * LEAST_ARM, math.inf, text, "a height in centimetres or decimetres?"
-    yield slack, 1e3 * LEAST_SLACK, 1e3 * MOST_SLACK, "a slack of {:g} mm", METRES
+        yield restraint.kind, 1e3 * restraint.front, 1e3 * LEAST_ARM, math.inf
+    yield "slack", 1e3 * restraint.slack, 1e3 * LEAST_SLACK, 1e3 * MOST_SLACK
 
 
 def _numbers_of_block(block: Block) -> Iterator[_Number]:
     """Return the numbers of a block other than its sizes."""
-    wall, edge, degrees, tilt = block.wall, block.edge, "radians in place of degrees?", block.tilt_limit
-    yield block.depth, 0.0, LARGEST, "a depth of {:g} m", METRES
-    yield 1e3 * block.cm_offset, 1e3 * LEAST_OFFSET, math.inf, "an offset of {:g} mm", METRES
-    yield math.degrees(block.lean), math.degrees(LEAST_LEAN), math.inf, "leans by {:.2g} degrees", degrees
+    wall, edge, tilt = block.wall, block.edge, block.tilt_limit
+    yield "depth", block.depth, 0.0, LARGEST
+    yield "offset", 1e3 * block.cm_offset, 1e3 * LEAST_OFFSET, math.inf
+    yield "lean", math.degrees(block.lean), math.degrees(LEAST_LEAN), math.inf
     if tilt is not None:
-        text, lost = "counts as overturned at {:.2g} degrees", "it falls anyway beyond its slenderness angle"
-        yield math.degrees(tilt), math.degrees(LEAST_TILT), math.inf, text, degrees
+        yield "tilt", math.degrees(tilt), math.degrees(LEAST_TILT), math.inf
         free = wall is None and block.restraint is None
-        yield math.degrees(tilt), 0.0, math.degrees(block.alpha) if free else math.inf, text, lost
+        yield "lost_tilt", math.degrees(tilt), 0.0, math.degrees(block.alpha) if free else math.inf
     if block.mass is not None:
         volume = block.width * (block.depth or block.width) * block.height
-        most = MOST_DENSE if block.depth else UNKNOWN_DEPTH * MOST_DENSE
-        slip = "tonnes, grams or newtons in place of kg?"
-        yield block.mass, LEAST_DENSE * volume, most * volume, "{:,g} kg", slip
+        yield "mass", block.mass, LEAST_DENSE * volume, (1.0 if block.depth else UNKNOWN_DEPTH) * MOST_DENSE * volume
     reach = FARTHER * block.height * math.sin(block.alpha)
     distances: list[tuple[float | None, float, float]] = []
     if wall is not None:
@@ -150,8 +133,9 @@ def _numbers_of_block(block: Block) -> Iterator[_Number]:
         distances += [(edge.front, LEAST_GAP, MOST_GAP), (edge.back, LEAST_GAP, MOST_GAP)]
     for gap, nearest, farthest in distances:
         if gap is not None:
-            slip = SMALL if LEAST_GAP <= gap < nearest else NO_WALL if farthest < gap <= MOST_GAP else METRES
-            yield 1e3 * gap, 1e3 * nearest, 1e3 * min(farthest, MOST_GAP), "{:g} mm to a wall or an edge", slip
+            small, far = LEAST_GAP <= gap < nearest, farthest < gap <= MOST_GAP
+            quantity = "small_gap" if small else "far_gap" if far else "gap"
+            yield quantity, 1e3 * gap, 1e3 * nearest, 1e3 * min(farthest, MOST_GAP)
 
 
 def size_doubts(sides: Array, centres: Array, name: Callable[[int], str | None]) -> list[Doubt]:
@@ -167,36 +151,21 @@ def size_doubts(sides: Array, centres: Array, name: Callable[[int], str | None])
     given, heights = centres[uneven], sides[uneven, 1]
     if given.size and np.ptp(given) == 0.0 and CENTRES[0] <= given[0] <= CENTRES[1]:
         odd_centre |= uneven & (heights.max() > UNLIKE * heights.min())
-    for odd, beyond, text, slip in (
-        (
-            large,
-            sides > IMPOSSIBLY_LARGE,
-            f"sides above {LARGEST:g} m",
-            "centimetres or millimetres written as metres?",
-        ),
-        (small, sides < IMPOSSIBLY_SMALL, f"sides below {SMALLEST:g} m", "another unit than metres?"),
-        (wide, NEVER, f"a width above {WIDEST:g} m", "the width is the size in the direction in which a block tips"),
-        (
-            squat,
-            NEVER,
-            "a centre of mass lower than half the width",
-            "such a block slides or bounces, and hardly rocks",
-        ),
-        (high, NEVER, f"a height above {HEIGHTS[1]:g} m", "rooms are lower: feet written as metres?"),
-        (
-            odd_centre & ~squat,
-            NEVER,
-            f"a centre of mass outside {CENTRES[0]:g} to {CENTRES[1]:g} of the height, or one for all heights",
-            "is cm_height in metres above the floor, or a share of the height?",
-        ),
+    for entry, odd, beyond, bounds in (
+        ("block_large", large, sides > IMPOSSIBLY_LARGE, (LARGEST,)),
+        ("block_small", small, sides < IMPOSSIBLY_SMALL, (SMALLEST,)),
+        ("block_wide", wide, NEVER, (WIDEST,)),
+        ("block_squat", squat, NEVER, ()),
+        ("block_high", high, NEVER, HEIGHTS),
+        ("block_centre", odd_centre & ~squat, NEVER, CENTRES),
     ):
         named = np.flatnonzero(odd).tolist()
         if named:
             first = [_sizes(name(i), sides[i], float(centres[i]), bool(uneven[i])) for i in named[:NAMED]]
             sizes = first_of([*first, *map(str, named[NAMED:])])
-            have = "has" if len(named) == 1 else "have"
-            of = f"{len(named):,} of {len(sides):,} blocks {have}" if len(sides) > 1 else "the block has"
-            doubts.append(Doubt("block size", f"{of} {text} ({sizes}): {slip}", bool(beyond.any())))
+            of = f"{len(named):,} of {len(sides):,} blocks" if len(sides) > 1 else "the block"
+            grave = bool(beyond.any())
+            doubts.append(Doubt.of(entry, grave, number=len(named), of=of, bounds=bounds, named=sizes))
     return doubts
 
 
@@ -211,8 +180,7 @@ def _sizes(name: str | None, sides: Array, centre: float, uneven: bool) -> str:
 def restitution_doubts(given: Iterable[tuple[str, float | None]]) -> list[Doubt]:
     """Return the input warning on given coefficients of restitution, each with the name of its law or piece."""
     odd = [f"{name}: {e:g}" for name, e in given if e is not None and e < LEAST_RESTITUTION]
-    what = f"restitution below {LEAST_RESTITUTION:g} ({first_of(odd)}): e of blocks that rock is 0.5 to 1"
-    return [Doubt(UNITS, what)] if odd else []
+    return [Doubt.of("restitution", least=LEAST_RESTITUTION, named=first_of(odd))] if odd else []
 
 
 def stated_restitution_doubts(models: Iterable[Model]) -> list[Doubt]:
@@ -229,17 +197,11 @@ def law_doubts(blocks: Sequence[Block], models: Iterable[Model], outputs: Sequen
     doubts = stated_restitution_doubts(models)
     for law in models:
         if law.options.get("zeta", 0.0) > MOST_DAMPED:
-            doubts.append(Doubt(UNITS, f"{law.label}: no block is damped so: a ratio, 0.05 for 5 %?"))
+            doubts.append(Doubt.of("law_damping", law=law.label))
         if not isinstance(law, Sliding) or "mode" in outputs:
             continue
         early = [block.label for block in blocks if law.static >= math.tan(block.alpha)]
         if early:
-            doubts.append(
-                Doubt(
-                    "rocks first",
-                    f"{law.label}: {len(early):,} of {len(blocks):,} blocks uplift before they slide, since their "
-                    f"friction is not below b/h ({first_names(early)}): their slips are those of blocks that cannot "
-                    "rock",
-                )
-            )
+            counts = {"early": len(early), "total": len(blocks)}
+            doubts.append(Doubt.of("rocks_first", law=law.label, named=first_names(early), **counts))
     return doubts

@@ -6,7 +6,6 @@ from ..core import checks
 from ..core.doubts import Doubt, by_study, warn
 from ..core.units import STANDARD_GRAVITY
 from .block import Block
-from .plausibility import UNITS
 
 IN_G = 1.0
 """Acceleration, m/s², up to which one that would tip the block in g may be in g."""
@@ -45,7 +44,7 @@ def required_force(block: Block, acceleration: float, height: float) -> float:
     b, h = _levers(block)
     slight = 0.0 < shaking <= IN_G and shaking * h <= STANDARD_GRAVITY * b < STANDARD_GRAVITY * shaking * h
     if slight and not by_study():
-        warn([Doubt(UNITS, f"an acceleration of {shaking:g} m/s² does not tip the block: g in place of m/s²?")])
+        warn([Doubt.of("still_force", shaking=shaking)])
     return max(0.0, _mass(block) * (shaking * h - STANDARD_GRAVITY * b) / z)
 
 

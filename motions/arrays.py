@@ -156,16 +156,12 @@ def from_array(
         raise ValueError(f"acceleration must have at least 2 samples, got {values.shape[1]}")
     n = values.shape[0]
     if n > TRANSPOSED * values.shape[1]:
-        what = (
-            f"{n:,} motions of {values.shape[1]} samples: motions are rows, samples columns: a table to be transposed?"
-        )
-        warn([Doubt("duration", what)])
+        warn([Doubt.of("motions_transposed", motions=n, samples=values.shape[1])])
     for i, row in enumerate(values if n > 1 and values.shape[1] > FEW else ()):
         if row[0] < row[1] < row[-1] and np.ptp(rises := np.diff(row)) <= checks.UNIFORMITY * rises[0]:
-            what = f"row {i} rises by equal steps of {rises[0]:g}: times of the others? Leave that row out"
-            warn([Doubt("duration", what)])
+            warn([Doubt.of("motion_of_times", row=i, rise=rises[0])])
     if step >= LONG_STEP:
-        warn([Doubt("duration", f"a time step of {step:g} s: no motion has that: Hz, or ms in place of s?")])
+        warn([Doubt.of("time_step", step=step)])
     if labels is None:
         labels = [f"motion {i + 1}" for i in range(n)]
     names = list(labels) if isinstance(labels, Iterable) and not isinstance(labels, str) else [labels]
@@ -268,14 +264,11 @@ def filter_doubts(arrays: Iterable[xr.DataArray]) -> list[Doubt]:
             array.sizes.get("time", 0) * float(np.min(array["dt"].values)) if tapered and "dt" in array.coords else 0.0
         )
         if length and max(tapered) > LONGEST_TAPER * length:
-            what = f"a taper of {max(tapered):g} s at both ends of {length:.3g} s"
-            doubts.append(Doubt("units", f"{what} takes out much of the motion: a share or ms in place of s?"))
-    for corners, what in (
-        (below, f"below {max(below, default=0.0):g} Hz, usual is up to {HIGHEST_HIGHPASS:g} Hz"),
-        (above, f"above {min(above, default=0.0):g} Hz, usual is from {LOWEST_LOWPASS:g} Hz"),
-    ):
-        if corners:
-            doubts.append(Doubt("units", f"a filter takes out what is {what}: a period in s in place of Hz?"))
+            doubts.append(Doubt.of("taper", taper=max(tapered), duration=length))
+    if below:
+        doubts.append(Doubt.of("highpass", corner=max(below), usual=HIGHEST_HIGHPASS))
+    if above:
+        doubts.append(Doubt.of("lowpass", corner=min(above), usual=LOWEST_LOWPASS))
     return doubts
 
 

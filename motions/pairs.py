@@ -116,8 +116,7 @@ def _header_doubts(h1: xr.DataArray, h2: xr.DataArray) -> list[Doubt]:
         headers = [header_of(array.isel(motion=[i])) for array in (h1, h2)]
         if all(headers) and headers[0].casefold() != headers[1].casefold():
             odd.append(f"{label}: {headers[0]!r:.60} and {headers[1]!r:.60}")
-    what = f"components whose headers name two recordings are joined ({first_of(odd)})"
-    return [Doubt("table", f"{what}: are files exchanged?")] if odd else []
+    return [Doubt.of("pair_headers", named=first_of(odd))] if odd else []
 
 
 def rotate(pair: xr.DataArray, azimuth: float) -> xr.DataArray:
@@ -142,7 +141,7 @@ def rotate(pair: xr.DataArray, azimuth: float) -> xr.DataArray:
 def _angle(azimuth: float | str) -> float:
     angle = checks.number("azimuth", azimuth, unit="rad")
     if abs(angle) > 2.0 * math.pi:
-        warn([Doubt("units", f"an azimuth of {angle:g} rad is more than a full turn: degrees in place of rad?")])
+        warn([Doubt.of("azimuth", angle=angle)])
     return angle
 
 

@@ -12,9 +12,9 @@ import numpy as np
 import xarray as xr
 
 from ..core.aliases import Array, Index
-from ..core.doubts import Doubt, first_names, first_of
+from ..core.doubts import Doubt, doubt_data, first_names, first_of
 from ..core.units import ACCELERATION, STANDARD_GRAVITY
-from ..core.wording import counted, short_digits, two_digit_percent, two_digits
+from ..core.wording import short_digits, two_digit_percent, two_digits
 from .arrays import Record, records
 from .floors.histories import DIRECTIONS, FloorHistories
 from .intensity.directions import PairMeasure
@@ -67,62 +67,18 @@ STIFFER = 1.1
 """Ratio of the stiffnesses of the highest and the lowest storey of no usual building (assumed)."""
 STOREY_PERIODS = 0.02, 0.4
 """Period of a building over its storeys, s: stiff walls to soft frames."""
-USUAL: dict[str, tuple[float, float, str, str]] = {
-    "damping of a building": (0.002, 0.35, "", "per cent?"),
-    "storey height": (1.8, 7.0, "m", "centimetres, feet, or heights above the ground?"),
-    "height of one storey": (1.8, 30.0, "m", "centimetres or feet?"),
-    "yield coefficient": (0.005, 3.0, "", "per cent?"),
-    "frequency of a bench": (0.8, 1000.0, "Hz", "a period in s?"),
-    "damping of a bench": (0.002, 0.35, "", "per cent?"),
-    "period of an isolator": (0.5, 10.0, "s", "a frequency, milliseconds, or a radius in mm?"),
-    "damping of an isolator": (0.005, 0.6, "", "per cent?"),
-    "strength of an isolator": (0.002, 0.4, "", "per cent of the weight?"),
-    "displacement at which an isolator yields": (1e-4, 0.1, "m", "metres in place of mm?"),
-    "clearance of a platform": (0.001, 2.0, "m", "metres in place of mm?"),
-    "xi_g": (0.02, 1.0, "", "per cent?"),
-    "xi_f": (0.02, 2.0, "", "per cent?"),
-    "omega_g": (1.0, 300.0, "rad/s", "a period in s, or a frequency in Hz?"),
-    "omega_f": (0.05, 12.6, "rad/s", "a period in s?"),
-    "omega_mid": (1.0, 300.0, "rad/s", "a period in s, or a frequency in Hz?"),
-    "f_c": (0.01, 2.0, "Hz", "a period in s in place of a frequency?"),
-    "arias": (1e-4, 30.0, "m/s", "cm/s?"),
-    "q0": (10.0, 1e4, "", "its inverse, or per cent?"),
-    "kappa": (0.001, 0.2, "s", "another unit than s?"),
-    "stress_drop": (3e5, 1e8, "Pa", "bar or kPa?"),
-    "distance": (100.0, 1e6, "m", "km?"),
-    "along": (100.0, 5e5, "m", "km?"),
-    "vs30": (100.0, 1500.0, "m/s", "ft/s?"),
-    "beta": (1000.0, 5000.0, "m/s", "of the soil, or a lost digit?"),
-    "density": (1500.0, 3500.0, "kg/m³", "a lost digit?"),
-    "nu": (1e-6, 6.3, "rad", "degrees?"),
-    "dt": (1e-5, 0.05, "s", "a frequency in Hz, or milliseconds?"),
-    "duration": (1.0, 1e4, "s", "minutes?"),
-    "standard deviation of the restitution": (1e-4, 0.15, "", "per cent?"),
-    "dispersion of the slenderness": (1e-4, 0.3, "", "per cent?"),
-    "peak of a target spectrum": (0.08, 5.0, "g", "g and m/s² exchanged?"),
-    "discount rate": (1e-4, 0.2, "", "per cent?"),
-    "friction.static": (0.05, 1.2, "", "a lost decimal place?"),
-    "friction.kinetic_ratio": (0.5, 1.0, "", "per cent, or the kinetic coefficient itself?"),
-    "friction.dispersion": (0.01, 0.6, "", "a standard deviation, or per cent?"),
-    "friction.slips_m": (0.002, 5.0, "m", "another unit than metres?"),
-    "friction.trip_mm": (5.0, 1e4, "mm", "centimetres?"),
-    "fit.state": (0.05, 3.0, "", "radians in place of a share of the slenderness angle?"),
-    "fit.modelling_dispersion": (0.02, 0.7, "", "a factor in place of a dispersion?"),
-    "performance.modelling_dispersion": (0.02, 0.7, "", "a factor in place of a dispersion?"),
-    "motions.baseline_order": (1.0, 5.0, "", "high orders take out long periods"),
-    "building.sds_g": (0.02, 3.0, "g", "m/s²?"),
-    "building.sd1_g": (0.01, 3.0, "g", "m/s²?"),
-    "code.ag_g": (0.01, 2.0, "g", "m/s²?"),
-    "code.sds_g": (0.02, 3.0, "g", "m/s²?"),
-    "code.component_period_s": (0.01, 1.0, "s", "a frequency in Hz?"),
-}
-"""Minimum and maximum of numbers of buildings, supports, generators, inventories and study keys, units, likely slips.
 
-All are assumed. The largest Arias intensities of records are about 20 to 30 m/s, corners of their filters 0.05 to 1 Hz.
-Ground filters have damping ratios of 0.2 to 0.9 and 3 to 50 rad/s, paths have q0 of 50 to 1000 (recalled). Tall
-buildings are damped by 0.003 and more (Satake et al. 2003, recalled), with dampers by up to 0.35. Isolators have 1 to 7
-s and a strength or a friction of 0.01 to 0.2 of the weight (Constantinou et al. 2011, MCEER-11-0004, recalled).
-"""
+
+def usual() -> dict[str, tuple[float, float, str, str]]:
+    """Return minimum, maximum, unit and likely slip of numbers by their names, from `doubts.toml`.
+
+    They are numbers of buildings, supports, generators, inventories and study keys, and all are assumed. The largest
+    Arias intensities of records are about 20 to 30 m/s, corners of their filters 0.05 to 1 Hz. Ground filters have
+    damping ratios of 0.2 to 0.9 and 3 to 50 rad/s, paths have q0 of 50 to 1000 (recalled). Tall buildings are damped by
+    0.003 and more (Satake et al. 2003, recalled), with dampers by up to 0.35. Isolators have 1 to 7 s and a strength or
+    a friction of 0.01 to 0.2 of the weight (Constantinou et al. 2011, MCEER-11-0004, recalled).
+    """
+    return doubt_data()["usual"]
 
 
 def _components(record: Record) -> list[Record]:
@@ -141,8 +97,8 @@ def _components(record: Record) -> list[Record]:
 def vertical_doubts(arrays: Sequence[xr.DataArray], cure: str = ON_PURPOSE) -> list[Doubt]:
     """Return the note on omitted vertical components; `cure`: instruction for the caller to take them on purpose."""
     out = [str(name) for array in arrays for name in array.attrs.get(LEFT_OUT, ())]
-    many = f"{len(out):,} vertical components are" if len(out) > 1 else "a vertical component is"
-    return [Doubt("vertical", f"{many} left out ({first_names(out)}): {cure}", settled=True)] if out else []
+    left_out = {"number": len(out), "named": first_names(out), "remedy": cure}
+    return [Doubt.of("vertical_left_out", **left_out)] if out else []
 
 
 def multiple(samples: Array, reference: Array) -> float:
@@ -168,8 +124,7 @@ def pair_doubts(h1: Sequence[Record], h2: Sequence[Record], vertical: Sequence[R
             factor = multiple(first.acceleration, second.acceleration)
             if math.isfinite(factor):
                 odd.append(f"{first.label} is {short_digits(factor)} times {second.label}")
-    what = f"{counted(len(odd), 'pair')} cannot be components of one recording ({first_of(odd)})"
-    return [Doubt("table", f"{what}: a copy, zeros or another unit in one of them?")] if odd else []
+    return [Doubt.of("pairs", number=len(odd), named=first_of(odd))] if odd else []
 
 
 def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
@@ -195,8 +150,8 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
         # (at long periods, a spectral acceleration may be far below the PGA)
         most = UNLIKE if lower != LEVEL or (plain is not None and plain.label == "pga") else math.inf
         if not 1.0 / UNLIKE < ratio < most:
-            what = f"the PGA of {upper.removeprefix('that of ')} is {two_digits(ratio)} times {lower}"
-            doubts.append(Doubt("table", f"floor histories: {what}: another unit in one of them?"))
+            floor = upper.removeprefix("that of ")
+            doubts.append(Doubt.of("floors_unlike", upper=floor, ratio=two_digits(ratio), lower=lower))
     if GROUND_FLOOR in floors and not doubts:
         doubts += _relative_doubts(histories)
     if plain is None:
@@ -212,9 +167,7 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
     held = {floor: over_levels(floor) for floor in floors if floor.isdecimal()}
     grounds = [floor for floor, ratios in held.items() if (np.abs(ratios - 1.0) < AS_LEVEL).all(axis=(1, 2)).any()]
     if grounds and GROUND_FLOOR not in grounds:
-        what = f"the {plain.label} of floor {grounds[0]} is the level of each motion, as on the ground"
-        slip = "are floors counted from 1, or from the roof? Floor 0 is the ground"
-        return [*doubts, Doubt("table", f"floor histories: {what}: {slip}")]
+        return [*doubts, Doubt.of("floors_from_one", measure=plain.label, floor=grounds[0])]
     if GROUND_FLOOR not in held:
         return doubts
     ratios = held[GROUND_FLOOR]
@@ -223,10 +176,9 @@ def history_doubts(histories: FloorHistories, im: str) -> list[Doubt]:
     off |= (ratios.max(axis=0) * MOTION_APART < 1.0).any(axis=1) | (ratios.min(axis=0) > MOTION_APART).any(axis=1)
     if off.any():
         i = int(np.argmax(off))
-        ends = f"{two_digits(float(ratios[:, i].min()))} to {two_digits(float(ratios[:, i].max()))} times the level"
-        what = f"the {plain.label} of floor 0 is not that of {counted(int(off.sum()), 'level')}"
-        slip = "another unit, or files of other levels?"
-        doubts.append(Doubt("level", f"floor histories: {what} (at {histories.texts[i]} {ends}): {slip}"))
+        ends = {"least": two_digits(float(ratios[:, i].min())), "most": two_digits(float(ratios[:, i].max()))}
+        levels = {"number": int(off.sum()), "level": histories.texts[i], **ends}
+        doubts.append(Doubt.of("floors_of_other_levels", measure=plain.label, **levels))
     return doubts
 
 
@@ -239,9 +191,7 @@ def _relative_doubts(histories: FloorHistories) -> list[Doubt]:
     for (floor, direction), values in slow.items():
         ground = slow.get((GROUND_FLOOR, direction), np.zeros(1))
         if ground.all() and (share := float(np.median(values / ground))) < LEAST_SLOW:
-            what = f"the {SLOW.label} of floor {floor} is {two_digits(share)} times that of floor 0"
-            slip = "accelerations relative to the ground? Absolute ones are needed"
-            return [Doubt("table", f"floor histories: {what}, and buildings follow slow motion: {slip}")]
+            return [Doubt.of("floors_relative", measure=SLOW.label, floor=floor, share=two_digits(share))]
     return []
 
 
@@ -282,12 +232,8 @@ def _strength_doubts(plain: Sequence[Record]) -> list[Doubt]:
     strong = recorded and len(peaks) >= FEW and median > STRONG_MEDIAN
     if not strong and not median < WEAK_MEDIAN:
         return []
-    what = f"a {'median ' * (len(peaks) > 1)}PGA of {two_digits(median / STANDARD_GRAVITY)} g"
-    what += f" of {counted(len(peaks), 'motion')}" if len(peaks) > 1 else ""
-    slip = "m/s² headed g?" if strong else "g or m/s² read as m/s² or gal?" if recorded else "g in place of m/s²?"
-    return [
-        Doubt("PGA", f"{what} is {'beyond sets of records' if strong else 'too weak to overturn anything'}: {slip}")
-    ]
+    what = "records_strong" if strong else "records_weak" if recorded else "motions_weak"
+    return [Doubt.of(what, median=two_digits(median / STANDARD_GRAVITY), number=len(peaks))]
 
 
 def record_doubts(plain: Iterable[Record], own_level: bool = True) -> list[Doubt]:
@@ -305,6 +251,7 @@ def record_doubts(plain: Iterable[Record], own_level: bool = True) -> list[Doubt
     odd: dict[str, list[str]] = defaultdict(list)
     copies = {floor: _copies([record for record in plain if bool(record.floor) == floor]) for floor in (False, True)}
     greatest = 0.0
+    strong = "record_strong" if any(record.recorded for record in read) else "motion_strong"
 
     def keep(name: str, record: Record, what: str) -> None:
         odd[name].append(f"{record.label}: {what}")
@@ -316,85 +263,58 @@ def record_doubts(plain: Iterable[Record], own_level: bool = True) -> list[Doubt
         if pga == 0.0:
             continue
         greatest = max(greatest, pga)
-        odd["named upright"] += [record.label] * record.upright
+        odd["record_named_upright"] += [record.label] * record.upright
         reached = f"{record.label}: {short_digits(pga / STANDARD_GRAVITY)} g"
         if pga > (HIGHEST_RECORD if record.recorded and not record.floor else HIGHEST_PGA):
-            odd["strong"].append(reached)
+            odd[strong].append(reached)
         if record.duration > LONGEST:
-            odd["long"].append(f"{record.label}: {short_digits(record.duration)} s")
+            odd["record_long"].append(f"{record.label}: {short_digits(record.duration)} s")
         if not record.recorded:
             continue
         pgv = peak_velocity(record.acceleration, record.dt)
         size = np.abs(record.acceleration)
         if size.size > 1 and pga > LONE * np.partition(size, -2)[-2]:
-            odd["lone"].append(reached)
+            odd["record_lone"].append(reached)
         flat = np.diff(record.acceleration) == 0.0
         if np.count_nonzero(flat[1:] & flat[:-1] & (size[1:-1] == pga)) >= HELD:
-            odd["held"].append(reached)
+            odd["record_held"].append(reached)
         mean = abs(float(record.acceleration.mean())) / pga
         upright = STANDING[0] < mean * pga / STANDARD_GRAVITY < STANDING[1]
         if not upright and np.ptp(np.sign(record.acceleration)) < 2.0:
-            odd["one"].append(reached)
+            odd["record_one_sign"].append(reached)
         elif upright:
-            odd["upright"].append(f"{record.label}: {short_digits(mean * pga / STANDARD_GRAVITY)} g")
+            odd["record_upright"].append(f"{record.label}: {short_digits(mean * pga / STANDARD_GRAVITY)} g")
         elif mean > OFFSET:
-            keep("offset", record, f"its mean is {two_digit_percent(mean)} of its PGA")
+            keep("record_offset", record, f"its mean is {two_digit_percent(mean)} of its PGA")
         left = abs(float(velocity(record.acceleration, record.dt)[-1])) / pgv
         if left > DRIFT:
-            keep("drift", record, f"{two_digit_percent(left)} of its PGV is left at its end")
+            keep("record_drift", record, f"{two_digit_percent(left)} of its PGV is left at its end")
         pgd = peak_displacement(record.acceleration, record.dt)
         if pgd > WANDERING * record.duration * pgv:
-            keep("wandering", record, f"PGD {short_digits(pgd)} m with PGV {short_digits(pgv)} m/s")
+            keep("record_wandering", record, f"PGD {short_digits(pgd)} m with PGV {short_digits(pgv)} m/s")
         if max(mean / OFFSET, left / DRIFT) <= 1.0 and not SHORTEST_PGV_PGA <= pgv / pga <= LONGEST_PGV_PGA:
-            odd["ratio"].append(f"{record.label}: {short_digits(pgv / pga)} s")
+            odd["record_ratio"].append(f"{record.label}: {short_digits(pgv / pga)} s")
     doubts: list[Doubt] = []
-    level = "baseline_order = 1 (in Python motions.baseline) removes it"
-    filtered = "baseline_order = 1 or highpass_hz (in Python motions.baseline, motions.highpass) removes that"
-    if any(record.floor for record in read):  # (a study corrects records alone)
-        level = filtered = "floor histories are used as they are, so correct them where they were made"
-
-    meant = "the file says, gal" if any(record.recorded for record in read) else "is meant, per cent of g"
-    for named, kind, what, cure_of in (
-        (copies[False], "spectra", "record", "leave copies out"),
-        (copies[True], "table", "floor motion", "give each floor and motion its own"),
-    ):
-        if named:
-            have = f"a {what} has" if len(named) == 1 else f"{counted(len(named), what)} have"
-            doubts.append(Doubt(kind, f"{have} the samples of another ({first_of(named)}): {cure_of}"))
-    standing = "a vertical component? Leave it out"
-    outside = f"PGV/PGA outside {SHORTEST_PGV_PGA:g} to {LONGEST_PGV_PGA:g} s"
-    slow = "another time step than the file says, a drift, or no acceleration?"
+    for what, alike in (("copies_of_records", copies[False]), ("copies_of_floors", copies[True])):
+        if alike:
+            doubts.append(Doubt.of(what, number=len(alike), named=first_of(alike)))
+    floors = any(record.floor for record in read)  # (a study corrects records alone)
     highest = HIGHEST_RECORD if any(record.recorded and not record.floor for record in read) else HIGHEST_PGA
-    most = f"{highest / STANDARD_GRAVITY:g} g"
-    noise = "another time step than the file says, or noise before and after (window)?"
-    still = "after the corrections that were asked for; a window and filters can leave that"
-    joined = "leave it out, or join the components of each recording (component = 'h1')"
-    rows = (
-        ("named upright", "vertical", "is a vertical component", "are vertical components", joined),
-        ("upright", "vertical", "has the mean of gravity", "have the mean of gravity", standing),
-        ("one", "offset", "has one sign", "have one sign", "a spectrum or absolute values in place of a motion?"),
-        ("lone", "PGA", "has a peak of one sample", "have a peak of one sample", "a spike, or a lost decimal point?"),
-        ("held", "PGA", "stays at its peak", "stay at their peaks", "clipped, or rounded too much?"),
-        ("offset", "offset", "keeps an offset", "keep an offset", level if "offset" in uncorrected else still),
-        ("drift", "drift", "ends in motion", "end in motion", filtered if "drift" in uncorrected else still),
-        ("wandering", "displacement", "wanders off", "wander off", filtered if "wandering" in uncorrected else still),
-        (
-            "strong",
-            "PGA",
-            f"reaches more than {most}",
-            f"reach more than {most}",
-            f"another unit than {meant} headed g?",
-        ),
-        ("ratio", "PGV/PGA", f"has {outside}", f"have {outside}", slow),
-        ("long", "duration", f"lasts longer than {LONGEST:g} s", f"last longer than {LONGEST:g} s", noise),
-    )
-    for name, kind, singular, plural, remedy in rows:
+    bounds = {"highest": highest / STANDARD_GRAVITY, "shortest": SHORTEST_PGV_PGA, "longest": LONGEST_PGV_PGA}
+    cures = {"record_offset": "offset", "record_drift": "drift", "record_wandering": "drift"}
+    for name in (
+        *("record_named_upright", "record_upright", "record_one_sign", "record_lone", "record_held"),
+        *(*cures, strong, "record_ratio", "record_long"),
+    ):
         if names := odd[name]:
-            many = f"{len(names):,} of {len(read):,} records {plural if len(names) > 1 else singular}"
-            what = f"the record {singular}" if len(read) == 1 else many
-            grave = name == "strong" and greatest > IMPOSSIBLE_PGA
-            doubts.append(Doubt(kind, f"{what} ({first_of(names)}): {remedy}", grave))
-    if own_level and not odd["strong"]:
+            of = "the record" if len(read) == 1 else f"{len(names):,} of {len(read):,} records"
+            cure = cures.get(name, "")
+            if cure and (floors or name not in uncorrected):
+                cure = "floors" if name in uncorrected else "corrected"
+            grave = name == strong and greatest > IMPOSSIBLE_PGA
+            values = {"number": len(names), "of": of, "named": first_of(names), "duration": LONGEST, **bounds}
+            doubts.append(Doubt.of(name, grave, cure, **values))
+    if own_level and not odd[strong]:
         doubts += _strength_doubts(plain)
     return doubts
 
@@ -405,9 +325,8 @@ def collapse_doubts(labels: Sequence[str], collapsed: Index, factor: float = 1.0
     if not fallen:
         return []
     times = f"times {factor:g}: " if factor != 1.0 else ""
-    later = "later falls are not counted; add these motions to the falls for an upper bound"
-    of = f"{len(fallen):,} of {len(labels):,} motions ({times}{first_names(fallen)})"
-    return [Doubt("collapse", f"the building collapses under {of}: {later}")]
+    counts = {"fallen": len(fallen), "total": len(labels)}
+    return [Doubt.of("collapse", times=times, named=first_names(fallen), **counts)]
 
 
 def scaling_doubts(
@@ -425,33 +344,26 @@ def scaling_doubts(
     if not far:
         return []
     low, high = (two_digits(end(factors.values())) for end in (min, max))
-    return [
-        Doubt(
-            "scaling",
-            f"{len(far):,} of {len(before):,} motions are scaled by less than {bounds[0]:g} or more than {bounds[1]:g} "
-            f"before they reach the yielding structure ({first_names(far)}; all by {low} to {high}): take motions "
-            "whose strength is near the level",
-        )
-    ]
+    counts = {"far": len(far), "total": len(before)}
+    return [Doubt.of("scaling", bounds=bounds, named=first_names(far), low=low, high=high, **counts)]
 
 
 def generator_doubts(generator: object) -> list[Doubt]:
-    """Return the input warnings on the parameters of a generator of motions, by their names in `USUAL`."""
-    given = {name: getattr(generator, name, None) for name in USUAL}
+    """Return the input warnings on the parameters of a generator of motions, by their names in `usual`."""
+    given = {name: getattr(generator, name, None) for name in usual()}
     numbers = {name: value for name, value in given.items() if value is not None and not callable(value)}
     return unusual(numbers, "units")
 
 
 def unusual(values: Mapping[str, Any], kind: str = "building") -> list[Doubt]:
-    """Return the input warnings on numbers outside of their `USUAL` range; 0 and infinity mean absence."""
+    """Return the input warnings on numbers outside of their `usual` range; 0 and infinity mean absence."""
     doubts = []
     for what, given in values.items():
-        least, most, unit, slip = USUAL[what]
+        least, most, unit, slip = usual()[what]
         for value in np.unique(np.asarray(given)).tolist():
             if 0.0 < abs(value) < np.inf and not least <= abs(value) <= most:
-                unit_text = f" {unit}" if unit else ""
-                sentence = f"{what}: {value:.3g}{unit_text}, usual are {least:g} to {most:g}{unit_text}: {slip}"
-                doubts.append(Doubt(kind, sentence))
+                row = {"what": what, "value": value, "unit": f" {unit}" if unit else "", "slip": slip}
+                doubts.append(Doubt.of("unusual", least=least, most=most, **row)._replace(kind=kind))
     return doubts
 
 
@@ -465,9 +377,8 @@ def building_doubts(period: float, damping: Any, heights: Array) -> list[Doubt]:
     typical = unusual({"storey height": np.median(rises)}) if storeys > 1 else []
     doubts += typical or unusual({"height of one storey": rises})
     if not storeys * least <= period <= max(storeys * most, 1.0):
-        what = f"a building of {storeys} storeys with a period of {period:g} s, {period / storeys:.3g} s a storey"
-        slip = "a frequency, masses in tonnes or stiffnesses in kN/m?"
-        doubts.append(Doubt("building", f"{what}, usual are {least:g} to {most:g} s: {slip}"))
+        row = {"storeys": storeys, "period": period, "each": period / storeys, "least": least, "most": most}
+        doubts.append(Doubt.of("building_period", **row))
     return doubts
 
 
@@ -475,8 +386,7 @@ def storey_doubts(masses: Array, stiffnesses: Array) -> list[Doubt]:
     """Return the input warning on storeys that are lighter and softer at the ground than at the roof."""
     if masses[0] >= masses[-1] or stiffnesses[-1] <= STIFFER * stiffnesses[0] or (np.diff(stiffnesses) < 0.0).any():
         return []
-    what = "masses and stiffnesses grow from the ground to the roof"
-    return [Doubt("building", f"{what}: are storeys listed from the roof down?")]
+    return [Doubt.of("storeys")]
 
 
 def ringing_doubts(floor_motions: Iterable[xr.DataArray]) -> list[Doubt]:
@@ -488,9 +398,5 @@ def ringing_doubts(floor_motions: Iterable[xr.DataArray]) -> list[Doubt]:
         for label, share in zip(array["motion"].values, array["ringing"].values, strict=True):
             if share > RINGING:
                 cut.append(f"{label}: {two_digit_percent(float(share))} of its peak on floor {top}")
-    if not cut:
-        return []
     of = f"{len(cut):,} of {every:,} motions" if every > 1 else "the motion"
-    end = "end" if len(cut) > 1 else "ends"
-    cure = "zeros after the motions (in Python motions.pad) let it come to rest"
-    return [Doubt("ringing", f"{of} {end} while the building sways ({first_names(cut)}): {cure}")]
+    return [Doubt.of("ringing", number=len(cut), of=of, named=first_names(cut))] if cut else []

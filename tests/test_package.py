@@ -75,7 +75,7 @@ class TestWheel:
         names = {n for n in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in n}
         modules = {f"toppling/{path}" for path in SOURCES}
         modules |= {f"toppling/{name}" for name in ROOT_FILES}
-        data = {"toppling/models/catalogue.csv", "toppling/motions/example.AT2"}
+        data = {"toppling/core/doubts.toml", "toppling/models/catalogue.csv", "toppling/motions/example.AT2"}
         data |= {"toppling/fragility/curves/published.csv", "toppling/studies/plan/piece_classes.csv"}
         data |= {"toppling/studies/reference/study.schema.json", "toppling/studies/text/terms.csv"}
         examples = {f"toppling/studies/examples/{p.name}" for p in (ROOT / "studies/examples").glob("*.*")}

@@ -10,6 +10,8 @@ import xarray as xr
 
 from ...core import checks
 from ...core.elementary import Array, arctan, exp, log, tan
+from ...core.facts import Fact
+from ...core.sentences import register_of, sentence
 from ...core.units import (
     ANGULAR_VELOCITY,
     DIMENSIONLESS,
@@ -19,7 +21,6 @@ from ...core.units import (
     described,
     variables as variables_on,
 )
-from ...core.wording import counted
 from ...models import Block
 from ...models.block_array import BlockArray
 from ..adaptive.stopping import REACHED, motions_needed
@@ -31,6 +32,7 @@ from ..surfaces.evaluation import Curves, LawSurfaces, curves_at
 from ..surfaces.gain import gain_words
 from ..surfaces.sequential import FIRM, PooledCurves
 from ..surfaces.surface import Cut, Surface
+from ..validity.notes import TEMPLATES
 from .region_runs import PooledPlan, PooledRuns, own_options
 
 POOLED = "pooled"
@@ -175,35 +177,28 @@ def _attributes(plan: PooledPlan, runs: PooledRuns) -> dict[str, Any]:
 
 def _account(plan: PooledPlan, law: PooledCurves, known: LawSurfaces, check: Check, reach: float, offer: str) -> str:
     """Return the reason why a law has stopped, the reached precision, the result of the check, and a better measure."""
-    asked = f"±{100.0 * plan.until.tolerance:g} %"
-    cut = known.near.cut
-    blocks = "all blocks" if cut is None else "all blocks but those at a cut"
-    text = f"±{100.0 * reach:.1f} % at most for the medians of {blocks} after {law.motions:,} motions, {asked} asked"
-    if law.stopped != REACHED:
-        motions, ratio = law.ratios[-1]
-        needed = motions_needed(motions, ratio, FIRM)
-        text += f"; {law.stopped}"
-        # (what the check adds to the intervals does not fall with the number of motions)
-        if needed > motions and not known.apart:
-            text += f", {'the precision' if ratio > 1.0 else 'confirming it'} takes about {needed:,}"
-    error = float(np.sqrt(np.mean(check.error**2))) if check.error.size else math.nan
-    n = check.difference.size
-    text += f"; {'the median' if n == 1 else 'medians'} of {counted(n, 'block')} run by "
-    text += "itself " if n == 1 else "themselves "
-    if known.apart:
-        worst = 100.0 * math.expm1(known.apart)
-        differ = "differs" if n == 1 else "differ"
-        text += f"{differ} from the surface beyond chance (by {worst:.1f} % at most), which is part of every interval"
-    else:
-        text += f"{'agrees' if n == 1 else 'agree'} within chance "
-        text += f"(±{100.0 * error:.1f} %)" if error < 1.0 else "(by a factor of e and more: they tell nothing)"
-    if cut is not None:
-        text += f"; {_cut_words(plan, cut)}"
-    return f"{text}; {offer}" if offer else text
+    motions, ratio = law.ratios[-1]
+    # (what the check adds to the intervals does not fall with the number of motions)
+    missed = law.stopped != REACHED and not known.apart
+    needed = motions_needed(motions, ratio, FIRM) if missed else 0
+    more = {
+        "motions": law.motions,
+        "tolerance": plan.until.tolerance,
+        "stopped": "" if law.stopped == REACHED else law.stopped,
+        "needed": needed if needed > motions else 0,
+        "precise": ratio <= 1.0,
+        "blocks": check.difference.size,
+        "apart": math.expm1(known.apart),
+        "error": float(np.sqrt(np.mean(check.error**2))) if check.error.size else math.nan,
+        "cut": None if known.near.cut is None else _place_of(plan, known.near.cut),
+        "offer": offer,
+    }
+    fact = Fact("pooled.account", reach, more=more)
+    return sentence(fact.what, fact, [register_of(TEMPLATES, "pooled")])
 
 
-def _cut_words(plan: PooledPlan, cut: Cut) -> str:
-    """Return the place of the cut of the region, in the terms of its blocks."""
+def _place_of(plan: PooledPlan, cut: Cut) -> dict[str, Any]:
+    """Return name, unit, place and ends of the cut of the region, in the terms of its blocks."""
     domain = plan.domain
     k = next(i for i in range(domain.back.shape[1]) if np.array_equal(domain.back[:, i], cut.normal))
     low, place, high = (float(domain.middle[k]) + shift for shift in (cut.low, cut.place, cut.high))
@@ -218,10 +213,7 @@ def _cut_words(plan: PooledPlan, cut: Cut) -> str:
         name, unit = {0: ("a frequency p", " 1/s"), 1: ("tan α", "")}.get(k, ("δ", ""))
     else:
         name, unit = ("an inertia factor" if k == 2 else option), ""
-    return (
-        f"the region is cut at {name} of {place:#.4g}{unit}, where medians jump: intervals of blocks between "
-        f"{low:#.4g} and {high:#.4g}{unit} hold both sides"
-    )
+    return {"name": name, "unit": unit, "low": low, "place": place, "high": high}
 
 
 def _cut_variables(cuts: Sequence[Cut | None], axes: int) -> dict[str, xr.Variable]:
@@ -267,8 +259,8 @@ def _check_variables(plan: PooledPlan, checked: Sequence[Check]) -> dict[str, xr
     labels = {
         "difference": (DIMENSIONLESS, "ln median of a block from runs of its own, less that of the surface"),
         "error": (DIMENSIONLESS, "standard error of the difference"),
-        "p": (ANGULAR_VELOCITY, "rocking frequency parameter of the block"),
-        "alpha": (RADIAN, "slenderness angle of the block"),
+        "p": (ANGULAR_VELOCITY, f"{OF_BLOCKS['p'][1]} of the block"),
+        "alpha": (RADIAN, f"{OF_BLOCKS['alpha'][1]} of the block"),
         **{name: (DIMENSIONLESS, f"{_OWN[name]} of the block") for name in plan.varied},
     }
     return {
@@ -287,8 +279,8 @@ def _run_variables(plan: PooledPlan, runs: PooledRuns) -> dict[str, xr.Variable]
     labels: dict[str, tuple[Any, str, str]] = {
         "run_model": (model, DIMENSIONLESS, "law of the run, from 0"),
         "run_motion": (np.concatenate([pool.motion for pool in pools]), DIMENSIONLESS, "number of its motion, from 0"),
-        "run_p": (exp(log_p), ANGULAR_VELOCITY, "rocking frequency parameter of its block"),
-        "run_alpha": (arctan(exp(log_tan)), RADIAN, "slenderness angle of its block"),
+        "run_p": (exp(log_p), ANGULAR_VELOCITY, f"{OF_BLOCKS['p'][1]} of its block"),
+        "run_alpha": (arctan(exp(log_tan)), RADIAN, f"{OF_BLOCKS['alpha'][1]} of its block"),
         "run_inertia_factor": (inertia, DIMENSIONLESS, "inertia factor of its block"),
         **{
             f"run_{name}": (np.array([option[name] for option in options]), DIMENSIONLESS, f"{_OWN[name]} of its block")

@@ -55,13 +55,14 @@ LONG_PERIODS = 1.65
 """Ratio of pseudo-velocities to PGV at periods above about 0.5 s (Newmark and Hall 1982, 5 % damping, median)."""
 OF_DISAGGREGATION, OF_BRANCHES = 1.5, 100.0
 """Factors between two rates of one level above which they are not of one site."""
-KIND = "hazard"
-SLIPS = (
-    "return periods, per cent or probabilities in 50 years in place of annual rates",
-    "is k0 of another unit of the levels, or of more than a year",
-)
-"""Slips behind rates of points and of formulas."""
-
+FLAWS = {
+    UNNAMED: "hazard_unnamed",
+    LARGER: "hazard_larger",
+    NOT_USED: "hazard_comment",
+    INVENTED: "hazard_invented",
+    OFF_CURVE: "hazard_off",
+}
+"""Input warnings on parts of the source of a curve."""
 
 _YEARS = r"(?:years?|yrs?|a|Jahren?|ans|años|anni|anos|yıl)(?!\w)"
 _NUMBER = r"(?<![\w.,])(\d{1,6}(?:\.\d{1,6})?)"
@@ -109,33 +110,29 @@ _BOUNDS = {
 def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     """Return the input warnings on a hazard curve: damaging motions every year, high levels, missing statements."""
     name = hazard.source.partition(",")[0] or "hazard"
-    notes = []
-    if UNNAMED in hazard.source:
-        notes.append(Doubt(KIND, f"{name}: {UNNAMED}: it is taken as {hazard.im}, the measure of the levels"))
-    if LARGER in hazard.source:
-        notes.append(Doubt(KIND, f"{name}: {LARGER}: it is taken as {hazard.im}, of one component, not as RotD100"))
-    if NOT_USED in hazard.source:
-        text = hazard.source.partition(f"{NOT_USED} ")[2].partition(")")[0]
-        notes.append(Doubt(KIND, f"{name}: a comment says {text!r}, which is not used: are levels and rates right so?"))
-    if INVENTED in hazard.source:
-        notes.append(Doubt(KIND, f"{name}: {INVENTED}: replace it by the site's own"))
-    if OFF_CURVE in hazard.source:
-        notes.append(off_doubt(name, hazard.source.partition(f"{OFF_CURVE} ")[2].partition(")")[0]))
+    notes: list[Doubt] = []
+
+    def note(what: str, level: float = math.nan, grave: bool = False, **values: object) -> None:
+        text = written_level(hazard.measure, level)
+        notes.append(Doubt.of(what, grave, name=name, level=text, **values))
+
+    for flaw, what in FLAWS.items():
+        if flaw in hazard.source:
+            text = hazard.source.partition(f"{flaw} ")[2].partition(")")[0]
+            note(what, flaw=flaw, text=text, measure=hazard.im)
     if hazard.fractile is not None:
-        what = f"{name}: a fractile of {100.0 * hazard.fractile:g} %, not the mean: all rates are of this fractile"
-        notes.append(Doubt(KIND, what, settled=True))
+        note("hazard_fractile", per_cent=100.0 * hazard.fractile)
     if realisation := re.search(r"OpenQuake (rlz-\d+)", hazard.source):
-        what = f"{name}: one branch of the logic tree ({realisation[1]}), not the mean: all rates are of this branch"
-        notes.append(Doubt(KIND, what, settled=True))
+        note("hazard_branch", branch=realisation[1])
     bounds = _BOUNDS.get(hazard.units)
     base = getattr(hazard.measure, "base", hazard.measure).label  # (of one component)
     if bounds is None or base in ("arias", "cav", "housner_intensity"):
         return notes
     low = LOW_PERCENT in hazard.source
     if low:
-        notes.append(Doubt(KIND, f"{name}: {LOW_PERCENT}: fractions under a heading of per cent?"))
+        note("hazard_low_percent", flaw=LOW_PERCENT)
     if RARE in hazard.source:
-        notes.append(Doubt(KIND, f"{name}: {RARE}: rates per year under a heading of several years?"))
+        note("hazard_rare", flaw=RARE)
     damaging = bounds.damaging if hazard.of_formula else max(bounds.damaging, hazard.levels[0])
     often = float(hazard.rate_at(damaging, above=NONE))
     peak = base in ("pga", "pgv") and hazard.at == "ground" and not hazard.of_formula
@@ -145,18 +142,11 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     most = MOST_OFTEN_OF_LAW if hazard.of_formula else most
     frequent = often > most * (1.0 + 1e-9)
     if frequent:  # a formula may reach the maximum except for its last digit
-        notes.append(
-            Doubt(
-                KIND,
-                f"{name}: {written_level(hazard.measure, damaging)} is exceeded {often:,.4g} times per year, more "
-                f"often than at any site: {SLIPS[hazard.of_formula]}?",
-                often > IMPOSSIBLY_OFTEN,
-            )
-        )
+        what = "hazard_frequent_law" if hazard.of_formula else "hazard_frequent"
+        note(what, damaging, often > IMPOSSIBLY_OFTEN, often=often)
     first, twice = (float(hazard.rate_at(factor * hazard.levels[0], above=NONE)) for factor in (1.0, 2.0))
     if LEAST_CERTAIN < first <= 1.0 and twice > FLAT * first and not hazard.of_formula:
-        what = f"the rates begin at {first:.3g} and hardly fall, as probabilities near 1 do"
-        notes.append(Doubt(KIND, f"{name}: {what}: probabilities in 50 years in place of annual rates?"))
+        note("hazard_certain", first=first)
     period = getattr(getattr(hazard.measure, "base", hazard.measure), "period", 0.0)
     highest = [amplified * level for level in (*bounds.highest, bounds.in_a_century)]
     if hazard.units == ACCELERATION and period > 0.0 and hazard.at == "ground":
@@ -171,38 +161,22 @@ def hazard_doubts(hazard: HazardCurve) -> list[Doubt]:
     ]
     if beyond and not frequent:
         level, years = beyond[0]
-        notes.append(
-            Doubt(
-                KIND,
-                f"{name}: {written_level(hazard.measure, level)} is exceeded more than once in {years:g} years, which "
-                "no site is known for: per cent or another unit of the levels?",
-                bool(hazard.rate_at(bounds.beyond, above=NONE) > 1.0 / RETURN_PERIODS[0]),
-            )
-        )
+        grave = bool(hazard.rate_at(bounds.beyond, above=NONE) > 1.0 / RETURN_PERIODS[0])
+        note("hazard_high", level, grave, years=years)
     elif often < (highest[1] / damaging) ** STEEPNESS * float(hazard.rate_at(highest[1], above=NONE)):
-        what = f"rates hardly fall up to {written_level(hazard.measure, highest[1])}"
-        notes.append(Doubt(KIND, f"{name}: {what}: is the exponent k its inverse, or are levels in another unit?"))
+        note("hazard_flat", highest[1])
     stiff = base in ("pga", "pgv") or 0.0 < period <= STIFF
     if hazard.levels[-1] < bounds.weakest:
-        notes.append(
-            Doubt(
-                KIND,
-                f"{name}: the curve ends at {written_level(hazard.measure, hazard.levels[-1])}, below all shaking that "
-                "damages: another unit of the levels?",
-            )
-        )
+        note("hazard_weak", hazard.levels[-1])
     elif hazard.levels[0] < NOTHING * bounds.weakest and not hazard.of_formula:
-        what = f"the curve begins at {written_level(hazard.measure, hazard.levels[0])}, as rates do"
-        notes.append(Doubt(KIND, f"{name}: {what}: are levels and rates exchanged?"))
+        note("hazard_exchanged", hazard.levels[0])
     elif stiff and hazard.at == "ground" and hazard.levels[0] <= bounds.damaging and not low:
         rate = float(hazard.rate_at(bounds.damaging))
         if rate < RAREST:
-            what = f"{written_level(hazard.measure, bounds.damaging)} is exceeded once in {in_years(rate)} years"
-            notes.append(Doubt(KIND, f"{name}: {what}, as where nothing damages: another unit of the levels or rates?"))
+            note("hazard_quiet", bounds.damaging, years=in_years(rate))
     kink = _kink(hazard)
     if kink and not hazard.of_formula:
-        what = f"rates fall up to {written_level(hazard.measure, kink)} and hardly beyond"
-        notes.append(Doubt(KIND, f"{name}: {what}: a slip in one rate or level?"))
+        note("hazard_kink", kink)
     return notes
 
 
@@ -234,11 +208,6 @@ def starts_rare(im: str, level: float, probability: float) -> bool:
     if bounds is None or not 0.0 < level <= HALF * bounds.damaging:
         return False
     return 0.0 < probability < min(HALF, RARE_AT_START * bounds.damaging / level)
-
-
-def off_doubt(name: str, text: str) -> Doubt:
-    """Return the input warning on a `point_off` the curve."""
-    return Doubt(KIND, f"{name}: a comment names {text}: correct one of them")
 
 
 def point_off(hazard: HazardCurve, comments: Iterable[str]) -> str:
@@ -295,11 +264,8 @@ def disaggregation_doubts(hazard: HazardCurve, level: float, rate: float, name: 
     curve_rate = _known(hazard, level)
     if hazard.at != "ground" or not max(curve_rate / rate, rate / curve_rate) > OF_DISAGGREGATION:
         return []
-    sentence = (
-        f"{name}: {written_level(hazard.measure, level)} is exceeded {rate:.3g} times per year, by the hazard curve "
-        f"{curve_rate:.3g} times: are both of one site?"
-    )
-    return [Doubt(KIND, sentence)]
+    text = written_level(hazard.measure, level)
+    return [Doubt.of("hazard_of_disaggregation", name=name, level=text, rate=rate, known=curve_rate)]
 
 
 def branch_doubts(hazards: Mapping[str, HazardCurve], levels: Array) -> list[Doubt]:
@@ -308,11 +274,8 @@ def branch_doubts(hazards: Mapping[str, HazardCurve], levels: Array) -> list[Dou
         known = {name: rate for name, hazard in hazards.items() if (rate := _known(hazard, level)) > 0.0}
         rare, often = min(known, key=known.__getitem__, default=""), max(known, key=known.__getitem__, default="")
         if known and known[often] > OF_BRANCHES * known[rare]:
-            sentence = (
-                f"hazards: {written_level(hazards[rare].measure, level)} is exceeded {known[often]:.3g} times per year "
-                f"in {often!r} and {known[rare]:.3g} times in {rare!r}: another unit or quantity in one of them?"
-            )
-            return [Doubt(KIND, sentence)]
+            text, rates = written_level(hazards[rare].measure, level), {"most": known[often], "least": known[rare]}
+            return [Doubt.of("hazard_of_branches", level=text, often=often, rare=rare, **rates)]
     return []
 
 

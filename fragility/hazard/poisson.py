@@ -33,7 +33,7 @@ def probability_in(rate: Values, years: float = 50.0) -> Values:
         raise ValueError(f"rate must be >= 0 per year, got {np.min(values):g}")
     least = np.min(values, initial=np.inf)
     if IMPOSSIBLY_OFTEN < least < np.inf:
-        warn([Doubt("hazard", f"a rate of {least:g} per year is beyond any of damage: is it a return period, 1/rate?")])
+        warn([Doubt.of("rate_of_years", rate=least)])
     probability: Any = -xr.apply_ufunc(expm1, -_same(rate, values) * time, keep_attrs=True)
     return cast(Values, probability)
 
@@ -53,7 +53,7 @@ def rate_from_probability(probability: Values, years: float = 50.0) -> Values:
         raise ValueError(f"probability must be at least 0 and below 1, got {values[wrong].flat[0]:g}")
     rates: Any = -xr.apply_ufunc(log1p, -_same(probability, values), keep_attrs=True) / time
     if IMPOSSIBLY_OFTEN < (least := np.min(np.asarray(rates), initial=np.inf)) < np.inf:
-        warn([Doubt("hazard", f"a rate of {least:g} per year is beyond any of damage: is {time:g} a rate, 1/years?")])
+        warn([Doubt.of("years_of_rate", rate=least, years=time)])
     return cast(Values, rates)
 
 

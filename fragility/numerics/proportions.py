@@ -59,8 +59,7 @@ def binomial_interval(successes: Any, trials: Any, confidence: float = 0.95, met
     k, n = _numbers(successes, trials)
     part = (k > 0.0) & (k < 1.0) & (n > 1.0)
     if part.any() and bool((k <= 1.0).all()) and bool((2.0 * k[part] % 1.0 != 0.0).all()):
-        what = f"{k[part].flat[0]:g} successes in {n[part].flat[0]:g} trials"
-        warn([Doubt("units", f"{what}: a share in place of a number?")])
+        warn([Doubt.of("share_of_trials", successes=k[part].flat[0], trials=n[part].flat[0])])
     return _ends(k, n, confidence, checks.choice("method", method, tuple(METHODS)))
 
 

@@ -290,9 +290,5 @@ def input_doubts(inputs: RandomInputs, blocks: Sequence[Block], models: Sequence
                 odd.append(f"{label}: {given}, the input is {low:.4g} to {high:.4g}{unit}")
         if name in FACTORS and not low / OFF <= 1.0 <= OFF * high:
             factors.append(f"{name}: {low:.4g} to {high:.4g}")
-    what = f"samples do not reach the block or law that they are of ({first_of(odd)}): another unit, or half of a size?"
-    doubts = [Doubt("units", what)] if odd else []
-    slip = f"inputs scatter more than any known property ({first_of(wide)}): per cent, or another unit?"
-    doubts += [Doubt("units", slip)] if wide else []
-    far = f"factors are all beyond 1/2 to 2 ({first_of(factors)}): an angle or a size in place of a factor?"
-    return [*doubts, *([Doubt("units", far)] if factors else [])]
+    rows = {"inputs_apart": odd, "inputs_wide": wide, "inputs_factors": factors}
+    return [Doubt.of(what, named=first_of(named)) for what, named in rows.items() if named]

@@ -7,7 +7,7 @@ import numpy as np
 from ...core.aliases import Array, Flags
 from ...core.doubts import Doubt, first_names
 from ...core.units import ACCELERATION, METRE, STANDARD_GRAVITY, VELOCITY
-from ...core.wording import counted, short_digits, two_digits
+from ...core.wording import short_digits, two_digits
 from ...motions.intensity.spectra import spectrum_doubts
 from ..runs.scaling import intensity_measure
 
@@ -19,11 +19,11 @@ FAR_FROM_LEVEL = 2.0
 """Factor between a stripe and one of its unscaled motions."""
 LEAST_SLIP = 1e-4  # m
 HIGHEST: dict[str, tuple[float, float, str]] = {
-    ACCELERATION: (5.0 * STANDARD_GRAVITY, 50.0 * STANDARD_GRAVITY, "g written where m/s² is meant, or per cent of g?"),
-    VELOCITY: (10.0, 100.0, "cm/s meant?"),
-    METRE: (10.0, 1e3, "cm meant?"),
+    ACCELERATION: (5.0 * STANDARD_GRAVITY, 50.0 * STANDARD_GRAVITY, "acceleration"),
+    VELOCITY: (10.0, 100.0, "velocity"),
+    METRE: (10.0, 1e3, "displacement"),
 }
-"""By the unit of levels: the highest that exists, the highest that can be meant, and the likely slip."""
+"""By the unit of levels: the highest that exists, the highest that can be meant, and its cure in `doubts.toml`."""
 UNIT_TEXTS = {VELOCITY: "m/s", METRE: "m"}
 LEAST_TOP = {ACCELERATION: 0.05 * STANDARD_GRAVITY, VELOCITY: 0.02, METRE: 0.001}
 """By the unit of levels: the highest level, at least, of any that overturn something."""
@@ -38,16 +38,8 @@ def cut_slides(peaks: Array, after: Array) -> Flags:
 def end_doubts(on: Iterable[bool], motions: Sequence[str]) -> list[Doubt]:
     """Return the input warning on motions that end while blocks slide (`cut_slides`)."""
     named = [name for name, cut in zip(motions, on, strict=True) if cut]
-    if not named:
-        return []
-    return [
-        Doubt(
-            "slides on",
-            f"{len(named):,} of {len(motions):,} motions end while a block slides, which takes it further by more than "
-            f"{100.0 * SLIDES_ON:g} % of its slip ({first_names(named)}): zeros after the motions, or their missing "
-            "end, change what it does",
-        )
-    ]
+    values = {"cut": len(named), "total": len(motions), "per_cent": 100.0 * SLIDES_ON, "named": first_names(named)}
+    return [Doubt.of("slides_on", **values)] if named else []
 
 
 def period_doubts(im: str) -> list[Doubt]:
@@ -65,14 +57,12 @@ def level_doubts(levels: Array, units: str) -> list[Doubt]:
     """Return the input warning on the highest level of a measure: beyond any shaking, or below all that overturn."""
     if units not in HIGHEST or not levels.size:
         return []
-    highest, beyond, slip = HIGHEST[units]
+    highest, beyond, cure = HIGHEST[units]
     top = float(np.max(levels, where=~np.isnan(levels), initial=0.0))
     shown = f"{top / STANDARD_GRAVITY:g} g" if units == ACCELERATION else f"{top:g} {UNIT_TEXTS[units]}"
     if 0.0 < top < LEAST_TOP[units]:
-        return [Doubt("level", f"the highest level, {shown}, is too weak to overturn anything: another unit?")]
-    if top <= highest:
-        return []
-    return [Doubt("level", f"the highest level, {shown}, is beyond any shaking: {slip}", top > beyond)]
+        return [Doubt.of("level_weak", level=shown)]
+    return [Doubt.of("level_beyond", top > beyond, cure, level=shown)] if top > highest else []
 
 
 def stripe_doubts(im: str, stripes: Iterable[tuple[float, float | Array]]) -> list[Doubt]:
@@ -87,7 +77,5 @@ def stripe_doubts(im: str, stripes: Iterable[tuple[float, float | Array]]) -> li
             doubtful.append((off, f"stripe {number} of {short_digits(level)} in SI: they have {span}"))
     if not doubtful:
         return []
-    what = f"stripes.scale = false: the {im} of the motions is not that of {counted(len(doubtful), 'stripe')}"
-    cure = "write the level that they have, scale them, or run a cloud of them"
     off, worst = max(doubtful)
-    return [Doubt("level", f"{what} ({worst}): {cure}", off > OTHER_LEVEL)]
+    return [Doubt.of("stripes", off > OTHER_LEVEL, number=len(doubtful), im=im, worst=worst)]

@@ -73,10 +73,9 @@ def spectrum_doubts(name: str, period: float, damping: float) -> list[Doubt]:
     """Return the input warnings on a spectrum: a period (of several the shortest) above 10 s, a damping above 0.35."""
     doubts = []
     if period > LONGEST_PERIOD:
-        slip = "milliseconds in place of s?"
-        doubts.append(Doubt("units", f"{name}: no spectrum has periods above {LONGEST_PERIOD:g} s: {slip}"))
+        doubts.append(Doubt.of("spectrum_period", name=name, longest=LONGEST_PERIOD))
     if damping > MOST_DAMPED:
-        doubts.append(Doubt("units", f"{name}: no spectrum has a damping ratio of {damping:g}: 0.05 for 5 %?"))
+        doubts.append(Doubt.of("spectrum_damping", name=name, damping=damping))
     return doubts
 
 

@@ -25,10 +25,6 @@ LEAST_VELOCITY, LEAST_SHAPE = 0.3, 0.45
 scenarios 0.32 to 0.53 and 0.54 to 0.8.
 """
 CONFIDENCE = 0.95
-CURE = (
-    "take records, or a generator that draws its spectra (site-based-scenario, near-fault, kanai-tajimi and "
-    "clough-penzien with omega_g_dispersion)"
-)
 SPECTRA = "spectra"
 """Kind of warning on ensembles with nearly one spectrum."""
 

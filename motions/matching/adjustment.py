@@ -203,9 +203,5 @@ def matching_doubts(arrays: Iterable[xr.DataArray]) -> list[Doubt]:
             if not (near and held):
                 beyond = "" if held else ", PGV or PGD outside of their bounds"
                 missed.append(f"{label}: mean misfit {two_digit_percent(float(misfit))}{beyond}")
-    if not missed:
-        return []
-    miss = "misses" if len(missed) == 1 else "miss"
-    what = f"{len(missed):,} of {every:,} motions {miss}" if every > 1 else "the motion misses"
-    cure = "wider pgv_bound and pgd_bound help, or other motions"
-    return [Doubt("misfit", f"{what} the target spectrum ({first_of(missed)}): {cure}")]
+    of = f"{len(missed):,} of {every:,} motions" if every > 1 else "the motion"
+    return [Doubt.of("misfit", number=len(missed), of=of, named=first_of(missed))] if missed else []

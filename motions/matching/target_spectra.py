@@ -299,8 +299,7 @@ def doubt_spectrum(file: Path, lines: Iterable[tuple[int, str]], damping: float 
             continue
         match = _UNLIKE_GROUND.search(text)
         if remark := match[0] if match else other_damping(text, damping):
-            what = f"{file}: line {number} says {remark!r}"
-            warn([Doubt("level", f"{what}: is it the spectrum that shakes, in the unit that is stated?")])
+            warn([Doubt.of("target_comment", file=file, line=number, remark=remark)])
 
 
 def other_damping(text: str, damping: float) -> str:

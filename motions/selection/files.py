@@ -161,8 +161,7 @@ def _own(file: Path, table: list[tuple[int, dict[str, str]]], given: Measure, co
 def _doubt_median(file: Path, at: int, measure: Measure, median: float) -> None:
     """Warn of a median acceleration (SI) that no earthquake has."""
     if measure.units == ACCELERATION and median > HIGHEST_MEDIAN:
-        what = f"{file}: line {at} has a median of {written_level(measure, median)}"
-        warn([Doubt("level", f"{what}, beyond any shaking: per cent of g, or another unit?")])
+        warn([Doubt.of("rupture_median", file=file, line=at, median=written_level(measure, median))])
 
 
 def _conditional_spectra(

@@ -147,11 +147,8 @@ def _of_openquake(file: Path, comment: str, rows: Any, column: str) -> Bins:
     for key, rate in stated.items():
         bins_rate = math.fsum(part for _, _, part in by_level[key])
         if bins_rate > 0.0 and not 1.0 / APART <= bins_rate / rate <= APART:
-            sentence = (
-                f"{file.name}: the bins of {_named([key])} have a rate of {bins_rate:.3g} per year together, its poe "
-                f"says {rate:.3g}: lines are missing, or of something else"
-            )
-            warn([Doubt("hazard", sentence)])
+            of = {"file": file.name, "of": _named([key])}
+            warn([Doubt.of("rupture_rate", rate=bins_rate, stated=rate, **of)])
     return by_level
 
 

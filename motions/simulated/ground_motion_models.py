@@ -92,7 +92,7 @@ def expected_motions(scenario: Scenario, model: str = "BSSA14", periods: Sequenc
     depth = checks.number("depth", scenario.depth, at_least=0.0, at_most=3e4, unit="m")
     distance = checks.number("distance", scenario.distance, at_least=max(depth, 0.0), at_most=4e5, unit="m")
     if distance < NEAREST:
-        warn([Doubt("units", f"a rupture at a distance of {distance:g} m: km in place of m?")])
+        warn([Doubt.of("rupture_distance", distance=distance)])
     at = [checks.number("period", period, at_least=0.01, at_most=10.0, unit="s") for period in periods]
     aside = 1e-3 * math.sqrt(distance * distance - depth * depth)
     pygmm = importlib.import_module("pygmm")

@@ -106,17 +106,11 @@ class Stops:
         far = int((ways > self.clearance).sum())
         if not far:
             return []
-        where = f"its stops, {self.clearance:g} m away, under {far} of {ways.size} motions"
+        where = {"clearance": self.clearance, "far": far, "total": ways.size}
         if not self.modelled:
-            what = f"the platform would strike {where}, by up to {ways.max():.3g} m: strikes are not modelled"
-            return [Doubt("strike", what)]
-        times = int(sum(int(array["strikes"].sum()) for array in motions))
-        hardest = max(float(array["strike_acceleration"].max()) for array in motions)
-        return [
-            Doubt(
-                "strike",
-                f"the platform strikes {where} ({counted(times, 'strike')}, up to {short_digits(hardest)} m/s²): "
-                f"whether blocks uplift in a strike rests on the stiffness of the stops, given by stop_frequency "
-                f"{self.frequency:g} Hz, a contact of {short_digits(1e3 * self.contact)} ms",
-            )
-        ]
+            return [Doubt.of("stops_missing", most=ways.max(), **where)]
+        strikes = counted(int(sum(int(array["strikes"].sum()) for array in motions)), "strike")
+        hardest = short_digits(max(float(array["strike_acceleration"].max()) for array in motions))
+        contact = short_digits(1e3 * self.contact)
+        given = {"strikes": strikes, "hardest": hardest, "frequency": self.frequency, "contact": contact}
+        return [Doubt.of("stops", **where, **given)]

@@ -91,8 +91,7 @@ def _histories(table: CsvTable, of_level: str, dt: float | None, unit: str | flo
         (record,) = records(chosen)
         yield History(level, texts["motion"], floor, direction, record.acceleration, record.dt, texts["file"])
     if again:
-        what = f"{table.file}: a motion has the same history at two levels ({first_of([*again])})"
-        warn([Doubt("table", f"{what}: give the history of each level")])
+        warn([Doubt.of("floors_again", file=table.file, named=first_of([*again]))])
 
 
 def _chosen(line: CsvLine, arrays: list[xr.DataArray], file: str) -> xr.DataArray:

@@ -170,14 +170,8 @@ class SelectTable(Table):
         if levels.hazard is not None:
             doubts += disaggregation_doubts(levels.hazard, parts.level, parts.rate, Path(file).name)
         if abs(parts.level / level - 1.0) > NEAR:
-            name = Path(file).name
-            doubts.append(
-                Doubt(
-                    SELECTION,
-                    f"the disaggregation in {name} is of {levels.text(parts.level)} and is used for the stripe at "
-                    f"{levels.text(level)}: at other levels other earthquakes count",
-                )
-            )
+            texts = {"name": Path(file).name, "level": levels.text(parts.level), "stripe": levels.text(level)}
+            doubts.append(Doubt.of("other_level", **texts))
         assert self.vs30_m_s is not None
         target = shaking.expected_target(
             parts.scenarios(self.vs30_m_s, self.faulting or "strike-slip"),
@@ -188,10 +182,6 @@ class SelectTable(Table):
             **correlations,
         )
         return target, doubts
-
-
-SELECTION = "selection"
-"""Kind of input warnings on selections."""
 
 
 class Levels(NamedTuple):
@@ -235,7 +225,8 @@ def selected(
         doubts += of_choice
         if not chosen.consistent:
             kept = select.outside == KEEP
-            doubts.append(Doubt(SELECTION, _inconsistent(levels.text(level), chosen.why, kept)))
+            what = "stripe_kept" if kept else "stripe_left_out"
+            doubts.append(Doubt.of(what, level=levels.text(level), why=chosen.why))
             if not kept:
                 continue
         ground = chosen.motions if isinstance(chosen.motions, list) else [chosen.motions]
@@ -247,8 +238,3 @@ def selected(
             f"{LOW_RATIO:g} to {HIGH_RATIO:g} times the target's): {doubts[-1].sentence}"
         )
     return chosen_stripes, list(dict.fromkeys(doubts))
-
-
-def _inconsistent(level: str, why: str, kept: bool) -> str:
-    what = "is used all the same" if kept else "is left out"
-    return f"the stripe at {level} is not hazard-consistent and {what} ({why})"

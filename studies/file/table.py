@@ -14,8 +14,7 @@ from pydantic_core.core_schema import CoreSchema, no_info_after_validator_functi
 from ...core.doubts import Doubt
 from ...core.parameters import BETA_M, CONFIDENCE, Parameter
 from ...core.units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND, STIFFNESS, UNITS
-from ...models.plausibility import UNITS as OF_UNITS
-from ...motions.plausibility import USUAL, unusual
+from ...motions.plausibility import unusual, usual
 from ..text.error import StudyError
 
 MOST_ERRORS = 5
@@ -146,8 +145,7 @@ def shown(value: Any, most: int = 60) -> str:
 
 def unended(name: str) -> Doubt:
     """Return the input warning on a file whose last line has no end and ends in a number."""
-    sentence = f"{name}: the last line has no line end: if the file is cut, so is its last number"
-    return Doubt("table", sentence, settled=True)
+    return Doubt.of("unended", name=name)
 
 
 @dataclass(frozen=True)
@@ -232,8 +230,8 @@ def key_doubts(table: Table, name: str = "") -> list[Doubt]:
         for part in value if isinstance(value, list) else [value]:
             if isinstance(part, Table):
                 doubts += key_doubts(part, key)
-            elif f"{name}.{key}" in USUAL and isinstance(part, int | float):
-                doubts += unusual({f"{name}.{key}": part}, OF_UNITS)
+            elif f"{name}.{key}" in usual() and isinstance(part, int | float):
+                doubts += unusual({f"{name}.{key}": part}, "units")
     return doubts
 
 

@@ -16,7 +16,7 @@ from ...core.doubts import Doubt, first_of, noted
 from ...core.parameters import PART, Parameter, check
 from ...models import Block
 from ...models.friction import CONTACTS, LOCKED, ROLLING, Friction
-from ...models.plausibility import LEAST_STRENGTH, MOST_STRENGTH, UNITS, block_doubts, restitution_doubts
+from ...models.plausibility import LEAST_STRENGTH, MOST_STRENGTH, block_doubts, restitution_doubts
 from ...motions.arrays import Record, from_array
 from ...motions.floors.histories import DIRECTIONS
 from ...motions.supports.isolator import Isolator
@@ -406,38 +406,31 @@ def row_doubts(rows: Sequence[Contents]) -> list[Doubt]:
     downtimes = [(row.label, row.downtime.median) for row in rows if row.downtime is not None]
     costs = [(row.label, row.anchoring_cost, row.loss) for row in rows if row.anchoring_cost and row.loss > 0.0]
     odd = {
-        f"more than {MOST_PERSONS:g} persons where one piece falls": [
-            f"{label}: {injury.persons:g}" for label, injury in injuries if injury.persons > MOST_PERSONS
-        ],
-        f"more than {MOST_INJURED:g} person injured by one piece on average": [
-            f"{label}: {injury.mean:g}" for label, injury in injuries if injury.mean > MOST_INJURED
-        ],
-        "more than 5 years out of use, another unit than days?": [
-            f"{label}: {days:,.0f} days" for label, days in downtimes if days > LONGEST_DOWNTIME
-        ],
-        f"anchoring costs more than {DEAREST:g} times what is lost, another unit or the cost of all pieces?": [
-            f"{label}: {cost:,.12g} for {loss:,.12g}" for label, cost, loss in costs if cost > DEAREST * loss
-        ],
-        "anchoring costs more than what is lost on all lines, thousands in one of both?": [
+        "row_persons": [f"{label}: {injury.persons:g}" for label, injury in injuries if injury.persons > MOST_PERSONS],
+        "row_injuries": [f"{label}: {injury.mean:g}" for label, injury in injuries if injury.mean > MOST_INJURED],
+        "row_downtime": [f"{label}: {days:,.0f} days" for label, days in downtimes if days > LONGEST_DOWNTIME],
+        "row_cost": [f"{label}: {cost:,.12g} for {loss:,.12g}" for label, cost, loss in costs if cost > DEAREST * loss],
+        "row_costs": [
             f"{label}: {cost:,.12g} for {loss:,.12g}" for label, cost, loss in costs if cost <= DEAREST * loss
         ]
         * (len(costs) > 1 and all(cost > loss for _, cost, loss in costs)),
-        f"a dispersion above {MOST_SCATTER:g}, per cent or a standard deviation?": [
+        "row_dispersion": [
             f"{row.label}: {amount.dispersion:g}"
             for row in rows
             for amount in (row.cost, row.downtime)
             if amount is not None and amount.dispersion > MOST_SCATTER
         ],
-        "anchors below 10 N or above 1 MN, kN in place of N?": [
+        "row_anchors": [
             f"{row.label}: {row.anchor_strength:g} N"
             for row in rows
             if row.anchor_strength is not None and not LEAST_STRENGTH <= row.anchor_strength <= MOST_STRENGTH
         ],
-        "pieces do not fit on what they stand on, as if square where no depth is given": _crowded(rows),
+        "row_crowded": _crowded(rows),
     }
+    most = {"persons": MOST_PERSONS, "injured": MOST_INJURED, "cost": DEAREST, "dispersion": MOST_SCATTER}
     doubts = block_doubts([replace(row.block, name=row.label) for row in rows])
     doubts += restitution_doubts((row.label, row.e) for row in rows)
-    return [*doubts, *(Doubt(UNITS, f"{what} ({first_of(named)})") for what, named in odd.items() if named)]
+    return [*doubts, *(Doubt.of(what, named=first_of(named), **most) for what, named in odd.items() if named)]
 
 
 def place_doubts(rows: Sequence[Contents], heights: Sequence[float]) -> list[Doubt]:
@@ -445,18 +438,14 @@ def place_doubts(rows: Sequence[Contents], heights: Sequence[float]) -> list[Dou
     roof, floors = len(heights) - 1, {int(row.floor) for row in rows}
     doubts = []
     if roof in floors and len(floors) > 1 and min(floors) > 0:
-        what = f"pieces stand on floors {min(floors)} to {roof}, the roof, and none on floor 0, the ground"
-        doubts.append(Doubt("table", f"{what}: are floors counted from 1?"))
+        doubts.append(Doubt.of("floors_of_rows", lowest=min(floors), roof=roof))
     storeys = {floor: heights[floor + 1] - heights[floor] for floor in floors if floor < roof}
     tall = [
         f"{row.label}: {row.block.height:g} m in {storeys[int(row.floor)]:g} m"
         for row in rows
         if row.block.height > storeys.get(int(row.floor), math.inf)
     ]
-    return [
-        *doubts,
-        *([Doubt(UNITS, f"pieces are higher than their storey ({first_of(tall)}): feet?")] if tall else []),
-    ]
+    return [*doubts, *([Doubt.of("rows_high", named=first_of(tall))] if tall else [])]
 
 
 def _crowded(rows: Sequence[Contents]) -> list[str]:

@@ -12,7 +12,7 @@ from ...core.doubts import Doubt, first_of
 from ...core.facts import Fact
 from ...core.units import DIMENSIONLESS
 from ...models import Block
-from ...models.plausibility import UNITS, unit_doubts
+from ...models.plausibility import unit_doubts
 from ..buildings.variables import PER_YEAR, per_year, variable
 from ..file.analyses import PerformanceTable
 from ..file.csv_table import NO, YES
@@ -90,8 +90,7 @@ def kit_doubts(inventory: Inventory, kits: Sequence[Kit], limits: Mapping[str, f
         if loss > 0.0 and kit.cost is not None and kit.cost > DEAREST * loss:
             dear.append(f"{kit.name}: {kit.cost:,.12g} for {loss:,.12g}")
     if dear:
-        what = f"kits cost more than {DEAREST:g} times what is lost ({first_of(dear)})"
-        doubts.append(Doubt(UNITS, f"{what}: another unit or the cost of all pieces?"))
+        doubts.append(Doubt.of("kits_dear", most=DEAREST, named=first_of(dear)))
     free = [row for row in inventory.rows if not row.anchored]
     injured = sum(row.count * row.injury.mean for row in free if row.injury is not None)
     pieces = float(sum(row.count for row in free))
@@ -100,8 +99,7 @@ def kit_doubts(inventory: Inventory, kits: Sequence[Kit], limits: Mapping[str, f
         f"{name} = {limit:g}, all pieces give {most[name]:.4g}" for name, limit in limits.items() if limit > most[name]
     ]
     if loose:
-        what = f"performance.target holds without a kit ({first_of(loose)})"
-        doubts.append(Doubt(UNITS, f"{what}: per cent, or another unit?"))
+        doubts.append(Doubt.of("target_met", named=first_of(loose)))
     return doubts
 
 

@@ -28,7 +28,7 @@ from ...fragility.validity.plausibility import period_doubts
 from ...fragility.validity.scenes import scene_facts
 from ...models import Block, Law
 from ...models.oscillator import Oscillator
-from ...models.plausibility import UNITS, stated_restitution_doubts, still_doubts
+from ...models.plausibility import stated_restitution_doubts, still_doubts
 from ...motions import Building, Generator
 from ...motions.arrays import BOTH_AXES, POLARITY
 from ...motions.floors.histories import FloorHistories
@@ -509,7 +509,7 @@ class PerformanceStudy(Study):
         spread, rate = self.variability, self.asked.discount_rate
         scatter = (0.0, 0.0) if spread is None else (spread.restitution_sd, spread.slenderness_dispersion)
         names = "standard deviation of the restitution", "dispersion of the slenderness", "discount rate"
-        pieces += unusual(dict(zip(names, (*scatter, rate), strict=True)), UNITS)
+        pieces += unusual(dict(zip(names, (*scatter, rate), strict=True)), "units")
         if self.building is not None:
             pieces += place_doubts(self.inventory.rows, self.building.heights.tolist())
         kits = kit_doubts(self.inventory, self.kits, self.target or {})

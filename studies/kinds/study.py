@@ -22,7 +22,7 @@ from ...core.doubts import Doubt, noted
 from ...core.facts import Fact, doubted, stored
 from ...core.wording import counted, with_article
 from ...fragility.hazard.curve import HazardCurve
-from ...fragility.hazard.plausibility import RETURN_PERIODS, hazard_doubts, level_at, off_doubt, point_off
+from ...fragility.hazard.plausibility import RETURN_PERIODS, hazard_doubts, level_at, point_off
 from ...fragility.numerics import slabs
 from ...fragility.runs.outputs import OUTPUTS
 from ...fragility.runs.plan import (
@@ -120,7 +120,7 @@ class Study(ABC):
         comments = (line for line in text_of(file).splitlines() if "#" in line)
         if study.site_hazard is None or not (off := point_off(study.site_hazard, comments)):
             return study
-        return replace(study, of_tables=(*study.of_tables, off_doubt(file.name, off)))
+        return replace(study, of_tables=(*study.of_tables, Doubt.of("hazard_off", name=file.name, text=off)))
 
     def _check_vertical(self) -> None:
         """Raise ValueError for a vertical component under a law that is not in exact geometry."""

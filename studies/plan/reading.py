@@ -12,7 +12,7 @@ import xarray as xr
 from ...core.doubts import Doubt
 from ...motions import Generator, Scenario, over_model, records
 from ...motions.arrays import Record, filter_doubts
-from ...motions.intensity.variability import CURE, NATURAL, SPECTRA, Variability, pooled, variability
+from ...motions.intensity.variability import NATURAL, SPECTRA, Variability, pooled, variability
 from ...motions.matching.adjustment import matching_doubts
 from ...motions.plausibility import generator_doubts, record_doubts, vertical_doubts
 
@@ -44,7 +44,7 @@ class Compared:
         chance = 2.58 * 1.2533 * spread / math.sqrt(sum(array.sizes["motion"] for array in arrays))
         if (np.abs(np.log(ratios[:2])) <= np.maximum(math.log(FAR), chance)).all():
             return line, None
-        return line, Doubt("scenario", f"the motions are not of the strength to be expected ({line})")
+        return line, Doubt.of("scenario_strength", line=line)
 
 
 class Reading(NamedTuple):
@@ -126,16 +126,13 @@ class Reading(NamedTuple):
 
 
 def _alike(varied: Variability) -> tuple[Doubt, ...]:
-    if not varied.narrow:
-        return ()
-    what = f"the motions have nearly one spectrum ({varied.text}, {NATURAL})"
-    return (Doubt(SPECTRA, f"{what}: curves come out steeper and rates more certain than they are; {CURE}"),)
+    return (Doubt.of("spectra_alike", spread=varied.text, natural=NATURAL),) if varied.narrow else ()
 
 
 def doubts_of_making(generator: Generator) -> list[Doubt]:
     """Return the input warnings on a generator: parameters of another unit, a scenario outside its equations' data."""
-    what = f"the scenario lies outside the data behind its equations ({generator.outside})"
-    return [*generator_doubts(generator), *([Doubt("scenario", what)] if generator.outside else [])]
+    outside = [Doubt.of("scenario_outside", outside=generator.outside)] if generator.outside else []
+    return [*generator_doubts(generator), *outside]
 
 
 UNREAD = Reading()
