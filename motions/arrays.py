@@ -34,6 +34,13 @@ DRAW = "draw"
 REVERSE_OF = "reverse_of"
 """Coordinate of motions that are run both ways: the label of the motion that each reverses (`motions.polarity`)."""
 
+TAKEN = {
+    "unit_from": "unit of the values in the file, with its source",
+    "dt_from": "source of the time step",
+    "azimuth_from": "source of the azimuth",
+}
+"""Coordinates of motions from files: values that a reader takes, with their sources."""
+
 TRANSPOSED = 10
 """Motions over samples, above which an array is likely transposed."""
 LONG_STEP = 1.0
@@ -398,7 +405,7 @@ def other_coordinates(arrays: Sequence[xr.DataArray]) -> dict[str, xr.Variable]:
     The motions are in the order of `records`. Of arrays without a coordinate it is NaN, or '' if it is a text.
     ValueError if its unit differs between arrays.
     """
-    excluded = (*_RECORD_COORDINATES, "floor", LIFTS, "shakes")
+    excluded = (*_RECORD_COORDINATES, *TAKEN, "floor", LIFTS, "shakes")
     coordinates = [
         {str(key): known for key, known in array.coords.items() if key not in excluded and {*known.dims} <= {"motion"}}
         for array in arrays
@@ -465,6 +472,16 @@ def floor_array(
         },
         name="acceleration",
         attrs={"units": ACCELERATION, "long_name": "absolute floor acceleration", "standard_name": "acceleration"},
+    )
+
+
+def taken(array: xr.DataArray, units: Any, steps: Any) -> xr.DataArray:
+    """Return motions with the sources of their units and time steps, for each motion or each of its floors."""
+    dims = ("motion", "floor")[: np.ndim(units)]
+    texts = np.array(units, dtype=object)
+    sources = np.broadcast_to(np.array(steps, dtype=object), texts.shape)
+    return array.assign_coords(
+        unit_from=(dims, texts, described(TAKEN["unit_from"])), dt_from=(dims, sources, described(TAKEN["dt_from"]))
     )
 
 

@@ -13,7 +13,7 @@ from ..core.aliases import Array
 from ..core.doubts import Doubt, first_of, warn
 from ..core.streams import stream
 from ..core.units import RADIAN, described
-from .arrays import BOTH_AXES, HORIZONTAL, LIFTS, VERTICAL, WEAK_AXIS, Record, from_array, records
+from .arrays import BOTH_AXES, HORIZONTAL, LIFTS, TAKEN, VERTICAL, WEAK_AXIS, Record, from_array, records
 from .plausibility import pair_doubts
 from .readers.directions import direction_of, header_of, of_file, said_of
 from .readers.lines import RecordError
@@ -28,13 +28,14 @@ PERPENDICULAR = math.radians(2.0)
 
 
 class _Channel(NamedTuple):
-    """One component that was read: its motion, name, recording, and direction (`azimuth`: NaN if not known)."""
+    """One component that was read: its motion, name, recording, direction (`azimuth`: NaN if not known), its source."""
 
     motion: xr.DataArray
     name: str
     recording: str
     vertical: bool
     azimuth: float
+    azimuth_from: str
 
 
 def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = None) -> xr.DataArray:
@@ -92,7 +93,12 @@ def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = Non
         at = int(np.argmax(off))
         first_azimuth, second_azimuth = np.degrees(azimuths[at, :2])
         raise ValueError(f"h1 and h2 must be perpendicular, got azimuths of {first_azimuth:g}° and {second_azimuth:g}°")
-    apart = {"component", "azimuth"}
+    apart = {"component", "azimuth", *TAKEN}
+    columns = [
+        (name, [part.coords[name].values if name in part.coords else [""] * len(first) for part in given.values()])
+        for name in TAKEN
+        if name in h1.coords or name in h2.coords
+    ]
     array = xr.DataArray(
         np.stack([component.transpose("motion", "time").values for component in given.values()], axis=1),
         dims=("motion", "component", "time"),
@@ -101,9 +107,12 @@ def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = Non
         attrs=h1.attrs,
     )
     names = np.array(list(given), dtype=object)
-    return array.assign_coords(
+    array = array.assign_coords(
         component=("component", names, described("component of the recording")),
         azimuth=(("motion", "component"), azimuths, AZIMUTH),
+    )
+    return array.assign_coords(
+        {name: (array["azimuth"].dims, np.array(of, dtype=object).T, described(TAKEN[name])) for name, of in columns}
     )
 
 
@@ -331,10 +340,10 @@ def _channels(path: Path, read: Sequence[xr.DataArray]) -> list[_Channel]:
         if len(arrays) > 1:
             direction = said_of(array)
             vertical, azimuth = direction_of(direction) or (False, math.nan)
-            channels.append(_Channel(array, f"{path.name} {direction}".strip(), str(path), vertical, azimuth))
+            channels.append(_Channel(array, f"{path.name} {direction}".strip(), str(path), vertical, azimuth, "header"))
             continue
-        vertical, azimuth, recording = of_file(path, array)
-        channels.append(_Channel(array, path.name, recording, vertical, azimuth))
+        vertical, azimuth, source, recording = of_file(path, array)
+        channels.append(_Channel(array, path.name, recording, vertical, azimuth, source))
     return channels
 
 
@@ -352,10 +361,13 @@ def _joined(channels: Sequence[_Channel]) -> xr.DataArray:
         raise RecordError(f"{channels[0].name}: has no second horizontal component among the files given")
     known = all(math.isfinite(channel.azimuth) for channel in level)
     motions = [
-        channel.motion.assign_coords(azimuth=("motion", [channel.azimuth], AZIMUTH)) if known else channel.motion
-        for channel in level
+        channel.motion.assign_coords(azimuth_from=("motion", [channel.azimuth_from])) if known else channel.motion
+        for channel in (*level, *upright)
     ]
+    if known:
+        azimuths = (("motion", [channel.azimuth], AZIMUTH) for channel in level)
+        motions[:2] = [motion.assign_coords(azimuth=at) for motion, at in zip(motions[:2], azimuths, strict=True)]
     try:
-        return join(motions[0], motions[1], upright[0].motion if upright else None)
+        return join(*motions)
     except ValueError as error:
         raise RecordError(f"{level[0].name}, {level[1].name}: {error}") from None

@@ -9,9 +9,9 @@ import xarray as xr
 
 from ...core import checks
 from ...core.limits import open_netcdf
-from ..arrays import RECORDED, floor_array, records
+from ..arrays import RECORDED, floor_array, records, taken
 from ..readers.lines import HEADER_WIDTH, Lines, RecordError, beginning, existing, is_blank, is_comment
-from ..readers.units import RELATIVE, agreed, doubt_factors, refuse_others, unit_factor, unit_of, units_in
+from ..readers.units import RELATIVE, agreed, doubt_factors, refuse_others, unit_factor, unit_of, unit_taken, units_in
 
 # First bytes of netCDF-3 and of HDF5, in which netCDF-4 is written.
 _NETCDF = (b"CDF\x01", b"CDF\x02", b"CDF\x05", b"\x89HDF\r\n\x1a\n")
@@ -81,6 +81,9 @@ def _read_netcdf(file: Path) -> xr.DataArray:
         records(array)
     except (TypeError, ValueError) as error:
         raise RecordError(f"{file}: {error}") from None
+    source = "attribute units" if array.attrs.get("units", array.attrs.get("unit")) else "netCDF without units"
+    units = np.full([array.sizes["motion"], array.sizes["floor"]], unit_taken(1.0, source), dtype=object)
+    array = taken(array, units, "coordinate dt" if "dt" in array.coords else "coordinate time")
     return array.transpose("motion", "floor", "time").rename("acceleration")
 
 
@@ -105,6 +108,7 @@ def _read_table(lines: Lines) -> xr.DataArray:
     doubt_factors(file, comments)
     above = [unit for number, text in comments for unit in units_in(text, number)]
     columns: dict[tuple[str, str], tuple[int, float]] = {}
+    number = lines.number
     for i, head in enumerate(heads[1:], start=1):
         match = _COLUMN.fullmatch(head)
         if match is None:
@@ -147,4 +151,6 @@ def _read_table(lines: Lines) -> xr.DataArray:
         raise RecordError(f"{file}: {error}") from None
     labels = [int(floor) if floor.isdecimal() else floor for floor in floors]
     whole = all(isinstance(label, int) for label in labels) and len(set(labels)) == len(labels)
-    return floor_array(values, dt, names, [file.name] * len(names), labels if whole else floors)
+    histories = floor_array(values, dt, names, [file.name] * len(names), labels if whole else floors)
+    units = [[unit_taken(columns[name, floor][1], number) for floor in floors] for name in names]
+    return taken(histories, units, "time column")

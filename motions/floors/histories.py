@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array
-from ..arrays import RECORDED, Record, floor_array
+from ..arrays import RECORDED, Record, floor_array, taken
 from ..polarity import REVERSED
 
 DIRECTIONS = ("x", "y")
@@ -25,7 +25,7 @@ APART = 1e-5
 class History(NamedTuple):
     """The absolute acceleration (time,), m/s², of one floor in one direction under one motion at one level.
 
-    `direction` is '' if there is only one; `source` names its file.
+    `direction` is '' if there is only one; `source` names its file, `unit_from` and `dt_from` are as of records.
     """
 
     level: float
@@ -35,6 +35,8 @@ class History(NamedTuple):
     acceleration: Array
     dt: float
     source: str
+    unit_from: str = ""
+    dt_from: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,7 +205,9 @@ class FloorHistories:
                     source = ", ".join(dict.fromkeys(history.source for history in histories))
                     values = np.stack([record.acceleration for record in histories])[None]
                     array = floor_array(values, histories[0].dt, [label], [source], floors)
-                    arrays.append(array.assign_coords(recorded=("motion", np.ones(1, dtype=bool), RECORDED)))
+                    array = array.assign_coords(recorded=("motion", np.ones(1, dtype=bool), RECORDED))
+                    units, steps = ([[getattr(of, name) for of in histories]] for name in ("unit_from", "dt_from"))
+                    arrays.append(taken(array, units, steps) if any(units[0]) else array)
         return arrays
 
     def _label(self, level: int, name: str) -> str:

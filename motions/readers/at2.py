@@ -14,12 +14,12 @@ from ...core.doubts import Doubt, warn
 from ...core.units import STANDARD_GRAVITY
 from ...core.wording import system_errors
 from ...core.writing import write_bytes
-from ..arrays import from_array, records
+from ..arrays import from_array, records, taken
 from .components import refuse_gaps, refuse_stated_peak
 from .directions import vertical_of
 from .lines import STEP, Lines, RecordError
 from .steps import refuse_other_step
-from .units import agreed, doubt_factors, quantities, refuse_others, units_in
+from .units import agreed, doubt_factors, quantities, refuse_others, unit_taken, units_in
 
 RARE = 1.0
 """PGA, g, that few records reach."""
@@ -112,14 +112,15 @@ def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
     except ValueError as error:
         raise RecordError(f"{file}: {error}") from None
     refuse_stated_peak(file, header, [array.values])
+    of_unit = unit_taken(STANDARD_GRAVITY, "AT2 without a unit") if unit is None else unit_taken(unit.factor, unit.line)
+    array = taken(array, [of_unit], f"line {last + 1}")
     if upright := vertical_of(text for _, text in header):
         array = array.assign_coords(component=("motion", [upright]))
-    noted = {} if unit is not None else {"processing": "no unit in its header: taken as g, which AT2 files are in"}
-    if noted and RARE < (reached := float(np.abs(values).max())) < 3.0:  # (more is doubted in any file)
+    if unit is None and RARE < (reached := float(np.abs(values).max())) < 3.0:  # (more is doubted in any file)
         warn(
             [Doubt("PGA", f"{file}: states no unit, is taken as g, and reaches {reached:.2g}: m/s² or per cent of g?")]
         )
-    return array.assign_attrs(title=" ".join(header[1][1].split()) if len(header) > 1 else "", **noted)
+    return array.assign_attrs(title=" ".join(header[1][1].split()) if len(header) > 1 else "")
 
 
 def write_at2(motion: xr.DataArray, path: str | os.PathLike[str], title: str = "") -> None:

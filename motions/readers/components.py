@@ -14,7 +14,7 @@ import xarray as xr
 from ...core.aliases import Array
 from ...core.doubts import Doubt, warn
 from ...core.units import described
-from ..arrays import from_array
+from ..arrays import from_array, taken
 from .lines import RecordError, plain
 from .units import PEAK_TOLERANCE, unit_factor
 
@@ -23,7 +23,7 @@ class Component(NamedTuple):
     """One component of a record: acceleration (n,) in m/s², step in s, and data from its file ('' and NaN: not given).
 
     `magnitude` is from the file, of the type `magnitude_type`; `distance` is from the epicentre, m; `vs30`, m/s.
-    `processing` notes changes by the reader.
+    `processing` notes changes by the reader. `unit_from` is the unit with its source, `dt_from` the source of the step.
     """
 
     acceleration: Array
@@ -36,6 +36,8 @@ class Component(NamedTuple):
     distance: float = math.nan
     vs30: float = math.nan
     processing: str = ""
+    unit_from: str = ""
+    dt_from: str = ""
 
     @property
     def label(self) -> str:
@@ -176,6 +178,7 @@ def arrays_of(file: Path, components: Sequence[Component]) -> list[xr.DataArray]
         notes = dict.fromkeys(part.processing for part in chosen if part.processing)
         if notes:
             array.attrs["processing"] = "; ".join(notes)
+        array = taken(array, [part.unit_from for part in chosen], [part.dt_from for part in chosen])
         arrays.append(array.assign_coords(_coordinates(chosen)))
     return arrays
 

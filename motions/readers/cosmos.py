@@ -12,7 +12,7 @@ from ...core.aliases import Array
 from .components import Component, refuse_other_peak, without_offset
 from .directions import place_of_sensor
 from .lines import Lines, RecordError
-from .units import unit_factor
+from .units import unit_factor, unit_taken
 
 _FIRST = re.compile(r"\(Format v\s?\d.{0,20}?with\s{1,9}(\d{1,3})\s{1,9}text lines\)", re.IGNORECASE)
 _RAW = re.compile(r"\s*(?:raw|uncorrected)\b", re.IGNORECASE)
@@ -79,7 +79,7 @@ def _channel(lines: Lines, text_lines: int, raw: bool) -> list[Component]:
         columns = _columns(lines, line)
         if match is None:
             raise lines.error(f"holds {line[:40]!r}, must announce data, '7000 acceleration pts, approx 70 secs, …'")
-        quantity = match["quantity"].lower()
+        quantity, announced = match["quantity"].lower(), lines.number
         count = lines.count(match["count"], f"{quantity} points")
         seconds = lines.value(match["seconds"], "the length (s)")
         factor = unit_factor(match["unit"]) if quantity.startswith("accel") else 1.0
@@ -113,6 +113,8 @@ def _channel(lines: Lines, text_lines: int, raw: bool) -> list[Component]:
                     magnitude_type=kind,
                     distance=_at(real, _DISTANCE_KM) * 1e3,
                     processing=note,
+                    unit_from=unit_taken(factor, announced),
+                    dt_from=f"real header {_STEP_MS}",
                 )
             )
         line = lines.header("the mark at the channel's end")

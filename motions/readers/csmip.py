@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from .components import Component, refuse_other_peak
 from .directions import place_of_sensor
 from .lines import Lines
-from .units import unit_factor
+from .units import unit_factor, unit_taken
 
 _TEXT_LINES = 25
 _FIRST = re.compile(r"\s*corrected accelerogram\b", re.IGNORECASE)
@@ -54,7 +54,7 @@ def _channel(lines: Lines) -> Component:
     text = ["", *(lines.header("the end of its text header") for _ in range(_TEXT_LINES - 1))]
     lines.numbers(_HEADER_VALUES, _INTEGERS, "values of the integer header")
     lines.numbers(_HEADER_VALUES, _REALS, "values of the real header")
-    acceleration, dt = None, math.nan
+    acceleration, dt, unit, announced = None, math.nan, "", 0
     for expected in ("accel", "veloc", "displ"):
         line = lines.header(f"its {expected} data")
         match, columns = _DATA.search(line), _FORMAT.search(line)
@@ -72,6 +72,8 @@ def _channel(lines: Lines) -> Component:
             stated = match["unit"] or match["older"]
             raise lines.error(f"gives the unit of acceleration as {stated!r}, known are cm/sec2, g and m/s2")
         step = lines.value(match["dt"], "the time step (s)", above=0.0, below=10.0)
+        if acceleration is None:
+            announced, unit = lines.number, unit_taken(factor, lines.number)
         values = lines.numbers(count, layout, f"{expected} points")
         if acceleration is None:
             acceleration, dt = values * factor, step
@@ -97,4 +99,6 @@ def _channel(lines: Lines) -> Component:
         event=event.group(1) if event else "",
         magnitude=float(magnitude.group(2)) if magnitude else math.nan,
         magnitude_type=magnitude.group(1) if magnitude else "",
+        unit_from=unit,
+        dt_from=f"line {announced}",
     )

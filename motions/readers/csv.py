@@ -34,6 +34,7 @@ from .lines import (
 from .steps import refuse_other_step, written_step
 from .units import (
     COUNTED,
+    GIVEN,
     OF_WAVES,
     RELATIVE,
     WHOLE,
@@ -44,6 +45,7 @@ from .units import (
     quantities,
     refuse_others,
     unit_of,
+    unit_taken,
     units_in,
 )
 
@@ -173,7 +175,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     timed = columns > 1 and not (names and _is_direction(names[0]))
     number = header[-1][0] if header else 0
     time = _times(file, values[:, 0], names[0] if names else "", number, words) if timed else values[:, 0]
-    step = _step(lines, time, header, dt, timed)
+    step, dt_from = _step(lines, time, header, dt, timed)
     doubt_duration(file, words, n * step)
     given = None if unit is None else given_factor(unit)
     doubt_factors(file, header)
@@ -217,7 +219,9 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
         label = channel_of(name, channels) if several else vertical_of(text for _, text in words)
         if columns == 1 + timed and (place := place_of(text for _, text in words)):
             label = f"{label or 'sensor'}{place}"
-        kept.append(Component(acceleration, step, station=file.stem if label else "", component=label, processing=note))
+        unit_from = unit_taken(factor, GIVEN if agreed_on is None else agreed_on.line)
+        column_of = Component(acceleration, step, file.stem if label else "", label, processing=note)
+        kept.append(column_of._replace(unit_from=unit_from, dt_from=dt_from))
     if not kept:
         headings = first_names([name for left in out.values() for name in left]) or "velocity or displacement"
         raise RecordError(f"{file}: its heading names {headings}, not acceleration")
@@ -429,9 +433,10 @@ def _indexed(names: Sequence[str]) -> bool:
     )
 
 
-def _step(lines: Lines, time: Array, header: list[tuple[int, str]], dt: float | None, timed: bool) -> float:
+def _step(lines: Lines, time: Array, header: list[tuple[int, str]], dt: float | None, timed: bool) -> tuple[float, str]:
+    """Return the time step of a table, s, and its source."""
     file = lines.file
-    written, doubtful = written_step(lines, header, len(time))
+    written, doubtful, line = written_step(lines, header, len(time))
     if timed:
         if dt is not None:
             raise RecordError(f"{file}: has a time column, so dt must not be given, got {dt!r}")
@@ -444,11 +449,11 @@ def _step(lines: Lines, time: Array, header: list[tuple[int, str]], dt: float | 
         if measured >= LONGEST_STEP:
             raise RecordError(f"{file}: its first column steps by {measured:g}, which is no time in s")
         refuse_other_step(lines, header, len(time), measured, f"its time column {measured:g} s")
-        return measured
+        return measured, "time column"
     if dt is not None:
         step = checks.number("dt", dt, above=0.0, unit="s")
         refuse_other_step(lines, header, len(time), step, f"so dt must not be {step:g}", given=True)
-        return step
+        return step, GIVEN
     if written is None:
         raise RecordError(f"{file}: has no time column, so dt must be given (s), in a study motions.dt_s")
     if doubtful:
@@ -456,7 +461,7 @@ def _step(lines: Lines, time: Array, header: list[tuple[int, str]], dt: float | 
             f"{file}: {doubtful}: which is the time step of its samples? State that alone, or give dt, in a study "
             "motions.dt_s"
         )
-    return written
+    return written, f"line {line}"
 
 
 def _rounded(time: Array) -> str:

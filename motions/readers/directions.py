@@ -241,8 +241,8 @@ def are_vertical(array: xr.DataArray) -> list[bool]:
     return [(direction_of(str(text)) or title or (False, math.nan))[0] for text in along]
 
 
-def of_file(path: Path, motion: xr.DataArray) -> tuple[bool, float, str]:
-    """Return True if the only motion of a file is vertical, its azimuth, rad (NaN: not known), and its recording.
+def of_file(path: Path, motion: xr.DataArray) -> tuple[bool, float, str, str]:
+    """Return True if the only motion of a file is vertical, its azimuth, rad (NaN: not known), source, recording.
 
     The direction is from the file, otherwise from its name, otherwise from its title. The recording is named by the
     record sequence number of the NGA databases, by the name without its direction, or by the station and event.
@@ -260,7 +260,8 @@ def of_file(path: Path, motion: xr.DataArray) -> tuple[bool, float, str]:
         raise RecordError(
             f"{path}: its name gives no direction, such as an ending 090 or -N, to find its other components by"
         )
-    return *(direction or (False, math.nan)), f"{path.parent}/{base}"
+    source = "header" if stated else "file name" if word and direction_of(word) else "second line"
+    return *(direction or (False, math.nan)), source, f"{path.parent}/{base}"
 
 
 def _named(path: Path) -> tuple[str, str, bool]:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from .components import Component, doubt_duration, refuse_other_peak
 from .directions import BOREHOLE
 from .lines import Lines, RecordError, known
-from .units import GAL, unit_factor
+from .units import GAL, unit_factor, unit_taken
 
 _LAST_KEY, _OLDER_LAST_KEY = "USER5", "USER4"  # of DYNA 1.2 and 1.0
 _MOST_KEYS = 200
@@ -86,5 +86,7 @@ def esm_components(lines: Lines) -> list[Component]:
             magnitude_type="" if math.isnan(moment) and math.isnan(local) else "ML" if math.isnan(moment) else "Mw",
             distance=given("EPICENTRAL_DISTANCE_KM") * 1e3,
             vs30=given("VS30_M/S"),
+            unit_from=unit_taken(factor, where["UNITS"]),
+            dt_from=f"line {where['SAMPLING_INTERVAL_S']}",
         )
     ]

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from .components import Component, refuse_other_peak
 from .lines import Lines, RecordError
-from .units import unit_factor
+from .units import unit_factor, unit_taken
 
 _TEXT_LINES = 16
 _INTEGERS, _REALS = (10, 8), (10, 8)
@@ -53,6 +53,7 @@ def _component(lines: Lines) -> Component:
     factor = unit_factor(unit) if unit else None
     if stated is None or factor is None:
         raise lines.error(f"ends a text header that gives the unit of acceleration as {unit!r}, the format has mm/s/s")
+    at = lines.number - len(text) + text.index(stated.string) + 1
     integers = lines.numbers(40, _INTEGERS, "values of the integer header")
     reals = lines.numbers(60, _REALS, "values of the real header")
     dt = lines.value(repr(float(reals[_STEP - 1])), "the time step (real header 26, s)", above=0.0, below=10.0)
@@ -75,4 +76,6 @@ def _component(lines: Lines) -> Component:
         magnitude=magnitude if magnitude > 0.0 else math.nan,
         magnitude_type="M" if magnitude > 0.0 else "",
         distance=1e3 * float(integers[_DISTANCE_KM - 1]),
+        unit_from=unit_taken(factor, at),
+        dt_from=f"real header {_STEP}",
     )

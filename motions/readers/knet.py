@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from .components import Component, refuse_other_peak, without_offset
 from .directions import BOREHOLE
 from .lines import Lines, known
-from .units import GAL, unit_factor
+from .units import GAL, unit_factor, unit_taken
 
 # The lines of the header in their order, each by its first words.
 _HEADER = (
@@ -57,7 +57,7 @@ def knet_components(lines: Lines) -> list[Component]:
     https://www.kyoshin.bosai.go.jp/kyoshin/man/knetform_en.html.
     """
     header: dict[str, str] = {}
-    factor = dt = duration = math.nan
+    factor = dt = duration = unit = math.nan
     for name in _HEADER:
         line = lines.header(f"the header line {name!r}")
         if not line.startswith(name):
@@ -69,8 +69,8 @@ def knet_components(lines: Lines) -> list[Component]:
             duration = lines.value(text, "the duration (s)", above=0.0, below=1e6)
         elif name == "Scale Factor":
             match = _SCALE.match(text)
-            unit = unit_factor(match["unit"]) if match else None
-            if match is None or unit is None:
+            unit = (unit_factor(match["unit"]) if match else None) or math.nan
+            if match is None or math.isnan(unit):
                 raise lines.error(f"gives the scale factor as {text[:40]!r}, must be like '3920(gal)/6182761'")
             counts = lines.value(match["denominator"], "the scale factor's counts", above=0.0)
             factor = unit * lines.value(match["numerator"], "the scale factor", above=0.0) / counts
@@ -96,5 +96,7 @@ def knet_components(lines: Lines) -> list[Component]:
             magnitude=known(magnitude),
             magnitude_type="M" if magnitude else "",
             processing=note,
+            unit_from=unit_taken(unit, 1 + _HEADER.index("Scale Factor")),
+            dt_from=f"line {1 + _HEADER.index('Sampling Freq')}",
         )
     ]

@@ -22,7 +22,7 @@ from ...core.limits import OBSPY_BYTES
 from .components import Component, without_offset
 from .directions import direction_of
 from .lines import MAX_SAMPLES, RecordError, beginning, lines_of
-from .units import WHOLE, Unit, agreed, given_factor, unit_of
+from .units import GIVEN, WHOLE, Unit, agreed, given_factor, unit_of, unit_taken
 
 _GROUP = "obspy.plugin.waveform"
 # SEED: band, sensor, orientation
@@ -123,6 +123,8 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
                 component=f"UP ({codes.channel})" if upright else codes.channel,
                 event=str(codes.starttime)[:19].replace("T", " "),
                 processing=note,
+                unit_from=unit_taken(factor, GIVEN if agreed_on is None else agreed_on.line),
+                dt_from=f"header of {name}",
             )
         )
     if velocity:

@@ -92,17 +92,18 @@ class _Statement(NamedTuple):
         return math.isclose(self.step, step, rel_tol=0.01)
 
 
-def written_step(lines: Lines, header: Sequence[tuple[int, str]], n: int) -> tuple[float | None, str]:
-    """Return the time step to read of the header of n samples, s, or None, and the reason to refuse it or ''."""
+def written_step(lines: Lines, header: Sequence[tuple[int, str]], n: int) -> tuple[float | None, str, int]:
+    """Return the time step to read of the header of n samples, s, or None, the reason to refuse it or '', its line."""
     stated, changes, changed = _statements(lines, header, n)
     stated = [statement for statement in stated if statement.read or not changes]
     first = next((statement for statement in stated if statement.read), None)
     if first is None:
-        return None, ""
+        return None, "", 0
     agreeing = {statement.line for statement in stated if statement.agrees(first.step)}
     others = (other for other in stated if not other.agrees(first.step) and (other.read or other.line not in agreeing))
     second = next(others, None)
-    return first.step, changed or (f"lines {first.line} and {second.line} state two steps" if second else "")
+    doubtful = changed or (f"lines {first.line} and {second.line} state two steps" if second else "")
+    return first.step, doubtful, first.line
 
 
 def refuse_other_step(

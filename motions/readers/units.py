@@ -16,6 +16,9 @@ from .lines import RecordError, folded, plain
 GAL = 0.01  # m/s²
 # m/s² per unit of acceleration, by the normalised spelling of the unit.
 _ACCELERATION = {"g": STANDARD_GRAVITY, "gal": GAL, "cm/s2": GAL, "mm/s2": 0.001, "m/s2": 1.0}
+_NAMES = {STANDARD_GRAVITY: "g", GAL: "cm/s²", 0.001: "mm/s²", 1.0: "m/s²"}
+GIVEN = "given"
+"""Source of a unit or a time step that the caller gives."""
 _OTHERS = {
     "velocity": ("m/s", "cm/s", "mm/s", "kine", "in/s", "ft/s"),
     "displacement": ("m", "cm", "mm", "ft"),
@@ -197,6 +200,12 @@ def given_factor(unit: str | float) -> float:
     if factor == 0.0:
         raise ValueError("unit must not be 0 m/s² per count")
     return factor
+
+
+def unit_taken(factor: float, source: int | str) -> str:
+    """Return the name of a unit of m/s², with its source: a line, or words."""
+    where = f"line {source}" if isinstance(source, int) else source
+    return f"{_NAMES.get(factor, f'{factor:g} m/s² per count')} ({where})"
 
 
 def in_name(name: str, line: int) -> list[Unit]:

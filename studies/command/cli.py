@@ -297,7 +297,7 @@ def look_at_motions(
     tables = [looked_at.measures_table(values), *([looked_at.scenario_table(shown.ratios)] if shown.ratios else [])]
     for part in (part for table in tables for part in rendered(table, console.width)):
         console.print(part)
-    say(console, *shown.lines)
+    say(console, *shown.read, *shown.lines)
     if spectrum is not None:
         misfit = matching_report(motions, spectrum).misfit_mean
         console.print(

@@ -54,6 +54,7 @@ def inputs_of(results: xr.Dataset) -> Iterator[Fact]:
     if "processing" in results.attrs:
         done = str(results.attrs["processing"]).splitlines()
         yield Fact("motion.processing", names=tuple(done[:MOST_LINES]), more={"others": len(done[MOST_LINES:])})
+    yield from (note for note in notes_of(results) if note.what == "motion.taken")
     if "scenario" in results.attrs:
         yield Fact("motion.scenario", names=tuple(str(results.attrs["scenario"]).splitlines()))
     building = study.get("building")

@@ -34,7 +34,7 @@ def sections(results: xr.Dataset, state: str = "") -> dict[str, list[Fact]]:
     within, checks = within_levels(results), checks_of(results, state)
     of_building = "item" in results.dims
     subject = building if of_building else sensitivity if "value" in results.dims else curves
-    method, below = [*method_of(results)], [*footnotes(within)]
+    inputs, method, below = [*inputs_of(results)], [*method_of(results)], [*footnotes(within)]
     passed = [check for check in checks if check.word == GOOD]
     bad = sorted((check for check in checks if check.word != GOOD), key=lambda check: check.word != INVALID)
     return {
@@ -43,11 +43,11 @@ def sections(results: xr.Dataset, state: str = "") -> dict[str, list[Fact]]:
         "validity": [badge(checks)],
         "footnotes": below,
         "details": [*building.details(within)] if of_building else [],
-        "inputs": [*inputs_of(results)],
+        "inputs": inputs,
         "method": method,
         "checks": bad,
         "passed": passed,
-        "notes": left_notes(results, (*checks, *method, *below)),
+        "notes": left_notes(results, (*checks, *inputs, *method, *below)),
     }
 
 

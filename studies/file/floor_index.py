@@ -89,7 +89,8 @@ def _histories(table: CsvTable, of_level: str, dt: float | None, unit: str | flo
             refuse_samples(samples, "the floor histories")
         chosen = _chosen(line, files[file], texts["file"])
         (record,) = records(chosen)
-        yield History(level, texts["motion"], floor, direction, record.acceleration, record.dt, texts["file"])
+        sources = (str(chosen[name].values[0]) for name in ("unit_from", "dt_from"))
+        yield History(level, texts["motion"], floor, direction, record.acceleration, record.dt, texts["file"], *sources)
     if again:
         warn([Doubt.of("floors_again", file=table.file, named=first_of([*again]))])
 

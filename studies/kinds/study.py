@@ -53,7 +53,7 @@ from ..file.schema import StudyFile, read_study_file
 from ..file.table import all_errors, key_doubts
 from ..plan.designs import Cloud, Design, Incremental
 from ..plan.estimates import UNDECIDED, Fit
-from ..plan.reading import Reading
+from ..plan.reading import Reading, taken_facts
 from ..plan.risk import Risk
 from ..store.content import AS_WRITTEN, EDITED, content_state, sealed
 from ..store.differences import identifying
@@ -305,7 +305,14 @@ class Study(ABC):
     def facts(self) -> list[Fact]:
         """Notes for a user before any run."""
         doubts = doubted(doubt.sentence for doubt in self.doubts if doubt.kind not in self.accepted)
-        return [*self.squat, *stiffness_notes(self.configuration), *strength_notes(self.configuration), *doubts]
+        readings = self.reading, *(branch.reading for branch in self.further.values())
+        taken = taken_facts(dict.fromkeys(record for reading in readings for record in reading.taken))
+        return [*self.squat, *stiffness_notes(self.configuration), *strength_notes(self.configuration), *doubts, *taken]
+
+    @property
+    def further(self) -> Mapping[str, Any]:
+        """The motions of branches in addition to the study's own, by name."""
+        return {}
 
     @property
     def notes(self) -> list[str]:

@@ -1,6 +1,7 @@
 """Findings of making or reading the motions of a study: input warnings, processing, scenario, and variability."""
 
 import math
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,9 +10,10 @@ from typing import NamedTuple, Self
 import numpy as np
 import xarray as xr
 
-from ...core.doubts import Doubt
+from ...core.doubts import NAMED, Doubt
+from ...core.facts import Fact
 from ...motions import Generator, Scenario, over_model, records
-from ...motions.arrays import Record, filter_doubts
+from ...motions.arrays import TAKEN, Record, filter_doubts
 from ...motions.intensity.variability import NATURAL, SPECTRA, Variability, pooled, variability
 from ...motions.matching.adjustment import matching_doubts
 from ...motions.plausibility import generator_doubts, record_doubts, vertical_doubts
@@ -50,7 +52,7 @@ class Compared:
 class Reading(NamedTuple):
     """Warnings on records, processing, spectra's spread, storeys, and comparisons of scenarios with a model.
 
-    Motions that are scaled have `own_strength` no longer: it is not doubted.
+    Motions that are scaled have `own_strength` no longer: it is not doubted. `taken` is as `taken_of` returns it.
     """
 
     doubts: tuple[Doubt, ...] = ()
@@ -59,6 +61,7 @@ class Reading(NamedTuple):
     storeys: tuple[str, ...] = ()
     compared: tuple[Compared, ...] = ()
     own_strength: bool = True
+    taken: tuple[tuple[str, float, str, str, str], ...] = ()
 
     @property
     def scenario(self) -> tuple[str, ...]:
@@ -102,7 +105,7 @@ class Reading(NamedTuple):
         else:
             lines = tuple(f"{record.label}: {note or 'none'}" for note, of_note in done for record in of_note)
         doubts = (*vertical_doubts(arrays), *record_doubts(plain, own_level), *filter_doubts(arrays), *missed)
-        reading = cls(doubts, lines)
+        reading = cls(doubts, lines, taken=taken_of(arrays))
         return reading if any("floor" in array.dims for array in arrays) else reading._varied(plain)
 
     def _varied(self, plain: Sequence[Record]) -> Self:
@@ -122,7 +125,39 @@ class Reading(NamedTuple):
         alike = () if joint is None else _alike(joint)
         storeys = dict.fromkeys(line for part in every for line in part.storeys)
         own_strength = all(part.own_strength for part in every)
-        return cls((*doubts, *alike), tuple(lines), joint, tuple(storeys), compared, own_strength)
+        taken = dict.fromkeys(record for part in every for record in part.taken)
+        return cls((*doubts, *alike), tuple(lines), joint, tuple(storeys), compared, own_strength, tuple(taken))
+
+
+def taken_of(arrays: Iterable[xr.DataArray]) -> tuple[tuple[str, float, str, str, str], ...]:
+    """Return label, time step (s), and `TAKEN`, of each component and floor of motions from files."""
+    records: list[tuple[str, float, str, str, str]] = []
+    for array in (array for array in arrays if "unit_from" in array.coords):
+        columns = [array[name] if name in array.coords else xr.DataArray("") for name in ("motion", "dt", *TAKEN)]
+        rows = zip(*(column.values.ravel() for column in xr.broadcast(*columns)), strict=True)
+        records += [(str(label), float(dt), str(unit), str(step), str(at)) for label, dt, unit, step, at in rows]
+    return tuple(dict.fromkeys(records))
+
+
+def taken_facts(records: Iterable[tuple[str, float, str, str, str]]) -> list[Fact]:
+    """Return the fact of the units and time steps of records, grouped by their sources; none without records."""
+    groups: dict[tuple[str, ...], list[tuple[str, float, str, str, str]]] = {}
+    for record in records:
+        groups.setdefault(tuple(re.sub(r"\bline \d+", "", text) for text in record[2:]), []).append(record)
+    rows = []
+    for group in groups.values():
+        labels, steps, units, step_sources, azimuth_sources = zip(*group, strict=True)
+        names = list(dict.fromkeys(labels)) if len(groups) > 1 else []
+        row = {"count": len(group), "names": names if len(names) <= NAMED else [], "steps": [min(steps), max(steps)]}
+        texts = zip(("unit", "step", "azimuth"), (units, step_sources, azimuth_sources), strict=True)
+        rows.append({**row, **{name: _with_all_lines(sources) for name, sources in texts}})
+    return [Fact("motion.taken", sum(map(len, groups.values())), more={"groups": rows})] if rows else []
+
+
+def _with_all_lines(texts: Sequence[str]) -> str:
+    """Return the first of texts that differ in the number of a line, with the first and the last number."""
+    numbers = sorted({int(number) for text in texts for number in re.findall(r"\bline (\d+)", text)})
+    return re.sub(r"\bline \d+", f"lines {numbers[0]} to {numbers[-1]}", texts[0]) if len(numbers) > 1 else texts[0]
 
 
 def _alike(varied: Variability) -> tuple[Doubt, ...]:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
+import numpy as np
 import xarray as xr
 from pydantic import ValidationError
 
@@ -15,7 +16,7 @@ from ...core.units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND,
 from ...core.wording import counted
 from ...models import Block, Law
 from ...models.scenes.restraint import KINDS
-from ...motions.arrays import from_array, records
+from ...motions.arrays import TAKEN, from_array, records
 from ...motions.intensity.evaluation import positive_measure
 from ...motions.matching.adjustment import REACHED
 from ..file.blocks import FACTORS, MAKERS, PARTS as BLOCK_PARTS, SIZES, BlockTable
@@ -152,8 +153,13 @@ def motion_of(
     alone = from_array(
         record.acceleration, record.dt, [record.label], record.source, record.own_amplitude, record.recorded
     )
-    reached = {key: arrays[0][key].variable for key in REACHED if made and key in arrays[0].coords}
-    return alone.assign_coords(reached)
+    of_each = [
+        array.isel(motion=[i])
+        for array in arrays
+        for i in np.repeat(np.arange(array.sizes["motion"]), array.sizes.get("floor", 1))
+    ]
+    coordinates = {key: of_each[at].coords[key] for key in (REACHED if made else TAKEN) if key in of_each[at].coords}
+    return alone.assign_coords({key: values for key, values in coordinates.items() if values.dims == ("motion",)})
 
 
 def _check_name(name: str) -> None:

@@ -25,10 +25,11 @@ from ...motions.plausibility import record_doubts, vertical_doubts
 from ...motions.readers.directions import BY_ITSELF, horizontal_motions
 from ...motions.readers.patterns import expand
 from ...motions.simulated.ground_motion_models import over_models
+from ..facts.say import notes_said
 from ..file.floor_index import read_floor_index
 from ..file.motions import IndexedFloorMotions
 from ..file.schema import read_study_file
-from ..plan.reading import Reading
+from ..plan.reading import Reading, taken_facts, taken_of
 from ..plots import axes
 from ..tables.table import Cells, Column, Table
 from ..text.encoding import json_text
@@ -57,12 +58,18 @@ COLUMNS = (
 
 
 class Shown(NamedTuple):
-    """Motions to show, input warnings on them, and ratios to ground-motion models, or in words of each stripe."""
+    """Motions to show, input warnings, ratios to ground-motion models, or words of each stripe, and units of files."""
 
     motions: list[xr.DataArray]
     doubts: list[Doubt]
     ratios: dict[str, xr.Dataset]
     lines: tuple[str, ...] = ()
+    taken: tuple[tuple[str, float, str, str, str], ...] = ()
+
+    @property
+    def read(self) -> list[str]:
+        """Sentences on the units and time steps of files."""
+        return notes_said(taken_facts(self.taken))
 
 
 def read_motions(inputs: Sequence[str]) -> Shown:
@@ -74,26 +81,27 @@ def read_motions(inputs: Sequence[str]) -> Shown:
         if not studies:
             arrays = horizontal_motions({path: shaking.read_all(path) for path in expand(list(inputs), Path())}, inputs)
             doubts = [*vertical_doubts(arrays, BY_ITSELF), *record_doubts(records(arrays))]
-            return Shown(arrays, doubts, {})
+            return Shown(arrays, doubts, {}, taken=taken_of(arrays))
         path = Path(studies[0])
         with noted():  # a study names the warnings on its files
             content = read_study_file(path)
         table = content.motions
         if content.performance is not None and isinstance(table, IndexedFloorMotions):
             arrays = read_floor_index(path.parent / table.floors_index, table.dt_s, table.unit).arrays
-            doubts = [doubt for doubt in Reading.of(arrays).doubts if doubt.kind not in (content.accept or [])]
-            return Shown(arrays, doubts, {})
+            reading = Reading.of(arrays)
+            doubts = [doubt for doubt in reading.doubts if doubt.kind not in (content.accept or [])]
+            return Shown(arrays, doubts, {}, taken=reading.taken)
         sets = content.shaking(path.parent)
         arrays = _labelled_once([of_set.motions for of_set in sets])
         records(arrays)
         reading = Reading.joined([of_set.reading for of_set in sets])
         doubts = [doubt for doubt in (*reading.doubts, *reading.far) if doubt.kind not in (content.accept or [])]
         if content.stripes is not None:
-            return Shown(arrays, doubts, {}, (*reading.scenario, *reading.storeys))
+            return Shown(arrays, doubts, {}, (*reading.scenario, *reading.storeys), reading.taken)
         made = content.motions.made_by(path.parent)
         at = None if made is None else made.scenario
         if at is None or content.motions.given("number") == 1 or reading.storeys:
-            return Shown(arrays, doubts, {}, reading.storeys)
+            return Shown(arrays, doubts, {}, reading.storeys, reading.taken)
         on_floors = any("floor" in array.dims for array in arrays)
         ground = content.motions.build(path.parent) if on_floors else arrays
         return Shown(arrays, doubts, *_over_models(ground, at))
@@ -181,6 +189,7 @@ def measures_json(values: xr.Dataset, figures: Sequence[Path], shown: Shown) -> 
         "duration": {"units": "s", "values": values["duration"].values.tolist()},
         **({"floor": values["floor"].values.tolist()} if "floor" in values.coords else {}),
         "measures": measures,
+        "read": shown.read,
         "notes": [doubt.sentence for doubt in shown.doubts],
         **({"over_models": {model: _over(ratio) for model, ratio in shown.ratios.items()}} if shown.ratios else {}),
         "figures": [str(path) for path in figures],

@@ -42,6 +42,7 @@ from ...motions.arrays import filter_doubts, records
 from ...motions.matching.adjustment import matching_doubts
 from ...motions.plausibility import record_doubts
 from ..facts.say import notes_said
+from ..plan.reading import taken_facts, taken_of
 from ..text.encoding import json_text
 from ..text.error import writing
 from ..text.histories import last_balance
@@ -267,7 +268,11 @@ class Simulation:
         ]
         doubts += matching_doubts([self.motion])
         doubts += level_doubts(np.array([self.pga]), ACCELERATION) if self.factor != 1.0 else []
-        facts = [*block_facts([self.block]), *doubted(doubt.sentence for doubt in doubts)]
+        facts = [
+            *block_facts([self.block]),
+            *taken_facts(taken_of([self.motion])),
+            *doubted(doubt.sentence for doubt in doubts),
+        ]
         if self.screened is not None:
             verdict = int(self.screened["verdict"].max())
             for reason in (reason for reason in REASONS if verdict & reason.bit and reason is not SQUAT):

@@ -21,6 +21,7 @@ NEW = {
     "anchoring.rest_repays_nothing",  # (the recommendations of all other lines, in one sentence)
     "block.tilt_limit",  # (a new key)
     "hazard.levels_apart",  # (levels of an inventory between which nearly everything falls were taken without a word)
+    "motion.taken",  # (units and time steps of records were taken without a word)
     "rate.amounts_beyond_levels",  # (as above, for amounts beyond the levels)
 }
 """Facts that no page said before."""

@@ -240,9 +240,17 @@ class TestFiles:
     def test_netcdf_round_trip(self, tmp_path):
         floors = Building.flexural_shear(0.8, storeys=3).floor_motions(ground())
         floors.to_netcdf(tmp_path / "floors.nc")
-        xr.testing.assert_identical(read_floors(tmp_path / "floors.nc"), floors)
+        read = read_floors(tmp_path / "floors.nc")
+        assert set(read["unit_from"].values.ravel()) == {"m/s² (attribute units)"}
+        xr.testing.assert_identical(read.drop_vars(["unit_from", "dt_from"]), floors)
         floors.to_dataset().to_netcdf(tmp_path / "classic", format="NETCDF3_64BIT")
         np.testing.assert_array_equal(read_floors(tmp_path / "classic").values, floors.values)
+
+    def test_netcdf_without_units_is_named(self, tmp_path):
+        floors = Building.flexural_shear(0.8, storeys=3).floor_motions(ground())
+        floors.attrs.pop("units")
+        floors.to_netcdf(tmp_path / "floors.nc")
+        assert set(read_floors(tmp_path / "floors.nc")["unit_from"].values.ravel()) == {"m/s² (netCDF without units)"}
 
     def test_comments_that_agree(self, tmp_path):
         text = "# total acceleration in g, PGV (cm/s): 12\n\n# units: g\ntime,a/1 [g]\n0,1\n1,1\n"

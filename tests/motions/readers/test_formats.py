@@ -559,3 +559,32 @@ def damage(path, source, times):
 
 def test_refused(refusal):
     refusal()
+
+
+def test_a_unit_and_a_step_are_named_with_their_lines(tmp_path):
+    """Each reader names the unit that it takes and the place of the unit and of the time step."""
+    many = shaking(30)
+    table = "time (s),acc\n" + "".join(f"{0.01 * i:.2f},{value}\n" for i, value in enumerate(many))
+    column = "".join(f"{value}\n" for value in many)
+    short = many[:4].tolist()
+    rows = [
+        (files.at2(short), {}, "g (line 3)", "line 4"),
+        (files.at2(short).replace(" IN UNITS OF G", ""), {}, "g (AT2 without a unit)", "line 4"),
+        (files.knet(COUNTS), {}, "cm/s² (line 14)", "line 11"),
+        (files.esm(short), {}, "cm/s² (line 15)", "line 12"),
+        (files.cosmos([[("acceleration", short)]]), {}, "cm/s² (line 45)", "real header 62"),
+        (files.csmip(CSMIP), {}, "cm/s² (line 46)", "line 46"),
+        (files.geonet(GEONET), {}, "mm/s² (line 14)", "real header 26"),
+        (f"# values: gal\n{table}", {}, "cm/s² (line 1)", "time column"),
+        (f"# note\n# in m/s2\n\ndt = 0.01\n{column}", {}, "m/s² (line 2)", "line 4"),
+        (table, {"unit": "g"}, "g (given)", "time column"),
+        (column, {"unit": 2e-6, "dt": 0.01}, "2e-06 m/s² per count (given)", "given"),
+    ]
+    for text, options, unit, step in rows:
+        motion = mo.read(saved(tmp_path, text), **options)
+        assert (motion["unit_from"].item(), motion["dt_from"].item()) == (unit, step), text[:200]
+        line = int((re.findall(r"line (\d+)", unit) or [1])[0])
+        assert re.search("(?i)unit|gal|of g$|sec2|m/s2|s/s", text.splitlines()[line - 1]) or "line" not in unit
+    two = "".join(f"{0.01 * i:.2f},{value},1\n" for i, value in enumerate(many))
+    motion = mo.read(saved(tmp_path, f"time (s),NS (g),EW (gal)\n{two}"))
+    assert motion["unit_from"].values.tolist() == ["g (line 1)", "cm/s² (line 1)"]

@@ -59,7 +59,7 @@ def test_what_a_header_says(tmp_path, row):
     factor = G if row["factor"] == "g" else float(row["factor"])
     np.testing.assert_allclose(motion.values, [np.array(SAMPLES) * factor], rtol=1e-13)
     assert float(motion["dt"][0]) == pytest.approx(float(row["step"]), rel=1e-9)
-    assert row["noted"] in motion.attrs.get("processing", "")
+    assert row["noted"] in f"{motion.attrs.get('processing')} {motion['unit_from'].item()}"
     assert [bool(re.search(row["doubted"], str(doubt.message))) for doubt in told] == [True] * bool(row["doubted"])
     if row["contradicted"]:
         with pytest.raises(RecordError, match=f"its header says dt = {row['step']} s, so dt must not be"):

@@ -1,0 +1,100 @@
+"""Units and time steps that readers take, as a study, the command and the page name them."""
+
+import numpy as np
+import pytest
+import record_files as files
+import xarray as xr
+
+import toppling as tp
+from toppling import motions as mo
+from toppling.core.facts import stored
+from toppling.motions.pairs import pair_up
+from toppling.studies.command.cli import main
+from toppling.studies.facts.method import inputs_of
+from toppling.studies.facts.notes import INPUT_NOTES
+from toppling.studies.facts.say import notes_said, say
+from toppling.studies.plan.reading import taken_facts, taken_of
+
+STUDY = """
+title = "Records"
+[[blocks]]
+width_m = 0.4
+height_m = 1.8
+[[models]]
+law = "housner"
+[motions]
+records = "records/*"
+[ida]
+im = "pga"
+levels = { values = [0.3, 0.6], unit = "g" }
+"""
+ODD = {
+    "a.csv": "# values: gal\n" + files.csv(files.shaking(200)).replace(" (cm/s2)", ""),
+    "b.AT2": files.at2(0.01 * files.shaking(200, seed=1)),
+    "c.AT2": files.at2(0.01 * files.shaking(200, seed=2), dt=0.005).replace(" IN UNITS OF G", ""),
+}
+SENTENCE = (
+    "a: unit cm/s² (line 1), time step 0.01 s (time column); b: unit g (line 3), time step 0.01 s (line 4); "
+    "c: unit g (AT2 without a unit), time step 0.005 s (line 4)."
+)
+
+
+@pytest.fixture
+def odd(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "records").mkdir()
+    for name, text in ODD.items():
+        (tmp_path / "records" / name).write_text(text, encoding="utf-8")
+    (tmp_path / "study.toml").write_text(STUDY, encoding="utf-8")
+    return tmp_path
+
+
+def test_a_study_names_them(odd):
+    study = tp.Study.from_toml(odd / "study.toml")
+    assert SENTENCE in study.notes
+    attrs = {"study": "{}", "kind": "fragility", INPUT_NOTES: stored(study.facts)}
+    (fact,) = (fact for fact in inputs_of(xr.Dataset(attrs=attrs)) if fact.what == "motion.taken")
+    assert say(fact, "method") == SENTENCE
+
+
+@pytest.mark.parametrize("inputs", [["study.toml"], ["records/*"]])
+def test_the_terminal_names_them(odd, capsys, inputs):
+    assert main(["motions", *inputs, "--out", "out"]) == 0
+    assert SENTENCE.split("; ")[1] in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_simulated_record_is_named(odd, capsys):
+    assert main(["simulate", "--width", "0.4m", "--height", "1.8m", "records/a.csv", "--out", "out"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "note: 1 record: unit cm/s² (line 1), time step 0.01 s (time column)." in said
+
+
+def test_equal_records_are_one_group(tmp_path):
+    for i in range(40):
+        text = files.at2(0.01 * files.shaking(50, seed=i), dt=0.005 if i % 2 else 0.02)
+        (tmp_path / f"r{i}.AT2").write_text("A title\n" * (i % 3) + text, encoding="utf-8")
+    facts = taken_facts(taken_of(mo.read_all(tmp_path / "*.AT2")))
+    assert notes_said(facts) == ["40 records: unit g (lines 3 to 5), time step 0.005 to 0.02 s (lines 4 to 6)."]
+    assert taken_facts(taken_of([mo.from_array(np.ones(9), 0.01)])) == []
+
+
+def test_components_of_a_pair_keep_theirs(tmp_path):
+    """A pair whose components have different units names both, and the source of the azimuths."""
+    read = {}
+    for name, unit in (("A-090.csv", "g"), ("A-000.csv", "gal")):
+        (tmp_path / name).write_text(files.csv(files.shaking(200, 1.0), unit=unit), encoding="utf-8")
+        read[tmp_path / name] = mo.read_all(tmp_path / name)
+    (pair,) = pair_up(read)
+    (turned,) = mo.both_axes(pair, 0.3)
+    (fact,) = taken_facts(taken_of([turned]))
+    assert [group["unit"] for group in fact.more["groups"]] == ["g (line 1)", "cm/s² (line 1)"]
+    assert {group["azimuth"] for group in fact.more["groups"]} == {"file name"}
+
+
+def test_floor_histories_are_named(tmp_path):
+    path = tmp_path / "floors.csv"
+    path.write_text("# of a model\ntime,a/1 [g],a/roof [gal]\n0,1,2\n0.01,2,1\n", encoding="utf-8")
+    sentences = notes_said(taken_facts(taken_of([mo.read_floors(path)])))
+    assert sentences == [
+        "a: unit g (line 2), time step 0.01 s (time column); a: unit cm/s² (line 2), time step 0.01 s (time column)."
+    ]
