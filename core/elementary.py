@@ -25,6 +25,8 @@ FEW, UNLOADED = 32, 10_000
 """Values up to which Python is as fast as a compiled loop, and as fast as loading numba for one."""
 PYTHON = (math.exp, math.log, math.expm1, math.log1p, math.tan, math.asin, math.acos, math.atan, math.pow, math.atan2)
 """Functions in the order of the compiled loops; functions of two numbers are last."""
+PIECE = 1_000_000
+"""Rows that are written at once."""
 SWEEPS, ROUNDING, LEAST, TERMS = 60, 1e-18, 1e-300, 15
 """Of eigh: maximum number of sweeps (about ten are needed), their remainder, and a divisor for 0; terms of expm."""
 
@@ -120,7 +122,10 @@ def orthonormal(columns: Any) -> Array:
     for j, column in enumerate(columns.T):
         once = column - times(basis, times(basis.T, column))
         twice = once - times(basis, times(basis.T, once))
-        basis[:, j] = twice / np.sqrt(times(twice, twice))
+        unit = twice / np.sqrt(times(twice, twice))
+        # (the first column takes the memory, and an interrupt is heard between the pieces)
+        for first in range(0, len(unit), PIECE):
+            basis[first : first + PIECE, j] = unit[first : first + PIECE]
     return basis
 
 

@@ -26,6 +26,7 @@ _CROSSINGS, _KAISER = 48, 12.0
 _LOWEST_CORNER = 1e-9  # Hz
 _LARGEST_RATIO = 10_000
 _MAX_SAMPLES = 50_000_000
+_PIECE = 5_000_000  # samples of the finer step that are filtered at once
 _ROUNDING = 1e-12  # of a motion's peak
 
 Kind = Literal["bandpass", "highpass", "lowpass"]
@@ -214,7 +215,19 @@ def resample(motions: xr.DataArray, dt: float) -> xr.DataArray:
     if down == 1:
         window = window / (window[_CROSSINGS * rate] * up)
     taps: Any = window  # scipy's documentation allows an array here, its type stubs do not
-    return _corrected(motions, note, lambda a: scipy.signal.resample_poly(a, up, down, window=taps)[:n], dt=new)
+    # (an interrupt is heard between pieces of a fifth of a second; each is summed over the samples of the whole filter)
+    parts, around = math.ceil(_PIECE / rate), math.ceil((_CROSSINGS * rate / up + 1) / down)
+
+    def resampled(a: Array) -> Array:
+        pieces = []
+        for first in range(0, -(-n // up), parts):
+            before = min(first, around)
+            part = a[(first - before) * down : (first + parts + around) * down]
+            longer = scipy.signal.resample_poly(part, up, down, window=taps)
+            pieces.append(longer[before * up : (before + parts) * up])
+        return np.concatenate(pieces)[:n]
+
+    return _corrected(motions, note, resampled, dt=new)
 
 
 def _butterworth(order: int, corners: Sequence[float], kind: Kind, dt: float) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from numbers import Real
 from typing import Annotated
 
 from ...core.parameters import Parameter, check
@@ -67,7 +68,8 @@ class Restraint:
     height: float | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        check(self, but=[name for name in ("strength", "stiffness") if getattr(self, name) == math.inf])
+        numbers = [name for name in ("strength", "stiffness") if isinstance(getattr(self, name), Real)]
+        check(self, but=[name for name in numbers if getattr(self, name) == math.inf])
         if self.preload >= self.strength:
             raise ValueError(f"preload must be below the strength of {self.strength:g} N, got {self.preload:g}")
         if self.slack > 0.0 and self.preload > 0.0:

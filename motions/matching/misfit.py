@@ -6,6 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 import xarray as xr
 
+from ...core import checks
 from ...core.aliases import Array
 from ...core.units import ACCELERATION, DIMENSIONLESS, METRE, SECOND, VELOCITY, described, provenance, variables
 from ..arrays import motion_coordinates, records
@@ -38,6 +39,8 @@ def matching_report(motions: xr.DataArray | Iterable[xr.DataArray], target: Targ
     >>> list(matching_report(motions.HalfSine(2.0, 10.0).sample(1), target).misfit.dims)
     ['motion', 'period']
     """
+    if not isinstance(target, TargetSpectrum):
+        raise TypeError(f"target must be a TargetSpectrum, got {checks.kind(target)}")
     arrays = [motions] if isinstance(motions, xr.DataArray) else list(motions)
     plain = records(arrays)
     axis = target.grid()

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from ...core import checks
 from ...core.doubts import Doubt, warn
 from ...core.units import STANDARD_GRAVITY
 from ...core.wording import system_errors
@@ -136,8 +137,8 @@ def write_at2(motion: xr.DataArray, path: str | os.PathLike[str], title: str = "
     plain = records(motion)
     if len(plain) != 1:
         raise ValueError(f"write_at2 writes exactly one motion, got {len(plain)}")
-    if len(title.splitlines()) > 1:
-        raise ValueError(f"title must be one line, got {title!r:.60}")
+    if not isinstance(title, str) or len(title.splitlines()) > 1:
+        raise ValueError(f"title must be one line, got {checks.shown(title)}")
     record = plain[0]
     values = record.acceleration / STANDARD_GRAVITY
     rows = [values[i : i + 5] for i in range(0, values.size, 5)]

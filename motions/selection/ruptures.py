@@ -95,7 +95,7 @@ def read_disaggregation(
     Both are of the rate at which the level is exceeded. The shares in the rate of equalling it, which belong to a
     stripe, have slightly lower magnitudes; the difference of two disaggregations gives them.
     """
-    file = Path(path)
+    file = checks.path(path)
     wanted = None if im is None else measure_named(im)
     with opened(file) as lines:
         first = next((line for line in lines.head if line.strip()), "")

@@ -87,6 +87,8 @@ def expected_motions(scenario: Scenario, model: str = "BSSA14", periods: Sequenc
     >>> round(float(expected.pgv), 4)
     0.0915
     """
+    if not isinstance(scenario, Scenario):
+        raise TypeError(f"scenario must be a Scenario, got {checks.kind(scenario)}")
     name = MODELS[checks.choice("model", model, list(MODELS))]
     mechanism = _MECHANISMS[checks.choice("faulting", scenario.faulting, list(_MECHANISMS))]
     depth = checks.number("depth", scenario.depth, at_least=0.0, at_most=3e4, unit="m")

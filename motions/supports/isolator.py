@@ -204,6 +204,9 @@ class Isolator:
         return cls(PENDULUM, period, friction, 0.0, 0.0, stops, mass_ratio, one_way)
 
     def __post_init__(self) -> None:
+        checks.choice("kind", self.kind, [LINEAR, BILINEAR, PENDULUM])
+        if not isinstance(self.stops, Stops):
+            raise TypeError(f"stops must be Stops, got {checks.kind(self.stops)}")
         PERIOD.check("period", self.period)
         if self.kind != LINEAR:
             SHARE.check("friction" if self.kind == PENDULUM else "strength", self.strength)

@@ -32,7 +32,7 @@ from ..facts.method import study_of
 from ..facts.say import say
 from ..facts.sections import REGISTERS, sections
 from ..file.include import read_content
-from ..file.schema import StudyFile
+from ..file.schema import StudyFile, read_study_file
 from ..inventory.reading import COLUMNS, KIND
 from ..inventory.sheet import Sheet
 from ..kinds.study import Study
@@ -102,6 +102,8 @@ class Building:
         asked = content.get("performance")
         if not isinstance(asked, dict) or not isinstance(asked.get("inventory"), str):
             raise StudyError(f"{source}: performance.inventory: must name the table of the pieces")
+        if source.is_file():
+            read_study_file(source)
         page, table = cls(live, content), source.parent / asked["inventory"]
         page.sheet = _sheet(table) if given or table.is_file() else None
         after = page.file(AFTER, ".csv")

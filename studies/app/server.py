@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 import hmac
 import json
 import sys
+import threading
 import traceback
 from collections.abc import Awaitable, Callable
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
 from starlette.applications import Starlette
-from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import PlainTextResponse, Response
@@ -124,12 +126,27 @@ async def body_of(request: Request) -> dict[str, Any]:
     return values
 
 
+async def aside(function: Callable[..., Any], *arguments: Any) -> Any:
+    """Return the result of a function, computed in a thread; the end of the command does not wait for it."""
+    future: Future[Any] = Future()
+
+    def work() -> None:
+        try:
+            future.set_result(function(*arguments))
+        except BaseException as error:
+            future.set_exception(error)
+
+    future.set_running_or_notify_cancel()
+    threading.Thread(target=work, daemon=True).start()
+    return await asyncio.wrap_future(future)
+
+
 def application(page: Page, token: str, port: int, building: Building | None = None) -> ASGIApp:
     """Return the application that serves the pages of a piece and a building at a port of this machine."""
     full = building or Building.opened(page.path.with_name(BUILDING_STATE), given=False)
 
     async def whole(_: Request) -> Response:
-        made = await run_in_threadpool(lambda: page.render("page"))
+        made = await aside(lambda: page.render("page"))
         return Response(made, media_type="text/html")
 
     async def static(request: Request) -> Response:
@@ -139,37 +156,37 @@ def application(page: Page, token: str, port: int, building: Building | None = N
         return Response((STATIC / name).read_bytes(), media_type=FILES[name])
 
     async def begin(_: Request) -> Response:
-        made = await run_in_threadpool(page.parts)
+        made = await aside(page.parts)
         return _answer({"parts": made, "version": page.version})
 
     async def change(request: Request) -> Response:
         asked = await body_of(request)
         path, text = asked.get("path", ""), asked.get("value", "")
-        made = await run_in_threadpool(page.change, path, text)
+        made = await aside(page.change, path, text)
         return _answer({"parts": made, "version": page.version})
 
     async def hazard(request: Request) -> Response:
         content = await bytes_of(request, MOST_OF_FILE)
-        made = await run_in_threadpool(page.take_hazard, request.query_params.get("name", ""), content)
+        made = await aside(page.take_hazard, request.query_params.get("name", ""), content)
         return _answer({"parts": made, "version": page.version})
 
     async def variant(request: Request) -> Response:
         asked = await body_of(request)
-        made = await run_in_threadpool(page.keep, asked.get("what", ""))
+        made = await aside(page.keep, asked.get("what", ""))
         return _answer({"parts": made, "version": page.version})
 
     async def complete(request: Request) -> Response:
         version = _count(request.query_params.get("version", ""), "version")
-        made = await run_in_threadpool(page.complete, version, request.query_params.get("stage", "rest"))
+        made = await aside(page.complete, version, request.query_params.get("stage", "rest"))
         return _answer({"parts": made or {}, "version": version, "superseded": made is None})
 
     async def film(request: Request) -> Response:
         level, motion = (_count(request.query_params.get(name, ""), name) for name in ("level", "motion"))
-        return _answer(await run_in_threadpool(page.film, level, motion))
+        return _answer(await aside(page.film, level, motion))
 
     async def save(request: Request) -> Response:
         asked = await body_of(request)
-        files = await run_in_threadpool(page.save, asked.get("name", ""))
+        files = await aside(page.save, asked.get("name", ""))
         return _answer({"said": page.render("saved", files=[file.name for file in files], folder=files[0].parent)})
 
     async def study(request: Request) -> Response:
@@ -179,27 +196,27 @@ def application(page: Page, token: str, port: int, building: Building | None = N
         return PlainTextResponse(page.python(request.path_params["name"]))
 
     async def building_page(_: Request) -> Response:
-        return Response(await run_in_threadpool(full.render, "page"), media_type="text/html")
+        return Response(await aside(full.render, "page"), media_type="text/html")
 
     async def building_state(request: Request) -> Response:
         version = _count(request.query_params.get("version", ""), "version")
-        return _answer(await run_in_threadpool(full.answer, version))
+        return _answer(await aside(full.answer, version))
 
     async def building_drop(request: Request) -> Response:
         if request.headers.get("content-type") != "application/octet-stream":
             raise StudyError("a table must be sent as application/octet-stream")
         content = await bytes_of(request, KIND.most_bytes)
-        return _answer({"parts": await run_in_threadpool(full.drop, request.query_params.get("name", ""), content)})
+        return _answer({"parts": await aside(full.drop, request.query_params.get("name", ""), content)})
 
     async def building_change(request: Request) -> Response:
         asked = await body_of(request)
-        made = await run_in_threadpool(full.change, asked.get("path", ""), asked.get("value", ""))
+        made = await aside(full.change, asked.get("path", ""), asked.get("value", ""))
         return _answer({"parts": made})
 
     async def building_text(request: Request) -> Response:
         what, name = request.path_params["what"], request.path_params["name"]
         kind, headers = ("text/html", OF_REPORT) if what == "report" else ("text/plain", None)
-        return Response(await run_in_threadpool(full.text, what, name), media_type=kind, headers=headers)
+        return Response(await aside(full.text, what, name), media_type=kind, headers=headers)
 
     routes = [
         ("/", whole, "GET"),

@@ -355,7 +355,7 @@ def piece_of(content: Mapping[str, Any]) -> Block:
 def read_state(path: Path) -> dict[str, Any]:
     """Return the state of a study file: its content, with the restraints of its study of remedies.
 
-    StudyError if the page shows another kind of study.
+    StudyError if the page shows another kind of study, or if the study is wrong.
     """
     content: dict[str, Any] = read_content(path, StudyFile).content
     blocks, ida, motions = content.get("blocks"), content.get("ida"), content.get("motions")
@@ -368,6 +368,11 @@ def read_state(path: Path) -> dict[str, Any]:
             f"{path}: the page shows studies with one [[blocks]], a generator in [motions] and given levels in [ida]"
             f"{f', without {min(further)}' if further else ''}"
         )
+    held = _with_held(content)
+    try:
+        StudyFile.model_validate(held)
+    except ValidationError as error:
+        raise StudyError(f"{path}: {all_errors([text for text, _ in refusals(error, held, StudyFile)])}") from None
     remedies = file_of(path, REMEDIES)
     tried = read_content(remedies, StudyFile).content.get("restraints", {}) if remedies.is_file() else {}
     usual = {} if tried else start_state()["restraints"]
@@ -382,9 +387,15 @@ def read_state(path: Path) -> dict[str, Any]:
 
 def read_variant(path: Path) -> dict[str, Any]:
     """Return the content of the variant that was kept; StudyError if it is no study of the page."""
-    content = read_state(path)
-    held = content["blocks"][0].get("restraint")
-    restraints = {name: table for name, table in content["restraints"].items() if name == held}
+    return _with_held(read_state(path))
+
+
+def _with_held(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a study without the restraints that its block does not use."""
+    held, tables = content["blocks"][0].get("restraint"), content.get("restraints", {})
+    if not isinstance(tables, Mapping):
+        return dict(content)
+    restraints = {name: table for name, table in tables.items() if name == held}
     others = {key: table for key, table in content.items() if key != "restraints"}
     return {**others, "restraints": restraints} if restraints else others
 

@@ -389,7 +389,9 @@ def export(
         if format_ == "pelicun":
             say(console, *write_building_files(result, folder, model, ids, verify))
             return
-        say(console, f"written: {write_pieces(result, folder, format_, model, verify)}")
+        with noted():
+            written_file = write_pieces(result, folder, format_, model, verify)
+        say(console, f"written: {written_file}")
         return
     curves = read_curves(result, model, verify, with_modelling)
     written = write_curves(curves, folder, format_)
@@ -473,7 +475,8 @@ def compare(
     if b is None and laws is None:
         raise StudyError(f"{a}: name a second result to compare it with, or two of its laws with --laws")
     console = terminal(least=120)
-    with console.status("fitting the curves again to resampled motions"):
+    # (rates are computed, and not given)
+    with console.status("fitting the curves again to resampled motions"), noted():
         comparison = compared(a, a if b is None else b, out, laws, verify)
     if json:
         sys.stdout.write(json_text(comparison.as_json, allow_nan=False) + "\n")

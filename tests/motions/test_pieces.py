@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from toppling import motions as mo
+from toppling.core import elementary
+from toppling.motions import corrections
 from toppling.motions.kernels import matching as engine, pieces
 from toppling.motions.matching import adjustment, match
 from toppling.motions.simulated import filters
@@ -23,6 +25,10 @@ WORK = {
     "pendulum": lambda: mo.Isolator.pendulum(1.0, 0.05).motions(SHAKES),
     "drifting ground": lambda: mo.EvolutionaryKanaiTajimi(duration=6.0, dt=0.01).sample(2),
     "match": lambda: mo.match(SHAKES, TARGET),
+    "baseline": lambda: mo.baseline(SHAKES, 4),
+    "finer": lambda: mo.resample(SHAKES, 0.002),
+    "coarser": lambda: mo.resample(SHAKES, 0.025),
+    "other": lambda: mo.resample(SHAKES, 0.01 * 7 / 6),
 }
 
 
@@ -33,6 +39,8 @@ def test_pieces_give_the_same_bits(work, monkeypatch):
     monkeypatch.setattr(pieces, "PIECE", 1e5)
     monkeypatch.setattr(match, "PIECE", 1e4)
     monkeypatch.setattr(filters, "PIECE", 100)
+    monkeypatch.setattr(elementary, "PIECE", 100)
+    monkeypatch.setattr(corrections, "_PIECE", 100)
     assert len([*pieces.pieces(600, 1e3)]) == 6
     assert work().identical(whole)
 
@@ -81,3 +89,7 @@ def test_motions_too_long_to_be_matched_are_refused(make, monkeypatch):
 def test_what_would_fill_the_memory_or_is_no_number(make, words):
     with pytest.raises((TypeError, ValueError), match=words):
         make()
+
+
+def test_refused(refusal):
+    refusal()

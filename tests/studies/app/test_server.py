@@ -1,7 +1,10 @@
 """The server of the live page: who may ask, what is refused with one sentence, and numbers as of the saved study."""
 
+import asyncio
 import json
 import random
+import threading
+import time
 import tomllib
 from http.client import HTTPConnection
 from urllib.parse import quote, urlsplit
@@ -18,7 +21,7 @@ pytest.importorskip("starlette", reason="needs the extra app")
 
 from live_page import served
 
-from toppling.studies.app import answers
+from toppling.studies.app import answers, server
 from toppling.studies.app.page import Page
 from toppling.studies.app.server import HEADERS, MOST_BYTES, MOST_OF_FILE, application
 
@@ -354,6 +357,44 @@ def test_wrong_ports_and_files(tmp_path, monkeypatch, capsys):
     said = capsys.readouterr().err.splitlines()
     assert len(said) == 2
     assert not [*tmp_path.iterdir()]
+
+
+def test_the_end_waits_for_no_answer():
+    """Ctrl-C ends the command although motions are made for a page that is open."""
+    release = threading.Event()
+
+    async def leave():
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(server.aside(release.wait, 60.0), 0.1)
+
+    began = time.monotonic()
+    asyncio.run(leave())
+    assert time.monotonic() - began < 10.0
+    assert all(thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread())
+    release.set()
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (
+            state.START.read_text(encoding="utf-8").replace('title = "A bookcase"', ""),
+            "wrong.toml: key 'title' is missing",
+        ),
+        (
+            state.START.read_text(encoding="utf-8").replace("magnitude = 6.8", "magnitude = [6.8]"),
+            "wrong.toml: motions.magnitude",
+        ),
+        ('[performance]\ninventory = "office.csv"\n[motions]\nmagnitude = {}\n', "wrong.toml: "),
+    ],
+)
+def test_a_wrong_study_is_one_sentence(tmp_path, monkeypatch, capsys, content, words):
+    (tmp_path / "wrong.toml").write_text(content)
+    monkeypatch.chdir(tmp_path)
+    assert main(["app", "wrong.toml", "--no-browser"]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"toppling: {words}")
+    assert len(error.splitlines()) == 1
 
 
 CURVE = b"pga (g),rate (1/yr)\n0.05,4e-2\n0.2,4e-3\n0.8,2e-4\n"

@@ -1,12 +1,14 @@
 """What a study leaves on a terminal below its short table, and what it says of runs that were there already."""
 
 import re
+import warnings
 
 import pytest
 import xarray as xr
 from check_facts import facts_of
-from study_texts import HAZARD, IDA, motions
+from study_texts import HAZARD, IDA, crate_study, motions, study_in
 
+from toppling.core.doubts import ImplausibleInput
 from toppling.studies.command.cli import main
 from toppling.studies.facts import building as of_building, sensitivity
 from toppling.studies.facts.say import say
@@ -77,3 +79,18 @@ def test_names_with_commas_are_quoted(tmp_path):
     (tmp_path / "study.toml").write_text(text + motions(4) + IDA, encoding="utf-8")
     notes = Study.from_toml(tmp_path / "study.toml").notes
     assert any(re.match("“20 mm,.*kit”, free:", note) for note in notes)
+
+
+RARE = '[hazard]\nlevels = [0.05, 0.1, 0.25, 0.5, 1.0]\nrates = [0.04, 0.0139, 0.0021, 0.0004, 0.00005]\nunit = "g"\n'
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "words", [["export", "out", "--format", "xlsx"], ["compare", "out", "--laws", "discrete", "housner"]]
+)
+def test_computed_rates_are_no_given_ones(tmp_path, monkeypatch, words):
+    """They are not asked whether they are return periods; the upper end of few motions is any rate."""
+    monkeypatch.chdir(tmp_path)
+    study_in(tmp_path, crate_study("Few", 3, 6, 0.02, 3) + RARE).run(tmp_path / "out")
+    with warnings.catch_warnings(action="error", category=ImplausibleInput):
+        assert main(words) == 0

@@ -212,7 +212,7 @@ class TestModelling:
             table = tp.fragility.read_pelicun(tmp_path / "out/export/fragility.csv")
             np.testing.assert_allclose(table["dispersion"].values.ravel(), total[:1], rtol=1e-12)
             said = (tmp_path / "out/export/fragility.json").read_text(encoding="utf-8")
-            assert ("uncertainty of 0.4" if option else "no modelling uncertainty") in said
+            assert ("uncertainty of 0.4" if option else "without modelling uncertainty") in said
         assert main(["export", str(tmp_path / "out"), "--format", "xlsx", "--with-modelling"]) == 2
         assert "--with-modelling" in capsys.readouterr().err
         plain = study_of(tmp_path, BLOCK, LAWS, motions(1), IDA, HAZARD, FIT).run(tmp_path / "plain")
