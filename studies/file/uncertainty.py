@@ -6,14 +6,15 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from ...core.aliases import Array
+from ...core.parameters import CORRELATION, Seed
 from ...core.units import METRE, NEWTON, RADIAN, STIFFNESS
 from ...fragility import Beta, Categorical, Least, Lognormal, Normal, RandomInputs, Uniform
 from ...fragility.uncertainty.distributions import Distribution
 from ...fragility.uncertainty.realisation import KNOWN
-from ...models.laws import MIN_DELTA
+from ...models.laws import DELTA, RESTITUTION
 from ..plan.estimates import Fit
 from .derived import choice
-from .table import Confidence, KeyInfo, Replicates, Seed, Table, bare, checked
+from .table import Confidence, KeyInfo, Replicates, ResamplingSeed, Table, bare, checked
 
 SUFFIXES = {METRE: "_m", RADIAN: "_rad", NEWTON: "_n", STIFFNESS: "_n_per_mm"}
 FACTORS = {STIFFNESS: 1000.0}
@@ -172,7 +173,7 @@ class CorrelationTable(Table):
     """
 
     of: Annotated[tuple[str, str], Field(strict=False)]
-    rank: Annotated[float, Field(ge=-1.0, le=1.0)]
+    rank: Annotated[float, CORRELATION]
 
 
 def _known(name: str) -> str:
@@ -197,7 +198,7 @@ class UncertaintyTable(Table):
     ]
     correlations: Annotated[list[CorrelationTable] | None, KeyInfo("none")] = None
     samples: Annotated[int, Field(ge=2, le=1000000)] = 64
-    seed: Annotated[int, Field(ge=0)] = 0
+    seed: Seed = 0
     sobol: Sobol = None
 
     def build(self) -> RandomInputs:
@@ -253,20 +254,16 @@ class SensitivityTable(Table):
     values: Annotated[list[float], Field(min_length=2, max_length=200)]
     reference: Annotated[str | float | None, KeyInfo("rigid over delta, own over e")] = None
     replicates: Replicates = Fit.replicates
-    seed: Seed = 0
+    seed: ResamplingSeed = 0
     confidence: Confidence = Fit.confidence
     inputs: Annotated[dict[str, Inputs] | None, KeyInfo("none"), Field(min_length=1)] = None
     sobol: Sobol = None
 
     @model_validator(mode="after")
     def _in_range(self) -> Self:
-        low, high = (MIN_DELTA, 1.0) if self.parameter == "delta" else (0.0, 1.0)
-        given = [*self.values, *([self.reference] if isinstance(self.reference, float | int) else [])]
-        for number in given:
-            inside = low <= number < high if self.parameter == "delta" else low < number <= high
-            if not inside:
-                allowed = f">= {low:g} and < 1" if self.parameter == "delta" else "> 0 and <= 1"
-                raise ValueError(f"values and reference of {self.parameter} must be {allowed}, got {number:g}")
+        bounds = DELTA if self.parameter == "delta" else RESTITUTION
+        for number in (*self.values, *([self.reference] if isinstance(self.reference, float | int) else [])):
+            bounds.number(f"values and reference of {self.parameter}", number)
         if any(after <= before for before, after in zip(self.values, self.values[1:], strict=False)):
             raise ValueError(f"values must increase, got {', '.join(f'{value:g}' for value in self.values)}")
         if len({f"{value:g}" for value in self.values}) < len(self.values):
