@@ -71,8 +71,10 @@ class Parameter:
         if kind in (str, bool):
             if not isinstance(value, kind):
                 raise TypeError(f"{name} must be {'text' if kind is str else 'true or false'}, got {value!r:.60}")
-            if self.bounds:
-                self.number(f"the number of characters of {name}", len(value))
+            if kind is str and not all(
+                checks.BOUNDS[bound][0](len(value), self.bounds[bound]) for bound in self.bounds
+            ):
+                raise ValueError(f"{name} must be of {self.text} characters, got {value!r:.60}")
             return
         if kind is int:
             number = checks.count(name, value, at_least=int(self.bounds.get("at_least", 0)))

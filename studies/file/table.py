@@ -26,7 +26,8 @@ _MORE = {
     **{"kg": (1.0, KILOGRAM), "N": (1.0, NEWTON), "kN": (1e3, NEWTON)},
     **{"N/mm": (1e3, STIFFNESS), "kN/m": (1e3, STIFFNESS), "N/m": (1.0, STIFFNESS)},
 }
-_SPELLINGS = {"m/s²": "m/s2", "m/s^2": "m/s2", "cm/s²": "cm/s2", "cm/s^2": "cm/s2", "Gal": "gal", "°": "deg"}
+_SPELLINGS = {f"{unit}/s{two}": f"{unit}/s2" for unit in ("m", "cm", "mm") for two in ("²", "^2", "**2")}
+_SPELLINGS |= {"Gal": "gal", "°": "deg"}
 SIMILAR = 0.75
 """Similarity (`difflib`) from which a word may be meant."""
 _SAME = {
@@ -159,7 +160,8 @@ class WordChoice:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         def check(value: Any) -> Any:
-            return None if value is None else checked(value, self.allowed)
+            spelled = _SPELLINGS.get(value)
+            return None if value is None else checked(spelled if spelled in self.allowed else value, self.allowed)
 
         return no_info_after_validator_function(check, handler(source))
 

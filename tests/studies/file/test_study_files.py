@@ -6,6 +6,7 @@ import threading
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from check_facts import numbers_in
 
@@ -15,7 +16,9 @@ from toppling.motions.readers.patterns import expand
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.file import include
+from toppling.studies.file.analyses import LEVEL_UNITS, LevelsTable
 from toppling.studies.file.include import line_of
+from toppling.studies.file.motions import motions_table
 from toppling.studies.file.schema import StudyFile, read_study_file
 from toppling.studies.plan import size
 
@@ -244,6 +247,20 @@ im = "pga"
 levels = { values = [0.1, 0.2], unit = "g" }
 """
 )
+
+
+@pytest.mark.parametrize("unit", ["m/s²", "m/s^2", "m/s**2", "cm/s²", "g", "1"])
+def test_spellings_of_the_unit_of_levels(unit):
+    levels = LevelsTable(values=[0.1, 0.2], unit=unit)
+    assert levels.unit == re.sub(r"²|\^2|\*\*2", "2", unit)
+    np.testing.assert_allclose(levels.build("scale" if unit == "1" else "pga")[1], 0.2 * LEVEL_UNITS[levels.unit][0])
+
+
+def test_units_of_records_and_wrong_ones():
+    assert motions_table({"records": "r.csv", "unit": "Gal"}).unit == "gal"
+    for unit in ("m/s³", "m²/s", "°", "mm/s²"):
+        with pytest.raises(ValueError, match="unit"):
+            LevelsTable(values=[0.1, 0.2], unit=unit)
 
 
 class TestInventory:
