@@ -30,14 +30,16 @@ Sobol = Annotated[
 
 
 OF_INPUT = KeyInfo(unit="of the input")
-Lower = Annotated[float | None, OF_INPUT, Field(description="Lower end of the support.")]
-Upper = Annotated[float | None, OF_INPUT, Field(description="Upper end of the support.")]
+InUnit = Annotated[float, OF_INPUT]
+End = Annotated[float | None, OF_INPUT]
 
 
 class InputTable(Table):
     """One uncertain input: its distribution.
 
     distribution: Kind of distribution.
+    lower: Lower end of the support.
+    upper: Upper end of the support.
     """
 
     distribution: str
@@ -62,10 +64,10 @@ class NormalTable(InputTable):
     """
 
     makes = Normal
-    mean: Annotated[float, OF_INPUT]
-    std: Annotated[float, OF_INPUT]
-    lower: Lower = None
-    upper: Upper = None
+    mean: InUnit
+    std: InUnit
+    lower: End = None
+    upper: End = None
 
 
 class LognormalTable(InputTable):
@@ -76,22 +78,18 @@ class LognormalTable(InputTable):
     """
 
     makes = Lognormal
-    median: Annotated[float, OF_INPUT]
+    median: InUnit
     dispersion: float
-    lower: Lower = None
-    upper: Upper = None
+    lower: End = None
+    upper: End = None
 
 
 class UniformTable(InputTable):
-    """A uniform distribution.
-
-    lower: Lower end of the support.
-    upper: Upper end of the support.
-    """
+    """A uniform distribution."""
 
     makes = Uniform
-    lower: Annotated[float, OF_INPUT]
-    upper: Annotated[float, OF_INPUT]
+    lower: InUnit
+    upper: InUnit
 
 
 class BetaTable(InputTable):
@@ -99,15 +97,13 @@ class BetaTable(InputTable):
 
     a: First shape.
     b: Second shape.
-    lower: Lower end of the support.
-    upper: Upper end of the support.
     """
 
     makes = Beta
     a: float
     b: float
-    lower: Annotated[float, OF_INPUT] = Beta.lower
-    upper: Annotated[float, OF_INPUT] = Beta.upper
+    lower: InUnit = Beta.lower
+    upper: InUnit = Beta.upper
 
 
 class LeastTable(InputTable):
