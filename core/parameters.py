@@ -21,10 +21,7 @@ from .aliases import Array, Flags
 
 @dataclass(frozen=True)
 class Parameter:
-    """Annotation of a value: its SI unit, its bounds in it, or its words; `written`: its unit in study files.
-
-    `at_least` and `at_most` of a text are numbers of its characters.
-    """
+    """Annotation of a value: SI unit, bounds (of a text: of its length), or words; `written`: unit in study files."""
 
     unit: str = ""
     above: float | None = None

@@ -44,13 +44,9 @@ MAX_SPEED = 1e6
 Variable = tuple[Any, str, str]
 """Values, unit and long name."""
 _PLAIN = ("peak_rotation", "overturned", "uplifted", "impacts", "overturning_time")
-_SIDED = (
-    *("peak_front", "peak_back", "wall_impacts", "wall_impact_velocity", "ruptured", "rupture_time", "final_state"),
-)
-_KINDS: dict[str, type] = {
-    **dict.fromkeys(("overturned", "uplifted", "ruptured"), bool),
-    **dict.fromkeys(("impacts", "wall_impacts", "final_state"), int),
-}
+_SIDED = ("peak_front", "peak_back", "wall_impacts", "wall_impact_velocity", "ruptured", "rupture_time", "final_state")
+_KINDS: dict[str, type] = dict.fromkeys(("overturned", "uplifted", "ruptured"), bool)
+_KINDS |= dict.fromkeys(("impacts", "wall_impacts", "final_state"), int)
 
 
 def simulate(

@@ -37,8 +37,7 @@ from .sliding.runs import (
 Specimen = Oscillator | Slider | PlaneSlider
 """A block under a law in numbers."""
 
-_FRONT = "peak forward rotation, NaN of blocks that are alike on both sides"
-_BACK = "peak backward rotation, NaN of blocks that are alike on both sides"
+_SIDES = "NaN of blocks that are alike on both sides"
 _STRUCK = "greatest angular speed at which the block struck a wall"
 _FINAL = (
     "where the block ends: 0 stands, 1 and -1 held beyond its balance at the front and at the back (by a wall, on a "
@@ -53,8 +52,8 @@ RESULTS: dict[str, tuple[int, str, str]] = {
     "overturning_time": (tables.OUT_OVERTURN_TIME, SECOND, "time of overturning, NaN if it stands"),
     "impact_velocity": (tables.OUT_STRIKE, ANGULAR_VELOCITY, "greatest angular speed at which the block came down"),
     "direction": (tables.OUT_DIRECTION, DIMENSIONLESS, "sign of the rotation in which the block fell, 0 if it stands"),
-    "peak_front": (tables.OUT_FRONT, RADIAN, _FRONT),
-    "peak_back": (tables.OUT_BACK, RADIAN, _BACK),
+    "peak_front": (tables.OUT_FRONT, RADIAN, f"peak forward rotation, {_SIDES}"),
+    "peak_back": (tables.OUT_BACK, RADIAN, f"peak backward rotation, {_SIDES}"),
     "wall_impacts": (tables.OUT_WALL_IMPACTS, DIMENSIONLESS, "impacts at walls during the record"),
     "wall_impact_velocity": (tables.OUT_WALL_STRIKE, ANGULAR_VELOCITY, _STRUCK),
     "ruptured": (tables.OUT_BROKEN, DIMENSIONLESS, "whether the restraint broke"),

@@ -1,5 +1,6 @@
 """Tables of a study file for uncertainty: uncertain inputs and their indices, and values of delta or e to try."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
@@ -14,7 +15,7 @@ from ...fragility.uncertainty.realisation import KNOWN
 from ...models.laws import DELTA, RESTITUTION
 from ..plan.estimates import Fit
 from .derived import choice
-from .table import Confidence, KeyInfo, Replicates, ResamplingSeed, Table, bare, checked
+from .table import Confidence, KeyInfo, Replicates, ResamplingSeed, Table, checked
 
 SUFFIXES = {METRE: "_m", RADIAN: "_rad", NEWTON: "_n", STIFFNESS: "_n_per_mm"}
 FACTORS = {STIFFNESS: 1000.0}
@@ -172,9 +173,24 @@ class CorrelationTable(Table):
     rank: Annotated[float, CORRELATION]
 
 
-def _known(name: str) -> str:
-    """Return an input without its unit; any other name is returned unchanged, and is an error later."""
-    return INPUTS.get(name, name)
+def _random(of: str, inputs: dict[str, Inputs], correlations: Sequence[CorrelationTable] = ()) -> RandomInputs:
+    """Make the inputs of a table in SI; ValueError for a wrong one or correlation, or a name without its unit."""
+    distributions = {}
+    for name, table in inputs.items():
+        try:
+            checked(name, tuple(INPUTS))
+            known = INPUTS[name]
+            distributions[known] = table.build(FACTORS.get(KNOWN[known].units, 1.0))
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"{of}.inputs.{name}: {error}") from None
+    pairs = {}
+    for correlation in correlations:
+        first, second = (INPUTS.get(name, name) for name in correlation.of)  # (another name is an error below)
+        pairs[first, second] = correlation.rank
+    try:
+        return RandomInputs(distributions, pairs)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{of}: {error}") from None
 
 
 class UncertaintyTable(Table):
@@ -199,22 +215,7 @@ class UncertaintyTable(Table):
 
     def build(self) -> RandomInputs:
         """Make the inputs; ValueError for a distribution or correlation that is invalid, or a name without its unit."""
-        distributions = {}
-        for name, table in self.inputs.items():
-            try:
-                checked(name, tuple(INPUTS))
-                canonical = INPUTS[name]
-                distributions[canonical] = table.build(FACTORS.get(KNOWN[canonical].units, 1.0))
-            except (TypeError, ValueError) as error:
-                raise ValueError(f"uncertainty.inputs.{name}: {error}") from None
-        pairs = {
-            (_known(correlation.of[0]), _known(correlation.of[1])): correlation.rank
-            for correlation in self.correlations or []
-        }
-        try:
-            return RandomInputs(distributions, pairs)
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"uncertainty: {error}") from None
+        return _random("uncertainty", self.inputs, self.correlations or ())
 
 
 RIGID, OWN, GIVEN, PREVIOUS = "rigid", "own", "given", "previous"
@@ -287,15 +288,6 @@ class SensitivityTable(Table):
         """Make the inputs of tornado and indices; ValueError for an invalid distribution or a choice of laws."""
         if self.inputs is None:
             return None
-        distributions = {}
-        for name, table in self.inputs.items():
-            try:
-                distributions[bare(name)] = table.build()
-            except (TypeError, ValueError) as error:
-                raise ValueError(f"sensitivity.inputs.{name}: {error}") from None
-        if "law" in distributions:
+        if "law" in self.inputs:
             raise ValueError("sensitivity.inputs has no law: every law stands by itself")
-        try:
-            return RandomInputs(distributions)
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"sensitivity.inputs: {error}") from None
+        return _random("sensitivity", self.inputs)
