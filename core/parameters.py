@@ -21,7 +21,7 @@ from .aliases import Array, Flags
 
 @dataclass(frozen=True)
 class Parameter:
-    """Annotation of a value: its SI unit, its bounds in it, or its words; `written`: its unit in study files."""
+    """Annotation of a value: SI unit, bounds (of a text: of its length), or words; `written`: unit in study files."""
 
     unit: str = ""
     above: float | None = None
@@ -44,8 +44,10 @@ class Parameter:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> dict[str, Any]:
         """Let a table check a value against its bounds (a protocol of pydantic)."""
-        names = {"above": "gt", "at_least": "ge", "below": "lt", "at_most": "le"}
-        return {**handler(source), **{names[name]: bound for name, bound in self.bounds.items()}}
+        made = handler(source)
+        of_text = {"at_least": "min_length", "at_most": "max_length"}
+        names = of_text if made["type"] == "str" else {"above": "gt", "at_least": "ge", "below": "lt", "at_most": "le"}
+        return {**made, **{names[name]: bound for name, bound in self.bounds.items()}}
 
     def holds(self, values: Array) -> Flags:
         """Return True for each of many values that is finite and within the bounds."""
@@ -66,6 +68,10 @@ class Parameter:
         if kind in (str, bool):
             if not isinstance(value, kind):
                 raise TypeError(f"{name} must be {'text' if kind is str else 'true or false'}, got {value!r:.60}")
+            if kind is str and not all(
+                checks.BOUNDS[bound][0](len(value), self.bounds[bound]) for bound in self.bounds
+            ):
+                raise ValueError(f"{name} must be of {self.text} characters, got {value!r:.60}")
             return
         if kind is int:
             number = checks.count(name, value, at_least=int(self.bounds.get("at_least", 0)))
@@ -84,6 +90,8 @@ BETA_M = Parameter(at_least=0.0, at_most=1.5)
 """Modelling uncertainty: FEMA P-58 has up to 0.57, and per cent are above the bound."""
 SHARE = Parameter(at_least=0.0, at_most=1.0)
 PART = Parameter(above=0.0, at_most=1.0)
+RATIO = Parameter(at_least=0.0, below=1.0)
+CORRELATION = Parameter(at_least=-1.0, at_most=1.0)
 YEARS = Parameter("years", above=0.0)
 Seed = typing.Annotated[int, Parameter(at_least=0)]
 """Seed of random draws."""

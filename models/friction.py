@@ -129,8 +129,8 @@ class Friction(ABC):
         return {"distribution": self.distribution, **asdict(self)}  # type: ignore[call-overload]
 
 
-LARGEST = 10.0
-"""Largest coefficient of friction, as of `Sliding`: 40 is per cent."""
+MOST_FRICTION = 10.0
+"""Largest coefficient of friction, beyond any contact's: 40 is per cent; blocks of 10 do not slide."""
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ class FixedFriction(Friction):
     value: float
 
     def __post_init__(self) -> None:
-        checks.number("friction", self.value, above=0.0, at_most=LARGEST)
+        checks.number("friction", self.value, above=0.0, at_most=MOST_FRICTION)
 
     def below(self, need: ArrayLike) -> Array:
         wanted = np.asarray(need, dtype=float)
@@ -166,7 +166,7 @@ class LognormalFriction(Friction):
     dispersion: float
 
     def __post_init__(self) -> None:
-        checks.number("median of friction", self.median, above=0.0, at_most=LARGEST)
+        checks.number("median of friction", self.median, above=0.0, at_most=MOST_FRICTION)
         checks.number("dispersion of friction", self.dispersion, above=0.0)
 
     def below(self, need: ArrayLike) -> Array:

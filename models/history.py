@@ -14,9 +14,7 @@ from ..core.units import (
     ACCELERATION,
     ANGULAR_ACCELERATION,
     ANGULAR_VELOCITY,
-    DIMENSIONLESS,
     METRE,
-    NEWTON,
     RADIAN,
     SECOND,
     STANDARD_GRAVITY,
@@ -30,8 +28,8 @@ from .engine import tables as engine
 from .laws import Law, Model, describe_law, oscillator_of, refuse_endless
 from .oscillator import Oscillator, exact_lever
 from .plausibility import block_doubts, law_doubts
-from .restraint_force import held_by, largest_force
-from .runs import Trace, leaves_floor, trace
+from .restraint_force import OF_FORCE, held_by, largest_force
+from .runs import RESULTS, Trace, leaves_floor, trace
 from .scenes.edge import FALLEN_OFF, OF_FALLEN_OFF
 from .sliding.law import Sliding
 from .sliding.mode import MODE, Mode, demand, mode_of
@@ -45,6 +43,10 @@ MAX_SPEED = 1e6
 """Largest speed of rotation (rad/s) that a run may begin with; at 1e100 its events never end."""
 Variable = tuple[Any, str, str]
 """Values, unit and long name."""
+_PLAIN = ("peak_rotation", "overturned", "uplifted", "impacts", "overturning_time")
+_SIDED = ("peak_front", "peak_back", "wall_impacts", "wall_impact_velocity", "ruptured", "rupture_time", "final_state")
+_KINDS: dict[str, type] = dict.fromkeys(("overturned", "uplifted", "ruptured"), bool)
+_KINDS |= dict.fromkeys(("impacts", "wall_impacts", "final_state"), int)
 
 
 def simulate(
@@ -297,27 +299,11 @@ def _histories(
     if vertical is not None:
         on_time["vertical_acceleration"] = (vertical, ACCELERATION, "vertical acceleration of the floor, upward")
     results = run.results
-    scalars: dict[str, Variable] = {
-        "peak_rotation": (results[engine.OUT_PEAK], RADIAN, "peak absolute rotation"),
-        "overturned": (bool(results[engine.OUT_OVERTURNED]), DIMENSIONLESS, "whether the block overturned"),
-        "uplifted": (bool(results[engine.OUT_UPLIFTED]), DIMENSIONLESS, "whether the block uplifted"),
-        "impacts": (int(results[engine.OUT_IMPACTS]), DIMENSIONLESS, "impacts during the record"),
-    }
-    fell = results[engine.OUT_OVERTURN_TIME] + time[0]
-    scalars["overturning_time"] = (fell, SECOND, "time of overturning, NaN if it stands")
-    if oscillator.sided:
-        strike = "greatest angular speed of an impact at a wall"
-        broke = "time at which it broke, NaN if it held"
-        final = "0 stands, 1 and -1 held beyond its balance at the front and the back, 2 and -2 fell"
-        scalars |= {
-            "peak_front": (results[engine.OUT_FRONT], RADIAN, "peak forward rotation"),
-            "peak_back": (results[engine.OUT_BACK], RADIAN, "peak backward rotation"),
-            "wall_impacts": (int(results[engine.OUT_WALL_IMPACTS]), DIMENSIONLESS, "impacts at walls"),
-            "wall_impact_velocity": (results[engine.OUT_WALL_STRIKE], ANGULAR_VELOCITY, strike),
-            "ruptured": (bool(results[engine.OUT_BROKEN]), DIMENSIONLESS, "whether the restraint broke"),
-            "rupture_time": (results[engine.OUT_BREAK_TIME] + time[0], SECOND, broke),
-            "final_state": (int(results[engine.OUT_WELL]), DIMENSIONLESS, final),
-        }
+    scalars: dict[str, Variable] = {}
+    for name in (*_PLAIN, *(_SIDED if oscillator.sided else ())):
+        column, units, text = RESULTS[name]
+        value = results[column] + (time[0] if units == SECOND else 0.0)
+        scalars[name] = (_KINDS.get(name, float)(value), units, text)
     if block.restraint is not None:
         force = largest_force(
             held_by(block, oscillator),
@@ -327,8 +313,7 @@ def _histories(
             max(0.0, -acceleration.min()),
             max(0.0, acceleration.max()),
         )
-        text = "greatest force of each part of the restraint, its strength if it broke"
-        scalars["restraint_force"] = (float(force), NEWTON, text)
+        scalars["restraint_force"] = (float(force), OF_FORCE["units"], OF_FORCE["long_name"])
     title = "Rocking history of a freestanding block"
     return _dataset(title, block, model, time, on_time, scalars, alpha=block.alpha, R=block.R, p=block.p)
 

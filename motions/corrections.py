@@ -17,6 +17,7 @@ import xarray as xr
 from ..core import checks
 from ..core.doubts import warn
 from ..core.elementary import Array, orthonormal, times
+from ..core.parameters import Parameter
 from ..core.units import described
 from .arrays import filter_doubts, records
 
@@ -28,6 +29,9 @@ _LARGEST_RATIO = 10_000
 _MAX_SAMPLES = 50_000_000
 _PIECE = 5_000_000  # samples of the finer step that are filtered at once
 _ROUNDING = 1e-12  # of a motion's peak
+
+BASELINE_ORDERS, FILTER_ORDERS = Parameter(at_least=0, at_most=10), Parameter(at_least=1, at_most=10)
+FILTER_ORDER = 4
 
 Kind = Literal["bandpass", "highpass", "lowpass"]
 
@@ -51,9 +55,8 @@ def baseline(motions: xr.DataArray, order: int = 1) -> xr.DataArray:
     >>> motions.baseline(record, order=0).attrs["processing"]
     'baseline(order=0)'
     """
-    degree = checks.count("order", order)
-    if degree > 10:
-        raise ValueError(f"order must be at most 10, got {degree}")
+    BASELINE_ORDERS.check("order", order, int)
+    degree = int(order)
     n = _values(motions)[0].shape[1]
     if n <= degree:
         raise ValueError(f"order must be below the number of samples, got {degree} for {n}")
@@ -68,7 +71,9 @@ def baseline(motions: xr.DataArray, order: int = 1) -> xr.DataArray:
     return _corrected(motions, f"baseline(order={degree})", without)
 
 
-def bandpass(motions: xr.DataArray, low: float, high: float, order: int = 4, zero_phase: bool = True) -> xr.DataArray:
+def bandpass(
+    motions: xr.DataArray, low: float, high: float, order: int = FILTER_ORDER, zero_phase: bool = True
+) -> xr.DataArray:
     """Filter motions with a Butterworth band-pass from `low` to `high` (Hz).
 
     Parameters
@@ -105,12 +110,12 @@ def bandpass(motions: xr.DataArray, low: float, high: float, order: int = 4, zer
     return _filtered(motions, "bandpass", {"low": low, "high": high}, order, zero_phase)
 
 
-def highpass(motions: xr.DataArray, low: float, order: int = 4, zero_phase: bool = True) -> xr.DataArray:
+def highpass(motions: xr.DataArray, low: float, order: int = FILTER_ORDER, zero_phase: bool = True) -> xr.DataArray:
     """Filter motions with a Butterworth high-pass above `low` (Hz); everything else as in `bandpass`."""
     return _filtered(motions, "highpass", {"low": low}, order, zero_phase)
 
 
-def lowpass(motions: xr.DataArray, high: float, order: int = 4, zero_phase: bool = True) -> xr.DataArray:
+def lowpass(motions: xr.DataArray, high: float, order: int = FILTER_ORDER, zero_phase: bool = True) -> xr.DataArray:
     """Filter motions with a Butterworth low-pass below `high` (Hz); everything else as in `bandpass`."""
     return _filtered(motions, "lowpass", {"high": high}, order, zero_phase)
 
@@ -259,9 +264,8 @@ def _filtered(motions: xr.DataArray, kind: Kind, given: dict[str, float], order:
     for name, corner in given.items():
         what, least = (name if len(given) > 1 else "the corner frequency"), max(corners, default=_LOWEST_CORNER)
         corners.append(checks.number(what, corner, above=least, below=0.5 / dt, unit="Hz"))
-    poles = checks.count("order", order, at_least=1)
-    if poles > 10:
-        raise ValueError(f"order must be at most 10, got {poles}")
+    FILTER_ORDERS.check("order", order, int)
+    poles = int(order)
     if not isinstance(zero_phase, bool):
         raise TypeError(f"zero_phase must be True or False, got {zero_phase!r}")
     sections = _butterworth(poles, corners, kind, dt)

@@ -81,8 +81,8 @@ def until_of(asked: Mapping[str, Any] | Until | None) -> Until:
     if len(targets) > 1:
         raise ValueError(f"until must name one of {', '.join(TARGETS)}, got {' and '.join(targets)}")
     motions = _mapping("until motions", entries.get("motions", {}), ("least", "most"))
-    least = checks.count("until motions least", motions.get("least", LEAST), at_least=FEWEST)
-    most = checks.count("until motions most", motions.get("most", max(MOST, least)), at_least=least)
+    least = checks.count("until motions least", motions.get("least", LEAST))
+    most = checks.count("until motions most", motions.get("most", max(MOST, least)))
     asked_of = entries.get("state"), entries.get("hazard")
     if not targets:
         return Until(MEDIAN, USUAL, math.nan, least, most, *asked_of)
@@ -92,7 +92,7 @@ def until_of(asked: Mapping[str, Any] | Until | None) -> Until:
     at = _mapping("until probability", entries[target], ("level", "within"))
     if set(at) != {"level", "within"}:
         raise ValueError("until probability must have a level and within, the half width of its interval")
-    level = checks.number("until probability level", at["level"], above=0.0)
+    level = checks.number("until probability level", at["level"])
     return Until(target, checks.number("until probability within", at["within"]), level, least, most, *asked_of)
 
 

@@ -24,7 +24,7 @@ from .ida import ida
 
 SAMPLE = 2000
 """Blocks of which runs are made: a share has an error of one hundredth at most."""
-FEWEST_MOTIONS = 8
+FEWEST_BLOCKS, FEWEST_MOTIONS = 2, 8
 SAMPLE_KEY = (4, 0)
 """Key, under a seed, of the random numbers that the sample is drawn with."""
 QUANTILES = (0.05, 0.5, 0.95)
@@ -104,7 +104,7 @@ def joint_falls(
         raise TypeError(f"levels must be numbers, common to all blocks and events, got {levels!r:.40}")
     if any(isinstance(law, SlidingLaw) for law in (models if isinstance(models, Sequence) else [models])):
         raise ValueError("models must be laws of rocking blocks, which overturn: sliding ones do not")
-    number, chosen = _sample(blocks, checks.count("sample", sample, at_least=2), checks.count("seed", seed))
+    number, chosen = _sample(blocks, checks.count("sample", sample, at_least=FEWEST_BLOCKS), checks.count("seed", seed))
     runs = ida(
         chosen, models, motions, levels, im, ["overturned"], client, screen=False, ground=ground, progress=progress
     )

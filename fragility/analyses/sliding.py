@@ -14,14 +14,13 @@ from ...core.doubts import warn
 from ...core.parameters import PART
 from ...core.units import described
 from ...models import Block
-from ...models.friction import Friction
-from ...models.plausibility import LEAST_GAP
+from ...models.friction import MOST_FRICTION, Friction
 from ...models.runs import Specimen
 from ...models.scenes.edge import FALLEN_OFF, OF_FALLEN_OFF
-from ...models.sliding.law import LEAST_FRICTION, MOST_FRICTION, PlaneSlider, Slider, check_free
+from ...models.sliding.law import LEAST_FRICTION, PlaneSlider, Slider, check_free
 from ...models.sliding.mode import MODE, Mode, demand, demand_in_plane, mode_in_plane, mode_of
 from ...models.sliding.runs import LABELS, TRIP_VELOCITY
-from ...models.sliding.trip import OF_TRIPS, TRIPS, trips
+from ...models.sliding.trip import OF_TRIPS, TRIP, TRIPS, trips
 from ...motions.arrays import AS_GIVEN, DRAW, POLARITY, RECORD, Record, polarity_coordinate
 from ...motions.polarity import AS_RECORDED, BOTH, POLARITIES, REVERSED
 from ..runs.axes import along_depth, along_width, axes_of
@@ -245,7 +244,7 @@ def _obstacles(trip: float | Mapping[str, float] | None, labels: Sequence[str]) 
     unknown = [name for name in given if name not in labels]
     if unknown:
         raise ValueError(f"trip must name blocks of the runs, got {unknown[0]!r}")
-    return {name: checks.number("trip", distance, at_least=LEAST_GAP, unit="m") for name, distance in given.items()}
+    return {name: checks.number("trip", distance, at_least=TRIP.at_least, unit="m") for name, distance in given.items()}
 
 
 def demands(motions: Sequence[Record], factors: Array) -> Array:

@@ -15,12 +15,14 @@ import numpy as np
 
 from ...core import checks
 from ...core.elementary import Array, exp, log, power, times
-from ...core.parameters import CHANCE
+from ...core.parameters import CHANCE, Parameter
 from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import FLOOR, GROUND, in_si, measure_named
 from ..runs.scaling import BLOCK_MEASURES, SCALE
 from .pieces import EXTEND, Pieces, pieces_of, segment_slopes
 
+AT_ONE = Parameter("1/year", above=0.0)
+"""Rate k0 at a level of one unit."""
 # Rates between which a law is stored as points; beyond them the last piece of the curve is extended.
 HIGHEST_RATE, LOWEST_RATE = 1.0, 1e-8
 # Slopes above minus this value are negative by rounding alone.
@@ -93,7 +95,7 @@ class HazardCurve:
             raise TypeError(f"source must be a text, got {checks.kind(self.source)}")
         rows, weights = _realisations(self.realisations, self.weights, levels.size)
         for row in () if rows is None else rows:
-            _check_rates("rates of a realisation", row, levels, measure.units)
+            check_rates("rates of a realisation", row, levels, measure.units)
             _check_slopes("rates of a realisation", row, levels, curvature)
         mean = None if rows is None or weights is None else times(weights, rows)
         computed = mean is not None and np.asarray(self.rates).size == 0
@@ -102,7 +104,7 @@ class HazardCurve:
                 f"rates of a fractile curve must be given with its realisations, fractile {self.fractile:g}"
             )
         rates = checks.finite_array("rates of a hazard curve", mean if computed else self.rates, unit="1/year")
-        _check_rates("rates of a hazard curve", rates, levels, measure.units)
+        check_rates("rates of a hazard curve", rates, levels, measure.units)
         _check_slopes("rates of a hazard curve", rates, levels, curvature)
         if rows is not None and mean is not None:
             _check_agreement(rates, mean, rows, levels, self.fractile)
@@ -174,7 +176,7 @@ class HazardCurve:
         >>> round(float(hazard.rate_at(9.80665)), 10)
         0.0001
         """
-        scale = checks.number("k0", k0, above=0.0, unit="1/year")
+        scale = AT_ONE.number("k0", k0)
         slope = checks.number("k", k, at_least=0.1, at_most=100.0)
         rates = (HIGHEST_RATE, LOWEST_RATE)
         levels = power(scale / np.array(rates), 1.0 / slope)
@@ -202,7 +204,7 @@ class HazardCurve:
         >>> round(float(hazard.rate_at(9.80665)), 10)
         0.0001
         """
-        scale = checks.number("k0", k0, above=0.0, unit="1/year")
+        scale = AT_ONE.number("k0", k0)
         slope = checks.number("k1", k1)
         bend = checks.number("k2", k2, above=0.0)
         summit = math.log(scale) + 0.25 * slope**2 / bend
@@ -292,7 +294,7 @@ def check_points(levels: Array, rows: Sequence[Array], units: str) -> None:
     """Raise ValueError, in the unit of the levels as they are given, if points make no hazard curve."""
     _check_levels(levels, units)
     for row in rows:
-        _check_rates("rates of a hazard curve" if len(rows) == 1 else "rates of a realisation", row, levels, units)
+        check_rates("rates of a hazard curve" if len(rows) == 1 else "rates of a realisation", row, levels, units)
 
 
 def _check_levels(levels: Array, units: str) -> None:
@@ -305,7 +307,7 @@ def _check_levels(levels: Array, units: str) -> None:
         )
 
 
-def _check_rates(what: str, rates: Array, levels: Array, units: str) -> None:
+def check_rates(what: str, rates: Array, levels: Array, units: str) -> None:
     """Raise ValueError if rates are not positive or rise anywhere."""
     if rates.size != levels.size:
         raise ValueError(f"{what} must be one a level, got {rates.size} for {levels.size} levels")
@@ -317,7 +319,7 @@ def _check_rates(what: str, rates: Array, levels: Array, units: str) -> None:
         at = int(np.argmax(rising))
         raise ValueError(
             f"{what} must never rise, got {rates[at]:g} per year at {levels[at]:g} {units} and {rates[at + 1]:g} at "
-            f"{levels[at + 1]:g} {units}"
+            f"{levels[at + 1]:g} {units}{': give 1/return period' if rates.min() > 1.0 else ''}"
         )
 
 

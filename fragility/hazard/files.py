@@ -14,6 +14,9 @@ from .formats import MAP, OF_MEASURES, Site, one_measure, read_nshmp, read_openq
 from .plausibility import point_off
 from .reading import MOST_LEVELS, OFF_CURVE, HazardError, measure_label, row_words
 
+COMPONENT = "Total"
+"""Component of a USGS response with all sources."""
+
 
 def read_hazard(
     path: str | os.PathLike[str],
@@ -22,7 +25,7 @@ def read_hazard(
     *,
     units: str | None = None,
     years: float | None = None,
-    component: str = "Total",
+    component: str = COMPONENT,
 ) -> HazardCurve:
     r"""Read a hazard curve from a file, whose format is detected.
 

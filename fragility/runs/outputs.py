@@ -5,8 +5,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...core.units import ANGULAR_VELOCITY, DIMENSIONLESS, METRE, NEWTON, RADIAN, SECOND
+from ...core.units import DIMENSIONLESS, METRE
 from ...models import Block
+from ...models.restraint_force import OF_FORCE
+from ...models.runs import RESULTS
 from ...models.scenes.edge import FALLEN_OFF, OF_FALLEN_OFF
 from ...models.sliding.mode import MODE
 from ...models.sliding.runs import LABELS, OF_OBSTACLES, SLIDES
@@ -63,39 +65,30 @@ _SLIDES = {
     "slide_after": IN_PLANE,
 }
 """Rule for each output of sliding blocks under both components."""
+_ROCKING: dict[str, tuple[type[np.generic], str, int | None]] = {
+    "overturned": (np.bool_, EITHER, 1),
+    "peak_rotation": (np.float64, LARGER, None),
+    "uplifted": (np.bool_, EITHER, 1),
+    "impacts": (np.int32, DECIDING, -1),
+    "overturning_time": (np.float64, EARLIER, None),
+    "impact_velocity": (np.float64, DECIDING, None),
+    "direction": (np.int8, FALLEN, 2),
+    "peak_front": (np.float64, "", None),
+    "peak_back": (np.float64, "", None),
+    "wall_impacts": (np.int32, "", -1),
+    "wall_impact_velocity": (np.float64, "", None),
+    "ruptured": (np.bool_, EITHER, 1),
+    "rupture_time": (np.float64, "", None),
+    "final_state": (np.int8, "", 3),
+    "airborne": (np.bool_, EITHER, None),
+}
+"""Type of each output of rocking blocks, its rule about both axes, and its value in the air."""
 OUTPUTS = {
-    "overturned": Output(np.bool_, "whether the block overturned", both=EITHER, airborne=1),
-    "peak_rotation": Output(np.float64, "peak absolute rotation, pi/2 if overturned", RADIAN, LARGER),
-    "uplifted": Output(np.bool_, "whether the block uplifted", both=EITHER, airborne=1),
-    "impacts": Output(np.int32, "impacts during the record", both=DECIDING, airborne=-1),
-    "overturning_time": Output(np.float64, "time of overturning, NaN if it stands", SECOND, EARLIER),
-    "impact_velocity": Output(
-        np.float64, "greatest angular speed at which the block came down", ANGULAR_VELOCITY, DECIDING
-    ),
-    "direction": Output(
-        np.int8, "sign of the rotation in which the block fell, 0 if it stands", both=FALLEN, airborne=2
-    ),
-    "peak_front": Output(np.float64, "peak forward rotation, NaN of blocks that are alike on both sides", RADIAN),
-    "peak_back": Output(np.float64, "peak backward rotation, NaN of blocks that are alike on both sides", RADIAN),
-    "wall_impacts": Output(np.int32, "impacts at walls during the record", airborne=-1),
-    "wall_impact_velocity": Output(
-        np.float64, "greatest angular speed at which the block struck a wall", ANGULAR_VELOCITY
-    ),
-    "ruptured": Output(np.bool_, "whether the restraint broke", both=EITHER, airborne=1),
-    "rupture_time": Output(np.float64, "time at which the restraint broke, NaN if it held", SECOND),
-    "final_state": Output(
-        np.int8,
-        "where the block ends: 0 stands, 1 and -1 held beyond its balance at the front and at the back (by a wall, "
-        "on a strap), 2 and -2 fell forward and backward",
-        airborne=3,
-    ),
+    **{name: Output(kind, *reversed(RESULTS[name][1:]), *rules) for name, (kind, *rules) in _ROCKING.items()},
     **{
         name: Output(np.float64, LABELS[name][1], LABELS[name][0], _SLIDES.get(name, ""))
         for name in (*SLIDES, *OF_OBSTACLES)
     },
-    "airborne": Output(
-        np.bool_, "whether the floor falls faster than g: not computed, counted as overturned", both=EITHER
-    ),
     "top_displacement": Output(
         np.float64,
         "greatest horizontal displacement of the upper corner",
@@ -105,10 +98,7 @@ OUTPUTS = {
         formula=lambda block, peak: block.height * np.sin(peak),
     ),
     "restraint_force": Output(
-        np.float64,
-        "greatest force of each part of the restraint, its strength if it broke",
-        NEWTON,
-        of=("peak_front", "peak_back", "ruptured"),
+        np.float64, OF_FORCE["long_name"], OF_FORCE["units"], of=("peak_front", "peak_back", "ruptured")
     ),
     "mode": Output(np.int8, MODE["long_name"], MODE["units"], of=("slips",)),
     FALLEN_OFF: Output(

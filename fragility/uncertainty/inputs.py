@@ -13,6 +13,7 @@ import xarray as xr
 from ...core import checks
 from ...core.doubts import Doubt, first_of
 from ...core.elementary import Array, cholesky, times
+from ...core.parameters import CORRELATION
 from ...core.streams import stream
 from ...core.units import DIMENSIONLESS, described, provenance
 from ...models import Block, Law
@@ -121,7 +122,7 @@ class RandomInputs:
         for pair, value in self.rank_correlation.items():
             if not isinstance(pair, tuple) or len(pair) != 2 or not {*pair} <= {*names} or pair[0] == pair[1]:
                 raise ValueError(f"rank_correlation must be of pairs of {', '.join(names)}, got {pair!r:.60}")
-            rho = checks.number(f"rank_correlation of {pair[0]} and {pair[1]}", value, at_least=-1.0, at_most=1.0)
+            rho = CORRELATION.number(f"rank_correlation of {pair[0]} and {pair[1]}", value)
             for name in pair:
                 if isinstance(self.distributions[name], Categorical):
                     raise ValueError(f"{name!r} is a choice and has no ranks: it cannot be correlated")

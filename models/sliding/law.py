@@ -11,11 +11,9 @@ from ...core import checks
 from ...core.aliases import Array
 from ...core.parameters import PART
 from ..block import Block
-from ..friction import Friction
+from ..friction import MOST_FRICTION, Friction
 from ..laws import Model
 
-MOST_FRICTION = 10.0
-"""Largest coefficient of friction: beyond any contact's; blocks of it do not slide."""
 LEAST_FRICTION = 1e-9
 """Smallest coefficient of friction: the block keeps its place while the floor moves."""
 

@@ -5,9 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from ...core.parameters import Parameter
 from ...core.units import STANDARD_GRAVITY, described
 from ..block import Block
 
+TRIP = Parameter("m", at_least=0.001, at_most=10.0, written="mm")
+"""Distance to an obstacle."""
 TRIPS = "trips"
 """Name of the flag of blocks that meet an obstacle fast enough to turn over it."""
 OF_TRIPS = described("whether the block meets an obstacle with the energy to turn over it (a criterion)")

@@ -17,7 +17,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import warn
-from ...core.parameters import Parameter
+from ...core.parameters import RATIO, Parameter, Seed
 from ...core.units import ACCELERATION, VELOCITY, described, provenance
 from ..arrays import (
     BOTH_AXES,
@@ -34,24 +34,23 @@ from ..kernels import oscillators as engine
 from ..plausibility import building_doubts, record_doubts, ringing_doubts, storey_doubts
 from ..supports.isolator import Isolator
 from ..supports.support import Support
-from .isolation import Isolation
+from .isolation import BaseMass, Isolation
 from .modes import MOST_BEAM_MODES, beam_modes, storey_modes
-from .yielding import HARDENING, MOST_DISPERSION, YieldingBuilding, chosen_floors, yielding_building
+from .yielding import DISPERSION, HARDENING, YieldingBuilding, chosen_floors, yielding_building
 
 NO_STRENGTH = "hardening, p_delta and strength_dispersion are of storeys that yield: give a yield_coefficient"
 PERIOD = Parameter("s", at_least=1e-3, at_most=100.0)
 ALPHA0 = Parameter(at_least=0.0, at_most=1e4)
 MAX_STOREYS = 500
 MOST_PARTS = 1000
-Damping = Annotated[float | Sequence[float], Parameter(at_least=0.0, below=1.0)]
+Damping = Annotated[float | Sequence[float], RATIO]
 StoreyHeight = Annotated[float | Sequence[float], Parameter("m", above=0.0)]
 Modes = Annotated[int, Parameter(at_least=1)]
 Masses = Annotated[Any, Parameter("kg", above=0.0)]
 Stiffnesses = Annotated[Any, Parameter("N/m", above=0.0)]
 YieldCoefficient = Annotated[float | Sequence[float], Parameter(above=0.0)]
-Hardening = Annotated[float, Parameter(at_least=0.0, below=1.0)]
-Dispersion = Annotated[float, Parameter(at_least=0.0, at_most=MOST_DISPERSION)]
-Seed = Annotated[int, Parameter(at_least=0)]
+Hardening = Annotated[float, RATIO]
+Dispersion = Annotated[float, DISPERSION]
 MOST_SAMPLES = 500_000_000  # 4 GB
 
 
@@ -275,10 +274,10 @@ class Building:
     def isolated(
         cls,
         isolator: Isolator | Support,
-        base_mass: Annotated[float, Parameter("kg", above=0.0)],
+        base_mass: BaseMass,
         masses: Masses,
         stiffnesses: Stiffnesses,
-        damping: Annotated[float, Parameter(at_least=0.0, below=1.0)] = 0.05,
+        damping: Annotated[float, RATIO] = 0.05,
         storey_height: StoreyHeight = 3.0,
         *,
         yield_coefficient: YieldCoefficient | None = None,

@@ -2,16 +2,18 @@
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from ...core import checks
 from ...core.aliases import Array
+from ...core.parameters import Parameter, check
 from ...core.units import STANDARD_GRAVITY
 from ..supports.isolator import BILINEAR, Isolator
 from ..supports.support import Support
 
+BaseMass = Annotated[float, Parameter("kg", above=0.0)]
 FASTEST = 5e4
 """Maximum rate, 1/s, at which a floor may follow its storeys; at ten times as much each motion takes ten seconds."""
 
@@ -49,10 +51,10 @@ class Isolation:
     """Linear or bilinear isolators of the whole weight, and the slab above them with its `base_mass` (kg, > 0)."""
 
     isolator: Isolator | Support
-    base_mass: float
+    base_mass: BaseMass
 
     def __post_init__(self) -> None:
-        checks.number("base_mass", self.base_mass, above=0.0, unit="kg")
+        check(self)
         if not isinstance(self.isolator, Isolator | Support):
             raise TypeError(
                 f"isolator must be Isolator.linear(…) or Isolator.bilinear(…), got {checks.kind(self.isolator)}"

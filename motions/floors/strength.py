@@ -1,8 +1,9 @@
 """Default strengths of buildings: a code's design strength times the overstrength of the system."""
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from ...core import checks
+from ...core.parameters import Parameter
 
 
 class System(NamedTuple):
@@ -23,7 +24,11 @@ SYSTEMS = {
     "ordinary-masonry-wall": System("ordinary reinforced masonry shear wall", 2.0, 2.5),
 }
 """Systems by the words of study files, with R and Omega_0 of ASCE/SEI 7-22, table 12.2-1 (recalled)."""
-LARGEST_IMPORTANCE = 1.5
+IMPORTANCE = Parameter(at_least=1.0, at_most=1.5)
+Importance = Annotated[float, IMPORTANCE]
+DESIGN = Parameter(above=0.0, at_most=4.0)
+Design = Annotated[float, DESIGN]
+"""S_DS or S_D1 of a site, g: maps have up to about 3."""
 
 
 class Strength(NamedTuple):
@@ -42,9 +47,8 @@ def code_strength(system: Any, period: Any, sds: Any, sd1: Any, importance: Any 
     """
     kind = SYSTEMS[checks.choice("system", system, tuple(SYSTEMS))]
     t = checks.number("period", period, above=0.0, unit="s")
-    short = checks.number("sds", sds, above=0.0, at_most=10.0, unit="g")
-    long = checks.number("sd1", sd1, above=0.0, at_most=10.0, unit="g")
-    factor = checks.number("importance", importance, at_least=1.0, at_most=LARGEST_IMPORTANCE)
+    short, long = DESIGN.number("sds", sds), DESIGN.number("sd1", sd1)
+    factor = IMPORTANCE.number("importance", importance)
     response = min(short, long / t) * factor / kind.reduction
     c_y = kind.overstrength * response
     text = (

@@ -17,6 +17,7 @@ import xarray as xr
 from ...core import checks
 from ...core.doubts import warn
 from ...core.elementary import Array, power
+from ...core.parameters import RATIO, Parameter
 from ...core.streams import key_of, stream
 from ...core.units import ACCELERATION, METRE, STANDARD_GRAVITY, VELOCITY, described, provenance
 from ..arrays import OWN_LEVEL, Record, floor_array, floor_coordinates, motion_coordinates, records
@@ -25,7 +26,7 @@ from ..plausibility import collapse_doubts, record_doubts, unusual
 from .isolation import Isolation, refuse_light
 
 HARDENING = 0.03
-MOST_DISPERSION = 1.0
+DISPERSION = Parameter(at_least=0.0, at_most=1.0)
 COLLAPSE_DRIFT = 0.1
 """Drift over the storey's height at which a storey counts as collapsed (assumed)."""
 
@@ -368,9 +369,8 @@ def yielding_building(
     isolators it is proportional to stiffness alone, with the ratio at the first mode on a fixed base. Without a yield
     coefficient storeys are elastic.
     """
-    ratio = checks.number("damping", damping, at_least=0.0, below=1.0)
-    rho = checks.number("hardening", hardening, at_least=0.0, below=1.0)
-    beta = checks.number("strength_dispersion", strength_dispersion, at_least=0.0, at_most=MOST_DISPERSION)
+    ratio, rho = RATIO.number("damping", damping), RATIO.number("hardening", hardening)
+    beta = DISPERSION.number("strength_dispersion", strength_dispersion)
     own_seed = checks.count("seed", seed)
     weight = STANDARD_GRAVITY * masses
     strengths = np.full(masses.size, math.inf)

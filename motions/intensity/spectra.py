@@ -16,6 +16,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, warn
+from ...core.parameters import RATIO
 from ...core.units import ACCELERATION, METRE, SECOND, VELOCITY, described, provenance, variables
 from ..arrays import motion_coordinates, records
 from ..kernels import oscillators as engine
@@ -37,7 +38,7 @@ def period_of(name: str, value: Any) -> float:
 
 def damping_of(value: Any) -> float:
     """Return a damping ratio; ValueError outside 0 to below 1."""
-    return checks.number("damping", value, at_least=0.0, below=1.0)
+    return RATIO.number("damping", value)
 
 
 def peak_displacements(acceleration: Array, dt: float, periods: Array, damping: float) -> Array:

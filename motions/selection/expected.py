@@ -12,7 +12,7 @@ from ...core.doubts import Doubt, warn
 from ..intensity.measure import Measure
 from ..intensity.naming import measure_named
 from ..intensity.parametric_measures import Sa
-from ..simulated.ground_motion_models import Scenario, expected_motions, quiet
+from ..simulated.ground_motion_models import MECHANISMS, MODEL, Scenario, expected_motions, quiet
 from .target import FORMULAS, Mixture, Target
 
 MEASURES = (
@@ -29,7 +29,7 @@ def expected_target(
     measures: Sequence[str | Measure] | None = None,
     *,
     weights: Any = None,
-    model: str = "BSSA14",
+    model: str = MODEL,
     correlations: Any = FORMULAS,
 ) -> Target | Mixture:
     """Return the target of one or several earthquakes, as a ground-motion model expects their motions.
@@ -114,7 +114,7 @@ def _duration(scenario: Scenario) -> tuple[float, float]:
         mag=scenario.magnitude,
         dist_rup=1e-3 * scenario.distance,
         v_s30=scenario.vs30,
-        mechanism={"strike-slip": "SS", "reverse": "RS"}[scenario.faulting],
+        mechanism=MECHANISMS[scenario.faulting],
     )
     with quiet() as caught:
         model = pygmm.AfshariStewart2016(given)

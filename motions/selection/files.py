@@ -22,6 +22,7 @@ from ..readers.lines import Lines, RecordError, is_blank, is_comment
 from .stated import Stated
 from .target import FORMULAS, Mixture, Target
 
+MEAN = "mean"
 MOST_ROWS = 20_000
 _OWN, _OF_RUPTURES = ("measure", "unit", "median", "sigma"), ("rupture", "weight")
 _OPENQUAKE = ("poe", "stat", "period", "mea", "std")
@@ -38,7 +39,7 @@ class TargetError(ValueError):
 
 
 def read_target(
-    path: str | os.PathLike[str], given: str | Measure, *, correlations: Any = FORMULAS, statistic: str = "mean"
+    path: str | os.PathLike[str], given: str | Measure, *, correlations: Any = FORMULAS, statistic: str = MEAN
 ) -> Target | Mixture | Stated:
     """Read a target for motions from a file of a hazard analysis, whose format is detected.
 

@@ -16,7 +16,8 @@ from ...core.doubts import Doubt, warn
 from ..intensity.measure import Measure
 from ..intensity.naming import in_si, measure_named, our_name, program_unit, written_level
 from ..simulated.ground_motion_models import Scenario
-from .files import TargetError, numbered, opened, rows_of
+from ..simulated.scenario import STRIKE_SLIP
+from .files import MEAN, TargetError, numbered, opened, rows_of
 
 LEAST_SHARE = 1e-4
 """Bins with a smaller share of the hazard are left out."""
@@ -44,7 +45,7 @@ class Disaggregation(NamedTuple):
     kept: float
     rate: float = math.nan
 
-    def scenarios(self, vs30: float, faulting: str = "strike-slip") -> list[Scenario]:
+    def scenarios(self, vs30: float, faulting: str = STRIKE_SLIP) -> list[Scenario]:
         """Return a scenario of each bin at a site of V_S30 (m/s), with the rupture reaching the surface."""
         speed = checks.number("vs30", vs30, above=0.0, unit="m/s")
         pairs = zip(self.magnitude.tolist(), self.distance.tolist(), strict=True)
@@ -52,7 +53,7 @@ class Disaggregation(NamedTuple):
 
 
 def read_disaggregation(
-    path: str | os.PathLike[str], *, im: str | Measure | None = None, level: float | None = None, column: str = "mean"
+    path: str | os.PathLike[str], *, im: str | Measure | None = None, level: float | None = None, column: str = MEAN
 ) -> Disaggregation:
     """Read the disaggregation of a hazard by magnitude and distance.
 
@@ -121,7 +122,7 @@ def _of_openquake(file: Path, comment: str, rows: Any, column: str) -> Bins:
         raise TargetError(f"{file}: states no investigation_time in its first line")
     years = numbered(file, 1, time[1], "investigation_time", 0.0, above=True)
     # the mean has this level, and so does one realisation alone
-    of_level = sum(name == "mean" or name.startswith("rlz") for name in names) == 1 or column.lower() == "mean"
+    of_level = sum(name == MEAN or name.startswith("rlz") for name in names) == 1 or column.lower() == MEAN
     by_level: Bins = {}
     stated: dict[tuple[str, float], float] = {}
     seen: dict[tuple[Any, ...], int] = {}

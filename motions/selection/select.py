@@ -28,6 +28,8 @@ AT_BOUND = 0.01
 """A factor within a hundredth of its bound counts as one at the bound."""
 CONFIDENCE = 0.95
 SELECTION = 0
+FACTORS = (0.25, 4.0)
+"""Smallest and largest factor of a motion."""
 """Key of the random stream of a choice."""
 
 
@@ -77,7 +79,7 @@ def select(
     number: int,
     *,
     level: float,
-    factor: tuple[float, float] = (0.25, 4.0),
+    factor: tuple[float, float] = FACTORS,
     weights: Mapping[str, float] | None = None,
     per_event: int = 3,
     seed: int = 0,

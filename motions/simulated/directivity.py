@@ -12,7 +12,7 @@ import numpy as np
 
 from ...core.elementary import Array, cholesky, times
 from .marginals import Marginal, bounded_beta, exponential_of_beta, lognormal, two_sided_exponential
-from .scenario import TWO_PI, Parameters
+from .scenario import REVERSE, STRIKE_SLIP, TWO_PI, Parameters
 
 TRUNCATION = 2.0  # standard deviations beyond which scores are drawn again
 MIDDLE = 0.30  # the energy fraction of t_mid in these equations
@@ -124,7 +124,7 @@ class NearFaultEquations:
     def pulse_probability(self) -> float:
         """Probability that the motion has a pulse."""
         km, length, degrees = self.distance / 1e3, math.sqrt(self.along / 1e3), math.degrees(self.angle)
-        if self.faulting == "strike-slip":
+        if self.faulting == STRIKE_SLIP:
             exponent = 0.457 + 0.126 * km - 0.244 * length + 0.013 * degrees
         else:
             exponent = 0.304 + 0.072 * km - 0.208 * length + 0.021 * degrees
@@ -132,7 +132,7 @@ class NearFaultEquations:
 
     def expected(self, pulse: bool) -> Array:
         """Return the expected scores, shape (11,) with a pulse and (6,) without."""
-        m, reverse = self.magnitude, float(self.faulting == "reverse")
+        m, reverse = self.magnitude, float(self.faulting == REVERSE)
         near = 0.5 * math.log((self.distance / 1e3) ** 2 + NEARNESS**2)
         shallow = min(self.depth, DEEPEST) / 1e3
         terms = [1.0, m, max(m - SATURATION, 0.0), near, m * near, reverse * shallow]

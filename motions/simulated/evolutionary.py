@@ -11,15 +11,14 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
-from ...core.parameters import Parameter
 from ...core.units import STANDARD_GRAVITY
 from ..arrays import records
 from ..intensity.evaluation import measure
 from ..kernels.drifting_filters import drifting_ground
 from .envelopes import Envelope, RiseStrongDecay
 from .filters import filtered, high_pass, propagators
-from .generator import LARGEST, Seconds, Streams, ensemble, normals
-from .kanai_tajimi import BASELINES, FilteredNoise, HighPassed
+from .generator import Seconds, Streams, ensemble, normals
+from .kanai_tajimi import FREQUENCY, Baseline, Density, FilteredNoise, HighPassed, KanaiTajimi, Ratio
 
 PSD_INSTANTS = 101  # of the drift, over which a density is averaged
 
@@ -67,17 +66,14 @@ class EvolutionaryKanaiTajimi(FilteredNoise):
     3.0
     """
 
-    omega_g: Annotated[float | Sequence[float], Parameter("rad/s", above=0.0, at_most=LARGEST)] = (
-        8.0 * math.pi,
-        3.0 * math.pi,
-    )
+    omega_g: Annotated[float | Sequence[float], FREQUENCY] = (8.0 * math.pi, 3.0 * math.pi)
     omega_g_times: Sequence[float] | None = None
-    xi_g: Annotated[float, Parameter(above=0.0, at_most=LARGEST)] = 0.6
-    s0: Annotated[float, Parameter("m²/s³", above=0.0, at_most=LARGEST)] = 0.01
-    duration: Seconds = 30.0
-    dt: Seconds = 0.005
+    xi_g: Ratio = KanaiTajimi.xi_g
+    s0: Density = KanaiTajimi.s0
+    duration: Seconds = KanaiTajimi.duration
+    dt: Seconds = KanaiTajimi.dt
     envelope: Envelope = field(default_factory=RiseStrongDecay)
-    baseline: Annotated[str, Parameter(words=BASELINES)] = "parabolic"
+    baseline: Baseline = KanaiTajimi.baseline
 
     def __post_init__(self) -> None:
         given = self.omega_g if isinstance(self.omega_g, Sequence | np.ndarray) else (self.omega_g,)

@@ -13,7 +13,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
-from ...core.parameters import Parameter
+from ...core.parameters import CORRELATION, Parameter
 from ...core.streams import stream
 from ...core.units import DIMENSIONLESS, METRE, described
 from ..arrays import from_array
@@ -86,7 +86,7 @@ class Generator(ABC):
         their own amplitude, w is first scaled to the Arias intensity of h1, because both components are of one
         earthquake. Components of recordings differ in it.
         """
-        share = checks.number("correlation", correlation, at_least=-1.0, at_most=1.0)
+        share = CORRELATION.number("correlation", correlation)
         if self.along_a_pulse:
             raise ValueError(f"{type(self).__name__} gives motions in the direction of a pulse, which have no pairs")
         h1 = self.sample(n, seed, first)

@@ -22,14 +22,16 @@ from ..intensity.evaluation import measure
 from ..intensity.naming import measure_named
 from ..intensity.parametric_measures import Sa
 from ..scaling import scale_to
+from .scenario import REVERSE, STRIKE_SLIP
 
-MODELS: dict[str, str] = {"BSSA14": "BooreStewartSeyhanAtkinson2014", "CY14": "ChiouYoungs2014"}
+MODEL = "BSSA14"
+MODELS: dict[str, str] = {MODEL: "BooreStewartSeyhanAtkinson2014", "CY14": "ChiouYoungs2014"}
 """Models by name, with the class of pyGMM that computes each."""
 PERIODS = (0.1, 0.2, 0.3, 0.5, 1.0, 2.0, 3.0, 4.0)
 """Periods of Sa, s."""
 NEAREST = 400.0
 """Rupture distance, m, below which the number is likely of km."""
-_MECHANISMS = {"strike-slip": "SS", "reverse": "RS"}
+MECHANISMS = {STRIKE_SLIP: "SS", REVERSE: "RS"}
 _one_at_a_time = threading.Lock()
 
 
@@ -42,7 +44,7 @@ class Scenario(NamedTuple):
     magnitude: float
     distance: float
     vs30: float
-    faulting: str = "strike-slip"
+    faulting: str = STRIKE_SLIP
     depth: float = 0.0
 
     @property
@@ -51,7 +53,7 @@ class Scenario(NamedTuple):
         return f"M {self.magnitude:g}, {1e-3 * self.distance:g} km, V_S30 {self.vs30:g} m/s, {self.faulting}"
 
 
-def expected_motions(scenario: Scenario, model: str = "BSSA14", periods: Sequence[float] = PERIODS) -> xr.Dataset:
+def expected_motions(scenario: Scenario, model: str = MODEL, periods: Sequence[float] = PERIODS) -> xr.Dataset:
     """Return the medians and dispersions that a ground-motion model gives for a scenario.
 
     Parameters
@@ -90,7 +92,7 @@ def expected_motions(scenario: Scenario, model: str = "BSSA14", periods: Sequenc
     if not isinstance(scenario, Scenario):
         raise TypeError(f"scenario must be a Scenario, got {checks.kind(scenario)}")
     name = MODELS[checks.choice("model", model, list(MODELS))]
-    mechanism = _MECHANISMS[checks.choice("faulting", scenario.faulting, list(_MECHANISMS))]
+    mechanism = MECHANISMS[checks.choice("faulting", scenario.faulting, list(MECHANISMS))]
     depth = checks.number("depth", scenario.depth, at_least=0.0, at_most=3e4, unit="m")
     distance = checks.number("distance", scenario.distance, at_least=max(depth, 0.0), at_most=4e5, unit="m")
     if distance < NEAREST:
@@ -145,7 +147,7 @@ def quiet() -> Iterator[list[warnings.WarningMessage]]:
 def over_model(
     motions: xr.DataArray | Iterable[xr.DataArray],
     scenario: Scenario,
-    model: str = "BSSA14",
+    model: str = MODEL,
     periods: Sequence[float] = PERIODS,
 ) -> xr.Dataset:
     """Return the medians and dispersions of an ensemble divided by a ground-motion model's.
@@ -185,7 +187,7 @@ def over_models(
 
 
 def scale_to_model(
-    motions: xr.DataArray, scenario: Scenario, model: str = "BSSA14", im: str = "pgv", seed: int = 0, first: int = 0
+    motions: xr.DataArray, scenario: Scenario, model: str = MODEL, im: str = "pgv", seed: int = 0, first: int = 0
 ) -> xr.DataArray:
     """Scale every motion so that an intensity measure has the distribution of a ground-motion model.
 

@@ -16,6 +16,11 @@ from .filters import filtered, high_pass, settling, soil_layer
 from .generator import LARGEST, Generator, Seconds, Streams, ensemble, normals, steps_of
 
 BASELINES = ("parabolic", "none")
+Baseline = Annotated[str, Parameter(words=BASELINES)]
+FREQUENCY = Parameter("rad/s", above=0.0, at_most=LARGEST)
+Frequency = Annotated[float, FREQUENCY]
+Ratio = Annotated[float, Parameter(above=0.0, at_most=LARGEST)]
+Density = Annotated[float, Parameter("m²/s³", above=0.0, at_most=LARGEST)]
 Dispersion = Annotated[float, Parameter(at_least=0.0, at_most=2.0)]
 """Type of the dispersion of a parameter: beyond 2 most motions are of no ground."""
 FARTHEST = 5.0  # standard deviations above the median for which a parameter must be in its range
@@ -78,9 +83,9 @@ class HighPassed(FilteredNoise):
         Damping ratio of the high-pass.
     """
 
-    omega_f: Annotated[float, Parameter("rad/s", above=0.0, at_most=LARGEST)] = 0.25 * math.pi
-    xi_f: Annotated[float, Parameter(above=0.0, at_most=LARGEST)] = 0.6
-    baseline: Annotated[str, Parameter(words=BASELINES)] = "none"
+    omega_f: Frequency = 0.25 * math.pi
+    xi_f: Ratio = 0.6
+    baseline: Baseline = "none"
 
     @property
     def rest(self) -> float:
@@ -143,13 +148,13 @@ class KanaiTajimi(FilteredNoise):
     (3, 1001)
     """
 
-    omega_g: Annotated[float, Parameter("rad/s", above=0.0, at_most=LARGEST)] = 5.0 * math.pi
-    xi_g: Annotated[float, Parameter(above=0.0, at_most=LARGEST)] = 0.6
-    s0: Annotated[float, Parameter("m²/s³", above=0.0, at_most=LARGEST)] = 0.01
+    omega_g: Frequency = 5.0 * math.pi
+    xi_g: Ratio = 0.6
+    s0: Density = 0.01
     duration: Seconds = 30.0
     dt: Seconds = 0.005
     envelope: Envelope = field(default_factory=RiseStrongDecay)
-    baseline: Annotated[str, Parameter(words=BASELINES)] = "parabolic"
+    baseline: Baseline = "parabolic"
     omega_g_dispersion: Dispersion = field(default=0.0, kw_only=True)
     xi_g_dispersion: Dispersion = field(default=0.0, kw_only=True)
 

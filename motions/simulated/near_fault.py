@@ -14,7 +14,7 @@ from .directivity import MIDDLE, TRUNCATION, NearFaultEquations, background_para
 from .generator import Seconds, Streams, counts, steps_of
 from .modulation import modulation
 from .pulses import velocity_pulse
-from .scenario import UNITS, Faulting, Parameters, Velocity
+from .scenario import STRIKE_SLIP, UNITS, Faulting, Parameters, Velocity
 from .site_based import MOST_TRIES, Corner, ScenarioGenerator, end_of, fits, outside_data, site_based_motions
 
 WITH_PULSE = ("always", "probability", "never")
@@ -74,7 +74,7 @@ class NearFault(ScenarioGenerator):
     magnitude: Annotated[float, Parameter(at_least=5.5, at_most=8.0)] = 7.0
     distance: Annotated[float, Parameter("m", at_least=0.0, at_most=5e4)] = 5e3
     vs30: Velocity = 500.0
-    faulting: Faulting = "strike-slip"
+    faulting: Faulting = STRIKE_SLIP
     depth: Annotated[float, Parameter("m", at_least=0.0, at_most=3e4)] = 0.0
     along: Annotated[float, Parameter("m", at_least=0.0, at_most=5e5)] = 2e4
     angle: Annotated[float, Parameter("rad", at_least=0.0, at_most=0.5 * math.pi)] = 0.0

@@ -16,7 +16,7 @@ from ...core.parameters import Parameter
 from ...core.units import STANDARD_GRAVITY
 from .marginals import Marginal, bounded_beta, gamma, lognormal, two_sided_exponential
 
-FAULTINGS = ("strike-slip", "reverse")
+STRIKE_SLIP, REVERSE = FAULTINGS = ("strike-slip", "reverse")
 Faulting = Annotated[str, Parameter(words=FAULTINGS)]
 Velocity = Annotated[float, Parameter("m/s", at_least=100.0, at_most=3000.0)]
 """Type of the shear-wave velocity of the uppermost 30 m."""
@@ -107,14 +107,14 @@ class SiteBasedEquations:
     magnitude: float
     distance: float
     vs30: float
-    faulting: str = "strike-slip"
+    faulting: str = STRIKE_SLIP
     arias_constant: float = PUBLISHED_CONSTANT
 
     @property
     def expected(self) -> Array:
         """Expected scores, shape (6,)."""
         r, v = self.distance / 25e3, self.vs30 / 750.0
-        f = float(self.faulting == "reverse")
+        f = float(self.faulting == REVERSE)
         predictors = np.array([1.0, f, self.magnitude / 7.0, r, v])
         scores = (COEFFICIENTS * predictors).sum(axis=1)
         intensity = np.array([1.0, f, self.magnitude / 7.0, math.log(r), math.log(v)])

@@ -27,6 +27,7 @@ from .ground_motion_models import Scenario
 from .modulation import Modulation, modulation, ratio_limits
 from .scenario import (
     PUBLISHED_CONSTANT,
+    STRIKE_SLIP,
     UNITS,
     Faulting,
     Parameters,
@@ -283,7 +284,7 @@ class SiteBasedScenario(ScenarioGenerator):
     magnitude: Annotated[float, Parameter(at_least=5.0, at_most=8.5)] = 6.5
     distance: Annotated[float, Parameter("m", at_least=1e3, at_most=2e5)] = 20e3
     vs30: Velocity = 760.0
-    faulting: Faulting = "strike-slip"
+    faulting: Faulting = STRIKE_SLIP
     f_c: Corner | None = None
     dt: Seconds = 0.005
     duration: Seconds | None = None

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...core import checks
 from ...core.aliases import Array
+from ...core.parameters import RATIO
 from ...core.units import ACCELERATION, METRE, described
 from ..arrays import HORIZONTAL, OWN_LEVEL, records, shakes_of
 
@@ -30,7 +30,7 @@ class Motion(NamedTuple):
 
 def one_way_only(mass_ratio: float, accepted: bool) -> None:
     """Raise a ValueError for a block that is heavy compared with its platform, unless its reaction may be left out."""
-    ratio = checks.number("mass_ratio", mass_ratio, at_least=0.0, below=1.0)
+    ratio = RATIO.number("mass_ratio", mass_ratio)
     if ratio > MOST_RATIO and not accepted:
         raise ValueError(
             f"mass_ratio must be at most {MOST_RATIO:g}, got {ratio:g}: a block as heavy as that moves its platform, "

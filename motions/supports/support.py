@@ -9,14 +9,14 @@ import xarray as xr
 
 from ...core.aliases import Array
 from ...core.doubts import warn
-from ...core.parameters import Parameter, check
+from ...core.parameters import RATIO, Parameter, check
 from ..kernels.oscillators import oscillator_history
 from ..plausibility import unusual
 from .chain import Motion, chained, one_way_only
 
-Damping = Annotated[float, Parameter(at_least=0.0, below=1.0)]
+Damping = Annotated[float, RATIO]
 OneWay = Annotated[bool, Parameter()]
-MassRatio = Annotated[float, Parameter(at_least=0.0, below=1.0)]
+MassRatio = Annotated[float, RATIO]
 
 
 @dataclass(frozen=True)

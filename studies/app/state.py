@@ -21,11 +21,10 @@ from ...models import Block, catalogue
 from ...models.friction import CONTACTS
 from ...models.laws import LAWS
 from ..file.blocks import BlockTable
-from ..file.derived import WRITTEN
 from ..file.include import read_content
 from ..file.refusals import refusals
 from ..file.schema import StudyFile
-from ..file.table import all_errors, quantity
+from ..file.table import WRITTEN, all_errors, quantity
 from ..text.error import StudyError, writing
 
 SCHEMA = Path(__file__).parents[1] / "reference" / "study.schema.json"

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from ...core.parameters import Parameter
+from ...motions.floors.strength import Design
 from .check import CLASSES, EXEMPT, REQUIRED, UNCHECKED, Code, Component
 
 CATEGORIES = ("A", "B", "C", "D", "E", "F")
@@ -72,7 +73,7 @@ class Asce7(Code):
     table 13.5-1's rows from code-checking software; exemptions as in earlier editions, recalled.)
     """
 
-    sds_g: Annotated[float, Parameter(above=0.0, at_most=4.0)]
+    sds_g: Design
     design_category: Annotated[str, Parameter(words=CATEGORIES)]
     factors: Mapping[str, Factors] | None = None
     r_mu: Annotated[float, Parameter(at_least=1.3, at_most=10.0)] = 1.3

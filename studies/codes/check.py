@@ -3,10 +3,11 @@
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from typing import Annotated, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
-from ...core.parameters import Parameter, check
+from ...core.parameters import check
 from ...core.units import STANDARD_GRAVITY
+from ...motions.floors.strength import Importance
 
 REQUIRED, EXEMPT, UNCHECKED = "required", "exempt", "not checked"
 UNSTATED_DANGER = "the inventory does not say whether it endangers people"
@@ -81,7 +82,7 @@ class Code(ABC):
         Fundamental period of the building, s.
     """
 
-    importance: Annotated[float, Parameter(at_least=1.0, at_most=1.5)] = field(default=1.0, kw_only=True)
+    importance: Importance = field(default=1.0, kw_only=True)
     building_period: float | None = field(default=None, kw_only=True)
     title: ClassVar[str]
     """The code and its clause on components."""

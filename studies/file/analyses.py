@@ -9,11 +9,11 @@ from pydantic import AfterValidator, Discriminator, Field, Tag, WithJsonSchema, 
 
 from ...core.doubts import warn
 from ...core.elementary import Array, exp
-from ...core.parameters import CHANCE, PART, SHARE
+from ...core.parameters import CHANCE, PART, SHARE, Seed
 from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY
 from ...fragility.adaptive.sequential import MOST_RUNS, RUNS
 from ...fragility.adaptive.until import FEWEST, LEAST, MEDIAN, MOST, PROBABILITY, TARGETS, TOLERANCES, Until, until_of
-from ...fragility.analyses.joint import FEWEST_MOTIONS as FEWEST_EVENTS, SAMPLE
+from ...fragility.analyses.joint import FEWEST_BLOCKS, FEWEST_MOTIONS as FEWEST_EVENTS, SAMPLE
 from ...fragility.analyses.pooled import BLOCKS_A_MOTION, MOST as MOST_POOLED, MOST_BLOCKS_A_MOTION
 from ...fragility.fitting.fit import FORMS, METHODS, default_form
 from ...fragility.fitting.intervals import INTERVALS
@@ -46,7 +46,7 @@ from .table import (
     PartialTable,
     RelativePath,
     Replicates,
-    Seed,
+    ResamplingSeed,
     Spread,
     Static,
     Table,
@@ -200,18 +200,25 @@ def _word_or_table(value: Any) -> str:
     return "word" if isinstance(value, str) else "table"
 
 
-class IdaTable(Table):
-    """Incremental dynamic analysis: every motion at every level of a measure, or at levels of its own.
+class MeasuredTable(Table):
+    """An analysis over an intensity measure.
 
     im: Intensity measure: by name, or with its period in s, as Sa(1.0).
     im_at: Place of the intensity measure in a building: ground or floor.
-    levels: Levels of the measure; or adaptive (levels follow from earlier runs), or pooled (adaptive, with one surface
-        for the curves of all blocks).
     """
 
     im: Named = "pga"
     im_at: Annotated[Where, KeyInfo("floor")] = None
     polarity: Polarity = None
+
+
+class IdaTable(MeasuredTable):
+    """Incremental dynamic analysis: every motion at every level of a measure, or at levels of its own.
+
+    levels: Levels of the measure; or adaptive (levels follow from earlier runs), or pooled (adaptive, with one surface
+        for the curves of all blocks).
+    """
+
     levels: Annotated[
         Annotated[LevelsTable, Tag("table")] | Annotated[Literal["adaptive", "pooled"], Tag("word")],
         Discriminator(_word_or_table),
@@ -230,7 +237,7 @@ class EventsTable(Table):
     motions: Annotated[
         int | None, KeyInfo(f"{EVENTS}; a set of motions is taken whole"), Field(ge=FEWEST_EVENTS, le=20000)
     ] = None
-    sample: Annotated[int, Field(ge=2, le=20000)] = SAMPLE
+    sample: Annotated[int, Field(ge=FEWEST_BLOCKS, le=20000)] = SAMPLE
 
 
 class NumberTable(Table):
@@ -290,7 +297,7 @@ class UntilTable(Table):
             "roughly, or each of another block of the surface.",
         ),
     ] = None
-    seed: Annotated[int, Field(ge=0)] = 0
+    seed: Seed = 0
 
     def build(self, im: str, motions: int, usual: int = MOST) -> Until:
         """Return the precision, for the number of motions; ValueError if it cannot be reached."""
@@ -323,20 +330,15 @@ class StripeTable(OwnTarget):
     motions: Annotated[dict[str, Any] | None, PartialTable(Motions), KeyInfo("none")] = None
 
 
-class StripesTable(Table):
+class StripesTable(MeasuredTable):
     """Multiple stripes: motions that differ from level to level.
 
-    im: Intensity measure: by name, or with its period in s, as Sa(1.0).
-    im_at: Place of the intensity measure in a building: ground or floor.
     unit: Unit of the levels.
     scale: True: scale motions to their level. False: use them unscaled, because they were selected for it.
     select: Selection of the motions of each stripe.
     at: The stripes, with increasing levels.
     """
 
-    im: Named = "pga"
-    im_at: Annotated[Where, KeyInfo("floor")] = None
-    polarity: Polarity = None
     unit: Annotated[str, one_of(LEVEL_UNITS)]
     scale: bool = True
     select: Annotated[SelectTable | None, KeyInfo("no selection: every motion is run")] = None
@@ -358,16 +360,8 @@ class StripesTable(Table):
         return LevelsTable(values=[stripe.level for stripe in self.at], unit=self.unit).build(self.im)
 
 
-class CloudTable(Table):
-    """Cloud: every motion once, as it is.
-
-    im: Intensity measure: by name, or with its period in s, as Sa(1.0).
-    im_at: Place of the intensity measure in a building: ground or floor.
-    """
-
-    im: Named = "pga"
-    im_at: Annotated[Where, KeyInfo("floor")] = None
-    polarity: Polarity = None
+class CloudTable(MeasuredTable):
+    """Cloud: every motion once, as it is."""
 
 
 class ScreenTable(Table):
@@ -400,7 +394,7 @@ class FrictionTable(Table):
     kinetic_ratio: Annotated[Annotated[float, PART] | None, KeyInfo("1, or that of contact")] = None
     slips_m: Annotated[
         list[Annotated[float, Field(gt=0.0, le=10.0)]] | None,
-        KeyInfo("0.05, 0.1, 0.3"),
+        KeyInfo(", ".join(map(str, DISTANCES))),
         Field(min_length=1, max_length=10),
     ] = None
     trip_mm: Annotated[Trip | None, KeyInfo("no obstacle")] = None
@@ -522,7 +516,7 @@ class PerformanceTable(Table):
     kits: Annotated[list[str] | None, KeyInfo("none"), Field(min_length=1, max_length=20)] = None
     target: Annotated[TargetTable | None, KeyInfo("no set is chosen")] = None
     replicates: Replicates = Fit.replicates
-    seed: Seed = 0
+    seed: ResamplingSeed = 0
 
     @model_validator(mode="before")
     @classmethod
@@ -552,7 +546,7 @@ class FitTable(Table):
     fractiles: Annotated[list[Annotated[float, CHANCE]] | None, KeyInfo("none")] = None
     penalty: Annotated[str, one_of(PENALTIES)] = Fit.penalty
     replicates: Replicates = Fit.replicates
-    seed: Seed = 0
+    seed: ResamplingSeed = 0
     state: str | float = OVERTURNED
     confidence: Confidence = Fit.confidence
     modelling_dispersion: Modelling = 0.0

@@ -15,11 +15,11 @@ from ...models import Bed, Block, Edge, Restraint, Wall, catalogue
 from ...models.block import HALF_DIAGONAL, SLENDERNESS, UNIFORM_INERTIA_FACTOR
 from ...models.friction import CONTACTS, Friction, contact_named, friction_from
 from ...models.plausibility import block_doubts
-from ...models.scenes.restraint import KINDS
+from ...models.scenes.restraint import KINDS, Strength
 from .csv_table import CsvTable, TableKind
 from .derived import Derived, choice, default_of, derived, in_si, keys_of
 from .refusals import refusal
-from .table import AMOUNT, KeyInfo, Spread, Static, Table, Trip, shown
+from .table import AMOUNT, KeyInfo, Label, Spread, Static, Table, Trip, shown
 
 MOST_BLOCKS = 1_000_000
 MAKERS: dict[str, Any] = {kind: getattr(Restraint, kind) for kind in KINDS}
@@ -37,7 +37,7 @@ class RestraintTable(Derived):
     """
 
     kind: str
-    strength_n: Annotated[float, Field(gt=0.0, description=declared(Restraint)["strength"].sentence)]
+    strength_n: Annotated[Strength, Field(description=declared(Restraint)["strength"].sentence)]
     cost: Annotated[Annotated[float, AMOUNT] | None, KeyInfo("not known", unit="the inventory's currency")] = None
     target: Annotated[Annotated[float, CHANCE] | None, KeyInfo("no strength is looked for")] = None
 
@@ -175,7 +175,7 @@ class BlockTable(PieceTable):
     restraint: Name of a table of `restraints`, or such a table.
     """
 
-    name: Annotated[str | None, KeyInfo("what it is"), Field(min_length=1, max_length=200)] = None
+    name: Annotated[Label | None, KeyInfo("what it is")] = None
     alpha_rad: Annotated[float, SLENDERNESS] | None = None
     R_m: Annotated[float, HALF_DIAGONAL] | None = None
     restraint: Annotated[str | Restraints | None, KeyInfo("none")] = None

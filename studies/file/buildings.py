@@ -12,10 +12,11 @@ from ...core.doubts import noted
 from ...core.facts import Fact
 from ...core.units import STANDARD_GRAVITY
 from ...core.wording import short_digits
-from ...motions.floors.strength import LARGEST_IMPORTANCE, SYSTEMS, Strength, code_strength
+from ...motions.floors.isolation import BaseMass
+from ...motions.floors.strength import SYSTEMS, Design, Importance, Strength, code_strength
 from ...motions.intensity.peaks import peak_velocity
 from .derived import Derived, choice, derived
-from .table import KeyInfo, one_of
+from .table import KeyInfo, Label, one_of
 
 CODE_STRENGTH = ("system", "sds_g", "sd1_g", "importance")
 """Keys of a strength that a code's design gives."""
@@ -32,7 +33,7 @@ class IsolationTable(Derived):
     """
 
     kind: str
-    base_mass_kg: Annotated[float, Field(gt=0.0)]
+    base_mass_kg: BaseMass
 
 
 _NOT_BELOW_BUILDINGS = dict.fromkeys(("mass_ratio", "one_way", "clearance", "stop_frequency", "stop_restitution"))
@@ -54,7 +55,7 @@ class BuildingTable(Derived):
     """
 
     kind: str
-    name: Annotated[str | None, Field(min_length=1, max_length=200)] = None
+    name: Label | None = None
 
     def build(self) -> shaking.Building | shaking.YieldingBuilding:
         """Make the building; ValueError if values do not go together."""
@@ -178,9 +179,9 @@ class StoreysTable(FloorsTable):
     """
 
     system: Annotated[str | None, one_of(SYSTEMS)] = None
-    sds_g: Annotated[float | None, KeyInfo("that of [performance.code]"), Field(gt=0.0, le=10.0)] = None
-    sd1_g: Annotated[float | None, Field(gt=0.0, le=10.0)] = None
-    importance: Annotated[float | None, KeyInfo(1.0), Field(ge=1.0, le=LARGEST_IMPORTANCE)] = None
+    sds_g: Annotated[Design | None, KeyInfo("that of [performance.code]")] = None
+    sd1_g: Design | None = None
+    importance: Annotated[Importance | None, KeyInfo(1.0)] = None
     isolation: Isolation | None = None
 
     def build(self) -> shaking.Building | shaking.YieldingBuilding:

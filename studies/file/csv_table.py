@@ -16,11 +16,8 @@ from ...core.doubts import Doubt, first_of, warn
 from ...core.limits import whole_content
 from ..text.error import StudyError
 from .refusals import refusal
-from .table import Table, WordChoice, bare, meant, shown, unended
+from .table import MAX_TEXT, Table, WordChoice, bare, meant, shown, unended
 from .workbook import SUFFIXES, Numeric, Unreadable, WorkbookError, sheet_rows
-
-MAX_TEXT = 200
-"""Most characters of a cell."""
 
 Value = TypeVar("Value")
 Made = TypeVar("Made", bound=Table)

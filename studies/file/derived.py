@@ -17,12 +17,9 @@ from pydantic import Discriminator, Field, Tag, create_model
 from pydantic.fields import FieldInfo
 
 from ...core.parameters import Declared, Parameter, declared
-from .table import UNIT_SUFFIXES, KeyInfo, Table, one_of
+from .table import UNIT_SUFFIXES, WRITTEN, KeyInfo, Table, as_written, one_of, plain
 
-WRITTEN = {"mm": 1e-3, "°": math.pi / 180.0, "N/mm": 1e3}
-"""SI value of each unit of study files that is not SI."""
 _SUFFIXES = {unit: suffix for suffix, unit in UNIT_SUFFIXES.items()}
-_CONSTRAINTS = {"above": "gt", "at_least": "ge", "below": "lt", "at_most": "le"}
 
 
 def key_of(name: str, parameter: Parameter | None) -> str:
@@ -144,32 +141,24 @@ def _field(about: Declared, given: Any) -> tuple[Any, Any]:
     unit = rf", {re.escape(parameter.unit)}(?=[.:;,)])" if parameter.unit else "$^"
     more = [] if described else [Field(description=re.sub(unit, "", about.sentence, count=1))]
     if given is None:
-        bounds: dict[str, Any] = {
-            _CONSTRAINTS[bound]: _plain(value / factor) for bound, value in parameter.bounds.items()
-        }
-        of_number = Field(**bounds)
+        bounds = as_written(parameter)
         given = {
-            "float": Annotated[float, of_number],
-            "int": Annotated[int, of_number],
+            "float": Annotated[float, bounds],
+            "int": Annotated[int, bounds],
             "bool": bool,
-            "str": Annotated[str, one_of(filter(None, parameter.words))] if parameter.words else str,
+            "str": Annotated[str, one_of(filter(None, parameter.words)) if parameter.words else bounds],
         }.get(getattr(about.type, "__name__", ""))
         if given is None:  # a number or several
-            given = reduce(or_, [Annotated[float, of_number], list[Annotated[float, of_number]]])
+            given = reduce(or_, [Annotated[float, bounds], list[Annotated[float, bounds]]])
     if about.needed:
         return Annotated[given, *more, KeyInfo(unit=parameter.unit)], ...
     default = about.default
     if isinstance(default, float) and factor != 1.0:
-        default = _plain(default / factor)
+        default = plain(default / factor)
     if isinstance(default, tuple):
         default = list(default)
-    plain = isinstance(default, float | int | str | list) and default != math.inf
-    return Annotated[given | None, *more, KeyInfo(default if plain else None, unit=parameter.unit)], None
-
-
-def _plain(value: float) -> float:
-    """Return a number of a file's unit without the digits added by the conversion from SI."""
-    return float(f"{value:.12g}")
+    known = isinstance(default, float | int | str | list) and default != math.inf
+    return Annotated[given | None, *more, KeyInfo(default if known else None, unit=parameter.unit)], None
 
 
 class By:

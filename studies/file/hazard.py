@@ -4,21 +4,23 @@ import math
 from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
+import numpy as np
 from pydantic import BeforeValidator, Field, TypeAdapter, model_validator
 
 from ...core.parameters import CHANCE, PART, YEARS, defaults_of
 from ...fragility import HazardCurve, annual_rate, read_hazard
+from ...fragility.hazard.curve import AT_ONE, check_rates
+from ...fragility.hazard.files import COMPONENT
 from ...fragility.hazard.pieces import ABOVE_RULES, BELOW_RULES
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE, intensity_measure
 from ..plan.risk import Risk
 from .analyses import LEVEL_UNITS, refuse_unordered
 from .derived import By, chosen_by
 from .motions import Motions
-from .table import KeyInfo, RelativePath, Table, one_of
+from .table import KeyInfo, Label, RelativePath, Table, one_of
 
 ALONG = ("alpha", "R", "width", "height")
 COMMON = {"years", "probability", "along", "below", "above", "at"}
@@ -75,11 +77,11 @@ class HazardFileTable(HazardTable):
 
     file: Annotated[str, RelativePath()]
     site: int | str | Annotated[tuple[float, float], Field(strict=False)] | None = None
-    component: Annotated[str | None, KeyInfo("Total")] = None
+    component: Annotated[str | None, KeyInfo(COMPONENT)] = None
     unit: Annotated[str | None, one_of(LEVEL_UNITS)] = None
 
     def _curve(self, measure: str, folder: Path) -> HazardCurve:
-        path, component = folder / self.file, self.component or "Total"
+        path, component = folder / self.file, self.component or COMPONENT
         return read_hazard(path, measure, self.site, units=self.unit, component=component)
 
 
@@ -102,7 +104,7 @@ class HazardLawTable(HazardTable):
 
 
 K0 = Annotated[
-    float, KeyInfo(unit="1/yr"), Field(gt=0.0, description="Annual rate at a level of 1 unit, of a power law.")
+    float, AT_ONE, KeyInfo(unit="1/yr"), Field(description="Annual rate at a level of 1 unit, of a power law.")
 ]
 
 
@@ -146,22 +148,7 @@ class HazardPointsTable(HazardLawTable):
 
     def _curve(self, measure: str, folder: Path) -> HazardCurve:
         refuse_unordered("hazard.levels", self.levels, self.unit)
-        if len(self.rates) != len(self.levels):
-            raise ValueError(
-                f"hazard.rates must hold one for each level, got {len(self.rates)} for {len(self.levels)} levels"
-            )
-        pairs = list(zip(self.levels, self.rates, strict=True))
-        for level, rate in pairs:
-            if not rate > 0.0:
-                raise ValueError(
-                    f"hazard.rates must be > 0 per year, got {rate:g} at {level:g} {self.unit}: leave that level out"
-                )
-        for (low, often), (high, rare) in pairwise(pairs):
-            if rare > often:
-                raise ValueError(
-                    f"hazard.rates must never rise, got {often:g} per year at {low:g} {self.unit} and {rare:g} at "
-                    f"{high:g} {self.unit}{': give 1/return period' if min(self.rates) > 1.0 else ''}"
-                )
+        check_rates("hazard.rates", np.array(self.rates), np.array(self.levels), self.unit)
         return HazardCurve.from_points(self.levels, self.rates, measure, self.unit, "study file")
 
 
@@ -210,7 +197,7 @@ hazard_table: Callable[[Any], HazardTable] = TypeAdapter(Hazards, config={"defer
 OF_MODELS, OF_MOTIONS, OF_HAZARD = OF = ("models", "motions", "hazard")
 """Kinds of branches; the last two are also the names of the study's own tables among the branches."""
 
-Named = Annotated[str, Field(min_length=1, max_length=200, description="Name among the branches.")]
+Named = Annotated[Label, Field(description="Name among the branches.")]
 
 
 class BranchTable(Table):

@@ -13,8 +13,10 @@ from pydantic import BeforeValidator, Field, TypeAdapter, model_validator
 
 from ... import motions as shaking
 from ...core.doubts import noted
+from ...core.parameters import CORRELATION, SHARE, Seed
 from ...motions import RecordError
 from ...motions.arrays import BOTH_AXES, HORIZONTAL, VERTICAL, WEAK_AXIS
+from ...motions.corrections import BASELINE_ORDERS, FILTER_ORDER, FILTER_ORDERS
 from ...motions.pairs import RANDOM, correct_together, pair_up
 from ...motions.readers.directions import ON_PURPOSE, horizontal_motions, of_the_ground
 from ...motions.readers.patterns import expand
@@ -132,11 +134,11 @@ class SimulatedMotions(MotionsTable):
     source = "generator"
     generator: str
     number: Annotated[int, Field(ge=1)]
-    seed: Annotated[int | None, KeyInfo(0), Field(ge=0)] = None
+    seed: Annotated[Seed | None, KeyInfo(0)] = None
     component: Annotated[Literal["pair"] | None, KeyInfo("one")] = None
     axes: Axes = None
     azimuth: Azimuth = None
-    correlation: Annotated[float | None, KeyInfo(0.0), Field(ge=-1.0, le=1.0)] = None
+    correlation: Annotated[Annotated[float, CORRELATION] | None, KeyInfo(0.0)] = None
 
     def samples(self, folder: Path) -> float:
         made: Any = self.made_by(folder)
@@ -229,17 +231,15 @@ class RecordMotions(MotionsTable):
     vertical: Annotated[bool | None, KeyInfo(False)] = None
     axes: Axes = None
     azimuth: Azimuth = None
-    seed: Annotated[int | None, KeyInfo(0), Field(ge=0)] = None
+    seed: Annotated[Seed | None, KeyInfo(0)] = None
     dt_s: Step = None
     unit: Unit = None
-    baseline_order: Annotated[int | None, KeyInfo("not corrected"), Field(ge=0, le=10)] = None
-    window: Annotated[
-        list[Annotated[float, Field(ge=0.0, le=1.0)]] | None, KeyInfo("whole"), Field(min_length=2, max_length=2)
-    ] = None
+    baseline_order: Annotated[Annotated[int, BASELINE_ORDERS] | None, KeyInfo("not corrected")] = None
+    window: Annotated[list[Annotated[float, SHARE]] | None, KeyInfo("whole"), Field(min_length=2, max_length=2)] = None
     taper_s: Annotated[float | None, KeyInfo("none"), Field(gt=0.0)] = None
     highpass_hz: Annotated[float | None, KeyInfo("none"), Field(gt=0.0)] = None
     lowpass_hz: Annotated[float | None, KeyInfo("none"), Field(gt=0.0)] = None
-    order: Annotated[int | None, KeyInfo(4), Field(ge=1, le=10)] = None
+    order: Annotated[Annotated[int, FILTER_ORDERS] | None, KeyInfo(FILTER_ORDER)] = None
 
     @model_validator(mode="after")
     def _of_what_is_there(self) -> Self:
@@ -273,7 +273,7 @@ class RecordMotions(MotionsTable):
 
     def _processed(self, record: xr.DataArray, what: str) -> xr.DataArray:
         """Return a record after the requested corrections, in the order of `PROCESSING`."""
-        order = 4 if self.order is None else self.order
+        order = FILTER_ORDER if self.order is None else self.order
         low, high = self.highpass_hz, self.lowpass_hz
         steps: dict[str, Callable[[xr.DataArray], xr.DataArray]] = {}
         if self.baseline_order is not None:

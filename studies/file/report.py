@@ -4,9 +4,9 @@ from typing import Annotated, Self
 
 from pydantic import StringConstraints, model_validator
 
-from .table import Table
+from .table import Label, Table
 
-Line = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=200)]
+Line = Annotated[Label, StringConstraints(strip_whitespace=True)]
 
 
 class ReportTable(Table):

@@ -62,7 +62,7 @@ from .refusals import refusal, refusals
 from .report import ReportTable
 from .selecting import Levels, SelectTable, selected
 from .supports import NamedSupports, Supports
-from .table import KeyInfo, RelativePath, Table, all_errors, bare, one_of
+from .table import KeyInfo, Label, RelativePath, Table, all_errors, bare, one_of
 from .uncertainty import SensitivityTable, UncertaintyTable
 
 
@@ -124,7 +124,7 @@ class StudyFile(Table):
     """
 
     include: Annotated[list[str] | None, KeyInfo("none"), RelativePath()] = None
-    title: Annotated[str, Field(min_length=1, max_length=200)]
+    title: Label
     blocks: Annotated[list[BlockTable] | None, Field(min_length=1, max_length=2000)] = None
     blocks_file: Annotated[str | None, KeyInfo("none"), RelativePath()] = None
     restraints: Annotated[

@@ -11,12 +11,13 @@ from pydantic import Field, model_validator
 
 from ... import motions as shaking
 from ...core.doubts import Doubt, noted
+from ...core.parameters import Seed
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.hazard.plausibility import disaggregation_doubts
-from ...motions.selection.files import correlations_in
-from ...motions.selection.select import HIGH_RATIO, LOW_RATIO
-from ...motions.simulated.ground_motion_models import MODELS
-from ...motions.simulated.scenario import FAULTINGS
+from ...motions.selection.files import MEAN, correlations_in
+from ...motions.selection.select import FACTORS, HIGH_RATIO, LOW_RATIO
+from ...motions.simulated.ground_motion_models import MODEL, MODELS
+from ...motions.simulated.scenario import FAULTINGS, STRIKE_SLIP
 from ..plan.reading import doubts_of_making
 from ..plan.size import refuse_samples
 from .motions import Motions, MotionsTable
@@ -66,20 +67,22 @@ class SelectTable(Table):
 
     number: Annotated[int, Field(ge=1)]
     target: Annotated[str | None, KeyInfo("from `disaggregation`"), RelativePath()] = None
-    statistic: Annotated[str | None, KeyInfo("mean")] = None
+    statistic: Annotated[str | None, KeyInfo(MEAN)] = None
     correlations: Annotated[str | None, KeyInfo("Baker & Jayaram (2008), Bradley (2011, 2012)"), RelativePath()] = None
     disaggregation: Annotated[str | None, KeyInfo("from `target`"), RelativePath()] = None
     vs30_m_s: Annotated[float | None, Field(gt=0.0)] = None
-    faulting: Annotated[str | None, one_of(FAULTINGS), KeyInfo("strike-slip")] = None
-    model: Annotated[str | None, one_of(MODELS), KeyInfo("BSSA14")] = None
+    faulting: Annotated[str | None, one_of(FAULTINGS), KeyInfo(STRIKE_SLIP)] = None
+    model: Annotated[str | None, one_of(MODELS), KeyInfo(MODEL)] = None
     measures: Annotated[
         list[str] | None, KeyInfo("Sa from 0.1 to 4 s, pgv, d5_95"), Field(min_length=1, max_length=200)
     ] = None
     factor: Annotated[
-        list[Annotated[float, Field(gt=0.0)]] | None, KeyInfo("[0.25, 4]", unit="1"), Field(min_length=2, max_length=2)
+        list[Annotated[float, Field(gt=0.0)]] | None,
+        KeyInfo(f"[{FACTORS[0]:g}, {FACTORS[1]:g}]", unit="1"),
+        Field(min_length=2, max_length=2),
     ] = None
     weights: Annotated[dict[str, float] | None, KeyInfo("1 each", unit="1")] = None
-    seed: Annotated[int, Field(ge=0)] = 0
+    seed: Seed = 0
     outside: Annotated[str | None, one_of((LEAVE_OUT, KEEP)), KeyInfo(LEAVE_OUT)] = None
     also: Annotated[list[Motions] | None, KeyInfo("none"), Field(min_length=1, max_length=100)] = None
 
@@ -138,7 +141,7 @@ class SelectTable(Table):
     ) -> tuple[shaking.Selection, list[Doubt]]:
         """Return the selection for a stripe at a level (SI), and notes on it; ValueError as `select`."""
         target, doubts = self._target(stripe, levels, level, folder)
-        low, high = self.factor or (0.25, 4.0)
+        low, high = self.factor or FACTORS
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", shaking.InconsistentSelection)  # (said among the notes)
             selection = shaking.select(
@@ -154,11 +157,9 @@ class SelectTable(Table):
         path = stripe.target if of_stripe else self.target
         if path is not None:
             with noted() as doubts:
-                return shaking.read_target(
-                    folder / path, im, statistic=self.statistic or "mean", **correlations
-                ), doubts
+                return shaking.read_target(folder / path, im, statistic=self.statistic or MEAN, **correlations), doubts
         file = folder / str(stripe.disaggregation if of_stripe else self.disaggregation)
-        column = self.statistic or "mean"
+        column = self.statistic or MEAN
         with noted() as doubts:
             try:
                 parts = shaking.read_disaggregation(file, im=im, level=level, column=column)
@@ -174,11 +175,11 @@ class SelectTable(Table):
             doubts.append(Doubt.of("other_level", **texts))
         assert self.vs30_m_s is not None
         target = shaking.expected_target(
-            parts.scenarios(self.vs30_m_s, self.faulting or "strike-slip"),
+            parts.scenarios(self.vs30_m_s, self.faulting or STRIKE_SLIP),
             im,
             self.measures,
             weights=parts.share,
-            model=self.model or "BSSA14",
+            model=self.model or MODEL,
             **correlations,
         )
         return target, doubts

@@ -5,15 +5,16 @@ import inspect
 import math
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core.core_schema import CoreSchema, no_info_after_validator_function
 
 from ...core.doubts import Doubt
-from ...core.parameters import BETA_M, CONFIDENCE, Parameter
+from ...core.parameters import BETA_M, CONFIDENCE, Parameter, Seed
 from ...core.units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND, STIFFNESS, UNITS
+from ...models.sliding.trip import TRIP
 from ...motions.plausibility import unusual, usual
 from ..text.error import StudyError
 
@@ -24,7 +25,8 @@ _MORE = {
     **{"kg": (1.0, KILOGRAM), "N": (1.0, NEWTON), "kN": (1e3, NEWTON)},
     **{"N/mm": (1e3, STIFFNESS), "kN/m": (1e3, STIFFNESS), "N/m": (1.0, STIFFNESS)},
 }
-_SPELLINGS = {"m/s²": "m/s2", "m/s^2": "m/s2", "cm/s²": "cm/s2", "cm/s^2": "cm/s2", "Gal": "gal", "°": "deg"}
+_SPELLINGS = {f"{unit}/s{two}": f"{unit}/s2" for unit in ("m", "cm", "mm") for two in ("²", "^2", "**2")}
+_SPELLINGS |= {"Gal": "gal", "°": "deg"}
 SIMILAR = 0.75
 """Similarity (`difflib`) from which a word may be meant."""
 _SAME = {
@@ -156,7 +158,8 @@ class WordChoice:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         def check(value: Any) -> Any:
-            return None if value is None else checked(value, self.allowed)
+            spelled = _SPELLINGS.get(value)
+            return None if value is None else checked(spelled if spelled in self.allowed else value, self.allowed)
 
         return no_info_after_validator_function(check, handler(source))
 
@@ -278,23 +281,41 @@ def bare(key: str) -> str:
     return key.removesuffix(suffix_of(key))
 
 
+WRITTEN = {"mm": 1e-3, "°": math.pi / 180.0, "N/mm": 1e3}
+"""SI value of each unit of study files that is not SI."""
+
+
+def as_written(parameter: Parameter) -> Parameter:
+    """Return a parameter with its bounds in the unit of study files."""
+    factor = WRITTEN.get(parameter.written, 1.0)
+    bounds: dict[str, Any] = {name: plain(bound / factor) for name, bound in parameter.bounds.items()}
+    return replace(parameter, **bounds)
+
+
+def plain(value: float) -> float:
+    """Return a number of a file's unit without the digits added by the conversion from SI."""
+    return float(f"{value:.12g}")
+
+
+MAX_TEXT = 200
+"""Most characters of a cell, a name or a title."""
 MAX_VALUE = 1e15
 AMOUNT = Parameter(at_least=0.0, at_most=MAX_VALUE)
 """An amount of money."""
 # Keys that several tables have.
+Label = Annotated[str, Field(min_length=1, max_length=MAX_TEXT)]
 Static = Annotated[float, Field(ge=0.05, le=2.0, description="Static coefficient of friction, or its median.")]
 Spread = Annotated[float, Field(gt=0.0, le=1.0, description="Dispersion of a lognormal coefficient of friction.")]
 Trip = Annotated[
     float,
+    as_written(TRIP),
     Field(
-        ge=1.0,
-        le=10_000.0,
         description="Clear distance from the foot to an obstacle on either side (a joint, a cable, the edge of a "
         "carpet). Not with both components.",
     ),
 ]
 Replicates = Annotated[int, Field(ge=100, le=100_000, description="Resamples of the motions.")]
-Seed = Annotated[int, Field(ge=0, description="Seed of the resamples.")]
+ResamplingSeed = Annotated[Seed, Field(description="Seed of the resamples.")]
 Confidence = Annotated[float, CONFIDENCE, Field(description="Confidence of all intervals.")]
 Modelling = Annotated[float, BETA_M, Field(description="Modelling dispersion β_m of capacities; 0: not included.")]
 ModelledIn = Annotated[

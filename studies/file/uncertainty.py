@@ -1,19 +1,21 @@
 """Tables of a study file for uncertainty: uncertain inputs and their indices, and values of delta or e to try."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from ...core.aliases import Array
+from ...core.parameters import CORRELATION, Seed
 from ...core.units import METRE, NEWTON, RADIAN, STIFFNESS
 from ...fragility import Beta, Categorical, Least, Lognormal, Normal, RandomInputs, Uniform
 from ...fragility.uncertainty.distributions import Distribution
 from ...fragility.uncertainty.realisation import KNOWN
-from ...models.laws import MIN_DELTA
+from ...models.laws import DELTA, RESTITUTION
 from ..plan.estimates import Fit
 from .derived import choice
-from .table import Confidence, KeyInfo, Replicates, Seed, Table, bare, checked
+from .table import Confidence, KeyInfo, Replicates, ResamplingSeed, Table, checked
 
 SUFFIXES = {METRE: "_m", RADIAN: "_rad", NEWTON: "_n", STIFFNESS: "_n_per_mm"}
 FACTORS = {STIFFNESS: 1000.0}
@@ -29,14 +31,16 @@ Sobol = Annotated[
 
 
 OF_INPUT = KeyInfo(unit="of the input")
-Lower = Annotated[float | None, OF_INPUT, Field(description="Lower end of the support.")]
-Upper = Annotated[float | None, OF_INPUT, Field(description="Upper end of the support.")]
+InUnit = Annotated[float, OF_INPUT]
+End = Annotated[float | None, OF_INPUT]
 
 
 class InputTable(Table):
     """One uncertain input: its distribution.
 
     distribution: Kind of distribution.
+    lower: Lower end of the support.
+    upper: Upper end of the support.
     """
 
     distribution: str
@@ -61,10 +65,10 @@ class NormalTable(InputTable):
     """
 
     makes = Normal
-    mean: Annotated[float, OF_INPUT]
-    std: Annotated[float, OF_INPUT]
-    lower: Lower = None
-    upper: Upper = None
+    mean: InUnit
+    std: InUnit
+    lower: End = None
+    upper: End = None
 
 
 class LognormalTable(InputTable):
@@ -75,22 +79,18 @@ class LognormalTable(InputTable):
     """
 
     makes = Lognormal
-    median: Annotated[float, OF_INPUT]
+    median: InUnit
     dispersion: float
-    lower: Lower = None
-    upper: Upper = None
+    lower: End = None
+    upper: End = None
 
 
 class UniformTable(InputTable):
-    """A uniform distribution.
-
-    lower: Lower end of the support.
-    upper: Upper end of the support.
-    """
+    """A uniform distribution."""
 
     makes = Uniform
-    lower: Annotated[float, OF_INPUT]
-    upper: Annotated[float, OF_INPUT]
+    lower: InUnit
+    upper: InUnit
 
 
 class BetaTable(InputTable):
@@ -98,15 +98,13 @@ class BetaTable(InputTable):
 
     a: First shape.
     b: Second shape.
-    lower: Lower end of the support.
-    upper: Upper end of the support.
     """
 
     makes = Beta
     a: float
     b: float
-    lower: Annotated[float, OF_INPUT] = Beta.lower
-    upper: Annotated[float, OF_INPUT] = Beta.upper
+    lower: InUnit = Beta.lower
+    upper: InUnit = Beta.upper
 
 
 class LeastTable(InputTable):
@@ -172,12 +170,27 @@ class CorrelationTable(Table):
     """
 
     of: Annotated[tuple[str, str], Field(strict=False)]
-    rank: Annotated[float, Field(ge=-1.0, le=1.0)]
+    rank: Annotated[float, CORRELATION]
 
 
-def _known(name: str) -> str:
-    """Return an input without its unit; any other name is returned unchanged, and is an error later."""
-    return INPUTS.get(name, name)
+def _random(of: str, inputs: dict[str, Inputs], correlations: Sequence[CorrelationTable] = ()) -> RandomInputs:
+    """Make the inputs of a table in SI; ValueError for a wrong one or correlation, or a name without its unit."""
+    distributions = {}
+    for name, table in inputs.items():
+        try:
+            checked(name, tuple(INPUTS))
+            known = INPUTS[name]
+            distributions[known] = table.build(FACTORS.get(KNOWN[known].units, 1.0))
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"{of}.inputs.{name}: {error}") from None
+    pairs = {}
+    for correlation in correlations:
+        first, second = (INPUTS.get(name, name) for name in correlation.of)  # (another name is an error below)
+        pairs[first, second] = correlation.rank
+    try:
+        return RandomInputs(distributions, pairs)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{of}: {error}") from None
 
 
 class UncertaintyTable(Table):
@@ -197,27 +210,12 @@ class UncertaintyTable(Table):
     ]
     correlations: Annotated[list[CorrelationTable] | None, KeyInfo("none")] = None
     samples: Annotated[int, Field(ge=2, le=1000000)] = 64
-    seed: Annotated[int, Field(ge=0)] = 0
+    seed: Seed = 0
     sobol: Sobol = None
 
     def build(self) -> RandomInputs:
         """Make the inputs; ValueError for a distribution or correlation that is invalid, or a name without its unit."""
-        distributions = {}
-        for name, table in self.inputs.items():
-            try:
-                checked(name, tuple(INPUTS))
-                canonical = INPUTS[name]
-                distributions[canonical] = table.build(FACTORS.get(KNOWN[canonical].units, 1.0))
-            except (TypeError, ValueError) as error:
-                raise ValueError(f"uncertainty.inputs.{name}: {error}") from None
-        pairs = {
-            (_known(correlation.of[0]), _known(correlation.of[1])): correlation.rank
-            for correlation in self.correlations or []
-        }
-        try:
-            return RandomInputs(distributions, pairs)
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"uncertainty: {error}") from None
+        return _random("uncertainty", self.inputs, self.correlations or ())
 
 
 RIGID, OWN, GIVEN, PREVIOUS = "rigid", "own", "given", "previous"
@@ -253,20 +251,16 @@ class SensitivityTable(Table):
     values: Annotated[list[float], Field(min_length=2, max_length=200)]
     reference: Annotated[str | float | None, KeyInfo("rigid over delta, own over e")] = None
     replicates: Replicates = Fit.replicates
-    seed: Seed = 0
+    seed: ResamplingSeed = 0
     confidence: Confidence = Fit.confidence
     inputs: Annotated[dict[str, Inputs] | None, KeyInfo("none"), Field(min_length=1)] = None
     sobol: Sobol = None
 
     @model_validator(mode="after")
     def _in_range(self) -> Self:
-        low, high = (MIN_DELTA, 1.0) if self.parameter == "delta" else (0.0, 1.0)
-        given = [*self.values, *([self.reference] if isinstance(self.reference, float | int) else [])]
-        for number in given:
-            inside = low <= number < high if self.parameter == "delta" else low < number <= high
-            if not inside:
-                allowed = f">= {low:g} and < 1" if self.parameter == "delta" else "> 0 and <= 1"
-                raise ValueError(f"values and reference of {self.parameter} must be {allowed}, got {number:g}")
+        bounds = DELTA if self.parameter == "delta" else RESTITUTION
+        for number in (*self.values, *([self.reference] if isinstance(self.reference, float | int) else [])):
+            bounds.number(f"values and reference of {self.parameter}", number)
         if any(after <= before for before, after in zip(self.values, self.values[1:], strict=False)):
             raise ValueError(f"values must increase, got {', '.join(f'{value:g}' for value in self.values)}")
         if len({f"{value:g}" for value in self.values}) < len(self.values):
@@ -294,15 +288,6 @@ class SensitivityTable(Table):
         """Make the inputs of tornado and indices; ValueError for an invalid distribution or a choice of laws."""
         if self.inputs is None:
             return None
-        distributions = {}
-        for name, table in self.inputs.items():
-            try:
-                distributions[bare(name)] = table.build()
-            except (TypeError, ValueError) as error:
-                raise ValueError(f"sensitivity.inputs.{name}: {error}") from None
-        if "law" in distributions:
+        if "law" in self.inputs:
             raise ValueError("sensitivity.inputs has no law: every law stands by itself")
-        try:
-            return RandomInputs(distributions)
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"sensitivity.inputs: {error}") from None
+        return _random("sensitivity", self.inputs)

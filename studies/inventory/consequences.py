@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 import scipy
@@ -13,13 +14,15 @@ import scipy
 from ...core import checks
 from ...core.distributions import Normal
 from ...core.elementary import Array, exp, log, times
-from ...core.parameters import SHARE
+from ...core.parameters import SHARE, Parameter, check
 from ...core.streams import key_of, stream
+from ..file.table import MAX_VALUE
 
 LOGNORMAL, NORMAL = DISTRIBUTIONS = ("lognormal", "normal")
 MOST_DISPERSION = {LOGNORMAL: 3.0, NORMAL: 0.5}
 """Largest dispersion of each distribution; of a normal one too much would lie below zero."""
-MOST = 1e15
+Median = Annotated[float, Parameter(above=0.0, at_most=MAX_VALUE)]
+Persons = Annotated[float, Parameter(at_least=0.0, at_most=1e4)]
 REALISATIONS = 20
 """Default number of realisations of the consequences under each motion, without variability."""
 MOST_DRAWN = 1_000_000
@@ -62,13 +65,12 @@ class Consequence:
     113.315
     """
 
-    median: float
+    median: Median
     dispersion: float = 0.0
-    distribution: str = LOGNORMAL
+    distribution: Annotated[str, Parameter(words=DISTRIBUTIONS)] = LOGNORMAL
 
     def __post_init__(self) -> None:
-        checks.number("median", self.median, above=0.0, at_most=MOST)
-        checks.choice("distribution", self.distribution, DISTRIBUTIONS)
+        check(self)
         most = MOST_DISPERSION[self.distribution]
         if not 0.0 <= checks.number("dispersion", self.dispersion) <= most:
             hint = "; use lognormal above" if self.distribution == NORMAL and self.dispersion > most else ""
@@ -179,12 +181,11 @@ class Injury:
     0.1
     """
 
-    persons: float
-    probability: float
+    persons: Persons
+    probability: Annotated[float, SHARE]
 
     def __post_init__(self) -> None:
-        checks.number("persons", self.persons, at_least=0.0, at_most=1e4)
-        SHARE.number("probability", self.probability)
+        check(self)
 
     @property
     def mean(self) -> float:

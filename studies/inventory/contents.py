@@ -16,14 +16,16 @@ from ...core.doubts import Doubt, first_of, noted
 from ...core.parameters import PART, Parameter, check
 from ...models import Block
 from ...models.friction import CONTACTS, LOCKED, ROLLING, Friction
+from ...models.laws import Restitution
 from ...models.plausibility import LEAST_STRENGTH, MOST_STRENGTH, block_doubts, restitution_doubts
+from ...models.sliding.trip import TRIP
 from ...motions.arrays import Record, from_array
 from ...motions.floors.histories import DIRECTIONS
+from ...motions.floors.strength import Importance
 from ...motions.supports.isolator import Isolator
 from ...motions.supports.support import Support
 from ..codes.check import CLASSES
-from ..file.csv_table import MAX_TEXT
-from ..file.table import AMOUNT, MAX_VALUE, shown
+from ..file.table import AMOUNT, MAX_TEXT, MAX_VALUE, shown
 from .consequences import Consequence, Injury
 
 
@@ -71,8 +73,6 @@ class Stand:
 MAX_ROWS = 10_000
 MAX_COUNT = 1_000_000
 Amount = Annotated[float, AMOUNT]
-LEAST_TRIP, MAX_TRIP = 0.001, 10.0
-"""Nearest and farthest obstacle, m."""
 MOST_PERSONS = 50.0
 MOST_INJURED = 1.0
 """Mean number of persons injured by a fall of one piece."""
@@ -185,14 +185,14 @@ class Contents:
     block: Block
     floor: int | str
     count: Annotated[int, Parameter(at_least=1, at_most=MAX_COUNT)] = 1
-    e: Annotated[float, Parameter(above=0.0, at_most=1.0)] | None = None
+    e: Restitution | None = None
     value: Amount = 0.0
     consequences: tuple[str, ...] = ()
     anchored: bool = False
     anchoring_cost: Amount | None = None
     room: Annotated[str, Parameter()] = ""
     code_class: Annotated[str, Parameter(words=("", *CLASSES))] = ""
-    code_importance: Annotated[float, Parameter(at_least=1.0, at_most=1.5)] | None = None
+    code_importance: Importance | None = None
     anchor_strength: Annotated[float, Parameter("N", above=0.0, at_most=MAX_VALUE)] | None = None
     anchor_height: Annotated[float, Parameter("m", above=0.0, at_most=MAX_VALUE)] | None = None
     cost: Consequence | None = None
@@ -206,7 +206,7 @@ class Contents:
     friction: Friction | None = None
     kinetic_ratio: float = 1.0
     stands_on: Annotated[str, Parameter()] = ""
-    trip: Annotated[float, Parameter("m", at_least=LEAST_TRIP, at_most=MAX_TRIP, written="mm")] | None = None
+    trip: Annotated[float, TRIP] | None = None
     stand: Stand | None = None
 
     def __post_init__(self) -> None:

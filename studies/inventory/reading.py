@@ -13,16 +13,18 @@ from pydantic import Field, create_model, model_validator
 
 from ...core import checks
 from ...core.doubts import warn
+from ...core.parameters import SHARE
 from ...models import Block
 from ...models.friction import CONTACTS, LOCKED, ROLLING, UNLOCKED, friction_from
+from ...models.laws import Restitution
 from ..file.blocks import PieceTable
 from ..file.csv_table import NO, YES, CsvLine, CsvTable, TableKind
 from ..file.derived import in_si, keys_of
-from ..file.table import MAX_VALUE, Spread, Static, one_of, shown
+from ..file.table import Spread, Static, one_of, shown
 from ..file.workbook import CURRENCIES, Numeric
 from ..plan.slides import Slides
 from ..text.error import StudyError
-from .consequences import DISTRIBUTIONS, LOGNORMAL, Consequence, Injury
+from .consequences import DISTRIBUTIONS, LOGNORMAL, Consequence, Injury, Median, Persons
 from .contents import MAX_ROWS, Contents, Inventory, Stand, floor_text, row_doubts
 from .kits import Kit
 
@@ -65,18 +67,18 @@ class LineTable(ContentsTable):
 
     item: str | None = None
     floor: str | None = None
-    restitution: Annotated[float | None, Field(gt=0.0, le=1.0)] = None
+    restitution: Restitution | None = None
     currency: str | None = None
     consequence: str | None = None
     anchored: str | None = None
-    cost_median: Annotated[float | None, Field(gt=0.0, le=MAX_VALUE)] = None
+    cost_median: Median | None = None
     cost_dispersion: Annotated[float | None, Field(ge=0.0)] = None
     cost_distribution: Annotated[str | None, one_of(DISTRIBUTIONS)] = None
-    downtime_median_days: Annotated[float | None, Field(gt=0.0, le=MAX_VALUE)] = None
+    downtime_median_days: Median | None = None
     downtime_dispersion: Annotated[float | None, Field(ge=0.0)] = None
     downtime_distribution: Annotated[str | None, one_of(DISTRIBUTIONS)] = None
-    persons_exposed: Annotated[float | None, Field(ge=0.0, le=10000.0)] = None
-    injury_probability: Annotated[float | None, Field(ge=0.0, le=1.0)] = None
+    persons_exposed: Persons | None = None
+    injury_probability: Annotated[float, SHARE] | None = None
     class_: Annotated[str | None, Field(alias="class")] = None
     contact: Annotated[str | None, one_of((*CONTACTS, ROLLING, LOCKED, UNLOCKED))] = None
     friction: Static | None = None

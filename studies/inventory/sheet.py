@@ -9,7 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from ..file.csv_table import _THOUSANDS, MAX_TEXT, CsvTable
+from ..file.csv_table import _THOUSANDS, CsvTable
+from ..file.table import MAX_TEXT
 from ..file.workbook import Numeric, Unreadable
 from ..text.error import StudyError
 from .reading import KIND, InventoryError, _currencies

@@ -17,8 +17,8 @@ from ...motions.arrays import TAKEN, Record, filter_doubts
 from ...motions.intensity.variability import NATURAL, SPECTRA, Variability, pooled, variability
 from ...motions.matching.adjustment import matching_doubts
 from ...motions.plausibility import generator_doubts, record_doubts, vertical_doubts
+from ...motions.simulated.ground_motion_models import MODEL
 
-MODEL = "BSSA14"
 FAR = 1.5
 """Ratio to a ground-motion model's median, or its inverse, from which the amplitude of a scenario is doubted."""
 

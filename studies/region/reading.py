@@ -10,7 +10,8 @@ from ...core.aliases import Array
 from ...core.doubts import warn
 from ...models.block_array import BlockArray
 from ..file.blocks import KIND, MOST_BLOCKS, read_blocks
-from ..file.csv_table import MAX_TEXT, CsvTable
+from ..file.csv_table import CsvTable
+from ..file.table import MAX_TEXT
 from ..text.error import StudyError
 
 # (a word that would be taken for an empty cell)

@@ -20,11 +20,11 @@ from ...motions.arrays import TAKEN, from_array, records
 from ...motions.intensity.evaluation import positive_measure
 from ...motions.matching.adjustment import REACHED
 from ..file.blocks import FACTORS, MAKERS, PARTS as BLOCK_PARTS, SIZES, BlockTable
-from ..file.derived import WRITTEN, key_of
+from ..file.derived import key_of
 from ..file.models import Models, model_table
 from ..file.motions import PROCESSING, Motions, motions_table
 from ..file.refusals import refusal
-from ..file.table import bare, checked, nearest, quantity, suffix_of
+from ..file.table import WRITTEN, bare, checked, nearest, quantity, suffix_of
 from ..text.error import StudyError
 
 RECORD_KEYS = {"dt_s", "unit", *PROCESSING}

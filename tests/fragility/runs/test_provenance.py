@@ -14,6 +14,7 @@ from toppling import fragility, motions
 from toppling.fragility import HazardCurve, RandomInputs, Uniform
 from toppling.fragility.curves import published
 from toppling.fragility.runs import provenance as read_back
+from toppling.fragility.runs.outputs import OUTPUTS
 
 LEVELS = np.geomspace(0.5, 40.0, 10)
 LAWS = [tp.HousnerImpact(), tp.EnergyConsistent()]
@@ -448,3 +449,17 @@ class TestNothingSelected:
                 call()
         with pytest.raises(ValueError, match=r"^runs must hold at least one level, got none$"):
             fragility.overturning_capacity(runs.isel(level=[]))
+
+
+@pytest.mark.parametrize("law", [tp.HousnerImpact(0.9, geometry="linear"), tp.Sliding(0.3)], ids=["rocking", "sliding"])
+def test_a_history_has_the_words_of_runs(law):
+    strap = tp.Restraint.strap(1.8, strength=500.0)
+    held = {"restraint": strap, "mass": 80.0} if isinstance(law, tp.HousnerImpact) else {}
+    motion = tp.motions.CloughPenzien(duration=4.0, dt=0.02).sample(1, seed=1)
+    history = tp.simulate(tp.Block(0.4, 1.8, **held), law, motion)
+    results = [name for name, variable in history.data_vars.items() if not variable.dims]
+    assert len(results) > 9
+    for name in results:
+        output = OUTPUTS[name]
+        assert (history[name].attrs["long_name"], history[name].attrs["units"]) == (output.text, output.units), name
+        assert history[name].dtype.kind == np.dtype(output.kind).kind or name in ("slips", "mode"), name

@@ -6,6 +6,7 @@ import threading
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from check_facts import numbers_in
 
@@ -15,8 +16,11 @@ from toppling.motions.readers.patterns import expand
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
 from toppling.studies.file import include
+from toppling.studies.file.analyses import LEVEL_UNITS, LevelsTable
 from toppling.studies.file.include import line_of
+from toppling.studies.file.motions import motions_table
 from toppling.studies.file.schema import StudyFile, read_study_file
+from toppling.studies.file.uncertainty import INPUTS, SensitivityTable, UncertaintyTable
 from toppling.studies.plan import size
 
 SMALL = """title = "A small study"
@@ -244,6 +248,40 @@ im = "pga"
 levels = { values = [0.1, 0.2], unit = "g" }
 """
 )
+
+
+@pytest.mark.parametrize("unit", ["m/s²", "m/s^2", "m/s**2", "cm/s²", "g", "1"])
+def test_spellings_of_the_unit_of_levels(unit):
+    levels = LevelsTable(values=[0.1, 0.2], unit=unit)
+    assert levels.unit == re.sub(r"²|\^2|\*\*2", "2", unit)
+    np.testing.assert_allclose(levels.build("scale" if unit == "1" else "pga")[1], 0.2 * LEVEL_UNITS[levels.unit][0])
+
+
+def test_units_of_records_and_wrong_ones():
+    assert motions_table({"records": "r.csv", "unit": "Gal"}).unit == "gal"
+    for unit in ("m/s³", "m²/s", "°", "mm/s²"):
+        with pytest.raises(ValueError, match="unit"):
+            LevelsTable(values=[0.1, 0.2], unit=unit)
+
+
+@pytest.mark.parametrize(
+    "name", sorted(INPUTS.keys() - {"law", "e", "restitution_factor", "delta", "zeta", "coefficient"})
+)
+def test_inputs_are_in_their_units_in_both_tables(name):
+    """A stiffness of a sensitivity study was taken in N/m instead of N/mm."""
+    inputs = {
+        "e": {"distribution": "uniform", "lower": 0.8, "upper": 0.9},
+        name: {"distribution": "uniform", "lower": 1.1, "upper": 1.2},
+    }
+    both = SensitivityTable(parameter="e", values=[0.8, 0.9], inputs=inputs), UncertaintyTable(inputs=inputs)
+    assert both[0].random_inputs() == both[1].build()
+    support = both[1].build().distributions[INPUTS[name]].support
+    np.testing.assert_allclose(support, np.array([1.1, 1.2]) * (1000.0 if "per_mm" in name else 1.0))
+    if name != INPUTS[name]:
+        inputs[INPUTS[name]] = inputs.pop(name)
+        table = SensitivityTable(parameter="e", values=[0.8, 0.9], inputs=inputs)
+        with pytest.raises(ValueError, match=f"^sensitivity.inputs.{INPUTS[name]}: must be one of .*{name}"):
+            table.random_inputs()
 
 
 class TestInventory:

@@ -4,7 +4,9 @@ import inspect
 import json
 import math
 import tomllib
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import jsonschema
 import pytest
@@ -12,10 +14,10 @@ from study_schema import made_keys, made_schema
 
 import toppling as tp
 from toppling import motions as mo
-from toppling.core.parameters import declared
+from toppling.core.parameters import Parameter, check, declared
 from toppling.models import LAWS
 from toppling.studies.command.cli import main
-from toppling.studies.file.derived import Derived
+from toppling.studies.file.derived import Derived, derived
 from toppling.studies.file.schema import StudyFile
 from toppling.studies.file.table import bare
 
@@ -153,6 +155,34 @@ class TestCommand:
         assert main(["schema", "--out", str(tmp_path / "study.json")]) == 0
         assert capsys.readouterr().out == ""
         assert json.loads((tmp_path / "study.json").read_text(encoding="utf-8")) == SCHEMA
+
+
+def test_bounds_of_a_text_are_numbers_of_its_characters():
+    @dataclass(frozen=True)
+    class Sign:
+        """A sign.
+
+        Parameters
+        ----------
+        words : str
+            Its words.
+        """
+
+        words: Annotated[str, Parameter(at_least=1, at_most=5)] = "shelf"
+
+        def __post_init__(self):
+            check(self)
+
+    table = derived(Sign)
+    for words in ("a", "shelf", "größe"):
+        assert table(words=words).build() == Sign(words)
+    for words in ("", "shelf1"):
+        with pytest.raises(ValueError, match="words must be of >= 1 and <= 5 characters, got"):
+            Sign(words)
+        with pytest.raises(ValueError, match="words"):
+            table(words=words)
+    about = table.model_json_schema()["properties"]["words"]["anyOf"][0]
+    assert about == {"type": "string", "minLength": 1, "maxLength": 5}
 
 
 class TestReference:
