@@ -196,7 +196,7 @@ def _over(ratios: xr.Dataset) -> dict[str, Any]:
     }
 
 
-def draw_motions(
+def write_figures(
     motions: Sequence[xr.DataArray], folder: Path, damping: float = 0.05, target: TargetSpectrum | None = None
 ) -> list[Path]:
     """Write histories.png, spectra.png and husid.png; StudyError if the folder cannot be written."""
