@@ -22,7 +22,7 @@ from ...fragility.fitting.states import MOST_STATE, NAMES as STATES, OVERTURNED
 from ...fragility.runs.scaling import INTENSITY_MEASURES, intensity_measure
 from ...fragility.uncertainty.joint import Variability
 from ...fragility.validity.plausibility import level_doubts
-from ...models.friction import CONTACTS, Friction, contact_named, friction_from
+from ...models.friction import CONTACTS, contact_named, friction_and_ratio
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.trip import TRIPS
 from ...motions.intensity.directions import PAIR_MEASURES
@@ -200,18 +200,25 @@ def _word_or_table(value: Any) -> str:
     return "word" if isinstance(value, str) else "table"
 
 
-class IdaTable(Table):
-    """Incremental dynamic analysis: every motion at every level of a measure, or at levels of its own.
+class MeasuredTable(Table):
+    """Keys of every analysis.
 
     im: Intensity measure: by name, or with its period in s, as Sa(1.0).
     im_at: Place of the intensity measure in a building: ground or floor.
-    levels: Levels of the measure; or adaptive (levels follow from earlier runs), or pooled (adaptive, with one surface
-        for the curves of all blocks).
     """
 
     im: Named = "pga"
     im_at: Annotated[Where, KeyInfo("floor")] = None
     polarity: Polarity = None
+
+
+class IdaTable(MeasuredTable):
+    """Incremental dynamic analysis: every motion at every level of a measure, or at levels of its own.
+
+    levels: Levels of the measure; or adaptive (levels follow from earlier runs), or pooled (adaptive, with one surface
+        for the curves of all blocks).
+    """
+
     levels: Annotated[
         Annotated[LevelsTable, Tag("table")] | Annotated[Literal["adaptive", "pooled"], Tag("word")],
         Discriminator(_word_or_table),
@@ -323,20 +330,15 @@ class StripeTable(OwnTarget):
     motions: Annotated[dict[str, Any] | None, PartialTable(Motions), KeyInfo("none")] = None
 
 
-class StripesTable(Table):
+class StripesTable(MeasuredTable):
     """Multiple stripes: motions that differ from level to level.
 
-    im: Intensity measure: by name, or with its period in s, as Sa(1.0).
-    im_at: Place of the intensity measure in a building: ground or floor.
     unit: Unit of the levels.
     scale: True: scale motions to their level. False: use them unscaled, because they were selected for it.
     select: Selection of the motions of each stripe.
     at: The stripes, with increasing levels.
     """
 
-    im: Named = "pga"
-    im_at: Annotated[Where, KeyInfo("floor")] = None
-    polarity: Polarity = None
     unit: Annotated[str, one_of(LEVEL_UNITS)]
     scale: bool = True
     select: Annotated[SelectTable | None, KeyInfo("no selection: every motion is run")] = None
@@ -358,16 +360,8 @@ class StripesTable(Table):
         return LevelsTable(values=[stripe.level for stripe in self.at], unit=self.unit).build(self.im)
 
 
-class CloudTable(Table):
-    """Cloud: every motion once, as it is.
-
-    im: Intensity measure: by name, or with its period in s, as Sa(1.0).
-    im_at: Place of the intensity measure in a building: ground or floor.
-    """
-
-    im: Named = "pga"
-    im_at: Annotated[Where, KeyInfo("floor")] = None
-    polarity: Polarity = None
+class CloudTable(MeasuredTable):
+    """Cloud: every motion once, as it is."""
 
 
 class ScreenTable(Table):
@@ -426,17 +420,10 @@ class FrictionTable(Table):
 
     def build(self, polarity: str = BOTH) -> Slides:
         """Return the friction, and the slips whose chances are wanted, of motions in a polarity if sides differ."""
-        friction: Friction
-        ratio = 1.0
-        if self.contact is not None:
-            contact = contact_named(self.contact)
-            friction, ratio = contact.friction, contact.kinetic_ratio
-        else:
-            assert self.static is not None
-            friction = friction_from(self.static, self.dispersion)
+        friction, ratio = friction_and_ratio(self.contact, self.static, self.dispersion)
         return Slides(
             friction,
-            ratio if self.kinetic_ratio is None else self.kinetic_ratio,
+            self.kinetic_ratio or ratio or 1.0,
             DISTANCES if self.slips_m is None else tuple(self.slips_m),
             polarity,
             trip=None if self.trip_mm is None else 1e-3 * self.trip_mm,
