@@ -22,9 +22,8 @@ from ...fragility.fitting.states import OVERTURNED
 from ...fragility.hazard.level_weights import Hazard, LevelWeights, hazard_points, level_weights, line_weights
 from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION
 from ...fragility.runs.labels import block_coordinates, depth_coordinate, law_coordinates
-from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import AXES
-from ...fragility.runs.request import check_vertical, labelled_sequence, runner_of
+from ...fragility.runs.request import check_vertical, labelled_sequence, part_of, runner_of
 from ...fragility.runs.runners import Runner, Workers
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE, Scaling
 from ...fragility.uncertainty.joint import (

@@ -24,7 +24,7 @@ from ...fragility.hazard.poisson import probability_in
 from ...fragility.risk.inversion import check_family
 from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION, range_of_half_levels
 from ...fragility.runs.axes import check_axes, check_outputs
-from ...fragility.runs.progress import part_of
+from ...fragility.runs.request import part_of
 from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...fragility.validity.notes import screen_facts
@@ -42,7 +42,7 @@ from ..plan.piece_classes import class_notes
 from ..plan.restraints import DESIGN, FLAG, STEPS, TARGET, any_held, needed_strengths, ruptures
 from ..plan.risk import Risk, without_replicates
 from ..plan.selections import selection_notes, selection_variables
-from ..plan.slides import Slides, edge_notes, exact_friction_notes, in_plane, is_free, slide_notes
+from ..plan.slides import Slides, edge_notes, in_plane, is_free, slide_notes
 from ..text.axes import axis_notes, component_notes, held_notes
 from ..text.curve_notes import EXCEEDED, SLIPS_WITHOUT_BRANCHES, branches_beyond_note, modelling_note
 from ..text.one_side import FORCED, forced_to_1, one_side_notes, uplift_notes
@@ -501,10 +501,8 @@ class FragilityStudy(BlockStudy):
             slid = self.slides.of(results, self.design.motions, self.blocks, self.fit, self.risk, falls, client)
             variables |= slid.data_vars
             coordinates |= {name: slid.coords[name] for name in ("slip",) if name in slid.coords}
-            facts += slide_notes(
-                slid, self.blocks, [str(value) for value in results["motion"].values], in_plane(results)
-            )
-            facts += exact_friction_notes(self.slides.exact(self.blocks))
+            exact, labels = self.slides.exact(self.blocks), [str(value) for value in results["motion"].values]
+            facts += slide_notes(slid, self.blocks, exact, labels, in_plane(results))
         facts += edge_notes(results, self.blocks, self.slides is not None, self.fit.state)
         if "floor" in curves.dims:  # (the dimension of the curves takes the name)
             results = results.rename(floor="motion_floor")

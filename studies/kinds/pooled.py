@@ -17,7 +17,7 @@ from ...core.wording import counted, years_text
 from ...fragility.analyses.pooled import checked_plan
 from ...fragility.fitting.states import OK, OVERTURNED, state_name
 from ...fragility.risk.modelling import USUAL_DISPERSION, range_of_half_levels
-from ...fragility.runs.progress import part_of
+from ...fragility.runs.request import part_of
 from ...fragility.runs.runners import Runner
 from ...fragility.validity.notes import squat_facts
 from ...models.block_array import BlockArray

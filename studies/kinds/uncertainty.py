@@ -22,8 +22,8 @@ from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.risk.modelling import RANGE, USUAL_DISPERSION, range_of_half_levels
 from ...fragility.runs.axes import check_axes
 from ...fragility.runs.plan import refuse_endless_runs
-from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import SCENE
+from ...fragility.runs.request import part_of
 from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...fragility.uncertainty.indices import sobol_samples

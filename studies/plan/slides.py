@@ -364,9 +364,13 @@ def of_near(plane: bool) -> str:
 
 
 def slide_notes(
-    results: xr.Dataset, blocks: Sequence[Block], motions: Sequence[str] = (), plane: bool = False
+    results: xr.Dataset,
+    blocks: Sequence[Block],
+    exact: Sequence[str],
+    motions: Sequence[str] = (),
+    plane: bool = False,
 ) -> list[Fact]:
-    """Return the limits of the results on sliding."""
+    """Return the limits of the results on sliding; `exact`: labels of blocks whose friction has no dispersion."""
     on = np.isin(np.arange(len(motions)), results.attrs.get(SLIDES_ON, []))
     facts = doubted(doubt.sentence for doubt in end_doubts(on, motions))
     if TRIP in results:
@@ -390,7 +394,7 @@ def slide_notes(
     ):
         if named:
             facts.append(Fact(what, value, names=tuple(named), more={"plane": plane}))
-    return facts
+    return [*facts, Fact("friction.exact", names=tuple(exact))] if exact else facts
 
 
 def edge_notes(results: xr.Dataset, blocks: Sequence[Block], known: bool, state: State) -> list[Fact]:
@@ -431,8 +435,3 @@ def has_levels(runs: xr.Dataset) -> bool:
 def bare(values: xr.DataArray) -> xr.DataArray:
     """Return an array without the coordinates that are no dimensions."""
     return values.drop_vars([name for name in values.coords if name not in values.dims])
-
-
-def exact_friction_notes(labels: Sequence[str]) -> list[Fact]:
-    """Return the note on blocks whose coefficient of friction has no dispersion, or nothing."""
-    return [Fact("friction.exact", names=tuple(labels))] if labels else []
