@@ -235,7 +235,8 @@ def selected(
         doubts += of_choice
         if not chosen.consistent:
             kept = select.outside == KEEP
-            doubts.append(Doubt(SELECTION, _inconsistent(levels.text(level), chosen.why, kept)))
+            of, what = levels.text(level), "is used all the same" if kept else "is left out"
+            doubts.append(Doubt(SELECTION, f"the stripe at {of} is not hazard-consistent and {what} ({chosen.why})"))
             if not kept:
                 continue
         ground = chosen.motions if isinstance(chosen.motions, list) else [chosen.motions]
@@ -247,8 +248,3 @@ def selected(
             f"{LOW_RATIO:g} to {HIGH_RATIO:g} times the target's): {doubts[-1].sentence}"
         )
     return chosen_stripes, list(dict.fromkeys(doubts))
-
-
-def _inconsistent(level: str, why: str, kept: bool) -> str:
-    what = "is used all the same" if kept else "is left out"
-    return f"the stripe at {level} is not hazard-consistent and {what} ({why})"

@@ -11,6 +11,7 @@ from cyclopts import Group, Parameter
 
 from ...core.wording import system_reason, time_text
 from ..command.choices import whole
+from ..text.encoding import json_text
 from ..text.error import StudyError
 from ..text.terminal import say, terminal
 
@@ -143,7 +144,7 @@ def simulate_one(
     from rich.console import Console  # noqa: PLC0415
 
     from .inputs import block_of, factor_of, law_of, motion_of  # noqa: PLC0415
-    from .run import Simulation, as_json  # noqa: PLC0415 - not for every command
+    from .run import Simulation  # noqa: PLC0415 - not for every command
 
     if motion is None and (sizes.width or sizes.height or sizes.cm_height):
         block, motion = None, block  # the only word given is the motion
@@ -160,7 +161,7 @@ def simulate_one(
     if output.animate:
         written += _films(run.shown, output.out, output.speed, log)
     if output.json:
-        sys.stdout.write(as_json(run.content(written)) + "\n")
+        sys.stdout.write(json_text(run.content(written), indent=1, allow_nan=False) + "\n")
     else:
         say(console, *(f"written: {path}" for path in written))
 
