@@ -250,17 +250,17 @@ def announced(name: str) -> Iterator[None]:
     if sys.stderr is None or not _telling.acquire(blocking=False):  # (a kernel within another is compiled with it)
         yield
         return
-    done, said = threading.Event(), ""
+    done, printed = threading.Event(), ""
     rewrites = sys.stderr.isatty() or "ipykernel" in sys.modules
 
     def tell() -> None:
-        nonlocal said
+        nonlocal printed
         began, text = time.monotonic(), f"compiling {name}, once after installation"
         while not done.wait(1.0 if rewrites else 2.0):
-            new = f"\r{text}: {time.monotonic() - began:.0f} s" if rewrites else "." if said else f"{text} ."
+            new = f"\r{text}: {time.monotonic() - began:.0f} s" if rewrites else "." if printed else f"{text} ."
             with suppress(OSError):  # (the terminal may be gone)
                 print(new, end="", file=sys.stderr, flush=True)
-            said = new
+            printed = new
 
     teller = threading.Thread(target=tell, daemon=True)
     teller.start()
@@ -270,9 +270,9 @@ def announced(name: str) -> Iterator[None]:
         done.set()
         teller.join()
         _telling.release()
-        if said:
+        if printed:
             with suppress(OSError):
-                print("\r" + " " * len(said), end="\r", file=sys.stderr, flush=True) if rewrites else print(
+                print("\r" + " " * len(printed), end="\r", file=sys.stderr, flush=True) if rewrites else print(
                     file=sys.stderr
                 )
 

@@ -210,9 +210,15 @@ def contact_named(name: str) -> Contact:
     return CONTACTS[checks.choice("contact", name, tuple(CONTACTS))]
 
 
-def friction_from(static: float, dispersion: float | None) -> Friction:
-    """Return a known coefficient, or a lognormal one with the median `static` if there is a dispersion."""
-    return FixedFriction(static) if dispersion is None else LognormalFriction(static, dispersion)
+def friction_and_ratio(contact: str | None, static: Any, dispersion: float | None) -> tuple[Friction, float | None]:
+    """Return the friction of a contact and its kinetic over static friction; without a contact None as ratio.
+
+    The friction is then the known coefficient `static`, or lognormal with that median if there is a dispersion.
+    """
+    if contact is not None:
+        of = contact_named(contact)
+        return of.friction, of.kinetic_ratio
+    return FixedFriction(static) if dispersion is None else LognormalFriction(static, dispersion), None
 
 
 def friction_of(value: Any) -> Friction:

@@ -368,7 +368,8 @@ def _results(
     if limited:
         batch.out[batch.out[:, tables.OUT_PEAK] >= limits, tables.OUT_OVERTURNED] = 1.0
     if flags_only:
-        batch.out[:, 1 : tables.OUT_AIRBORNE] = np.nan
+        unknown = np.delete(np.arange(tables.OUT_COLUMNS), [tables.OUT_OVERTURNED, tables.OUT_AIRBORNE])
+        batch.out[:, unknown] = np.nan
     return cast("Array", batch.out)
 
 

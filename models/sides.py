@@ -96,7 +96,7 @@ def zone_of(block: Block, delta: float, lever: str, rigid_rest: bool) -> Zone:
 def _bed_zone(side: Side, uplift: float) -> Zone:
     """Return the elastic zone of a bed, up to the rotation at uplift, with the straight pieces of its moment beyond.
 
-    The bed's moment (`bed_moment`) takes the place of the rigid floor's m g b; gravity takes m g b theta/alpha from it,
+    The bed's moment takes the place of the rigid floor's m g b; gravity takes m g b theta/alpha from it,
     as in the bilinear geometry.
     """
     of_bed = polygon(uplift / side.alpha)

@@ -19,9 +19,8 @@ from ..adaptive.stopping import reason_text
 from ..adaptive.until import MEDIAN, PROBABILITY, RATE
 from ..runs.labels import depth_coordinate
 from ..runs.outputs import OUTPUTS
-from ..runs.progress import part_of
 from ..runs.provenance import AXES, RUN, configuration_of
-from ..runs.request import Request
+from ..runs.request import Request, part_of
 from ..runs.scaling import BlockMeasure, name_at
 from ..surfaces.gain import gain_words
 from ..validity.screen import with_screen

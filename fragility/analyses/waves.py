@@ -26,8 +26,7 @@ from ..adaptive.until import Until
 from ..runs.axes import along_width, axes_of, check_axes, check_outputs
 from ..runs.outputs import DERIVED
 from ..runs.plan import LEAST_OF_A_WAVE
-from ..runs.progress import part_of
-from ..runs.request import Request, check_vertical, collect_about, work_of
+from ..runs.request import Request, check_vertical, collect_about, part_of, work_of
 from ..runs.scaling import SCALE, BlockMeasure, check_factors, ground_of, intensities, intensity_measure
 from .friction_draws import check_draws, specimens_in
 

@@ -48,7 +48,6 @@ def integrate(
     stop: Array,
     owner: Index,
     groups: Index,
-    tolerance: float = 1e-12,
 ) -> Array:
     """Return integrals (integral,) of non-negative functions, each the sum of its panels, NaN if the function is.
 
@@ -56,7 +55,7 @@ def integrate(
     `stop` and `owner` (panel,) are the ends of the panels, finite, and the number of their integral. Kinks of the
     function should lie on ends, otherwise bisection has to find them. `groups` (integral,) is the number, from 0 on, of
     the sum to which each integral belongs. A panel is bisected while Gauss' 7 and Kronrod's 15 points differ by more
-    than the share `tolerance` of that sum.
+    than 1e-12 of that sum.
     """
     count = groups.size
     total = np.zeros(count)
@@ -66,7 +65,7 @@ def integrate(
         fine, difference = _kronrod(function, start, stop, owner)
         estimate = np.bincount(groups, total + np.bincount(owner, fine, count))
         # (this comparison is False for NaN, which therefore counts as done)
-        again = difference > tolerance * estimate[groups[owner]]
+        again = difference > 1e-12 * estimate[groups[owner]]
         total += np.bincount(owner[~again], fine[~again], count)
         if not again.any():
             return total

@@ -19,7 +19,6 @@ from .factors import Factors
 from .oscillators import OscillatorGrid
 from .outputs import DERIVED, OF_ROCKING, OF_SLIDING, OUTPUTS
 from .plan import Work, plan_chunks
-from .progress import part_of
 from .runners import ConfiguredScheduler, Runner, Workers, default_client
 
 Labelled = TypeVar("Labelled", Block, Law, Model)
@@ -175,6 +174,20 @@ def collect_about(
         for name, values in of_both(work.outputs, *of_row).items():
             outputs[name][row] = values
     return Runs(outputs, x.tally + y.tally)
+
+
+def part_of(progress: Progress | None, before: int, total: int | None = None) -> Progress | None:
+    """Return the progress callback of a part that begins after `before` of all `total` units of work.
+
+    Without `total`, the part's own total is assumed to be the end of the whole.
+    """
+    if progress is None:
+        return None
+
+    def shifted(done: int, of_part: int) -> None:
+        progress(before + done, before + of_part if total is None else total)
+
+    return shifted
 
 
 def collect(work: Work, runner: Runner, progress: Progress | None, least: float | None = None) -> Runs:

@@ -12,7 +12,6 @@ from ...motions.arrays import POLARITY, Record
 from ...motions.polarity import AS_RECORDED, BOTH, records_under
 from ...motions.simulated.generator import Generator
 from ..runs.factors import ScaleFactors
-from ..runs.progress import part_of
 from ..runs.provenance import (
     RUN,
     Motions,
@@ -27,6 +26,7 @@ from ..runs.provenance import (
     runs_near_curves,
     same_motions,
 )
+from ..runs.request import part_of
 from ..runs.runners import Runner
 from .characteristics import Characteristics
 from .reasons import CurveShares

@@ -27,9 +27,8 @@ from ..runs.axes import along_depth
 from ..runs.factors import Factors, either_side
 from ..runs.oscillators import OscillatorGrid
 from ..runs.plan import Work
-from ..runs.progress import part_of
 from ..runs.provenance import RUN, Motions, about_both_axes, blocks_of, factors_under, laws_of, records_of
-from ..runs.request import collect
+from ..runs.request import collect, part_of
 from ..runs.runners import Runner
 from .reasons import labelled
 

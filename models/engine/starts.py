@@ -6,7 +6,7 @@ import numpy as np
 
 from ...core.compiled import kernel
 from .free import cannot_fall, find_barrier, follow_free
-from .lanes import reset
+from .lanes import reset, write_result
 from .lockstep import step_reach
 from .pieces import solve_sample
 from .propagators import fill_steps
@@ -22,15 +22,8 @@ from .tables import (
     OMEGA,
     OUT_AIRBORNE,
     OUT_BACK,
-    OUT_BREAK_TIME,
-    OUT_DIRECTION,
     OUT_FRONT,
-    OUT_IMPACTS,
-    OUT_OVERTURN_TIME,
     OUT_OVERTURNED,
-    OUT_PEAK,
-    OUT_STRIKE,
-    OUT_UPLIFTED,
     OVERTURNED,
     PAR_EXACT,
     PAR_GAIN,
@@ -244,6 +237,7 @@ def begin_runs(batch, start, skip, flags_only):
             find_barrier(model, o, barriers)
     linear = np.empty(m, np.int64)
     exact = np.empty(m, np.int64)
+    x, k = np.empty(STATE_FLOATS), np.empty(STATE_INTEGERS, np.int64)
     linear_runs = 0
     exact_runs = 0
     for j in range(m):
@@ -312,18 +306,11 @@ def begin_runs(batch, start, skip, flags_only):
                 begin[j, 1] = factors[j] * unit[UNIT_OMEGA, first[j]]
                 begin[j, 2] = abs(factors[j]) * unit[UNIT_PEAK, first[j]]
             if first[j] == n - 1 and unit_peak < level:
-                out[j, OUT_OVERTURNED] = 0.0
-                out[j, OUT_PEAK] = abs(factors[j]) * unit_peak
-                out[j, OUT_UPLIFTED] = 0.0
-                out[j, OUT_IMPACTS] = 0.0
-                out[j, OUT_OVERTURN_TIME] = math.nan
-                out[j, OUT_STRIKE] = 0.0
-                out[j, OUT_DIRECTION] = 0.0
-                out[j, OUT_FRONT:] = 0.0
-                out[j, OUT_BREAK_TIME] = math.nan
-                if model.parameters[o, PAR_SIDED] == 0.0:
-                    out[j, OUT_FRONT] = math.nan
-                    out[j, OUT_BACK] = math.nan
+                reset(x, k, 0.0, 0.0, abs(factors[j]) * unit_peak, zone, zone)
+                write_result(out, j, x, k)
+                if model.parameters[o, PAR_SIDED] != 0.0:
+                    out[j, OUT_FRONT] = 0.0
+                    out[j, OUT_BACK] = 0.0
                 tally[TALLY_BEFORE_UPLIFT] += n - 1
                 continue
         tally[TALLY_BEFORE_UPLIFT] += first[j]

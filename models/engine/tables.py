@@ -223,7 +223,7 @@ LEAST_WEIGHT = 1e-12
 
 
 class Model(NamedTuple):
-    """All oscillators of a batch: region tables (o, r, 13), links (o, r, 14), rests (o, s, 6), parameters (o, 7)."""
+    """All oscillators of a batch: region tables (o, r, 13), links (o, r, 14), rests (o, s, 6), parameters (o, 8)."""
 
     tables: Any
     links: Any

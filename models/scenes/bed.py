@@ -32,7 +32,7 @@ class Bed:
     edge lifts off at the rotation theta_u = d0/b. Up to theta_u the whole width is in contact and the bed's moment is k
     (2b³/3) theta. Beyond it the contact narrows to 2b sqrt(theta_u/theta), and its pressure is a triangle. The weight m
     g then acts at a third of the contact's length from the loaded edge. (Derived, for small rotations and a vertical
-    motion without inertia; Winkler 1867.) See `bed_moment`.
+    motion without inertia; Winkler 1867.)
 
     Examples
     --------
@@ -49,14 +49,6 @@ class Bed:
     def label(self) -> str:
         """Short description, such as ``bed that settles 2 mm``."""
         return f"bed that settles {1000.0 * self.settlement:.4g} mm"
-
-
-def bed_moment(rotation: float) -> float:
-    """Return the moment of a bed over m g b, at a rotation (>= 0) over that at uplift, theta_u.
-
-    theta/(3 theta_u) up to the uplift, then 1 - (2/3) sqrt(theta_u/theta): 1/3 at 1, 2/3 at 4 (derived).
-    """
-    return rotation / 3.0 if rotation <= 1.0 else 1.0 - 2.0 / 3.0 / math.sqrt(rotation)
 
 
 def check_bed(bed: Bed, half_width: float, alpha: float) -> None:

@@ -151,40 +151,6 @@ class Building:
         )
         return cls(first / ratios, of_modes, shares, heights, text)
 
-    @overload
-    @classmethod
-    def from_storeys(
-        cls,
-        masses: Any,
-        stiffnesses: Any,
-        damping: float | Sequence[float] = 0.05,
-        storey_height: float | Sequence[float] = 3.0,
-        modes: int | None = None,
-        *,
-        yield_coefficient: None = None,
-        hardening: float = HARDENING,
-        p_delta: Any = None,
-        strength_dispersion: float = 0.0,
-        seed: int = 0,
-    ) -> Building: ...
-
-    @overload
-    @classmethod
-    def from_storeys(
-        cls,
-        masses: Any,
-        stiffnesses: Any,
-        damping: float | Sequence[float] = 0.05,
-        storey_height: float | Sequence[float] = 3.0,
-        modes: int | None = None,
-        *,
-        yield_coefficient: float | Sequence[float],
-        hardening: float = HARDENING,
-        p_delta: Any = None,
-        strength_dispersion: float = 0.0,
-        seed: int = 0,
-    ) -> YieldingBuilding: ...
-
     @classmethod
     def from_storeys(
         cls,

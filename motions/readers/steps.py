@@ -117,8 +117,8 @@ def refuse_other_step(
     stated = [statement for statement in stated if given or not _DIGITIZER.search(statement.text)]
     sure = [statement for statement in stated if statement.read or not changes] if not changed else []
     steps = sure or stated
-    one = not sure and all(statement.agrees(stated[0].step) for statement in stated)  # (before a change to another)
-    if steps and not one and not any(statement.agrees(step) for statement in steps):
+    alike = not sure and all(statement.agrees(stated[0].step) for statement in stated)  # (before a change to another)
+    if steps and not alike and not any(statement.agrees(step) for statement in steps):
         first = max(steps, key=lambda statement: statement.read)
         where = f"line {first.line}: {plain(first.text, 60)!r}"
         raise RecordError(f"{lines.file}: its header says dt = {first.step:g} s, {what} ({where})")

@@ -1,19 +1,16 @@
-"""Evolutionary Kanai-Tajimi and Clough-Penzien motions, whose ground frequency drifts, and their calibration."""
+"""Evolutionary Kanai-Tajimi and Clough-Penzien motions, whose ground frequency drifts."""
 
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from typing import Annotated, Self
+from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
-from ...core.units import STANDARD_GRAVITY
-from ..arrays import records
-from ..intensity.evaluation import measure
 from ..kernels.drifting_filters import drifting_ground
 from .envelopes import Envelope, RiseStrongDecay
 from .filters import filtered, high_pass, propagators
@@ -61,9 +58,9 @@ class EvolutionaryKanaiTajimi(FilteredNoise):
 
     Examples
     --------
-    >>> generator = EvolutionaryKanaiTajimi(omega_g=(25.0, 8.0), duration=10.0, dt=0.01).calibrate_pga(3.0, n=20)
-    >>> round(float(abs(generator.sample(20)).max("time").mean()), 6)
-    3.0
+    >>> generator = EvolutionaryKanaiTajimi(omega_g=(25.0, 8.0), duration=10.0, dt=0.01)
+    >>> float(generator.frequency(5.0))
+    16.5
     """
 
     omega_g: Annotated[float | Sequence[float], FREQUENCY] = (8.0 * math.pi, 3.0 * math.pi)
@@ -111,23 +108,6 @@ class EvolutionaryKanaiTajimi(FilteredNoise):
         damping = (2.0 * self.xi_g * ground * w) ** 2
         squared = ((ground**2) ** 2 + damping) / ((ground**2 - w**2) ** 2 + damping)
         return np.asarray(self.s0 * (squared * weight).sum(axis=-1) / weight.sum())
-
-    def calibrate_pga(self, target: float, n: int = 200, seed: int = 0) -> Self:
-        """Return the generator whose s0 makes the mean PGA of motions 0 … n - 1 of `seed` equal `target`, m/s², > 0."""
-        return self._calibrate(target, float(measure("pga", records(self.sample(n, seed))).mean()))
-
-    def calibrate_arias(self, target: float, n: int = 200, seed: int = 0) -> Self:
-        """Return the generator whose s0 makes the mean Arias intensity of motions 0 … n - 1 equal `target`, m/s.
-
-        The Arias intensity pi/(2 g) integral a² dt is exact for acceleration that is linear between samples.
-        """
-        a = self.sample(n, seed).values
-        energy = float((a[:, :-1] ** 2 + a[:, :-1] * a[:, 1:] + a[:, 1:] ** 2).sum()) * self.dt / (3.0 * len(a))
-        mean_arias = math.pi / (2.0 * STANDARD_GRAVITY) * energy
-        return self._calibrate(math.sqrt(checks.number("target", target, above=0.0, unit="m/s")), math.sqrt(mean_arias))
-
-    def _calibrate(self, target: float, mean: float) -> Self:
-        return replace(self, s0=self.s0 * (checks.number("target", target, above=0.0) / mean) ** 2)
 
     def sample(self, n: int, seed: int = 0, first: int = 0) -> xr.DataArray:
         """Return motions `first` … `first + n - 1` of `seed`; see `KanaiTajimi.sample`."""

@@ -335,8 +335,8 @@ class Building:
         for name, results in self.results.items():
             by_section = sections(with_law_names(results))
             ranges = [fact for fact in by_section["footnotes"] if fact.what == "rate.model_range"]
-            said = (("answer", by_section["answer"]), ("footnotes", ranges))
-            answers[name] = [say(fact, REGISTERS[section]) for section, facts in said for fact in facts]
+            facts_of = {"answer": by_section["answer"], "footnotes": ranges}
+            answers[name] = [say(fact, REGISTERS[section]) for section, facts in facts_of.items() for fact in facts]
         return answers
 
     def compared(self) -> Table:

@@ -252,8 +252,9 @@ class Page:
 
     def python(self, name: str) -> str:
         """Return a script that reproduces the results of one of the studies."""
-        file = state.file_of(Path("piece.toml"), name).name
-        return self.render("python", text=_literal(self.text(name)), file=file, study=name)
+        file, text = state.file_of(Path("piece.toml"), name).name, self.text(name)
+        literal = repr(text) if "'''" in text else f"r'''\n{text}'''"  # (in lines if it can be)
+        return self.render("python", text=literal, file=file, study=name)
 
     # --- parts
 
@@ -473,8 +474,3 @@ def page_templates() -> Environment:
     made.loader = ChoiceLoader([FileSystemLoader(TEMPLATES), made.loader])
     made.filters |= {"digits": two_digits, "as_given": given_number, "counted": counted}
     return made
-
-
-def _literal(text: str) -> str:
-    """Return a text as a literal of Python, in lines if it can be."""
-    return repr(text) if "'''" in text else f"r'''\n{text}'''"

@@ -38,7 +38,6 @@ LENGTHS = {"cm": 0.01, "mm": 0.001, "in": 0.0254}
 """Units in which sizes are typed, in metres."""
 SHOWN = {"motions.distance_m": ("km", 1000.0)}
 """Units of keys that are shown in other units than in the study file."""
-OF_PIECE = ("name", "catalogue", "width_m", "height_m", "mass_kg", "wall_gap_mm", "restraint")
 NUMBERS = (
     *("blocks.0.width_m", "blocks.0.height_m", "blocks.0.mass_kg", "blocks.0.wall_gap_mm"),
     *("building.period_s", "building.storeys", "motions.magnitude", "motions.distance_m", "motions.vs30_m_s"),

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.aliases import Array, Flags, Index
-from ...core.units import DIMENSIONLESS
+from ...core.units import DIMENSIONLESS, described
 from ...core.wording import given_percent
 from ...fragility.curves.means import REPLICATES, resampled_means
 from ...fragility.numerics.slabs import Allocator, in_memory, slabs
@@ -118,9 +118,7 @@ def anchoring(
         },
         coords={
             **kept,
-            "step": xr.Variable(
-                "step", np.arange(chosen.size + 1), {"units": DIMENSIONLESS, "long_name": "number of items anchored"}
-            ),
+            "step": xr.Variable("step", np.arange(chosen.size + 1), described("number of items anchored")),
         },
         attrs={
             **assessment.attrs,

@@ -22,9 +22,8 @@ from ...fragility.fitting.states import OVERTURNED
 from ...fragility.hazard.level_weights import Hazard, LevelWeights, hazard_points, level_weights, line_weights
 from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION
 from ...fragility.runs.labels import block_coordinates, depth_coordinate, law_coordinates
-from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import AXES
-from ...fragility.runs.request import check_vertical, labelled_sequence, runner_of
+from ...fragility.runs.request import check_vertical, labelled_sequence, part_of, runner_of
 from ...fragility.runs.runners import Runner, Workers
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE, Scaling
 from ...fragility.uncertainty.joint import (
@@ -695,29 +694,19 @@ def _item_coordinates(inventory: Inventory, laws: list[Law], both_axes: bool) ->
         "friction": (medians, DIMENSIONLESS, "static coefficient of friction, its median"),
         "stands_on": ([row.stands_on for row in rows], DIMENSIONLESS, "line whose piece it stands on"),
     }
-    for name, kind, parameter, units, text in (
-        ("cost_median", "cost", "median", money, "median cost when a piece overturns"),
-        ("cost_dispersion", "cost", "dispersion", DIMENSIONLESS, "dispersion of that cost"),
-        (
-            "cost_distribution",
-            "cost",
-            "distribution",
-            DIMENSIONLESS,
-            "distribution of that cost, normal truncated at 0",
-        ),
-        ("downtime_median", "downtime", "median", DAY, "median downtime when a piece overturns"),
-        ("downtime_dispersion", "downtime", "dispersion", DIMENSIONLESS, "dispersion of that downtime"),
-        (
-            "downtime_distribution",
-            "downtime",
-            "distribution",
-            DIMENSIONLESS,
-            "distribution of that downtime, normal truncated at 0",
-        ),
-        ("persons_exposed", "injury", "persons", DIMENSIONLESS, "mean number of persons where a piece falls"),
-        ("injury_probability", "injury", "probability", DIMENSIONLESS, "probability that each of them is injured"),
+    for kind, unit in (("cost", money), ("downtime", DAY)):
+        for parameter, units, text in (
+            ("median", unit, f"median {kind} when a piece overturns"),
+            ("dispersion", DIMENSIONLESS, f"dispersion of that {kind}"),
+            ("distribution", DIMENSIONLESS, f"distribution of that {kind}, normal truncated at 0"),
+        ):
+            values = [getattr(getattr(row, kind), parameter, None) for row in rows]
+            optional[f"{kind}_{parameter}"] = values, units, text
+    for name, parameter, text in (
+        ("persons_exposed", "persons", "mean number of persons where a piece falls"),
+        ("injury_probability", "probability", "probability that each of them is injured"),
     ):
-        optional[name] = [getattr(getattr(row, kind), parameter, None) for row in rows], units, text
+        optional[name] = [getattr(row.injury, parameter, None) for row in rows], DIMENSIONLESS, text
     if any(slides(row) for row in rows if row.obstacle is not None):
         columns[TRIP_DISTANCE] = [row.obstacle for row in rows], METRE, "clear distance to an obstacle"
     if both_axes:

@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array, Flags, Index, Progress
-from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import BED, DESCRIBED
+from ...fragility.runs.request import part_of
 from ...fragility.runs.runners import Runner
 from ...fragility.uncertainty.joint import Variability, pieces_of, with_restitution
 from ...fragility.validity.characteristics import Characteristics

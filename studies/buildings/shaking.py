@@ -8,7 +8,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
-from ...core.units import DIMENSIONLESS
+from ...core.units import DIMENSIONLESS, described
 from ...fragility.runs.axes import along_depth, along_width, axes_of
 from ...fragility.runs.factors import ScaleFactors, dense, unscaled
 from ...fragility.runs.scaling import SCALE, Scaling, ground_of, increasing, intensity_measure, scaling
@@ -215,11 +215,11 @@ class Shaking:
             if self.axes:
                 known["azimuth"].attrs["long_name"] = "azimuth of the building's direction x, clockwise from north"
             return known
-        attributes = {"units": DIMENSIONLESS, "long_name": "motion"}
+        attributes = described("motion")
         coordinates = {"motion": xr.Variable("motion", np.array(self.labels, dtype=object), attributes)}
         given = np.array(self.histories.given, dtype=object)
         if self.own_motions:
-            attributes = {"units": DIMENSIONLESS, "long_name": "motion of the level"}
+            attributes = described("motion of the level")
             coordinates[RECORD] = xr.Variable(("level", "motion"), given, attributes)
         if self.polarities > 1:
             if not self.own_motions:

@@ -21,7 +21,6 @@ from ..plan.slides import (
     SLIP,
     TRIP,
     TRIP_RATE,
-    exact_friction_notes,
     near_uplift,
     of_near,
     slide_notes,
@@ -138,9 +137,8 @@ def item_slide_notes(assessment: xr.Dataset, inventory: Inventory) -> list[Fact]
     facts = doubted(str(assessment.attrs.get(SLIDES_ON, "")).splitlines())
     names = [name for name in (INSTEAD, NEAR, TRIP) if name in assessment]
     chances = assessment[names].isel(item=at).rename(item="block")
-    facts += slide_notes(chances, blocks, plane=AXES in configuration_of(assessment))
     exact = [row.label for row in inventory.rows if slides(row) and isinstance(row.friction, FixedFriction)]
-    facts += exact_friction_notes(exact)
+    facts += slide_notes(chances, blocks, exact, plane=AXES in configuration_of(assessment))
     if MOVES in assessment:
         moving = shares_with_moving_supports(assessment)
         above = [i for i, row in enumerate(inventory.rows) if row.stands_on]

@@ -13,7 +13,7 @@ import xarray as xr
 from ...core import checks
 from ...core.elementary import Array, Flags, Index, times
 from ...core.parameters import CONFIDENCE
-from ...core.units import DIMENSIONLESS
+from ...core.units import DIMENSIONLESS, described
 from ...core.wording import given_percent
 from ...fragility.curves.means import mean_interval, quantiles, share_error
 from ...fragility.fitting.bootstrap import draw_motions
@@ -538,7 +538,7 @@ def _within(upper: Array, whole: Array) -> Array:
 
 def variable(dims: tuple[str, ...], values: Any, units: str, long_name: str) -> xr.Variable:
     """Make a variable with its unit and long name."""
-    return xr.Variable(dims, values, {"units": units, "long_name": long_name})
+    return xr.Variable(dims, values, described(long_name, units))
 
 
 def range_of_a_year(means: Mapping[Any, Any], levels: Array, hazard: HazardCurve, dispersion: float) -> Variables:

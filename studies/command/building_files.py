@@ -103,7 +103,7 @@ def _line(results: xr.Dataset, i: int, smoothed: float) -> Line:
         Amount(float(values["value"])) if cost is None else _amount(cost, at_once),
         None if downtime is None else _amount(downtime, at_once, greatest=True),
         note,
-        " ".join([*_said("cost", cost, at_once), *_said("downtime", downtime, at_once)]),
+        " ".join([*_of_several("cost", cost, at_once), *_of_several("downtime", downtime, at_once)]),
     )
 
 
@@ -128,7 +128,7 @@ def _amount(consequence: Consequence, pieces: int, greatest: bool = False) -> Am
     return Amount(mean * math.exp(-0.5 * beta**2), beta, LOGNORMAL)
 
 
-def _said(kind: str, consequence: Consequence | None, pieces: int) -> list[str]:
+def _of_several(kind: str, consequence: Consequence | None, pieces: int) -> list[str]:
     """Return the notes on a cost or a downtime of several pieces that fall together."""
     if consequence is None or consequence.dispersion == 0.0 or pieces == 1:
         return []

@@ -289,7 +289,7 @@ def look_at_motions(
         spectrum = None if target is None else TargetSpectrum.from_csv(target, damping)
     except ValueError as error:
         raise StudyError(str(error)) from None
-    figures = looked_at.draw_motions(motions, out, damping, spectrum)
+    figures = looked_at.write_figures(motions, out, damping, spectrum)
     if json_:
         print(looked_at.measures_json(values, figures, shown))
         return
@@ -469,7 +469,7 @@ def compare(
     """
     from ..comparison.compare import compare as compared
     from ..comparison.ratios import REGISTER
-    from ..facts.say import say as said
+    from ..facts.say import say as sentence_of
     from ..tables.terminal import rendered
 
     if b is None and laws is None:
@@ -484,8 +484,8 @@ def compare(
     say(console, *comparison.head)
     for table in comparison.tables:
         console.print(*rendered(table, console.width), sep="\n", end="")
-    say(console, *(said(fact, REGISTER) for fact in comparison.answer))
-    say(console, *(f"note: {said(fact, REGISTER)}" for fact in comparison.notes))
+    say(console, *(sentence_of(fact, REGISTER) for fact in comparison.answer))
+    say(console, *(f"note: {sentence_of(fact, REGISTER)}" for fact in comparison.notes))
     say(console, *(f"written: {path}" for path in comparison.written))
 
 

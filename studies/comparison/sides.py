@@ -270,6 +270,5 @@ def _labels(side: Side, dim: str) -> list[str]:
     return [str(value) for value in side.results[dim].values]
 
 
-def _listed(labels: Sequence[str], most: int = 6) -> str:
-    more = f" and {len(labels) - most:,} more" if len(labels) > most else ""
-    return ", ".join(map(repr, labels[:most])) + more
+def _listed(labels: Sequence[str]) -> str:
+    return ", ".join(map(repr, labels[:6])) + (f" and {len(labels) - 6:,} more" if len(labels) > 6 else "")

@@ -23,7 +23,7 @@ class Bar(NamedTuple):
     """Bar of a line or block: its name, a text next to the name, a value and its interval."""
 
     name: str
-    beside: str
+    detail: str
     value: float
     lower: float
     upper: float

@@ -22,7 +22,7 @@ from ...fragility.fitting.states import MOST_STATE, NAMES as STATES, OVERTURNED
 from ...fragility.runs.scaling import INTENSITY_MEASURES, intensity_measure
 from ...fragility.uncertainty.joint import Variability
 from ...fragility.validity.plausibility import level_doubts
-from ...models.friction import CONTACTS, Friction, contact_named, friction_from
+from ...models.friction import CONTACTS, contact_named, friction_and_ratio
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.trip import TRIPS
 from ...motions.intensity.directions import PAIR_MEASURES
@@ -420,17 +420,10 @@ class FrictionTable(Table):
 
     def build(self, polarity: str = BOTH) -> Slides:
         """Return the friction, and the slips whose chances are wanted, of motions in a polarity if sides differ."""
-        friction: Friction
-        ratio = 1.0
-        if self.contact is not None:
-            contact = contact_named(self.contact)
-            friction, ratio = contact.friction, contact.kinetic_ratio
-        else:
-            assert self.static is not None
-            friction = friction_from(self.static, self.dispersion)
+        friction, ratio = friction_and_ratio(self.contact, self.static, self.dispersion)
         return Slides(
             friction,
-            ratio if self.kinetic_ratio is None else self.kinetic_ratio,
+            self.kinetic_ratio or ratio or 1.0,
             DISTANCES if self.slips_m is None else tuple(self.slips_m),
             polarity,
             trip=None if self.trip_mm is None else 1e-3 * self.trip_mm,

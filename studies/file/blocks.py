@@ -13,7 +13,7 @@ from ...core.parameters import CHANCE, declared
 from ...core.wording import listed_name
 from ...models import Bed, Block, Edge, Restraint, Wall, catalogue
 from ...models.block import HALF_DIAGONAL, SLENDERNESS, UNIFORM_INERTIA_FACTOR
-from ...models.friction import CONTACTS, Friction, contact_named, friction_from
+from ...models.friction import CONTACTS, Friction, contact_named, friction_and_ratio
 from ...models.plausibility import block_doubts
 from ...models.scenes.restraint import KINDS, Strength
 from .csv_table import CsvTable, TableKind
@@ -227,12 +227,9 @@ class BlockTable(PieceTable):
     @property
     def own_friction(self) -> tuple[Friction, float | None] | None:
         """Its own coefficient of friction, and kinetic over static friction if a contact gives it; or None."""
-        if self.contact is not None:
-            contact = contact_named(self.contact)
-            return contact.friction, contact.kinetic_ratio
-        if self.friction is None:
+        if self.contact is None and self.friction is None:
             return None
-        return friction_from(self.friction, self.friction_dispersion), None
+        return friction_and_ratio(self.contact, self.friction, self.friction_dispersion)
 
     def _restraint(self, restraints: Mapping[str, Restraint]) -> Restraint | None:
         if self.restraint is None:

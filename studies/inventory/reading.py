@@ -15,7 +15,7 @@ from ...core import checks
 from ...core.doubts import warn
 from ...core.parameters import SHARE
 from ...models import Block
-from ...models.friction import CONTACTS, LOCKED, ROLLING, UNLOCKED, friction_from
+from ...models.friction import CONTACTS, LOCKED, ROLLING, UNLOCKED, friction_and_ratio
 from ...models.laws import Restitution
 from ..file.blocks import PieceTable
 from ..file.csv_table import NO, YES, CsvLine, CsvTable, TableKind
@@ -176,14 +176,13 @@ class LineTable(ContentsTable):
         """Return its contact and its friction, by default the study's friction."""
         if self.contact in (ROLLING, UNLOCKED):
             return {"contact": ROLLING, "friction": None}
+        friction, ratio = (None, None) if sliding is None else (sliding.friction, sliding.kinetic_ratio)
         if self.contact in CONTACTS:
-            contact = CONTACTS[self.contact]
-            return {"contact": self.contact, "friction": contact.friction, "kinetic_ratio": contact.kinetic_ratio}
-        friction = None if sliding is None else sliding.friction
-        if self.friction is not None:
-            friction = friction_from(self.friction, self.friction_dispersion)
-        ratio = {} if sliding is None else {"kinetic_ratio": sliding.kinetic_ratio}
-        return {"contact": self.contact or "", "friction": friction, **ratio}
+            friction, ratio = friction_and_ratio(self.contact, None, None)
+        elif self.friction is not None:
+            friction, _ = friction_and_ratio(None, self.friction, self.friction_dispersion)
+        given = {} if ratio is None else {"kinetic_ratio": ratio}
+        return {"contact": self.contact or "", "friction": friction, **given}
 
 
 def _held(kit: Kit, block: Block, height: float | None) -> Block:

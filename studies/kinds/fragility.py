@@ -24,7 +24,7 @@ from ...fragility.hazard.poisson import probability_in
 from ...fragility.risk.inversion import check_family
 from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION, range_of_half_levels
 from ...fragility.runs.axes import check_axes, check_outputs
-from ...fragility.runs.progress import part_of
+from ...fragility.runs.request import part_of
 from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...fragility.validity.notes import screen_facts
@@ -42,7 +42,7 @@ from ..plan.piece_classes import class_notes
 from ..plan.restraints import DESIGN, FLAG, STEPS, TARGET, any_held, needed_strengths, ruptures
 from ..plan.risk import Risk, without_replicates
 from ..plan.selections import selection_notes, selection_variables
-from ..plan.slides import Slides, edge_notes, exact_friction_notes, in_plane, is_free, slide_notes
+from ..plan.slides import Slides, edge_notes, in_plane, is_free, slide_notes
 from ..text.axes import axis_notes, component_notes, held_notes
 from ..text.curve_notes import EXCEEDED, SLIPS_WITHOUT_BRANCHES, branches_beyond_note, modelling_note
 from ..text.one_side import FORCED, forced_to_1, one_side_notes, uplift_notes
@@ -94,7 +94,7 @@ def slides_of(content: StudyFile, blocks: Iterable[Block]) -> Slides | None:
     """Return the friction of a study, with the friction of blocks that have their own; None if it is not known."""
     if content.friction is None:
         return None
-    own_frictions = {
+    frictions = {
         block.label: table.own_friction
         for block, table in zip(blocks, content.blocks or [], strict=False)
         if table.own_friction is not None
@@ -104,7 +104,7 @@ def slides_of(content: StudyFile, blocks: Iterable[Block]) -> Slides | None:
         for block, table in zip(blocks, content.blocks or [], strict=False)
         if table.trip_mm is not None
     }
-    return replace(content.friction.build(content.analysis.polarity or BOTH), own=own_frictions, own_trips=near)
+    return replace(content.friction.build(content.analysis.polarity or BOTH), frictions=frictions, trips=near)
 
 
 def screening_with(
@@ -117,7 +117,7 @@ def screening_with(
         if content.screen is not None and content.screen.undecided:
             raise ValueError(f"screen.undecided tests falls: leave it out with fit.state = {state!r}")
         undecided = 0.0
-    if slides is None or not slides.own:
+    if slides is None or not slides.frictions:
         return friction, undecided
     return {block.label: slides.friction_of(block) for block in blocks}, undecided
 
@@ -199,7 +199,7 @@ class FragilityStudy(BlockStudy):
         check_axes(study.design.axes, study.blocks, study.models)
         check_outputs(study.design.axes, study.kept_outputs, study.models)
         study.check_state()
-        if study.design.about == 2 and slides is not None and (slides.trip is not None or slides.own_trips):
+        if study.design.about == 2 and slides is not None and (slides.trip is not None or slides.trips):
             raise ValueError("trip_mm cannot be given where both components shake: trips are of one component")
         study._check(content)
         study = replace(study, targets=_targets(content, study))
@@ -367,8 +367,8 @@ class FragilityStudy(BlockStudy):
 
         def fitted(name: str, design: Design) -> FittedCurves:
             nonlocal done
-            told_part = part_of(progress, done, self.work)
-            runs = design.run(self.blocks, self.models, self.fit.outputs, client, told_part)
+            part = part_of(progress, done, self.work)
+            runs = design.run(self.blocks, self.models, self.fit.outputs, client, part)
             done += len(self.blocks) * len(self.models) * design.runs * design.about
             curves = self.fit.curves(runs, True, telling=client.tell)
             facts.extend(of_branch(name, self.fit.notes(curves, runs)))
@@ -501,10 +501,8 @@ class FragilityStudy(BlockStudy):
             slid = self.slides.of(results, self.design.motions, self.blocks, self.fit, self.risk, falls, client)
             variables |= slid.data_vars
             coordinates |= {name: slid.coords[name] for name in ("slip",) if name in slid.coords}
-            facts += slide_notes(
-                slid, self.blocks, [str(value) for value in results["motion"].values], in_plane(results)
-            )
-            facts += exact_friction_notes(self.slides.exact(self.blocks))
+            exact, labels = self.slides.exact(self.blocks), [str(value) for value in results["motion"].values]
+            facts += slide_notes(slid, self.blocks, exact, labels, in_plane(results))
         facts += edge_notes(results, self.blocks, self.slides is not None, self.fit.state)
         if "floor" in curves.dims:  # (the dimension of the curves takes the name)
             results = results.rename(floor="motion_floor")

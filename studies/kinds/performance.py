@@ -19,7 +19,7 @@ from ...fragility import HazardCurve
 from ...fragility.hazard.plausibility import branch_doubts, hazard_doubts
 from ...fragility.numerics import slabs
 from ...fragility.risk.modelling import USUAL_DISPERSION
-from ...fragility.runs.progress import part_of
+from ...fragility.runs.request import part_of
 from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import SCALE
 from ...fragility.uncertainty.joint import PieceDraws, Variability, with_restitution

@@ -12,12 +12,12 @@ from ...core.aliases import Progress
 from ...core.doubts import Doubt
 from ...core.elementary import expm1
 from ...core.facts import Fact, doubted, stored
-from ...core.units import DIMENSIONLESS
+from ...core.units import described
 from ...core.wording import counted, years_text
 from ...fragility.analyses.pooled import checked_plan
 from ...fragility.fitting.states import OK, OVERTURNED, state_name
 from ...fragility.risk.modelling import USUAL_DISPERSION, range_of_half_levels
-from ...fragility.runs.progress import part_of
+from ...fragility.runs.request import part_of
 from ...fragility.runs.runners import Runner
 from ...fragility.validity.notes import squat_facts
 from ...models.block_array import BlockArray
@@ -123,19 +123,19 @@ class PooledStudy(BlockStudy):
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         surfaces = 0
 
-        def told(done: int, total: int) -> None:
+        def tell(done: int, total: int) -> None:
             nonlocal surfaces
             surfaces = done
             if progress is not None:
                 progress(done, total + self.event_runs)
 
-        curves = self.design.run(self.region, self.models, (), client, told)
+        curves = self.design.run(self.region, self.models, (), client, tell)
         dims, shape = ("block", "model"), (curves.sizes["block"], curves.sizes["model"])
         run = curves["run_level"].variable
         named = {"im": self.design.im, "units": run.attrs["units"], "long_name": curves.attrs["level_name"]}
         curves = curves.assign_coords(intensity=(run.dims, run.values, named)).assign(
-            status=(dims, np.full(shape, OK), {"units": DIMENSIONLESS, "long_name": "status of the curve"}),
-            converged=(dims, np.ones(shape, np.bool_), {"units": DIMENSIONLESS, "long_name": "whether the fit ended"}),
+            status=(dims, np.full(shape, OK), described("status of the curve")),
+            converged=(dims, np.ones(shape, np.bool_), described("whether the fit ended")),
         )
         if self.risk is not None:
             curves = curves.assign(self._chances(curves, self.risk.years)).assign_attrs(years=self.risk.years)
@@ -171,7 +171,7 @@ class PooledStudy(BlockStudy):
             f"risk_probability{end}": (
                 ("block", "model"),
                 -expm1(-years * curves[f"rate{end}"].values),
-                {"units": DIMENSIONLESS, "long_name": text + words},
+                described(text + words),
             )
             for end, words in (("", ""), ("_lower", ", lower end"), ("_upper", ", upper end"))
         }

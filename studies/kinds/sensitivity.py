@@ -14,8 +14,8 @@ from ...core.doubts import Doubt
 from ...core.facts import stored
 from ...core.wording import counted
 from ...fragility import RandomInputs, overturning_response, sobol_indices, tornado
-from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import records_of
+from ...fragility.runs.request import part_of
 from ...fragility.runs.runners import Runner
 from ...fragility.uncertainty.inputs import input_doubts
 from ...fragility.validity.characteristics import Characteristics

@@ -24,7 +24,7 @@ from ..plan.adaptive_slides import SLIP_HALF, adaptive_slides, groups
 from ..plan.designs import Sequential
 from ..plan.form_free import ENDS, form_free, modelling_factor
 from ..plan.risk import Risk, without_replicates
-from ..plan.slides import exact_friction_notes, in_plane, slide_notes
+from ..plan.slides import in_plane, slide_notes
 from ..text.axes import axis_notes
 from ..text.one_side import uplift_notes
 from ..text.precision import SEQUENTIAL, measure_notes, precision_notes
@@ -133,8 +133,8 @@ class SequentialStudy(FragilityStudy):
             variables |= {name: variable.variable for name, variable in slid.data_vars.items()}
             coordinates["slip"] = slid["slip"]
             medians = np.append(medians, slid[SLIP_HALF].values)
-            facts += [*noted, *slide_notes(slid, self.blocks, plane=in_plane(runs))]
-            facts += exact_friction_notes(self.slides.exact(self.blocks))
+            exact = self.slides.exact(self.blocks)
+            facts += [*noted, *slide_notes(slid, self.blocks, exact, plane=in_plane(runs))]
         facts += [*doubted(median_doubts(medians, units)), *screen_facts(runs, self.slides is not None)]
         variables |= without_replicates(curves).drop_vars(OF_FIT).data_vars
         variables |= range_of_half_levels(runs, self.fit.modelling_dispersion)

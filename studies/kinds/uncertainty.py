@@ -13,7 +13,7 @@ import xarray as xr
 from ...core.aliases import Progress
 from ...core.doubts import Doubt
 from ...core.facts import Fact, stored
-from ...core.units import DIMENSIONLESS
+from ...core.units import described
 from ...core.wording import counted
 from ...fragility import RandomInputs, overturning_response, sobol_indices, uncertain_ida
 from ...fragility.curves.curve import LINKED
@@ -22,8 +22,8 @@ from ...fragility.fitting.states import OVERTURNED, state_name
 from ...fragility.risk.modelling import RANGE, USUAL_DISPERSION, range_of_half_levels
 from ...fragility.runs.axes import check_axes
 from ...fragility.runs.plan import refuse_endless_runs
-from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import SCENE
+from ...fragility.runs.request import part_of
 from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...fragility.uncertainty.indices import sobol_samples
@@ -182,7 +182,7 @@ class UncertaintyStudy(BlockStudy):
         for i, block in enumerate(self.blocks):
             parts.append(self._of_block(block, client, part_of(progress, i * share, self.work)))
         labels = np.array([block.label for block in self.blocks], dtype=object)
-        along = xr.DataArray(labels, dims="block", name="block", attrs={"units": DIMENSIONLESS, "long_name": "block"})
+        along = xr.DataArray(labels, dims="block", name="block", attrs=described("block"))
         rest = [part.drop_vars("overturned") for part in parts]
         if any(SCENE in part.coords for part in rest):  # (of blocks that some have, others none)
             none = ("sample", np.full(self.samples, "{}", dtype=object))
@@ -194,12 +194,12 @@ class UncertaintyStudy(BlockStudy):
         screens = []
         shaking = Characteristics.of(records(self.design.motions))
         for block, pairs, part in zip(self.blocks, self._pairs, parts, strict=True):
-            part_told = part_of(progress, done, self.work)
-            asked = ScreenRequest(self.friction, undecided=self.undecided), shaking, client, part_told
+            of_part = part_of(progress, done, self.work)
+            asked = ScreenRequest(self.friction, undecided=self.undecided), shaking, client, of_part
             screens.append(screen_samples(block, pairs, self.design, part["overturned"], *asked))
             done += self.perturbed_runs // len(self.blocks)
         screened = joined_screens(screens, results["model"])
-        facts = [*self._said(results), *screen_facts(screened)]
+        facts = [*self._curve_facts(results), *screen_facts(screened)]
         return (
             results.assign(screened.data_vars)
             .assign_coords(reason=screened["reason"])
@@ -207,7 +207,7 @@ class UncertaintyStudy(BlockStudy):
             .assign_attrs(notes=stored(facts))
         )
 
-    def _said(self, results: xr.Dataset) -> list[Fact]:
+    def _curve_facts(self, results: xr.Dataset) -> list[Fact]:
         """Return notes on the curves and rates of all samples together."""
         over = ["sample", "level", "motion"]
         fell = results["overturned"].sum(over)

@@ -14,8 +14,8 @@ from ...core.units import ACCELERATION, DIMENSIONLESS, NEWTON
 from ...fragility import HazardCurve
 from ...fragility.curves.means import resampled_means
 from ...fragility.numerics.slabs import in_memory
-from ...fragility.runs.progress import part_of
 from ...fragility.runs.provenance import number_of_motions
+from ...fragility.runs.request import part_of
 from ...fragility.runs.runners import Workers
 from ...fragility.runs.scaling import SCALE
 from ...models import half_weight, required_force, static_capacity

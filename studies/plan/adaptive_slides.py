@@ -9,7 +9,7 @@ import xarray as xr
 
 from ...core.aliases import Array
 from ...core.facts import Fact, doubted
-from ...core.units import DIMENSIONLESS, METRE, PER_YEAR
+from ...core.units import DIMENSIONLESS, METRE, PER_YEAR, described
 from ...fragility import Slip
 from ...fragility.adaptive.until import MEDIAN, PROBABILITY, RATE
 from ...fragility.runs.runners import Runner
@@ -109,7 +109,7 @@ def adaptive_slides(
         of = np.stack(values).reshape(*shape, 3)
         for j, end in enumerate(ENDS):
             words = f"{end[1:]} end of the interval of the {text}" if end else text
-            results[f"{name}{end}"] = (("block", "slip"), of[..., j], {"units": units, "long_name": words})
+            results[f"{name}{end}"] = (("block", "slip"), of[..., j], described(words, units))
 
     every = [curves[i, k] for i in range(shape[0]) for k in range(shape[1])]
     column(
@@ -135,8 +135,8 @@ def adaptive_slides(
         (SLIP_ACCOUNT, "what was reached, and what more would bring", [curve.account for curve in every]),
     ):
         table = np.array(values, dtype=object if isinstance(values[0], str) else None).reshape(shape)
-        results[name] = (("block", "slip"), table, {"units": DIMENSIONLESS, "long_name": text})
-    slip = xr.Variable("slip", list(slides.distances), {"units": METRE, "long_name": "slip that is exceeded"})
+        results[name] = (("block", "slip"), table, described(text))
+    slip = xr.Variable("slip", list(slides.distances), described("slip that is exceeded", METRE))
     return results.assign(gated(results[INSTEAD], falls)).assign_coords(slip=slip), facts
 
 

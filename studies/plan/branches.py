@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.elementary import times
-from ...core.units import DIMENSIONLESS, PER_YEAR
+from ...core.units import PER_YEAR, described
 from ...fragility import Branch, HazardCurve, epistemic_rates
 from ...fragility.fitting.states import state_name
 from ...fragility.risk.annual_rate import rates_alone
@@ -93,7 +93,7 @@ class Branches:
         ]
         beyond = xr.concat(of_each, "branch").transpose(*rates["branch_rate"].dims)
         text = "share of the branch's rate from shaking beyond its hazard curve or above its runs"
-        attributes = {"units": DIMENSIONLESS, "long_name": text}
+        attributes = described(text)
         rates = rates.assign({BEYOND: (beyond.dims, beyond.values, attributes)})
         rates = rates.rename(RENAMED).assign(self._range(branches, every, risk, fit.modelling_dispersion))
         return worded(rates, state_name(fit.state))

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from ...core.units import DIMENSIONLESS
+from ...core.units import described
 from ...core.wording import years_text
 from ...fragility.hazard.poisson import probability_in
 from ...fragility.risk.annual_rate import OF_RUNS
@@ -17,7 +17,7 @@ from .risk import Risk
 GAIN = "chance_ratio"
 """Variable with the ratio of two blocks' probabilities, and beginning of the names of its interval."""
 OTHER = "compared_with"
-OTHER_TEXT = {"units": DIMENSIONLESS, "long_name": "block whose chance the ratio is of"}
+OTHER_TEXT = described("block whose chance the ratio is of")
 MOST = 100
 """Most blocks that are compared with another."""
 
@@ -74,7 +74,7 @@ def gains_of_rates(rates: xr.Dataset, years: float, blocks: Sequence[Block], con
     values = np.moveaxis(ratios, 1, 1 + at)
     return xr.Dataset(
         {
-            f"{GAIN}{end}": (dims, value, {"units": DIMENSIONLESS, "long_name": f"{name}{text}"})
+            f"{GAIN}{end}": (dims, value, described(f"{name}{text}"))
             for end, name, value in zip(
                 ("", "_lower", "_upper"), ("", "lower end of the ", "upper end of the "), values, strict=True
             )

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array
-from ...core.units import DIMENSIONLESS, NEWTON
+from ...core.units import DIMENSIONLESS, NEWTON, described
 from ...core.wording import given_percent
 from ...fragility import HazardCurve, overturning_probability
 from ...fragility.numerics.slabs import gathered
@@ -48,7 +48,7 @@ def ruptures(
     shares = xr.Dataset()
     for end, name in ENDS.items():
         long_name = f"{end[1:]} end of the {percent} interval: {text}" if end else text
-        attributes = {"units": DIMENSIONLESS, "long_name": long_name}
+        attributes = described(long_name)
         shares[f"{BROKEN}{end}"] = counted[name].where(held).assign_attrs(attributes)
     if hazard is None:
         return shares
@@ -60,7 +60,7 @@ def ruptures(
         long_name = f"{given.attrs['long_name']}, under the shaking that is exceeded with 10 % in 50 years"
         shares[f"{AT_DESIGN}{end}"] = there.assign_attrs(units=DIMENSIONLESS, long_name=long_name)
     name = f"level that is exceeded with a probability of 10 % in 50 years: {levels.attrs.get('long_name', 'level')}"
-    return shares.assign_coords({DESIGN: ((), np.float64(design), {"units": levels.attrs["units"], "long_name": name})})
+    return shares.assign_coords({DESIGN: ((), np.float64(design), described(name, levels.attrs["units"]))})
 
 
 def needed_strengths(
@@ -95,11 +95,11 @@ def needed_strengths(
     of_cases, trials = ("block", "model"), ("block", "model", "trial")
     return xr.Dataset(
         {
-            NEEDED: (of_cases, needed, {"units": NEWTON, "long_name": f"least {text}; inf: none does"}),
-            TRIED: (trials, tried[0], {"units": NEWTON, "long_name": "tested strengths, weakest first, then NaN"}),
-            CHANCE: (trials, tried[1], {"units": DIMENSIONLESS, "long_name": "chance with each, NaN if not known"}),
+            NEEDED: (of_cases, needed, described(f"least {text}; inf: none does", NEWTON)),
+            TRIED: (trials, tried[0], described("tested strengths, weakest first, then NaN", NEWTON)),
+            CHANCE: (trials, tried[1], described("chance with each, NaN if not known")),
         },
-        {TARGET: ("block", np.array(targets), {"units": DIMENSIONLESS, "long_name": "chance to be kept"})},
+        {TARGET: ("block", np.array(targets), described("chance to be kept"))},
     )
 
 

@@ -12,7 +12,7 @@ import xarray as xr
 
 from ...core.aliases import Array
 from ...core.facts import Fact
-from ...core.units import DIMENSIONLESS, PER_YEAR
+from ...core.units import DIMENSIONLESS, PER_YEAR, described
 from ...fragility import HazardCurve, annual_rate, curve_probability, rate_share_above, size_for_rate
 from ...fragility.curves.curve import LEAST
 from ...fragility.fitting.labels import OBSERVED
@@ -112,12 +112,10 @@ class Risk:
         rare = self.hazard.rate_at(_levels_of(curves, highest), self.below, self.above)
         above = xr.zeros_like(rates["rate"]) + xr.DataArray(rare, dims=["block"] * np.ndim(rare))
         text = "annual rate of shaking above the highest that was run"
-        results = results.assign(
-            {EXCEEDED: (dims, above.transpose(*dims).values, {"units": PER_YEAR, "long_name": text})}
-        )
+        results = results.assign({EXCEEDED: (dims, above.transpose(*dims).values, described(text, PER_YEAR))})
         results = results.assign(
             {
-                name: (dims, level.transpose(*dims).values.clip(0.0, 1.0), {"units": DIMENSIONLESS, "long_name": text})
+                name: (dims, level.transpose(*dims).values.clip(0.0, 1.0), described(text))
                 for name, (level, text) in of_levels.items()
             }
         )

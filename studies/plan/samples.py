@@ -64,12 +64,12 @@ def screen_samples(
                 of_part: Flags = flags[at[part]][..., chosen]
                 return of_part
 
-            def told(n: int, _: int, done: int = done) -> None:
+            def tell(n: int, _: int, done: int = done) -> None:
                 if progress is not None:
                     progress(done + n, every)
 
             factors = _factors_of(scaled.factors, at, chosen)
-            counts[at] = count_flips_of(rows, turned, near, flags_of, factors, runner, told, design.about == 2)
+            counts[at] = count_flips_of(rows, turned, near, flags_of, factors, runner, tell, design.about == 2)
             done += samples_perturbed_runs(rows, design, undecided)
         flips = FlipCounts(chosen, counts)
     return over_samples(summary_screen(given, shaking, asked.friction, flips), block)

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.facts import Fact
-from ...core.units import DIMENSIONLESS
+from ...core.units import DIMENSIONLESS, described
 from ...motions.intensity.naming import measure_named
 from ...motions.selection.select import ALWAYS
 
@@ -48,23 +48,23 @@ def selection_variables(reports: Sequence[xr.Dataset], motions: Sequence[Sequenc
         variables[PREFIX + name] = xr.Variable((STRIPE, MEASURE), values, {**given.attrs, "units": units})
     for name, text in _BY_STRIPE.items():
         values = np.array([float(report.attrs[name]) for report in reports])
-        variables[PREFIX + name] = xr.Variable(STRIPE, values, {"units": DIMENSIONLESS, "long_name": text})
+        variables[PREFIX + name] = xr.Variable(STRIPE, values, described(text))
     consistent = variables[PREFIX + "consistent"]
     variables[PREFIX + "consistent"] = consistent.copy(data=consistent.values > 0.0)
-    shared = {"units": DIMENSIONLESS, "long_name": "share of the set that is in the set of the level below"}
+    shared = described("share of the set that is in the set of the level below")
     sets = [{str(name) for array in stripe for name in array["motion"].values} for stripe in motions]
     of_sets = [float("nan"), *(len(low & high) / len(high) for low, high in pairwise(sets))]
     variables[PREFIX + "shared"] = xr.Variable(STRIPE, of_sets, shared)
-    about = {"units": SI, "long_name": reports[0].attrs["given"]}
+    about = described(reports[0].attrs["given"], SI)
     return xr.Dataset(
         variables,
         coords={
             STRIPE: (STRIPE, levels, about),
-            MEASURE: (MEASURE, names, {"units": DIMENSIONLESS, "long_name": "measure of the motions"}),
+            MEASURE: (MEASURE, names, described("measure of the motions")),
             "selected_unit": (
                 MEASURE,
                 [measure_named(name).units for name in names],
-                {"units": DIMENSIONLESS, "long_name": "SI unit of the measure"},
+                described("SI unit of the measure"),
             ),
         },
     )

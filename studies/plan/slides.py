@@ -12,7 +12,7 @@ import xarray as xr
 from ...core.aliases import Array
 from ...core.doubts import noted
 from ...core.facts import Fact, doubted
-from ...core.units import DIMENSIONLESS, METRE, PER_YEAR
+from ...core.units import DIMENSIONLESS, METRE, PER_YEAR, described
 from ...core.wording import years_text
 from ...fragility import Slip, fit_fragility, overturning_probability, probability_in, reached, slide_runs
 from ...fragility.analyses.sliding import SLIDES_ON
@@ -61,17 +61,17 @@ class Slides:
     kinetic_ratio: float = 1.0
     distances: tuple[float, ...] = DISTANCES
     polarity: str = BOTH
-    own: Mapping[str, tuple[Friction, float | None]] = field(default_factory=dict)
+    frictions: Mapping[str, tuple[Friction, float | None]] = field(default_factory=dict)
     trip: float | None = None
-    own_trips: Mapping[str, float] = field(default_factory=dict)
+    trips: Mapping[str, float] = field(default_factory=dict)
 
     def friction_of(self, block: Block) -> Friction:
         """Return the friction of a block."""
-        return self.own[block.label][0] if block.label in self.own else self.friction
+        return self.frictions[block.label][0] if block.label in self.frictions else self.friction
 
     def ratio_of(self, block: Block) -> float:
         """Return kinetic over static friction of a block."""
-        ratio = self.own[block.label][1] if block.label in self.own else None
+        ratio = self.frictions[block.label][1] if block.label in self.frictions else None
         return self.kinetic_ratio if ratio is None else ratio
 
     def exact(self, blocks: Sequence[Block]) -> list[str]:
@@ -80,7 +80,7 @@ class Slides:
 
     def trip_of(self, block: Block) -> float | None:
         """Return the distance from the foot of a block to an obstacle, m; None if there is none."""
-        return self.own_trips.get(block.label, self.trip)
+        return self.trips.get(block.label, self.trip)
 
     def of(
         self,
@@ -123,11 +123,7 @@ class Slides:
         if tripped:
             near_by = [self.trip_of(block) if is_free(block) else None for block in blocks]
             distances = [math.nan if at is None else at for at in near_by]
-            results[TRIP_DISTANCE] = (
-                "block",
-                distances,
-                {"units": METRE, "long_name": "distance to an obstacle, or NaN"},
-            )
+            results[TRIP_DISTANCE] = ("block", distances, described("distance to an obstacle, or NaN", METRE))
         for some in filter(None, (parts, near, tripped)):
             of_free = xr.concat(some, "block", coords="minimal", compat="override").reindex(block=runs["block"].values)
             results = results.merge(of_free, compat="override", join="exact")
@@ -143,9 +139,9 @@ class Slides:
         for i in free_of(blocks):
             friction, level = self.friction_of(blocks[i]), blocks[i].b / blocks[i].h
             chances[:, i] = friction.below(np.array(level)), near_uplift(friction, [blocks[i]], plane)[0]
-        slides = _said("chance of a friction with which the block slides, never rocks")
+        slides = described("chance of a friction with which the block slides, never rocks")
         return xr.Dataset(
-            {INSTEAD: ("block", chances[0], slides), NEAR: ("block", chances[1], _said(of_near(plane)))},
+            {INSTEAD: ("block", chances[0], slides), NEAR: ("block", chances[1], described(of_near(plane)))},
             coords={"block": np.array([block.label for block in blocks], dtype=object)},
         )
 
@@ -175,7 +171,7 @@ class Slides:
         states = [Slip(distance) for distance in self.distances]
         slid = runs.assign(overturned=runs["mode"] == Mode.SLIDES)
         share = overturning_probability(slid, fit.confidence)["probability"].isel(model=0, drop=True)
-        variables = {SHARE: bare(share).assign_attrs(_said("probability that the block slides"))}
+        variables = {SHARE: bare(share).assign_attrs(described("probability that the block slides"))}
         observed = [overturning_probability(runs, fit.confidence, state) for state in states]
         for end, old in zip(ENDS, ("probability", "lower", "upper"), strict=True):
             variables[f"{SLIP}{end}"] = _stacked(
@@ -187,7 +183,7 @@ class Slides:
                 if all(f"rate{end}" in rate for rate in rates):
                     of_slips = [rate[f"rate{end}"] for rate in rates]
                     variables[f"{SLIP_RATE}{end}"] = _stacked(of_slips, "annual rate of a greater slip", end)
-        slip = xr.Variable("slip", list(self.distances), {"units": METRE, "long_name": "slip that is exceeded"})
+        slip = xr.Variable("slip", list(self.distances), described("slip that is exceeded", METRE))
         return xr.Dataset(variables).drop_vars("model", errors="ignore").assign_coords(slip=slip)
 
     def _trips(self, runs: xr.Dataset, fit: Fit, risk: Risk | None, most: float) -> xr.Dataset:
@@ -274,7 +270,7 @@ def gated(slides: xr.DataArray, falls: Mapping[str, xr.DataArray]) -> dict[str, 
         if ungated in falls:
             dims = falls[ungated].dims
             values = (falls[ungated].variable * rocks).transpose(*dims)
-            variables[name] = xr.Variable(dims, values.values, {"units": units, "long_name": text})
+            variables[name] = xr.Variable(dims, values.values, described(text, units))
     return variables
 
 
@@ -368,9 +364,13 @@ def of_near(plane: bool) -> str:
 
 
 def slide_notes(
-    results: xr.Dataset, blocks: Sequence[Block], motions: Sequence[str] = (), plane: bool = False
+    results: xr.Dataset,
+    blocks: Sequence[Block],
+    exact: Sequence[str],
+    motions: Sequence[str] = (),
+    plane: bool = False,
 ) -> list[Fact]:
-    """Return the limits of the results on sliding."""
+    """Return the limits of the results on sliding; `exact`: labels of blocks whose friction has no dispersion."""
     on = np.isin(np.arange(len(motions)), results.attrs.get(SLIDES_ON, []))
     facts = doubted(doubt.sentence for doubt in end_doubts(on, motions))
     if TRIP in results:
@@ -394,7 +394,7 @@ def slide_notes(
     ):
         if named:
             facts.append(Fact(what, value, names=tuple(named), more={"plane": plane}))
-    return facts
+    return [*facts, Fact("friction.exact", names=tuple(exact))] if exact else facts
 
 
 def edge_notes(results: xr.Dataset, blocks: Sequence[Block], known: bool, state: State) -> list[Fact]:
@@ -435,12 +435,3 @@ def has_levels(runs: xr.Dataset) -> bool:
 def bare(values: xr.DataArray) -> xr.DataArray:
     """Return an array without the coordinates that are no dimensions."""
     return values.drop_vars([name for name in values.coords if name not in values.dims])
-
-
-def _said(text: str) -> dict[str, str]:
-    return {"units": DIMENSIONLESS, "long_name": text}
-
-
-def exact_friction_notes(labels: Sequence[str]) -> list[Fact]:
-    """Return the note on blocks whose coefficient of friction has no dispersion, or nothing."""
-    return [Fact("friction.exact", names=tuple(labels))] if labels else []

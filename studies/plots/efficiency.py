@@ -44,7 +44,7 @@ def measures(
         raise ValueError(
             "a figure of measures needs their ranking: a study with measures, or what rank_measures returns"
         )
-    return ranking(selection.one(measured, block=block, floor=floor, model=model), ax, color=color)
+    return ranking(selection.single(measured, block=block, floor=floor, model=model), ax, color=color)
 
 
 def ranking(
@@ -93,7 +93,7 @@ def by_rank(measured: xr.Dataset) -> list[str]:
 def ranking_figure(measured: xr.Dataset, block: str | None = None, floor: int | str | None = None) -> Figure:
     """Return the figure of a block's ranked measures, a panel for each law, in one order; by default the first."""
     label = selection.labels(measured, "block")[0] if block is None else block
-    of_block = selection.one(measured, block=label, floor=floor)
+    of_block = selection.single(measured, block=label, floor=floor)
     names, order = selection.law_names(selection.labels(of_block, "model")), by_rank(of_block)
     figure, panels, columns = axes.panel_grid(len(names), 0.32 * len(order) + 0.6, 0.6, shared=True)
     for i, (ax, law) in enumerate(zip(panels, names, strict=True)):

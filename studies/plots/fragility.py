@@ -97,7 +97,7 @@ def fragility(
     """
     if not _has_curves(selection.checked(results)) and not _observed(results) and "intensity" not in results.coords:
         raise ValueError("fragility needs curves (median and dispersion) or probability, lower and upper on level")
-    of_block = selection.one(results, block=block, floor=floor)
+    of_block = selection.single(results, block=block, floor=floor)
     laws = selection.laws(of_block, model, color)
     if label is not None and len(laws) > 1:
         raise ValueError(f"label must be of one law, got {len(laws)} laws: say which model")
@@ -282,7 +282,7 @@ def _panel(results: xr.Dataset, frame: Frame, at: int, ax: Axes, group: list[Cas
     rows: list[Array] = []
     several = len({block for block, _ in group}) > 1
     for i, (block, floor) in enumerate(group):
-        of_block = selection.one(results, block=block, floor=floor)
+        of_block = selection.single(results, block=block, floor=floor)
         lines = frame.curves(of_block)
         colour, marker, line = axes.look(i)
         name = selection.place(block if several else "", floor)
@@ -369,12 +369,12 @@ def laws_figure(results: xr.Dataset) -> Figure:
     shown = results[wanted].isel(model=order)
     scale, unit = display_unit(_axis(results))
     every = [(str(block), floor) for block in results["block"].values for floor in selection.floors(results)]
-    medians = [selection.one(shown, block=block, floor=floor)["half_level"].values[0] for block, floor in every]
+    medians = [selection.single(shown, block=block, floor=floor)["half_level"].values[0] for block, floor in every]
     cases = [case for case, median in zip(every, medians, strict=True) if 0.0 < median < np.inf][:MOST_PANELS]
     height = 0.21 * len(laws) + 0.5
     figure, panels, columns = axes.panel_grid(len(cases), height, 0.6, shared=True)
     for i, (ax, (block, floor)) in enumerate(zip(panels, cases, strict=True)):
-        of_block = selection.one(shown, block=block, floor=floor)
+        of_block = selection.single(shown, block=block, floor=floor)
         middle, *ends = (of_block[name].values for name in wanted)
         for y, value in enumerate(middle):
             colour = axes.REFERENCE[0] if y == 0 else axes.colour(0)

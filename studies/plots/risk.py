@@ -57,7 +57,7 @@ def risk(
     rates = risk_of(results) if "rate_share" in selection.checked(results) else results
     if "rate" not in rates or "share" not in rates:
         raise ValueError("a figure of risk needs annual rates: a study with a hazard, or what annual_rate returns")
-    of_block = selection.one(rates, block=block, floor=floor)
+    of_block = selection.single(rates, block=block, floor=floor)
     laws = selection.laws(of_block, model, color)
     if quantity == SHARE:
         return _shares(of_block, rates, ax, laws)
@@ -178,7 +178,7 @@ def risk_figure(results: xr.Dataset) -> Figure:
     every = [(str(block), floor) for block in rates["block"].values for floor in selection.floors(rates[["rate"]])]
     if len(every) > MOST_ROWS:
         every = [every[i] for i in np.argsort(falling.places(results, falling.RATE).values.ravel())]
-    rows = [selection.laws(selection.one(rates, block=block, floor=floor)) for block, floor in every[:MOST_ROWS]]
+    rows = [selection.laws(selection.single(rates, block=block, floor=floor)) for block, floor in every[:MOST_ROWS]]
     names = [selection.place(block, floor) for block, floor in every]
     height = max(2.8, (0.16 + 0.18 * len(rows[0])) * len(rows) + 1.2)
     figure, (left, right), _ = axes.panel_grid(2, height, 0.5)

@@ -92,7 +92,7 @@ def floors(results: xr.Dataset) -> list[int | str | None]:
     return list(results["floor"].values.tolist()) if "floor" in results.dims else [None]
 
 
-def one(results: xr.Dataset, **chosen: str | int | None) -> xr.Dataset:
+def single(results: xr.Dataset, **chosen: str | int | None) -> xr.Dataset:
     """Return the results of one block, law or floor: of the label given for each dimension, or of its only label."""
     for dim, label in chosen.items():
         if dim not in results.dims:

@@ -60,7 +60,7 @@ def input_panel(results: xr.Dataset, ax: Axes | None = None, *, needed: str, blo
     """Draw the effect of each input on the probability of overturning, the laws of a block below each other."""
     if needed not in results:
         raise ValueError(f"results hold no {needed}: the study asked for none (sensitivity.inputs, sensitivity.sobol)")
-    of_block = selection.one(results, block=block)
+    of_block = selection.single(results, block=block)
     ax = ax or axes.new()
     draw, text = PANELS[needed]
     laws = selection.laws(of_block)
@@ -101,7 +101,7 @@ def sensitivity(
     if "parameter" not in results.attrs or "comparison" not in results.dims:
         raise ValueError("results must be of a sensitivity study, which have a parameter and comparisons, got others")
     checks.choice("quantity", quantity, tuple(QUANTITIES))
-    of_block = selection.one(results, block=block)
+    of_block = selection.single(results, block=block)
     at = level_between(of_block) if level is None else level_index(of_block, level)
     drawn = of_block.isel(level=at) if "level" in of_block[quantity].dims else of_block
     if "comparison" in of_block[quantity].dims:

@@ -47,7 +47,7 @@ def uncertainty(
     needed = "probability_quantile" if view == "probability" else "flag_share"
     if needed not in results:
         raise ValueError(f"a figure of uncertainty needs {needed}: results of an uncertainty study")
-    of_block = selection.one(results, block=block)
+    of_block = selection.single(results, block=block)
     if view == "variance":
         if model is not None:
             raise ValueError(f"the variance is shared among all laws: it has no part of {model!r} alone")
@@ -198,8 +198,8 @@ def indices(
         raise ValueError(f"results hold indices of several methods, say which: {', '.join(held)}")
     name = method or (held or plain)[0]
     if not held:
-        return draw[name](selection.one(results, block=block, model=model), ax)
-    of_block = selection.one(results, block=block, model=model)
+        return draw[name](selection.single(results, block=block, model=model), ax)
+    of_block = selection.single(results, block=block, model=model)
     at = middle_level(of_block["probability"]) if level is None else level_index(of_block, level)
     names_of = {
         str(key): str(key).removeprefix(f"{name}_") for key in of_block.data_vars if str(key).startswith(f"{name}_")

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.elementary import Array, Flags, Index, exp, log, times
-from ...core.units import DIMENSIONLESS, HERTZ
+from ...core.units import HERTZ, described
 from ...core.wording import given_percent
 from ...fragility import binomial_interval, fit_fragility, overturning_probability
 from ...fragility.fitting.bootstrap import draw_clusters, percentile_interval
@@ -174,11 +174,7 @@ def findings(
             long_name = (
                 text if not suffix else f"{suffix[1:]} end of the {given_percent(confidence)} interval of the {text}"
             )
-            variables[f"{what}{suffix}"] = (
-                dims,
-                np.stack([part[i] for part in parts], axis=-1),
-                _attributes(long_name),
-            )
+            variables[f"{what}{suffix}"] = (dims, np.stack([part[i] for part in parts], axis=-1), described(long_name))
 
     others = [grid.against[name] for name in names]
     compared(
@@ -200,7 +196,7 @@ def findings(
         "probability of overturning less that of what it is held against",
     )
     variables |= _sensitivity(curves, blocks, grid, sweep)
-    return xr.Dataset(variables, coords=_coordinates(runs, blocks, models, grid, sweep), attrs=_said(runs, sweep))
+    return xr.Dataset(variables, coords=_coordinates(runs, blocks, models, grid, sweep), attrs=_attributes(runs, sweep))
 
 
 def placed_screen(screened: xr.Dataset, grid: Grid) -> xr.Dataset:
@@ -232,7 +228,7 @@ def _sensitivity(curves: Curves, blocks: Sequence[Block], grid: Grid, sweep: Swe
     ):
         for suffix, part in zip(("", "_lower", "_upper"), parts, strict=True):
             long_name = text if not suffix else f"{suffix[1:]} end of the interval of the {text}"
-            variables[f"{name}{suffix}"] = (("block", "model", "span"), part, _attributes(long_name))
+            variables[f"{name}{suffix}"] = (("block", "model", "span"), part, described(long_name))
     return variables
 
 
@@ -291,30 +287,30 @@ def _coordinates(
     on = ("block", "model", "value")
     return {
         **kept,
-        "model": ("model", np.array(labels, dtype=object), _attributes("damping law")),
-        "law": ("model", np.array([law.law for law in models], dtype=object), _attributes("short name of the law")),
-        "rest": ("model", rest.astype(object), _attributes("elastic zone at rest, or rigid")),
-        "value": ("value", sweep.values, _attributes(names[sweep.parameter])),
+        "model": ("model", np.array(labels, dtype=object), described("damping law")),
+        "law": ("model", np.array([law.law for law in models], dtype=object), described("short name of the law")),
+        "rest": ("model", rest.astype(object), described("elastic zone at rest, or rigid")),
+        "value": ("value", sweep.values, described(names[sweep.parameter])),
         "comparison": (
             "comparison",
             np.array(list(grid.against), dtype=object),
-            _attributes("what a value is held against"),
+            described("what a value is held against"),
         ),
-        "span": ("span", np.array([ALL, USUAL], dtype=object), _attributes("which values")),
-        "in_use": (("block", "value"), usual(blocks, sweep), _attributes("whether the value is a usual one")),
-        "e": (on, e, _attributes("coefficient of restitution used; NaN of laws without")),
-        "rigid_e": (on, rigid, _attributes("coefficient of restitution of the rigid block beside it")),
-        "delta": (("model", "value"), delta, _attributes("half width of the elastic zone over alpha; NaN without")),
+        "span": ("span", np.array([ALL, USUAL], dtype=object), described("which values")),
+        "in_use": (("block", "value"), usual(blocks, sweep), described("whether the value is a usual one")),
+        "e": (on, e, described("coefficient of restitution used; NaN of laws without")),
+        "rigid_e": (on, rigid, described("coefficient of restitution of the rigid block beside it")),
+        "delta": (("model", "value"), delta, described("half width of the elastic zone over alpha; NaN without")),
         "friction_impact": (
             ("block", "model", "value"),
             friction_at_impact(ratio[:, None, None], rigid),
-            _attributes("coefficient of friction that an impact needs"),
+            described("coefficient of friction that an impact needs"),
         ),
-        "elastic_frequency": (on, mode, {"units": HERTZ, "long_name": "frequency of the elastic mode at rest"}),
+        "elastic_frequency": (on, mode, described("frequency of the elastic mode at rest", HERTZ)),
     }
 
 
-def _said(runs: xr.Dataset, sweep: Sweep) -> dict[str, Any]:
+def _attributes(runs: xr.Dataset, sweep: Sweep) -> dict[str, Any]:
     """Return the attributes: the varied parameter and the options of its evaluation."""
     low, high = DELTA_USUAL
     friction = f"values of e that need a friction coefficient of at most {sweep.friction:g}"
@@ -328,7 +324,3 @@ def _said(runs: xr.Dataset, sweep: Sweep) -> dict[str, Any]:
         "replicates": sweep.replicates,
         "state": "overturning",
     }
-
-
-def _attributes(long_name: str) -> dict[str, str]:
-    return {"units": DIMENSIONLESS, "long_name": long_name}

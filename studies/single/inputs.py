@@ -55,7 +55,7 @@ def _word(key: str, parameter: Any) -> _Word:
 
 
 OPTIONS = {
-    f"--{bare(key).replace('_', '-')}": _word(key, about[parameter].parameter)
+    bare(key): _word(key, about[parameter].parameter)
     for part, (make, _) in BLOCK_PARTS.items()
     for about in (declared(make),)
     for key, (parameter, _) in FACTORS[part].items()
@@ -71,42 +71,36 @@ PARTS = {
 """Parts of ``--restraint``, with their keys of ``[restraints.NAME]``; ``count`` is a number without a unit."""
 
 
-def block_of(
-    name: str | None,
-    sizes: Mapping[str, str | None],
-    inertia_factor: float | None = None,
-    scene: Mapping[str, Any] | None = None,
-    placed: bool = False,
-) -> Block:
-    """Return the block of a catalogue name, or of sizes with units, with keys of ``[[blocks]]`` for its scene."""
-    given = [option for option, text in sizes.items() if text is not None]
-    metres = {option: quantity(option, str(sizes[option]), METRE, bare=LARGEST) for option in given}
-    around = dict(scene or {})
+def block_of(name: str | None, options: Mapping[str, Any]) -> Block:
+    """Return the block of a catalogue name, or of sizes with units, with its scene, from the options that are given."""
+    sizes = {size: options[size] for size in map(bare, SIZES) if options[size] is not None}
+    metres = {
+        size: quantity(_option(size), text, METRE, bare=LARGEST)
+        for size, text in sizes.items()
+        if isinstance(text, str)
+    }
+    around = scene_of(options)
     if name is not None:
-        if given or inertia_factor is not None:
-            other = given[0] if given else "--inertia-factor"
-            raise StudyError(f"a block is a catalogue name or sizes, got {name!r} and {other}")
-        listed = {"catalogue": name, **({"placed": True} if placed else {}), **around}
+        if sizes:
+            raise StudyError(f"a block is a catalogue name or sizes, got {name!r} and {_option(next(iter(sizes)))}")
+        listed = {"catalogue": name, **({"placed": True} if options["placed"] else {}), **around}
         return built("BLOCK", lambda: BlockTable.model_validate(listed).build(), listed, BlockTable)
-    if placed:
+    if options["placed"]:
         raise StudyError("--placed belongs to items of the catalogue: give --wall-gap for other blocks")
-    if "--width" not in metres or "--height" not in metres:
+    if "width" not in metres or "height" not in metres:
         raise StudyError("which block? A name of `toppling catalogue`, or --width and --height")
-    width, height, cm_height = (metres.get(option) for option in ("--width", "--height", "--cm-height"))
-    plain = built("block", lambda: Block(width or 0.0, height or 0.0, cm_height, inertia_factor))
-    return built("block", lambda: BlockTable.model_validate(_keys(plain, around)).build(), around, BlockTable)
+    plain = built("block", lambda: Block(**{**sizes, **metres}))
+    keys = {key: getattr(plain, bare(key)) for key in SIZES} | around
+    return built("block", lambda: BlockTable.model_validate(keys).build(), around, BlockTable)
 
 
-def _keys(block: Block, around: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a plain block and its surroundings as keys of ``[[blocks]]``."""
-    sizes = {"width_m": block.width, "height_m": block.height}
-    return {**sizes, "cm_height_m": block.cm_height, "inertia_factor": block.inertia_factor, **around}
+def _option(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
 
 
-def law_of(law: str, options: Mapping[str, Any]) -> Law:
+def law_of(law: str, **options: Any) -> Law:
     """Return a damping law by its short name; StudyError if an option is not the law's own or out of range."""
-    given = {name: value for name, value in options.items() if value is not None}
-    content = {"law": law, **given}
+    content = {"law": law, **{name: value for name, value in options.items() if value is not None}}
     return built(f"--law {law}", lambda: model_table(content).build(), content, Models)
 
 
@@ -222,15 +216,15 @@ def _setting(text: str) -> tuple[str, Any]:
         return key.strip(), value.strip()
 
 
-def scene_of(options: Mapping[str, str | None], restitution: float | None, restraint: str | None) -> dict[str, Any]:
+def scene_of(options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the keys of ``[[blocks]]`` that the options of the command line give."""
     keys_of: dict[str, Any] = {
-        OPTIONS[option].key: _value(option, text, OPTIONS[option]) for option, text in options.items() if text
+        word.key: _value(_option(name), options[name], word) for name, word in OPTIONS.items() if options.get(name)
     }
-    if restitution is not None:
-        keys_of["wall_restitution"] = restitution
-    if restraint is not None:
-        keys_of["restraint"] = _restraint(restraint)
+    if options.get("wall_restitution") is not None:
+        keys_of["wall_restitution"] = options["wall_restitution"]
+    if options.get("restraint") is not None:
+        keys_of["restraint"] = _restraint(options["restraint"])
     return keys_of
 
 

@@ -104,7 +104,10 @@ def read_motions(inputs: Sequence[str]) -> Shown:
             return Shown(arrays, doubts, {}, reading.storeys, reading.taken)
         on_floors = any("floor" in array.dims for array in arrays)
         ground = content.motions.build(path.parent) if on_floors else arrays
-        return Shown(arrays, doubts, *_over_models(ground, at))
+        try:
+            return Shown(arrays, doubts, over_models(list(ground), at))
+        except ValueError as error:
+            return Shown(arrays, doubts, {}, (f"no ground-motion model is of {at.text}: {error}",))
     except StudyError:
         raise
     except (ValueError, ArithmeticError) as error:
@@ -129,31 +132,24 @@ def _labelled_once(sets: Sequence[Sequence[xr.DataArray]]) -> list[xr.DataArray]
     return distinct
 
 
-def _over_models(ground: Sequence[xr.DataArray], at: shaking.Scenario) -> tuple[dict[str, xr.Dataset], tuple[str, ...]]:
-    """Return the ratios to ground-motion models; a line in their place if a scenario is beyond the models."""
-    try:
-        return over_models(list(ground), at), ()
-    except ValueError as error:
-        return {}, (f"no ground-motion model is of {at.text}: {error}",)
-
-
 def measured(motions: Sequence[xr.DataArray], damping: float = 0.05) -> xr.Dataset:
     """Return every measure without parameters, and Sa(1.0) at a damping ratio, on ``motion``."""
     return shaking.measures(list(motions), [*shaking.MEASURES, shaking.Sa(1.0, damping)])
 
 
-def measures_table(values: xr.Dataset, rows: int = MOST_ROWS) -> Table:
+def measures_table(values: xr.Dataset) -> Table:
     """Return the measures of the first motions, and the medians of all (of each floor)."""
     n = values.sizes["motion"]
-    columns = [(column, values[_variable(values, column.key)].values / scale) for column, scale in COLUMNS]
+    names = {str(key).partition("(")[0]: key for key in values.data_vars}  # (without parameters)
+    columns = [(column, values[names[column.key]].values / scale) for column, scale in COLUMNS]
     lines: list[Cells | str] = [
         {MOTION: str(values["motion"].values[i]), **{column: float(of[i]) for column, of in columns}}
-        for i in range(min(n, rows))
+        for i in range(min(n, MOST_ROWS))
     ]
     for floor, motions in _by_floor(values).items() if n > 1 else ():
         name = "median" if floor is None else f"median, {floor_name(floor)}"
         lines.append({MOTION: name, **{column: float(np.median(of[motions])) for column, of in columns}})
-    more = [f"{n - rows:,} more motions are not listed."] if n > rows else []
+    more = [f"{n - MOST_ROWS:,} more motions are not listed."] if n > MOST_ROWS else []
     return Table.of(counted(n, "motion"), lines, *more)
 
 
@@ -205,7 +201,7 @@ def _over(ratios: xr.Dataset) -> dict[str, Any]:
     }
 
 
-def draw_motions(
+def write_figures(
     motions: Sequence[xr.DataArray], folder: Path, damping: float = 0.05, target: TargetSpectrum | None = None
 ) -> list[Path]:
     """Write histories.png, spectra.png and husid.png; StudyError if the folder cannot be written."""
@@ -348,8 +344,3 @@ def _by_floor(values: xr.Dataset) -> dict[str | None, np.ndarray[tuple[int], np.
         return {None: everything}
     floors = values["floor"].values
     return {str(floor): np.asarray(floors == floor) for floor in dict.fromkeys(floors.tolist())}
-
-
-def _variable(values: xr.Dataset, name: str) -> str:
-    """Return the variable of a column; the name of the spectral measure includes its parameters."""
-    return next(str(key) for key in values.data_vars if str(key).split("(")[0] == name)

@@ -43,7 +43,6 @@ from ...motions.matching.adjustment import matching_doubts
 from ...motions.plausibility import record_doubts
 from ..facts.say import notes_said
 from ..plan.reading import taken_facts, taken_of
-from ..text.encoding import json_text
 from ..text.error import writing
 from ..text.histories import last_balance
 from .inputs import built
@@ -438,8 +437,3 @@ class Simulation:
 
 def _g(acceleration: float) -> str:
     return f"{acceleration / STANDARD_GRAVITY:.3g} g"
-
-
-def as_json(content: dict[str, Any]) -> str:
-    """Return the content as one JSON object without NaN."""
-    return json_text(content, indent=1, allow_nan=False)

@@ -129,7 +129,7 @@ def sliding():
         "fixed": friction.FixedFriction(0.4),
         "lognormal": friction.LognormalFriction(0.4, 0.3),
         "of_number": friction.friction_of(0.5),
-        "from_median": friction.friction_from(0.4, 0.2),
+        "from_median": friction.friction_and_ratio(None, 0.4, 0.2)[0],
     }
     found = {
         name: {"below": kind.below(needed), "quantile": kind.quantile(shares), "description": kind.description}

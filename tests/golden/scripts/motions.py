@@ -45,8 +45,6 @@ def parts_of_generators():
     seismological = motions.Seismological(6.0, dt=0.02)
     near, based = motions.NearFault(6.5, dt=0.02), motions.SiteBasedScenario(6.0, 15e3, 700.0, dt=0.02)
     return {
-        "calibrate_arias": evolving.calibrate_arias(0.5, n=5),
-        "calibrate_pga": evolving.calibrate_pga(3.0, n=5),
         "density": evolving.density(omega),
         "frequency": evolving.frequency(time),
         "spectrum": seismological.spectrum(omega),

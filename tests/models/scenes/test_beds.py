@@ -16,7 +16,7 @@ from toppling.models.block import block_from, describe_block
 from toppling.models.laws import oscillator_of
 from toppling.models.oscillator import Oscillator
 from toppling.models.runs import OUTPUTS, run_many, trace
-from toppling.models.scenes.bed import bed_moment, polygon
+from toppling.models.scenes.bed import polygon
 from toppling.models.sides import sides
 
 CABINET = tp.Block(0.4, 1.8, bed=tp.Bed(0.002))
@@ -27,6 +27,14 @@ ELASTIC = (
     tp.DiscreteDamping(e=0.85, rest="soft"),
     tp.EnergyConsistent(e=0.85, rest="soft"),
 )
+
+
+def bed_moment(rotation: float) -> float:
+    """Return the moment of a bed over m g b, at a rotation (>= 0) over that at uplift, theta_u.
+
+    theta/(3 theta_u) up to the uplift, then 1 - (2/3) sqrt(theta_u/theta): 1/3 at 1, 2/3 at 4 (derived).
+    """
+    return rotation / 3.0 if rotation <= 1.0 else 1.0 - 2.0 / 3.0 / math.sqrt(rotation)
 
 
 class Rocking:

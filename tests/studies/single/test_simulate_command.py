@@ -313,14 +313,14 @@ class TestScene:
 
 
 def test_units_of_scenes():
-    found = scene_of({"--mass": "0.1e3kg", "--lean": "0.1rad", "--wall-gap": "0mm"}, None, KIT)
+    found = scene_of({"mass": "0.1e3kg", "lean": "0.1rad", "wall_gap": "0mm", "restraint": KIT})
     strap = {"kind": "strap", "height_m": 1.75, "strength_n": 267.0, "stiffness_n_per_mm": 20.0, "slack_mm": 5.0}
     lean = pytest.approx(math.degrees(0.1))
     assert found == {"mass_kg": 100.0, "lean_deg": lean, "wall_gap_mm": 0.0, "restraint": strap}
-    assert scene_of({}, None, "strap,stiffness=20kN/m")["restraint"]["stiffness_n_per_mm"] == 20.0
-    assert scene_of({"--mass": None}, None, None) == {}
+    assert scene_of({"restraint": "strap,stiffness=20kN/m"})["restraint"]["stiffness_n_per_mm"] == 20.0
+    assert scene_of({"mass": None}) == {}
     with pytest.raises(StudyError, match="must be finite"):
-        scene_of({"--lean": "1e999deg"}, None, None)
+        scene_of({"lean": "1e999deg"})
 
 
 class TestMotions:
