@@ -433,15 +433,10 @@ def full_of(
 
     before: an earlier answer, whose facts are kept for the same results.
     """
-    results = {}
-    for name, study in studies.items():
-        results[name] = results_of(study, stopped)
+    results = {name: results_of(study, stopped) for name, study in studies.items()}
     compared = compared_of(results[VARIANT], results[PIECE], path) if VARIANT in results else None
-    known = (
-        {}
-        if before is None
-        else {name: before.basis[name] for name in before.basis if before.results[name] is results.get(name)}
-    )
+    held, basis = ({}, {}) if before is None else (before.results, before.basis)
+    known = {name: facts for name, facts in basis.items() if held[name] is results.get(name)}
     bases = {name: known.get(name) or basis_of(results[name]) for name in results if name != VARIANT}
     return Full(results, bases, compared)
 

@@ -96,7 +96,7 @@ class Page:
         page = cls(live, content)
         page.contents = answers.contents_of(content)
         if (file := state.file_of(live, VARIANT)).is_file():
-            page.contents[VARIANT] = state.read_variant(file)
+            page.contents[VARIANT] = state.with_held(state.read_state(file))
         return page
 
     def change(self, path: str, text: str) -> dict[str, str]:

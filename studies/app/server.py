@@ -22,7 +22,6 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from ..inventory.reading import KIND
 from ..text.error import StudyError
-from .answers import RefusalError
 from .building import Building
 from .page import Page
 from .state import BUILDING_STATE
@@ -146,8 +145,7 @@ def application(page: Page, token: str, port: int, building: Building | None = N
     full = building or Building.opened(page.path.with_name(BUILDING_STATE), given=False)
 
     async def whole(_: Request) -> Response:
-        made = await aside(lambda: page.render("page"))
-        return Response(made, media_type="text/html")
+        return Response(await aside(page.render, "page"), media_type="text/html")
 
     async def static(request: Request) -> Response:
         name = request.path_params["name"]
@@ -155,25 +153,23 @@ def application(page: Page, token: str, port: int, building: Building | None = N
             return sentence("There is no such page.", 404)
         return Response((STATIC / name).read_bytes(), media_type=FILES[name])
 
-    async def begin(_: Request) -> Response:
-        made = await aside(page.parts)
+    async def parts(function: Callable[..., dict[str, str]], *arguments: Any) -> Response:
+        made = await aside(function, *arguments)
         return _answer({"parts": made, "version": page.version})
+
+    async def begin(_: Request) -> Response:
+        return await parts(page.parts)
 
     async def change(request: Request) -> Response:
         asked = await body_of(request)
-        path, text = asked.get("path", ""), asked.get("value", "")
-        made = await aside(page.change, path, text)
-        return _answer({"parts": made, "version": page.version})
+        return await parts(page.change, asked.get("path", ""), asked.get("value", ""))
 
     async def hazard(request: Request) -> Response:
         content = await bytes_of(request, MOST_OF_FILE)
-        made = await aside(page.take_hazard, request.query_params.get("name", ""), content)
-        return _answer({"parts": made, "version": page.version})
+        return await parts(page.take_hazard, request.query_params.get("name", ""), content)
 
     async def variant(request: Request) -> Response:
-        asked = await body_of(request)
-        made = await aside(page.keep, asked.get("what", ""))
-        return _answer({"parts": made, "version": page.version})
+        return await parts(page.keep, (await body_of(request)).get("what", ""))
 
     async def complete(request: Request) -> Response:
         version = _count(request.query_params.get("version", ""), "version")
@@ -210,8 +206,7 @@ def application(page: Page, token: str, port: int, building: Building | None = N
 
     async def building_change(request: Request) -> Response:
         asked = await body_of(request)
-        made = await aside(full.change, asked.get("path", ""), asked.get("value", ""))
-        return _answer({"parts": made})
+        return _answer({"parts": await aside(full.change, asked.get("path", ""), asked.get("value", ""))})
 
     async def building_text(request: Request) -> Response:
         what, name = request.path_params["what"], request.path_params["name"]
@@ -260,10 +255,9 @@ def _one_sentence(handler: Handler) -> Handler:
     async def handled(request: Request) -> Response:
         try:
             return await handler(request)
-        except RefusalError as error:
-            return Response(json.dumps({"said": str(error), "path": error.path}), 422, media_type="application/json")
         except StudyError as error:
-            return Response(json.dumps({"said": str(error), "path": ""}), 422, media_type="application/json")
+            content = {"said": str(error), "path": getattr(error, "path", "")}
+            return Response(json.dumps(content), 422, media_type="application/json")
         except TooLargeError as error:
             return sentence(str(error), 413)
         except ClientDisconnect:

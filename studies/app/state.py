@@ -184,10 +184,8 @@ def edited(content: Mapping[str, Any], path: str, text: str, length: str) -> dic
     elif path == "wall":
         piece["wall_gap_mm"] = 20.0 if text == "yes" else None
     elif path == "blocks.0.restraint":
-        if text and text not in made.get("restraints", {}):
-            raise StudyError(
-                f"restraint: must be one of {', '.join(made.get('restraints', {})) or 'none'}, got {text!r}"
-            )
+        if text and text not in (known := made.get("restraints", {})):
+            raise StudyError(f"restraint: must be one of {', '.join(known) or 'none'}, got {text!r}")
         piece["restraint"] = text or None
     elif path.startswith("law.") and path.removeprefix("law.") in LAWS:
         _take_law(made, path.removeprefix("law."), text == "yes")
@@ -366,7 +364,7 @@ def read_state(path: Path) -> dict[str, Any]:
             f"{path}: the page shows studies with one [[blocks]], a generator in [motions] and given levels in [ida]"
             f"{f', without {min(further)}' if further else ''}"
         )
-    held = _with_held(content)
+    held = with_held(content)
     try:
         StudyFile.model_validate(held)
     except ValidationError as error:
@@ -383,12 +381,7 @@ def read_state(path: Path) -> dict[str, Any]:
     return {**content, "restraints": {**usual, **tried, **content.get("restraints", {})}}
 
 
-def read_variant(path: Path) -> dict[str, Any]:
-    """Return the content of the variant that was kept; StudyError if it is no study of the page."""
-    return _with_held(read_state(path))
-
-
-def _with_held(content: Mapping[str, Any]) -> dict[str, Any]:
+def with_held(content: Mapping[str, Any]) -> dict[str, Any]:
     """Return a study without the restraints that its block does not use."""
     held, tables = content["blocks"][0].get("restraint"), content.get("restraints", {})
     if not isinstance(tables, Mapping):
@@ -432,26 +425,19 @@ def toml_of(content: Mapping[str, Any]) -> str:
 
 
 def _lines(table: Mapping[str, Any], name: str) -> Iterator[str]:
-    below = {key: value for key, value in table.items() if _is_table(value) or _is_list_of_tables(value)}
+    tables = {key: value if isinstance(value, list) else [value] for key, value in table.items()}
+    below = {key: table[key] for key, parts in tables.items() if parts and all(isinstance(p, Mapping) for p in parts)}
     flat = {key: value for key, value in table.items() if key not in below or (name and key == "levels")}
     yield from (f"{_key(key)} = {_value(value)}" for key, value in flat.items())
     for key, value in below.items():
         if key in flat:
             continue
         whole = f"{name}.{_key(key)}" if name else _key(key)
-        for part in value if isinstance(value, list) else [value]:
+        for part in tables[key]:
             # (a table that only holds tables needs no heading)
-            if isinstance(value, list) or not part or any(not _is_table(inner) for inner in part.values()):
+            if isinstance(value, list) or not part or any(not isinstance(inner, Mapping) for inner in part.values()):
                 yield f"\n[[{whole}]]" if isinstance(value, list) else f"\n[{whole}]"
             yield from _lines(part, whole)
-
-
-def _is_table(value: Any) -> bool:
-    return isinstance(value, Mapping)
-
-
-def _is_list_of_tables(value: Any) -> bool:
-    return isinstance(value, list) and bool(value) and all(map(_is_table, value))
 
 
 def _key(key: str) -> str:
