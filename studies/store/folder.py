@@ -65,8 +65,9 @@ def _locked(folder: Path) -> FileLock:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            if isinstance(error, FileExistsError) and not folder.exists() and attempt < LOCK_ATTEMPTS - 1:
-                continue  # (it was removed between two questions)
+            gone = folder.is_dir() or not folder.exists()  # (it was removed between two questions, and may be back)
+            if isinstance(error, FileExistsError) and gone and attempt < LOCK_ATTEMPTS - 1:
+                continue
             raise StudyError(f"{folder}: cannot be made a folder ({system_reason(error)})") from None
         try:
             lock.acquire(timeout=LOCK_SECONDS)
