@@ -44,7 +44,7 @@ class Doubt(NamedTuple):
 @cache
 def doubt_data() -> dict[str, dict[str, Any]]:
     """Return the tables of `doubts.toml` by their names."""
-    import tomllib  # noqa: PLC0415 - only if there is a warning
+    import tomllib  # noqa: PLC0415 - only when needed
 
     return tomllib.loads(Path(__file__).with_name("doubts.toml").read_text(encoding="utf-8"))
 

@@ -232,7 +232,9 @@ def resample(motions: xr.DataArray, dt: float) -> xr.DataArray:
             pieces.append(longer[before * up : (before + parts) * up])
         return np.concatenate(pieces)[:n]
 
-    return _corrected(motions, note, resampled, dt=new)
+    made = _corrected(motions, note, resampled, dt=new)
+    known = [name for name in ("dt_from",) if name in made.coords]
+    return made.assign_coords({name: xr.full_like(made[name], "resample") for name in known})
 
 
 def _butterworth(order: int, corners: Sequence[float], kind: Kind, dt: float) -> Array:

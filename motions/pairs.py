@@ -28,7 +28,7 @@ PERPENDICULAR = math.radians(2.0)
 
 
 class _Channel(NamedTuple):
-    """One component that was read: its motion, name, recording, direction (`azimuth`: NaN if not known), its source."""
+    """One component that was read: its motion, name, recording and direction (`azimuth`: NaN if not known)."""
 
     motion: xr.DataArray
     name: str
@@ -112,7 +112,7 @@ def join(h1: xr.DataArray, h2: xr.DataArray, vertical: xr.DataArray | None = Non
         azimuth=(("motion", "component"), azimuths, AZIMUTH),
     )
     return array.assign_coords(
-        {name: (array["azimuth"].dims, np.array(of, dtype=object).T, described(TAKEN[name])) for name, of in columns}
+        {name: (array["azimuth"].dims, np.array(texts, object).T, described(TAKEN[name])) for name, texts in columns}
     )
 
 

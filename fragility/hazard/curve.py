@@ -310,10 +310,12 @@ def _check_levels(levels: Array, units: str) -> None:
 def check_rates(what: str, rates: Array, levels: Array, units: str) -> None:
     """Raise ValueError if rates are not positive or rise anywhere."""
     if rates.size != levels.size:
-        raise ValueError(f"{what} must be one a level, got {rates.size} for {levels.size} levels")
+        raise ValueError(f"{what} must contain one rate per level, got {rates.size} for {levels.size} levels")
     if not np.all(rates > 0.0):
         at = int(np.argmin(rates > 0.0))
-        raise ValueError(f"{what} must be > 0 per year, got {rates[at]:g} at {levels[at]:g} {units}: leave it out")
+        raise ValueError(
+            f"{what} must be > 0 per year, got {rates[at]:g} at {levels[at]:g} {units}: leave out that level"
+        )
     rising = np.diff(rates) > 0.0
     if rising.any():
         at = int(np.argmax(rising))

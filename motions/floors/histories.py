@@ -25,7 +25,7 @@ APART = 1e-5
 class History(NamedTuple):
     """The absolute acceleration (time,), m/s², of one floor in one direction under one motion at one level.
 
-    `direction` is '' if there is only one; `source` names its file, `unit_from` and `dt_from` are as of records.
+    `direction` is '' if there is only one; `source` names its file, `unit_from` and `dt_from` are as in records.
     """
 
     level: float
@@ -206,7 +206,7 @@ class FloorHistories:
                     values = np.stack([record.acceleration for record in histories])[None]
                     array = floor_array(values, histories[0].dt, [label], [source], floors)
                     array = array.assign_coords(recorded=("motion", np.ones(1, dtype=bool), RECORDED))
-                    units, steps = ([[getattr(of, name) for of in histories]] for name in ("unit_from", "dt_from"))
+                    units, steps = [[each.unit_from for each in histories]], [[each.dt_from for each in histories]]
                     arrays.append(taken(array, units, steps) if any(units[0]) else array)
         return arrays
 

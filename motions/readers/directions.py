@@ -242,7 +242,7 @@ def are_vertical(array: xr.DataArray) -> list[bool]:
 
 
 def of_file(path: Path, motion: xr.DataArray) -> tuple[bool, float, str, str]:
-    """Return True if the only motion of a file is vertical, its azimuth, rad (NaN: not known), source, recording.
+    """Return whether the only motion of a file is vertical, its azimuth (rad, NaN: not known), its source, recording.
 
     The direction is from the file, otherwise from its name, otherwise from its title. The recording is named by the
     record sequence number of the NGA databases, by the name without its direction, or by the station and event.

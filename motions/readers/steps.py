@@ -93,7 +93,7 @@ class _Statement(NamedTuple):
 
 
 def written_step(lines: Lines, header: Sequence[tuple[int, str]], n: int) -> tuple[float | None, str, int]:
-    """Return the time step to read of the header of n samples, s, or None, the reason to refuse it or '', its line."""
+    """Return the time step in the header of n samples, s, or None; the reason to refuse it, or ''; and its line."""
     stated, changes, changed = _statements(lines, header, n)
     stated = [statement for statement in stated if statement.read or not changes]
     first = next((statement for statement in stated if statement.read), None)

@@ -205,7 +205,7 @@ def given_factor(unit: str | float) -> float:
 def unit_taken(factor: float, source: int | str) -> str:
     """Return the name of a unit of m/s², with its source: a line, or words."""
     where = f"line {source}" if isinstance(source, int) else source
-    return f"{_NAMES.get(factor, f'{factor:g} m/s² per count')} ({where})"
+    return f"{_NAMES.get(factor, f'{factor:g} m/s²')} ({where})"
 
 
 def in_name(name: str, line: int) -> list[Unit]:

@@ -28,9 +28,9 @@ AT_BOUND = 0.01
 """A factor within a hundredth of its bound counts as one at the bound."""
 CONFIDENCE = 0.95
 SELECTION = 0
+"""Key of the random stream of a choice."""
 FACTORS = (0.25, 4.0)
 """Smallest and largest factor of a motion."""
-"""Key of the random stream of a choice."""
 
 
 class InconsistentSelection(UserWarning):

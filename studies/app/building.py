@@ -102,7 +102,7 @@ class Building:
         asked = content.get("performance")
         if not isinstance(asked, dict) or not isinstance(asked.get("inventory"), str):
             raise StudyError(f"{source}: performance.inventory: must name the table of the pieces")
-        if source.is_file():
+        if given and source != live:
             read_study_file(source)
         page, table = cls(live, content), source.parent / asked["inventory"]
         page.sheet = _sheet(table) if given or table.is_file() else None
@@ -341,10 +341,8 @@ class Building:
 
     def compared(self) -> Table:
         """Return the table of the whole building before (A) and after (B), as `toppling compare` has it."""
-        sides = [
-            Side(letter, self.file(name), self.results[name], study_of(self.results[name]))
-            for letter, name in (("A", BEFORE), ("B", AFTER))
-        ]
+        both = [(letter, name, self.results[name]) for letter, name in (("A", BEFORE), ("B", AFTER))]
+        sides = [Side(letter, self.file(name), results, study_of(results)) for letter, name, results in both]
         law = str(self.results[BEFORE]["model"].values[self.law])
         compared = compare_pieces(sides[0], sides[1], (law, law))
         whole = [quantity for quantity in compared.quantities if quantity.whole]

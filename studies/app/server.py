@@ -29,6 +29,7 @@ from .state import BUILDING_STATE
 STATIC = Path(__file__).parent / "static"
 SCRIPTS = {f"{name}.js": "text/javascript; charset=utf-8" for name in ("shared", "app", "building")}
 FILES = {"app.css": "text/css; charset=utf-8", **SCRIPTS, "icon.svg": "image/svg+xml"}
+AT_ONCE = asyncio.Semaphore(40)
 MOST_BYTES = 16_384
 """Most bytes of a request's body."""
 HAZARD, MOST_OF_FILE = "/hazard", 1_000_000
@@ -125,7 +126,7 @@ async def body_of(request: Request) -> dict[str, Any]:
     return values
 
 
-async def aside(function: Callable[..., Any], *arguments: Any) -> Any:
+async def in_thread(function: Callable[..., Any], *arguments: Any) -> Any:
     """Return the result of a function, computed in a thread; the end of the command does not wait for it."""
     future: Future[Any] = Future()
 
@@ -136,8 +137,9 @@ async def aside(function: Callable[..., Any], *arguments: Any) -> Any:
             future.set_exception(error)
 
     future.set_running_or_notify_cancel()
-    threading.Thread(target=work, daemon=True).start()
-    return await asyncio.wrap_future(future)
+    async with AT_ONCE:
+        threading.Thread(target=work, daemon=True).start()
+        return await asyncio.wrap_future(future)
 
 
 def application(page: Page, token: str, port: int, building: Building | None = None) -> ASGIApp:
@@ -145,7 +147,7 @@ def application(page: Page, token: str, port: int, building: Building | None = N
     full = building or Building.opened(page.path.with_name(BUILDING_STATE), given=False)
 
     async def whole(_: Request) -> Response:
-        return Response(await aside(page.render, "page"), media_type="text/html")
+        return Response(await in_thread(page.render, "page"), media_type="text/html")
 
     async def static(request: Request) -> Response:
         name = request.path_params["name"]
@@ -154,7 +156,7 @@ def application(page: Page, token: str, port: int, building: Building | None = N
         return Response((STATIC / name).read_bytes(), media_type=FILES[name])
 
     async def parts(function: Callable[..., dict[str, str]], *arguments: Any) -> Response:
-        made = await aside(function, *arguments)
+        made = await in_thread(function, *arguments)
         return _answer({"parts": made, "version": page.version})
 
     async def begin(_: Request) -> Response:
@@ -173,16 +175,16 @@ def application(page: Page, token: str, port: int, building: Building | None = N
 
     async def complete(request: Request) -> Response:
         version = _count(request.query_params.get("version", ""), "version")
-        made = await aside(page.complete, version, request.query_params.get("stage", "rest"))
+        made = await in_thread(page.complete, version, request.query_params.get("stage", "rest"))
         return _answer({"parts": made or {}, "version": version, "superseded": made is None})
 
     async def film(request: Request) -> Response:
         level, motion = (_count(request.query_params.get(name, ""), name) for name in ("level", "motion"))
-        return _answer(await aside(page.film, level, motion))
+        return _answer(await in_thread(page.film, level, motion))
 
     async def save(request: Request) -> Response:
         asked = await body_of(request)
-        files = await aside(page.save, asked.get("name", ""))
+        files = await in_thread(page.save, asked.get("name", ""))
         return _answer({"said": page.render("saved", files=[file.name for file in files], folder=files[0].parent)})
 
     async def study(request: Request) -> Response:
@@ -192,26 +194,26 @@ def application(page: Page, token: str, port: int, building: Building | None = N
         return PlainTextResponse(page.python(request.path_params["name"]))
 
     async def building_page(_: Request) -> Response:
-        return Response(await aside(full.render, "page"), media_type="text/html")
+        return Response(await in_thread(full.render, "page"), media_type="text/html")
 
     async def building_state(request: Request) -> Response:
         version = _count(request.query_params.get("version", ""), "version")
-        return _answer(await aside(full.answer, version))
+        return _answer(await in_thread(full.answer, version))
 
     async def building_drop(request: Request) -> Response:
         if request.headers.get("content-type") != "application/octet-stream":
             raise StudyError("a table must be sent as application/octet-stream")
         content = await bytes_of(request, KIND.most_bytes)
-        return _answer({"parts": await aside(full.drop, request.query_params.get("name", ""), content)})
+        return _answer({"parts": await in_thread(full.drop, request.query_params.get("name", ""), content)})
 
     async def building_change(request: Request) -> Response:
         asked = await body_of(request)
-        return _answer({"parts": await aside(full.change, asked.get("path", ""), asked.get("value", ""))})
+        return _answer({"parts": await in_thread(full.change, asked.get("path", ""), asked.get("value", ""))})
 
     async def building_text(request: Request) -> Response:
         what, name = request.path_params["what"], request.path_params["name"]
         kind, headers = ("text/html", OF_REPORT) if what == "report" else ("text/plain", None)
-        return Response(await aside(full.text, what, name), media_type=kind, headers=headers)
+        return Response(await in_thread(full.text, what, name), media_type=kind, headers=headers)
 
     routes = [
         ("/", whole, "GET"),

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ...core.doubts import first_of
 from ...fragility.analyses.surface_results import POOLED
 from ...fragility.runs.provenance import as_given, number_of_motions
 from ...motions.intensity.naming import place_in
@@ -271,4 +272,4 @@ def _labels(side: Side, dim: str) -> list[str]:
 
 
 def _listed(labels: Sequence[str]) -> str:
-    return ", ".join(map(repr, labels[:6])) + (f" and {len(labels) - 6:,} more" if len(labels) > 6 else "")
+    return first_of([*map(repr, labels)])

@@ -67,7 +67,7 @@ def quantity(option: str, text: str, units: str, *, bare: float = 0.0, at_least:
     if name and name not in factors:
         near = difflib.get_close_matches(name.lower(), factors, n=1, cutoff=0.5)
         hint = f"; did you mean {match[1]}{near[0]}?" if near else ""
-        raise StudyError(f"{option} {text[:40]}: unit must be one of {', '.join(factors)}, got {name[:20]!r}{hint}")
+        raise StudyError(f"{option} {text[:40]}: unit must be one of {', '.join(factors)}, got {match[2][:20]!r}{hint}")
     value = float(match[1]) * (factors[name] if name else 1.0)
     enough = value > 0.0 if at_least is None else value >= at_least
     if not enough or not abs(value) < math.inf:
@@ -131,7 +131,7 @@ def checked(value: str, allowed: Iterable[str], further: str = "") -> str:
     words = list(allowed)
     if value in words:
         return value
-    near = nearest(value, words)
+    near = nearest(_SPELLINGS.get(value, value), words)
     hint = f"; did you mean {near!r}?" if near else ""
     raise ValueError(f"must be one of {', '.join(words)}{further}, got {shown(value)}{hint}")
 

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -19,6 +19,10 @@ from ...motions.matching.adjustment import matching_doubts
 from ...motions.plausibility import generator_doubts, record_doubts, vertical_doubts
 from ...motions.simulated.ground_motion_models import MODEL
 
+MOST_GROUPS = 8
+"""Most groups of records of the same units, time steps and sources."""
+_LINE = re.compile(r"\bline \d+")
+Taken = tuple[str, float, str, str, str]
 FAR = 1.5
 """Ratio to a ground-motion model's median, or its inverse, from which the amplitude of a scenario is doubted."""
 
@@ -33,9 +37,8 @@ class Compared:
     @cached_property
     def outcome(self) -> tuple[str, Doubt | None]:
         """The ratios to the model, and the warning that they are far; nothing for a scenario beyond the model."""
-        arrays, self.arrays = list(self.arrays), ()
         try:
-            compared = over_model(arrays, self.at)
+            compared = over_model(list(self.arrays), self.at)
         except ValueError:
             return "", None
         ratios = compared["ratio"].values
@@ -43,7 +46,7 @@ class Compared:
         line = f"{self.at.text}: PGA {ratios[0]:.2f}, PGV {ratios[1]:.2f}, {spectrum} times the median of {MODEL}"
         # A median of n motions varies by 1.25 times the dispersion over the root of n: few motions are far by chance.
         spread = np.maximum(compared["dispersion"].values, compared["model_dispersion"].values)[:2]
-        chance = 2.58 * 1.2533 * spread / math.sqrt(sum(array.sizes["motion"] for array in arrays))
+        chance = 2.58 * 1.2533 * spread / math.sqrt(sum(array.sizes["motion"] for array in self.arrays))
         if (np.abs(np.log(ratios[:2])) <= np.maximum(math.log(FAR), chance)).all():
             return line, None
         return line, Doubt.of("scenario_strength", line=line)
@@ -52,7 +55,7 @@ class Compared:
 class Reading(NamedTuple):
     """Warnings on records, processing, spectra's spread, storeys, and comparisons of scenarios with a model.
 
-    Motions that are scaled have `own_strength` no longer: it is not doubted. `taken` is as `taken_of` returns it.
+    Motions that are scaled do not have their `own_strength`: it is not doubted. `taken` is as `taken_of` returns it.
     """
 
     doubts: tuple[Doubt, ...] = ()
@@ -61,7 +64,7 @@ class Reading(NamedTuple):
     storeys: tuple[str, ...] = ()
     compared: tuple[Compared, ...] = ()
     own_strength: bool = True
-    taken: tuple[tuple[str, float, str, str, str], ...] = ()
+    taken: tuple[Taken, ...] = ()
 
     @property
     def scenario(self) -> tuple[str, ...]:
@@ -91,13 +94,14 @@ class Reading(NamedTuple):
         if generator is not None:
             doubts = (*record_doubts(plain, own_level), *matching_doubts(arrays), *doubts_of_making(generator))
             at = generator.scenario
-            reading = cls(doubts, compared=() if at is None or len(plain) < 2 else (Compared(arrays, at),))
-            if compare:
-                reading.scenario  # noqa: B018 - computes it
-            return reading._varied(plain)
+            compared = () if at is None or len(plain) < 2 else (Compared(arrays, at),)
+            for comparison in compared if compare else ():
+                comparison.outcome  # noqa: B018 - computes it
+                comparison.arrays = ()
+            return cls(doubts, compared=compared)._varied(plain)
         missed = tuple(matching_doubts(arrays))
         if not any(record.recorded for record in plain):
-            return cls((*record_doubts(plain, own_level), *missed))
+            return cls((*record_doubts(plain, own_level), *missed), taken=taken_of(arrays))
         done = [(str(array.attrs.get("processing", "")), records(array)) for array in arrays]
         notes = {note for note, _ in done}
         if len(notes) == 1:
@@ -129,35 +133,43 @@ class Reading(NamedTuple):
         return cls((*doubts, *alike), tuple(lines), joint, tuple(storeys), compared, own_strength, tuple(taken))
 
 
-def taken_of(arrays: Iterable[xr.DataArray]) -> tuple[tuple[str, float, str, str, str], ...]:
-    """Return label, time step (s), and `TAKEN`, of each component and floor of motions from files."""
-    records: list[tuple[str, float, str, str, str]] = []
+def taken_of(arrays: Iterable[xr.DataArray]) -> tuple[Taken, ...]:
+    """Return label, time step (s), and `TAKEN`, of motions from files: of each part if parts have different units."""
+    rows: list[Taken] = []
     for array in (array for array in arrays if "unit_from" in array.coords):
-        columns = [array[name] if name in array.coords else xr.DataArray("") for name in ("motion", "dt", *TAKEN)]
-        rows = zip(*(column.values.ravel() for column in xr.broadcast(*columns)), strict=True)
-        records += [(str(label), float(dt), str(unit), str(step), str(at)) for label, dt, unit, step, at in rows]
-    return tuple(dict.fromkeys(records))
+        known = array if "dt" in array.coords else array.assign_coords(dt=records(array)[0].dt)
+        part = next((dim for dim in ("floor", "component") if dim in array["unit_from"].dims), None)
+        apart = part is not None and np.unique(array["unit_from"].values.astype(str)).size > 1
+        names = ("motion", part or "motion", "dt", *TAKEN)
+        columns = [known[name] if name in known.coords else xr.DataArray("") for name in names]
+        cells = zip(*(column.values.ravel() for column in xr.broadcast(*columns)), strict=True)
+        for label, of_part, dt, *sources in cells:
+            unit, step, azimuth = map(str, sources)
+            rows.append((f"{label} {part} {of_part}" if apart else str(label), float(dt), unit, step, azimuth))
+    return tuple(dict.fromkeys(rows))
 
 
-def taken_facts(records: Iterable[tuple[str, float, str, str, str]]) -> list[Fact]:
-    """Return the fact of the units and time steps of records, grouped by their sources; none without records."""
-    groups: dict[tuple[str, ...], list[tuple[str, float, str, str, str]]] = {}
-    for record in records:
-        groups.setdefault(tuple(re.sub(r"\bline \d+", "", text) for text in record[2:]), []).append(record)
-    rows = []
+def taken_facts(every: Iterable[Taken]) -> list[Fact]:
+    """Return the fact of the units and time steps of records, grouped by them and their sources; none without records.
+
+    If there are too many groups, lines are left out, then time steps.
+    """
+    rows = list(every)
+    for all_lines, all_steps in ((True, True), (False, True), (False, False)):
+        groups: dict[tuple[Any, ...], list[Taken]] = {}
+        for row in rows:
+            texts = row[2:] if all_lines else [_LINE.sub("", text) for text in row[2:]]
+            groups.setdefault((row[1] if all_steps else 0.0, *texts), []).append(row)
+        if len(groups) <= MOST_GROUPS:
+            break
+    facts = []
     for group in groups.values():
-        labels, steps, units, step_sources, azimuth_sources = zip(*group, strict=True)
-        names = list(dict.fromkeys(labels)) if len(groups) > 1 else []
-        row = {"count": len(group), "names": names if len(names) <= NAMED else [], "steps": [min(steps), max(steps)]}
-        texts = zip(("unit", "step", "azimuth"), (units, step_sources, azimuth_sources), strict=True)
-        rows.append({**row, **{name: _with_all_lines(sources) for name, sources in texts}})
-    return [Fact("motion.taken", sum(map(len, groups.values())), more={"groups": rows})] if rows else []
-
-
-def _with_all_lines(texts: Sequence[str]) -> str:
-    """Return the first of texts that differ in the number of a line, with the first and the last number."""
-    numbers = sorted({int(number) for text in texts for number in re.findall(r"\bline (\d+)", text)})
-    return re.sub(r"\bline \d+", f"lines {numbers[0]} to {numbers[-1]}", texts[0]) if len(numbers) > 1 else texts[0]
+        labels, steps, *columns = zip(*group, strict=True)
+        names, sources = list(dict.fromkeys(labels)), dict(zip(("unit", "step", "azimuth"), columns, strict=True))
+        shown = names if len(groups) > 1 and len(names) <= NAMED else []
+        stated = {key: t[0] if len({*t}) == 1 else _LINE.sub("various lines", t[0]) for key, t in sources.items()}
+        facts.append({"count": len(names), "names": shown, "steps": [min(steps), max(steps)], **stated})
+    return [Fact("motion.taken", len({row[0] for row in rows}), more={"groups": facts})] if facts else []
 
 
 def _alike(varied: Variability) -> tuple[Doubt, ...]:

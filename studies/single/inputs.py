@@ -148,9 +148,9 @@ def motion_of(
         record.acceleration, record.dt, [record.label], record.source, record.own_amplitude, record.recorded
     )
     of_each = [
-        array.isel(motion=[i])
+        array.isel({"motion": [i], "floor": floor}, missing_dims="ignore")
         for array in arrays
-        for i in np.repeat(np.arange(array.sizes["motion"]), array.sizes.get("floor", 1))
+        for i, floor in np.ndindex(array.sizes["motion"], array.sizes.get("floor", 1))
     ]
     coordinates = {key: of_each[at].coords[key] for key in (REACHED if made else TAKEN) if key in of_each[at].coords}
     return alone.assign_coords({key: values for key, values in coordinates.items() if values.dims == ("motion",)})

@@ -29,7 +29,7 @@ from ..facts.say import notes_said
 from ..file.floor_index import read_floor_index
 from ..file.motions import IndexedFloorMotions
 from ..file.schema import read_study_file
-from ..plan.reading import Reading, taken_facts, taken_of
+from ..plan.reading import Reading, Taken, taken_facts, taken_of
 from ..plots import axes
 from ..tables.table import Cells, Column, Table
 from ..text.encoding import json_text
@@ -58,13 +58,13 @@ COLUMNS = (
 
 
 class Shown(NamedTuple):
-    """Motions to show, input warnings, ratios to ground-motion models, or words of each stripe, and units of files."""
+    """Motions to show; input warnings; ratios to models, or lines on stripes; what is `taken_of` files."""
 
     motions: list[xr.DataArray]
     doubts: list[Doubt]
     ratios: dict[str, xr.Dataset]
     lines: tuple[str, ...] = ()
-    taken: tuple[tuple[str, float, str, str, str], ...] = ()
+    taken: tuple[Taken, ...] = ()
 
     @property
     def read(self) -> list[str]:
@@ -185,8 +185,7 @@ def measures_json(values: xr.Dataset, figures: Sequence[Path], shown: Shown) -> 
         "duration": {"units": "s", "values": values["duration"].values.tolist()},
         **({"floor": values["floor"].values.tolist()} if "floor" in values.coords else {}),
         "measures": measures,
-        "read": shown.read,
-        "notes": [doubt.sentence for doubt in shown.doubts],
+        "notes": [*shown.read, *(doubt.sentence for doubt in shown.doubts)],
         **({"over_models": {model: _over(ratio) for model, ratio in shown.ratios.items()}} if shown.ratios else {}),
         "figures": [str(path) for path in figures],
     }

@@ -361,16 +361,16 @@ def test_wrong_ports_and_files(tmp_path, monkeypatch, capsys):
 
 def test_the_end_waits_for_no_answer():
     """Ctrl-C ends the command although motions are made for a page that is open."""
-    release = threading.Event()
+    release, before = threading.Event(), {*threading.enumerate()}
 
     async def leave():
         with pytest.raises(TimeoutError):
-            await asyncio.wait_for(server.aside(release.wait, 60.0), 0.1)
+            await asyncio.wait_for(server.in_thread(release.wait, 60.0), 0.1)
 
     began = time.monotonic()
     asyncio.run(leave())
     assert time.monotonic() - began < 10.0
-    assert all(thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread())
+    assert [thread.daemon for thread in threading.enumerate() if thread not in before] == [True]
     release.set()
 
 

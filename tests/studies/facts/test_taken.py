@@ -13,6 +13,7 @@ from toppling.studies.command.cli import main
 from toppling.studies.facts.method import inputs_of
 from toppling.studies.facts.notes import INPUT_NOTES
 from toppling.studies.facts.say import notes_said, say
+from toppling.studies.plan import reading
 from toppling.studies.plan.reading import taken_facts, taken_of
 
 STUDY = """
@@ -74,7 +75,23 @@ def test_equal_records_are_one_group(tmp_path):
         text = files.at2(0.01 * files.shaking(50, seed=i), dt=0.005 if i % 2 else 0.02)
         (tmp_path / f"r{i}.AT2").write_text("A title\n" * (i % 3) + text, encoding="utf-8")
     facts = taken_facts(taken_of(mo.read_all(tmp_path / "*.AT2")))
-    assert notes_said(facts) == ["40 records: unit g (lines 3 to 5), time step 0.005 to 0.02 s (lines 4 to 6)."]
+    (sentence,) = notes_said(facts)
+    assert sentence.startswith("7 records: unit g (line 3), time step 0.02 s (line 4); 7 records: unit g (line 4)")
+    for i in range(40):
+        text = files.at2(0.01 * files.shaking(50, seed=i), dt=0.005 if i % 2 else 0.02)
+        (tmp_path / f"r{i}.AT2").write_text("A title\n" * (i % 7) + text, encoding="utf-8")
+    assert notes_said(taken_facts(taken_of(mo.read_all(tmp_path / "*.AT2")))) == [
+        "20 records: unit g (various lines), time step 0.02 s (various lines); "
+        "20 records: unit g (various lines), time step 0.005 s (various lines)."
+    ]
+    (tmp_path / "odd").mkdir()
+    for i in range(5):
+        text = files.at2(0.01 * files.shaking(50, seed=i), dt=0.005 if i == 3 else 0.02)
+        (tmp_path / "odd" / f"r{i}.AT2").write_text(text, encoding="utf-8")
+    facts = taken_facts(taken_of(mo.read_all(tmp_path / "odd/*.AT2")))
+    assert notes_said(facts) == [
+        "4 records: unit g (line 3), time step 0.02 s (line 4); r3: unit g (line 3), time step 0.005 s (line 4)."
+    ]
     assert taken_facts(taken_of([mo.from_array(np.ones(9), 0.01)])) == []
 
 
@@ -96,5 +113,32 @@ def test_floor_histories_are_named(tmp_path):
     path.write_text("# of a model\ntime,a/1 [g],a/roof [gal]\n0,1,2\n0.01,2,1\n", encoding="utf-8")
     sentences = notes_said(taken_facts(taken_of([mo.read_floors(path)])))
     assert sentences == [
-        "a: unit g (line 2), time step 0.01 s (time column); a: unit cm/s² (line 2), time step 0.01 s (time column)."
+        "a floor 1: unit g (line 2), time step 0.01 s (time column); "
+        "a floor roof: unit cm/s² (line 2), time step 0.01 s (time column)."
     ]
+
+
+def test_floor_histories_of_another_program_are_named(tmp_path):
+    """Without units, without `recorded` and without a time step but by their times."""
+    of = {"motion": ["a", "b"], "floor": [0, 1], "time": 0.01 * np.arange(500)}
+    xr.DataArray(np.random.default_rng(1).normal(size=(2, 2, 500)), of, list(of)).to_netcdf(tmp_path / "floors.nc")
+    study = STUDY.replace('records = "records/*"', 'floors_file = "floors.nc"')
+    (tmp_path / "study.toml").write_text(study, encoding="utf-8")
+    sentence = "2 records: unit m/s² (netCDF without units), time step 0.01 s (coordinate time)."
+    assert sentence in tp.Study.from_toml(tmp_path / "study.toml").notes
+
+
+def test_a_resampled_record_says_so(tmp_path):
+    (tmp_path / "a.AT2").write_text(ODD["b.AT2"], encoding="utf-8")
+    facts = taken_facts(taken_of([mo.resample(mo.read(tmp_path / "a.AT2"), 0.005)]))
+    assert notes_said(facts) == ["1 record: unit g (line 3), time step 0.005 s (resample)."]
+
+
+def test_a_comparison_that_was_interrupted_is_made_again(monkeypatch):
+    made = mo.SiteBasedScenario(magnitude=6.5, distance=2e4, vs30=760.0).sample(3)
+    compared = reading.Compared([made], mo.Scenario(6.5, 2e4, 760.0))
+    with monkeypatch.context() as patch:
+        patch.setattr(reading, "over_model", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            compared.outcome  # noqa: B018 - computes it
+    assert compared.outcome[0].startswith("M 6.5, 20 km")
