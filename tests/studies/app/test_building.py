@@ -316,3 +316,12 @@ def test_other_lines_end_the_earlier_results(tmp_path):
     assert page.ticks == {}
     assert not page.file(AFTER, ".csv").exists()
     assert page.drop("other.csv", TABLE)["result"] == ""
+
+
+def test_a_state_with_a_wrong_value_opens_again(tmp_path):
+    """The page has written a value before its runs refuse it: the next start shows it, and lets it be mended."""
+    content = small_content()
+    content["motions"]["magnitude"] = 9.0
+    made = opened(tmp_path, content, TABLE.replace(b"2x", b"2"))
+    made.answer(0)  # (begins the runs)
+    assert "motions.magnitude" in finished(made)["wrong"]
