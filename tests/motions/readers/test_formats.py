@@ -578,7 +578,7 @@ def test_a_unit_and_a_step_are_named_with_their_lines(tmp_path):
         (f"# values: gal\n{table}", {}, "cm/s² (line 1)", "time column"),
         (f"# note\n# in m/s2\n\ndt = 0.01\n{column}", {}, "m/s² (line 2)", "line 4"),
         (table, {"unit": "g"}, "g (given)", "time column"),
-        (column, {"unit": 2e-6, "dt": 0.01}, "2e-06 m/s² per count (given)", "given"),
+        (column, {"unit": 2e-6, "dt": 0.01}, "2e-06 m/s² (given)", "given"),
     ]
     for text, options, unit, step in rows:
         motion = mo.read(saved(tmp_path, text), **options)
