@@ -185,7 +185,7 @@ def measures_json(values: xr.Dataset, figures: Sequence[Path], shown: Shown) -> 
         "duration": {"units": "s", "values": values["duration"].values.tolist()},
         **({"floor": values["floor"].values.tolist()} if "floor" in values.coords else {}),
         "measures": measures,
-        "notes": [*shown.read, *(doubt.sentence for doubt in shown.doubts)],
+        "notes": [*(doubt.sentence for doubt in shown.doubts), *shown.read],
         **({"over_models": {model: _over(ratio) for model, ratio in shown.ratios.items()}} if shown.ratios else {}),
         "figures": [str(path) for path in figures],
     }
