@@ -36,9 +36,10 @@ class Doubt(NamedTuple):
     def of(cls, name: str, grave: bool = False, cure: str = "", /, **values: Any) -> Self:
         """Return the input warning of a name in `doubts.toml` with values for the fields of its sentence."""
         row = doubt_data()["doubt"][name]
-        sentence = row["sentence"] if values.get("number", 1) == 1 else row.get("plural", row["sentence"])
-        cure_text = doubt_data()["cure"][cure] if cure else ""
-        return cls(row["kind"], sentence.format(cure=cure_text, **values), grave, row.get("settled", False))
+        several = values.get("number", 1) != 1
+        sentence = row.get("plural", row["sentence"]) if several else row["sentence"]
+        texts = {"cure": doubt_data()["cure"][cure] if cure else "", "verb": row.get("verb", ("", ""))[several]}
+        return cls(row["kind"], sentence.format(**texts, **values), grave, row.get("settled", False))
 
 
 @cache

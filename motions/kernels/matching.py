@@ -39,7 +39,7 @@ LANES = 128
 UU, UV, U0, U1, VU, VV, V0, V1, ROW_U, ROW_V, ROW_BEST, ROW_SIGNED, ROW_SLOPE, ROW_WHEN = range(14)
 LANE_ROWS = 14
 
-# Rows after those of the oscillators: rest at the end, excursions, and three unused ones.
+# The rows after the oscillators: rest at the end, excursions, and three that are unused.
 MORE_ROWS = 2 + 2 * MOST_TURNS + 3
 
 # State of an adjustment between its steps.

@@ -15,7 +15,13 @@ TREES = [
     for path in (ROOT / package).rglob("*.py")
 ]
 NODES = [node for tree in TREES for node in ast.walk(tree)]
-TEXTS = {node.value for node in NODES if isinstance(node, ast.Constant) and isinstance(node.value, str)}
+DOUBTING = [tree for tree in TREES if "Doubt.of" in (source := ast.unparse(tree)) or "doubt_data" in source]
+TEXTS = {
+    node.value
+    for tree in DOUBTING
+    for node in ast.walk(tree)
+    if isinstance(node, ast.Constant) and isinstance(node.value, str)
+}
 FIELDS = {node.target.id for node in NODES if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name)}
 NAMED = {
     node.args[0].value
@@ -53,7 +59,9 @@ def test_usual_numbers_are_of_parameters():
 def test_rows(name):
     row = DATA["doubt"][name]
     assert row["kind"] in KINDS
-    assert row.keys() <= {"kind", "sentence", "plural", "settled"}
+    assert row.keys() <= {"kind", "sentence", "plural", "verb", "settled"}
+    assert ("verb" in row) == ("verb" in fields(row["sentence"]))
+    assert len(row.get("verb", "no")) == 2
     assert row.get("settled", True) is True
     # (a number that only the plural names chooses it)
     assert fields(row.get("plural", row["sentence"])) - {"number"} == fields(row["sentence"]) - {"number"}
