@@ -216,8 +216,8 @@ def friction_and_ratio(contact: str | None, static: Any, dispersion: float | Non
     The friction is then the known coefficient `static`, or lognormal with that median if there is a dispersion.
     """
     if contact is not None:
-        of = contact_named(contact)
-        return of.friction, of.kinetic_ratio
+        known = contact_named(contact)
+        return known.friction, known.kinetic_ratio
     return FixedFriction(static) if dispersion is None else LognormalFriction(static, dispersion), None
 
 

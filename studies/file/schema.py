@@ -352,7 +352,7 @@ class StudyFile(Table):
         if self._scaled_before:
             given, ground = ground, [scale_to(array, level, self.analysis.im) for array in ground]
             doubts = scaling_doubts(given, ground, FACTORS)
-            # (far: of the strength of motions that are not scaled)
+            # (the strength of scaled motions has no meaning)
             reading = reading._replace(own_strength=False, doubts=(*reading.doubts, *doubts))
         where = ""
         if self.performance is not None and self.performance.levels is not None:

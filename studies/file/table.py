@@ -65,7 +65,8 @@ def quantity(option: str, text: str, units: str, *, bare: float = 0.0, at_least:
     if not name and not bare:
         raise StudyError(f"{option} {text[:40]}: say the unit, such as {example}")
     if name and name not in factors:
-        near = difflib.get_close_matches(name.lower(), factors, n=1, cutoff=0.5)
+        # (of another unit of the same quantity the number would be another)
+        near = [] if name in _SPELLINGS.values() else difflib.get_close_matches(name.lower(), factors, n=1, cutoff=0.5)
         hint = f"; did you mean {match[1]}{near[0]}?" if near else ""
         raise StudyError(f"{option} {text[:40]}: unit must be one of {', '.join(factors)}, got {match[2][:20]!r}{hint}")
     value = float(match[1]) * (factors[name] if name else 1.0)

@@ -1,6 +1,6 @@
 """Tables of a study file for uncertainty: uncertain inputs and their indices, and values of delta or e to try."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
@@ -173,13 +173,14 @@ class CorrelationTable(Table):
     rank: Annotated[float, CORRELATION]
 
 
-def _random(of: str, inputs: dict[str, Inputs], correlations: Sequence[CorrelationTable] = ()) -> RandomInputs:
-    """Make the inputs of a table in SI; ValueError for a wrong one or correlation, or a name without its unit."""
+def _random(
+    of: str, inputs: dict[str, Inputs], correlations: Sequence[CorrelationTable] = (), names: Iterable[str] = INPUTS
+) -> RandomInputs:
+    """Make the inputs of a table in SI; ValueError for a wrong one or correlation, or a name that is not of `names`."""
     distributions = {}
     for name, table in inputs.items():
         try:
-            checked(name, tuple(INPUTS))
-            known = INPUTS[name]
+            known = INPUTS[checked(name, names)]
             distributions[known] = table.build(FACTORS.get(KNOWN[known].units, 1.0))
         except (TypeError, ValueError) as error:
             raise ValueError(f"{of}.inputs.{name}: {error}") from None
@@ -290,4 +291,4 @@ class SensitivityTable(Table):
             return None
         if "law" in self.inputs:
             raise ValueError("sensitivity.inputs has no law: every law stands by itself")
-        return _random("sensitivity", self.inputs)
+        return _random("sensitivity", self.inputs, names=[name for name in INPUTS if name != "law"])
