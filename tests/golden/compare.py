@@ -26,7 +26,7 @@ MASKS = (
     (r"\b[0-9a-f]{64}\b", "SHA-256"),
     (r"\btoppling \d+\.\d+\.\d+\S*", "toppling VERSION"),
     (r"(?<=^processor \| ).*", "PROCESSOR"),
-    (r"^(?:runs: |compiling the engine ).*", ""),
+    (r"^(?:runs: |compiling ).*", ""),
     (r"[\d.,]+ [kMGT]?B are free", "FREE"),
     (r"[\d,]+(?= of [\d,]+ runs kept| runs that were kept)", "SOME"),
 )
