@@ -173,7 +173,7 @@ def number_of(content: Mapping[str, Any], path: str, text: str, length: str) -> 
 def edited(content: Mapping[str, Any], path: str, text: str, length: str) -> dict[str, Any]:
     """Return a study with one key changed; StudyError for a key that the page does not edit, or a wrong value."""
     if len(text) > MOST_TEXT:
-        raise StudyError(f"{path[:40]}: must have at most {MOST_TEXT} characters, got {len(text):,}")
+        raise StudyError(f"{path[:40]!r}: must have at most {MOST_TEXT} characters, got {len(text):,}")
     made: dict[str, Any] = copy.deepcopy(dict(content))
     piece = made["blocks"][0]
     if path == "blocks.0.name":
@@ -216,7 +216,7 @@ def edited(content: Mapping[str, Any], path: str, text: str, length: str) -> dic
     elif path in NUMBERS or _of_restraint(made, path):
         _set_number(made, path, text, length)
     else:
-        raise StudyError(f"{path[:40]}: the page does not edit this key")
+        raise StudyError(f"{path[:40]!r}: the page does not edit this key")
     made["blocks"][0] = {key: value for key, value in piece.items() if value is not None}
     return made
 
