@@ -24,7 +24,7 @@ from ..inventory.reading import KIND
 from ..text.error import StudyError
 from .building import Building
 from .page import Page
-from .state import BUILDING_STATE
+from .state import BUILDING_STATE, whole_number
 
 STATIC = Path(__file__).parent / "static"
 SCRIPTS = {f"{name}.js": "text/javascript; charset=utf-8" for name in ("shared", "app", "building")}
@@ -173,12 +173,12 @@ def application(page: Page, token: str, port: int, building: Building | None = N
         return await parts(page.keep, (await body_of(request)).get("what", ""))
 
     async def complete(request: Request) -> Response:
-        version = _count(request.query_params.get("version", ""), "version")
+        version = whole_number(request.query_params.get("version", ""), "version")
         made = await in_thread(page.complete, version, request.query_params.get("stage", "rest"))
         return _answer({"parts": made or {}, "version": version, "superseded": made is None})
 
     async def film(request: Request) -> Response:
-        level, motion = (_count(request.query_params.get(name, ""), name) for name in ("level", "motion"))
+        level, motion = (whole_number(request.query_params.get(name, ""), name) for name in ("level", "motion"))
         return _answer(await in_thread(page.film, level, motion))
 
     async def save(request: Request) -> Response:
@@ -196,7 +196,7 @@ def application(page: Page, token: str, port: int, building: Building | None = N
         return Response(await in_thread(full.render, "page"), media_type="text/html")
 
     async def building_state(request: Request) -> Response:
-        version = _count(request.query_params.get("version", ""), "version")
+        version = whole_number(request.query_params.get("version", ""), "version")
         return _answer(await in_thread(full.answer, version))
 
     async def building_drop(request: Request) -> Response:
@@ -237,12 +237,6 @@ def application(page: Page, token: str, port: int, building: Building | None = N
         exception_handlers={HTTPException: _refuse},
     )
     return Guard(app, token, port)
-
-
-def _count(text: str, name: str) -> int:
-    if not (text.isascii() and text.isdecimal() and len(text) <= 9):
-        raise StudyError(f"{name}: must be a whole number, got {text[:40]!r}")
-    return int(text)
 
 
 def _answer(parts: dict[str, Any]) -> Response:

@@ -112,6 +112,33 @@ def test_a_key_without_a_page_is_quoted(app):
             assert said.isprintable()
 
 
+@pytest.mark.parametrize("name", ["a\x00b", "\x1b[31m", "a\u202eb", "\ud800", "a\x7fb"])
+def test_a_name_that_no_study_can_have_is_refused(app, page, name):
+    """The state would have it, and the page could not start again."""
+    before = page.path.read_bytes()
+    status, _, text = ask(app, f"/{TOKEN}/change", {"path": "blocks.0.name", "value": name})
+    assert status == 422
+    assert json.loads(text)["said"].startswith("name holds the control character U+")
+    assert page.path.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("name", "kept"),
+    [
+        ("shelf\t12", "shelf 12"),
+        ("two\r\nlines\u2028", "two lines"),
+        ("Bücherregal № 4 – “oben”", "Bücherregal № 4 – “oben”"),
+        ("棚 مكتبة", "棚 مكتبة"),
+        ("👨\u200d👩\u200d👧 e\u0301", "👨\u200d👩\u200d👧 e\u0301"),
+        ("<b>{{7*7}}'''\\", "<b>{{7*7}}'''\\"),
+    ],
+)
+def test_other_names_are_kept_and_read_again(app, page, name, kept):
+    assert ask(app, f"/{TOKEN}/change", {"path": "blocks.0.name", "value": name})[0] == 200
+    assert Page.opened(page.path, given=True).value("blocks.0.name") == kept
+    assert ask(app, f"/{TOKEN}/change", {"path": "blocks.0.name", "value": "bookcase"})[0] == 200
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("path", ["change", "building/drop?name=x.csv", "begin"])
 def test_a_broken_request_leaves_no_traceback(tmp_path, path):
