@@ -176,7 +176,7 @@ class Building:
             left = {key: value for key, value in asked.items() if key != path}
             self.content["performance"] = {**left, path: budget} if budget > 0.0 else left
         elif self.sheet is None:
-            raise StudyError(f"{path[:40]}: drop a table first")
+            raise StudyError(f"{path[:40]!r}: drop a table first")
         elif path == "take":
             if self._of.get(BEFORE) != self.files[BEFORE]:
                 raise StudyError("take: wait until the runs of the table have ended")
@@ -197,7 +197,7 @@ class Building:
                 gone, self.first = int(at), min(self.first, max(before - 2, 0) // MOST_LINES * MOST_LINES)
                 self.ticks = {i - (i > gone): cells for i, cells in self.ticks.items() if i != gone}
         else:
-            raise StudyError(f"{path[:40]}: the page does not edit this key")
+            raise StudyError(f"{path[:40]!r}: the page does not edit this key")
 
     # --- runs in the background
 

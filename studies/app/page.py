@@ -181,19 +181,18 @@ class Page:
         with self.lock:
             if stopped():
                 return None
-            contents, studies, before = self.contents, {**self.studies, PIECE: self.piece}, self.full
+            contents, studies, before = {**self.contents}, {**self.studies, PIECE: self.piece}, self.full
             numbers = dict(self.numbers) if self.numbers_of == version else {}
         less = {*LESS_RESTITUTION.values()}
         try:
-            for name in contents:
+            for name, content in contents.items():
                 if name not in studies and (stage == REST or name in {*LESS_RESTITUTION} | less):
-                    studies[name] = answers.study_of(contents[name], self.path)
+                    studies[name] = answers.study_of(content, self.path)
             for name in [*LESS_RESTITUTION, *less & {*contents}] if not numbers else []:
                 numbers[name] = answers.numbers_of(studies[name], stopped, quick=name in less)
             if stage == REST:
                 others = {name: studies[name] for name in contents if name not in less}
                 full = answers.full_of(others, self.path, before, stopped)
-                state.write_state(self.path, contents)
         except SupersededError:
             return None
         with self.lock:
@@ -202,6 +201,7 @@ class Page:
             self.studies, self.numbers, self.numbers_of = studies, numbers, version
             if stage == RANGES:
                 return self.chances()
+            state.write_state(self.path, contents)
             self.full, self.full_of = full, version
             made = {"basis": self.render("basis"), "variants": self.render("variants")}
             return {**self.chances(), **made, "remedies": self.remedies()}

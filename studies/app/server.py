@@ -24,7 +24,7 @@ from ..inventory.reading import KIND
 from ..text.error import StudyError
 from .building import Building
 from .page import Page
-from .state import BUILDING_STATE
+from .state import BUILDING_STATE, whole_number
 
 STATIC = Path(__file__).parent / "static"
 SCRIPTS = {f"{name}.js": "text/javascript; charset=utf-8" for name in ("shared", "app", "building")}
@@ -72,7 +72,7 @@ class Guard:
         if refused is not None:
             await refused(scope, receive, send)
             return
-        inner = {**scope, "path": scope["path"][len(self._token) + 1 :], "raw_path": None}
+        inner = {**scope, "root_path": f"/{self._token}"}
 
         async def headed(message: Message) -> None:
             if message["type"] == "http.response.start":
@@ -156,8 +156,7 @@ def application(page: Page, token: str, port: int, building: Building | None = N
         return Response((STATIC / name).read_bytes(), media_type=FILES[name])
 
     async def parts(function: Callable[..., dict[str, str]], *arguments: Any) -> Response:
-        made = await in_thread(function, *arguments)
-        return _answer({"parts": made, "version": page.version})
+        return _answer({"parts": await in_thread(function, *arguments), "version": page.version})
 
     async def begin(_: Request) -> Response:
         return await parts(page.parts)
@@ -174,12 +173,12 @@ def application(page: Page, token: str, port: int, building: Building | None = N
         return await parts(page.keep, (await body_of(request)).get("what", ""))
 
     async def complete(request: Request) -> Response:
-        version = _count(request.query_params.get("version", ""), "version")
+        version = whole_number(request.query_params.get("version", ""), "version")
         made = await in_thread(page.complete, version, request.query_params.get("stage", "rest"))
         return _answer({"parts": made or {}, "version": version, "superseded": made is None})
 
     async def film(request: Request) -> Response:
-        level, motion = (_count(request.query_params.get(name, ""), name) for name in ("level", "motion"))
+        level, motion = (whole_number(request.query_params.get(name, ""), name) for name in ("level", "motion"))
         return _answer(await in_thread(page.film, level, motion))
 
     async def save(request: Request) -> Response:
@@ -197,7 +196,7 @@ def application(page: Page, token: str, port: int, building: Building | None = N
         return Response(await in_thread(full.render, "page"), media_type="text/html")
 
     async def building_state(request: Request) -> Response:
-        version = _count(request.query_params.get("version", ""), "version")
+        version = whole_number(request.query_params.get("version", ""), "version")
         return _answer(await in_thread(full.answer, version))
 
     async def building_drop(request: Request) -> Response:
@@ -235,15 +234,9 @@ def application(page: Page, token: str, port: int, building: Building | None = N
     ]
     app = Starlette(
         routes=[Route(path, _one_sentence(handler), methods=[method]) for path, handler, method in routes],
-        exception_handlers={HTTPException: _refuse, Exception: _refuse},
+        exception_handlers={HTTPException: _refuse},
     )
     return Guard(app, token, port)
-
-
-def _count(text: str, name: str) -> int:
-    if not (text.isascii() and text.isdecimal() and len(text) <= 9):
-        raise StudyError(f"{name}: must be a whole number, got {text[:40]!r}")
-    return int(text)
 
 
 def _answer(parts: dict[str, Any]) -> Response:
@@ -264,13 +257,14 @@ def _one_sentence(handler: Handler) -> Handler:
             return sentence(str(error), 413)
         except ClientDisconnect:
             return sentence("The request ended early.", 400)
+        except Exception as error:  # (an answer to a broken request fails later, which is no error of the page)
+            traceback.print_exception(error, file=sys.stderr)
+            return sentence("The request cannot be answered.", 500)
 
     return handled
 
 
 async def _refuse(_: Request, error: Exception) -> Response:
-    status = error.status_code if isinstance(error, HTTPException) else 500
-    if status == 500:
-        traceback.print_exception(error, file=sys.stderr)
-    texts = {404: "There is no such page.", 405: "This address does not take such a request."}
-    return sentence(texts.get(status, "The request cannot be answered."), status)
+    wrong_method = isinstance(error, HTTPException) and error.status_code == 405
+    text = "This address does not take such a request." if wrong_method else "There is no such page."
+    return sentence(text, 405 if wrong_method else 404)

@@ -21,7 +21,7 @@ from ...models import Block, catalogue
 from ...models.friction import CONTACTS
 from ...models.laws import LAWS
 from ..file.blocks import BlockTable
-from ..file.include import read_content
+from ..file.include import read_content, refuse_text
 from ..file.refusals import refusals
 from ..file.schema import StudyFile
 from ..file.table import WRITTEN, all_errors, quantity
@@ -173,12 +173,14 @@ def number_of(content: Mapping[str, Any], path: str, text: str, length: str) -> 
 def edited(content: Mapping[str, Any], path: str, text: str, length: str) -> dict[str, Any]:
     """Return a study with one key changed; StudyError for a key that the page does not edit, or a wrong value."""
     if len(text) > MOST_TEXT:
-        raise StudyError(f"{path[:40]}: must have at most {MOST_TEXT} characters, got {len(text):,}")
+        raise StudyError(f"{path[:40]!r}: must have at most {MOST_TEXT} characters, got {len(text):,}")
     made: dict[str, Any] = copy.deepcopy(dict(content))
     piece = made["blocks"][0]
     if path == "blocks.0.name":
-        piece["name"] = text.strip() or None
-        made["title"] = text.strip() or made["title"]
+        name = " ".join(text.split())
+        refuse_text("name", name)  # (a file with the name could not be read again)
+        piece["name"] = name or None
+        made["title"] = name or made["title"]
     elif path == "blocks.0.catalogue":
         _take_item(made, text)
     elif path == "wall":
@@ -198,7 +200,7 @@ def edited(content: Mapping[str, Any], path: str, text: str, length: str) -> dic
                 raise StudyError(f"feet: must be one of {', '.join(CONTACTS)}, got {text[:40]!r}")
             made["friction"] = {"contact": text}
     elif path == "building.floors":
-        floors = _whole(text, "floor")
+        floors = whole_number(text, "floor", 3)
         if "building" not in made:
             raise StudyError("floor: needs a building")
         made["building"]["floors"] = [floors]
@@ -216,7 +218,7 @@ def edited(content: Mapping[str, Any], path: str, text: str, length: str) -> dic
     elif path in NUMBERS or _of_restraint(made, path):
         _set_number(made, path, text, length)
     else:
-        raise StudyError(f"{path[:40]}: the page does not edit this key")
+        raise StudyError(f"{path[:40]!r}: the page does not edit this key")
     made["blocks"][0] = {key: value for key, value in piece.items() if value is not None}
     return made
 
@@ -232,8 +234,9 @@ def number_in(text: str, name: str) -> float:
     return value
 
 
-def _whole(text: str, name: str) -> int:
-    if not re.fullmatch(r"[0-9]{1,3}", text.strip()):
+def whole_number(text: str, name: str, digits: int = 9) -> int:
+    """Return the whole number that a text is; StudyError if it is none."""
+    if not re.fullmatch(rf"[0-9]{{1,{digits}}}", text.strip()):
         raise StudyError(f"{name}: must be a whole number, got {text[:40]!r}")
     return int(text)
 

@@ -114,11 +114,11 @@ def _parsed(path: Path) -> dict[str, Any]:
             pairs = value.items() if isinstance(value, dict) else ((f"[{i + 1}]", part) for i, part in enumerate(value))
             for name, part in pairs:
                 if isinstance(value, dict):
-                    _refuse_text(f"{where}: a key", name)
+                    refuse_text(f"{where}: a key", name)
                 dot = "." if key and isinstance(value, dict) else ""
                 left.append((f"{key}{dot}{name}", part, depth + 1))
         elif isinstance(value, str):
-            _refuse_text(where, value)
+            refuse_text(where, value)
         elif isinstance(value, int) and not -(2**63) <= value < 2**63:
             raise StudyError(f"{where} is an integer of more than 64 bits")
     if _CUT.search(text):
@@ -172,7 +172,8 @@ def _reason(error: Exception, text: str) -> str:
     return f"line {number}{f', {shown(line)}' if line else ''}: {words}"
 
 
-def _refuse_text(where: str, text: str) -> None:
+def refuse_text(where: str, text: str) -> None:
+    """Raise StudyError if a text is too long, or holds a character that no study may hold."""
     if len(text) > MOST_TEXT:
         raise StudyError(f"{where} holds {len(text):,} characters, allowed are {MOST_TEXT:,}")
     for character in text:

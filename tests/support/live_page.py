@@ -76,7 +76,7 @@ class LivePage(Browser):
 
 @contextlib.contextmanager
 def served(folder, *arguments):
-    """Run `toppling app` in a folder until the block ends; gives the address of the page."""
+    """Run `toppling app` in a folder until the block ends; gives the address of the page. No traceback may be shown."""
     process = subprocess.Popen(
         [sys.executable, "-m", "toppling", "app", *map(str, arguments), "--no-browser"],
         cwd=folder,
@@ -92,5 +92,7 @@ def served(folder, *arguments):
     finally:
         process.terminate()
         process.wait(20)
+        shown = process.stderr.read()
         process.stdout.close()
         process.stderr.close()
+    assert "Traceback" not in shown, shown

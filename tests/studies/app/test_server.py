@@ -3,6 +3,7 @@
 import asyncio
 import json
 import random
+import socket
 import threading
 import time
 import tomllib
@@ -94,6 +95,62 @@ def test_what_is_not_there(app, folder):
         assert status in (404, 422)
         assert "\n" not in text
     assert ask(app, f"/{TOKEN}/begin", method="DELETE")[0] == 405
+
+
+def test_an_address_with_a_slash_too_many_leads_to_its_page(app):
+    status, headers, _ = ask(app, f"/{TOKEN}/building/")
+    assert (status, headers["location"]) == (307, f"http://{HOST}/{TOKEN}/building")
+
+
+def test_a_key_without_a_page_is_quoted(app):
+    for at in ("change", "building/change"):
+        for path in ("", "a\nb", "\x1b[31m"):
+            status, _, text = ask(app, f"/{TOKEN}/{at}", {"path": path, "value": "1"})
+            said = json.loads(text)["said"]
+            assert status == 422
+            assert said.startswith(repr(path))
+            assert said.isprintable()
+
+
+@pytest.mark.parametrize("name", ["a\x00b", "\x1b[31m", "a\u202eb", "\ud800", "a\x7fb"])
+def test_a_name_that_no_study_can_have_is_refused(app, page, name):
+    """The state would have it, and the page could not start again."""
+    before = page.path.read_bytes()
+    status, _, text = ask(app, f"/{TOKEN}/change", {"path": "blocks.0.name", "value": name})
+    assert status == 422
+    assert json.loads(text)["said"].startswith("name holds the control character U+")
+    assert page.path.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("name", "kept"),
+    [
+        ("shelf\t12", "shelf 12"),
+        ("two\r\nlines\u2028", "two lines"),
+        ("Bücherregal № 4 – “oben”", "Bücherregal № 4 – “oben”"),
+        ("棚 مكتبة", "棚 مكتبة"),
+        ("👨\u200d👩\u200d👧 e\u0301", "👨\u200d👩\u200d👧 e\u0301"),
+        ("<b>{{7*7}}'''\\", "<b>{{7*7}}'''\\"),
+    ],
+)
+def test_other_names_are_kept_and_read_again(app, page, name, kept):
+    assert ask(app, f"/{TOKEN}/change", {"path": "blocks.0.name", "value": name})[0] == 200
+    assert Page.opened(page.path, given=True).value("blocks.0.name") == kept
+    assert ask(app, f"/{TOKEN}/change", {"path": "blocks.0.name", "value": "bookcase"})[0] == 200
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", ["change", "building/drop?name=x.csv", "begin"])
+def test_a_broken_request_leaves_no_traceback(tmp_path, path):
+    """Its answer cannot be sent, because the server has answered already."""
+    with served(tmp_path) as address:
+        place = urlsplit(address)
+        head = f"POST {place.path}{path} HTTP/1.1\r\nHost: {place.netloc}\r\nTransfer-Encoding: chunked\r\n"
+        for _ in range(5):
+            with socket.create_connection(("127.0.0.1", place.port), timeout=60) as connection:
+                connection.sendall(f"{head}Content-Type: application/octet-stream\r\n\r\nzz\r\nabc\r\n".encode())
+                connection.shutdown(socket.SHUT_WR)
+                assert connection.recv(1000).startswith(b"HTTP/1.1 4")
 
 
 @pytest.mark.slow
@@ -342,6 +399,33 @@ def test_ranges_come_before_restraints(page):
 
 def test_later_changes_stop_earlier_answers(page):
     assert page.complete(page.version - 1) is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", ["study_of", "full_of"])
+def test_what_changes_while_an_answer_is_computed(page, monkeypatch, place):
+    """A variant that is kept meanwhile is no error, and the state on the disk is that of the page."""
+    page.studies, page.full, page.numbers_of = {}, None, -1
+    usual = getattr(answers, place)
+    changed = []
+
+    def meanwhile(*arguments):
+        made = usual(*arguments)
+        if not changed:
+            changed.append(True)
+            page.keep("keep")
+            page.change("blocks.0.width_m", "44")
+        return made
+
+    monkeypatch.setattr(answers, place, meanwhile)
+    page.piece  # noqa: B018 - made before
+    page.keep("forget")
+    changed.clear()
+    assert page.complete(page.version) is None
+    assert changed
+    assert tomllib.loads(page.path.read_text("utf-8"))["blocks"][0]["width_m"] == 0.44
+    page.keep("forget")
+    page.change("blocks.0.width_m", "30")
 
 
 def test_without_the_extra_one_sentence_says_so(monkeypatch, capsys):
