@@ -60,6 +60,14 @@ class Parameter:
         """Return a value as a float; ValueError or TypeError unless it is a finite number within the bounds."""
         return checks.number(name, value, **self.bounds, unit=self.unit)
 
+    def array(self, name: str, values: Any, ndim: tuple[int, ...] = (0, 1)) -> Array:
+        """Return values as an array of floats; ValueError or TypeError unless all are finite and within the bounds."""
+        numbers = checks.finite_array(name, np.asarray(values), ndim=ndim, unit=self.unit)
+        wrong = numbers[~self.holds(numbers)]
+        if wrong.size:
+            raise ValueError(f"{name} must be {self.text}, got {wrong[0]:g}")
+        return numbers
+
     def check(self, name: str, value: Any, kind: Any = float) -> None:
         """Raise a ValueError or TypeError unless a value, or each of a sequence, is one of the words or in bounds."""
         if self.words:

@@ -8,7 +8,7 @@ does not suffice.
 from abc import ABC, abstractmethod
 from dataclasses import asdict, dataclass
 from numbers import Real
-from typing import Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..core import checks
 from ..core.aliases import Array, Flags
 from ..core.distributions import Lognormal
+from ..core.parameters import PART, check
 from ..core.units import STANDARD_GRAVITY
 from .block import UNIFORM_INERTIA_FACTOR
 
@@ -176,23 +177,36 @@ class LognormalFriction(Friction):
         return Lognormal(self.median, self.dispersion).quantile(probability)
 
 
-class Contact(NamedTuple):
-    """Contact of a piece with its floor: friction, and kinetic over static friction."""
+@dataclass(frozen=True)
+class Contact:
+    """Contact of a piece with its floor: friction, and kinetic over static friction, > 0 and at most 1."""
+
+    friction: Friction
+    kinetic_ratio: Annotated[float, PART] = 1.0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.friction, Friction):
+            raise TypeError(f"friction of a contact must be a Friction, got {checks.kind(self.friction)}")
+        check(self)
+
+
+@dataclass(frozen=True)
+class ListedContact(Contact):
+    """Contact of `CONTACTS`, with its description."""
 
     friction: LognormalFriction
-    kinetic_ratio: float
-    text: str
+    text: str = ""
 
 
-CONTACTS: dict[str, Contact] = {
-    "vinyl": Contact(
+CONTACTS: dict[str, ListedContact] = {
+    "vinyl": ListedContact(
         LognormalFriction(0.35, 0.30),
         0.85,
         "smooth feet of plastic or metal on vinyl, linoleum, tiles, laminate or a bench top",
     ),
-    "rubber feet": Contact(LognormalFriction(0.75, 0.25), 0.9, "rubber feet on the same floors"),
-    "carpet": Contact(LognormalFriction(0.55, 0.30), 0.9, "carpet"),
-    "concrete": Contact(LognormalFriction(0.50, 0.25), 0.9, "steel on concrete"),
+    "rubber feet": ListedContact(LognormalFriction(0.75, 0.25), 0.9, "rubber feet on the same floors"),
+    "carpet": ListedContact(LognormalFriction(0.55, 0.30), 0.9, "carpet"),
+    "concrete": ListedContact(LognormalFriction(0.50, 0.25), 0.9, "steel on concrete"),
 }
 """Contacts by name. The values are assumed: tests span 0.2 to 0.8, and no medians were found."""
 ROLLING, LOCKED = "castors", "castors locked"
@@ -201,7 +215,7 @@ UNLOCKED = "castors unlocked"
 """The same as `ROLLING`."""
 
 
-def contact_named(name: str) -> Contact:
+def contact_named(name: str) -> ListedContact:
     """Return a contact; ValueError for an unknown one, and for castors, which roll or have the friction of brakes."""
     if name in (ROLLING, UNLOCKED):
         raise ValueError("a piece on castors rolls, which is not modelled: lock or block them and name that contact")
@@ -221,13 +235,15 @@ def friction_and_ratio(contact: str | None, static: Any, dispersion: float | Non
     return FixedFriction(static) if dispersion is None else LognormalFriction(static, dispersion), None
 
 
-def friction_of(value: Any) -> Friction:
-    """Return a number as a `FixedFriction` and a `Friction` unchanged; TypeError for anything else."""
-    if isinstance(value, Friction):
+def contact_of(value: Any) -> Contact:
+    """Return a number or a `Friction` as a contact, and a contact unchanged; TypeError for anything else."""
+    if isinstance(value, Contact):
         return value
+    if isinstance(value, Friction):
+        return Contact(value)
     if isinstance(value, bool) or not isinstance(value, Real):
         raise TypeError(f"friction must be a number or a Friction such as LognormalFriction, got {checks.kind(value)}")
-    return FixedFriction(float(value))
+    return Contact(FixedFriction(float(value)))
 
 
 def _check_all(name: str, values: NDArray[Any], holds: Flags, allowed: str) -> None:

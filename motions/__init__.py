@@ -18,7 +18,11 @@ if TYPE_CHECKING:
     )
     from .floors.building import Building as Building
     from .floors.files import read_floors as read_floors
-    from .floors.yielding import CollapsingBuilding as CollapsingBuilding, YieldingBuilding as YieldingBuilding
+    from .floors.yielding import (
+        CollapsingBuilding as CollapsingBuilding,
+        Yielding as Yielding,
+        YieldingBuilding as YieldingBuilding,
+    )
     from .generators import GENERATORS as GENERATORS
     from .intensity.directions import GeometricMean as GeometricMean, RotD50 as RotD50, RotD100 as RotD100
     from .intensity.evaluation import measures as measures

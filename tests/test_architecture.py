@@ -255,6 +255,20 @@ def test_folders_that_the_page_names_are_there():
         assert [name for name in functions if not re.search(rf"(def|class) {name}\b", source)] == []
 
 
+def test_functions_take_few_arguments():
+    """At most 12, and above 8 in ten public faces at most; what a class's methods are called on is none of them."""
+    numbers = [
+        len([argument for argument in every if argument.arg not in ("self", "cls")])
+        for path in code()
+        if str(path.parent) not in KERNEL_FOLDERS and path.parts[0] in BELOW
+        for function in ast.walk(tree(path))
+        if isinstance(function, ast.FunctionDef)
+        for every in [[*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs]]
+    ]
+    assert max(numbers) <= 12
+    assert len([number for number in numbers if number > 8]) <= 10
+
+
 def test_modules_of_core_hide_no_module_of_python():
     names = {path.stem for path in code() if path.parts[0] == "core"} - {"__init__"}
     assert not names & sys.stdlib_module_names

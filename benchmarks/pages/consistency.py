@@ -223,7 +223,7 @@ def buildings() -> dict[str, tp.motions.Building | tp.motions.YieldingBuilding]:
     frame = tp.motions.Building.from_storeys
     frames: dict[str, tp.motions.Building | tp.motions.YieldingBuilding] = {"elastic": frame(masses, stiffnesses, 0.05)}
     for strength in STRENGTHS:
-        frames[f"C_y = {strength:g}"] = frame(masses, stiffnesses, 0.05, yield_coefficient=strength)
+        frames[f"C_y = {strength:g}"] = frame(masses, stiffnesses, 0.05, yielding=tp.motions.Yielding(strength))
     return frames
 
 

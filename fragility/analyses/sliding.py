@@ -11,10 +11,9 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array, Progress
 from ...core.doubts import warn
-from ...core.parameters import PART
 from ...core.units import described
 from ...models import Block
-from ...models.friction import MOST_FRICTION, Friction
+from ...models.friction import MOST_FRICTION, Contact, Friction
 from ...models.runs import Specimen
 from ...models.scenes.edge import FALLEN_OFF, OF_FALLEN_OFF
 from ...models.sliding.law import LEAST_FRICTION, PlaneSlider, Slider, check_free
@@ -29,7 +28,7 @@ from ..runs.plan import Work
 from ..runs.provenance import blocks_of, carried_attributes, factors_of, records_of
 from ..runs.request import ENDS, collect, runner_of
 from ..runs.runners import Runner, Workers
-from ..validity.friction_demand import friction_by_block
+from ..validity.friction_demand import contact_by_block
 from ..validity.plausibility import cut_slides, end_doubts
 
 DRAWS = 100
@@ -54,8 +53,7 @@ OF_DRAWS = described("number of the coefficient of friction")
 def slide_runs(
     runs: xr.Dataset,
     motions: Any,
-    friction: float | Friction | Mapping[str, float | Friction],
-    kinetic_ratio: float = 1.0,
+    friction: float | Friction | Contact | Mapping[str, float | Friction | Contact],
     draws: int = DRAWS,
     client: Workers = None,
     progress: Progress | None = None,
@@ -71,11 +69,9 @@ def slide_runs(
         pairs of components, too.
     motions : xarray.DataArray or a sequence of them
         The motions of the runs, as for `screen`.
-    friction : float, Friction or mapping
+    friction : float, Friction, Contact or mapping
         Static coefficient of friction: a number, a distribution (`toppling.models.friction`), or either for each block
-        by its label.
-    kinetic_ratio : float
-        Kinetic over static friction, above 0, at most 1.
+        by its label. A `Contact` also has the ratio of kinetic to static friction, which is 1 without it.
     draws : int
         Number of equally probable coefficients with which each motion is run, the quantiles of (k + 1/2)/draws; one if
         friction is a number.
@@ -138,7 +134,6 @@ def slide_runs(
     >>> (slides["mode"] == 1).mean("motion").values.round(2).tolist()  # at 0.2 g, and at 1 g
     [[[0.0, 0.75]]]
     """
-    ratio = PART.number("kinetic_ratio", kinetic_ratio)
     number = checks.count("draws", draws, at_least=1)
     checks.callback("progress", progress)
     mirrored = checks.choice("polarity", polarity, POLARITIES) == BOTH and POLARITY not in runs.coords
@@ -149,12 +144,12 @@ def slide_runs(
         check_free(block)
     if friction is None:
         raise TypeError("friction must be a number or a Friction, got None")
-    available = friction_by_block(friction, [block.label for block in blocks])
-    obstacles = _obstacles(trip, [block.label for block in blocks])
+    labels = [block.label for block in blocks]
+    contacts, obstacles = contact_by_block(friction, labels), _obstacles(trip, labels)
     if plane and obstacles:
         raise ValueError("trip must be left out for motions of both components: trips are of one component")
     names = (*SLIPS, AFTER, TRIP_VELOCITY) if obstacles else (*SLIPS, AFTER)
-    coefficients = np.stack([coefficients_of(block_friction, number) for block_friction in available])
+    coefficients = np.stack([coefficients_of(contact.friction, number) for contact in contacts])
     if (coefficients == coefficients[:, :1]).all():
         coefficients = coefficients[:, :1]
     factors = factors_of(runs)
@@ -172,7 +167,8 @@ def slide_runs(
         if sliding.size:
             at = obstacles.get(block.label, math.inf)
             wanted = names if block.label in obstacles else (*SLIPS, AFTER)
-            slid = slips_of(sliders_of(coefficient[sliding], ratio, at, plane), plain, scale, runner, wanted)
+            sliders = sliders_of(coefficient[sliding], contacts[i].kinetic_ratio, at, plane)
+            slid = slips_of(sliders, plain, scale, runner, wanted)
             for name, values in slid.items():
                 # (what rocks about its width does not slide along it alone)
                 slips[name][i, sliding] = np.where(modes[i, sliding] == Mode.SLIDES, values, 0.0) if plane else values
@@ -197,10 +193,12 @@ def slide_runs(
         for i, block in enumerate(blocks):
             if block.label not in obstacles:
                 every[TRIPS][i] = False
-    settings = {"kinetic_ratio": ratio, "draws": number, **({"polarity": BOTH} if mirrored else {})}
+    ratios = [contact.kinetic_ratio for contact in contacts]
+    settings: dict[str, Any] = {"kinetic_ratio": ratios if len({*ratios}) > 1 else ratios[0], "draws": number}
+    settings |= {"polarity": BOTH} if mirrored else {}
     settings |= {"trip": [obstacles.get(block.label) for block in blocks]} if obstacles else {}
     settings |= {SLIDES_ON: np.flatnonzero(on).tolist()} if doubts else {}
-    labelled = _labelled(runs, available, coefficients, every, settings, mirrored)
+    labelled = _labelled(runs, contacts, coefficients, every, settings, mirrored)
     for name in SLIPS if plane else ():
         labelled[name].attrs["long_name"] += OF_BOTH[OUTPUTS[name].both]
     return labelled.assign_attrs(notes=doubts[0].sentence) if doubts else labelled
@@ -296,7 +294,7 @@ def slips_of(
 
 def _labelled(
     runs: xr.Dataset,
-    available: list[Friction],
+    contacts: list[Contact],
     coefficients: Array,
     results: Mapping[str, Any],
     settings: dict[str, Any],
@@ -344,7 +342,7 @@ def _labelled(
             described("static coefficient of friction"),
         ),
     }
-    sliding = {"friction": [friction.description for friction in available], **settings}
+    sliding = {"friction": [contact.friction.description for contact in contacts], **settings}
     return xr.Dataset(
         variables,
         coords={**kept, "model": xr.Variable("model", np.array(["sliding"], dtype=object), described("law"))},

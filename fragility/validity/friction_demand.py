@@ -8,7 +8,7 @@ import xarray as xr
 
 from ...core.aliases import Array, Index
 from ...core.units import STANDARD_GRAVITY
-from ...models.friction import FixedFriction, Friction, friction_at_uplift, friction_of
+from ...models.friction import Contact, FixedFriction, Friction, contact_of, friction_at_uplift
 from ..runs.provenance import RUN
 from .reasons import SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, Reason, labelled, spread
 
@@ -73,12 +73,17 @@ def friction_by_block(friction: Any, labels: list[str]) -> list[Friction]:
     """Return the friction of each block from one for all, a mapping by label, or None; ValueError if one is missing."""
     if friction is None:
         return [ANY_FLOOR] * len(labels)
+    return [contact.friction for contact in contact_by_block(friction, labels)]
+
+
+def contact_by_block(friction: Any, labels: list[str]) -> list[Contact]:
+    """Return the contact of each block from one for all or a mapping by label; ValueError if one is missing."""
     if not isinstance(friction, Mapping):
-        return [friction_of(friction)] * len(labels)
+        return [contact_of(friction)] * len(labels)
     missing = [label for label in labels if label not in friction]
     if missing:
         raise ValueError(f"friction must hold every block, got none for {missing[0]!r}")
-    return [friction_of(friction[label]) for label in labels]
+    return [contact_of(friction[label]) for label in labels]
 
 
 def chance_below(need: xr.Variable, available: list[Friction], block: Index | None = None) -> xr.Variable:

@@ -17,7 +17,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import warn
-from ...core.parameters import RATIO, Parameter, Seed
+from ...core.parameters import RATIO, Parameter
 from ...core.units import ACCELERATION, VELOCITY, described, provenance
 from ..arrays import (
     BOTH_AXES,
@@ -36,9 +36,8 @@ from ..supports.isolator import Isolator
 from ..supports.support import Support
 from .isolation import BaseMass, Isolation
 from .modes import MOST_BEAM_MODES, beam_modes, storey_modes
-from .yielding import DISPERSION, HARDENING, YieldingBuilding, chosen_floors, yielding_building
+from .yielding import Yielding, YieldingBuilding, chosen_floors, yielding_building
 
-NO_STRENGTH = "hardening, p_delta and strength_dispersion are of storeys that yield: give a yield_coefficient"
 PERIOD = Parameter("s", at_least=1e-3, at_most=100.0)
 ALPHA0 = Parameter(at_least=0.0, at_most=1e4)
 MAX_STOREYS = 500
@@ -46,11 +45,9 @@ MOST_PARTS = 1000
 Damping = Annotated[float | Sequence[float], RATIO]
 StoreyHeight = Annotated[float | Sequence[float], Parameter("m", above=0.0)]
 Modes = Annotated[int, Parameter(at_least=1)]
-Masses = Annotated[Any, Parameter("kg", above=0.0)]
-Stiffnesses = Annotated[Any, Parameter("N/m", above=0.0)]
-YieldCoefficient = Annotated[float | Sequence[float], Parameter(above=0.0)]
-Hardening = Annotated[float, RATIO]
-Dispersion = Annotated[float, DISPERSION]
+MASS, STIFFNESS = Parameter("kg", above=0.0), Parameter("N/m", above=0.0)
+Masses = Annotated[Any, MASS]
+Stiffnesses = Annotated[Any, STIFFNESS]
 MOST_SAMPLES = 500_000_000  # 4 GB
 
 
@@ -160,11 +157,7 @@ class Building:
         storey_height: StoreyHeight = 3.0,
         modes: Modes | None = None,
         *,
-        yield_coefficient: YieldCoefficient | None = None,
-        hardening: Hardening = HARDENING,
-        p_delta: Any = None,
-        strength_dispersion: Dispersion = 0.0,
-        seed: Seed = 0,
+        yielding: Yielding | None = None,
     ) -> Building | YieldingBuilding:
         """Return a shear building: storeys as masses on springs, from the lowest storey upwards.
 
@@ -180,33 +173,20 @@ class Building:
             Height of all storeys, or of each, m.
         modes : int, optional
             Number of modes; all if not given.  A building that yields has all of them.
-        yield_coefficient : float or sequence of float, optional
-            Yield strength of the lowest storey over the weight of the building. The other storeys follow from the
-            lateral forces of codes, which grow with w h^k. The exponent is 1 up to a period of 0.5 s and 2 from 2.5 s
-            on (ASCE/SEI 7-22, 12.8.3). Or of each storey over the weight of the building. The building is elastic if
-            not given.
-        hardening : float
-            Ratio of a storey's stiffness after and before yielding (0.03 is assumed).
-        p_delta : bool, float or sequence of float, optional
-            Stability coefficient theta = P/(k h) of the storeys, or True to compute it from the weight above them; none
-            if not given. With theta above `hardening` a storey softens after yielding.
-        strength_dispersion : float
-            Dispersion of the building's real strength about the given one (assumed: 0.3 for real buildings). Each
-            motion has its own building, whose strengths are multiplied by one lognormal factor of median 1.
-        seed : int
-            Seed of the factors, which depend on it and on the names of the motions alone.
+        yielding : Yielding, optional
+            Strength of the storeys; the building is elastic if not given.
 
         Returns
         -------
         Building or YieldingBuilding
-            The latter with a yield coefficient. Its storeys are bilinear, and damped in proportion to masses and
+            The latter with `yielding`. Its storeys are bilinear, and damped in proportion to masses and
             initial stiffnesses, with the ratio `damping` (one number) at the first and the last mode.
 
         Raises
         ------
         TypeError, ValueError
             Masses and stiffnesses of different number or not positive, a value out of range; modes of a building that
-            yields, hardening or P-delta of one that does not.
+            yields.
 
         Examples
         --------
@@ -219,16 +199,12 @@ class Building:
         heights = storey_heights(storey_height, m.size)
         of_modes = _damping(damping, count)
         warn([*building_doubts(2.0 * math.pi / float(omega[0]), damping, heights), *storey_doubts(m, k)])
-        if yield_coefficient is not None:
+        if yielding is not None:
             if modes is not None:
                 raise ValueError("modes must be left out where storeys yield: the building has all of them")
             text = f"shear building, {m.size} storeys, {heights[-1]:g} m, T1 = {2.0 * math.pi / omega[0]:.4g} s"
             text += f", {_damping_text(damping)}"
-            return yielding_building(
-                m, k, omega, damping, heights, yield_coefficient, hardening, p_delta, strength_dispersion, seed, text
-            )
-        if p_delta is not None or hardening != HARDENING or strength_dispersion != 0.0:
-            raise ValueError(NO_STRENGTH)
+            return yielding_building(m, k, omega, damping, heights, text, yielding)
         at_floors = np.concatenate([np.zeros((count, 1)), shares[:count]], axis=1)
         text = (
             f"shear building, {m.size} storeys, {heights[-1]:g} m, T1 = {2.0 * math.pi / omega[0]:.4g} s, {count} "
@@ -246,11 +222,7 @@ class Building:
         damping: Annotated[float, RATIO] = 0.05,
         storey_height: StoreyHeight = 3.0,
         *,
-        yield_coefficient: YieldCoefficient | None = None,
-        hardening: Hardening = HARDENING,
-        p_delta: Any = None,
-        strength_dispersion: Dispersion = 0.0,
-        seed: Seed = 0,
+        yielding: Yielding | None = None,
     ) -> YieldingBuilding:
         """Return a shear building on isolators: a slab on an isolation storey, and the storeys above it.
 
@@ -266,8 +238,8 @@ class Building:
         damping : float
             Damping ratio of the storeys at their first mode on a fixed base. It is proportional to stiffness, so that
             higher modes have more and the isolators have none.
-        yield_coefficient, hardening, p_delta, strength_dispersion, seed
-            As of `from_storeys`, with the weight above the slab; the storeys are elastic without the first.
+        yielding : Yielding, optional
+            As of `from_storeys`, with the weight above the slab.
 
         Returns
         -------
@@ -295,26 +267,11 @@ class Building:
         """
         m, k, omega, _ = _chain(masses, stiffnesses)
         isolation = Isolation(isolator, base_mass)
-        if yield_coefficient is None and (p_delta is not None or hardening != HARDENING or strength_dispersion != 0.0):
-            raise ValueError(NO_STRENGTH)
         heights = storey_heights(storey_height, m.size)
         warn([*building_doubts(2.0 * math.pi / float(omega[0]), damping, heights), *storey_doubts(m, k)])
         text = f"isolated shear building, {m.size} storeys, {heights[-1]:g} m, T1 on a fixed base = "
         text += f"{2.0 * math.pi / omega[0]:.4g} s, {_damping_text(damping)}"
-        return yielding_building(
-            m,
-            k,
-            omega,
-            damping,
-            heights,
-            yield_coefficient,
-            hardening,
-            p_delta,
-            strength_dispersion,
-            seed,
-            text,
-            isolation,
-        )
+        return yielding_building(m, k, omega, damping, heights, text, yielding, isolation)
 
     @property
     def floors(self) -> tuple[int, ...]:
@@ -548,13 +505,9 @@ def storey_heights(storey_height: Any, storeys: int) -> Array:
 
 def _chain(masses: Any, stiffnesses: Any) -> tuple[Array, Array, Array, Array]:
     """Return checked masses, kg, and stiffnesses, N/m, with frequencies and shares of their modes (`storey_modes`)."""
-    m = checks.finite_array("masses", np.atleast_1d(np.asarray(masses)), unit="kg")
-    k = checks.finite_array("stiffnesses", np.atleast_1d(np.asarray(stiffnesses)), unit="N/m")
+    m, k = np.atleast_1d(MASS.array("masses", masses), STIFFNESS.array("stiffnesses", stiffnesses))
     if m.size != k.size or m.size > MAX_STOREYS:
         raise ValueError(f"masses and stiffnesses must be one a storey, 1 to {MAX_STOREYS}, got {m.size} and {k.size}")
-    for name, values in (("masses", m), ("stiffnesses", k)):
-        if values.min() <= 0.0:
-            raise ValueError(f"{name} must be > 0, got {values.min():g}")
     omega, shares = storey_modes(m, k)
     # limits within which the squares of the frequencies do not vanish in rounding
     shortest, longest = PERIOD.bounds["at_least"], PERIOD.bounds["at_most"]
@@ -567,12 +520,9 @@ def _chain(masses: Any, stiffnesses: Any) -> tuple[Array, Array, Array, Array]:
 
 
 def _damping(damping: Any, modes: int) -> Array:
-    values = checks.finite_array("damping", np.asarray(damping), ndim=(0, 1))
+    values = RATIO.array("damping", damping)
     if values.ndim == 1 and values.size != modes:
         raise ValueError(f"damping must be one number or {modes}, one a mode, got {values.size}")
-    if values.min() < 0.0 or values.max() >= 1.0:
-        worst = values.min() if values.min() < 0.0 else values.max()
-        raise ValueError(f"damping must be >= 0 and < 1, got {worst:g}")
     return np.array(np.broadcast_to(values, modes))
 
 

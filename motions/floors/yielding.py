@@ -9,7 +9,7 @@ import json
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -17,7 +17,7 @@ import xarray as xr
 from ...core import checks
 from ...core.doubts import warn
 from ...core.elementary import Array, power
-from ...core.parameters import RATIO, Parameter
+from ...core.parameters import RATIO, SHARE, Parameter, Seed, check
 from ...core.streams import key_of, stream
 from ...core.units import ACCELERATION, METRE, STANDARD_GRAVITY, VELOCITY, described, provenance
 from ..arrays import OWN_LEVEL, Record, floor_array, floor_coordinates, motion_coordinates, records
@@ -25,14 +25,55 @@ from ..kernels.yielding import storey_response
 from ..plausibility import collapse_doubts, record_doubts, unusual
 from .isolation import Isolation, refuse_light
 
-HARDENING = 0.03
-DISPERSION = Parameter(at_least=0.0, at_most=1.0)
+YIELD_COEFFICIENT = Parameter(above=0.0)
 COLLAPSE_DRIFT = 0.1
 """Drift over the storey's height at which a storey counts as collapsed (assumed)."""
 
 
 DISPLACEMENT = described("greatest displacement of the isolators", METRE)
 FACTOR = described("factor on the strengths of the building that the motion meets")
+
+
+@dataclass(frozen=True, eq=False)
+class Yielding:
+    """Yield strength of a building's storeys, and their behaviour after yielding.
+
+    Parameters
+    ----------
+    yield_coefficient : float or sequence of float
+        Yield strength of the lowest storey over the weight of the building. The other storeys follow from the
+        lateral forces of codes, which grow with w h^k. The exponent is 1 up to a period of 0.5 s and 2 from 2.5 s
+        on (ASCE/SEI 7-22, 12.8.3). Or of each storey over the weight of the building.
+    hardening : float
+        Ratio of a storey's stiffness after and before yielding (0.03 is assumed).
+    p_delta : bool, float or sequence of float, optional
+        Stability coefficient theta = P/(k h) of the storeys, or True to compute it from the weight above them; none
+        if not given. With theta above `hardening` a storey softens after yielding.
+    strength_dispersion : float
+        Dispersion of the building's real strength about the given one (assumed: 0.3 for real buildings). Each
+        motion has its own building, whose strengths are multiplied by one lognormal factor of median 1.
+    seed : int
+        Seed of the factors, which depend on it and on the names of the motions alone.
+    """
+
+    yield_coefficient: Annotated[float | Sequence[float], YIELD_COEFFICIENT]
+    hardening: Annotated[float, RATIO] = 0.03
+    p_delta: Any = None
+    strength_dispersion: Annotated[float, SHARE] = 0.0
+    seed: Seed = 0
+
+    def __post_init__(self) -> None:
+        YIELD_COEFFICIENT.array("yield_coefficient", self.yield_coefficient)
+        check(self, but=("yield_coefficient",))
+
+    @property
+    def text(self) -> str:
+        """Its parameters, for the description of a building."""
+        values = np.array2string(np.asarray(self.yield_coefficient), threshold=10)
+        counted = "counted" if np.any(self.p_delta) else "none"
+        random = f", strength dispersion {self.strength_dispersion:g}, seed {self.seed}"
+        given = f"yield coefficient {values}, hardening {self.hardening:g}, P-delta {counted}"
+        return f"{given}{random if self.strength_dispersion > 0.0 else ''}"
 
 
 class CollapsingBuilding(UserWarning):
@@ -61,8 +102,8 @@ class Response(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class YieldingBuilding:
-    """Shear building that does not scale: its storeys yield (made by `Building.from_storeys` with a yield coefficient),
-    or it is on isolators (`Building.isolated`).
+    """Shear building that does not scale: its storeys yield (made by `Building.from_storeys` with `yielding`), or it is
+    on isolators (`Building.isolated`).
 
     Attributes
     ----------
@@ -152,7 +193,7 @@ class YieldingBuilding:
         --------
         >>> from toppling import motions
         >>> ground = motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
-        >>> weak = motions.Building.from_storeys([1e5, 1e5], [4e7, 4e7], yield_coefficient=0.1)
+        >>> weak = motions.Building.from_storeys([1e5, 1e5], [4e7, 4e7], yielding=motions.Yielding(0.1))
         >>> floors = weak.floor_motions(ground, factor=2.0)
         >>> dict(floors.sizes), bool((floors["ductility"] > 1.0).all())
         ({'motion': 2, 'floor': 3, 'time': 2624}, True)
@@ -272,7 +313,8 @@ class YieldingBuilding:
         Examples
         --------
         >>> from toppling import motions
-        >>> frame = motions.Building.from_storeys([1e5], [4e7], yield_coefficient=0.2, strength_dispersion=0.3)
+        >>> weak = motions.Yielding(0.2, strength_dispersion=0.3)
+        >>> frame = motions.Building.from_storeys([1e5], [4e7], yielding=weak)
         >>> [round(frame.strength_of(name), 3) for name in ("Kobe", "Imperial Valley")]
         [1.45, 0.884]
         """
@@ -355,28 +397,25 @@ def yielding_building(
     omega: Array,
     damping: Any,
     heights: Array,
-    yield_coefficient: Any,
-    hardening: float,
-    p_delta: Any,
-    strength_dispersion: Any,
-    seed: Any,
     text: str,
+    yielding: Yielding | None,
     isolation: Isolation | None = None,
 ) -> YieldingBuilding:
     """Return the yielding building of checked masses, stiffnesses and frequencies omega (mode,), rad/s, lowest first.
 
     Rayleigh damping has the ratio at the first and the last mode; one storey has mass-proportional damping. On
-    isolators it is proportional to stiffness alone, with the ratio at the first mode on a fixed base. Without a yield
-    coefficient storeys are elastic.
+    isolators it is proportional to stiffness alone, with the ratio at the first mode on a fixed base. Storeys are
+    elastic without `yielding`.
     """
-    ratio, rho = RATIO.number("damping", damping), RATIO.number("hardening", hardening)
-    beta = DISPERSION.number("strength_dispersion", strength_dispersion)
-    own_seed = checks.count("seed", seed)
+    if yielding is not None and not isinstance(yielding, Yielding):
+        raise TypeError(f"yielding must be Yielding(yield_coefficient, …), got {checks.shown(yielding)}")
+    ratio = RATIO.number("damping", damping)
     weight = STANDARD_GRAVITY * masses
     strengths = np.full(masses.size, math.inf)
-    if yield_coefficient is not None:
-        strengths = _strengths(yield_coefficient, weight, heights, 2.0 * math.pi / float(omega[0]))
-    theta = _stability(p_delta, weight, stiffnesses, heights)
+    if yielding is not None:
+        strengths = _strengths(yielding.yield_coefficient, weight, heights, 2.0 * math.pi / float(omega[0]))
+    after = yielding or Yielding(1.0)  # (storeys that do not yield have the defaults)
+    theta = _stability(after.p_delta, weight, stiffnesses, heights)
     if isolation is not None:
         factors = (0.0, 2.0 * ratio / float(omega[0]))
         below = isolation.storey(float(masses.sum()))
@@ -390,25 +429,20 @@ def yielding_building(
     else:
         of_stiffness = 2.0 * ratio / float(omega[0] + omega[-1])
         factors = (of_stiffness * float(omega[0] * omega[-1]), of_stiffness)
-    words = text if isolation is None else f"{text}, {isolation.text}"
-    if yield_coefficient is not None:
-        values = np.array2string(np.asarray(yield_coefficient), threshold=10)
-        words += f", yield coefficient {values}, hardening {rho:g}, P-delta {'counted' if theta.any() else 'none'}"
-    if beta > 0.0:
-        words += f", strength dispersion {beta:g}, seed {own_seed}"
+    texts = [text, *([isolation.text] if isolation else []), *([yielding.text] if yielding else [])]
     return YieldingBuilding(
         masses,
         stiffnesses,
         strengths,
-        np.full(masses.size, rho),
+        np.full(masses.size, float(after.hardening)),
         theta,
         factors,
         heights,
         COLLAPSE_DRIFT,
-        beta,
-        own_seed,
+        float(after.strength_dispersion),
+        int(after.seed),
         isolation,
-        words,
+        ", ".join(texts),
     )
 
 
@@ -417,9 +451,7 @@ def _strengths(coefficient: Any, weight: Array, heights: Array, period: float) -
 
     Forces grow with w h^k, k = 1 up to 0.5 s, 2 from 2.5 s on (ASCE/SEI 7-22, 12.8.3).
     """
-    given = checks.finite_array("yield_coefficient", np.asarray(coefficient), ndim=(0, 1))
-    if given.min() <= 0.0:
-        raise ValueError(f"yield_coefficient must be > 0, got {given.min():g}")
+    given = YIELD_COEFFICIENT.array("yield_coefficient", coefficient)
     warn(unusual({"yield coefficient": given}))
     if given.ndim == 1:
         if given.size != weight.size:
@@ -435,16 +467,11 @@ def _stability(p_delta: Any, weight: Array, stiffnesses: Array, heights: Array) 
     if p_delta is None or p_delta is False:
         return np.zeros(weight.size)
     if p_delta is True:
-        theta = np.cumsum(weight[::-1])[::-1] / (stiffnesses * np.diff(heights))
-    else:
-        theta = checks.finite_array("p_delta", np.atleast_1d(np.asarray(p_delta)))
-        if theta.size not in (1, weight.size):
-            raise ValueError(f"p_delta must be one number or {weight.size}, one a storey, got {theta.size}")
-        theta = np.array(np.broadcast_to(theta, weight.size))
-    if theta.min() < 0.0 or theta.max() >= 1.0:
-        worst = theta.min() if theta.min() < 0.0 else theta.max()
-        raise ValueError(f"p_delta must be >= 0 and < 1 (theta of a storey, P/(k h)), got {worst:.3g}")
-    return theta
+        p_delta = np.cumsum(weight[::-1])[::-1] / (stiffnesses * np.diff(heights))
+    theta = RATIO.array("p_delta (theta of a storey, P/(k h))", p_delta)
+    if theta.ndim == 1 and theta.size not in (1, weight.size):
+        raise ValueError(f"p_delta must be one number or {weight.size}, one a storey, got {theta.size}")
+    return np.array(np.broadcast_to(theta, weight.size))
 
 
 def _ground(motions: Any) -> list[Record]:

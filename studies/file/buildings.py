@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
 import xarray as xr
-from pydantic import Field, TypeAdapter
+from pydantic import Field, TypeAdapter, create_model
 
 from ... import motions as shaking
 from ...core.doubts import noted
@@ -15,14 +15,15 @@ from ...core.wording import short_digits
 from ...motions.floors.isolation import BaseMass
 from ...motions.floors.strength import SYSTEMS, Design, Importance, Strength, code_strength
 from ...motions.intensity.peaks import peak_velocity
-from .derived import Derived, choice, derived
+from .derived import Derived, choice, derived, in_si, keys_of
 from .table import KeyInfo, Label, one_of
 
 CODE_STRENGTH = ("system", "sds_g", "sd1_g", "importance")
 """Keys of a strength that a code's design gives."""
-STRENGTH = ("yield_coefficient", *CODE_STRENGTH)
-YIELDING = ("hardening", "p_delta", "strength_dispersion", "seed")
-"""Keys of storeys that yield."""
+P_DELTA = Annotated[bool, Field(description="True: include the P-delta effect of the weight above.")]
+FIELDS, FACTORS = keys_of(shaking.Yielding, {"p_delta": P_DELTA}, defaults={"yield_coefficient": None})
+COEFFICIENT, *YIELDING = FIELDS
+"""Keys of storeys that yield: of their strength, and of what comes with one."""
 
 
 class IsolationTable(Derived):
@@ -168,7 +169,13 @@ class GroundTable(BuildingTable):
         return [array.expand_dims(floor=[name], axis=array.dims.index("time")) for array in ground]
 
 
-class StoreysTable(FloorsTable):
+if TYPE_CHECKING:
+    YieldingTable = FloorsTable
+else:
+    YieldingTable = create_model("YieldingTable", __base__=FloorsTable, __module__=__name__, **FIELDS)
+
+
+class StoreysTable(YieldingTable):
     """A building of masses on springs, which may yield or be on isolators.
 
     system: Seismic force-resisting system: a default strength from the site's code hazard (assumed).
@@ -191,9 +198,11 @@ class StoreysTable(FloorsTable):
                 raise ValueError(f"{key} needs yield_coefficient or system: an elastic building does not yield")
         if not self.scales and isinstance(self.given("damping"), list):
             raise ValueError(f"damping of {self.what} must be one number, that of the first and the last mode")
-        options = {name: value for name, value in self.options().items() if value is not False}
+        options, of_yielding = self.options(), in_si(self, FACTORS)
         if strength is not None:
-            options["yield_coefficient"] = strength.coefficient
+            of_yielding[COEFFICIENT] = strength.coefficient
+        if of_yielding:
+            options["yielding"] = shaking.Yielding(**of_yielding)
         if self.isolation is not None:
             if "modes" in options:
                 raise ValueError("modes must be left out of an isolated building: it has all of them")
@@ -203,7 +212,7 @@ class StoreysTable(FloorsTable):
 
     @property
     def yields(self) -> bool:
-        return self.given("yield_coefficient") is not None or self.system is not None
+        return self.given(COEFFICIENT) is not None or self.system is not None
 
     @property
     def scales(self) -> bool:
@@ -221,7 +230,7 @@ class StoreysTable(FloorsTable):
 
     @property
     def elastic(self) -> Self:
-        return self.model_copy(update=dict.fromkeys((*STRENGTH, *YIELDING, "isolation")))
+        return self.model_copy(update=dict.fromkeys((*FIELDS, *CODE_STRENGTH, "isolation")))
 
     @property
     def default_strength(self) -> Strength | None:
@@ -231,7 +240,7 @@ class StoreysTable(FloorsTable):
             if alone:
                 raise ValueError(f"{alone[0]} needs system: it gives the default strength of one")
             return None
-        if self.given("yield_coefficient") is not None:
+        if self.given(COEFFICIENT) is not None:
             raise ValueError("system gives a default strength, and yield_coefficient a known one: state one of them")
         if self.sds_g is None or self.sd1_g is None:
             raise ValueError(
@@ -245,13 +254,10 @@ class StoreysTable(FloorsTable):
         return code_strength(self.system, first, self.sds_g, self.sd1_g, factor)
 
 
-P_DELTA = Annotated[bool, Field(description="True: include the P-delta effect of the weight above.")]
 BUILDINGS = {
     "ground": GroundTable,
     "flexural-shear": derived(shaking.Building.flexural_shear, FloorsTable, word=("kind", "flexural-shear")),
-    "storeys": derived(
-        shaking.Building.from_storeys, StoreysTable, word=("kind", "storeys"), types={"p_delta": P_DELTA}
-    ),
+    "storeys": derived(shaking.Building.from_storeys, StoreysTable, word=("kind", "storeys"), types={"yielding": None}),
 }
 if TYPE_CHECKING:
     Buildings = BuildingTable

@@ -24,7 +24,7 @@ from ...fragility.runs.runners import Runner
 from ...fragility.validity.plausibility import end_doubts
 from ...fragility.validity.slab_screen import SQUAT_RATIO
 from ...models import Block
-from ...models.friction import FixedFriction, Friction
+from ...models.friction import Contact, FixedFriction, Friction
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.law import check_free
 from ...models.sliding.mode import Mode
@@ -150,11 +150,9 @@ class Slides:
         edge = block.edge
         sided = edge is not None and edge.front != edge.back
         polarity = self.polarity if sided else AS_RECORDED
-        friction, ratio = self.friction_of(block), self.ratio_of(block)
+        contact = Contact(self.friction_of(block), self.ratio_of(block))
         with noted():
-            return slide_runs(
-                rocking, motions, friction, ratio, client=client, polarity=polarity, trip=self.trip_of(block)
-            )
+            return slide_runs(rocking, motions, contact, client=client, polarity=polarity, trip=self.trip_of(block))
 
     def _most(self, runs: xr.Dataset, block: Block) -> float:
         """Return the chance that a block slides in the strongest shaking: its friction is below b/h, or it is lifted.

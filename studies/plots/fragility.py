@@ -78,7 +78,6 @@ def fragility(
     observed: bool = True,
     color: str | None = None,
     label: str | None = None,
-    legend: bool = True,
 ) -> Axes:
     """Draw the fragility curves of one block: a fitted line for each law, and observed fractions with their intervals.
 
@@ -92,8 +91,6 @@ def fragility(
         A study's results, or a result of `toppling.fit_fragility` or `toppling.overturning_probability`.
     observed : bool
         True to draw the observed fractions (for a cloud: every motion, and fractions in bins) with the curves.
-    legend : bool
-        True for a legend if there are several laws, or a label.
     """
     if not _has_curves(selection.checked(results)) and not _observed(results) and "intensity" not in results.coords:
         raise ValueError("fragility needs curves (median and dispersion) or probability, lower and upper on level")
@@ -101,15 +98,15 @@ def fragility(
     laws = selection.laws(of_block, model, color)
     if label is not None and len(laws) > 1:
         raise ValueError(f"label must be of one law, got {len(laws)} laws: say which model")
-    ax = ax or axes.new()
+    alone, ax = ax is None, ax or axes.new()
     frame = Frame.of(results)
     lines = frame.curves(of_block if model is None else laws[0].results)
     for i, law in enumerate(laws):
         _law(frame, ax, law, lines[i] if len(lines) else None, i=i, floor=floor, observed=observed, label=label)
     _finish(frame, ax, results, len(laws))
     axes.name(ax, selection.place(selection.labels(of_block, "block")[0], floor))
-    if legend and (len(laws) > 1 or label is not None):
-        ax.legend()
+    if alone:
+        axes.own_legend(ax)
     return ax
 
 

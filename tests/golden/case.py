@@ -20,6 +20,7 @@ class Case(NamedTuple):
     names: what a refusal must name on standard error, a key, a column, a line or a file; none if nothing is refused.
     process: True if every command is a process of its own, for what ends the process or is interrupted.
     twins: files that take the place of those of the same names under an old commit, as for functions renamed since.
+    renamed: the last commit that needs the twins.
     """
 
     name: str
@@ -28,6 +29,7 @@ class Case(NamedTuple):
     names: Sequence[str] = ()
     process: bool = False
     twins: Mapping[str, str | bytes | Path] = {}
+    renamed: str = ""
 
     def write(self, folder: Path) -> None:
         """Write the files into a new folder."""

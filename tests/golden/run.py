@@ -25,7 +25,6 @@ from case import HERE, ROOT, Case
 from changes import read_changes, sort_out
 from compare import Difference, compare_case
 from corpus import cases, renames, with_old_keys
-from script_cases import RENAMED
 from worker import DIED, ENDS, HUNG, LONGEST, PLAN, REPORT
 
 PLACE = ROOT / ".golden"
@@ -110,7 +109,8 @@ def lay_out(corpus: Sequence[Case], side: Path, old: bool, applies: Callable[[st
     keys = renames("keys", applies) if old else []
     for case in corpus:
         folder = side / case.name
-        (case._replace(files={**case.files, **case.twins}) if old and applies(RENAMED) else case).write(folder)
+        twins = case.twins if old and case.renamed and applies(case.renamed) else {}
+        case._replace(files={**case.files, **twins}).write(folder)
         for path in folder.rglob("*.toml") if keys else ():
             content = path.read_bytes().decode("utf-8", "surrogateescape")  # (some refused files are no text)
             path.write_bytes(with_old_keys(content, keys).encode("utf-8", "surrogateescape"))

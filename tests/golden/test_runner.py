@@ -275,7 +275,7 @@ class TestWorker:
 
 
 def test_twins_and_old_keys_are_of_the_old_commit_alone(tmp_path):
-    case = Case("a", {"x.py": "new"}, [["python", "x.py"]], twins={"x.py": "old"})
+    case = Case("a", {"x.py": "new"}, [["python", "x.py"]], twins={"x.py": "old"}, renamed="b")
     for old, content in ((True, "old"), (False, "new")):
         lay_out([case], tmp_path / content, old, lambda after: True)
         assert (tmp_path / content / "a/x.py").read_text() == content

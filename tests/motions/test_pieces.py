@@ -12,8 +12,8 @@ from toppling.motions.simulated import filters
 
 SHAKES = 4.0 * mo.CloughPenzien(duration=6.0, dt=0.01).sample(2, seed=5)
 TARGET = mo.TargetSpectrum((0.1, 0.5, 2.0), (8.0, 8.0, 2.0))
-FRAME = mo.Building.from_storeys([1e5] * 2, [4e7] * 2, yield_coefficient=0.1)
-WEAK = mo.Building.from_storeys([1e5] * 2, [4e7] * 2, yield_coefficient=0.02, p_delta=True)
+FRAME = mo.Building.from_storeys([1e5] * 2, [4e7] * 2, yielding=mo.Yielding(0.1))
+WEAK = mo.Building.from_storeys([1e5] * 2, [4e7] * 2, yielding=mo.Yielding(0.02, p_delta=True))
 WORK = {
     "spectrum": lambda: mo.response_spectrum(SHAKES, [0.004, 0.3, 1.0]),
     "floors": lambda: mo.Building.flexural_shear(0.8).floor_motions(SHAKES, parts=3),

@@ -7,7 +7,7 @@ import toppling as tp
 from toppling.fragility import Slip, slide_runs
 from toppling.fragility.analyses.friction_draws import draws
 from toppling.models import RandomSliding
-from toppling.models.friction import LognormalFriction
+from toppling.models.friction import Contact, LognormalFriction
 from toppling.models.sliding.runs import SLIDES
 from toppling.motions import both_axes
 
@@ -69,7 +69,7 @@ def test_the_curve_is_that_of_many_coefficients():
     levels = np.linspace(2.5, 8.0, 12)
     others = SHAKES.sample(300, 99)
     runs = tp.ida(BLOCK, tp.HousnerImpact(), others, levels, screen=False)
-    slid = slide_runs(runs, others, FRICTION, 0.85)
+    slid = slide_runs(runs, others, Contact(FRICTION, 0.85))
     slides = slid["friction"].values[0] < BLOCK.b / BLOCK.h
     share = (slid["slide_peak"].values[0, 0][:, slides] > 0.05).mean(axis=1)
     # (300 motions know the half to some 2 %)

@@ -1,5 +1,7 @@
 """Random friction: which runs slide, how far, and the totals over friction."""
 
+import json
+
 import numpy as np
 import pytest
 from scipy.stats import norm
@@ -8,7 +10,7 @@ from slip_in_plane import peak_in_plane
 import toppling as tp
 from toppling import motions as mo
 from toppling.fragility import Slip, fit_fragility, overturning_probability, slide_runs, wilson_interval
-from toppling.models.friction import CONTACTS, FixedFriction, LognormalFriction, contact_named
+from toppling.models.friction import CONTACTS, Contact, FixedFriction, LognormalFriction, contact_named
 from toppling.models.sliding.law import PlaneSlider
 from toppling.models.sliding.mode import Mode
 from toppling.models.sliding.runs import SLIDES, plane_table, run_in_plane
@@ -31,13 +33,13 @@ def runs():
 
 @pytest.fixture(scope="module")
 def slid(runs):
-    return slide_runs(runs, noise(), FRICTION, 0.85, draws=40)
+    return slide_runs(runs, noise(), Contact(FRICTION, 0.85), draws=40)
 
 
 class TestRuns:
     def test_are_those_of_the_law_of_sliding(self, runs):
         """A known friction below b/h: the slips of `Sliding`, and of blocks with a smaller b/h none."""
-        found = slide_runs(runs, noise(), 0.3, 0.8)
+        found = slide_runs(runs, noise(), Contact(FixedFriction(0.3), 0.8))
         plain = tp.ida(
             BLOCKS[0], tp.Sliding(0.3, 0.24), noise(), LEVELS, outputs=("slide_peak", "slide_forward", "mode")
         )
@@ -46,6 +48,15 @@ class TestRuns:
         assert (found["slide_peak"][1:] == 0.0).all()
         assert set(np.unique(found["mode"][1:])) == {Mode.RESTS, Mode.ROCKS}
         assert "record" not in found.coords
+
+    def test_each_block_may_have_a_contact(self, runs):
+        """A contact of each block: the slips of each are those with it alone."""
+        contacts = {block.label: contact for block, contact in zip(BLOCKS, CONTACTS.values(), strict=False)}
+        slid = slide_runs(runs, noise(), contacts, draws=10)
+        for i, contact in enumerate(contacts.values()):
+            alone = slide_runs(runs.isel(block=[i]), noise(), contact, draws=10)
+            np.testing.assert_array_equal(slid["slide_peak"][i], alone["slide_peak"][0])
+        assert json.loads(slid.attrs["sliding"])["kinetic_ratio"] == [0.85, 0.9, 0.9]
 
     def test_each_motion_has_every_quantile_of_friction(self, slid):
         expected = 0.35 * np.exp(0.3 * norm.ppf((np.arange(40) + 0.5) / 40))
@@ -93,7 +104,7 @@ class TestRuns:
         import dask
 
         with dask.config.set(scheduler="synchronous"):
-            again = slide_runs(runs, noise(), FRICTION, 0.85, draws=40)
+            again = slide_runs(runs, noise(), Contact(FRICTION, 0.85), draws=40)
         np.testing.assert_array_equal(slid["slide_peak"], again["slide_peak"])
 
 
@@ -142,12 +153,12 @@ def rocking():
 
 @pytest.fixture(scope="module")
 def given(rocking):
-    return slide_runs(rocking, noise(), FRICTION, 0.85, draws=10)
+    return slide_runs(rocking, noise(), Contact(FRICTION, 0.85), draws=10)
 
 
 @pytest.fixture(scope="module")
 def both(rocking):
-    return slide_runs(rocking, noise(), FRICTION, 0.85, draws=10, polarity="both")
+    return slide_runs(rocking, noise(), Contact(FRICTION, 0.85), draws=10, polarity="both")
 
 
 class TestEdges:
@@ -165,7 +176,7 @@ class TestEdges:
 
     def test_the_other_way_is_what_runs_of_reversed_motions_are(self, both):
         runs = tp.ida(EDGES, tp.HousnerImpact(), noise(), LEVELS, polarity="both")
-        twice = slide_runs(runs, noise(), FRICTION, 0.85, draws=10, polarity="both")
+        twice = slide_runs(runs, noise(), Contact(FRICTION, 0.85), draws=10, polarity="both")
         assert both.sizes == twice.sizes
         for name in ("motion", "record", "polarity", "draw"):
             np.testing.assert_array_equal(both[name], twice[name])
@@ -246,7 +257,7 @@ class TestBothComponents:
 
     @pytest.mark.parametrize("mu", [0.2, 0.3, 0.4])
     def test_each_axis_slides_below_its_own_uplift(self, runs, pairs, mu):
-        found = slide_runs(runs, pairs, mu, 0.85)
+        found = slide_runs(runs, pairs, Contact(FixedFriction(mu), 0.85))
         peak, forward, mode = self.expected(runs, pairs, mu, 0.85)
         np.testing.assert_allclose(found["slide_peak"][0, 0], peak, rtol=1e-12, atol=1e-15)
         np.testing.assert_allclose(found["slide_forward"][0, 0], forward, rtol=1e-12, atol=1e-15)

@@ -20,11 +20,12 @@ from toppling.fragility.validity import undecided as perturbed
 from toppling.fragility.validity.notes import screen_facts
 from toppling.fragility.validity.reasons import REASONS
 from toppling.models.friction import (
+    Contact,
     FixedFriction,
     LognormalFriction,
+    contact_of,
     friction_at_impact,
     friction_at_uplift,
-    friction_of,
 )
 from toppling.motions import records
 from toppling.motions.intensity.peaks import half_cycle_peaks
@@ -128,8 +129,8 @@ class TestFrictionThereIs:
     def test_a_known_one_suffices_or_not(self):
         assert FixedFriction(0.5).below([0.4, 0.5, 0.6]).tolist() == [0.0, 0.0, 1.0]
         assert np.isnan(FixedFriction(0.5).below(np.nan))
-        assert friction_of(0.5) == FixedFriction(0.5)
-        assert friction_of(LognormalFriction(0.1, 0.2)) == LognormalFriction(0.1, 0.2)
+        assert contact_of(0.5) == Contact(FixedFriction(0.5))
+        assert contact_of(LognormalFriction(0.1, 0.2)) == Contact(LognormalFriction(0.1, 0.2))
 
 
 class TestMotions:

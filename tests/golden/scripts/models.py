@@ -128,7 +128,7 @@ def sliding():
     kinds = {
         "fixed": friction.FixedFriction(0.4),
         "lognormal": friction.LognormalFriction(0.4, 0.3),
-        "of_number": friction.friction_of(0.5),
+        "of_number": friction.contact_of(0.5).friction,
         "from_median": friction.friction_and_ratio(None, 0.4, 0.2)[0],
     }
     found = {

@@ -235,7 +235,7 @@ def buildings():
     cantilever = motions.Building.flexural_shear(0.6, storeys=4)
     masses, stiffnesses = [1e5, 1e5], [4e7, 4e7]
     storeys = motions.Building.from_storeys(masses, stiffnesses)
-    weak = motions.Building.from_storeys(masses, stiffnesses, yield_coefficient=0.1, strength_dispersion=0.3)
+    weak = motions.Building.from_storeys(masses, stiffnesses, yielding=motions.Yielding(0.1, strength_dispersion=0.3))
     assert isinstance(weak, motions.YieldingBuilding)
     assert issubclass(motions.CollapsingBuilding, Warning)
     lead = motions.Isolator.bilinear(2.5, 0.06)

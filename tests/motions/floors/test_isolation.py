@@ -8,7 +8,7 @@ from scipy.linalg import expm
 from yielding_reference import reference
 
 import toppling as tp
-from toppling.motions import Building, Isolator
+from toppling.motions import Building, Isolator, Yielding
 from toppling.motions.floors.isolation import FASTEST
 
 G = 9.80665
@@ -96,8 +96,8 @@ def test_yielding_storeys_on_lead_rubber_against_another_integrator(strength):
     after = whole * (2 * math.pi / 2.5) ** 2
     initial = after + 0.05 * G * whole / 0.008
     *_, c = chain((2e5, initial, 0.0), masses, stiffnesses, 0.05)
-    options = {} if strength is None else {"yield_coefficient": strength, "hardening": 0.02}
-    building = Building.isolated(LEAD, 2e5, masses, stiffnesses, **options)
+    yielding = None if strength is None else Yielding(strength, 0.02)
+    building = Building.isolated(LEAD, 2e5, masses, stiffnesses, yielding=yielding)
     k = np.append(initial, stiffnesses)
     yields = np.append(0.008, np.full(2, 1e3) if strength is None else building.yield_drifts)
     hardening = np.append(after / initial, [0.02, 0.02])

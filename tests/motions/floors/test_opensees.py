@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import toppling as tp
-from toppling.motions import Building
+from toppling.motions import Building, Yielding
 
 pytestmark = pytest.mark.opensees
 
@@ -116,8 +116,8 @@ def opensees(shaking, substeps, masses, stiffnesses, damping, coefficient, theta
 def ours(record, masses, stiffnesses, damping, coefficient, theta):
     motion = tp.motions.from_array(ground()[record], DT)
     building = Building.from_storeys(
-        masses, stiffnesses, damping, HEIGHT, yield_coefficient=coefficient, hardening=HARDENING,
-        p_delta=theta if theta.any() else None,
+        masses, stiffnesses, damping, HEIGHT,
+        yielding=Yielding(coefficient, HARDENING, theta if theta.any() else None),
     )  # fmt: skip
     return building.floor_motions(motion), building.response(motion)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from toppling.core.doubts import noted
-from toppling.motions import Building
+from toppling.motions import Building, Yielding
 from toppling.motions.floors.strength import code_strength
 
 
@@ -34,7 +34,7 @@ def test_storeys_follow_the_lateral_forces_of_the_code(period, exponent):
     plain = Building.from_storeys(masses, [4e8, 3e8, 2e8])
     stiffnesses = np.array([4e8, 3e8, 2e8]) * (float(plain.periods[0]) / period) ** 2
     coefficient = code_strength("special-moment-frame", period, 1.0, 0.6).coefficient
-    building = Building.from_storeys(masses, stiffnesses, yield_coefficient=coefficient, storey_height=4.0)
+    building = Building.from_storeys(masses, stiffnesses, yielding=Yielding(coefficient), storey_height=4.0)
     forces = masses * np.array([4.0, 8.0, 12.0]) ** exponent
     shears = np.array([forces[i:].sum() for i in range(3)]) / forces.sum()
     np.testing.assert_allclose(building.strengths, coefficient * 9.80665 * 6e5 * shears, rtol=1e-9)
@@ -43,7 +43,7 @@ def test_storeys_follow_the_lateral_forces_of_the_code(period, exponent):
 @pytest.mark.parametrize(("coefficient", "doubted"), [(15.0, 1), ([15.0, 12.0], 2), (0.15, 0), ([0.15, 0.1], 0)])
 def test_coefficients_in_per_cent_are_doubted(coefficient, doubted):
     with noted() as doubts:
-        Building.from_storeys([1e5, 1e5], [4e7, 4e7], yield_coefficient=coefficient)
+        Building.from_storeys([1e5, 1e5], [4e7, 4e7], yielding=Yielding(coefficient))
     assert ["yield coefficient" in doubt.sentence for doubt in doubts] == [True] * doubted
 
 

@@ -8,7 +8,7 @@ import pytest
 from yielding_reference import reference
 
 import toppling as tp
-from toppling.motions import Building, CollapsingBuilding
+from toppling.motions import Building, CollapsingBuilding, Yielding
 from toppling.motions.kernels.yielding import storey_response
 
 G = 9.80665
@@ -107,7 +107,7 @@ def test_an_elastic_building_is_the_limit():
     """Strong storeys: the modal building with the same (Rayleigh) damping, all digits; and it scales."""
     masses, stiffnesses = [2e5, 1.5e5, 1e5], [3e8, 2e8, 1.5e8]
     shakes = tp.motions.CloughPenzien(duration=8.0, dt=0.01).sample(2, seed=1)
-    strong = Building.from_storeys(masses, stiffnesses, 0.03, yield_coefficient=1e3)
+    strong = Building.from_storeys(masses, stiffnesses, 0.03, yielding=Yielding(1e3))
     omega = 2 * np.pi / Building.from_storeys(masses, stiffnesses).periods
     a, b = strong.damping
     elastic = Building.from_storeys(masses, stiffnesses, (a / omega + b * omega) / 2)
@@ -124,7 +124,7 @@ def test_an_elastic_building_is_the_limit():
 
 def test_yielding_limits_what_floors_pass_on():
     shakes = tp.motions.scale_to(tp.motions.CloughPenzien(duration=8.0, dt=0.01).sample(3, seed=2), 2.0)
-    weak = Building.from_storeys([1e5] * 3, [1e8] * 3, yield_coefficient=0.1)
+    weak = Building.from_storeys([1e5] * 3, [1e8] * 3, yielding=Yielding(0.1))
     found = weak.response(shakes, [0.5, 1.0, 2.0])
     assert (found["ductility"].max("storey").diff("factor") > 0.0).all()
     # (hardening and the forces of damping come on top of the strength)
@@ -139,19 +139,19 @@ def test_yielding_limits_what_floors_pass_on():
 
 def test_strengths_follow_the_lateral_forces_of_codes():
     masses, stiffnesses = np.array([2e5, 1e5]), [1e8, 1e8]
-    short = Building.from_storeys(masses, stiffnesses, yield_coefficient=0.2, storey_height=[4.0, 3.0])
+    short = Building.from_storeys(masses, stiffnesses, yielding=Yielding(0.2), storey_height=[4.0, 3.0])
     forces = masses * np.array([4.0, 7.0])
     weight = G * masses.sum()
     np.testing.assert_allclose(short.strengths, 0.2 * weight * np.array([1.0, forces[1] / forces.sum()]))
-    own = Building.from_storeys(masses, stiffnesses, yield_coefficient=[0.2, 0.1])
+    own = Building.from_storeys(masses, stiffnesses, yielding=Yielding([0.2, 0.1]))
     np.testing.assert_allclose(own.strengths, [0.2 * weight, 0.1 * weight])
-    counted = Building.from_storeys(masses, stiffnesses, yield_coefficient=0.2, p_delta=True)
+    counted = Building.from_storeys(masses, stiffnesses, yielding=Yielding(0.2, p_delta=True))
     np.testing.assert_allclose(counted.p_delta, [G * 3e5 / (1e8 * 3.0), G * 1e5 / (1e8 * 3.0)])
     assert "P-delta counted" in repr(counted)
 
 
 def test_a_collapse_is_said():
-    soft = Building.from_storeys([1e5], [1e6], yield_coefficient=0.05, hardening=0.0, p_delta=0.15)
+    soft = Building.from_storeys([1e5], [1e6], yielding=Yielding(0.05, hardening=0.0, p_delta=0.15))
     shakes = tp.motions.from_array(np.concatenate([[0.0], np.full(2000, 1.5)]), 0.01)
     with pytest.warns(CollapsingBuilding, match=r"collapses under 1 of 1 motions \(times 2: "):
         found = soft.floor_motions(shakes, factor=2.0)
@@ -166,7 +166,7 @@ def test_a_collapse_is_said():
 
 def test_floors_that_yield_are_not_scaled():
     shakes = tp.motions.CloughPenzien(duration=6.0, dt=0.02).sample(3, seed=1)
-    weak = Building.from_storeys([1e5] * 2, [4e7] * 2, yield_coefficient=0.1)
+    weak = Building.from_storeys([1e5] * 2, [4e7] * 2, yielding=Yielding(0.1))
     block, law = tp.Block(0.3, 1.5), tp.EnergyConsistent()
     roof = weak.floor_motions(shakes, floors=[2], factor=2.0)
     with pytest.raises(ValueError, match="is of a floor that yields"):
@@ -192,7 +192,7 @@ def test_strengths_of_a_motion_are_its_own_whatever_the_others():
     storeys = ([1e5, 1e5], [4e7, 3e7])
 
     def make(beta, coefficient=0.1):
-        return Building.from_storeys(*storeys, yield_coefficient=coefficient, strength_dispersion=beta, seed=4)
+        return Building.from_storeys(*storeys, yielding=Yielding(coefficient, strength_dispersion=beta, seed=4))
 
     found = make(0.3).floor_motions(ground, [2], factor=2.0)
     factors = found["strength_factor"].values
@@ -211,10 +211,10 @@ def test_strengths_of_a_motion_are_its_own_whatever_the_others():
 def test_strengths_are_lognormal_about_the_given_one():
     from scipy.stats import kstest
 
-    one = Building.from_storeys([1e5], [4e7], yield_coefficient=0.2, strength_dispersion=0.3, seed=11)
+    one = Building.from_storeys([1e5], [4e7], yielding=Yielding(0.2, strength_dispersion=0.3, seed=11))
     logarithms = np.log([one.strength_of(f"motion {i}") for i in range(4000)]) / 0.3
     assert kstest(logarithms, "norm").pvalue > 0.01
-    other = Building.from_storeys([1e5], [4e7], yield_coefficient=0.2, strength_dispersion=0.3, seed=12)
+    other = Building.from_storeys([1e5], [4e7], yielding=Yielding(0.2, strength_dispersion=0.3, seed=12))
     assert abs(np.corrcoef(logarithms, np.log([other.strength_of(f"motion {i}") for i in range(4000)]))[0, 1]) < 0.05
 
 

@@ -13,7 +13,7 @@ from toppling.core.streams import stream
 from toppling.fragility import HazardCurve, slide_runs
 from toppling.fragility.hazard.level_weights import level_weights
 from toppling.fragility.uncertainty.joint import Variability, pieces_of
-from toppling.models.friction import LognormalFriction
+from toppling.models.friction import Contact, LognormalFriction
 from toppling.studies import StudyError
 from toppling.studies.buildings import assessment
 from toppling.studies.buildings.assessment import Assessment, assess
@@ -49,7 +49,7 @@ def of_blocks(row, motions=MOTIONS, block=None, draws=COEFFICIENTS, **options):
     """Flags (level, motion, draw) of a line's block by `slide_runs`."""
     block = row.block if block is None else block
     runs = tp.ida(block, LAW, motions, LEVELS)
-    slid = slide_runs(runs, motions, row.friction, row.kinetic_ratio, draws=draws, trip=row.trip, **options)
+    slid = slide_runs(runs, motions, Contact(row.friction, row.kinetic_ratio), draws=draws, trip=row.trip, **options)
     return slid["trips"].values[0, 0].reshape(LEVELS.size, motions.sizes["motion"], -1)
 
 

@@ -11,7 +11,7 @@ from study_texts import YEAR, changed, motions, study_in
 import toppling as tp
 from toppling import fragility
 from toppling.core.facts import Fact
-from toppling.models.friction import LognormalFriction
+from toppling.models.friction import Contact, LognormalFriction
 from toppling.studies.store.worker_motions import motions_again
 from toppling.studies.text.error import StudyError
 
@@ -216,7 +216,7 @@ def test_blocks_that_slide(tmp_path):
     block = tp.Block(0.3, 1.4, name="square", depth=0.4, edge=tp.Edge(0.03, falls_when="foot"))
     runs = tp.ida(block, tp.HousnerImpact(), shaken, levels, "RotD50(pga)")
     friction = LognormalFriction(0.25, 0.3)
-    slid = fragility.slide_runs(runs, shaken, friction, 0.9, polarity="both")
+    slid = fragility.slide_runs(runs, shaken, Contact(friction, 0.9), polarity="both")
     for k, distance in enumerate((0.05, 0.1, 0.3)):
         expected = (slid["slide_peak"] > distance).mean("motion").values[0, 0]
         np.testing.assert_allclose(found["slip_probability"].sel(block="square").values[k], expected, rtol=1e-12)

@@ -7,7 +7,7 @@ from study_texts import YEAR, motions
 import toppling as tp
 from toppling.core.facts import Fact
 from toppling.fragility import fit_fragility, overturning_probability, slide_runs
-from toppling.models.friction import FixedFriction, LognormalFriction
+from toppling.models.friction import Contact, FixedFriction, LognormalFriction
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.file.blocks import read_blocks
 from toppling.studies.tables.slides import slides
@@ -75,7 +75,7 @@ def rocking(bench):
 @pytest.fixture(scope="module")
 def slid(bench, rocking):
     friction = LognormalFriction(0.35, 0.3)
-    return slide_runs(rocking, bench.design.motions, friction, 0.85, polarity="both")
+    return slide_runs(rocking, bench.design.motions, Contact(friction, 0.85), polarity="both")
 
 
 class TestResults:

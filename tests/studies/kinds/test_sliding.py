@@ -8,7 +8,7 @@ from study_texts import YEAR, blocks, ida, laws, motions, study_in
 
 import toppling as tp
 from toppling.fragility import Slip, fit_fragility, overturning_probability, slide_runs
-from toppling.models.friction import LognormalFriction
+from toppling.models.friction import Contact, LognormalFriction
 from toppling.studies.facts.method import method_of
 from toppling.studies.facts.notes import notes_of
 
@@ -45,7 +45,7 @@ def results(study, folder):
 @pytest.fixture(scope="module")
 def slid(study):
     runs = tp.ida(study.blocks[:2], study.models, study.design.motions, study.design.levels)
-    return slide_runs(runs, study.design.motions, FRICTION, 0.85)
+    return slide_runs(runs, study.design.motions, Contact(FRICTION, 0.85))
 
 
 class TestResults:

@@ -9,7 +9,7 @@ from study_texts import motions, study_in
 
 import toppling as tp
 from toppling.models.friction import FixedFriction
-from toppling.motions import Building, CloughPenzien, Isolator, Support, scale_to
+from toppling.motions import Building, CloughPenzien, Isolator, Support, Yielding, scale_to
 from toppling.studies import Assessment, StudyError, assess
 from toppling.studies.facts.method import method_of
 from toppling.studies.inventory.contents import Contents, Inventory, Stand
@@ -89,8 +89,7 @@ def test_on_the_ground_every_run_is_that_of_the_steps_in_python(tmp_path, name):
 @pytest.mark.slow
 @pytest.mark.parametrize("yields", [False, True])
 def test_in_a_building_every_run_is_that_of_the_steps_in_python(tmp_path, yields):
-    strength = {"yield_coefficient": 0.1} if yields else {}
-    frame = Building.from_storeys([2e5, 2e5], [2e8, 2e8], **strength)
+    frame = Building.from_storeys([2e5, 2e5], [2e8, 2e8], yielding=Yielding(0.1) if yields else None)
     lines = [("floor", 2, ""), *((name, 2, name) for name in SUPPORTS), ("dish", 0, "dish")]
     text = BUILDING + ("yield_coefficient = 0.1\n" if yields else "")
     result = study(tmp_path, things(*lines), text, table(*SUPPORTS), PERFORMANCE).run()

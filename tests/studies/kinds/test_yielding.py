@@ -6,7 +6,7 @@ from check_facts import facts_of, notes_named
 from study_texts import changed, motions, study_in
 
 import toppling as tp
-from toppling.motions import Building, CloughPenzien, scale_to
+from toppling.motions import Building, CloughPenzien, Yielding, scale_to
 from toppling.motions.floors.strength import code_strength
 from toppling.studies import StudyError
 from toppling.studies.command.cli import main
@@ -56,7 +56,7 @@ AT = ((4.0, 3), (12.0, 5))
 
 
 def yielding():
-    return Building.from_storeys([2e5, 2e5], [2e8, 2e8], yield_coefficient=0.15, p_delta=True)
+    return Building.from_storeys([2e5, 2e5], [2e8, 2e8], yielding=Yielding(0.15, p_delta=True))
 
 
 @pytest.mark.slow

@@ -7,8 +7,8 @@ from study_texts import changed, motions, study_in
 
 import toppling as tp
 from toppling.fragility import slide_runs
-from toppling.models.friction import LognormalFriction
-from toppling.motions import Building, CloughPenzien, scale_to
+from toppling.models.friction import Contact, LognormalFriction
+from toppling.motions import Building, CloughPenzien, Yielding, scale_to
 from toppling.studies import StudyError
 from toppling.studies.facts.method import inputs_of, method_of
 from toppling.studies.inventory.reading import read_inventory
@@ -63,12 +63,12 @@ def test_a_default_strength_takes_the_hazard_of_the_code(tmp_path):
         study(tmp_path, by_code)
 
 
-def frame(**strength):
-    return Building.from_storeys([2e5, 2e5], [2e8, 2e8], **strength)
+def frame(strength=None):
+    return Building.from_storeys([2e5, 2e5], [2e8, 2e8], yielding=strength)
 
 
 def yielding(coefficient=0.15):
-    return frame(yield_coefficient=coefficient, p_delta=True)
+    return frame(Yielding(coefficient, p_delta=True))
 
 
 def chances(floors, folder, levels=LEVELS):
@@ -162,7 +162,7 @@ def test_a_collapse_is_an_outcome_and_said(tmp_path, capsys):
     )
     made = study(tmp_path, *weak)
     result = made.run()
-    building = Building.from_storeys([9e5, 9e5], [2e8, 2e8], yield_coefficient=0.01, p_delta=True)
+    building = Building.from_storeys([9e5, 9e5], [2e8, 2e8], yielding=Yielding(0.01, p_delta=True))
     with pytest.warns(tp.motions.CollapsingBuilding):
         floors = [building.floor_motions(scale_to(ground(), level, "Sa(0.5)")) for level in (4.0, 60.0)]
     np.testing.assert_array_equal(result["building_collapsed"], [one["collapsed"].values for one in floors])
@@ -202,7 +202,7 @@ def test_slides_and_trips_on_floors_that_do_not_scale(tmp_path, polarity):
         for name, (block, floor, trip) in PIECES.items():
             here = moved.sel(floor=floor, drop=True).drop_vars("own_level", errors="ignore")
             runs = tp.ida(block, LAW, here, [1.0], "scale")
-            slid = slide_runs(runs, here, friction, 0.9, 20, trip=None if trip is None else 1e-3 * trip)
+            slid = slide_runs(runs, here, Contact(friction, 0.9), 20, trip=None if trip is None else 1e-3 * trip)
             expected = {"slip": (slid["slide_peak"].values > 0.02).mean()}
             if trip is not None:
                 expected["trip"] = slid["trips"].values.mean()
