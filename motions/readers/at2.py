@@ -118,9 +118,7 @@ def read_at2(path: str | os.PathLike[str]) -> xr.DataArray:
     if upright := vertical_of(text for _, text in header):
         array = array.assign_coords(component=("motion", [upright]))
     if unit is None and RARE < (reached := float(np.abs(values).max())) < 3.0:  # (more is doubted in any file)
-        warn(
-            [Doubt("PGA", f"{file}: states no unit, is taken as g, and reaches {reached:.2g}: m/s² or per cent of g?")]
-        )
+        warn([Doubt.of("at2_strong", file=file, reached=reached)])
     return array.assign_attrs(title=" ".join(header[1][1].split()) if len(header) > 1 else "")
 
 

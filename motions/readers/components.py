@@ -93,8 +93,7 @@ def refuse_stated_peak(file: Path, header: Iterable[tuple[int, str]], accelerati
             if apart >= UNIT_APART:
                 refuse_other_peak(file, accelerations[0], match["number"], factor or 0.0, f"line {line}")
             elif apart > SCALED:
-                what = f"{file}: line {line} says {match[0].strip()!r}, its samples reach {peaks[0]:.4g} m/s²"
-                warn([Doubt("table", f"{what}: scaled, or the peak of another component?")])
+                warn([Doubt.of("stated_peak", file=file, line=line, text=match[0].strip(), reached=peaks[0])])
 
 
 _DURATION = re.compile(
@@ -114,8 +113,7 @@ def doubt_duration(file: Path, header: Iterable[tuple[int, str]], duration: floa
         match = None if _OF_A_PART.search(text) else _DURATION.search(text)
         stated = float(match["number"]) if match else duration
         if match is not None and abs(stated - duration) > max(LASTS[0] * stated, LASTS[1]):
-            what = f"{file}: line {line} says {match[0].strip()!r}, its samples last {duration:g} s"
-            warn([Doubt("table", f"{what}: another time step, or cut?")])
+            warn([Doubt.of("stated_duration", file=file, line=line, text=match[0].strip(), duration=duration)])
 
 
 LONELY = 3.0  # ratio of a value of nines to the next one above which even a single one marks a gap

@@ -37,7 +37,6 @@ from .units import (
     GIVEN,
     OF_WAVES,
     RELATIVE,
-    WHOLE,
     agreed,
     doubt_factors,
     given_factor,
@@ -206,7 +205,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
             raise RecordError(f"{file}: states its unit, so unit must not be given, got {unit!r:.60}")
         factor = given if agreed_on is None else agreed_on.factor
         if agreed_on is None and isinstance(unit, str) and peak >= COUNTED and not (values[:, column] % 1.0).any():
-            warn([Doubt("table", f"{file}: {WHOLE} {unit!r:.20}: give unit as m/s² per count")])
+            warn([Doubt.of("counts", of=file, unit=unit)])
         if factor is None:
             raise RecordError(
                 f"{file}: states no unit of its accelerations: write it into the heading, as 'acceleration (g)', or "
@@ -227,11 +226,11 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
         raise RecordError(f"{file}: its heading names {headings}, not acceleration")
     raised = [column.component for column in kept if _ABOVE_GROUND.search(column.component)]
     if 0 < len(raised) < len(kept):
-        warn([Doubt(STRUCTURE, f"{file}: {first_names(raised)}: of a structure or block, not of its ground motion?")])
+        warn([Doubt.of("of_structure", file=file, named=first_names(raised))])
     _refuse_repeated(file, kept)
     refuse_stated_peak(file, words, [component.acceleration for component in kept])
     for why, left in out.items():
-        warn([Doubt("table", f"{file}: {first_names(left)} is left out: {why}", settled=True)])
+        warn([Doubt.of("column_left_out", file=file, named=first_names(left), why=why)])
     return kept
 
 
@@ -286,8 +285,7 @@ def _others(file: Path, names: Sequence[str]) -> list[str]:
     if not known or not unknown:
         return slower
     if len(rest) == 3 and len(upright) == 1:
-        what = f"{first_names(unknown)}: taken as horizontal next to {upright[0]}"
-        warn([Doubt("table", f"{file}: {what}", settled=True)])
+        warn([Doubt.of("column_horizontal", file=file, named=first_names(unknown), upright=upright[0])])
         return slower
     if known == upright and not any(in_name(name, 0) for name in upright):
         raise RecordError(

@@ -121,7 +121,6 @@ ANOTHER = math.sin(math.radians(2.0))
 """Sine of the angle between two directions from which they are not one."""
 ON_PURPOSE, BY_ITSELF = "component = 'v', or a file named by itself, takes them", "a file named by itself is taken"
 """Instructions for taking vertical components on purpose: in a study, and elsewhere."""
-_NONE_UPRIGHT = "three components, none of them known to be vertical: name the vertical one 'UP', or leave it out"
 
 
 @cache
@@ -229,7 +228,7 @@ def _doubt_title(path: Path, word: str, motion: xr.DataArray) -> None:
     named, title = direction_of(word) if word else None, _of_title(motion)
     if named and title and (named[0] != title[0] or abs(math.sin(named[1] - title[1])) > ANOTHER):
         end = motion.attrs["title"].rpartition(",")[2].strip()
-        warn([Doubt("table", f"{path.name}: its second line says {end}, its name {word}, which is taken")])
+        warn([Doubt.of("title", file=path.name, end=end, word=word)])
 
 
 def are_vertical(array: xr.DataArray) -> list[bool]:
@@ -318,7 +317,7 @@ def doubt_three(name: str, arrays: Sequence[xr.DataArray]) -> None:
     """Warn of three components of a file, none of them vertical and one without a direction."""
     levels = _levels(said_of(array.isel(motion=[i])) for array in arrays for i in range(array.sizes["motion"]))
     if len(levels) == 3 and None in levels and False not in levels:
-        warn([Doubt("vertical", f"{name}: {_NONE_UPRIGHT}")])
+        warn([Doubt.of("none_upright", named=name)])
 
 
 def _one_of_three(arrays: Sequence[xr.DataArray], words: _Words) -> bool:
@@ -353,11 +352,11 @@ def of_the_ground(
         if not all(away):
             kept[path] = [motion for motion, far in zip(parts, away, strict=True) if not far]
     if out:
-        what = f"{counted(len(out), 'component')} of a borehole or structure ({first_names(out)})"
+        components = {"of": counted(len(out), "component"), "named": first_names(out)}
         if not kept:
-            warn([Doubt("table", f"{what}: taken as ground motion, since there is no other")])
+            warn([Doubt.of("away_from_ground", **components)])
             return dict(read)
-        warn([Doubt("table", f"{what}: left out, a file of them alone is taken by its name", settled=True)])
+        warn([Doubt.of("away_left_out", **components)])
     return kept
 
 
@@ -395,7 +394,7 @@ def horizontal_motions(
         what = "is vertical" if vertical else f"is horizontal: {cure}"
         raise RecordError(f"{', '.join(str(path) for path in list(read)[:3])}: none of these records {what}")
     if unknown and not vertical:
-        warn([Doubt("vertical", f"{first_names(unknown)}: {_NONE_UPRIGHT}")])
+        warn([Doubt.of("none_upright", named=first_names(unknown))])
     if out and not vertical:
         horizontal[0] = horizontal[0].assign_attrs({LEFT_OUT: tuple(out)})
     return horizontal

@@ -22,7 +22,7 @@ from ...core.limits import OBSPY_BYTES
 from .components import Component, without_offset
 from .directions import direction_of
 from .lines import MAX_SAMPLES, RecordError, beginning, lines_of
-from .units import GIVEN, WHOLE, Unit, agreed, given_factor, unit_of, unit_taken
+from .units import GIVEN, Unit, agreed, given_factor, unit_of, unit_taken
 
 _GROUP = "obspy.plugin.waveform"
 # SEED: band, sensor, orientation
@@ -72,7 +72,7 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
     agreed_on = agreed(file, (unit for unit in units if unit.quantity))
     strange = {unit.text for unit in units if not unit.quantity and unit.text}
     if strange and isinstance(unit, str) and all(re.fullmatch("counts?", text, re.IGNORECASE) for text in strange):
-        warn([Doubt("table", f"{file}: states counts, which are taken as {unit!r:.20}")])
+        warn([Doubt.of("counts_stated", file=file, unit=unit)])
     elif strange and unit is not None and (isinstance(unit, str) or agreed_on):
         raise RecordError(f"{file}: states an unknown unit ({min(strange)[:40]!r}), so unit must not be {unit!r:.60}")
     if unit is None and agreed_on is not None:
@@ -85,13 +85,11 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
     velocity: list[str] = []
     whole = [trace.stats.channel for trace in traces if trace.data.dtype.kind in "iu"]
     if whole and isinstance(unit, str) and agreed_on is None:
-        what = f"{file}: {first_names(whole)}: {WHOLE} {unit!r:.20}"
-        warn([Doubt("table", f"{what}: give unit as m/s² per count")])
+        warn([Doubt.of("counts", of=f"{file}: {first_names(whole)}", unit=unit)])
     components: list[Component] = []
     scales = {float(trace.stats.calib) for trace in traces} - {0.0, 1.0}
     if scales:
-        what = f"{file}: its header has the scale factor {min(scales):g}, which is not applied"
-        warn([Doubt("table", f"{what}: multiply the samples by it unless they have it already")])
+        warn([Doubt.of("scale_factor", file=file, factor=min(scales))])
     for trace in traces:
         if pieces[trace.id] > 1 or np.ma.isMaskedArray(trace.data):
             raise RecordError(f"{file}: channel {trace.id} is in pieces (a gap), merge or cut it with obspy first")
@@ -128,8 +126,7 @@ def obspy_components(file: Path, unit: str | float | None) -> list[Component]:
             )
         )
     if velocity:
-        what = f"{file}: {first_names(velocity)}, by the code a seismometer, which records velocity"
-        warn([Doubt("PGV/PGA", f"{what}: is it acceleration by now?")])
+        warn([Doubt.of("seismometer", file=file, named=first_names(velocity))])
     return components
 
 

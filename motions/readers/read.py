@@ -109,8 +109,7 @@ def read_all(
     kept = horizontal_motions({file: read_file(file, dt, unit) for file in expand(pattern, Path(), "path")}, [pattern])
     if LEFT_OUT in kept[0].attrs:
         out = kept[0].attrs[LEFT_OUT]
-        many = f"{len(out):,} vertical components are" if len(out) > 1 else "a vertical component is"
-        warn([Doubt("vertical", f"{many} left out ({first_names(out)}): read a file by itself to take it")])
+        warn([Doubt.of("vertical_unread", number=len(out), named=first_names(out))])
     return kept
 
 

@@ -93,7 +93,6 @@ _TO = re.compile(r"(?:\b(?:in)?to|[-=]>|→)\s+(?P<unit>[^\s,;]+)", re.IGNORECAS
 _PEAK = re.compile(r"\b(?:pga|pgv|peak|max\w*)\b[^,;:]*$", re.IGNORECASE)  # (before a unit that is its own)
 _RANGE = re.compile(r"\b(?:full[- ]?scale|range|trigger\w*|threshold|resolution)\b[^,;:]*$", re.IGNORECASE)
 _NUMBERS = re.compile(r"\d+\.?\d*|\.\d+")
-WHOLE = "whole numbers, as counts are, are taken as"
 COUNTED = 10.0
 """Peak of whole numbers from which they may be counts."""
 PEAK_TOLERANCE = 0.02
@@ -305,12 +304,10 @@ def doubt_factors(file: Path, header: Iterable[tuple[int, str]]) -> None:
         factors = [] if re.search(_OF_TIME, text, re.IGNORECASE) else [*_FACTOR.finditer(text)]
         for match in factors:
             if float(match["number"]) != 1.0 and not _APPLIED.search(text[: match.start()]):
-                what = f"{file}: line {line} says {match[0].strip()!r}, which is not applied"
-                warn([Doubt("table", f"{what}: multiply the samples by it unless they have it already")])
+                warn([Doubt.of("factor", file=file, line=line, text=match[0].strip())])
         amplitude = None if re.search("convert|applied|original", text, re.IGNORECASE) else _AMPLITUDE.search(text)
         if amplitude is not None and not factors:
-            remark = f"{file}: line {line} says {plain(amplitude[0].strip(), 40)!r}"
-            warn([Doubt("table", f"{remark}: are its samples and its time step those that shake?")])
+            warn([Doubt.of("amplitude", file=file, line=line, text=plain(amplitude[0].strip(), 40))])
 
 
 def refuse_others(file: Path, header: Iterable[tuple[int, str]]) -> None:

@@ -119,8 +119,7 @@ def _duration(scenario: Scenario) -> tuple[float, float]:
     with quiet() as caught:
         model = pygmm.AfshariStewart2016(given)
     if any(warning.category is UserWarning for warning in caught):
-        data = "magnitudes to 7.9, distances to 200 km and V_S30 of 200 to 1,000 m/s (Afshari and Stewart 2016)"
-        warn([Doubt("scenario", f"durations (d5_95) of an earthquake lie outside the data of their model: {data}")])
+        warn([Doubt.of("durations")])
     median, sigma = float(model.duration["D_5t95"]), float(model.std_err["D_5t95"])
     if not (math.isfinite(median) and median > 0.0):
         raise ValueError(f"the model of durations gives no duration for {scenario.text}")
