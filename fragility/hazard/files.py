@@ -49,7 +49,8 @@ def read_hazard(
     -------
     HazardCurve
         In SI. Levels at the top whose rate is 0, and at the bottom whose probability is 1 (an infinite rate), cannot be
-        drawn on a log-log plot. They are left out, and `source` states their number.
+        drawn on a log-log plot. They are left out. `source` states their number, the unit of the levels and what the
+        file gives for them: rates, return periods or probabilities.
 
     Raises
     ------
@@ -88,7 +89,7 @@ def read_hazard(
     ...     _ = path.write_text("pga (g),rate (1/yr)\n0.1,1e-2\n0.4,1e-3\n")
     ...     hazard = read_hazard(path)
     >>> hazard.im, hazard.rates, hazard.source
-    ('pga', (0.01, 0.001), 'site.csv, table')
+    ('pga', (0.01, 0.001), 'site.csv, table, annual rates, levels in g')
     """
     wanted = None if im is None else measure_label(im)
     time = None if years is None else YEARS.number("years", years)

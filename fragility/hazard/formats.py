@@ -240,7 +240,8 @@ def read_plain(
         first = table[0][0] * unit_to_si(units if unit is None else unit, label)
         chances = [-math.expm1(-rate * quantity.years) for rate, (quantity, _) in zip(table[0][1:], kinds, strict=True)]
         text = f"table ({RARE})" if starts_rare(label, first, max(chances)) else text
-    return curve_of(lines.file, label, units if unit is None else unit, values[0], values[1:], shares, text, fractile)
+    read = text, *dict.fromkeys(quantity.text for quantity, _ in kinds)
+    return curve_of(lines.file, label, units if unit is None else unit, values[0], values[1:], shares, read, fractile)
 
 
 def _read_comments(
@@ -455,7 +456,7 @@ def read_openquake(
     row = _selected_site(lines, _sites(lines, names, columns, separator), site)
     rates = [rate_of_word(lines, word, "poe", quantity, row.line) for word in row.words]
     text = f"OpenQuake{f' {name}' if name else ''}{unnamed}{notes}, {_site_text(row)}"
-    return curve_of(lines.file, label, unit_of_program(label), levels, [rates], None, text, fractile)
+    return curve_of(lines.file, label, unit_of_program(label), levels, [rates], None, (text, quantity.text), fractile)
 
 
 def _fractile(lines: Lines, name: str) -> float | None:
@@ -579,7 +580,7 @@ def read_nshmp(
         levels,
         [rates],
         None,
-        f"nshmp-haz{unnamed}{notes}, {_site_text(row)}",
+        (f"nshmp-haz{unnamed}{notes}, {_site_text(row)}", quantity.text),
         fractile,
     )
 
@@ -699,7 +700,8 @@ def read_services(lines: Lines, im: str | None, component: str) -> HazardCurve:
     if x.size != rates.size:
         raise HazardError(f"{file}: {label} must have one rate a level, got {rates.size} for {x.size} levels")
     larger = f" ({LARGER})" * (texts.get("maxdir") == "True")
-    return curve_of(file, label, own_unit, x, [rates], None, f"USGS{larger}, {plain(component)}")
+    read = f"USGS{larger}", plain(component), Quantity("rate").text
+    return curve_of(file, label, own_unit, x, [rates], None, read)
 
 
 def _member(file: Path, holder: Any, key: str) -> Any:

@@ -43,6 +43,15 @@ class Quantity(NamedTuple):
     years: float = 1.0
     unit: float = 1.0
 
+    @property
+    def text(self) -> str:
+        """The quantity for the source of a curve."""
+        if self.kind == "probability":
+            return f"probabilities in {self.years:g} years{' (%)' if self.unit != 1.0 else ''}"
+        if self.kind == "return period":
+            return "return periods in years" if self.years == 1.0 else f"return periods in {self.years:g} years"
+        return "annual rates" if self.years == 1.0 else f"rates per {self.years:g} years"
+
 
 def row_words(lines: Lines, line: str, separator: str) -> list[str]:
     """Return the words of a row of a table."""
@@ -76,12 +85,12 @@ def curve_of(
     levels: Sequence[float] | Array,
     rates: Sequence[Sequence[float] | Array] | Array,
     weights: Sequence[float] | None,
-    text: str = "table",
+    read: Sequence[str],
     fractile: float | None = None,
 ) -> HazardCurve:
-    """Return a curve of the points that fit on a log-log plot; its source states the omitted points."""
+    """Return a curve of the points that fit on a log-log plot; its source states what was `read` and left out."""
     x, rows = np.asarray(levels, dtype=np.float64), np.asarray(rates, dtype=np.float64)
-    notes = [file.name, text]
+    notes = [file.name, *read, *([f"levels in {units}"] if units else [])]
     if rows.size:
         full = np.isinf(rows).any(axis=0)
         first = int(np.argmin(full)) if not full.all() else full.size

@@ -17,7 +17,7 @@ from ...motions.arrays import POLARITY
 from ...motions.supports.stops import RESTITUTION
 from ..buildings.variables import FALLEN, levels_have_own_motions
 from ..plan.slides import FALL_OFF, INSTEAD
-from ..text.words import block_title, measure_name, reference_law, roof_of, scales, storeys_yield, value_in
+from ..text.words import block_title, reference_law, roof_of, scales, storeys_yield
 from .notes import notes_of
 
 MOST_LINES = 6
@@ -54,7 +54,7 @@ def inputs_of(results: xr.Dataset) -> Iterator[Fact]:
     if "processing" in results.attrs:
         done = str(results.attrs["processing"]).splitlines()
         yield Fact("motion.processing", names=tuple(done[:MOST_LINES]), more={"others": len(done[MOST_LINES:])})
-    yield from (note for note in notes_of(results) if note.what == "motion.taken")
+    yield from (note for note in notes_of(results) if note.what in ("motion.taken", "hazard.given"))
     if "scenario" in results.attrs:
         yield Fact("motion.scenario", names=tuple(str(results.attrs["scenario"]).splitlines()))
     building = study.get("building")
@@ -67,10 +67,6 @@ def inputs_of(results: xr.Dataset) -> Iterator[Fact]:
         yield Fact("building.several", more={"elastic": all(map(scales, _tables(study["buildings"])))})
     elif by_histories(study):
         yield Fact("building.own_model", more={"direction": "direction" in results.coords})
-    if "rate" in results or "annual_number" in results:
-        measure, units, levels = json.loads(str(results.attrs.get("hazard_levels", '["", "", {}]')))
-        more = {"levels": {int(years): value_in(level, units) for years, level in levels.items()}}
-        yield Fact("hazard.given", 1 + len(_tables(study.get("hazards"))), names=(measure_name(measure),), more=more)
     if "code" in results.attrs:
         site = (str(results.attrs.get("code_site", "")),)
         yield Fact("code.checked", names=site, more={"code": str(results.attrs["code"])})

@@ -64,6 +64,7 @@ from ..store.shards import Shards, belongs, open_shards, refuse_other, remove_em
 from ..store.watch import Interrupted, Stop, Watch, run_log
 from ..store.worker_motions import cluster
 from ..text.error import StudyError
+from ..text.words import measure_name, value_in
 
 OF_TABLES = ("table", "vertical", "PGA", "PGV/PGA", "building", "level", "scenario", "structure")
 """Kinds of input warnings from reading a study, not from its motions."""
@@ -307,7 +308,18 @@ class Study(ABC):
         doubts = doubted(doubt.sentence for doubt in self.doubts if doubt.kind not in self.accepted)
         readings = self.reading, *(branch.reading for branch in self.further.values())
         taken = taken_facts(dict.fromkeys(record for reading in readings for record in reading.taken))
-        return [*self.squat, *stiffness_notes(self.configuration), *strength_notes(self.configuration), *doubts, *taken]
+        built = *stiffness_notes(self.configuration), *strength_notes(self.configuration)
+        return [*self.squat, *built, *doubts, *taken, *self._hazard_facts()]
+
+    def _hazard_facts(self) -> list[Fact]:
+        """Return the fact of the hazard curve: what was read of its file, and its levels."""
+        hazard = self.site_hazard
+        if hazard is None:
+            return []
+        levels = {round(years): level_at(hazard, 1.0 / years) for years in RETURN_PERIODS}
+        known = {years: value_in(level, hazard.units) for years, level in levels.items() if not math.isnan(level)}
+        names, number = (measure_name(hazard.measure.label), hazard.source), len(self.configuration.get("hazards", []))
+        return [Fact("hazard.given", 1 + number, names=names, more={"levels": known})]
 
     @property
     def further(self) -> Mapping[str, Any]:
@@ -507,10 +519,6 @@ class Study(ABC):
             # (where the curve came from does not change it)
             curve = json.dumps({**asdict(self.site_hazard), "source": ""}, sort_keys=True).encode()
             read["hazard_sha256"] = hashlib.sha256(curve).hexdigest()
-            levels = {round(years): level_at(self.site_hazard, 1.0 / years) for years in RETURN_PERIODS}
-            known = {years: level for years, level in levels.items() if not math.isnan(level)}
-            measure = self.site_hazard.measure
-            read["hazard_levels"] = json.dumps([measure.label, measure.units, known])
         return results.assign_attrs(
             **self._named, **read, kind=self.results_are_of or self.kind, identity=self.identity
         )

@@ -239,7 +239,9 @@ class TestFiles:
         np.testing.assert_allclose(hazard.levels, np.array([0.05, 0.2, 0.8]) * G, rtol=1e-15)
         np.testing.assert_allclose(hazard.rates, -np.log1p(-np.array([0.5, 0.1, 0.002])) / 50.0, rtol=1e-15)
         assert (hazard.im, hazard.fractile) == ("pga", None)
-        assert hazard.source.split(", ") == ["hazard.csv", "OpenQuake mean", "lon -122.34", "lat 37.72"]
+        assert hazard.source.split(", ") == [
+            *("hazard.csv", "OpenQuake mean", "lon -122.34", "lat 37.72", "probabilities in 50 years", "levels in g")
+        ]
 
     def test_openquake_what_has_no_logarithm_is_left_out_and_said(self, tmp_path):
         path = saved(tmp_path, OPENQUAKE.format(kind="mean", imt="PGV"))
@@ -247,7 +249,7 @@ class TestFiles:
         assert hazard.levels == (0.002, 0.008)
         assert "probability 1 left" in hazard.source
         across = read_hazard(path, site=(-180.0, 37.0))
-        assert across.source.split(", ")[-3:-1] == ["lon 179.999", "lat 37"]
+        assert across.source.split(", ")[2:5] == ["lon 179.999", "lat 37", "probabilities in 50 years"]
 
     def test_nshmp(self, tmp_path):
         path = saved(tmp_path, NSHMP, "SA1P0/total.csv")
@@ -256,7 +258,7 @@ class TestFiles:
         np.testing.assert_allclose(hazard.levels, np.array([0.0025, 0.0427, 0.216]) * G, rtol=1e-15)
         assert hazard.rates == (2.85280766e-03, 2.4e-03, 1.4e-04)
         *source, left_out = hazard.source.split(", ")
-        assert source == ["total.csv", "nshmp-haz", "Oakland CA", "lon -122.25", "lat 37.8"]
+        assert source[1:] == ["nshmp-haz", "Oakland CA", "lon -122.25", "lat 37.8", "annual rates", "levels in g"]
         assert left_out.startswith("2 levels")
         assert read_hazard(path, site=(-122.0, 37.95)) == read_hazard(path, site=0)
         as_probabilities = read_hazard(path, site=1, years=50.0)
@@ -284,7 +286,7 @@ class TestFiles:
         assert hazard.levels == (0.01 * G, 0.1 * G, G)
         assert hazard.rates == (0.2, 0.02, 1e-4)
         *source, left_out = hazard.source.split(", ")
-        assert source == ["response.json", "USGS", "Total"]
+        assert source == ["response.json", "USGS", "Total", "annual rates", "levels in g"]
         assert left_out.startswith("1 level")
         assert read_hazard(old, "pga", component="Fault").rates[0] == pytest.approx(0.02, rel=1e-15)
         new = read_hazard(saved(tmp_path, services(old=False)))
