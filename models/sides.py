@@ -201,7 +201,7 @@ def check_zone(block: Block, zone: Zone, around: Surroundings, law: str) -> None
         return
     if touching and zone.rigid_rest:
         return  # (one-sided rocking: the zone is never crossed)
-    instead = 'take the law "housner" (HousnerImpact) with geometry = "bilinear",'
+    instead = 'take the law "housner" (HousnerImpact) with geometry = "bilinear"'
     for contact, edge in ((around.front_wall, zone.front), (around.back_wall, zone.back)):
         if contact is not None and 0.0 < contact.rotation <= edge:
             assert block.wall is not None
@@ -211,7 +211,7 @@ def check_zone(block: Block, zone: Zone, around: Surroundings, law: str) -> None
             small = f" below {0.99 * contact.rotation / block.alpha:.3g}" if block.symmetric else ""
             raise ValueError(
                 f"the wall of {block.label!r} is met at {contact.rotation:.3g} rad, inside the elastic zone of "
-                f"{edge:.3g} rad that {law} has: {instead} a delta{small or ' that is smaller'}, or a gap of {wide} mm"
+                f"{edge:.3g} rad that {law} has: {instead}, a delta{small or ' that is smaller'}, or a gap of {wide} mm"
             )
     if touching and (zone.rule == engine.RULE_ENERGY or not block.symmetric):
         raise ValueError(

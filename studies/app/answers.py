@@ -157,7 +157,8 @@ def contents_of(content: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the contents of the page's studies by name: only studies that the keys of the state allow."""
     block = piece_of(content)
     held = _restraint_of(content)
-    piece = {**copy.deepcopy(dict(content)), "models": applicable(content, [held] if held else [], block)}
+    piece = copy.deepcopy(dict(content))
+    piece["models"] = applicable(content, [held] if held else [], block) or piece["models"]
     piece["restraints"] = {name: table for name, table in piece.get("restraints", {}).items() if table == held}
     piece = {key: table for key, table in piece.items() if table != {}}
     held_fast = {key: table for key, table in copy.deepcopy(piece).items() if key != "friction"}
@@ -168,10 +169,10 @@ def contents_of(content: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     contents = {PIECE: piece, EARTHQUAKE: earthquake}
     contents |= {name: less for of, name in LESS_RESTITUTION.items() if (less := _with_less_restitution(contents[of]))}
     tables = content.get("restraints", {})
-    if tables and "hazard" in content and "mass_kg" in content["blocks"][0]:
+    models = applicable(content, [*tables.values()], block)[:1]
+    if tables and models and "hazard" in content and "mass_kg" in content["blocks"][0]:
         free = {key: value for key, value in content["blocks"][0].items() if key != "restraint"}
         blocks = [{**free, "name": FREE}, *({**free, "name": name, "restraint": name} for name in tables)]
-        models = applicable(content, [*tables.values()], block)[:1]
         contents[REMEDIES] = {
             **held_fast,
             "title": f"{piece['title']}: restraints",
@@ -210,7 +211,7 @@ def applicable(content: Mapping[str, Any], restraints: list[Any], block: Block) 
         if model.get("law") in LAWS and (about := declared(LAWS[model["law"]]).get("geometry")) and about.parameter
         for word in about.parameter.words
     ]
-    return [model for model in others if _applies(model, block, restraints)][:1] or given
+    return [model for model in others if _applies(model, block, restraints)][:1]
 
 
 def _applies(model: Mapping[str, Any], block: Block, restraints: list[Any]) -> bool:

@@ -24,7 +24,7 @@ from ..file.blocks import BlockTable
 from ..file.include import read_content, refuse_text
 from ..file.refusals import refusals
 from ..file.schema import StudyFile
-from ..file.table import WRITTEN, all_errors, quantity
+from ..file.table import WRITTEN, all_errors
 from ..text.error import StudyError, writing
 
 SCHEMA = Path(__file__).parents[1] / "reference" / "study.schema.json"
@@ -157,9 +157,10 @@ def number_of(content: Mapping[str, Any], path: str, text: str, length: str) -> 
     unit = about.get("unit", "")
     if unit in ("m", "mm") and path not in SHOWN:
         # (a number alone is in the unit of the page)
-        alone = _NUMBER.fullmatch(text.strip()) is not None
-        metres = quantity(key, f"{text.strip()}m" if alone else text.strip(), "m", at_least=0.0)
-        value = metres * (LENGTHS[length] if alone else 1.0) / WRITTEN.get(unit, 1.0)
+        typed = re.fullmatch(rf"({_NUMBER.pattern})\s*(m|cm|mm|in|)", text.strip())
+        if typed is None or not 0.0 <= float(typed[1]) < math.inf:
+            raise StudyError(f"{key}: must be a number >= 0, alone or with m, cm, mm or in, got {text[:40]!r}")
+        value = float(typed[1]) * {**LENGTHS, "m": 1.0}[typed[2] or length] / WRITTEN.get(unit, 1.0)
     else:
         value = number_in(text, key)
         value *= SHOWN.get(path, ("", 1.0))[1]

@@ -8,7 +8,7 @@ function say(text, path) {
   part("message").hidden = !text;
   document.querySelectorAll("[aria-invalid]").forEach((field) => field.removeAttribute("aria-invalid"));
   if (text && path) {
-    document.querySelectorAll(`[name="${CSS.escape(path)}"]`).forEach((field) => field.setAttribute("aria-invalid", "true"));
+    document.querySelectorAll(`[name="${CSS.escape(path)}"]:not([type="range"])`).forEach((field) => field.setAttribute("aria-invalid", "true"));
   }
 }
 

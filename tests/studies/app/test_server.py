@@ -373,6 +373,23 @@ def test_feet_show_what_slides(app, page):
 
 
 @pytest.mark.slow
+def test_a_law_that_restraints_cannot_have_leaves_them_out(app, page):
+    """The rest of the full answer is there, and the comparison is back with the law."""
+    assert ask(app, f"/{TOKEN}/change", {"path": "law.housner", "value": "no"})[0] == 200
+    assert page.content["models"] == [{"law": "energy-consistent"}]
+    parts = page.complete(page.version)
+    assert "The piece and its hazard" in parts["basis"]
+    assert "needs a hazard, the mass of the piece, and a damping law" in parts["remedies"]
+    assert "remedies" not in page.contents
+    status, _, said = ask(app, f"/{TOKEN}/change", {"path": "blocks.0.restraint", "value": "strap"})
+    assert status == 422
+    assert 'take the law "housner" (HousnerImpact) with geometry = "bilinear"' in json.loads(said)["said"]
+    assert ask(app, f"/{TOKEN}/change", {"path": "law.housner", "value": "yes"})[0] == 200
+    assert "two brackets" in page.complete(page.version)["remedies"]
+    page.content["models"].reverse()
+
+
+@pytest.mark.slow
 def test_the_script_gives_the_same_results(page, folder, monkeypatch):
     page.complete(page.version)
     (folder / "script").mkdir()

@@ -52,6 +52,18 @@ def test_what_is_wrong_is_one_sentence(start, path, text):
     assert start == before
 
 
+def test_a_size_is_a_number_alone_or_with_a_unit(start):
+    """A unit of the page may stand next to its number; a number that is none is not asked for a unit."""
+    for text in ("", "abc", "-", "1,5", "1.2.3", "-3", "-3 cm", "1e400", "5 kg", "nan m", "40c"):
+        with pytest.raises(StudyError) as caught:
+            state.edited(start, "blocks.0.width_m", text, "cm")
+        assert str(caught.value) == f"width_m: must be a number >= 0, alone or with m, cm, mm or in, got {text!r}"
+    for text in ("40", " 40 ", "4e1", "+40.", "0.4m", "0.4 m", "400 mm", "40cm"):
+        assert state.edited(start, "blocks.0.width_m", text, "cm")["blocks"][0]["width_m"] == 0.4
+    assert state.edited(start, "blocks.0.width_m", "20 in", "cm")["blocks"][0]["width_m"] == 0.508
+    assert state.edited(start, "blocks.0.width_m", "20", "in")["blocks"][0]["width_m"] == 0.508
+
+
 def test_a_size_of_no_block_is_one_sentence(start):
     start["blocks"][0]["width_m"] = 0.0
     with pytest.raises(StudyError, match=r"^width_m: must be > 0 [^\n]* got 0\.0$"):
