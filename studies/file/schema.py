@@ -15,9 +15,9 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import KINDS, Doubt, noted
-from ...core.wording import with_article
+from ...core.wording import percent, with_article
 from ...fragility.adaptive.sequential import MOST_RUNS, RUNS
-from ...fragility.adaptive.until import MEDIAN, MOST, TARGETS
+from ...fragility.adaptive.until import MEDIAN, MOST, TARGETS, USUAL
 from ...fragility.analyses.joint import FEWEST_MOTIONS as FEWEST_EVENTS
 from ...fragility.analyses.pooled import BLOCKS_A_MOTION, MOST as MOST_POOLED
 from ...fragility.analyses.surface_results import POOLED
@@ -62,7 +62,7 @@ from .refusals import refusal, refusals
 from .report import ReportTable
 from .selecting import Levels, SelectTable, selected
 from .supports import NamedSupports, Supports
-from .table import KeyInfo, Label, RelativePath, Table, all_errors, bare, one_of
+from .table import SEVERAL, KeyInfo, Label, RelativePath, Table, all_errors, bare, one_of
 from .uncertainty import SensitivityTable, UncertaintyTable
 
 
@@ -128,18 +128,18 @@ class StudyFile(Table):
     blocks: Annotated[list[BlockTable] | None, Field(min_length=1, max_length=2000)] = None
     blocks_file: Annotated[str | None, KeyInfo("none"), RelativePath()] = None
     restraints: Annotated[
-        dict[Annotated[str, Field(min_length=1, max_length=100)], Restraints] | None,
+        dict[Annotated[str, SEVERAL], Restraints] | None,
         KeyInfo("none"),
-        Field(min_length=1, max_length=100),
+        SEVERAL,
     ] = None
-    models: Annotated[list[Models], Field(min_length=1, max_length=100)]
+    models: Annotated[list[Models], SEVERAL]
     motions: Motions
     building: Annotated[Buildings | None, KeyInfo("none: they stand on the ground")] = None
-    buildings: Annotated[list[Buildings] | None, KeyInfo("none"), Field(min_length=1, max_length=100)] = None
+    buildings: Annotated[list[Buildings] | None, KeyInfo("none"), SEVERAL] = None
     support: Annotated[Supports | None, KeyInfo("none: they stand on the floor")] = None
-    supports: Annotated[list[NamedSupports] | None, KeyInfo("none"), Field(min_length=1, max_length=100)] = None
+    supports: Annotated[list[NamedSupports] | None, KeyInfo("none"), SEVERAL] = None
     ida: IdaTable | None = None
-    until: Annotated[UntilTable | None, KeyInfo("the median within 10 %")] = None
+    until: Annotated[UntilTable | None, KeyInfo(f"the median within {percent(USUAL)}")] = None
     events: Annotated[EventsTable | None, KeyInfo("none")] = None
     stripes: StripesTable | None = None
     cloud: CloudTable | None = None
@@ -160,7 +160,7 @@ class StudyFile(Table):
 
     branches: Annotated[list[BranchTable] | None, KeyInfo("none"), Field(min_length=1, max_length=3)] = None
     motion_sets: Annotated[list[MotionSetTable] | None, KeyInfo("none"), Field(min_length=1, max_length=20)] = None
-    hazards: Annotated[list[HazardSetTable] | None, KeyInfo("none"), Field(min_length=1, max_length=100)] = None
+    hazards: Annotated[list[HazardSetTable] | None, KeyInfo("none"), SEVERAL] = None
 
     compare: ClassVar[bool] = True
     """Whether the motions of a scenario are compared with a model as they are made."""
