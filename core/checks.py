@@ -141,7 +141,7 @@ def finite_array(name: str, values: Any, *, ndim: tuple[int, ...] = (1,), unit: 
 def increasing(name: str, values: Sequence[float] | Array, unit: str = "") -> None:
     """Raise a ValueError, in the unit of the values, unless they are > 0 and strictly increasing."""
     of, array = "" if unit in ("", "1") else f" {unit}", np.asarray(values, dtype=np.float64)
-    if not array[0] > 0.0:
+    if array.size and not array[0] > 0.0:
         raise ValueError(f"{name} must be > 0, got {array[0]:g}{of}")
     falls = np.flatnonzero(~(np.diff(array) > 0.0))
     if falls.size:

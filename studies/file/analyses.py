@@ -109,7 +109,7 @@ def named_measure(value: str) -> str:
 def refuse_unordered(name: str, values: Sequence[float], unit: str) -> None:
     """Raise a ValueError, in the unit of the file, unless levels are > 0, increase, and end below the highest."""
     checks.increasing(name, values, unit)
-    if not values[-1] <= MOST_LEVEL:
+    if values and not values[-1] <= MOST_LEVEL:
         of = "" if unit == "1" else f" {unit}"
         raise ValueError(f"{name} must be at most {MOST_LEVEL:g}, got {values[-1]:g}{of}")
 
