@@ -138,6 +138,17 @@ def finite_array(name: str, values: Any, *, ndim: tuple[int, ...] = (1,), unit: 
     return array
 
 
+def increasing(name: str, values: Sequence[float] | Array, unit: str = "") -> None:
+    """Raise a ValueError, in the unit of the values, unless they are > 0 and strictly increasing."""
+    of, array = "" if unit in ("", "1") else f" {unit}", np.asarray(values, dtype=np.float64)
+    if array.size and not array[0] > 0.0:
+        raise ValueError(f"{name} must be > 0, got {array[0]:g}{of}")
+    falls = np.flatnonzero(~(np.diff(array) > 0.0))
+    if falls.size:
+        before, after = array[falls[0] : falls[0] + 2]
+        raise ValueError(f"{name} must be strictly increasing, got {after:g}{of} after {before:g}{of}")
+
+
 def acceleration(name: str, values: Any, *, ndim: tuple[int, ...] = (1,)) -> Array:
     """Return acceleration histories as `finite_array` does; ValueError above 1e9 m/s²."""
     array = finite_array(name, values, ndim=ndim, unit="m/s²")

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import checks
 from .elementary import Array, exp, expm1, log, log1p
+from .parameters import POSITIVE
 
 BISECTIONS = 64
 """Halvings of an interval after which its ends are neighbouring floats."""
@@ -103,7 +104,7 @@ class Normal(Continuous):
 
     def __post_init__(self) -> None:
         checks.number("mean", self.mean)
-        checks.number("std", self.std, above=0.0)
+        POSITIVE.check("std", self.std)
         _ends(self.lower, self.upper)
 
     def quantile(self, probability: Array) -> Array:
@@ -140,8 +141,8 @@ class Lognormal(Continuous):
     upper: float = math.inf
 
     def __post_init__(self) -> None:
-        checks.number("median", self.median, above=0.0)
-        checks.number("dispersion", self.dispersion, above=0.0)
+        POSITIVE.check("median", self.median)
+        POSITIVE.check("dispersion", self.dispersion)
         checks.number("lower", self.lower, at_least=0.0)
         _ends(self.lower, self.upper)
 
@@ -192,8 +193,8 @@ class Beta(Continuous):
     upper: float = 1.0
 
     def __post_init__(self) -> None:
-        checks.number("a", self.a, above=0.0)
-        checks.number("b", self.b, above=0.0)
+        POSITIVE.check("a", self.a)
+        POSITIVE.check("b", self.b)
         lower = checks.number("lower", self.lower)
         checks.number("upper", self.upper, above=lower)
 

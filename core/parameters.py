@@ -45,6 +45,8 @@ class Parameter:
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> dict[str, Any]:
         """Let a table check a value against its bounds (a protocol of pydantic)."""
         made = handler(source)
+        if self.bounds and made["type"] not in ("float", "int", "str"):
+            raise TypeError(f"bounds must be of a number or a text, not of {source} ({self.text})")
         of_text = {"at_least": "min_length", "at_most": "max_length"}
         names = of_text if made["type"] == "str" else {"above": "gt", "at_least": "ge", "below": "lt", "at_most": "le"}
         return {**made, **{names[name]: bound for name, bound in self.bounds.items()}}
@@ -59,6 +61,11 @@ class Parameter:
     def number(self, name: str, value: Any) -> float:
         """Return a value as a float; ValueError or TypeError unless it is a finite number within the bounds."""
         return checks.number(name, value, **self.bounds, unit=self.unit)
+
+    def count(self, name: str, value: Any) -> int:
+        """Return a value as a whole number; ValueError or TypeError unless it is one within the bounds."""
+        self.check(name, value, int)
+        return int(value)
 
     def array(self, name: str, values: Any, ndim: tuple[int, ...] = (0, 1)) -> Array:
         """Return values as an array of floats; ValueError or TypeError unless all are finite and within the bounds."""
@@ -91,6 +98,10 @@ class Parameter:
             self.number(name, number)
 
 
+POSITIVE = Parameter(above=0.0)
+COUNT = Parameter(at_least=1)
+STEP = Parameter("s", above=0.0, at_most=checks.MAX_STEP)
+"""Time step of a motion."""
 CHANCE = Parameter(above=0.0, below=1.0)
 CONFIDENCE = Parameter(at_least=0.5, below=1.0)
 """Of intervals: a lower value is a level of significance."""

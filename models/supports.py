@@ -1,11 +1,14 @@
 """Soft supports: the half width of a law's elastic zone from a settlement or from a measured frequency."""
 
 import math
+from dataclasses import replace
 
 from ..core import checks
+from ..core.parameters import Parameter
 from .block import Block
-from .scenes.bed import MOST_SETTLEMENT
+from .scenes.bed import MOST_SETTLEMENT, SETTLEMENT
 
+FREQUENCY = Parameter("Hz", above=0.0)
 MOST_DELTA = 0.3
 """Largest delta: beyond it the block uplifts at rotations at which small angles are no longer small against alpha."""
 
@@ -37,7 +40,7 @@ def delta_from_settlement(block: Block, settlement: float) -> float:
     0.011433
     """
     _check(block)
-    depth = checks.number("settlement", settlement, above=0.0, at_most=MOST_SETTLEMENT * block.b, unit="m")
+    depth = replace(SETTLEMENT, at_most=MOST_SETTLEMENT * block.b).number("settlement", settlement)
     return _checked(depth / (block.b * block.alpha), f"a settlement of {depth:g} m")
 
 
@@ -69,9 +72,9 @@ def delta_from_frequency(block: Block, frequency: float, body_frequency: float |
     0.005538
     """
     _check(block)
-    f = checks.number("frequency", frequency, above=0.0, unit="Hz")
+    f = FREQUENCY.number("frequency", frequency)
     if body_frequency is not None:
-        f = 1.0 / math.hypot(1.0 / f, 1.0 / checks.number("body_frequency", body_frequency, above=0.0, unit="Hz"))
+        f = 1.0 / math.hypot(1.0 / f, 1.0 / FREQUENCY.number("body_frequency", body_frequency))
     stiffness = (2.0 * math.pi * f / block.p) ** 2 * block.alpha / math.sin(block.alpha)
     return _checked(1.0 / (1.0 + stiffness), f"a frequency of {f:.3g} Hz")
 

@@ -18,6 +18,7 @@ from ..core import checks
 from ..core.aliases import Array, Flags
 from ..core.doubts import Doubt, warn
 from ..core.labelled import spare_dask
+from ..core.parameters import STEP
 from ..core.units import ACCELERATION, METRE, RADIAN, SECOND, described
 from .readers.directions import are_vertical
 from .readers.units import in_name, quantities
@@ -140,7 +141,7 @@ def from_array(
     >>> from_array([0.0, 1.0, 0.0], dt=0.01).sizes["time"]
     3
     """
-    step = checks.number("dt", dt, above=0.0, at_most=checks.MAX_STEP, unit="s")
+    step = STEP.number("dt", dt)
     if isinstance(acceleration, xr.DataArray):
         checks.stated_unit("acceleration", acceleration, "m s-2")
         if "time" in acceleration.dims:

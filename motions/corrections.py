@@ -7,6 +7,7 @@ thousand.
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any, Literal
 
@@ -17,19 +18,20 @@ import xarray as xr
 from ..core import checks
 from ..core.doubts import warn
 from ..core.elementary import Array, orthonormal, times
-from ..core.parameters import Parameter
+from ..core.parameters import STEP, Parameter
 from ..core.units import described
 from .arrays import filter_doubts, records
 
 # Band-limited interpolation: zero crossings of the sinc on each side, and Kaiser's beta; errors stay below 1e-5 up to
 # 0.9 of the coarser step's Nyquist frequency.
 _CROSSINGS, _KAISER = 48, 12.0
-_LOWEST_CORNER = 1e-9  # Hz
 _LARGEST_RATIO = 10_000
 _MAX_SAMPLES = 50_000_000
 _PIECE = 5_000_000  # samples of the finer step that are filtered at once
 _ROUNDING = 1e-12  # of a motion's peak
 
+TAPER, CORNER = Parameter("s", above=0.0), Parameter("Hz", above=1e-9)
+"""Half cosine at an end, and corner frequency of a filter."""
 BASELINE_ORDERS, FILTER_ORDERS = Parameter(at_least=0, at_most=10), Parameter(at_least=1, at_most=10)
 FILTER_ORDER = 4
 
@@ -124,7 +126,7 @@ def taper(motions: xr.DataArray, duration: float) -> xr.DataArray:
     """Taper each motion at both ends with a half cosine of `duration` s, > 0 and at most half of the motion."""
     values, dt = _values(motions)
     n = values.shape[1]
-    length = checks.number("duration", duration, above=0.0, at_most=0.5 * (n - 1) * dt, unit="s")
+    length = replace(TAPER, at_most=0.5 * (n - 1) * dt).number("duration", duration)
     window = scipy.signal.windows.tukey(n, 2.0 * length / ((n - 1) * dt))
     tapered = _corrected(motions, f"taper(duration={length:g} s)", lambda a: a * window)
     warn(filter_doubts([tapered]))
@@ -201,7 +203,7 @@ def resample(motions: xr.DataArray, dt: float) -> xr.DataArray:
     True
     """
     values, old = _values(motions)
-    new = checks.number("dt", dt, above=0.0, at_most=checks.MAX_STEP, unit="s")
+    new = STEP.number("dt", dt)
     ratio = Fraction(min(old / new, 2.0 * _LARGEST_RATIO)).limit_denominator(_LARGEST_RATIO)
     up, down = ratio.numerator, ratio.denominator
     if not 1 <= up <= _LARGEST_RATIO or abs(up / down - old / new) > 1e-9 * old / new:
@@ -264,7 +266,7 @@ def _filtered(motions: xr.DataArray, kind: Kind, given: dict[str, float], order:
     values, dt = _values(motions)
     corners: list[float] = []
     for name, corner in given.items():
-        what, least = (name if len(given) > 1 else "the corner frequency"), max(corners, default=_LOWEST_CORNER)
+        what, least = (name if len(given) > 1 else "the corner frequency"), max(corners, default=CORNER.bounds["above"])
         corners.append(checks.number(what, corner, above=least, below=0.5 / dt, unit="Hz"))
     FILTER_ORDERS.check("order", order, int)
     poles = int(order)

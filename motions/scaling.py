@@ -5,6 +5,7 @@ import xarray as xr
 
 from ..core import checks
 from ..core.aliases import Array
+from ..core.parameters import STEP
 from .arrays import records
 from .intensity.evaluation import positive_measure
 from .intensity.measure import Measure
@@ -19,7 +20,7 @@ def parabolic_baseline(acceleration: Array, dt: float) -> Array:
     Bulletin of the Seismological Society of America 51(2), 175-189.
     """
     values = checks.finite_array("acceleration", acceleration, ndim=(1, 2), unit="m/s²")
-    step = checks.number("dt", dt, above=0.0, unit="s")
+    step = STEP.number("dt", dt)
     if values.shape[-1] < 5:
         raise ValueError(f"acceleration must have at least 5 samples for a parabola, got {values.shape[-1]}")
     x = np.linspace(0.0, 1.0, values.shape[-1])

@@ -261,7 +261,7 @@ def test_functions_take_few_arguments():
         len([argument for argument in every if argument.arg not in ("self", "cls")])
         for path in code()
         if str(path.parent) not in KERNEL_FOLDERS and path.parts[0] in BELOW
-        for function in ast.walk(tree(path))
+        for function in ast.walk(tree(ROOT / path))
         if isinstance(function, ast.FunctionDef)
         for every in [[*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs]]
     ]

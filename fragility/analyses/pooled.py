@@ -9,6 +9,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Progress
 from ...core.doubts import warn
+from ...core.parameters import Parameter
 from ...core.units import provenance
 from ...core.wording import counted
 from ...models import Block, Law
@@ -35,7 +36,7 @@ from .surface_results import POOLED, surface_curves, surface_dataset, variables_
 from .waves import MotionSource, scaled_to
 
 BLOCKS_A_MOTION = 16
-MOST_BLOCKS_A_MOTION = 256
+A_MOTION = Parameter(at_least=1, at_most=256)
 MOST = 20_000
 """Maximum number of motions unless `until` gives one."""
 BAND_POINTS = 400
@@ -226,9 +227,7 @@ def checked_plan(
     goal = until_of(asked)
     if goal.target != MEDIAN:
         raise ValueError(f"until must name the median for pooled curves, got {goal.target}")
-    checks.count("blocks_per_motion", blocks_per_motion, at_least=1)
-    if blocks_per_motion > 256:
-        raise ValueError(f"blocks_per_motion must be at most 256, got {blocks_per_motion}")
+    A_MOTION.check("blocks_per_motion", blocks_per_motion, int)
     most = source.most(goal)
     plan = PooledPlan(request, laws, scaled, source, most, domain, goal, blocks_per_motion, source.seed, hazard, varied)
     if hazard is not None:

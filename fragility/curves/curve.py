@@ -223,8 +223,7 @@ def _tabulated(curves: xr.Dataset, suffix: str) -> tuple[TabulatedCurves, tuple[
     dims = _ordered(dim for dim in array.dims if dim != "level")
     array = array.transpose(*dims, "level")
     levels = checks.finite_array("level of the curves", curves["level"].values)
-    if levels[0] <= 0.0 or np.any(np.diff(levels) <= 0.0):
-        raise ValueError("level of the curves must be > 0 and strictly increasing")
+    checks.increasing("level of the curves", levels)
     values = np.asarray(array.values, dtype=np.float64)
     if np.any((values < 0.0) | (values > 1.0)) or np.any(np.diff(values, axis=-1) < 0.0):
         raise ValueError("probability of the curves must lie between 0 and 1 and never fall with the level")

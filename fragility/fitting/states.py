@@ -7,12 +7,13 @@ missing or must not be trusted.
 import math
 import re
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 import xarray as xr
 
 from ...core import checks
+from ...core.parameters import Parameter, check
 from ...core.units import DIMENSIONLESS
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.trip import TRIPS
@@ -37,6 +38,10 @@ DIRECTIONS = {FRONT: 1, BACK: -1}
 SIDES = {"either": "slide_peak", FRONT: "slide_forward", BACK: "slide_backward"}
 
 
+DISTANCE = Parameter("m", above=0.0, at_most=10.0)
+"""Slip that makes a damage state."""
+
+
 @dataclass(frozen=True)
 class Slip:
     """Damage state of sliding blocks: a slip above a distance (m, > 0), to `side` either, front or back.
@@ -47,11 +52,11 @@ class Slip:
     'a slip above 0.1 m'
     """
 
-    distance: float
+    distance: Annotated[float, DISTANCE]
     side: str = "either"
 
     def __post_init__(self) -> None:
-        checks.number("distance", self.distance, above=0.0, unit="m")
+        check(self)
         checks.choice("side", self.side, tuple(SIDES))
 
 

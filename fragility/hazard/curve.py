@@ -86,7 +86,7 @@ class HazardCurve:
         levels = checks.finite_array("levels of a hazard curve", self.levels, unit=measure.units)
         if levels.size < 2:
             raise ValueError(f"levels of a hazard curve must be at least two, got {levels.size}")
-        _check_levels(levels, measure.units)
+        checks.increasing("levels of a hazard curve", levels, measure.units)
         curvature = checks.number("curvature", self.curvature, at_least=0.0)
         if self.fractile is not None:
             CHANCE.number("fractile", self.fractile)
@@ -292,19 +292,9 @@ def unit_to_si(units: str | None, im: str | Measure) -> float:
 
 def check_points(levels: Array, rows: Sequence[Array], units: str) -> None:
     """Raise ValueError, in the unit of the levels as they are given, if points make no hazard curve."""
-    _check_levels(levels, units)
+    checks.increasing("levels of a hazard curve", levels, units)
     for row in rows:
         check_rates("rates of a hazard curve" if len(rows) == 1 else "rates of a realisation", row, levels, units)
-
-
-def _check_levels(levels: Array, units: str) -> None:
-    """Raise ValueError if levels are not positive and increasing."""
-    if levels[0] <= 0.0 or np.any(np.diff(levels) <= 0.0):
-        at = 0 if levels[0] <= 0.0 else int(np.argmax(np.diff(levels) <= 0.0)) + 1
-        after = f" after {levels[at - 1]:g} {units}" if at else ""
-        raise ValueError(
-            f"levels of a hazard curve must be > 0 and strictly increasing, got {levels[at]:g} {units}{after}"
-        )
 
 
 def check_rates(what: str, rates: Array, levels: Array, units: str) -> None:

@@ -101,8 +101,7 @@ def line_weights(levels: Any, hazard: Hazard) -> LevelWeights:
     x = checks.finite_array("levels", np.atleast_1d(np.asarray(levels)))
     knots, rates = hazard_points(hazard)
     for name, values in (("levels", x), ("levels of the hazard", knots)):
-        if values[0] <= 0.0 or np.any(np.diff(values) <= 0.0):
-            raise ValueError(f"{name} must be > 0 and strictly increasing, got {values.tolist()!r:.60}")
+        checks.increasing(name, values)
     if x[-1] < knots[0]:
         raise ValueError(
             f"levels must reach the hazard curve, which begins at {knots[0]:g}, got {x[-1]:g} as the last one"

@@ -423,8 +423,9 @@ def _bin_edges(bins: int | Any, hazard: HazardCurve) -> Array:
         count = int(checks.number("bins", checks.count("bins", bins), at_least=1, at_most=MOST_BINS))
         return geomspace(hazard.levels[0], hazard.levels[-1], count + 1)
     edges = checks.finite_array("bins", bins)
-    if edges.size < 2 or edges[0] <= 0.0 or np.any(np.diff(edges) <= 0.0):
-        raise ValueError("bins must be a number of bins, or at least two edges > 0, strictly increasing")
+    if edges.size < 2:
+        raise ValueError("bins must be a number of bins, or at least two edges")
+    checks.increasing("bins", edges)
     return edges
 
 

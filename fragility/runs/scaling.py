@@ -152,11 +152,7 @@ def increasing(levels: Any, intensity: Measure | BlockMeasure | None) -> Array:
     """Return levels as an array (level,); ValueError unless finite, > 0, increasing and of the unit of the measure."""
     checks.stated_unit("levels", levels, DIMENSIONLESS if intensity is None else intensity.units)
     values = np.atleast_1d(checks.finite_array("levels", levels, ndim=(0, 1)))
-    if values[0] <= 0.0:
-        raise ValueError(f"levels must be > 0, got {values[0]:g}")
-    if np.any(np.diff(values) <= 0.0):
-        at = int(np.argmax(np.diff(values) <= 0.0))
-        raise ValueError(f"levels must be strictly increasing, got {values[at + 1]:g} after {values[at]:g}")
+    checks.increasing("levels", values)
     return values
 
 

@@ -16,6 +16,9 @@ CHORDS = 6
 """Straight pieces of the moment from the uplift on, before the last one."""
 
 
+SETTLEMENT = Parameter("m", above=0.0, written="mm")
+
+
 @dataclass(frozen=True, slots=True)
 class Bed:
     """Soft bed under the whole width of a block, elastic and without tension (Winkler foundation).
@@ -40,7 +43,7 @@ class Bed:
     'bed that settles 2 mm'
     """
 
-    settlement: Annotated[float, Parameter("m", above=0.0, written="mm")]
+    settlement: Annotated[float, SETTLEMENT]
 
     def __post_init__(self) -> None:
         check(self)

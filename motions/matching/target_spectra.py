@@ -13,6 +13,7 @@ import numpy as np
 from ...core import checks
 from ...core.doubts import Doubt, warn
 from ...core.elementary import Array, exp, geomspace, log
+from ...core.parameters import SHARE, Parameter
 from ...core.units import STANDARD_GRAVITY
 from ..intensity.spectra import DAMPING, damping_of, period_of, spectrum_doubts
 from ..plausibility import unusual
@@ -26,6 +27,7 @@ SMALLEST_SA = 1e-9
 SHORT = 0.3
 """A period, s, on the plateau of most spectra."""
 CEILING = 1.6  # of S_DS: the maximum flexible acceleration
+AMPLIFIED = Parameter(at_least=1.0, at_most=10.0)
 RESPONSE_REDUCTION = 1.3  # R_mu of an unknown building; 1 at or below grade
 
 
@@ -212,7 +214,7 @@ class TargetSpectrum:
         [0.4, 1.0, 1.0, 0.1]
         """
         design = checks.number("s_ds", s_ds, above=0.0, at_most=10.0, unit="g")
-        height = checks.number("z_over_h", z_over_h, at_least=0.0, at_most=1.0)
+        height = SHARE.number("z_over_h", z_over_h)
         checks.choice("edition", edition, EDITIONS)
         if edition == "7-16" and not (h_f is None and r_mu is None):
             raise ValueError("h_f and r_mu belong to edition '7-22', got one with '7-16'")
@@ -263,7 +265,7 @@ class TargetSpectrum:
         >>> round(roof.sa[0] / 9.80665, 6)
         1.076923
         """
-        height = checks.number("z_over_h", z_over_h, at_least=0.0, at_most=1.0)
+        height = SHARE.number("z_over_h", z_over_h)
         if t_a is not None:
             if h_f is not None:
                 raise ValueError("either t_a or h_f may be given, got both")
@@ -314,7 +316,7 @@ def other_damping(text: str, damping: float) -> str:
 
 def _amplification(height: float, h_f: float | None, r_mu: float | None) -> float:
     """Return H_f/R_mu of ASCE 7-22."""
-    amplified = 1.0 + 2.5 * height if h_f is None else checks.number("h_f", h_f, at_least=1.0, at_most=10.0)
+    amplified = 1.0 + 2.5 * height if h_f is None else AMPLIFIED.number("h_f", h_f)
     if r_mu is None:
         return amplified / (RESPONSE_REDUCTION if height > 0.0 else 1.0)
-    return amplified / checks.number("r_mu", r_mu, at_least=1.0, at_most=10.0)
+    return amplified / AMPLIFIED.number("r_mu", r_mu)

@@ -16,6 +16,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, first_names, warn
+from ...core.parameters import STEP
 from .components import Component, arrays_of, doubt_duration, refuse_gaps, refuse_stated_peak, single
 from .directions import channel_of, channels_of, direction_of, place_of, vertical_of
 from .lines import (
@@ -449,7 +450,7 @@ def _step(lines: Lines, time: Array, header: list[tuple[int, str]], dt: float | 
         refuse_other_step(lines, header, len(time), measured, f"its time column {measured:g} s")
         return measured, "time column"
     if dt is not None:
-        step = checks.number("dt", dt, above=0.0, unit="s")
+        step = STEP.number("dt", dt)
         refuse_other_step(lines, header, len(time), step, f"so dt must not be {step:g}", given=True)
         return step, GIVEN
     if written is None:

@@ -16,7 +16,7 @@ from ...core.doubts import Doubt, warn
 from ..intensity.measure import Measure
 from ..intensity.naming import in_si, measure_named, our_name, program_unit, written_level
 from ..simulated.ground_motion_models import Scenario
-from ..simulated.scenario import STRIKE_SLIP
+from ..simulated.scenario import STRIKE_SLIP, VELOCITY
 from .files import MEAN, TargetError, numbered, opened, rows_of
 
 LEAST_SHARE = 1e-4
@@ -47,7 +47,7 @@ class Disaggregation(NamedTuple):
 
     def scenarios(self, vs30: float, faulting: str = STRIKE_SLIP) -> list[Scenario]:
         """Return a scenario of each bin at a site of V_S30 (m/s), with the rupture reaching the surface."""
-        speed = checks.number("vs30", vs30, above=0.0, unit="m/s")
+        speed = VELOCITY.number("vs30", vs30)
         pairs = zip(self.magnitude.tolist(), self.distance.tolist(), strict=True)
         return [Scenario(magnitude, distance, speed, faulting) for magnitude, distance in pairs]
 

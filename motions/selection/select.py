@@ -11,6 +11,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.elementary import Array, Index, exp, expm1
+from ...core.parameters import COUNT, POSITIVE
 from ...core.streams import stream
 from ...core.units import described, provenance
 from ..intensity.measure import MEASURES, Measure
@@ -142,8 +143,8 @@ def select(
     """
     if not isinstance(target, Target | Mixture | Stated):
         raise TypeError(f"target must be a Target, a Mixture or a Stated target, got {checks.kind(target)}")
-    n = checks.count("number", number, at_least=1)
-    most = checks.count("per_event", per_event, at_least=1)
+    n = COUNT.count("number", number)
+    most = COUNT.count("per_event", per_event)
     low, high = _bounds(factor)
     chance = checks.count("seed", seed)
     pool = candidates if isinstance(candidates, Candidates) else Candidates(candidates)
@@ -194,9 +195,9 @@ def select(
 
 
 def _bounds(factor: Any) -> tuple[float, float]:
-    pair = checks.finite_array("factor", factor)
-    if pair.shape != (2,) or not 0.0 < pair[0] <= pair[1]:
-        raise ValueError(f"factor must be a least and a greatest factor > 0, got {pair.tolist()}")
+    pair = POSITIVE.array("factor", factor)
+    if pair.shape != (2,) or pair[0] > pair[1]:
+        raise ValueError(f"factor must be a least and a greatest factor, got {pair.tolist()}")
     return float(pair[0]), float(pair[1])
 
 

@@ -13,7 +13,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
-from ...core.parameters import CORRELATION, Parameter
+from ...core.parameters import CORRELATION, COUNT, Parameter
 from ...core.streams import stream
 from ...core.units import DIMENSIONLESS, METRE, described
 from ..arrays import from_array
@@ -112,7 +112,7 @@ def steps_of(duration: float, dt: float) -> int:
 
 def counts(n: int, seed: int, first: int) -> tuple[int, int, int]:
     """Return the arguments of `sample`, checked."""
-    return checks.count("n", n, at_least=1), checks.count("seed", seed), checks.count("first", first)
+    return COUNT.count("n", n), checks.count("seed", seed), checks.count("first", first)
 
 
 def check_samples(n: int, steps: int) -> None:

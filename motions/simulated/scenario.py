@@ -18,7 +18,8 @@ from .marginals import Marginal, bounded_beta, gamma, lognormal, two_sided_expon
 
 STRIKE_SLIP, REVERSE = FAULTINGS = ("strike-slip", "reverse")
 Faulting = Annotated[str, Parameter(words=FAULTINGS)]
-Velocity = Annotated[float, Parameter("m/s", at_least=100.0, at_most=3000.0)]
+VELOCITY = Parameter("m/s", at_least=100.0, at_most=3000.0)
+Velocity = Annotated[float, VELOCITY]
 """Type of the shear-wave velocity of the uppermost 30 m."""
 TWO_PI = 2.0 * math.pi
 

@@ -7,18 +7,30 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, WithJsonSchema, field_validator, model_validator
 
+from ...core import checks
 from ...core.doubts import warn
 from ...core.elementary import Array, exp
 from ...core.parameters import CHANCE, PART, SHARE, Seed
 from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY
 from ...fragility.adaptive.sequential import MOST_RUNS, RUNS
-from ...fragility.adaptive.until import FEWEST, LEAST, MEDIAN, MOST, PROBABILITY, TARGETS, TOLERANCES, Until, until_of
+from ...fragility.adaptive.until import (
+    FEWEST,
+    LEAST,
+    MEDIAN,
+    MOST,
+    PROBABILITY,
+    TARGETS,
+    TOLERANCES,
+    USUAL,
+    Until,
+    until_of,
+)
 from ...fragility.analyses.joint import FEWEST_BLOCKS, FEWEST_MOTIONS as FEWEST_EVENTS, SAMPLE
-from ...fragility.analyses.pooled import BLOCKS_A_MOTION, MOST as MOST_POOLED, MOST_BLOCKS_A_MOTION
+from ...fragility.analyses.pooled import A_MOTION, BLOCKS_A_MOTION, MOST as MOST_POOLED
 from ...fragility.fitting.fit import FORMS, METHODS, default_form
 from ...fragility.fitting.intervals import INTERVALS
 from ...fragility.fitting.likelihood import PENALTIES
-from ...fragility.fitting.states import MOST_STATE, NAMES as STATES, OVERTURNED
+from ...fragility.fitting.states import DISTANCE, MOST_STATE, NAMES as STATES, OVERTURNED
 from ...fragility.runs.scaling import INTENSITY_MEASURES, intensity_measure
 from ...fragility.uncertainty.joint import Variability
 from ...fragility.validity.plausibility import level_doubts
@@ -70,6 +82,9 @@ LEVEL_UNITS: dict[str, tuple[float, str]] = {
 }
 
 
+MOST_SAMPLE = 20_000
+"""Most events at a level, and most blocks of the sample of a region."""
+MOST_LEVELS = 100_000
 EVENTS = 200
 """Events of a generator at each level."""
 MOST_LEVEL = 1e9
@@ -92,13 +107,11 @@ def named_measure(value: str) -> str:
 
 
 def refuse_unordered(name: str, values: Sequence[float], unit: str) -> None:
-    """Raise a ValueError, in the unit of the file, unless levels are > 0 and increase."""
-    of = "" if unit == "1" else f" {unit}"
-    for before, value in zip((0.0, *values), values, strict=False):
-        if not 0.0 < value <= MOST_LEVEL:
-            raise ValueError(f"{name} must be > 0 and at most {MOST_LEVEL:g}, got {value:g}{of}")
-        if not value > before:
-            raise ValueError(f"{name} must be strictly increasing, got {value:g}{of} after {before:g}{of}")
+    """Raise a ValueError, in the unit of the file, unless levels are > 0, increase, and end below the highest."""
+    checks.increasing(name, values, unit)
+    if values and not values[-1] <= MOST_LEVEL:
+        of = "" if unit == "1" else f" {unit}"
+        raise ValueError(f"{name} must be at most {MOST_LEVEL:g}, got {values[-1]:g}{of}")
 
 
 ModellingClass = Annotated[
@@ -120,10 +133,12 @@ class LevelsTable(Table):
     unit: Unit of the levels.
     """
 
-    values: Annotated[list[float] | None, KeyInfo(unit="as `unit` says"), Field(min_length=1, max_length=100000)] = None
+    values: Annotated[
+        list[float] | None, KeyInfo(unit="as `unit` says"), Field(min_length=1, max_length=MOST_LEVELS)
+    ] = None
     from_: Annotated[float | None, KeyInfo(unit="as `unit` says"), Field(alias="from", ge=0.0, le=MOST_LEVEL)] = None
     to: Annotated[float | None, KeyInfo(unit="as `unit` says"), Field(ge=0.0, le=MOST_LEVEL)] = None
-    number: Annotated[int | None, Field(ge=1, le=100000)] = None
+    number: Annotated[int | None, Field(ge=1, le=MOST_LEVELS)] = None
     spacing: Literal["linear", "log"] = "linear"
     unit: Annotated[str, one_of(LEVEL_UNITS)]
 
@@ -235,9 +250,9 @@ class EventsTable(Table):
 
     levels: LevelsTable
     motions: Annotated[
-        int | None, KeyInfo(f"{EVENTS}; a set of motions is taken whole"), Field(ge=FEWEST_EVENTS, le=20000)
+        int | None, KeyInfo(f"{EVENTS}; a set of motions is taken whole"), Field(ge=FEWEST_EVENTS, le=MOST_SAMPLE)
     ] = None
-    sample: Annotated[int, Field(ge=FEWEST_BLOCKS, le=20000)] = SAMPLE
+    sample: Annotated[int, Field(ge=FEWEST_BLOCKS, le=MOST_SAMPLE)] = SAMPLE
 
 
 class NumberTable(Table):
@@ -282,17 +297,15 @@ class UntilTable(Table):
     seed: Seed of the levels and of the order of motions that are read; a generator has `motions.seed`.
     """
 
-    median: Annotated[_Tolerance, KeyInfo("0.1 where nothing else is asked for")] = None
+    median: Annotated[_Tolerance, KeyInfo(f"{USUAL:g} where nothing else is asked for")] = None
     dispersion: _Tolerance = None
     rate: _Tolerance = None
     probability: Annotated[ChanceTable | None, KeyInfo("not asked for")] = None
-    motions: Annotated[NumberTable | None, KeyInfo("64 at least")] = None
+    motions: Annotated[NumberTable | None, KeyInfo(f"{LEAST} at least")] = None
     runs_per_motion: Annotated[
-        int | None,
+        Annotated[int, A_MOTION] | None,
         KeyInfo(f"{RUNS}, of a pooled surface {BLOCKS_A_MOTION}"),
         Field(
-            ge=1,
-            le=MOST_BLOCKS_A_MOTION,
             description=f"Runs of a motion: of a block (1 to {MOST_RUNS}), once its curve is found "
             "roughly, or each of another block of the surface.",
         ),
@@ -393,7 +406,7 @@ class FrictionTable(Table):
     ] = None
     kinetic_ratio: Annotated[Annotated[float, PART] | None, KeyInfo("1, or that of contact")] = None
     slips_m: Annotated[
-        list[Annotated[float, Field(gt=0.0, le=10.0)]] | None,
+        list[Annotated[float, DISTANCE]] | None,
         KeyInfo(", ".join(map(str, DISTANCES))),
         Field(min_length=1, max_length=10),
     ] = None

@@ -21,7 +21,9 @@ from .table import KeyInfo, Label, one_of
 CODE_STRENGTH = ("system", "sds_g", "sd1_g", "importance")
 """Keys of a strength that a code's design gives."""
 P_DELTA = Annotated[bool, Field(description="True: include the P-delta effect of the weight above.")]
-FIELDS, FACTORS = keys_of(shaking.Yielding, {"p_delta": P_DELTA}, defaults={"yield_coefficient": None})
+FIELDS, FACTORS = keys_of(
+    shaking.Yielding, {"p_delta": P_DELTA}, defaults={"yield_coefficient": "none: elastic storeys"}
+)
 COEFFICIENT, *YIELDING = FIELDS
 """Keys of storeys that yield: of their strength, and of what comes with one."""
 

@@ -13,7 +13,7 @@ from ...motions.readers.csv import STRUCTURE
 from ...motions.readers.read import read_file
 from ..plan.size import refuse_samples
 from ..text.error import StudyError
-from .analyses import LEVEL_UNITS
+from .analyses import LEVEL_UNITS, MOST_LEVEL
 from .csv_table import CsvLine, CsvTable, TableKind
 from .table import shown
 
@@ -63,7 +63,7 @@ def _histories(table: CsvTable, of_level: str, dt: float | None, unit: str | flo
     samples = 0
     directed = "direction" in table.columns
     for line in table:
-        level = line.number_in(of_level, above=0.0, at_most=1e9) if of_level else 1.0
+        level = line.number_in(of_level, above=0.0, at_most=MOST_LEVEL) if of_level else 1.0
         if level is None:
             line.refuse(of_level, "is empty: it must say at which level the history is used")
         texts = {name: line.text(name) for name in ("motion", "floor", "file")}

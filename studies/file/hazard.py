@@ -20,7 +20,7 @@ from ..plan.risk import Risk
 from .analyses import LEVEL_UNITS, refuse_unordered
 from .derived import By, chosen_by
 from .motions import Motions
-from .table import KeyInfo, Label, RelativePath, Table, one_of
+from .table import SEVERAL, KeyInfo, Label, RelativePath, Table, one_of
 
 ALONG = ("alpha", "R", "width", "height")
 COMMON = {"years", "probability", "along", "below", "above", "at"}
@@ -209,8 +209,8 @@ class BranchTable(Table):
     """
 
     of: Annotated[str, one_of(OF)]
-    names: Annotated[list[str], Field(min_length=1, max_length=100)]
-    weights: Annotated[list[Annotated[float, PART]], Field(min_length=1, max_length=100)]
+    names: Annotated[list[str], SEVERAL]
+    weights: Annotated[list[Annotated[float, PART]], SEVERAL]
 
     @model_validator(mode="after")
     def _of_one_size(self) -> Self:

@@ -4,12 +4,14 @@ import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import Field, TypeAdapter
+from pydantic import TypeAdapter
 
-from ...core.parameters import declared
+from ...core.parameters import SHARE, declared
 from ...models import LAWS, Block, Law, delta_from_frequency, delta_from_settlement
+from ...models.scenes.bed import SETTLEMENT
+from ...models.supports import FREQUENCY
 from .derived import Derived, choice, derived
-from .table import KeyInfo
+from .table import KeyInfo, as_written
 
 SUPPORT = ("settlement_mm", "rocking_frequency_hz", "body_frequency_hz")
 """Keys of a soft support."""
@@ -42,9 +44,9 @@ class SupportedModelTable(ModelTable):
     body_frequency_hz: With it: frequency of the body on a rigid base, Hz.
     """
 
-    settlement_mm: Annotated[float | None, Field(gt=0.0)] = None
-    rocking_frequency_hz: Annotated[float | None, Field(gt=0.0)] = None
-    body_frequency_hz: Annotated[float | None, KeyInfo("a rigid body"), Field(gt=0.0)] = None
+    settlement_mm: Annotated[float, as_written(SETTLEMENT)] | None = None
+    rocking_frequency_hz: Annotated[float, FREQUENCY] | None = None
+    body_frequency_hz: Annotated[Annotated[float, FREQUENCY] | None, KeyInfo("a rigid body")] = None
 
     def build(self, blocks: Sequence[Block] = ()) -> Law:
         """Make the law; ValueError for a wrong option. Soft supports of `blocks` give delta if it is not given."""
@@ -81,7 +83,7 @@ class SupportedModelTable(ModelTable):
             raise ValueError(f"{block.label!r}: {error}") from None
 
 
-ZETA = Annotated[float, Field(ge=0.0, le=1.0, description="Damping ratio, 0.05 for 5 %.")]
+ZETA = Annotated[float, SHARE]
 TABLES = {
     word: derived(
         law, SupportedModelTable if "rest" in declared(law) else ModelTable, word=("law", word), types={"zeta": ZETA}

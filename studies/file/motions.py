@@ -13,10 +13,10 @@ from pydantic import BeforeValidator, Field, TypeAdapter, model_validator
 
 from ... import motions as shaking
 from ...core.doubts import noted
-from ...core.parameters import CORRELATION, SHARE, Seed
+from ...core.parameters import CORRELATION, COUNT, SHARE, STEP, Seed
 from ...motions import RecordError
 from ...motions.arrays import BOTH_AXES, HORIZONTAL, VERTICAL, WEAK_AXIS
-from ...motions.corrections import BASELINE_ORDERS, FILTER_ORDER, FILTER_ORDERS
+from ...motions.corrections import BASELINE_ORDERS, CORNER, FILTER_ORDER, FILTER_ORDERS, TAPER
 from ...motions.pairs import RANDOM, correct_together, pair_up
 from ...motions.readers.directions import ON_PURPOSE, horizontal_motions, of_the_ground
 from ...motions.readers.patterns import expand
@@ -61,7 +61,9 @@ Elastic = Annotated[
         "were elastic."
     ),
 ]
-Step = Annotated[float | None, KeyInfo("the files' own"), Field(gt=0.0, description="Time step, s, of files without.")]
+Step = Annotated[
+    Annotated[float, STEP] | None, KeyInfo("the files' own"), Field(description="Time step, s, of files without.")
+]
 Unit = Annotated[
     str | None,
     one_of(RECORD_UNITS),
@@ -133,7 +135,7 @@ class SimulatedMotions(MotionsTable):
 
     source = "generator"
     generator: str
-    number: Annotated[int, Field(ge=1)]
+    number: Annotated[int, COUNT]
     seed: Annotated[Seed | None, KeyInfo(0)] = None
     component: Annotated[Literal["pair"] | None, KeyInfo("one")] = None
     axes: Axes = None
@@ -236,9 +238,9 @@ class RecordMotions(MotionsTable):
     unit: Unit = None
     baseline_order: Annotated[Annotated[int, BASELINE_ORDERS] | None, KeyInfo("not corrected")] = None
     window: Annotated[list[Annotated[float, SHARE]] | None, KeyInfo("whole"), Field(min_length=2, max_length=2)] = None
-    taper_s: Annotated[float | None, KeyInfo("none"), Field(gt=0.0)] = None
-    highpass_hz: Annotated[float | None, KeyInfo("none"), Field(gt=0.0)] = None
-    lowpass_hz: Annotated[float | None, KeyInfo("none"), Field(gt=0.0)] = None
+    taper_s: Annotated[Annotated[float, TAPER] | None, KeyInfo("none")] = None
+    highpass_hz: Annotated[Annotated[float, CORNER] | None, KeyInfo("none")] = None
+    lowpass_hz: Annotated[Annotated[float, CORNER] | None, KeyInfo("none")] = None
     order: Annotated[Annotated[int, FILTER_ORDERS] | None, KeyInfo(FILTER_ORDER)] = None
 
     @model_validator(mode="after")

@@ -15,9 +15,9 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import KINDS, Doubt, noted
-from ...core.wording import with_article
+from ...core.wording import percent, with_article
 from ...fragility.adaptive.sequential import MOST_RUNS, RUNS
-from ...fragility.adaptive.until import MEDIAN, MOST, TARGETS
+from ...fragility.adaptive.until import MEDIAN, MOST, TARGETS, USUAL
 from ...fragility.analyses.joint import FEWEST_MOTIONS as FEWEST_EVENTS
 from ...fragility.analyses.pooled import BLOCKS_A_MOTION, MOST as MOST_POOLED
 from ...fragility.analyses.surface_results import POOLED
@@ -62,7 +62,7 @@ from .refusals import refusal, refusals
 from .report import ReportTable
 from .selecting import Levels, SelectTable, selected
 from .supports import NamedSupports, Supports
-from .table import KeyInfo, Label, RelativePath, Table, all_errors, bare, one_of
+from .table import SEVERAL, KeyInfo, Label, RelativePath, Table, all_errors, bare, one_of
 from .uncertainty import SensitivityTable, UncertaintyTable
 
 
@@ -128,18 +128,18 @@ class StudyFile(Table):
     blocks: Annotated[list[BlockTable] | None, Field(min_length=1, max_length=2000)] = None
     blocks_file: Annotated[str | None, KeyInfo("none"), RelativePath()] = None
     restraints: Annotated[
-        dict[Annotated[str, Field(min_length=1, max_length=100)], Restraints] | None,
+        dict[Annotated[str, SEVERAL], Restraints] | None,
         KeyInfo("none"),
-        Field(min_length=1, max_length=100),
+        SEVERAL,
     ] = None
-    models: Annotated[list[Models], Field(min_length=1, max_length=100)]
+    models: Annotated[list[Models], SEVERAL]
     motions: Motions
     building: Annotated[Buildings | None, KeyInfo("none: they stand on the ground")] = None
-    buildings: Annotated[list[Buildings] | None, KeyInfo("none"), Field(min_length=1, max_length=100)] = None
+    buildings: Annotated[list[Buildings] | None, KeyInfo("none"), SEVERAL] = None
     support: Annotated[Supports | None, KeyInfo("none: they stand on the floor")] = None
-    supports: Annotated[list[NamedSupports] | None, KeyInfo("none"), Field(min_length=1, max_length=100)] = None
+    supports: Annotated[list[NamedSupports] | None, KeyInfo("none"), SEVERAL] = None
     ida: IdaTable | None = None
-    until: Annotated[UntilTable | None, KeyInfo("the median within 10 %")] = None
+    until: Annotated[UntilTable | None, KeyInfo(f"the median within {percent(USUAL)}")] = None
     events: Annotated[EventsTable | None, KeyInfo("none")] = None
     stripes: StripesTable | None = None
     cloud: CloudTable | None = None
@@ -160,7 +160,7 @@ class StudyFile(Table):
 
     branches: Annotated[list[BranchTable] | None, KeyInfo("none"), Field(min_length=1, max_length=3)] = None
     motion_sets: Annotated[list[MotionSetTable] | None, KeyInfo("none"), Field(min_length=1, max_length=20)] = None
-    hazards: Annotated[list[HazardSetTable] | None, KeyInfo("none"), Field(min_length=1, max_length=100)] = None
+    hazards: Annotated[list[HazardSetTable] | None, KeyInfo("none"), SEVERAL] = None
 
     compare: ClassVar[bool] = True
     """Whether the motions of a scenario are compared with a model as they are made."""
@@ -220,7 +220,9 @@ class StudyFile(Table):
 
     @property
     def of_kind(self) -> str:
-        """Kind of the study, with its article."""
+        """Kind of the study, with its article; levels that follow by their word."""
+        if self.ida is not None and isinstance(self.ida.levels, str):
+            return f"levels = {self.ida.levels!r}"
         return f"{with_article(self.kind)} study"
 
     @property
@@ -575,12 +577,29 @@ def _measure_of_an_inventory(study: StudyFile) -> None:
 
 
 @rule
-def _targets_of_restraints(study: StudyFile) -> None:
-    targets = [key for key, table in study.restraint_tables.items() if table.target is not None]
-    if targets and study.kind != "fragility":
-        raise ValueError(
-            f"{targets[0]}.target is for fragility studies at levels that all motions share, not for {study.of_kind}"
-        )
+def _keys_of_other_kinds(study: StudyFile) -> None:
+    """Keys that only some kinds of study have; a line each."""
+    near = [f"blocks[{i}]" for i, block in enumerate(study.blocks or [], start=1) if block.trip_mm is not None]
+    rough = [f"blocks[{i}]" for i, block in enumerate(study.blocks or [], start=1) if block.own_friction is not None]
+    friction = set[str]() if study.friction is None else study.friction.model_dump(exclude_none=True).keys()
+    lines = []
+    for keys, kinds in (
+        ([f"{key}.target" for key, table in study.restraint_tables.items() if table.target is not None], ["fragility"]),
+        (["friction.slips_m"] * ("slips_m" in friction), ["fragility", "sequential", "performance"]),
+        (["friction.trip_mm"] * ("trip_mm" in friction), ["fragility", "performance"]),
+        (["friction.shared"] * ("shared" in friction), ["performance"]),
+        ([f"{block}: its own friction" for block in rough], ["fragility", "sequential"]),
+        ([f"{block}.trip_mm" for block in near], ["fragility"]),
+        (["motions.elastic"] * (study.motions.given("elastic") is not None), ["performance"]),
+        (["supports"] * bool(study.supports), ["performance"]),
+    ):
+        if keys and study.kind not in kinds:
+            words = " or ".join(kinds).replace("sequential", "adaptive")
+            lines.append(f"{keys[0]} is for {words} studies, not for {study.of_kind}")
+    for block in [*rough, *near] if study.friction is None else ():
+        lines.append(f"{block}: its own friction or trip_mm needs [friction], which is that of the other blocks")
+    if lines:
+        raise ValueError("\n".join(dict.fromkeys(lines)))
 
 
 @rule
@@ -675,28 +694,10 @@ def _surface_of_many_blocks(study: StudyFile) -> None:
 
 
 @rule
-def _slips(study: StudyFile) -> None:
-    friction = study.friction
-    if friction is None:
-        return
-    if friction.slips_m is not None and study.kind not in ("fragility", "sequential", "performance"):
-        raise ValueError(
-            "friction.slips_m is for fragility and performance studies; "
-            f"{study.of_kind} has its friction screened alone"
-        )
-    if friction.trip_mm is not None and study.kind == "sequential":
-        raise ValueError("friction.trip_mm needs levels that all motions share, not levels = 'adaptive'")
-    if friction.trip_mm is not None and study.kind not in ("fragility", "performance"):
-        raise ValueError(f"friction.trip_mm is for fragility and performance studies, not for {study.of_kind}")
-
-
-@rule
 def _shared_friction(study: StudyFile) -> None:
     shared = None if study.friction is None else study.friction.shared
-    if shared is None:
+    if shared is None or study.performance is None:
         return
-    if study.performance is None:
-        raise ValueError(f"friction.shared is for the pieces of a performance study, not for {study.of_kind}")
     variability = study.performance.variability
     pieces = INDEPENDENT if variability is None else variability.given("pieces") or INDEPENDENT
     if variability is not None and shared != (pieces == TOGETHER):
@@ -704,28 +705,6 @@ def _shared_friction(study: StudyFile) -> None:
             f"friction.shared = {str(shared).lower()} contradicts performance.variability.pieces = "
             f"{pieces!r}: pieces share their friction as they share all that differs"
         )
-
-
-@rule
-def _friction_of_blocks(study: StudyFile) -> None:
-    with_own = next((i for i, block in enumerate(study.blocks or [], start=1) if block.own_friction is not None), None)
-    if with_own is not None and study.kind not in ("fragility", "sequential"):
-        raise ValueError(f"blocks[{with_own}]: its own friction is for fragility studies, not for {study.of_kind}")
-    if with_own is not None and study.friction is None:
-        raise ValueError(f"blocks[{with_own}]: its own friction needs [friction], which is that of the other blocks")
-
-
-@rule
-def _obstacles_near_blocks(study: StudyFile) -> None:
-    near = next((i for i, block in enumerate(study.blocks or [], start=1) if block.trip_mm is not None), None)
-    if near is None:
-        return
-    if study.kind == "sequential":
-        raise ValueError(f"blocks[{near}].trip_mm needs levels that all motions share, not levels = 'adaptive'")
-    if study.kind != "fragility":
-        raise ValueError(f"blocks[{near}].trip_mm is for fragility studies, not for {study.of_kind}")
-    if study.friction is None:
-        raise ValueError(f"blocks[{near}].trip_mm needs [friction], without which no block slides")
 
 
 @rule
@@ -824,13 +803,5 @@ def _support(study: StudyFile) -> None:
 @rule
 def _supports(study: StudyFile) -> None:
     names = [support.name for support in study.supports or []]
-    if names and study.performance is None:
-        raise ValueError("supports are for the lines of an inventory; blocks of a study have one [support]")
     if len(set(names)) < len(names):
         raise ValueError(f"supports need different names, got {', '.join(names)}")
-
-
-@rule
-def _elastic_histories(study: StudyFile) -> None:
-    if study.performance is None and study.motions.given("elastic") is not None:
-        raise ValueError("motions.elastic is for the floor histories of a performance study")

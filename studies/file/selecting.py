@@ -11,17 +11,17 @@ from pydantic import Field, model_validator
 
 from ... import motions as shaking
 from ...core.doubts import Doubt, noted
-from ...core.parameters import Seed
+from ...core.parameters import COUNT, POSITIVE, Seed
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.hazard.plausibility import disaggregation_doubts
 from ...motions.selection.files import MEAN, correlations_in
 from ...motions.selection.select import FACTORS, HIGH_RATIO, LOW_RATIO
 from ...motions.simulated.ground_motion_models import MODEL, MODELS
-from ...motions.simulated.scenario import FAULTINGS, STRIKE_SLIP
+from ...motions.simulated.scenario import FAULTINGS, STRIKE_SLIP, Velocity
 from ..plan.reading import doubts_of_making
 from ..plan.size import refuse_samples
 from .motions import Motions, MotionsTable
-from .table import KeyInfo, RelativePath, Table, one_of
+from .table import SEVERAL, KeyInfo, RelativePath, Table, one_of
 
 LEAVE_OUT, KEEP = "leave-out", "keep"
 NEAR = 0.02
@@ -65,26 +65,26 @@ class SelectTable(Table):
     also: Further candidates, each table as [motions]: one simulated earthquake alone is too uniform.
     """
 
-    number: Annotated[int, Field(ge=1)]
+    number: Annotated[int, COUNT]
     target: Annotated[str | None, KeyInfo("from `disaggregation`"), RelativePath()] = None
     statistic: Annotated[str | None, KeyInfo(MEAN)] = None
     correlations: Annotated[str | None, KeyInfo("Baker & Jayaram (2008), Bradley (2011, 2012)"), RelativePath()] = None
     disaggregation: Annotated[str | None, KeyInfo("from `target`"), RelativePath()] = None
-    vs30_m_s: Annotated[float | None, Field(gt=0.0)] = None
+    vs30_m_s: Velocity | None = None
     faulting: Annotated[str | None, one_of(FAULTINGS), KeyInfo(STRIKE_SLIP)] = None
     model: Annotated[str | None, one_of(MODELS), KeyInfo(MODEL)] = None
     measures: Annotated[
         list[str] | None, KeyInfo("Sa from 0.1 to 4 s, pgv, d5_95"), Field(min_length=1, max_length=200)
     ] = None
     factor: Annotated[
-        list[Annotated[float, Field(gt=0.0)]] | None,
+        list[Annotated[float, POSITIVE]] | None,
         KeyInfo(f"[{FACTORS[0]:g}, {FACTORS[1]:g}]", unit="1"),
         Field(min_length=2, max_length=2),
     ] = None
     weights: Annotated[dict[str, float] | None, KeyInfo("1 each", unit="1")] = None
     seed: Seed = 0
     outside: Annotated[str | None, one_of((LEAVE_OUT, KEEP)), KeyInfo(LEAVE_OUT)] = None
-    also: Annotated[list[Motions] | None, KeyInfo("none"), Field(min_length=1, max_length=100)] = None
+    also: Annotated[list[Motions] | None, KeyInfo("none"), SEVERAL] = None
 
     @model_validator(mode="after")
     def _one_target(self) -> Self:

@@ -9,6 +9,7 @@ from ... import motions as shaking
 from ...core.doubts import Doubt, noted
 from ...core.parameters import declared
 from .derived import Derived, choice, derived
+from .table import SEVERAL
 
 
 class SupportTable(Derived):
@@ -55,7 +56,7 @@ class NamedSupportTable(SupportTable):
     name: Its name, in the column `support`.
     """
 
-    name: Annotated[str, Field(min_length=1, max_length=100)]
+    name: Annotated[str, SEVERAL]
 
     @property
     def where(self) -> str:

@@ -304,6 +304,8 @@ MAX_VALUE = 1e15
 AMOUNT = Parameter(at_least=0.0, at_most=MAX_VALUE)
 """An amount of money."""
 # Keys that several tables have.
+SEVERAL = Field(min_length=1, max_length=100)
+"""Number of tables of a list, or of characters of a name that tables refer to."""
 Label = Annotated[str, Field(min_length=1, max_length=MAX_TEXT)]
 Static = Annotated[float, Field(ge=0.05, le=2.0, description="Static coefficient of friction, or its median.")]
 Spread = Annotated[float, Field(gt=0.0, le=1.0, description="Dispersion of a lognormal coefficient of friction.")]

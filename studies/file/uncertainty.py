@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from ...core.aliases import Array
-from ...core.parameters import CORRELATION, Seed
+from ...core.parameters import CORRELATION, POSITIVE, Seed
 from ...core.units import METRE, NEWTON, RADIAN, STIFFNESS
 from ...fragility import Beta, Categorical, Least, Lognormal, Normal, RandomInputs, Uniform
 from ...fragility.uncertainty.distributions import Distribution
@@ -114,8 +114,8 @@ class LeastTable(InputTable):
     dispersions: Dispersions of the parts, one each.
     """
 
-    medians: Annotated[list[Annotated[float, Field(gt=0.0)]], OF_INPUT, Field(min_length=1, max_length=20)]
-    dispersions: list[Annotated[float, Field(gt=0.0)]]
+    medians: Annotated[list[Annotated[float, POSITIVE]], OF_INPUT, Field(min_length=1, max_length=20)]
+    dispersions: list[Annotated[float, POSITIVE]]
 
     def build(self, factor: float = 1.0) -> Distribution:
         if len(self.medians) != len(self.dispersions):

@@ -22,6 +22,7 @@ LOGNORMAL, NORMAL = DISTRIBUTIONS = ("lognormal", "normal")
 MOST_DISPERSION = {LOGNORMAL: 3.0, NORMAL: 0.5}
 """Largest dispersion of each distribution; of a normal one too much would lie below zero."""
 Median = Annotated[float, Parameter(above=0.0, at_most=MAX_VALUE)]
+Scatter = Annotated[float, Parameter(at_least=0.0)]
 Persons = Annotated[float, Parameter(at_least=0.0, at_most=1e4)]
 REALISATIONS = 20
 """Default number of realisations of the consequences under each motion, without variability."""
@@ -66,14 +67,14 @@ class Consequence:
     """
 
     median: Median
-    dispersion: float = 0.0
+    dispersion: Scatter = 0.0
     distribution: Annotated[str, Parameter(words=DISTRIBUTIONS)] = LOGNORMAL
 
     def __post_init__(self) -> None:
         check(self)
         most = MOST_DISPERSION[self.distribution]
-        if not 0.0 <= checks.number("dispersion", self.dispersion) <= most:
-            hint = "; use lognormal above" if self.distribution == NORMAL and self.dispersion > most else ""
+        if self.dispersion > most:
+            hint = "; use lognormal above" if self.distribution == NORMAL else ""
             raise ValueError(
                 f"dispersion must be from 0 to {most:g} of a {self.distribution} distribution, got "
                 f"{self.dispersion:g}{hint}"

@@ -24,7 +24,7 @@ from ..file.table import Spread, Static, one_of, shown
 from ..file.workbook import CURRENCIES, Numeric
 from ..plan.slides import Slides
 from ..text.error import StudyError
-from .consequences import DISTRIBUTIONS, LOGNORMAL, Consequence, Injury, Median, Persons
+from .consequences import DISTRIBUTIONS, LOGNORMAL, Consequence, Injury, Median, Persons, Scatter
 from .contents import MAX_ROWS, Contents, Inventory, Stand, floor_text, row_doubts
 from .kits import Kit
 
@@ -72,10 +72,10 @@ class LineTable(ContentsTable):
     consequence: str | None = None
     anchored: str | None = None
     cost_median: Median | None = None
-    cost_dispersion: Annotated[float | None, Field(ge=0.0)] = None
+    cost_dispersion: Scatter | None = None
     cost_distribution: Annotated[str | None, one_of(DISTRIBUTIONS)] = None
     downtime_median_days: Median | None = None
-    downtime_dispersion: Annotated[float | None, Field(ge=0.0)] = None
+    downtime_dispersion: Scatter | None = None
     downtime_distribution: Annotated[str | None, one_of(DISTRIBUTIONS)] = None
     persons_exposed: Persons | None = None
     injury_probability: Annotated[float, SHARE] | None = None

@@ -134,3 +134,20 @@ def test_columns_of_a_table_are_numbers():
 
 def test_refused(refusal):
     refusal()
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ([0.0, 1.0], "levels must be > 0, got 0 g"),
+        ([-1.0], "levels must be > 0, got -1 g"),
+        ([np.nan], "levels must be > 0, got nan g"),
+        ([1.0, 1.0], "levels must be strictly increasing, got 1 g after 1 g"),
+        ([1.0, 2.0, 0.5], "levels must be strictly increasing, got 0.5 g after 2 g"),
+    ],
+)
+def test_increasing(values, message):
+    for right in ([], [0.1], [1e-9, 1e9], [1, 2, 3], np.array([0.5, 0.6])):
+        checks.increasing("levels", right, "g")
+    with pytest.raises(ValueError, match=f"^{message}$"):
+        checks.increasing("levels", values, "g")

@@ -457,7 +457,7 @@ class TestDecisions:
         ("make", "error", "message"),
         [
             (lambda: Consequence(0.0), ValueError, "median must be finite and > 0"),
-            (lambda: Consequence(1.0, -0.1), ValueError, "dispersion must be from 0 to 3 of a lognormal .* got -0.1$"),
+            (lambda: Consequence(1.0, -0.1), ValueError, "dispersion must be finite and >= 0, got -0.1$"),
             (lambda: Consequence(1.0, 0.6, "normal"), ValueError, "from 0 to 0.5 of a normal .* use lognormal above"),
             (lambda: Consequence(1.0, 0.6, "beta"), ValueError, "distribution must be one of 'lognormal', 'normal'"),
             (lambda: Injury(1.0, 1.2), ValueError, "probability must be .*<= 1, got 1.2"),

@@ -19,7 +19,7 @@ from toppling.models import LAWS
 from toppling.studies.command.cli import main
 from toppling.studies.file.derived import Derived, derived
 from toppling.studies.file.schema import StudyFile
-from toppling.studies.file.table import bare
+from toppling.studies.file.table import Table, bare
 
 EXAMPLES = sorted((Path(tp.__file__).parent / "studies" / "examples").glob("*.toml"))
 SCHEMA = made_schema.study_schema()
@@ -109,7 +109,7 @@ class TestSchema:
             *("kind", "standard", "cost", "target", "law", "settlement_mm", "rocking_frequency_hz"),
             *("generator", "number", "seed", "component", "axes", "azimuth", "correlation", "match_gmm", "pulse"),
             *("name", "floors", "system", "sds_g", "sd1_g", "importance", "isolation", "base_mass_kg"),
-            "body_frequency_hz",
+            *("body_frequency_hz", "yield_coefficient", "hardening", "p_delta", "strength_dispersion"),
         }
         for name, table in TABLES.items():
             if hasattr(table, "si_factors"):
@@ -202,3 +202,20 @@ class TestReference:
         alpha0 = ["`alpha0`", declared(mo.Building.flexural_shear)["alpha0"].sentence, "1", "`5`"]
         assert [*static, "number ≥ 0.05, ≤ 2"] in rows
         assert [*alpha0, "number ≥ 0, ≤ 10000", "`flexural-shear`"] in rows
+
+
+def test_bounds_of_a_value_that_may_be_none_are_inside():
+    """A bound beside None would be of no effect."""
+
+    class Good(Table):
+        step_s: Annotated[float, Parameter("s", above=0.0)] | None = None
+
+    assert Good(step_s=0.1).step_s == 0.1
+    with pytest.raises(ValueError, match="greater than 0"):
+        Good(step_s=0.0)
+
+    class Wrong(Table):
+        step_s: Annotated[float | None, Parameter("s", above=0.0)] = None
+
+    with pytest.raises(TypeError, match="bounds must be of a number or a text"):
+        Wrong(step_s=0.1)
