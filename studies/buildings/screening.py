@@ -180,17 +180,10 @@ def _joined(parts: Sequence[xr.Dataset], overturned: xr.DataArray, standing: Fla
     """Join the screens of the floors in the order of the inventory; NaN for anchored lines if the motion decides."""
     settings = [json.loads(part.attrs["screen"]) for part in parts]
     friction = _joined_friction([setting["friction"] for setting in settings])
-    if any("round" in part.coords for part in parts):  # (of floors with a round piece)
-        parts = [
-            part if "round" in part.coords else part.assign_coords(round=("item", np.zeros(part.sizes["item"], bool)))
-            for part in parts
-        ]
-    if any(BED in part.coords for part in parts):  # (of floors with a piece on a soft bed)
-        none = [np.full(part.sizes["item"], np.nan) for part in parts]
-        parts = [
-            part if BED in part.coords else part.assign_coords({BED: ("item", bed)})
-            for part, bed in zip(parts, none, strict=True)
-        ]
+    for name, none in (("round", False), (BED, np.nan)):  # (of floors with a round piece, or a piece on a soft bed)
+        if any(name in part.coords for part in parts):
+            known = [part.get(name, xr.DataArray(np.full(part.sizes["item"], none), dims="item")) for part in parts]
+            parts = [part.assign_coords({name: of}) for part, of in zip(parts, known, strict=True)]
     screened = xr.concat(
         parts, "item", data_vars="minimal", coords="minimal", compat="equals", combine_attrs="override"
     )
