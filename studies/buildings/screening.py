@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -98,21 +99,17 @@ def _by_level(screened: xr.Dataset, shaking: Shaking) -> xr.Dataset:
     return screened.drop_dims("motion").assign(perturbed=shaped)
 
 
+@dataclass
 class _Tests:
     """Runs under perturbations, floor after floor; lines that are alike are run once, and anchored lines never."""
 
-    def __init__(
-        self,
-        models: Sequence[Law],
-        variability: Variability | None,
-        share: float,
-        runner: Runner,
-        progress: Progress | None,
-        total: int,
-    ) -> None:
-        self.models, self.variability, self.share = models, variability, share
-        self.runner, self.progress, self.total = runner, progress, total
-        self.done = 0
+    models: Sequence[Law]
+    variability: Variability | None
+    share: float
+    runner: Runner
+    progress: Progress | None
+    total: int
+    done: int = 0
 
     def of(
         self,
