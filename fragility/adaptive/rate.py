@@ -35,12 +35,14 @@ STEEPEST = 20.0
 """Maximum power with which the rates may fall at the lowest levels of a hazard curve; sites have up to 3."""
 
 
-def check_ends(hazard: HazardCurve) -> None:
-    """Raise ValueError for hazard curves that cannot be continued beyond their levels, as weighted runs need it.
+def check_hazard(hazard: HazardCurve, im: str) -> None:
+    """Raise ValueError for a hazard that is of another measure than the levels, or cannot be continued beyond its own.
 
-    Beyond its levels a curve continues with the slopes of its first and last pieces. A last piece without a slope never
-    ends, and below a very steep first piece the rates overflow.
+    Weighted runs need rates beyond its levels, which continue with the slopes of its first and last pieces. A last
+    piece without a slope never ends, and below a very steep first piece the rates overflow.
     """
+    if hazard.im != im:
+        raise ValueError(f"hazard must be of the measure of the levels, {im!r}, got {hazard.im!r}")
     for rates in (hazard.rates, *(hazard.realisations or ())):
         widths = np.diff(log(hazard.levels))
         slopes = -np.diff(log(rates)) / widths

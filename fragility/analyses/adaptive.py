@@ -24,7 +24,7 @@ from ...motions.intensity.naming import FLOOR, GROUND, GROUND_FLOORS, measure_na
 from ...motions.plausibility import record_doubts
 from ...motions.polarity import AS_RECORDED
 from ...motions.simulated.generator import Generator
-from ..adaptive.rate import check_ends
+from ..adaptive.rate import check_hazard
 from ..adaptive.sequential import RUNS, SequentialCurve, WavePlan, reached_so_far
 from ..adaptive.stopping import motions_needed, next_wave
 from ..adaptive.until import RATE, Until, until_of
@@ -298,9 +298,7 @@ def _check_hazard(until: Until, scaled: Scaled) -> None:
         raise TypeError(f"until hazard must be a HazardCurve, got {checks.kind(hazard)}")
     if until.target != RATE:
         raise ValueError(f"hazard is for until rate alone, got until {until.target}")
-    if hazard.im != scaled.name:
-        raise ValueError(f"hazard must be of the measure of the levels, {scaled.name!r}, got {hazard.im!r}")
-    check_ends(hazard)
+    check_hazard(hazard, scaled.name)
 
 
 def _check_wave(axes: str, wave: MotionWave, plan: Plan) -> None:

@@ -21,7 +21,7 @@ from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import GROUND
 from ...motions.polarity import AS_RECORDED
 from ...motions.simulated.generator import Generator
-from ..adaptive.rate import check_ends
+from ..adaptive.rate import check_hazard
 from ..adaptive.stopping import ALL_FELL, NONE_FELL
 from ..adaptive.until import MEDIAN, Until, until_of
 from ..hazard.curve import HazardCurve
@@ -231,13 +231,7 @@ def checked_plan(
     most = source.most(goal)
     plan = PooledPlan(request, laws, scaled, source, most, domain, goal, blocks_per_motion, source.seed, hazard, varied)
     if hazard is not None:
-        _check_hazard(hazard, plan)
+        if not isinstance(hazard, HazardCurve):
+            raise TypeError(f"hazard must be a HazardCurve, got {checks.kind(hazard)}")
+        check_hazard(hazard, scaled.name)
     return plan
-
-
-def _check_hazard(hazard: HazardCurve, plan: PooledPlan) -> None:
-    if not isinstance(hazard, HazardCurve):
-        raise TypeError(f"hazard must be a HazardCurve, got {checks.kind(hazard)}")
-    if hazard.im != plan.scaled.name:
-        raise ValueError(f"hazard must be of the measure of the levels, {plan.scaled.name!r}, got {hazard.im!r}")
-    check_ends(hazard)

@@ -195,7 +195,13 @@ class MavroeidisPapageorgiou(Pulse):
 
     def _unit(self, time: Array) -> Array:
         """Return the acceleration of the pulse with A = 1, 1/s."""
-        return velocity_pulse_slope(time - 0.5 * self.duration, self.omega, self.gamma, self.nu, self.zero_residual)
+        time = time - 0.5 * self.duration
+        slow = self.omega / self.gamma
+        drift = _drift(self.gamma, self.nu) if self.zero_residual else 0.0
+        carrier = 0.5 * np.cos(self.omega * time + self.nu) - drift
+        slope = -0.5 * self.omega * np.sin(self.omega * time + self.nu)
+        values = slope * (1.0 + np.cos(slow * time)) - carrier * slow * np.sin(slow * time)
+        return np.where(np.abs(time) <= math.pi / slow, values, 0.0)
 
     def _peak(self) -> float:
         return float(np.abs(self._unit(np.linspace(0.0, self.duration, PEAK_POINTS))).max())
@@ -211,15 +217,6 @@ def velocity_pulse(time: Array, omega: float, gamma: float, nu: float, zero_resi
     if zero_residual:
         carrier = carrier - _drift(gamma, nu)
     return np.where(np.abs(time) <= math.pi / slow, carrier * (1.0 + np.cos(slow * time)), 0.0)
-
-
-def velocity_pulse_slope(time: Array, omega: float, gamma: float, nu: float, zero_residual: bool) -> Array:
-    """Return the acceleration of `velocity_pulse`, 1/s."""
-    slow = omega / gamma
-    carrier = 0.5 * np.cos(omega * time + nu) - (_drift(gamma, nu) if zero_residual else 0.0)
-    slope = -0.5 * omega * np.sin(omega * time + nu)
-    values = slope * (1.0 + np.cos(slow * time)) - carrier * slow * np.sin(slow * time)
-    return np.where(np.abs(time) <= math.pi / slow, values, 0.0)
 
 
 def _drift(gamma: float, nu: float) -> float:

@@ -213,15 +213,18 @@ def ranking_of(results: xr.Dataset) -> xr.Dataset:
     return ranked.isel(item=keep).assign_attrs(json.loads(results.attrs["ranking"]))
 
 
+def uplift_friction(results: xr.Dataset) -> xr.DataArray | None:
+    """Return the coefficient of friction that uplift needs, b/h, of every block or item; None if it is not known."""
+    if "friction_uplift" in results:
+        return results["friction_uplift"]
+    known = "alpha" in results.coords and results["alpha"].dims in (("block",), ("item",))
+    return results["alpha"].copy(data=tan(results["alpha"].values)) if known else None
+
+
 def squat_items(results: xr.Dataset) -> Flags:
     """Return True for squat lines (item,): outside the model, because they bounce rather than rock."""
-    if "friction_uplift" in results:
-        needs = results["friction_uplift"].values
-    elif "alpha" in results.coords and results["alpha"].dims == ("item",):
-        needs = tan(results["alpha"].values)
-    else:
-        return np.zeros(results.sizes["item"], bool)
-    return np.asarray(needs > 1.0 / SQUAT_RATIO)
+    needs = uplift_friction(results)
+    return np.zeros(results.sizes["item"], bool) if needs is None else np.asarray(needs.values > 1.0 / SQUAT_RATIO)
 
 
 def on_moving_supports(results: xr.Dataset) -> Flags:

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -98,21 +99,17 @@ def _by_level(screened: xr.Dataset, shaking: Shaking) -> xr.Dataset:
     return screened.drop_dims("motion").assign(perturbed=shaped)
 
 
+@dataclass
 class _Tests:
     """Runs under perturbations, floor after floor; lines that are alike are run once, and anchored lines never."""
 
-    def __init__(
-        self,
-        models: Sequence[Law],
-        variability: Variability | None,
-        share: float,
-        runner: Runner,
-        progress: Progress | None,
-        total: int,
-    ) -> None:
-        self.models, self.variability, self.share = models, variability, share
-        self.runner, self.progress, self.total = runner, progress, total
-        self.done = 0
+    models: Sequence[Law]
+    variability: Variability | None
+    share: float
+    runner: Runner
+    progress: Progress | None
+    total: int
+    done: int = 0
 
     def of(
         self,
@@ -180,17 +177,10 @@ def _joined(parts: Sequence[xr.Dataset], overturned: xr.DataArray, standing: Fla
     """Join the screens of the floors in the order of the inventory; NaN for anchored lines if the motion decides."""
     settings = [json.loads(part.attrs["screen"]) for part in parts]
     friction = _joined_friction([setting["friction"] for setting in settings])
-    if any("round" in part.coords for part in parts):  # (of floors with a round piece)
-        parts = [
-            part if "round" in part.coords else part.assign_coords(round=("item", np.zeros(part.sizes["item"], bool)))
-            for part in parts
-        ]
-    if any(BED in part.coords for part in parts):  # (of floors with a piece on a soft bed)
-        none = [np.full(part.sizes["item"], np.nan) for part in parts]
-        parts = [
-            part if BED in part.coords else part.assign_coords({BED: ("item", bed)})
-            for part, bed in zip(parts, none, strict=True)
-        ]
+    for name, none in (("round", False), (BED, np.nan)):  # (of floors with a round piece, or a piece on a soft bed)
+        if any(name in part.coords for part in parts):
+            known = [part.get(name, xr.DataArray(np.full(part.sizes["item"], none), dims="item")) for part in parts]
+            parts = [part.assign_coords({name: of}) for part, of in zip(parts, known, strict=True)]
     screened = xr.concat(
         parts, "item", data_vars="minimal", coords="minimal", compat="equals", combine_attrs="override"
     )

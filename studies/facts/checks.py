@@ -20,6 +20,7 @@ from ...fragility.validity.slab_screen import HALF_WIDTH, SQUAT_RATIO
 from ...models.friction import LOCKED, ROLLING
 from ...motions.intensity.variability import NATURAL_SHAPE, NATURAL_VELOCITY, SPECTRA, Variability
 from ..buildings.notes import AMOUNTS, changes_beyond_levels
+from ..buildings.pieces import uplift_friction
 from ..buildings.sliding import MOVES, shares_with_moving_supports
 from ..plan.slides import INSTEAD
 from ..region.rows import is_pooled
@@ -125,7 +126,7 @@ def _missing(what: str) -> Fact:
 
 
 def _rocking(results: xr.Dataset) -> Fact:
-    needs = _uplift(results)
+    needs = uplift_friction(results)
     if needs is None:
         return _missing("block.squat")
     squat = needs.values > 1.0 / SQUAT_RATIO
@@ -180,14 +181,6 @@ def _pedestals(results: xr.Dataset) -> Iterator[Fact]:
         word=GOOD if shares[worst] < MARKED else INVALID if mostly(shares[known]) else CARE,
         remedy="remedy_pedestal",
     )
-
-
-def _uplift(results: xr.Dataset) -> xr.DataArray | None:
-    """Return the coefficient of friction that uplift needs, b/h, of every block or item; None if it is not known."""
-    if "friction_uplift" in results:
-        return results["friction_uplift"]
-    known = "alpha" in results.coords and results["alpha"].dims in (("block",), ("item",))
-    return xr.ufuncs.tan(results["alpha"]) if known else None
 
 
 def _zone(results: xr.Dataset) -> Iterator[Fact]:

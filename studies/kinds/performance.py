@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array, Progress
-from ...core.doubts import Doubt, noted
+from ...core.doubts import Doubt
 from ...core.facts import Fact, stored
 from ...core.units import DIMENSIONLESS
 from ...core.wording import counted
@@ -302,10 +302,12 @@ class PerformanceStudy(Study):
     @cached_property
     def kit_runs(self) -> int:
         """Number of runs with kits."""
-        held = [
-            with_kits for with_kits in (with_kit(self.inventory, kit) for kit in self.kits) if with_kits is not None
-        ]
-        return sum(self._runs_of(self.motions, with_kits) for with_kits in held) * int(self.levels.size)
+        return sum(self._runs_of(self.motions, held) for held in self._held) * int(self.levels.size)
+
+    @property
+    def _held(self) -> list[Inventory]:
+        """The inventory with each kit that fits a piece."""
+        return [held for kit in self.kits if (held := with_kit(self.inventory, kit)) is not None]
 
     @property
     def sides(self) -> bool:
@@ -317,11 +319,8 @@ class PerformanceStudy(Study):
 
     @property
     def slide_runs(self) -> int:
-        held = [
-            with_kits for with_kits in (with_kit(self.inventory, kit) for kit in self.kits) if with_kits is not None
-        ]
         of_study = self._slides_of(self.motions, self.inventory) * self.levels_run
-        others = sum(self._slides_of(self.motions, with_kits) for with_kits in held)
+        others = sum(self._slides_of(self.motions, held) for held in self._held)
         others += sum(self._slides_of(branch.motions, branch.inventory) for branch in self.further.values())
         return of_study + others * int(self.levels.size)
 
@@ -594,12 +593,13 @@ class PerformanceStudy(Study):
 
     def _compute(self, client: Runner, progress: Progress | None) -> xr.Dataset:
         asked = self.asked
-        with noted():  # a study has input warnings among its notes
-            part = part_of(progress, 0, self.work)
-            assessed = assess(self.inventory, self._assessment, sides=self.sides, client=client, progress=part)
-            held = self._with_kits(assessed, client, progress)
-            screened = self._screened(assessed, client, progress)
-            spread, facts = self._spread(assessed, client, progress)
+        part = part_of(progress, 0, self.work)
+        assessed = assess(self.inventory, self._assessment, sides=self.sides, client=client, progress=part)
+        held = self._with_kits(assessed, client, progress)
+        part = part_of(progress, self.runs, self.work)
+        flags, share = assessed["overturned"], self.undecided
+        screened = screen_inventory(self.inventory, self._assessment, flags, share, client, part)
+        spread, facts = self._spread(assessed, client, progress)
         drawn: dict[str, Any] = {"replicates": asked.replicates, "seed": asked.seed}
         ranked = anchoring(assessed, self.objective, level=self.at, **drawn, array=client.array)
         if self.inventory.carried and "annual_loss" in assessed:
@@ -688,17 +688,6 @@ class PerformanceStudy(Study):
         rates = rates_over_branches(self.branches.every, assessed, self.inventory, sampling)
         of_slips = [SLIPS_WITHOUT_BRANCHES] if self.may_slide else []
         return rates, [*facts, *branches_beyond_note(rates[BEYOND].values.tolist(), branch_names(rates)), *of_slips]
-
-    def _screened(self, assessed: xr.Dataset, client: Runner, progress: Progress | None) -> xr.Dataset:
-        """Screen the lines of the inventory."""
-        return screen_inventory(
-            self.inventory,
-            self._assessment,
-            assessed["overturned"],
-            self.undecided,
-            client,
-            part_of(progress, self.runs, self.work),
-        )
 
 
 class ShakenBy(NamedTuple):

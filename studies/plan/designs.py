@@ -402,8 +402,7 @@ class Pooled(Waves):
             motions = self.generator.sample(self.events.motions, self.seed, self.until.most)
         levels, _, sample = self.events
         options: dict[str, Any] = {"ground": self.ground or None, "sample": sample, "seed": self.seed}
-        with noted():
-            return joint_falls(blocks, models, motions, levels, self.im, client, progress=progress, **options)
+        return joint_falls(blocks, models, motions, levels, self.im, client, progress=progress, **options)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array
-from ...core.doubts import noted
 from ...core.facts import Fact, doubted
 from ...core.units import DIMENSIONLESS, METRE, PER_YEAR, described
 from ...core.wording import years_text
@@ -151,8 +150,7 @@ class Slides:
         sided = edge is not None and edge.front != edge.back
         polarity = self.polarity if sided else AS_RECORDED
         contact = Contact(self.friction_of(block), self.ratio_of(block))
-        with noted():
-            return slide_runs(rocking, motions, contact, client=client, polarity=polarity, trip=self.trip_of(block))
+        return slide_runs(rocking, motions, contact, client=client, polarity=polarity, trip=self.trip_of(block))
 
     def _most(self, runs: xr.Dataset, block: Block) -> float:
         """Return the chance that a block slides in the strongest shaking: its friction is below b/h, or it is lifted.

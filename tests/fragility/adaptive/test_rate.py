@@ -9,7 +9,7 @@ import scipy
 from toppling.core.streams import stream
 from toppling.fragility import HazardCurve
 from toppling.fragility.adaptive.probit import Observations
-from toppling.fragility.adaptive.rate import check_ends, draw_levels, hazard_cells, unseen_tail, weighted_rate
+from toppling.fragility.adaptive.rate import check_hazard, draw_levels, hazard_cells, unseen_tail, weighted_rate
 
 MEDIAN, DISPERSION = 2.0, 0.4
 
@@ -128,7 +128,7 @@ def test_a_tail_is_not_known_from_few_falls():
 def test_hazards_that_plunge_above_their_levels_have_cells_with_rates():
     """As those that end at the strongest motion there can be: above it nothing happens."""
     hazard = HazardCurve([1.0, 5.0, 5.0005], [1e-1, 1e-2, 1e-3], "pga")
-    check_ends(hazard)
+    check_hazard(hazard, hazard.im)
     cells = hazard_cells(hazard, math.log(8.0), 0.3)
     assert (np.diff(cells.rates) <= 0.0).all()
     assert (cells.rates > 0.0).all()
