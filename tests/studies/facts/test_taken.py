@@ -12,7 +12,7 @@ from toppling.motions.pairs import pair_up
 from toppling.studies.command.cli import main
 from toppling.studies.facts.method import inputs_of
 from toppling.studies.facts.notes import INPUT_NOTES
-from toppling.studies.facts.say import notes_said, say
+from toppling.studies.facts.say import say
 from toppling.studies.plan import reading
 from toppling.studies.plan.reading import taken_facts, taken_of
 
@@ -70,28 +70,30 @@ def test_a_simulated_record_is_named(odd, capsys):
     assert "note: 1 record: unit cm/s² (line 1), time step 0.01 s (time column)." in said
 
 
+def groups(motions):
+    """Count or names, unit, smallest time step and its source, of each group of records."""
+    (fact,) = taken_facts(taken_of(motions))
+    return [(g["names"] or g["count"], g["unit"], g["steps"][0], g["step"]) for g in fact.more["groups"]]
+
+
 def test_equal_records_are_one_group(tmp_path):
-    for i in range(40):
-        text = files.at2(0.01 * files.shaking(50, seed=i), dt=0.005 if i % 2 else 0.02)
-        (tmp_path / f"r{i}.AT2").write_text("A title\n" * (i % 3) + text, encoding="utf-8")
-    facts = taken_facts(taken_of(mo.read_all(tmp_path / "*.AT2")))
-    (sentence,) = notes_said(facts)
-    assert sentence.startswith("7 records: unit g (line 3), time step 0.02 s (line 4); 7 records: unit g (line 4)")
-    for i in range(40):
-        text = files.at2(0.01 * files.shaking(50, seed=i), dt=0.005 if i % 2 else 0.02)
-        (tmp_path / f"r{i}.AT2").write_text("A title\n" * (i % 7) + text, encoding="utf-8")
-    assert notes_said(taken_facts(taken_of(mo.read_all(tmp_path / "*.AT2")))) == [
-        "20 records: unit g (various lines), time step 0.02 s (various lines); "
-        "20 records: unit g (various lines), time step 0.005 s (various lines)."
-    ]
+    def write(titles):
+        for i in range(40):
+            text = files.at2(0.01 * files.shaking(50, seed=i), dt=0.005 if i % 2 else 0.02)
+            (tmp_path / f"r{i}.AT2").write_text("A title\n" * (i % titles) + text, encoding="utf-8")
+        return groups(mo.read_all(tmp_path / "*.AT2"))
+
+    by_lines = write(titles=3)
+    assert by_lines[:2] == [(7, "g (line 3)", 0.02, "line 4"), (7, "g (line 4)", 0.005, "line 5")]
+    assert len(by_lines) == 6
+    various = "g (various lines)"
+    assert write(titles=7) == [(20, various, 0.02, "various lines"), (20, various, 0.005, "various lines")]
     (tmp_path / "odd").mkdir()
     for i in range(5):
         text = files.at2(0.01 * files.shaking(50, seed=i), dt=0.005 if i == 3 else 0.02)
         (tmp_path / "odd" / f"r{i}.AT2").write_text(text, encoding="utf-8")
-    facts = taken_facts(taken_of(mo.read_all(tmp_path / "odd/*.AT2")))
-    assert notes_said(facts) == [
-        "4 records: unit g (line 3), time step 0.02 s (line 4); r3: unit g (line 3), time step 0.005 s (line 4)."
-    ]
+    read = "g (line 3)", 0.02, "line 4"
+    assert groups(mo.read_all(tmp_path / "odd/*.AT2")) == [(4, *read), (["r3"], "g (line 3)", 0.005, "line 4")]
     assert taken_facts(taken_of([mo.from_array(np.ones(9), 0.01)])) == []
 
 
@@ -111,11 +113,9 @@ def test_components_of_a_pair_keep_theirs(tmp_path):
 def test_floor_histories_are_named(tmp_path):
     path = tmp_path / "floors.csv"
     path.write_text("# of a model\ntime,a/1 [g],a/roof [gal]\n0,1,2\n0.01,2,1\n", encoding="utf-8")
-    sentences = notes_said(taken_facts(taken_of([mo.read_floors(path)])))
-    assert sentences == [
-        "a floor 1: unit g (line 2), time step 0.01 s (time column); "
-        "a floor roof: unit cm/s² (line 2), time step 0.01 s (time column)."
-    ]
+    times = 0.01, "time column"
+    of_floors = [(["a floor 1"], "g (line 2)", *times), (["a floor roof"], "cm/s² (line 2)", *times)]
+    assert groups([mo.read_floors(path)]) == of_floors
 
 
 def test_floor_histories_of_another_program_are_named(tmp_path):
@@ -130,8 +130,7 @@ def test_floor_histories_of_another_program_are_named(tmp_path):
 
 def test_a_resampled_record_says_so(tmp_path):
     (tmp_path / "a.AT2").write_text(ODD["b.AT2"], encoding="utf-8")
-    facts = taken_facts(taken_of([mo.resample(mo.read(tmp_path / "a.AT2"), 0.005)]))
-    assert notes_said(facts) == ["1 record: unit g (line 3), time step 0.005 s (resample)."]
+    assert groups([mo.resample(mo.read(tmp_path / "a.AT2"), 0.005)]) == [(1, "g (line 3)", 0.005, "resample")]
 
 
 def test_a_comparison_that_was_interrupted_is_made_again(monkeypatch):

@@ -90,7 +90,7 @@ class TestJson:
     def test_writes_no_file(self, folder, tmp_path, capsys):
         path = folder / "fragility" / "results.nc"
         assert main(["report", str(path), "--json", "--out", str(tmp_path / "report.html")]) == 2
-        assert "--json prints and writes no file" in capsys.readouterr().err
+        assert "--json prints" in capsys.readouterr().err
         assert not list(tmp_path.iterdir())
 
 
@@ -197,7 +197,8 @@ class TestFacts:
         half = facts_of(curves.answer, results)["curve.half_level"]
         assert f"{two_digits(half.value)} g (above {two_digits(half.lower)})." in say(half, "page")
         results["half_level_lower"][:] = 0.0
-        assert say(facts_of(curves.answer, results)["curve.half_level"], "page").endswith("g (interval not known).")
+        half = facts_of(curves.answer, results)["curve.half_level"]
+        assert (half.lower, half.upper) == (0.0, np.inf)
         results["risk_probability_lower"][:] = np.nan
         assert "\u00a0% (interval not known) in 50" in say(facts_of(curves.answer, results)["rate.chance"], "page")
 
