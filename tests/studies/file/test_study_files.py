@@ -417,3 +417,16 @@ def test_the_line_of_an_unknown_key_and_its_file(tmp_path):
     number = 2 + text[: text.index("width_m")].count("\n")
     assert re.search(rf"'blocks\[1\]\.widht_m'.*'width_m'.*\(line {number}\)", said)
     assert re.search(r"'motions\.numbr'.*'number'.*common\.toml, line 3\)", said)
+
+
+def test_keys_of_other_kinds_of_study_come_together(tmp_path):
+    """Every key that the kind of a study does not have is named, with adaptive levels called by their word."""
+    friction = "[friction]\nstatic = 0.4\ntrip_mm = 20\nshared = true\n"
+    adaptive = SMALL.replace('levels = { values = [0.1, 0.2], unit = "g" }', 'levels = "adaptive"')
+    message = refused(tmp_path, adaptive.replace("height_m = 1.2\n", "height_m = 1.2\ntrip_mm = 10\n") + friction)
+    for key in ("friction.trip_mm", "friction.shared", "blocks[1].trip_mm"):
+        assert key in message
+    assert "levels = 'adaptive'" in message
+    right = SMALL + friction.replace("shared = true\n", "")
+    assert read_study_file(write(tmp_path, right)).kind == "fragility"
+    assert "[friction]" in refused(tmp_path, SMALL.replace("height_m = 1.2\n", "height_m = 1.2\nfriction = 0.3\n"))
