@@ -208,9 +208,7 @@ class Page:
 
     def chances(self) -> dict[str, str]:
         """Return the parts of the page that show the chances."""
-        ranges = self.ranges if self.numbers_of == self.version else []
-        parts = {name: self.render(name, ranges=ranges) for name in ("answer", "brief")}
-        return {**parts, "curve": self.curve()}
+        return {**{name: self.render(name) for name in ("answer", "brief")}, "curve": self.curve()}
 
     def keep(self, what: str) -> dict[str, str]:
         """Keep the piece as the variant for later comparisons, or forget the variant."""

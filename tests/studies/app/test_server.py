@@ -7,6 +7,7 @@ import socket
 import threading
 import time
 import tomllib
+import warnings
 from http.client import HTTPConnection
 from urllib.parse import quote, urlsplit
 
@@ -15,6 +16,7 @@ import pytest
 from asgi import HOST, PORT, TOKEN, ask
 
 import toppling as tp
+from toppling.fragility import probability_in
 from toppling.studies.app import state
 from toppling.studies.command.cli import main
 
@@ -387,6 +389,22 @@ def test_a_law_that_restraints_cannot_have_leaves_them_out(app, page):
     assert ask(app, f"/{TOKEN}/change", {"path": "law.housner", "value": "yes"})[0] == 200
     assert "two brackets" in page.complete(page.version)["remedies"]
     page.content["models"].reverse()
+
+
+@pytest.mark.slow
+def test_a_doubtful_rate_is_no_line_of_the_terminal(page, monkeypatch):
+    """It is among the checks of the page."""
+    page.complete(page.version)
+    usual = answers.Range.over
+
+    def doubted(chances, years):
+        probability_in(np.float64(383.0), years)
+        return usual(chances, years)
+
+    monkeypatch.setattr(answers.Range, "over", doubted)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert {*page.chances()} == {"answer", "brief", "curve"}
 
 
 @pytest.mark.slow
