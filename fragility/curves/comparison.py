@@ -47,6 +47,11 @@ def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARG
     width = CHANCE.number("margin", margin)
     checks.plain("curves", curves)
     checks.plain("published medians", published)
+    for name, medians in (("curves", curves), ("published medians", published)):
+        if not isinstance(medians, xr.Dataset) or not {"median", "block"} <= {*medians.variables}:
+            raise ValueError(f"{name} must be a dataset with median on block, got {checks.kind(medians)} without it")
+        if "block" in medians.indexes and not medians.indexes["block"].is_unique:
+            raise ValueError(f"{name} must have blocks of unique labels")
     for name, expected, given in (
         ("measure", curves.attrs.get("im"), published.attrs.get("im")),
         ("unit", curves["median"].attrs.get("units"), published["median"].attrs.get("units")),

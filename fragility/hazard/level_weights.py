@@ -98,7 +98,7 @@ def line_weights(levels: Any, hazard: Hazard) -> LevelWeights:
     Weights of two hazard curves add up to the weights of their sum, so that they divide a rate into shares.
     """
     checks.stated_unit("levels", levels, getattr(hazard, "units", ""))
-    x = checks.finite_array("levels", np.atleast_1d(np.asarray(levels)))
+    x = np.atleast_1d(checks.finite_array("levels", levels, ndim=(0, 1)))
     knots, rates = hazard_points(hazard)
     for name, values in (("levels", x), ("levels of the hazard", knots)):
         checks.increasing(name, values)
