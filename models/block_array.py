@@ -95,8 +95,9 @@ class BlockArray:
         """Return blocks as columns; TypeError for others, ValueError if a block is not free-standing."""
         if isinstance(blocks, BlockArray):
             return blocks
-        single = isinstance(blocks, Block) or not isinstance(blocks, Iterable) or getattr(blocks, "ndim", 1) == 0
-        listed = [blocks] if single else list(blocks)
+        if not isinstance(blocks, Block | Iterable) or getattr(blocks, "ndim", 1) == 0:
+            raise TypeError(f"blocks must be Blocks or a BlockArray, got {checks.kind(blocks)}")
+        listed = [blocks] if isinstance(blocks, Block) else list(blocks)
         for item in listed:
             if not isinstance(item, Block):
                 raise TypeError(f"blocks must be Blocks or a BlockArray, got {checks.kind(item)}")

@@ -58,6 +58,9 @@ def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARG
     ):
         if expected != given:
             raise ValueError(f"published medians must be of the {name} of the curves, {expected!r}, got {given!r}")
+    for dim in {*curves["median"].dims} & {*published["median"].dims} - {"block"}:
+        if not np.array_equal(curves[dim].values, published[dim].values):
+            raise ValueError(f"published medians must have the {dim}s of the curves, or none")
     blocks = [block for block in curves["block"].values if block in published["block"].values]
     if not blocks:
         raise ValueError("curves and published medians must have blocks in common, got none")

@@ -73,7 +73,7 @@ def expected_target(
     """
     several = checks.several("scenarios", scenarios, Scenario)
     if not several:
-        raise ValueError("scenarios must hold at least one, got none")
+        raise TypeError("scenarios must be one Scenario or a sequence of them, got none")
     if len(several) > 1 and weights is None:
         raise ValueError(f"weights must be given for {len(several)} scenarios")
     on = measure_named(given, "given")
