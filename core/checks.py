@@ -5,14 +5,16 @@ import operator
 import os
 import re
 import unicodedata
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from numbers import Integral, Real
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from .aliases import Array
+
+Item = TypeVar("Item")
 
 BOUNDS: dict[str, tuple[Callable[[Any, Any], Any], str]] = {
     "above": (operator.gt, ">"),
@@ -94,6 +96,29 @@ def not_empty(name: str, data: Any, *dims: str) -> None:
     for dim in dims or ("block", "model", "level", "motion"):
         if data.sizes.get(dim, 1) == 0:
             raise ValueError(f"{name} must hold at least one {dim}, got none")
+
+
+def several(name: str, values: Any, kind_of: type[Item]) -> list[Item]:
+    """Return one value of a type, or several, as a list; TypeError for others, which can also be no sequence."""
+    single = isinstance(values, kind_of) or not isinstance(values, Iterable) or getattr(values, "ndim", 1) == 0
+    items = [values] if single else list(values)
+    for item in items:
+        if not isinstance(item, kind_of):
+            raise TypeError(f"{name} must be one {kind_of.__name__} or a sequence of them, got {kind(item)}")
+    return items
+
+
+def sequence(name: str, values: Any) -> list[Any]:
+    """Return several values as a list; TypeError for text and for what cannot be iterated."""
+    if isinstance(values, str) or not isinstance(values, Iterable) or getattr(values, "ndim", 1) == 0:
+        raise TypeError(f"{name} must be a sequence, got {shown(values)}")
+    return list(values)
+
+
+def flag(name: str, value: Any) -> None:
+    """Raise TypeError for a value that is neither True nor False."""
+    if not isinstance(value, bool):
+        raise TypeError(f"{name} must be True or False, got {shown(value)}")
 
 
 def choice(name: str, value: Any, allowed: Sequence[str]) -> str:

@@ -95,7 +95,7 @@ class BlockArray:
         """Return blocks as columns; TypeError for others, ValueError if a block is not free-standing."""
         if isinstance(blocks, BlockArray):
             return blocks
-        if not isinstance(blocks, Block | Iterable):
+        if not isinstance(blocks, Block | Iterable) or getattr(blocks, "ndim", 1) == 0:
             raise TypeError(f"blocks must be Blocks or a BlockArray, got {checks.kind(blocks)}")
         listed = [blocks] if isinstance(blocks, Block) else list(blocks)
         for item in listed:

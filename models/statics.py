@@ -1,6 +1,7 @@
 """Static checks of anchors by hand: the force that holds a block, the acceleration it resists, half of its weight."""
 
 import math
+from typing import Any
 
 from ..core import checks
 from ..core.doubts import Doubt, by_study, warn
@@ -39,6 +40,7 @@ def required_force(block: Block, acceleration: float, height: float) -> float:
     >>> round(required_force(Block(0.3, 1.8, mass=100.0), 9.80665, 1.8), 1)
     408.6
     """
+    _check(block)
     shaking = checks.number("acceleration", acceleration, at_least=0.0, unit="m/s²")
     z = checks.number("height", height, above=0.0, at_most=block.height, unit="m")
     b, h = _levers(block)
@@ -63,6 +65,7 @@ def static_capacity(block: Block) -> float:
     >>> round(static_capacity(Block(0.3, 1.8, mass=100.0, restraint=Restraint.strap(1.75))), 3)
     6.826
     """
+    _check(block)
     b, h = _levers(block)
     bare = STANDARD_GRAVITY * b / h
     held = block.restraint
@@ -88,7 +91,13 @@ def half_weight(block: Block) -> float:
     >>> round(half_weight(Block(0.3, 1.8, mass=100.0)), 1)
     490.3
     """
+    _check(block)
     return 0.5 * _mass(block) * STANDARD_GRAVITY
+
+
+def _check(block: Any) -> None:
+    if not isinstance(block, Block):
+        raise TypeError(f"block must be a Block, got {checks.kind(block)}")
 
 
 def _levers(block: Block) -> tuple[float, float]:

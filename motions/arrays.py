@@ -174,15 +174,14 @@ def from_array(
         labels = [f"motion {i + 1}" for i in range(n)]
     names = list(labels) if isinstance(labels, Iterable) and not isinstance(labels, str) else [labels]
     if len(names) != n or not all(isinstance(name, str) and name for name in names):
-        raise ValueError(f"labels must be {n} non-empty strings, one a motion, got {names!r:.80}")
+        raise ValueError(f"labels must be {n} non-empty strings, one a motion, got {checks.shown(names)}")
     if len(set(names)) != n:
         raise ValueError(f"labels must be unique, got {_first_repeated(names)!r:.60} more than once")
     sources = list(source) if isinstance(source, Iterable) and not isinstance(source, str) else [source] * n
     if len(sources) != n or not all(isinstance(name, str) for name in sources):
-        raise ValueError(f"source must be one string or {n}, one a motion, got {source!r:.80}")
+        raise ValueError(f"source must be one string or {n}, one a motion, got {checks.shown(source)}")
     for name, flag in (("own_amplitude", own_amplitude), ("recorded", recorded)):
-        if not isinstance(flag, bool):
-            raise TypeError(f"{name} must be True or False, got {flag!r:.40}")
+        checks.flag(name, flag)
     return xr.DataArray(
         values,
         dims=("motion", "time"),

@@ -270,8 +270,7 @@ def _filtered(motions: xr.DataArray, kind: Kind, given: dict[str, float], order:
         corners.append(checks.number(what, corner, above=least, below=0.5 / dt, unit="Hz"))
     FILTER_ORDERS.check("order", order, int)
     poles = int(order)
-    if not isinstance(zero_phase, bool):
-        raise TypeError(f"zero_phase must be True or False, got {zero_phase!r}")
+    checks.flag("zero_phase", zero_phase)
     sections = _butterworth(poles, corners, kind, dt)
     limits = ", ".join(f"{name}={corner:g} Hz" for name, corner in zip(given, corners, strict=True))
     note = f"{kind}({limits}, order={poles}, zero_phase={zero_phase})"

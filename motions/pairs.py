@@ -13,7 +13,7 @@ from ..core.aliases import Array
 from ..core.doubts import Doubt, first_of, warn
 from ..core.streams import stream
 from ..core.units import RADIAN, described
-from .arrays import BOTH_AXES, HORIZONTAL, LIFTS, TAKEN, VERTICAL, WEAK_AXIS, Record, from_array, records
+from .arrays import BOTH_AXES, HORIZONTAL, LIFTS, TAKEN, VERTICAL, WEAK_AXIS, Record, from_array, listed, records
 from .plausibility import pair_doubts
 from .readers.directions import direction_of, header_of, of_file, said_of
 from .readers.lines import RecordError
@@ -245,7 +245,7 @@ def _along_blocks(
     angle = None if at_random else _angle(azimuth)
     number = checks.count("seed", seed)
     turned, index = [], checks.count("first", first)
-    for pair in [pairs] if isinstance(pairs, xr.DataArray) else list(pairs):
+    for pair in listed(pairs):
         shaken = as_recorded(pair, vertical=vertical)
         n = shaken.sizes["motion"]
         if angle is None:
@@ -278,8 +278,7 @@ def as_recorded(pair: xr.DataArray, component: str = "h1", vertical: bool = Fals
     """
     _check_pair(pair)
     name = checks.choice("component", component, HORIZONTAL)
-    if not isinstance(vertical, bool):
-        raise TypeError(f"vertical must be True or False, got {vertical!r:.40}")
+    checks.flag("vertical", vertical)
     if vertical and VERTICAL not in pair["component"].values:
         raise ValueError("vertical needs the vertical component of the recording: motions.join(h1, h2, vertical)")
     acting = {"shakes": ((), name, described("component that shakes"))}
@@ -330,6 +329,11 @@ def _check_pair(pair: xr.DataArray) -> None:
         raise TypeError(f"pair must be components as motions.join returns them, got {checks.kind(pair)}")
     if set(pair.dims) != {"motion", "component", "time"} or "azimuth" not in pair.coords:
         raise ValueError(f"pair must be components as motions.join returns them, got dims {pair.dims}")
+    if pair.dtype.kind not in "iuf":
+        raise TypeError(f"pair must hold numbers (in m/s²), got {pair.dtype}")
+    missing = [name for name in HORIZONTAL if name not in pair["component"].values]
+    if missing:
+        raise ValueError(f"pair must have the components {' and '.join(HORIZONTAL)}, got none named {missing[0]}")
 
 
 def _channels(path: Path, read: Sequence[xr.DataArray]) -> list[_Channel]:

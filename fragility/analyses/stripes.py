@@ -95,8 +95,7 @@ def stripes(
     [2.0, 2.0, 2.0, 2.0, 4.0, 4.0, 4.0, 4.0]
     """
     request = check_request(blocks, models, outputs, True, client, progress, screen)
-    if not isinstance(scale, bool):
-        raise TypeError(f"scale must be True or False, got {scale!r:.40}")
+    checks.flag("scale", scale)
     values = increasing(levels, intensity_measure(im))
     _check_selections(motions, values, im)
     arrays, sets = _sets("motions", motions, values.size, polarity)

@@ -47,12 +47,20 @@ def median_ratio(curves: xr.Dataset, published: xr.Dataset, margin: float = MARG
     width = CHANCE.number("margin", margin)
     checks.plain("curves", curves)
     checks.plain("published medians", published)
+    for name, medians in (("curves", curves), ("published medians", published)):
+        if not isinstance(medians, xr.Dataset) or not {"median", "block"} <= {*medians.variables}:
+            raise ValueError(f"{name} must be a dataset with median on block, got {checks.kind(medians)} without it")
+        if "block" in medians.indexes and not medians.indexes["block"].is_unique:
+            raise ValueError(f"{name} must have blocks of unique labels")
     for name, expected, given in (
         ("measure", curves.attrs.get("im"), published.attrs.get("im")),
         ("unit", curves["median"].attrs.get("units"), published["median"].attrs.get("units")),
     ):
         if expected != given:
             raise ValueError(f"published medians must be of the {name} of the curves, {expected!r}, got {given!r}")
+    for dim in {*curves["median"].dims} & {*published["median"].dims} - {"block"}:
+        if not np.array_equal(curves[dim].values, published[dim].values):
+            raise ValueError(f"published medians must have the {dim}s of the curves, or none")
     blocks = [block for block in curves["block"].values if block in published["block"].values]
     if not blocks:
         raise ValueError("curves and published medians must have blocks in common, got none")

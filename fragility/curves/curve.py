@@ -276,7 +276,7 @@ def curve_probability(curves: xr.Dataset, x: Any, outside: str = REFUSE) -> xr.D
     [0.0828, 0.5, 0.9172]
     """
     checks.choice("outside", outside, OUTSIDE)
-    levels = checks.finite_array("x", np.atleast_1d(np.asarray(x)))
+    levels = np.atleast_1d(checks.finite_array("x", x, ndim=(0, 1)))
     if np.any(levels <= 0.0):
         raise ValueError(f"x must be > 0, got {levels.min():g}")
     arrays, dims = curve_arrays(curves)

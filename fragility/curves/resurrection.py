@@ -44,6 +44,8 @@ def resurrections(ida: xr.Dataset, state: State = OVERTURNED) -> xr.Dataset:
     flags = reached(ida, state)
     if design_of(flags) != IDA:
         raise ValueError("resurrections needs an IDA dataset, got one without a level dimension")
+    if not {"level", "motion"} <= {*flags.dims} or "level" not in flags.indexes:
+        raise ValueError(f"runs must be on level and motion, with their levels, got {flags.dims}")
     floor, groups = motions_by_floor(flags)
     flags = flags.sortby("level").transpose(..., "level", "motion")
     parts = [_counts(flags.isel(motion=motions)) for motions in groups]

@@ -69,6 +69,8 @@ def _arrays(motions: Motions) -> Iterator[xr.DataArray]:
     if isinstance(motions, xr.DataArray) or not isinstance(motions, Iterable):
         records(motions)  # raises the error for anything that is no motion
         yield motions
+    elif isinstance(motions, xr.Dataset | str):
+        raise TypeError(f"motions must be labelled arrays, or sets of them, got {checks.kind(motions)}")
     else:
         for motion in motions:
             yield from _arrays(motion)

@@ -214,8 +214,7 @@ def fit_curves(
     level = CONFIDENCE.number("confidence", asked.confidence)
     trials = collect(data, checks.choice("method", method, METHODS) == FIRST, state, together)
     check_method(chosen, method)
-    if not isinstance(keep_replicates, bool):
-        raise TypeError(f"keep_replicates must be True or False, got {keep_replicates!r:.40}")
+    checks.flag("keep_replicates", keep_replicates)
     options = Options(
         level,
         _intervals(asked.intervals, chosen, trials),

@@ -341,6 +341,9 @@ def _trials_of_runs(data: xr.Dataset, first: bool, state: State, together: Seque
         raise ValueError(f"together needs an IDA dataset, got a dataset of design {design!r}")
     if not {*together} <= {*flags.dims} - {"level", "motion"}:
         raise ValueError(f"together must name dimensions of the runs beside level and motion, got {list(together)!r}")
+    for dim in ("level",) * (design == IDA) + ("motion",):
+        if dim not in flags.dims:
+            raise ValueError(f"runs must be on {dim}, got dims {flags.dims}")
     dims = tuple(dim for dim in flags.dims if dim not in {"level", "motion", *together})
     # (in designs other than IDA every motion has its own level)
     rest = [*together, *(["level"] if design == IDA else []), "motion"]

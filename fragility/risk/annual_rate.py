@@ -289,7 +289,19 @@ def rate_share_above(
     arrays, dims = in_hazard_measure(curves, hazard)
     pieces = hazard.pieces(below, above)[0]
     shape = tuple(curves.sizes[dim] for dim in dims)
-    at = xr.DataArray(levels) if not isinstance(levels, xr.DataArray) else levels
+    if isinstance(levels, xr.DataArray):
+        checks.plain("levels", levels)
+        at = levels
+    else:
+        at = xr.DataArray(checks.number("levels", levels, above=0.0))
+    for dim in at.dims:
+        if dim not in dims or at.sizes[dim] != curves.sizes[dim]:
+            raise ValueError(
+                f"levels must be one number, or on dimensions of the curves, {dims}, got {at.sizes[dim]} on {dim!r}"
+            )
+        if dim in at.coords and dim in curves.coords and not np.array_equal(at[dim].values, curves[dim].values):
+            raise ValueError(f"levels must have the labels of the curves on {dim}, in their order")
+    at = at.transpose(*(dim for dim in dims if dim in at.dims))
     places = [at.sizes[dim] if dim in at.dims else 1 for dim in dims]
     thresholds = np.broadcast_to(at.values.reshape(places), shape).ravel()
     share = _share_above(arrays, rates_of(arrays, pieces, outside).rate, pieces, thresholds, outside)

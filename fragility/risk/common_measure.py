@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import xarray as xr
 
+from ...core import checks
 from ...core.elementary import log
 from ...motions.intensity.naming import FLOOR, GROUND_FLOORS, measure_named
 from ..curves.curve import CurveArrays, LinkedCurves, TabulatedCurves, curve_arrays, im_of
@@ -17,6 +18,8 @@ def in_hazard_measure(
     curves: xr.Dataset, hazard: HazardCurve, replicates: bool = False
 ) -> tuple[CurveArrays, tuple[str, ...]]:
     """Return the curves (or their replicates) with levels in the hazard curve's measure, and their dimensions."""
+    if not isinstance(hazard, HazardCurve):
+        raise TypeError(f"hazard must be a HazardCurve, got {checks.kind(hazard)}")
     arrays, dims = curve_arrays(curves, replicates)
     if isinstance(arrays, LinkedCurves):
         raise ValueError(

@@ -12,11 +12,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ...core import checks
 from ...core.aliases import Array, Flags, Index
 from ...core.units import provenance
 from ...models import LAWS, Block, Law
 from ...models.block import block_from
-from ...motions.arrays import BOTH_AXES, DRAW, POLARITY, RECORD, Record, floor_coordinates
+from ...motions.arrays import BOTH_AXES, DRAW, POLARITY, RECORD, Record, floor_coordinates, listed
 from ...motions.intensity.measure import Measure
 from ...motions.intensity.naming import GROUND
 from ...motions.polarity import AS_RECORDED, BOTH, records_under
@@ -304,11 +305,14 @@ def records_of(runs: xr.Dataset, motions: Motions) -> list[Record]:
 
     Of runs both ways the motions may be given both ways or as they were.
     """
+    checks.plain("runs", runs)
+    if "motion" not in runs.coords:
+        raise ValueError("runs must have the coordinate motion, the labels of their motions")
     polarity = BOTH if POLARITY in runs.coords else AS_RECORDED
     if "stripe" not in runs.coords:
         known = {record.label: record for record in records_under(motions, polarity)}  # type: ignore[arg-type]
         return same_motions(runs, [known.get(str(label)) for label in runs["motion"].values])
-    sets: list[Any] = [] if isinstance(motions, xr.DataArray) else list(motions)
+    sets: list[Any] = [] if isinstance(motions, xr.DataArray) else listed(motions)
     stripe = runs["stripe"].values.tolist()
     keys = list(zip(stripe, map(str, runs[RECORD].values), as_given(runs).tolist(), strict=True))
     if len(sets) < max(stripe):

@@ -92,8 +92,7 @@ def check_request(
     laws = labelled_sequence("models", models, Model)  # type: ignore[type-abstract]
     wanted = _outputs(outputs, laws)
     for name, value in (("skip", skip), ("screen", screen)):
-        if not isinstance(value, bool):
-            raise TypeError(f"{name} must be True or False, got {value!r:.40}")
+        checks.flag(name, value)
     checks.callback("progress", progress)
     checked = labelled_sequence("blocks", blocks, Block)
     if FALLEN_OFF in wanted and all(block.edge is None for block in checked):
@@ -116,7 +115,11 @@ def _outputs(outputs: Sequence[str] | None, models: Sequence[Model]) -> list[str
     if any(sliding) and not all(sliding):
         raise ValueError("models must be laws of rocking, or Sliding alone: their outputs differ")
     allowed, what = (OF_SLIDING, "outputs of sliding blocks") if all(sliding) else (OF_ROCKING, "outputs")
-    names = [outputs] if isinstance(outputs, str) else list(USUAL[all(sliding)] if outputs is None else outputs)
+    names = (
+        [outputs]
+        if isinstance(outputs, str)
+        else checks.sequence("outputs", USUAL[all(sliding)] if outputs is None else outputs)
+    )
     if not names:
         raise ValueError(f"{what} must name at least one of {', '.join(allowed)}, got none")
     return list(dict.fromkeys(checks.choice(what, name, allowed) for name in names))
@@ -208,12 +211,9 @@ def collect(work: Work, runner: Runner, progress: Progress | None, least: float 
 
 def labelled_sequence(name: str, values: Any, kind: type[Labelled]) -> list[Labelled]:
     """Return blocks (or laws) as a list; TypeError for other types, ValueError for equal labels or none."""
-    sequence = [values] if isinstance(values, kind) else list(values) if isinstance(values, Iterable) else [values]
+    sequence = checks.several(name, values, kind)
     if not sequence:
         raise ValueError(f"{name} must hold at least one, got none")
-    for value in sequence:
-        if not isinstance(value, kind):
-            raise TypeError(f"{name} must be one {kind.__name__} or a sequence of them, got {checks.kind(value)}")
     taken: set[str] = set()
     for value in sequence:
         if value.label in taken:

@@ -64,7 +64,7 @@ def variance_shares(
     """
     if not isinstance(values, xr.DataArray):
         raise TypeError(f"values must be a labelled array, got {checks.kind(values)}")
-    factors = [dims] if isinstance(dims, str) else [str(dim) for dim in dims]
+    factors = [dims] if isinstance(dims, str) else [str(dim) for dim in checks.sequence("dims", dims)]
     if not 1 <= len(factors) <= MOST_DIMS or len(set(factors)) != len(factors) or not {*factors} <= {*values.dims}:
         raise ValueError(f"dims must be 1 to {MOST_DIMS} different ones of {values.dims}, got {factors!r:.80}")
     if values.dtype.kind not in "biuf":

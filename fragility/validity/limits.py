@@ -53,7 +53,7 @@ def of_runs(data: xr.Dataset, motions: int) -> Iterator[str]:
             "make intervals too narrow"
         )
     yield from _levels_changed(data)
-    if "outside" not in data or 0 in data["outside"].shape:
+    if "outside" not in data or "reason" not in data["outside"].indexes or 0 in data["outside"].shape:
         return
     if mostly(data["outside"].sel(reason=SQUAT.name)):
         yield "every block is so squat that it bounces rather than rocks"

@@ -11,6 +11,7 @@ from ...core.aliases import Progress
 from ...core.parameters import SHARE
 from ...models.friction import Friction
 from ...models.sliding.law import SlidingLaw
+from ...motions.arrays import listed
 from ...motions.simulated.generator import Generator
 from ..runs.provenance import BED, RUN, Motions, provenance_from, records_of
 from ..runs.request import runner_of
@@ -152,7 +153,7 @@ def screen(
         if isinstance(motions, Generator):
             raise TypeError("motions must be labelled arrays: a generator is for runs at adaptive levels alone")
         if motions is not None:
-            every = motions if isinstance(motions, xr.DataArray) else list(motions)
+            every = motions if isinstance(motions, xr.DataArray) else listed(motions)
             shaking = Characteristics.of(records_of(runs, every))
             flips = count_flips(runs, every, share, runner, progress) if share > 0.0 else None
         variables, settings = screened_runs(given, shaking, asked, flips, runner.array)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from numbers import Real
 from typing import Annotated
 
+from ...core import checks
 from ...core.parameters import Parameter, check
 from ...core.wording import with_article
 
@@ -132,6 +133,8 @@ class Restraint:
         """
         SLOPE.check("angle", angle)
         slope = float(angle)
+        checks.number("height", height, above=0.0, unit="m")
+        checks.number("width", width, at_least=0.0, unit="m")
         arm = height * math.cos(slope) - width * math.sin(slope)
         if arm <= 0.0:
             raise ValueError(f"a cable at {height:g} m and an angle of {slope:g} rad pulls past the front corner")
@@ -163,6 +166,7 @@ class Restraint:
         width : float
             The block's width, m.
         """
+        checks.number("width", width, above=0.0, unit="m")
         return cls("tendon", strength, stiffness, 0.5 * width, 0.5 * width, 0.0, preload)
 
     @classmethod

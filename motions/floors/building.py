@@ -490,8 +490,7 @@ def _up_to(name: str, value: Any, most: int) -> int:
 
 def storey_heights(storey_height: Any, storeys: int) -> Array:
     """Return the heights of the floors (storeys + 1,), m, with the ground at 0."""
-    given = np.asarray(storey_height)
-    values = checks.finite_array("storey_height", given, ndim=(0, 1), unit="m")
+    values = checks.finite_array("storey_height", storey_height, ndim=(0, 1), unit="m")
     if values.ndim == 1 and values.size != storeys:
         raise ValueError(f"storey_height must be one number or {storeys}, one a storey, got {values.size}")
     if values.min() <= 0.0:

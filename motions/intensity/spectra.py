@@ -120,7 +120,7 @@ def response_spectrum(
     {'motion': 1, 'period': 3}
     """
     plain = records(motions)
-    axis = checks.finite_array("periods", np.atleast_1d(np.asarray(periods)), unit="s")
+    axis = np.atleast_1d(checks.finite_array("periods", periods, ndim=(0, 1), unit="s"))
     for value in axis:
         period_of("periods", float(value))
     if np.unique(axis).size != axis.size:

@@ -171,7 +171,7 @@ def drifting_noise(pulses, omega, zeta, dt, live, order):
     ends = np.empty((LANES, n))
     sums = np.empty(2 * SQUARES)
     oldest = np.empty(LANES, np.int64)
-    for start in range(0, m, LANES):
+    for start in range(0, order.size, LANES):
         group = order[start : start + LANES]
         rows[:] = 0.0
         for lane in range(group.size):

@@ -9,7 +9,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Array
 from ...core.units import ACCELERATION, DIMENSIONLESS, METRE, SECOND, VELOCITY, described, provenance, variables
-from ..arrays import motion_coordinates, records
+from ..arrays import listed, motion_coordinates, records
 from ..intensity.peaks import displacement, peak_displacement, peak_velocity, velocity
 from ..intensity.spectra import peak_displacements
 from .target_spectra import TargetSpectrum
@@ -41,7 +41,7 @@ def matching_report(motions: xr.DataArray | Iterable[xr.DataArray], target: Targ
     """
     if not isinstance(target, TargetSpectrum):
         raise TypeError(f"target must be a TargetSpectrum, got {checks.kind(target)}")
-    arrays = [motions] if isinstance(motions, xr.DataArray) else list(motions)
+    arrays = listed(motions)
     plain = records(arrays)
     axis = target.grid()
     omega = 2.0 * math.pi / axis

@@ -7,7 +7,7 @@ import xarray as xr
 
 from ...core.elementary import Array, Index, log
 from ...core.units import described
-from ..arrays import records
+from ..arrays import listed, records
 from ..intensity.evaluation import measure, positive_measure
 from ..intensity.measure import Measure
 
@@ -34,7 +34,7 @@ class Candidates:
 
     def __init__(self, motions: xr.DataArray | Iterable[xr.DataArray]) -> None:
         self.single = isinstance(motions, xr.DataArray)
-        self.arrays: Sequence[xr.DataArray] = [motions] if isinstance(motions, xr.DataArray) else list(motions)
+        self.arrays: Sequence[xr.DataArray] = listed(motions)
         self._plain = records(self.arrays)
         for array in self.arrays:
             if "motion" not in array.dims or "floor" in array.dims:

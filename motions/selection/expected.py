@@ -71,9 +71,9 @@ def expected_target(
     >>> target.at(4.0).medians.round(2).tolist()
     [5.56, 4.0, 0.32, 11.57]
     """
-    several = [scenarios] if isinstance(scenarios, Scenario) else list(scenarios)
-    if not several or not all(isinstance(scenario, Scenario) for scenario in several):
-        raise TypeError(f"scenarios must be a Scenario or a sequence of them, got {checks.kind(scenarios)}")
+    several = checks.several("scenarios", scenarios, Scenario)
+    if not several:
+        raise TypeError("scenarios must be one Scenario or a sequence of them, got none")
     if len(several) > 1 and weights is None:
         raise ValueError(f"weights must be given for {len(several)} scenarios")
     on = measure_named(given, "given")

@@ -202,6 +202,8 @@ def _bounds(factor: Any) -> tuple[float, float]:
 
 
 def _weights(given: Mapping[str, float] | None, labels: list[str]) -> Array:
+    if given is not None and not isinstance(given, Mapping):
+        raise TypeError(f"weights must be a table of weights by the names of measures, got {checks.kind(given)}")
     by_label = {measure_named(name).label: value for name, value in (given or {}).items()}
     unknown = sorted(set(by_label) - set(labels))
     if unknown:

@@ -97,7 +97,10 @@ def expected_motions(scenario: Scenario, model: str = MODEL, periods: Sequence[f
     distance = checks.number("distance", scenario.distance, at_least=max(depth, 0.0), at_most=4e5, unit="m")
     if distance < NEAREST:
         warn([Doubt.of("rupture_distance", distance=distance)])
-    at = [checks.number("period", period, at_least=0.01, at_most=10.0, unit="s") for period in periods]
+    at = [
+        checks.number("period", period, at_least=0.01, at_most=10.0, unit="s")
+        for period in checks.sequence("periods", periods)
+    ]
     aside = 1e-3 * math.sqrt(distance * distance - depth * depth)
     pygmm = importlib.import_module("pygmm")
     given = pygmm.Scenario(

@@ -20,7 +20,7 @@ from ...core.streams import stream
 from ...core.units import STANDARD_GRAVITY, described, variables
 from ..arrays import records
 from ..intensity.cumulative import energy_at_samples
-from ..kernels.drifting_filters import drifting_noise
+from ..kernels.drifting_filters import LANES, drifting_noise
 from .filters import filtered, high_pass, settling
 from .generator import LARGEST, Generator, Seconds, Streams, counts, ensemble, normals, steps_of
 from .ground_motion_models import Scenario
@@ -44,6 +44,8 @@ COUNTED = (0.01, 0.99)  # fractions of the energy between which crossings and ex
 LEAST_CROSSINGS = 10
 MOST_WORK = 1e8
 """Maximum product of the numbers of samples of a motion and of its longest response: about 2 s of work."""
+PART_WORK = MOST_WORK / 16.0
+"""The same product, summed over vectors of motions, after which an interrupt is heard."""
 PASSES = 6  # alternating passes of frequency and damping ratio, which changes the frequency by a few per cent at most
 DEFAULT_CORNER = 0.15  # `corner_frequency` of magnitude 6.5
 
@@ -367,7 +369,9 @@ def site_based_motions(streams: Streams, drawn: Parameters, middle: float, f_c: 
     if work.max() > MOST_WORK:
         least = 1.05 * dt * math.sqrt(work.max() / MOST_WORK)
         raise ValueError(f"dt must be at least {least:.2g} s for motions of this length and damping, got {dt:g}")
-    parts = np.array_split(order, math.ceil(work.sum() / (4.0 * MOST_WORK)))  # (an interrupt is heard between them)
+    # Vectors of motions last as long as their longest motion; an interrupt is heard between the parts.
+    costs = np.cumsum(np.maximum.reduceat(work[order], np.arange(0, order.size, LANES)))
+    parts = np.split(order, LANES * (np.flatnonzero(np.diff(costs // PART_WORK)) + 1))
     pulses = normals(streams, live)
     noise = (drifting_noise(pulses, omega, drawn.zeta, dt, ends, part) for part in parts)
     motions[:, :live] = functools.reduce(np.add, noise) * np.sqrt(density)

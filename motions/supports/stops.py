@@ -48,7 +48,7 @@ class Stops:
     restitution: Restitution = RESTITUTION
 
     def __post_init__(self) -> None:
-        if self.clearance != math.inf:
+        if not (isinstance(self.clearance, float) and self.clearance == math.inf):
             checks.number("clearance", self.clearance, above=0.0, unit="m")
         for name in ("frequency", "restitution"):
             if getattr(self, name) is not None:

@@ -612,7 +612,7 @@ def _losses(losses: Any, inventory: Inventory) -> Array:
             for k in range(1, row.count + 1)
         }
         return np.union1d(thresholds, list(exact)) if len(exact) <= MOST_THRESHOLDS else thresholds
-    values = checks.finite_array("losses", np.atleast_1d(np.asarray(losses)), unit=inventory.currency)
+    values = np.atleast_1d(checks.finite_array("losses", losses, ndim=(0, 1), unit=inventory.currency))
     if values[0] < 0.0 or np.any(np.diff(values) <= 0.0):
         raise ValueError(f"losses must be >= 0 and strictly increasing, got {values.tolist()!r:.60}")
     return values

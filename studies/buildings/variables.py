@@ -68,7 +68,7 @@ class Precision:
     @classmethod
     def checked(cls, which: Any, confidence: Any, replicates: Any, seed: Any) -> Precision:
         """Check the arguments; TypeError or ValueError if one is out of range."""
-        quantiles_at = checks.finite_array("quantiles", np.atleast_1d(np.asarray(which)))
+        quantiles_at = np.atleast_1d(checks.finite_array("quantiles", which, ndim=(0, 1)))
         if quantiles_at[0] <= 0.0 or quantiles_at[-1] >= 1.0 or np.any(np.diff(quantiles_at) <= 0.0):
             raise ValueError(f"quantiles must lie between 0 and 1 and increase, got {quantiles_at.tolist()!r:.60}")
         return cls(

@@ -5,15 +5,19 @@ import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import wraps
 from inspect import signature
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, TypeVar, cast
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.colors import is_color_like
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator, MaxNLocator
+
+from ...core import checks
 
 # The blue of Okabe and Ito (2008) and three dark colours: contrast of 5:1 on white, different with any colour vision.
 COLOURS = ("#0072B2", "#C04A00", "#007A5A", "#222222")
@@ -87,7 +91,21 @@ def drawing(function: Drawing) -> Drawing:
         options = ", ".join(name for name in names if name in optional)
         text += f"\n    {options} : optional\n        {meaning}" if options else ""
     function.__doc__ = text + SECTIONS
-    return style()(function)
+    places = list(signature(function).parameters)
+
+    @wraps(function)
+    def checked(*arguments: Any, **named: Any) -> Axes:
+        given = {**dict(zip(places, arguments, strict=False)), **named}
+        ax, color = given.get("ax"), given.get("color")
+        if ax is not None and not isinstance(ax, Axes):
+            raise TypeError(f"ax must be matplotlib Axes, got {checks.kind(ax)}")
+        if color is not None and not is_color_like(color):
+            raise ValueError(f"color must be a colour of matplotlib, got {checks.shown(color)}")
+        if np.ndim(given.get("label", "")) > 0:
+            raise TypeError(f"label must be text, got {checks.shown(given['label'])}")
+        return function(*arguments, **named)
+
+    return cast("Drawing", style()(checked))
 
 
 def has_room() -> bool:

@@ -39,10 +39,7 @@ def sliding(blocks: Block | Sequence[Block] = (), ax: Axes | None = None, *, dis
         Logarithmic standard deviation of the coefficient, > 0.
     """
     spread = checks.number("dispersion", dispersion, above=0.0)
-    marked = [blocks] if isinstance(blocks, Block) else list(blocks)
-    for block in marked:
-        if not isinstance(block, Block):
-            raise TypeError(f"blocks must be blocks, got {type(block).__name__}")
+    marked = checks.several("blocks", blocks, Block)
     alone = ax is None
     ax = ax or axes.new(4.6)
     ratio = np.geomspace(SLENDEREST, FLATTEST, 160)

@@ -16,6 +16,9 @@ BLOCK = tp.Block(0.4, 1.8)
 LAW = tp.HousnerImpact()
 SHAKE = mo.OneCycleSine(3.0, 6.0).sample(1)
 NAN, INF = math.nan, math.inf
+HAZARD = tp.HazardCurve.power_law(1e-4, 2.5, "pga")
+_OF_BLOCK = {name: ("block", [value], {"units": "m s-2"}) for name, value in (("median", 2.0), ("dispersion", 0.4))}
+CURVES = xr.Dataset(_OF_BLOCK, {"block": ["a"]}, {"im": "pga"})
 
 
 def study(blocks=BLOCK, models=LAW, motions=SHAKE, levels=(1.0, 2.0), **options):
@@ -142,3 +145,27 @@ def test_counts_without_a_slope_give_no_curve(levels, overturnings, runs, status
 
 def test_refused(refusal):
     refusal()
+
+
+def test_levels_of_another_order_are_of_their_curves():
+    """Shares above a level on (model, block) are those of the curves on (block, model), by name."""
+    on = ("block", "model")
+    medians = np.array([[1.0, 2.0], [3.0, 4.0]])
+    curves = xr.Dataset({"median": (on, medians, {"units": "m s-2"}), "dispersion": (on, np.full((2, 2), 0.4))})
+    curves.attrs["im"] = "pga"
+    levels = xr.DataArray(np.array([[1.0, 2.0], [0.5, 3.0]]), dims=on)
+    found = tp.fragility.rate_share_above(curves, HAZARD, levels)
+    assert found.equals(tp.fragility.rate_share_above(curves, HAZARD, levels.T))
+    alone = tp.fragility.rate_share_above(curves, HAZARD, 0.5)
+    assert found[1, 0] == alone[1, 0]
+
+
+@pytest.mark.parametrize("height", [3.0, [3.0, 3.0], np.float32(3.0), xr.DataArray([3.0, 3.0], attrs={"units": "m"})])
+def test_heights_as_they_come(height):
+    made = mo.Building.flexural_shear(0.5, storeys=2, storey_height=height)
+    np.testing.assert_array_equal(made.heights, [0.0, 3.0, 6.0])
+
+
+@pytest.mark.parametrize("color", [None, "k", "C3", "#0072B2", (0.1, 0.2, 0.3), "0.5"])
+def test_colours_as_they_come(color):
+    tp.plot.phase(tp.free_rocking(BLOCK, LAW, 0.1, 0.5), color=color, label=None)

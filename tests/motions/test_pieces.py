@@ -8,7 +8,7 @@ from toppling.core import elementary
 from toppling.motions import corrections
 from toppling.motions.kernels import matching as engine, pieces
 from toppling.motions.matching import adjustment, match
-from toppling.motions.simulated import filters
+from toppling.motions.simulated import filters, site_based
 
 SHAKES = 4.0 * mo.CloughPenzien(duration=6.0, dt=0.01).sample(2, seed=5)
 TARGET = mo.TargetSpectrum((0.1, 0.5, 2.0), (8.0, 8.0, 2.0))
@@ -24,6 +24,7 @@ WORK = {
     "stops": lambda: mo.Isolator.bilinear(2.0, 0.05, clearance=0.02, stop_frequency=10.0).motions(SHAKES),
     "pendulum": lambda: mo.Isolator.pendulum(1.0, 0.05).motions(SHAKES),
     "drifting ground": lambda: mo.EvolutionaryKanaiTajimi(duration=6.0, dt=0.01).sample(2),
+    "site-based": lambda: mo.SiteBasedScenario().sample(20),
     "match": lambda: mo.match(SHAKES, TARGET),
     "baseline": lambda: mo.baseline(SHAKES, 4),
     "finer": lambda: mo.resample(SHAKES, 0.002),
@@ -39,6 +40,7 @@ def test_pieces_give_the_same_bits(work, monkeypatch):
     monkeypatch.setattr(pieces, "PIECE", 1e5)
     monkeypatch.setattr(match, "PIECE", 1e4)
     monkeypatch.setattr(filters, "PIECE", 100)
+    monkeypatch.setattr(site_based, "PART_WORK", 1.0)
     monkeypatch.setattr(elementary, "PIECE", 100)
     monkeypatch.setattr(corrections, "_PIECE", 100)
     assert len([*pieces.pieces(600, 1e3)]) == 6
@@ -93,3 +95,17 @@ def test_what_would_fill_the_memory_or_is_no_number(make, words):
 
 def test_refused(refusal):
     refusal()
+
+
+def test_no_vector_of_motions_waits_for_many_others(monkeypatch):
+    """The work between two moments at which an interrupt is heard is bounded, for motions that cost much, too."""
+    made, parts = site_based.drifting_noise, []
+
+    def noted(*arguments):
+        parts.append(arguments[-1].size)
+        return made(*arguments)
+
+    monkeypatch.setattr(site_based, "drifting_noise", noted)
+    monkeypatch.setattr(site_based, "PART_WORK", 1.0)
+    mo.SiteBasedScenario().sample(20)
+    assert parts == [8, 8, 4]

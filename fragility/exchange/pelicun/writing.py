@@ -82,6 +82,8 @@ def write_table(
     `located`: the curves' offsets give the place of the demand.
     """
     demand = demand_of(curve_rows, located)
+    if not file.name:
+        raise ExchangeError("path must name a file, got a folder")
     metadata_file = file.with_suffix(".json")
     if metadata_file == file:
         raise ExchangeError(f"{file}: the table must not be named .json, its metadata are")

@@ -398,7 +398,7 @@ class TestUncertainty:
         ("measures", cases.measured(), {}, "results are of several models, say which"),
         ("uncertainty", SHELF, {}, "needs probability_quantile: results of an uncertainty study"),
         ("uncertainty", cases.uncertain(), {"view": "variance", "model": "housner e=e_R"}, "shared among all laws"),
-        ("sliding", ["crate"], {}, "blocks must be blocks"),
+        ("sliding", ["crate"], {}, "blocks must be one Block"),
         ("sliding", (), {"dispersion": 0.0}, "dispersion must be"),
         ("indices", SHELF, {}, "got none"),
         ("indices", cases.uncertain(), {"method": "sobol"}, "results are of several models"),
