@@ -77,20 +77,11 @@ def line_weights(levels: Any, hazard: HazardCurve) -> LevelWeights:
 
     Weights of two hazard curves add up to the weights of their sum, so that they divide a rate into shares.
     """
-<<<<<<< HEAD
     checks.stated_unit("levels", levels, hazard.units)
-    x = checks.finite_array("levels", np.atleast_1d(np.asarray(levels)))
+    x = np.atleast_1d(checks.finite_array("levels", levels, ndim=(0, 1)))
     checks.increasing("levels", x)
     first = hazard.levels[0]
     if x[-1] < first:
-=======
-    checks.stated_unit("levels", levels, getattr(hazard, "units", ""))
-    x = np.atleast_1d(checks.finite_array("levels", levels, ndim=(0, 1)))
-    knots, rates = hazard_points(hazard)
-    for name, values in (("levels", x), ("levels of the hazard", knots)):
-        checks.increasing(name, values)
-    if x[-1] < knots[0]:
->>>>>>> 4daff256ab4d21a9cb1f9fe4d167aff27f7b6967
         raise ValueError(
             f"levels must reach the hazard curve, which begins at {first:g}, got {x[-1]:g} as the last one"
         )
