@@ -69,7 +69,7 @@ class Parameter:
 
     def array(self, name: str, values: Any, ndim: tuple[int, ...] = (0, 1)) -> Array:
         """Return values as an array of floats; ValueError or TypeError unless all are finite and within the bounds."""
-        numbers = checks.finite_array(name, np.asarray(values), ndim=ndim, unit=self.unit)
+        numbers = checks.finite_array(name, values, ndim=ndim, unit=self.unit)
         wrong = numbers[~self.holds(numbers)]
         if wrong.size:
             raise ValueError(f"{name} must be {self.text}, got {wrong[0]:g}")

@@ -259,7 +259,7 @@ class YieldingBuilding:
             and for an isolated building ``isolator_displacement``, the maximum (m). Peaks of a collapsed building are
             until its collapse. On motion ``strength_factor``, if the strength is uncertain.
         """
-        scales = np.atleast_1d(checks.finite_array("factors", np.atleast_1d(np.asarray(factors))))
+        scales = np.atleast_1d(checks.finite_array("factors", factors, ndim=(0, 1)))
         if scales.min() <= 0.0:
             raise ValueError(f"factors must be > 0, got {scales.min():g}")
         plain = _ground(motions)
