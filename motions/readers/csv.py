@@ -180,6 +180,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     given = None if unit is None else given_factor(unit)
     doubt_factors(file, header)
     kept: list[Component] = []
+    slower: list[str] = []
     out: dict[str, list[str]] = {}
     directions = [direction_of(name) for name in names]
     others = _others(file, names[1 if timed else 0 :])
@@ -195,6 +196,7 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
             out.setdefault("no acceleration, by its name", []).append(name)
             continue
         if any(stated.quantity in ("velocity", "displacement") for stated in in_heading) or _other(name):
+            slower.append(name)
             continue
         # text in brackets further up, as in "PGA (gal)", is not of a column that has its own unit
         peak = float(np.abs(values[:, column]).max())
@@ -232,7 +234,8 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     refuse_stated_peak(file, words, [component.acceleration for component in kept])
     for why, left in out.items():
         warn([Doubt.of("column_left_out", file=file, named=first_names(left), why=why)])
-    return kept
+    left_out = f", columns left out: {first_names(slower)})" if slower else ")"
+    return [column._replace(unit_from=f"{column.unit_from[:-1]}{left_out}") for column in kept]
 
 
 def _samples(file: Path, values: Array, header: list[tuple[int, str]]) -> tuple[Array, list[tuple[int, str]], str]:

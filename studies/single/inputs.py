@@ -16,7 +16,7 @@ from ...core.units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND,
 from ...core.wording import counted
 from ...models import Block, Law
 from ...models.scenes.restraint import KINDS
-from ...motions.arrays import TAKEN, from_array, records
+from ...motions.arrays import TAKEN, from_array, records, taken as taken_from
 from ...motions.intensity.evaluation import positive_measure
 from ...motions.matching.adjustment import REACHED
 from ..file.blocks import FACTORS, MAKERS, PARTS as BLOCK_PARTS, SIZES, BlockTable
@@ -25,6 +25,7 @@ from ..file.models import Models, model_table
 from ..file.motions import PROCESSING, Motions, motions_table
 from ..file.refusals import refusal
 from ..file.table import WRITTEN, bare, checked, nearest, quantity, suffix_of
+from ..plan.reading import Taken
 from ..text.error import StudyError
 
 RECORD_KEYS = {"dt_s", "unit", *PROCESSING}
@@ -123,8 +124,9 @@ def motion_of(
     if index < 0:
         raise StudyError(f"--index must be 0 or more, got {index}")
     at = index
+    taken: tuple[Taken, ...] = ()
     if not made:
-        arrays = _read(name, keys)
+        arrays, taken = _read(name, keys)
     else:
         if name in shaking.PULSES:
             keys |= {"pulse": name}
@@ -153,7 +155,14 @@ def motion_of(
         for i, floor in np.ndindex(array.sizes["motion"], array.sizes.get("floor", 1))
     ]
     coordinates = {key: of_each[at].coords[key] for key in (REACHED if made else TAKEN) if key in of_each[at].coords}
-    return alone.assign_coords({key: values for key, values in coordinates.items() if values.dims == ("motion",)})
+    alone = alone.assign_coords({key: values for key, values in coordinates.items() if values.dims == ("motion",)})
+    label = str(of_each[at]["motion"].values[0])
+    below = None if "unit_from" in alone.coords else next((row for row in taken if row[0] == label), None)
+    if below is None:
+        return alone
+    _, dt, unit, step, azimuth = below  # of the ground motion below a floor
+    alone = taken_from(alone, [unit], [step if dt == record.dt else "building"])
+    return alone.assign_coords(azimuth_from=("motion", [azimuth])) if azimuth else alone
 
 
 def _check_name(name: str) -> None:
@@ -164,17 +173,18 @@ def _check_name(name: str) -> None:
         raise StudyError(f"MOTION must be a file, or one of {', '.join(NAMES)}, got {name!r}{hint}")
 
 
-def _read(name: str, keys: Mapping[str, Any]) -> list[xr.DataArray]:
-    """Return the motions of record files or of a study file."""
+def _read(name: str, keys: Mapping[str, Any]) -> tuple[list[xr.DataArray], tuple[Taken, ...]]:
+    """Return the motions of record files or of a study file, and what is `taken_of` files."""
     from .motions import read_motions  # noqa: PLC0415 - matplotlib
 
     foreign = sorted(set(keys) - RECORD_KEYS) or (sorted(keys) if name.lower().endswith(".toml") else [])
     if foreign:
         raise StudyError(f"--set {foreign[0]}: belongs to generators and pulses, got {name!r}")
     if not keys:
-        return read_motions([name]).motions
+        shown = read_motions([name])
+        return shown.motions, shown.taken
     content = {"records": name, **keys}
-    return built(name, lambda: motions_table(content).build(), content)
+    return built(name, lambda: motions_table(content).build(), content), ()
 
 
 def factor_of(motion: xr.DataArray, scale: float | None, pga: str | None) -> float:

@@ -76,6 +76,22 @@ def groups(motions):
     return [(g["names"] or g["count"], g["unit"], g["steps"][0], g["step"]) for g in fact.more["groups"]]
 
 
+def test_the_record_under_a_building_is_named(odd, capsys):
+    """Of the ground motion of the simulated floor motion."""
+    building = 'kind = "flexural-shear"\nperiod_s = 0.4\nstoreys = 3\nfloors = [2]'
+    study = STUDY.replace("records/*", "records/b.AT2") + f"[building]\n{building}\n"
+    (odd / "study.toml").write_text(study, encoding="utf-8")
+    assert main(["simulate", "--width", "0.4m", "--height", "1.8m", "study.toml", "--out", "out"]) == 0
+    assert "unit g (line 3), time step 0.01 s (line 4)" in " ".join(capsys.readouterr().out.split())
+
+
+def test_columns_left_out_are_named(tmp_path):
+    rows = "".join(f"{0.01 * i:.2f},{i % 7 - 3},1.5,{i % 3}\n" for i in range(99))
+    (tmp_path / "a.csv").write_text(f"t (s),acc (gal),vel (cm/s),disp (cm)\n{rows}", encoding="utf-8")
+    (fact,) = taken_facts(taken_of([mo.read(tmp_path / "a.csv")]))
+    assert fact.more["groups"][0]["unit"] == "cm/s² (line 1, columns left out: vel (cm/s), disp (cm))"
+
+
 def test_equal_records_are_one_group(tmp_path):
     def write(titles):
         for i in range(40):
