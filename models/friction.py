@@ -191,22 +191,22 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class ListedContact(Contact):
+class _ListedContact(Contact):
     """Contact of `CONTACTS`, with its description."""
 
     friction: LognormalFriction
     text: str = ""
 
 
-CONTACTS: dict[str, ListedContact] = {
-    "vinyl": ListedContact(
+CONTACTS: dict[str, _ListedContact] = {
+    "vinyl": _ListedContact(
         LognormalFriction(0.35, 0.30),
         0.85,
         "smooth feet of plastic or metal on vinyl, linoleum, tiles, laminate or a bench top",
     ),
-    "rubber feet": ListedContact(LognormalFriction(0.75, 0.25), 0.9, "rubber feet on the same floors"),
-    "carpet": ListedContact(LognormalFriction(0.55, 0.30), 0.9, "carpet"),
-    "concrete": ListedContact(LognormalFriction(0.50, 0.25), 0.9, "steel on concrete"),
+    "rubber feet": _ListedContact(LognormalFriction(0.75, 0.25), 0.9, "rubber feet on the same floors"),
+    "carpet": _ListedContact(LognormalFriction(0.55, 0.30), 0.9, "carpet"),
+    "concrete": _ListedContact(LognormalFriction(0.50, 0.25), 0.9, "steel on concrete"),
 }
 """Contacts by name. The values are assumed: tests span 0.2 to 0.8, and no medians were found."""
 ROLLING, LOCKED = "castors", "castors locked"
@@ -215,7 +215,7 @@ UNLOCKED = "castors unlocked"
 """The same as `ROLLING`."""
 
 
-def contact_named(name: str) -> ListedContact:
+def contact_named(name: str) -> _ListedContact:
     """Return a contact; ValueError for an unknown one, and for castors, which roll or have the friction of brakes."""
     if name in (ROLLING, UNLOCKED):
         raise ValueError("a piece on castors rolls, which is not modelled: lock or block them and name that contact")

@@ -122,10 +122,10 @@ def _check(runs: xr.Dataset) -> None:
     """Raise TypeError or ValueError for anything but runs of stripes."""
     if not isinstance(runs, xr.Dataset) or "overturned" not in runs:
         raise TypeError(f"runs must be a dataset with overturned, got {checks.kind(runs)}")
-    if {*runs["overturned"].dims} != {"block", "model", "motion"}:
-        raise ValueError(f"runs must be on block, model and motion, got {runs['overturned'].dims}")
     if design_of(runs) != STRIPES:
         raise ValueError(f"runs must be those of stripes, got those of {design_of(runs)}")
+    if {*runs["overturned"].dims} != {"block", "model", "motion"}:
+        raise ValueError(f"runs must be on block, model and motion, got {runs['overturned'].dims}")
 
 
 def _covariates(runs: xr.Dataset, wanted: Sequence[str | Measure]) -> tuple[list[str], Array]:
