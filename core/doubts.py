@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
+from .units import STANDARD_GRAVITY
 from .wording import listed_name
 
 KINDS = (
@@ -18,6 +19,8 @@ KINDS = (
 )
 """Kinds of input warnings, by the names under which a study accepts them."""
 NAMED = 3  # no sentence names more
+HIGHEST_RECORD, HIGHEST_PGA, IMPOSSIBLE_PGA = 2.0 * STANDARD_GRAVITY, 3.0 * STANDARD_GRAVITY, 20.0 * STANDARD_GRAVITY
+"""m/s²: a few recorded PGA are 2 to 4 g (Anderson 2010), floors have more; twenty times g is another unit."""
 _noted: "ContextVar[list[Doubt] | None]" = ContextVar("noted", default=None)
 
 

@@ -1,6 +1,7 @@
 """Response histories of one block under one motion, as labelled datasets; the engine computes them."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,7 @@ import xarray as xr
 
 from ..core import checks
 from ..core.aliases import Array
-from ..core.doubts import by_study, warn
+from ..core.doubts import HIGHEST_PGA, HIGHEST_RECORD, IMPOSSIBLE_PGA, Doubt, by_study, warn
 from ..core.labelled import spare_dask
 from ..core.units import (
     ACCELERATION,
@@ -23,6 +24,7 @@ from ..core.units import (
     provenance,
     variables,
 )
+from ..core.wording import short_digits
 from .block import Block, describe_block
 from .engine import tables as engine
 from .laws import Law, Model, describe_law, oscillator_of, refuse_endless
@@ -113,7 +115,7 @@ def simulate(
     (True, False)
     """
     acceleration, vertical, dt, label, start = _single_motion(motion)
-    _warn(block, model)
+    _warn(block, model, _strength_doubts(motion, label, float(np.abs(acceleration).max())))
     theta = checks.number("theta0", theta0, above=-0.5 * math.pi, below=0.5 * math.pi, unit="rad")
     omega = checks.number("omega0", omega0, at_least=-MAX_SPEED, at_most=MAX_SPEED, unit="rad/s")
     if isinstance(model, Sliding) and isinstance(block, Block):
@@ -186,10 +188,21 @@ def free_rocking(block: Block, model: Law, theta0: float, duration: float, dt: f
     ).assign_coords(peak=("peak", peak, described("number of the turning point")))
 
 
-def _warn(block: Block, model: Model) -> None:
-    """Warn a script of implausible numbers of a block and its law; studies note them themselves."""
+def _warn(block: Block, model: Model, of_motion: Sequence[Doubt] = ()) -> None:
+    """Warn a script of implausible numbers of a block, its law and its motion; studies note them themselves."""
     if isinstance(block, Block) and isinstance(model, Model) and not by_study():
-        warn([*block_doubts([block]), *law_doubts([block], [model], ["mode"])])
+        warn([*block_doubts([block]), *law_doubts([block], [model], ["mode"]), *of_motion])
+
+
+def _strength_doubts(motion: xr.DataArray, label: str, peak: float) -> list[Doubt]:
+    """Return the input warning on a ground motion that is stronger than any recording; floors have their own."""
+    recorded = "recorded" in motion.coords and bool(motion["recorded"].values.any())
+    highest = HIGHEST_RECORD if recorded else HIGHEST_PGA
+    if "floor" in motion.coords or peak <= highest:
+        return []
+    name, reached = "record_strong" if recorded else "motion_strong", short_digits(peak / STANDARD_GRAVITY)
+    values = {"of": "the motion", "named": f"{label}: {reached} g", "highest": highest / STANDARD_GRAVITY}
+    return [Doubt.of(name, peak > IMPOSSIBLE_PGA, **values)]
 
 
 def _free_peaks(

@@ -12,7 +12,15 @@ import numpy as np
 import xarray as xr
 
 from ..core.aliases import Array, Index
-from ..core.doubts import Doubt, doubt_data, first_names, first_of
+from ..core.doubts import (
+    HIGHEST_PGA,
+    HIGHEST_RECORD,
+    IMPOSSIBLE_PGA,
+    Doubt,
+    doubt_data,
+    first_names,
+    first_of,
+)
 from ..core.units import ACCELERATION, STANDARD_GRAVITY
 from ..core.wording import short_digits, two_digit_percent, two_digits
 from .arrays import Record, records
@@ -33,8 +41,6 @@ DRIFT = 0.1
 """Velocity at the end over PGV above which a record drifts."""
 WANDERING = 0.25
 """PGD over PGV, as a share of the duration, above which a record wanders off."""
-HIGHEST_RECORD, HIGHEST_PGA, IMPOSSIBLE_PGA = 2.0 * STANDARD_GRAVITY, 3.0 * STANDARD_GRAVITY, 20.0 * STANDARD_GRAVITY
-"""m/s²: a few recorded PGA are 2 to 4 g (Anderson 2010), floors have more; twenty times g is another unit."""
 WEAK_MEDIAN, STRONG_MEDIAN, FEW = 0.02 * STANDARD_GRAVITY, 1.0 * STANDARD_GRAVITY, 3
 """m/s²: median PGA below which nothing overturns, and above which no set of `FEW` records or more is (assumed)."""
 SHORTEST_PGV_PGA, LONGEST_PGV_PGA = 0.01, 0.8

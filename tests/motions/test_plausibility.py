@@ -8,8 +8,9 @@ import pytest
 from check_facts import numbers_in
 from shared_cases import SHARED, needs_shared
 
+import toppling as tp
 from toppling import motions as mo
-from toppling.core.doubts import noted
+from toppling.core.doubts import ImplausibleInput, noted
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.motions.arrays import records
 from toppling.motions.floors.histories import FloorHistories, History
@@ -88,6 +89,24 @@ class TestRecords:
         a = wavelet(1.0)
         found = kinds(recorded(a * peak * G / np.abs(a).max()))
         assert (found["PGA"].grave if "PGA" in found else None) == expected
+
+    @pytest.mark.parametrize(
+        ("peak", "recorded", "floor", "doubted"),
+        [
+            *((29.0, False, "", False), (30.0, False, "", True), (19.0, True, "", False), (20.0, True, "", True)),
+            *((60.0, False, "2", False), (0.0, False, "", False)),
+        ],
+    )
+    def test_the_strength_of_one_motion_in_python(self, peak, recorded, floor, doubted):
+        motion = mo.from_array(peak * np.sin(np.arange(500) * 0.05), 0.01).assign_coords(
+            recorded=("motion", [recorded])
+        )
+        if floor:
+            motion = motion.assign_coords(floor=floor)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", ImplausibleInput)
+            tp.simulate(tp.Block(0.4, 1.8), tp.HousnerImpact(), motion)
+        assert [" g (motion 1: " in str(warning.message) for warning in caught] == [True] * doubted
 
     @pytest.mark.parametrize(
         ("peaks", "said"),
