@@ -54,6 +54,7 @@ def slide_runs(
     runs: xr.Dataset,
     motions: Any,
     friction: float | Friction | Contact | Mapping[str, float | Friction | Contact],
+    *,
     draws: int = DRAWS,
     client: Workers = None,
     progress: Progress | None = None,
@@ -193,7 +194,7 @@ def slide_runs(
         for i, block in enumerate(blocks):
             if block.label not in obstacles:
                 every[TRIPS][i] = False
-    ratios = [contact.kinetic_ratio for contact in contacts]
+    ratios = [float(contact.kinetic_ratio) for contact in contacts]
     settings: dict[str, Any] = {"kinetic_ratio": ratios if len({*ratios}) > 1 else ratios[0], "draws": number}
     settings |= {"polarity": BOTH} if mirrored else {}
     settings |= {"trip": [obstacles.get(block.label) for block in blocks]} if obstacles else {}

@@ -44,7 +44,7 @@ DISTANCE = Parameter("m", above=0.0, at_most=10.0)
 
 @dataclass(frozen=True)
 class Slip:
-    """Damage state of sliding blocks: a slip above a distance (m, > 0), to `side` either, front or back.
+    """Damage state of sliding blocks: a slip above a distance (m, > 0, at most 10), to `side` either, front or back.
 
     Examples
     --------

@@ -8,7 +8,7 @@ import xarray as xr
 from ...core.aliases import Array
 from ...core.wording import counted, short_digits
 from ..numerics.proportions import runs_for_half_width, wilson_half_width
-from ..runs.provenance import BED
+from ..runs.provenance import BED, scaled_to_levels
 from .reasons import ELASTIC_MODE, SLIDES_AT_IMPACT, SLIDES_AT_UPLIFT, SLIDES_WHILE_ROCKING, SQUAT
 
 MOST = 0.5
@@ -86,6 +86,8 @@ def _levels_changed(data: xr.Dataset) -> Iterator[str]:
     if levels.dims == ("level",) and len({*levels.values.tolist()}) < levels.size:
         yield "a level stands there twice, so that its runs count twice: join runs of different levels alone"
         return
+    if "scale_factor" not in data and scaled_to_levels(data):
+        return  # (the screen keeps the factors)
     im = str(levels.attrs.get("im", data.attrs.get("im", "")))
     if im not in PLAIN or im not in data.coords or data[im].dims != ("motion",):
         return

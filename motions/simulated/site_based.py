@@ -3,7 +3,6 @@
 The parameters of the process are given, fitted to a record, or drawn for an earthquake and a site.
 """
 
-import functools
 import math
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -373,8 +372,10 @@ def site_based_motions(streams: Streams, drawn: Parameters, middle: float, f_c: 
     costs = np.cumsum(np.maximum.reduceat(work[order], np.arange(0, order.size, LANES)))
     parts = np.split(order, LANES * (np.flatnonzero(np.diff(costs // PART_WORK)) + 1))
     pulses = normals(streams, live)
-    noise = (drifting_noise(pulses, omega, drawn.zeta, dt, ends, part) for part in parts)
-    motions[:, :live] = functools.reduce(np.add, noise) * np.sqrt(density)
+    for part in parts:
+        every = np.arange(part.size)
+        motions[part, :live] = drifting_noise(pulses[part], omega[part], drawn.zeta[part], dt, ends[part], every)
+    motions[:, :live] *= np.sqrt(density)
     return filtered(motions, *high_pass(2.0 * math.pi * f_c, 1.0), dt)
 
 

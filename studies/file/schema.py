@@ -596,10 +596,13 @@ def _keys_of_other_kinds(study: StudyFile) -> None:
         if keys and study.kind not in kinds:
             words = " or ".join(kinds).replace("sequential", "adaptive")
             lines.append(f"{keys[0]} is for {words} studies, not for {study.of_kind}")
-    for block in [*rough, *near] if study.friction is None else ():
-        lines.append(f"{block}: its own friction or trip_mm needs [friction], which is that of the other blocks")
+    if study.friction is None:
+        lines += [
+            f"{block}: its own friction needs [friction], which is that of the other blocks" for block in rough[:1]
+        ]
+        lines += [f"{block}.trip_mm needs [friction], without which no block slides" for block in near[:1]]
     if lines:
-        raise ValueError("\n".join(dict.fromkeys(lines)))
+        raise ValueError("\n".join(lines))
 
 
 @rule

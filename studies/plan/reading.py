@@ -22,6 +22,7 @@ from ...motions.simulated.ground_motion_models import MODEL
 MOST_GROUPS = 8
 """Most groups of records of the same units, time steps and sources."""
 _LINE = re.compile(r"\bline \d+")
+_COLUMNS = re.compile(r"(?<=columns left out): .*(?=\)$)")
 Taken = tuple[str, float, str, str, str]
 FAR = 1.5
 """Ratio to a ground-motion model's median, or its inverse, from which the amplitude of a scenario is doubted."""
@@ -152,13 +153,13 @@ def taken_of(arrays: Iterable[xr.DataArray]) -> tuple[Taken, ...]:
 def taken_facts(every: Iterable[Taken]) -> list[Fact]:
     """Return the fact of the units and time steps of records, grouped by them and their sources; none without records.
 
-    If there are too many groups, lines are left out, then time steps.
+    If there are too many groups, lines and names of columns are left out, then time steps.
     """
     rows = list(every)
     for all_lines, all_steps in ((True, True), (False, True), (False, False)):
         groups: dict[tuple[Any, ...], list[Taken]] = {}
         for row in rows:
-            texts = row[2:] if all_lines else [_LINE.sub("", text) for text in row[2:]]
+            texts = row[2:] if all_lines else [_LINE.sub("", _COLUMNS.sub("", text)) for text in row[2:]]
             groups.setdefault((row[1] if all_steps else 0.0, *texts), []).append(row)
         if len(groups) <= MOST_GROUPS:
             break
@@ -167,9 +168,17 @@ def taken_facts(every: Iterable[Taken]) -> list[Fact]:
         labels, steps, *columns = zip(*group, strict=True)
         names, sources = list(dict.fromkeys(labels)), dict(zip(("unit", "step", "azimuth"), columns, strict=True))
         shown = names if len(groups) > 1 and len(names) <= NAMED else []
-        stated = {key: t[0] if len({*t}) == 1 else _LINE.sub("various lines", t[0]) for key, t in sources.items()}
+        stated = {key: _common(texts) for key, texts in sources.items()}
         facts.append({"count": len(names), "names": shown, "steps": [min(steps), max(steps)], **stated})
     return [Fact("motion.taken", len({row[0] for row in rows}), more={"groups": facts})] if facts else []
+
+
+def _common(texts: Sequence[str]) -> str:
+    """Return the text of a group: without the names of columns if they differ, then without the lines."""
+    for pattern, word in ((_COLUMNS, ""), (_LINE, "various lines")):
+        if len({*texts}) > 1:
+            texts = [pattern.sub(word, text) for text in texts]
+    return texts[0]
 
 
 def _alike(varied: Variability) -> tuple[Doubt, ...]:

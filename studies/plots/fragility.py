@@ -105,7 +105,9 @@ def fragility(
         _law(frame, ax, law, lines[i] if len(lines) else None, i=i, floor=floor, observed=observed, label=label)
     _finish(frame, ax, results, len(laws))
     axes.name(ax, selection.place(selection.labels(of_block, "block")[0], floor))
-    if alone:
+    if alone and label is not None:
+        ax.legend()
+    elif alone:
         axes.own_legend(ax)
     return ax
 

@@ -98,11 +98,12 @@ def test_refused(refusal):
 
 
 def test_no_vector_of_motions_waits_for_many_others(monkeypatch):
-    """The work between two moments at which an interrupt is heard is bounded, for motions that cost much, too."""
+    """The work between two moments at which an interrupt is heard is bounded; no part has the memory of all motions."""
     made, parts = site_based.drifting_noise, []
 
     def noted(*arguments):
         parts.append(arguments[-1].size)
+        assert len(arguments[0]) == parts[-1]
         return made(*arguments)
 
     monkeypatch.setattr(site_based, "drifting_noise", noted)

@@ -58,6 +58,11 @@ class TestRuns:
             np.testing.assert_array_equal(slid["slide_peak"][i], alone["slide_peak"][0])
         assert json.loads(slid.attrs["sliding"])["kinetic_ratio"] == [0.85, 0.9, 0.9]
 
+    @pytest.mark.parametrize("ratio", [np.float32(0.75), np.float64(0.75), np.int64(1), 1])
+    def test_a_ratio_of_any_numeric_type(self, runs, ratio):
+        slid = slide_runs(runs, noise(), Contact(FixedFriction(0.3), ratio))
+        assert json.loads(slid.attrs["sliding"])["kinetic_ratio"] == ratio
+
     def test_each_motion_has_every_quantile_of_friction(self, slid):
         expected = 0.35 * np.exp(0.3 * norm.ppf((np.arange(40) + 0.5) / 40))
         np.testing.assert_allclose(slid["friction"][1].values.reshape(12, 40), np.tile(expected, (12, 1)), rtol=1e-12)

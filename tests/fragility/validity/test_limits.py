@@ -157,10 +157,13 @@ def test_levels_that_were_changed_after_the_runs():
         (xr.concat([runs, runs.isel(level=[2])], "level", data_vars="minimal"), "a level stands there twice"),
         *((data, "") for data in (runs, runs.isel(level=[3, 1], motion=slice(8)), floors)),
     )
-    own = [tp.cloud(SLENDER, LAW, shakes(20)), tp.stripes(SLENDER, LAW, [shakes(10)] * 2, [2.0, 4.0], scale=True)]
+    sets = [shakes(10)] * 2
+    own = [tp.cloud(SLENDER, LAW, shakes(20)), tp.stripes(SLENDER, LAW, sets, [2.0, 4.0], scale=True)]
     divided = "levels are 0.102 times the pga of the scaled motions"
     changed += tuple((data.assign_coords(intensity=data["intensity"] / 9.80665), divided) for data in own)
-    changed += tuple((data, "") for data in own)
+    plain = [tp.ida(SLENDER, LAW, shakes(20), LEVELS, screen=False), tp.cloud(SLENDER, LAW, shakes(20), screen=False)]
+    plain += [tp.stripes(SLENDER, LAW, sets, [2.0, 4.0], scale=True, screen=False)]  # (none has scale factors)
+    changed += tuple((data, "") for data in [*own, *plain])
     for data, sentence in changed:
         found = told(lambda data=data: tp.fit_fragility(data, replicates=20))
         of_levels = [text for text in found if text.startswith(("levels are", "scale factors do", "a level stands"))]

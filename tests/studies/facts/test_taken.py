@@ -92,6 +92,20 @@ def test_columns_left_out_are_named(tmp_path):
     assert fact.more["groups"][0]["unit"] == "cm/s² (line 1, columns left out: vel (cm/s), disp (cm))"
 
 
+def test_columns_of_many_names_are_one_group(tmp_path):
+    """Each file has a velocity of its own name, and half of them a line more."""
+    rows = "".join(f"{0.01 * i:.2f},{i % 7 - 3},1.5\n" for i in range(99))
+    for i in range(12):
+        text = f"t (s),acc (gal),vel {i} (cm/s)\n{rows}"
+        (tmp_path / f"r{i}.csv").write_text(text, encoding="utf-8")
+    times = 0.01, "time column"
+    assert groups(mo.read_all(tmp_path / "*.csv")) == [(12, "cm/s² (line 1, columns left out)", *times)]
+    for i in range(6):
+        text = (tmp_path / f"r{i}.csv").read_text(encoding="utf-8")
+        (tmp_path / f"r{i}.csv").write_text(f"# a note\n{text}", encoding="utf-8")
+    assert groups(mo.read_all(tmp_path / "*.csv")) == [(12, "cm/s² (various lines, columns left out)", *times)]
+
+
 def test_equal_records_are_one_group(tmp_path):
     def write(titles):
         for i in range(40):

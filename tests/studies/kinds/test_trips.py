@@ -8,6 +8,7 @@ import toppling as tp
 from toppling.fragility import overturning_probability, slide_runs
 from toppling.models.friction import LognormalFriction
 from toppling.models.sliding.trip import tripping_velocity
+from toppling.studies import StudyError
 from toppling.studies.tables.slides import slides
 
 TEXT = """
@@ -118,3 +119,19 @@ class TestRefusals:
         runs = tp.ida(tp.Block(0.6, 1.0), tp.HousnerImpact(), shakes, [3.0])
         with pytest.raises((TypeError, ValueError), match=message):
             slide_runs(runs, shakes, 0.2, trip=trip)
+
+
+def test_friction_that_is_missing_is_named_once(tmp_path):
+    """However many blocks need it; own friction and distances each."""
+    rough = 'friction = 0.4\n[[blocks]]\nname = "{}"\nwidth_m = 0.3\nheight_m = 1.2\n'
+    own = rough.format("a") + rough.format("b") + "trip_mm = 10\nfriction = 0.3"
+    sentences = [
+        "blocks[2]: its own friction needs [friction], which is that of the other blocks",
+        "blocks[4].trip_mm needs [friction], without which no block slides",
+    ]
+    with pytest.raises(StudyError) as caught:
+        study(tmp_path, own=own, friction="")
+    assert str(caught.value).endswith(f"2 errors: (1) {sentences[0]}; (2) {sentences[1]}")
+    with pytest.raises(StudyError) as caught:
+        study(tmp_path, friction="")
+    assert str(caught.value).endswith(": blocks[2].trip_mm needs [friction], without which no block slides")

@@ -202,7 +202,7 @@ def test_slides_and_trips_on_floors_that_do_not_scale(tmp_path, polarity):
         for name, (block, floor, trip) in PIECES.items():
             here = moved.sel(floor=floor, drop=True).drop_vars("own_level", errors="ignore")
             runs = tp.ida(block, LAW, here, [1.0], "scale")
-            slid = slide_runs(runs, here, Contact(friction, 0.9), 20, trip=None if trip is None else 1e-3 * trip)
+            slid = slide_runs(runs, here, Contact(friction, 0.9), draws=20, trip=None if trip is None else 1e-3 * trip)
             expected = {"slip": (slid["slide_peak"].values > 0.02).mean()}
             if trip is not None:
                 expected["trip"] = slid["trips"].values.mean()

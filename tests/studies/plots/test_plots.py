@@ -90,6 +90,7 @@ class TestFragility:
         assert ax.get_xlabel() == "Peak ground acceleration (g)"
         assert len(ax.get_legend_handles_labels()[1]) == 3
         assert plot.fragility(SHELF.isel(model=[0])).get_legend() is None
+        assert plot.fragility(SHELF.isel(model=[0]), label="site A").get_legend() is not None
 
     @pytest.mark.parametrize("spacing", [np.geomspace, np.linspace])
     def test_points_stay_at_their_levels(self, spacing):
