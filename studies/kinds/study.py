@@ -316,7 +316,7 @@ class Study(ABC):
         hazard = self.site_hazard
         if hazard is None:
             return []
-        levels = {round(years): level_at(hazard, 1.0 / years) for years in RETURN_PERIODS}
+        levels = {f"{years:.0f}": level_at(hazard, 1.0 / years) for years in RETURN_PERIODS}
         known = {years: value_in(level, hazard.units) for years, level in levels.items() if not math.isnan(level)}
         names, number = (measure_name(hazard.measure.label), hazard.source), len(self.configuration.get("hazards", []))
         return [Fact("hazard.given", 1 + number, names=names, more={"levels": known})]
