@@ -17,7 +17,7 @@ from ...core.limits import whole_content
 from ..text.error import StudyError
 from .refusals import refusal
 from .table import MAX_TEXT, Table, WordChoice, bare, meant, shown, unended
-from .workbook import SUFFIXES, Numeric, Unreadable, WorkbookError, sheet_rows
+from .workbook import MOST_COLUMNS, SUFFIXES, Numeric, Unreadable, WorkbookError, sheet_rows
 
 Value = TypeVar("Value")
 Made = TypeVar("Made", bound=Table)
@@ -75,6 +75,8 @@ class CsvTable:
         if not header:
             raise kind.error(f"{file}: empty")
         self.where, self._header_line = self.at(number), number
+        if len(header) > MOST_COLUMNS:
+            raise kind.error(f"{self.where}: has {len(header):,} columns, at most {MOST_COLUMNS:,} are read")
         self.columns = [self._column(name, len(header) == 1) for name in header]
         twice = next((name for i, name in enumerate(self.columns) if name and name in self.columns[:i]), None)
         if twice is not None:

@@ -172,6 +172,9 @@ def test_bad_paths(tmp_path):
     big.write_bytes(b"x" * (16 * 2**20 + 1))
     with pytest.raises(StudyError, match="larger than 16 MiB"):
         read_inventory(big)
+    big.write_text(",".join(f"c{i}" for i in range(1025)) + "\n")
+    with pytest.raises(StudyError, match="line 1: has 1,025 columns, at most 1,024 are read"):
+        read_inventory(big)
 
 
 @pytest.mark.parametrize("written", ["1200", "1.2000", "1,2000"])
