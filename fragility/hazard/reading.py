@@ -29,6 +29,14 @@ RARE = "the first probability is as small as an annual rate"
 """Parts of the source of such a curve."""
 
 
+QUANTITIES = {
+    "rate": ("annual rates", "rates per {years:g} years"),
+    "return period": ("return periods in years", "return periods in {years:g} years"),
+    "probability": ("annual probabilities", "probabilities in {years:g} years"),
+}
+"""Kinds of quantities in the source of a curve: of one year, and of several."""
+
+
 class HazardError(ValueError):
     """A hazard file that cannot be read in its format; the message names the file, the line and the value."""
 
@@ -46,11 +54,8 @@ class Quantity(NamedTuple):
     @property
     def text(self) -> str:
         """The quantity for the source of a curve."""
-        if self.kind == "probability":
-            return f"probabilities in {self.years:g} years{' (%)' if self.unit != 1.0 else ''}"
-        if self.kind == "return period":
-            return "return periods in years" if self.years == 1.0 else f"return periods in {self.years:g} years"
-        return "annual rates" if self.years == 1.0 else f"rates per {self.years:g} years"
+        per_cent = " (%)" if self.unit != 1.0 else ""
+        return QUANTITIES[self.kind][self.years != 1.0].format(years=self.years) + per_cent
 
 
 def row_words(lines: Lines, line: str, separator: str) -> list[str]:

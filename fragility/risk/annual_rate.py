@@ -292,6 +292,8 @@ def rate_share_above(
     if isinstance(levels, xr.DataArray):
         checks.plain("levels", levels)
         at = levels
+        if (at.values <= 0.0).any():
+            raise ValueError(f"levels must be > 0, got {at.values.min():g}")
     else:
         at = xr.DataArray(checks.number("levels", levels, above=0.0))
     for dim in at.dims:

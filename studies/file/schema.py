@@ -594,12 +594,11 @@ def _keys_of_other_kinds(study: StudyFile) -> None:
         (["supports"] * bool(study.supports), ["performance"]),
     ):
         if keys and study.kind not in kinds:
-            words = " or ".join(kinds).replace("sequential", "adaptive")
+            *others, last = ("adaptive" if kind == "sequential" else kind for kind in kinds)
+            words = f"{', '.join(others)} or {last}" if others else last
             lines.append(f"{keys[0]} is for {words} studies, not for {study.of_kind}")
     if study.friction is None:
-        lines += [
-            f"{block}: its own friction needs [friction], which is that of the other blocks" for block in rough[:1]
-        ]
+        lines += [f"{block}: its own friction needs [friction] for the other blocks" for block in rough[:1]]
         lines += [f"{block}.trip_mm needs [friction], without which no block slides" for block in near[:1]]
     if lines:
         raise ValueError("\n".join(lines))

@@ -43,7 +43,7 @@ HOLE = "period (s), sa (g)\n0.05, 0.8\n0.3, 0.8\n0.31, 0.05\n0.33, 0.05\n0.34, 0
 
 def without_sources(notes):
     """The notes without what is taken from files."""
-    return [note for note in notes if ", time step " not in note and "(hazard curve: " not in note]
+    return [note for note in notes if ", time step " not in note and "; curve: " not in note]
 
 
 def write(folder, top="", keys="", more="", offset=0.3, **others):

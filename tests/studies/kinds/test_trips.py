@@ -126,7 +126,7 @@ def test_friction_that_is_missing_is_named_once(tmp_path):
     rough = 'friction = 0.4\n[[blocks]]\nname = "{}"\nwidth_m = 0.3\nheight_m = 1.2\n'
     own = rough.format("a") + rough.format("b") + "trip_mm = 10\nfriction = 0.3"
     sentences = [
-        "blocks[2]: its own friction needs [friction], which is that of the other blocks",
+        "blocks[2]: its own friction needs [friction] for the other blocks",
         "blocks[4].trip_mm needs [friction], without which no block slides",
     ]
     with pytest.raises(StudyError) as caught:
