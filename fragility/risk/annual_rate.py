@@ -292,8 +292,6 @@ def rate_share_above(
     if isinstance(levels, xr.DataArray):
         checks.plain("levels", levels)
         at = levels
-        if (at.values <= 0.0).any():
-            raise ValueError(f"levels must be > 0, got {at.values.min():g}")
     else:
         at = xr.DataArray(checks.number("levels", levels, above=0.0))
     for dim in at.dims:
@@ -303,6 +301,8 @@ def rate_share_above(
             )
         if dim in at.coords and dim in curves.coords and not np.array_equal(at[dim].values, curves[dim].values):
             raise ValueError(f"levels must have the labels of the curves on {dim}, in their order")
+    if (at.values <= 0.0).any():
+        raise ValueError(f"levels must be > 0, got {at.values.min():g}")
     at = at.transpose(*(dim for dim in dims if dim in at.dims))
     places = [at.sizes[dim] if dim in at.dims else 1 for dim in dims]
     thresholds = np.broadcast_to(at.values.reshape(places), shape).ravel()
