@@ -52,7 +52,7 @@ def variables(dims: Any, table: Mapping[str, tuple[Any, str, str]]) -> dict[str,
     return {name: (dims, values, described(long_name, units)) for name, (values, units, long_name) in table.items()}
 
 
-SCHEMA: Final = 1
+SCHEMA: Final = 2
 """Version number of the layout of datasets and result files; raised when a name, a dimension or a meaning changes."""
 
 

@@ -80,7 +80,7 @@ def _fragility_figures(results: xr.Dataset) -> Iterator[tuple[str, Figure]]:
     if "rate_share" in results:
         yield "risk", risk_figure(shown(results, RATE))
     # (where every run overturned there are no curves, and no rates to draw)
-    if "epistemic_rate" in results and bool((results["epistemic_rate"] > 0.0).any()):
+    if "epistemic_rate" in results and "place" not in results.dims and bool((results["epistemic_rate"] > 0.0).any()):
         yield "branches", spread_figure(shown(results, RATE))
     if "measure_rank" in results:
         ranking = ranking_of_measures(first)

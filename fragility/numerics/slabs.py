@@ -16,7 +16,7 @@ RUNS = 2**21
 """Maximum number of runs in a slab, if slabs can be cut so small."""
 BLOCKS = 2**13
 """Maximum number of blocks in a slab: a curve takes kilobytes until it is stored in arrays."""
-OF_RUNS = ("block", "item", "variant", "model", "sample", "value", "level", "motion", "place", "realisation")
+OF_RUNS = ("block", "variant", "model", "sample", "value", "level", "motion", "place", "realisation")
 """Dimensions that runs can be on."""
 
 Allocator = Callable[[tuple[int, ...], Any], NDArray[Any]]

@@ -278,10 +278,9 @@ def blocks_of(runs: xr.Dataset) -> list[Block]:
 
 def tilt_limits(results: xr.Dataset) -> dict[str, float]:
     """Return the rotations (degrees) that count as overturning, by block or line of an inventory that has one."""
-    dim = "block" if "block" in results.coords else "item"
-    if SCENE not in results.coords or results[SCENE].dims != (dim,):
+    if SCENE not in results.coords or results[SCENE].dims != ("block",):
         return {}
-    scenes = zip(results[dim].values, results[SCENE].values, strict=True)
+    scenes = zip(results["block"].values, results[SCENE].values, strict=True)
     limits = {str(label): json.loads(str(text)).get("tilt_limit") for label, text in scenes}
     return {label: math.degrees(limit) for label, limit in limits.items() if limit is not None}
 

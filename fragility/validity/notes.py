@@ -97,8 +97,6 @@ def screen_facts(screened: xr.Dataset, slides: bool = False) -> list[Fact]:
     """Return the `notes` of a screen as facts."""
     if not isinstance(screened, xr.Dataset) or "screen" not in screened.attrs or "outside" not in screened:
         raise TypeError("notes need a dataset as toppling.fragility.screen returns it")
-    if "item" in screened.dims:
-        screened = screened.rename(item="block")
     checks.not_empty("screened runs", screened)
     settings = json.loads(screened.attrs["screen"])
     labels = [str(label) for label in screened["block"].values]

@@ -234,7 +234,7 @@ class Building:
                 wrong = str(error)
             if BEFORE in self.results:
                 named = {piece.item: piece for piece in pieces_of(self.results[BEFORE], self.law)}
-                self.pieces = [named[str(item)] for item in self.results[BEFORE]["item"].values]
+                self.pieces = [named[str(item)] for item in self.results[BEFORE]["block"].values]
                 shown = self.render("result")
         except SupersededError:
             return
@@ -317,13 +317,13 @@ class Building:
         """Return the headings, and of each piece by its chance: line, cells, chance after, and if it cannot fall."""
         results, after = self.results[BEFORE].assign_attrs(sort="chance"), self.results.get(AFTER)
         table, held = pieces(results, self.law), [piece.held for piece in self.pieces]
-        places = {str(item): i for i, item in enumerate(results["item"].values)}
+        places = {str(item): i for i, item in enumerate(results["block"].values)}
         lines = [places[str(item)] for item in table.column("item")]
         later = [""] * len(places)
         if after is not None:  # (a piece that is moved may have another name)
             of = pieces(after, self.law)
             chances = dict(zip(map(str, of.column("item")), of.texts("chance"), strict=True))
-            later = [chances[str(item)] for item in after["item"].values]
+            later = [chances[str(item)] for item in after["block"].values]
         shown = table.only(*RANKED)
         rows = [(i, shown.cells(row), later[i], held[i]) for i, row in zip(lines, shown.lines, strict=True)]
         return [column.heading for column in shown.columns], rows[:MOST_LINES]

@@ -56,7 +56,7 @@ def anchoring(
         exceeds the saving if others have the same effect in the same motions. Further ``cost``, ``saving_per_cost``,
         and ``rank`` (1 is the first to anchor).
 
-        On (model, step): ``anchored_item``, the next to anchor when each is chosen for its saving after the previous
+        On (model, step): ``anchored_block``, the next to anchor when each is chosen for its saving after the previous
         choices. Further the objective ``left`` then, and the ``total_cost``; step 0 is the present state.
 
         ``…_lower`` and ``…_upper`` are ends of intervals over motions. They are paired: the building has the same
@@ -84,7 +84,7 @@ def anchoring(
     >>> shaking = tp.motions.CloughPenzien(duration=10.0, dt=0.01).sample(6)
     >>> found = assess(Inventory((low, tall)), Assessment(tp.HousnerImpact(), shaking, [6.0]))
     >>> ranked = anchoring(found, "number", level=6.0)
-    >>> str(ranked["anchored_item"].values[0, 1])
+    >>> str(ranked["anchored_block"].values[0, 1])
     '6 shelves'
     """
     if not isinstance(assessment, xr.Dataset) or "overturned" not in assessment or "place" not in assessment.dims:
@@ -96,7 +96,7 @@ def anchoring(
     if chosen.size == 0:
         raise ValueError(f"nothing can be anchored that counts for {objective!r}: all of it is anchored already")
     cost = (assessment["anchoring_cost"].values * assessment["count"].values)[chosen]
-    labels = assessment["item"].values[chosen]
+    labels = assessment["block"].values[chosen]
     if per_cost and np.isnan(cost).any():
         raise ValueError(f"per_cost needs the anchoring_cost of every item, {labels[np.isnan(cost)][0]!r} has none")
     year = Year.of(assessment, weights)
@@ -109,8 +109,8 @@ def anchoring(
         if coordinate.dims == ("model",)
     }
     for name, coordinate in assessment.coords.items():
-        if "item" in coordinate.dims:
-            kept[str(name)] = coordinate.isel(item=chosen).variable
+        if "block" in coordinate.dims:
+            kept[str(name)] = coordinate.isel(block=chosen).variable
     return xr.Dataset(
         {
             **_savings(assessment, free, (units, text), cost, per_cost, precision),
@@ -156,7 +156,7 @@ def _objective(assessment: xr.Dataset, objective: str, yearly: bool) -> tuple[Fl
     words = [str(word) for word in assessment["consequence"].values] if "consequence" in assessment.coords else []
     amounts = [name for name in AMOUNTS if f"{name}_mean" in assessment]
     checks.choice("objective", objective, (*amounts, ANY, *words))
-    everything = np.ones(assessment.sizes["item"], bool)
+    everything = np.ones(assessment.sizes["block"], bool)
     if objective in AMOUNTS:
         attributes = assessment[objective].attrs
         units = per_year(attributes["units"]) if yearly else attributes["units"]
@@ -205,13 +205,13 @@ def _savings(
     ranks = free.array(resampled.shape, np.int64)
     for k in range(models):
         # (ranks need all items of a replicate, intervals all replicates of an item)
-        for where in slabs({"item": items, "sample": replicates}, ("sample",)):
+        for where in slabs({"block": items, "sample": replicates}, ("sample",)):
             part = where.get("sample", slice(None))
             ranks[k, :, part] = _ranks(score_of(resampled[k, :, part].T, price), alone[k]).T
     ends = np.empty((2, models, items), np.int64)
     at = [round(q * (replicates - 1)) for q in (0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence)]
-    for where in slabs({"model": models, "item": items, "sample": replicates}, ("model", "item")):
-        part_of = where.get("model", slice(None)), where.get("item", slice(None))
+    for where in slabs({"model": models, "block": items, "sample": replicates}, ("model", "block")):
+        part_of = where.get("model", slice(None)), where.get("block", slice(None))
         ends[:, *part_of] = np.moveaxis(np.sort(ranks[part_of], axis=-1)[..., at], -1, 0)
     first, last = ends[0], ends[1]
     by = "saving over cost" if per_cost else "saving"
@@ -228,8 +228,8 @@ def _savings(
     }
     with np.errstate(divide="ignore", invalid="ignore"):
         columns["saving_per_cost"] = (mean / cost, _over(units, money), "saving over cost")
-    variables = {name: variable(("model", "item"), *column) for name, column in columns.items()}
-    variables["cost"] = variable(("item",), cost, money, "cost of anchoring its pieces")
+    variables = {name: variable(("model", "block"), *column) for name, column in columns.items()}
+    variables["cost"] = variable(("block",), cost, money, "cost of anchoring its pieces")
     return variables
 
 
@@ -252,7 +252,7 @@ def _stepped(
     spent = np.concatenate([np.zeros((models, 1)), np.cumsum(cost[order], axis=1)], axis=1)
     money = assessment["anchoring_cost"].attrs["units"]
     columns = {
-        "anchored_item": (names, DIMENSIONLESS, "item anchored at the step"),
+        "anchored_block": (names, DIMENSIONLESS, "item anchored at the step"),
         "left": (mean, units, f"what is left: {text}"),
         "left_lower": (lower, units, f"lower end of the {percent} interval of what is left"),
         "left_upper": (upper, units, f"upper end of the {percent} interval of what is left"),

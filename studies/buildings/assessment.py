@@ -324,7 +324,7 @@ def assess(
     for name, (text, can) in PIECE_EVENTS.items():
         if name in falls:
             able = [i for i, row in enumerate(inventory.rows) if can(row)]
-            event = LineEvent.of_flags(f"{name}_probability", f"item_{name}_rate", text, falls[name], able)
+            event = LineEvent.of_flags(f"{name}_probability", f"{name}_rate", text, falls[name], able)
             variables |= line_variables(joint, [event], precision, year, modelled)
     if weights is not None and year is not None:
         if beta > 0.0 and several_classes(inventory):
@@ -345,9 +345,9 @@ def assess(
         kept = falls[name] if mixture is None else falls[name][:, :, :, at]
         text = f"whether a piece {texts[name]}"
         if variability is None and kept.shape[2] == 1:
-            variables[name] = variable(("model", "item", "level", "motion"), kept[:, :, 0], DIMENSIONLESS, text)
+            variables[name] = variable(("model", "block", "level", "motion"), kept[:, :, 0], DIMENSIONLESS, text)
         else:
-            dims = ("model", "item", "variant", "level", "motion")
+            dims = ("model", "block", "variant", "level", "motion")
             variables[name] = variable(dims, kept, DIMENSIONLESS, f"{text}, of each variant")
     configuration = {
         "inventory": [described(row) for row in inventory.rows],
@@ -400,13 +400,13 @@ def assess(
 def _share_of_falls(variables: Variables, yearly: bool) -> xr.Variable:
     """Return the share of the falls of each item that are along its depth, of a year or over the levels together."""
     if yearly:
-        deep, every = (variables[name].values for name in (f"item_{SIDEWAYS}_rate", "item_rate"))
+        deep, every = (variables[name].values for name in (f"{SIDEWAYS}_rate", "rate"))
         text = "share of its annual falls that are along its depth"
     else:
         deep, every = (variables[name].values.sum(-1) for name in (f"{SIDEWAYS}_probability", "probability"))
         text = "share of its falls at all levels together that are along its depth"
     with np.errstate(invalid="ignore", divide="ignore"):
-        return variable(("model", "item"), np.where(every > 0.0, deep / every, np.nan), DIMENSIONLESS, text)
+        return variable(("model", "block"), np.where(every > 0.0, deep / every, np.nan), DIMENSIONLESS, text)
 
 
 def refuse_modelling(beta: float, inventory: Inventory, shaking: Shaking, yearly: bool) -> None:
@@ -671,7 +671,7 @@ def _item_coordinates(inventory: Inventory, laws: list[Law], both_axes: bool) ->
     money = inventory.currency or DIMENSIONLESS
     mean = "mean " if any(row.cost is not None for row in rows) else ""
     columns: dict[str, tuple[list[Any], str, str]] = {
-        "item": ([row.label for row in rows], DIMENSIONLESS, "item of the inventory"),
+        "block": ([row.label for row in rows], DIMENSIONLESS, "item of the inventory"),
         "floor": ([str(row.floor) for row in rows], DIMENSIONLESS, "floor, 0 is the ground"),
         "room": ([row.room for row in rows], DIMENSIONLESS, "room"),
         "consequences": ([JOINT.join(row.consequences) for row in rows], DIMENSIONLESS, "what its overturning means"),
@@ -716,13 +716,13 @@ def _item_coordinates(inventory: Inventory, laws: list[Law], both_axes: bool) ->
         if name in columns or any(value not in (None, "") for value in values):
             texts = any(isinstance(value, str) for value in values)
             given = [("" if texts else np.nan) if value is None else value for value in values]
-            coordinates[name] = variable(("item",), np.array(given, object if texts else None), units, text)
+            coordinates[name] = variable(("block",), np.array(given, object if texts else None), units, text)
     used = [[with_restitution(law, row.e).restitution(row.block) for row in rows] for law in laws]
     e = np.array([[np.nan if value is None else value for value in line] for line in used])
-    coordinates["e"] = variable(("model", "item"), e, DIMENSIONLESS, "coefficient of restitution used")
+    coordinates["e"] = variable(("model", "block"), e, DIMENSIONLESS, "coefficient of restitution used")
     for name, coordinate in (block_coordinates(blocks) | (depth_coordinate(blocks) if both_axes else {})).items():
         if name != "block":  # (items have their own labels)
-            coordinates[name] = xr.Variable("item", coordinate.values, coordinate.attrs)
+            coordinates[name] = xr.Variable("block", coordinate.values, coordinate.attrs)
     return coordinates
 
 

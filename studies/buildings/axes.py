@@ -87,4 +87,4 @@ def axes_notes(inventory: Inventory, as_read: Inventory, axes: str) -> list[Fact
 def sideways_notes(assessment: xr.Dataset) -> list[Fact]:
     """Return the note on the share of each line's falls along its depth, per year or over all levels."""
     name = f"{SIDEWAYS}_share"
-    return depth_notes(assessment["item"].values, assessment[name].isel(model=0).values) if name in assessment else []
+    return depth_notes(assessment["block"].values, assessment[name].isel(model=0).values) if name in assessment else []

@@ -66,7 +66,7 @@ class JoinedClasses:
         return np.asarray(1.0 - np.prod(values, axis=0))
 
 
-ITEM_RATE, ANY_RATE, CONSEQUENCE_RATE = "item_rate", "any_rate", "consequence_rate"
+FALL_RATE, ANY_RATE, CONSEQUENCE_RATE = "rate", "any_rate", "consequence_rate"
 NUMBER, LOSS, DOWNTIME, INJURIES = "annual_number", "annual_loss", "annual_downtime", "annual_injuries"
 JOINT_SAMPLES = 200
 """Samples of a rate that depends on the scores of several classes together."""
@@ -148,7 +148,7 @@ def rates_over_branches(
             of_slab = [drawn.summed(share) for drawn in (lost if name == LOSS else sampled)]
             before = totals.get(name)
             totals[name] = of_slab if before is None else [a.plus(b) for a, b in zip(before, of_slab, strict=True)]
-    weighed.keep(ITEM_RATE, ("item",), [np.concatenate(pieces) for pieces in zip(*parts, strict=True)], PER_YEAR)
+    weighed.keep(FALL_RATE, ("block",), [np.concatenate(pieces) for pieces in zip(*parts, strict=True)], PER_YEAR)
     money = inventory.currency or DIMENSIONLESS
     for name, units in ((NUMBER, PER_YEAR), (LOSS, per_year(money)), (INJURIES, PER_YEAR)):
         if name in totals:
@@ -191,7 +191,7 @@ def rates_over_branches(
 
 
 TEXTS = {
-    ITEM_RATE: "annual rate at which a piece overturns",
+    FALL_RATE: "annual rate at which a piece overturns",
     ANY_RATE: "annual rate at which at least one piece overturns",
     NUMBER: "expected annual pieces overturned",
     LOSS: "expected annual value overturned",

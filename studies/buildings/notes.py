@@ -78,8 +78,8 @@ def _untried(assessment: xr.Dataset) -> list[Fact]:
 
 def _anchored(results: xr.Dataset) -> list[Fact]:
     """Return the notes on the pieces that are anchored already, for good or with kits that can break."""
-    kits = results["anchored_with"].values if "anchored_with" in results.coords else np.full(results.sizes["item"], "")
-    counts, items = results["count"].values, results["item"].values
+    kits = results["anchored_with"].values if "anchored_with" in results.coords else np.full(results.sizes["block"], "")
+    counts, items = results["count"].values, results["block"].values
     facts = []
     for what, which in (
         ("anchoring.already", results["anchored"].values.astype(bool)),
@@ -238,7 +238,7 @@ def _amounts(assessment: xr.Dataset) -> list[_Amount]:
     for name, text in AMOUNTS.items():
         if f"annual_{name}" in assessment:
             amount = free * of_a_piece(assessment, name)
-            down, whole = float((fallen * amount).sum("item").min()), float(amount.sum())
+            down, whole = float((fallen * amount).sum("block").min()), float(amount.sum())
             more = 0.0 if down >= SETTLED * whole else min(whole / max(down, 1e-300) - 1.0, 1e300)
             amounts.append(_Amount(name, text, assessment[f"annual_{name}"].sel(place=BUILDING), more, assessment))
     return amounts

@@ -180,9 +180,9 @@ class JointFlags:
 
     def chances(self) -> Iterator[tuple[slice, slice, Array, Array]]:
         """Yield slabs of P(a piece overturns | motion), P(it is lost | motion), bounds (model, item, level, motion)."""
-        sizes = dict(zip(("model", "item", "variant", "level", "motion"), self.flags.shape, strict=True))
-        for where in slabs(sizes, ("model", "item")):
-            of, rows = where.get("model", slice(None)), where.get("item", slice(None))
+        sizes = dict(zip(("model", "block", "variant", "level", "motion"), self.flags.shape, strict=True))
+        for where in slabs(sizes, ("model", "block")):
+            of, rows = where.get("model", slice(None)), where.get("block", slice(None))
             chance = chances(self.flags[of, rows])
             yield of, rows, chance, chance if self.lost is None else chances(self.lost[of, rows])
 

@@ -34,8 +34,8 @@ from .recommendations import (
     recommended,
     settled,
 )
-from .sliding import ITEM_MOVES_SHARE, MOVES_SHARE, shares_with_moving_supports
-from .variables import DOUBTFUL, ITEM_SAVING, JOINT, variable
+from .sliding import MOVES_RATE_SHARE, MOVES_SHARE, shares_with_moving_supports
+from .variables import ANNUAL_SAVING, DOUBTFUL, JOINT, variable
 
 RANKING = "ranked_"
 """Prefix of the names of the ranking's variables in the dataset of the assessment."""
@@ -62,11 +62,13 @@ def code_variables(
     }
     return {
         **{
-            f"code_{name}": variable(("item",), texts_of, DIMENSIONLESS, text)
+            f"code_{name}": variable(("block",), texts_of, DIMENSIONLESS, text)
             for name, (texts_of, text) in texts.items()
         },
         **{
-            f"code_{name}": variable(("item",), np.array([getattr(verdict, name) for verdict in verdicts]), units, text)
+            f"code_{name}": variable(
+                ("block",), np.array([getattr(verdict, name) for verdict in verdicts]), units, text
+            )
             for name, (units, text) in NUMBERS.items()
         },
     }
@@ -147,22 +149,22 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
     before what stands on it`, unless a rule of safety or code applies to it.
     """
     of_law = results.isel(model=model)
-    yearly = "item_rate" in of_law
-    of, name = of_law, "item_rate"
+    yearly = "rate" in of_law
+    of, name = of_law, "rate"
     if not yearly:
         of, name = of_law.sel(level=float(results.attrs["at_level"])), "probability"
     chances = np.stack([of[f"{name}{end}"].values for end in ("", "_lower", "_upper")], axis=-1)
     safety = str(results.attrs.get("safety", JOINT.join(SAFETY))).split(JOINT)
-    observed = of_law["probability"].transpose("item", "level").values
+    observed = of_law["probability"].transpose("block", "level").values
     levels = of_law["level"].values
     runs = np.ones(levels.size)
     checks = checks_of_items(results)
     chosen = of_law["budget_chosen"].values if "budget_chosen" in of_law else None
-    kits = of_law["anchored_with"].values if "anchored_with" in of_law.coords else np.full(of_law.sizes["item"], "")
+    kits = of_law["anchored_with"].values if "anchored_with" in of_law.coords else np.full(of_law.sizes["block"], "")
     squat, uncertain = squat_items(results), on_moving_supports(results)
     discount = float(results.attrs.get("discount_rate", DISCOUNT))
     pieces = []
-    for i, item in enumerate(of_law["item"].values):
+    for i, item in enumerate(of_law["block"].values):
         values = {name: of_law[name].values[i] for name in ("floor", "count", "anchored", "value", "anchoring_cost")}
         words = tuple(word for word in str(of_law["consequences"].values[i]).split(JOINT) if word)
         curve = isotonic_probabilities(levels, observed[i], runs)[None]
@@ -171,8 +173,8 @@ def pieces_of(results: xr.Dataset, model: int = 0) -> list[Piece]:
         carried = _carried(of_law, str(item))
         lost = count * value + carried
         saving = chance.times(lost) if yearly and lost > 0.0 else UNKNOWN
-        if ITEM_SAVING in of_law and lost > 0.0 and not values["anchored"]:
-            saving = _range(of_law, ITEM_SAVING, i)
+        if ANNUAL_SAVING in of_law and lost > 0.0 and not values["anchored"]:
+            saving = _range(of_law, ANNUAL_SAVING, i)
         pieces.append(
             Piece(
                 item=str(item),
@@ -209,28 +211,28 @@ def ranking_of(results: xr.Dataset) -> xr.Dataset:
     ranked = results[names].rename({name: name.removeprefix(RANKING) for name in names})
     keep = np.flatnonzero(np.isfinite(ranked["rank"].values).all(axis=0))
     doubtful = squat_items(results) | on_moving_supports(results)
-    ranked = ranked.assign_coords({DOUBTFUL: ("item", doubtful)})
-    return ranked.isel(item=keep).assign_attrs(json.loads(results.attrs["ranking"]))
+    ranked = ranked.assign_coords({DOUBTFUL: ("block", doubtful)})
+    return ranked.isel(block=keep).assign_attrs(json.loads(results.attrs["ranking"]))
 
 
 def uplift_friction(results: xr.Dataset) -> xr.DataArray | None:
     """Return the coefficient of friction that uplift needs, b/h, of every block or item; None if it is not known."""
     if "friction_uplift" in results:
         return results["friction_uplift"]
-    known = "alpha" in results.coords and results["alpha"].dims in (("block",), ("item",))
+    known = "alpha" in results.coords and results["alpha"].dims == ("block",)
     return results["alpha"].copy(data=tan(results["alpha"].values)) if known else None
 
 
 def squat_items(results: xr.Dataset) -> Flags:
     """Return True for squat lines (item,): outside the model, because they bounce rather than rock."""
     needs = uplift_friction(results)
-    return np.zeros(results.sizes["item"], bool) if needs is None else np.asarray(needs.values > 1.0 / SQUAT_RATIO)
+    return np.zeros(results.sizes["block"], bool) if needs is None else np.asarray(needs.values > 1.0 / SQUAT_RATIO)
 
 
 def on_moving_supports(results: xr.Dataset) -> Flags:
     """Return the lines whose probabilities of falling are only indicative (item,), because their support moves."""
-    if ITEM_MOVES_SHARE not in results and MOVES_SHARE not in results:
-        return np.zeros(results.sizes["item"], bool)
+    if MOVES_RATE_SHARE not in results and MOVES_SHARE not in results:
+        return np.zeros(results.sizes["block"], bool)
     return np.asarray(shares_with_moving_supports(results) > NOTABLE_MOVES)
 
 
@@ -238,7 +240,7 @@ def _tried(results: xr.Dataset, i: int, count: int, value: float) -> tuple[KitEf
     """Return the effects of the kits tried on a line; `value`: of all its pieces, NaN if savings are not known."""
     if "kit_falls_saved" not in results:
         return ()
-    of_item = results.isel(item=i)
+    of_item = results.isel(block=i)
     effects = []
     for name in of_item["kit"].values[of_item["kit_fits"].values.astype(bool)]:
         kit = of_item.sel(kit=name)
@@ -252,7 +254,7 @@ def _carried(results: xr.Dataset, support: str) -> float:
     """Return the value of pieces on the pieces of a line that is lost if these fall, even if it is anchored."""
     if "stands_on" not in results.coords:
         return 0.0
-    above = results.isel(item=np.flatnonzero(results["stands_on"].values == support))
+    above = results.isel(block=np.flatnonzero(results["stands_on"].values == support))
     return float((above["count"].values * np.nan_to_num(above["value"].values)).sum())
 
 
@@ -263,7 +265,7 @@ def _range(values: xr.Dataset, name: str, at: int | tuple[()] = ()) -> Range:
 
 def _a_year(results: xr.Dataset, quantity: str, i: int) -> Range:
     """Return the annual amount of a line, unknown if the line does not state it or there is no hazard."""
-    name, stated = f"item_annual_{quantity}", {"downtime": "downtime_median", "injuries": "persons_exposed"}[quantity]
+    name, stated = f"block_annual_{quantity}", {"downtime": "downtime_median", "injuries": "persons_exposed"}[quantity]
     if name not in results or (stated in results.coords and math.isnan(results[stated].values[i])):
         return UNKNOWN
     return _range(results, name, i)
@@ -278,7 +280,7 @@ def budget_set(results: xr.Dataset, budget: float, model: int = 0) -> Choice:
     it.
     """
     named = {piece.item: piece for piece in pieces_of(results, model)}
-    pieces = [named[str(item)] for item in results["item"].values]
+    pieces = [named[str(item)] for item in results["block"].values]
     valued = any(piece.value > 0.0 for piece in pieces)
     priced = any(math.isfinite(piece.saving.value) for piece in pieces)
     goals: list[list[float]] = [[], [], []]

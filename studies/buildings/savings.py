@@ -148,7 +148,7 @@ class EventItems:
         """Bounds of the parts of the motions, each with its polarities, that are processed at a time."""
         _, items, _, runs = self.chances.shape
         motions, variants = runs // self.year.polarities, self.chances.variants * self.year.polarities
-        sizes = {"item": items, "variant": variants, "level": self.levels.size, "motion": motions}
+        sizes = {"block": items, "variant": variants, "level": self.levels.size, "motion": motions}
         return [where.get("motion", slice(0, motions)) for where in slabs(sizes, ("motion",))]
 
     def _values(self, part: slice) -> slice:
@@ -214,9 +214,9 @@ class ItemChances:
 
     def of_items(self) -> Iterator[tuple[slice, slice]]:
         """Yield the bounds of laws and items, slab by slab."""
-        sizes = dict(zip(("model", "item", "level", "motion"), self.shape, strict=True)) | {"variant": self.variants}
-        for where in slabs(sizes, ("model", "item")):
-            yield where.get("model", slice(None)), where.get("item", slice(None))
+        sizes = dict(zip(("model", "block", "level", "motion"), self.shape, strict=True)) | {"variant": self.variants}
+        for where in slabs(sizes, ("model", "block")):
+            yield where.get("model", slice(None)), where.get("block", slice(None))
 
     def piece(self, of: slice, rows: slice) -> Array:
         """P(a piece overturns | motion) (model, item, level, motion)."""
@@ -237,13 +237,13 @@ class ItemChances:
 
     def any_piece(self, k: int, levels: Index, part: slice) -> Array:
         """P(at least one piece of an item overturns | motion) under one law (item, level, motion)."""
-        flags = self._flags.isel(model=[k], item=self._chosen, level=levels, motion=part).values
+        flags = self._flags.isel(model=[k], block=self._chosen, level=levels, motion=part).values
         any_falls: Array = chances_of_any(chances(flags), self._counts, self._independent)[0]
         return any_falls
 
     def any_piece_of(self, k: int, i: int) -> Array:
         """P(at least one piece of item i overturns | motion) under one law (level, motion)."""
-        flags = self._flags.isel(model=[k], item=self._chosen[[i]]).values
+        flags = self._flags.isel(model=[k], block=self._chosen[[i]]).values
         any_falls: Array = chances_of_any(chances(flags), self._counts[[i]], self._independent)[0, 0]
         return any_falls
 

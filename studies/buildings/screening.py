@@ -58,7 +58,7 @@ def screen_inventory(
     shaking = shaking_of(asked, inventory)
     inventory, scaled = placed_on_axes(inventory, shaking, models), shaking.scaled(asked.levels, asked.im)
     flags = overturned if "variant" in overturned.dims else overturned.expand_dims("variant")
-    values = flags.transpose("item", "model", "variant", "level", "motion").values
+    values = flags.transpose("block", "model", "variant", "level", "motion").values
     values = values.reshape(*values.shape[:3], *shaking.run_shape(values.shape[3]))
     total = runs_of_tests(inventory, models, values.shape[3], values.shape[4], undecided, variability)
     chosen = choose_motions(values.shape[4], undecided) if undecided > 0.0 else None
@@ -79,7 +79,7 @@ def screen_inventory(
         stripe = np.arange(len(shaken.motions)) // shaking.runs  # (few motions are few at a level)
         given = given._replace(coordinates={**given.coordinates, "stripe": xr.Variable("motion", stripe)})
         of_floor = summary_screen(given, Characteristics.of(shaken.motions), _friction_of(inventory, rows), flips)
-        parts.append(_by_level(of_floor, shaking).rename(block="item"))
+        parts.append(_by_level(of_floor, shaking))
     return _joined(parts, overturned, np.array([not row.anchored for row in inventory.rows]))
 
 
@@ -179,15 +179,15 @@ def _joined(parts: Sequence[xr.Dataset], overturned: xr.DataArray, standing: Fla
     friction = _joined_friction([setting["friction"] for setting in settings])
     for name, none in (("round", False), (BED, np.nan)):  # (of floors with a round piece, or a piece on a soft bed)
         if any(name in part.coords for part in parts):
-            known = [part.get(name, xr.DataArray(np.full(part.sizes["item"], none), dims="item")) for part in parts]
+            known = [part.get(name, xr.DataArray(np.full(part.sizes["block"], none), dims="block")) for part in parts]
             parts = [part.assign_coords({name: of}) for part, of in zip(parts, known, strict=True)]
     screened = xr.concat(
-        parts, "item", data_vars="minimal", coords="minimal", compat="equals", combine_attrs="override"
+        parts, "block", data_vars="minimal", coords="minimal", compat="equals", combine_attrs="override"
     )
-    screened = screened.sel(item=overturned["item"].values)
-    free = xr.DataArray(standing, dims="item")
+    screened = screened.sel(block=overturned["block"].values)
+    free = xr.DataArray(standing, dims="block")
     masked = [
-        name for name, variable in screened.data_vars.items() if "item" in variable.dims and name not in OF_BLOCKS
+        name for name, variable in screened.data_vars.items() if "block" in variable.dims and name not in OF_BLOCKS
     ]
     screened = screened.assign({name: screened[name].where(free).assign_attrs(screened[name].attrs) for name in masked})
     screened = screened.assign_coords(model=overturned["model"].variable)

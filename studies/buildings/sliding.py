@@ -15,10 +15,12 @@ from ...models.friction import FixedFriction
 from ..inventory.contents import Contents, Inventory
 from ..plan.slides import (
     GATED,
+    GATED_RATE,
     INSTEAD,
     NEAR,
     SHARE,
     SLIP,
+    SLIP_RATE,
     TRIP,
     TRIP_RATE,
     near_uplift,
@@ -29,13 +31,10 @@ from .outcomes import JointFlags
 from .slide_runs import SlidingRuns, slides
 from .variables import LineEvent, Modelled, Precision, Variables, Year, line_variables, variable
 
-SLIP_RATE = f"item_{SLIP.removesuffix('_probability')}_rate"
-GATED_RATE = "item_gated_rate"
-OFF, OFF_RATE = "off_probability", "item_off_rate"
-MOVES, MOVES_RATE = "support_moves_probability", "item_support_moves_rate"
-MOVES_SHARE, ITEM_MOVES_SHARE = "support_moves_share", "item_support_moves_share"
-OVERTURNING, OVERTURNING_RATE = "overturning_probability", "item_overturning_rate"
-ITEM_TRIP_RATE = f"item_{TRIP_RATE}"
+OFF, OFF_RATE = "off_probability", "off_rate"
+MOVES, MOVES_RATE = "support_moves_probability", "support_moves_rate"
+MOVES_SHARE, MOVES_RATE_SHARE = "support_moves_share", "support_moves_rate_share"
+OVERTURNING, OVERTURNING_RATE = "overturning_probability", "overturning_rate"
 
 
 def slide_variables(
@@ -64,16 +63,21 @@ def slide_variables(
 
     alone, edged = "a piece overturns, as if it could not slide", range(len(rows)) if runs.edged else ()
     events = [
-        LineEvent(SHARE, "", ("item",), "a piece slides", runs.rows, counted(0)),
-        LineEvent(SLIP, SLIP_RATE, ("item", "slip"), "a piece slides farther", runs.rows, counted(slice(1, None))),
+        LineEvent(SHARE, "", ("block",), "a piece slides", runs.rows, counted(0)),
+        LineEvent(SLIP, SLIP_RATE, ("block", "slip"), "a piece slides farther", runs.rows, counted(slice(1, None))),
         LineEvent(
-            GATED, GATED_RATE, ("model", "item"), "a piece overturns, where it does not slide instead", runs.rows, gated
+            GATED,
+            GATED_RATE,
+            ("model", "block"),
+            "a piece overturns, where it does not slide instead",
+            runs.rows,
+            gated,
         ),
-        LineEvent(OFF, OFF_RATE, ("item",), "a piece slides off an edge", runs.edged, gone),
-        LineEvent(TRIP, ITEM_TRIP_RATE, ("item",), "a piece slides into an obstacle and trips", runs.near, tripped),
+        LineEvent(OFF, OFF_RATE, ("block",), "a piece slides off an edge", runs.edged, gone),
+        LineEvent(TRIP, TRIP_RATE, ("block",), "a piece slides into an obstacle and trips", runs.near, tripped),
         LineEvent.of_flags(OVERTURNING, OVERTURNING_RATE, alone, overturned, edged),
         LineEvent(
-            MOVES, MOVES_RATE, ("item",), "what it stands on slides or rocks", runs.above, runs.moving.__getitem__
+            MOVES, MOVES_RATE, ("block",), "what it stands on slides or rocks", runs.above, runs.moving.__getitem__
         ),
     ]
     variables = _chances_of_friction(rows, runs, rocks) if runs.rows else {}
@@ -98,9 +102,9 @@ def _shares_with_moving_supports(
             if year is not None:
                 yearly[:, i] = year.total(both).sum(axis=-1) / year.total(fell).sum(axis=-1)
     text = "share of the falls in runs in which what it stands on slides or rocks"
-    variables = {MOVES_SHARE: variable(("model", "item", "level"), given, DIMENSIONLESS, text)}
+    variables = {MOVES_SHARE: variable(("model", "block", "level"), given, DIMENSIONLESS, text)}
     if year is not None:
-        variables[ITEM_MOVES_SHARE] = variable(("model", "item"), yearly, DIMENSIONLESS, f"{text}, of those of a year")
+        variables[MOVES_RATE_SHARE] = variable(("model", "block"), yearly, DIMENSIONLESS, f"{text}, of those of a year")
     return variables
 
 
@@ -113,8 +117,8 @@ def _chances_of_friction(rows: Sequence[Contents], runs: SlidingRuns, rocks: Arr
         instead[i], near[i] = 1.0 - rock.mean(), near_uplift(friction, runs.blocks_of(rows[i]), runs.plane).mean()
     text = "chance of a friction with which the piece slides, never rocks"
     return {
-        INSTEAD: variable(("item",), instead, DIMENSIONLESS, text),
-        NEAR: variable(("item",), near, DIMENSIONLESS, of_near(runs.plane)),
+        INSTEAD: variable(("block",), instead, DIMENSIONLESS, text),
+        NEAR: variable(("block",), near, DIMENSIONLESS, of_near(runs.plane)),
     }
 
 
@@ -136,7 +140,7 @@ def item_slide_notes(assessment: xr.Dataset, inventory: Inventory) -> list[Fact]
     blocks = [replace(inventory.rows[i].block, name=inventory.rows[i].label) for i in at]
     facts = doubted(str(assessment.attrs.get(SLIDES_ON, "")).splitlines())
     names = [name for name in (INSTEAD, NEAR, TRIP) if name in assessment]
-    chances = assessment[names].isel(item=at).rename(item="block")
+    chances = assessment[names].isel(block=at)
     exact = [row.label for row in inventory.rows if slides(row) and isinstance(row.friction, FixedFriction)]
     facts += slide_notes(chances, blocks, exact, plane=AXES in configuration_of(assessment))
     if MOVES in assessment:
@@ -144,15 +148,15 @@ def item_slide_notes(assessment: xr.Dataset, inventory: Inventory) -> list[Fact]
         above = [i for i, row in enumerate(inventory.rows) if row.stands_on]
         worst = max(above, key=lambda i: moving[i])
         more = {"several": bool((moving > 0.0).sum() > 1)}
-        name = str(assessment["item"].values[worst])
+        name = str(assessment["block"].values[worst])
         facts.append(Fact("support.pedestals_as_floor", float(moving[worst]), names=(name,), more=more))
     return facts
 
 
 def shares_with_moving_supports(results: xr.Dataset) -> Array:
     """Return the share of each line's falls in runs in which its support moves; without a hazard the maximum."""
-    if ITEM_MOVES_SHARE in results:
-        shares = results[ITEM_MOVES_SHARE].isel(model=0)
+    if MOVES_RATE_SHARE in results:
+        shares = results[MOVES_RATE_SHARE].isel(model=0)
     else:
         shares = results[MOVES_SHARE].isel(model=0).max("level")
     return np.asarray(np.nan_to_num(shares.values))

@@ -39,12 +39,12 @@ DRAWING, OF_DRAWS = "_sampling_error", "standard error from the draws"
 """Ending and text of the error that the draws of pieces and of their consequences leave in a value."""
 DOUBTFUL = "doubtful"
 """Coordinate of a ranking: True if an item's probability of falling is no basis for advice."""
-ITEM_SAVING = "item_annual_saving"
+ANNUAL_SAVING = "block_annual_saving"
 FALLEN = "fallen"
 """Flags of pieces that overturned or fell off, if any line has an edge; else the flags ``overturned`` are all."""
 
 OF_A_YEAR = {
-    "item_rate": "probability",
+    "rate": "probability",
     "any_rate": "any_probability",
     "consequence_rate": "consequence_probability",
     "annual_number": "number_mean",
@@ -177,12 +177,12 @@ class LineEvent(NamedTuple):
     @classmethod
     def of_flags(cls, name: str, rate: str, text: str, flags: Flags, rows: Sequence[int]) -> LineEvent:
         """Return the event that flags (model, item, variant, level, motion) are of."""
-        return cls(name, rate, ("model", "item"), text, rows, lambda part: chances(flags[:, rows[part]]))
+        return cls(name, rate, ("model", "block"), text, rows, lambda part: chances(flags[:, rows[part]]))
 
     @property
     def item(self) -> int:
         """Position of the lines among the dimensions."""
-        return self.dims.index("item")
+        return self.dims.index("block")
 
     def of_lines(
         self, of: Callable[[LineEvent, slice], tuple[Array, Array, Array]], lines: int, runs: int
@@ -283,13 +283,13 @@ def annual_variables(
     }
     rates, amounts = _of_items(joint, year, precision)
     text = f"annual rate at which a piece {joint.falls}"
-    variables |= with_interval("item_rate", ("model", "item"), rates, PER_YEAR, text, precision)
+    variables |= with_interval("rate", ("model", "block"), rates, PER_YEAR, text, precision)
     for quantity in joint.quantities:
         units = per_year(quantity.units)
         text = f"expected annual {quantity.text}"
-        name = f"item_annual_{quantity.name}"
+        name = f"block_annual_{quantity.name}"
         of_item = "expected annual downtime of a piece" if quantity.greatest else text
-        variables |= with_interval(name, ("model", "item"), amounts[quantity.name], units, of_item, precision)
+        variables |= with_interval(name, ("model", "block"), amounts[quantity.name], units, of_item, precision)
         given = joint.results.expected[quantity.name]
         name = f"annual_{quantity.name}"
         at = of_points if quantity.greatest else year
@@ -427,14 +427,14 @@ def fall_flags(assessment: xr.Dataset, name: str = "") -> xr.DataArray:
     flags = assessment[name or (FALLEN if FALLEN in assessment else "overturned")]
     if "variant" not in flags.dims:  # (pieces are alike)
         flags = flags.expand_dims("variant")
-    return flags.transpose("model", "item", "variant", "level", "motion")
+    return flags.transpose("model", "block", "variant", "level", "motion")
 
 
 def carried_items(assessment: xr.Dataset) -> dict[int, int]:
     """Return the positions of items on other items, with the positions of the latter."""
     if "stands_on" not in assessment.coords:
         return {}
-    at = {str(label): i for i, label in enumerate(assessment["item"].values)}
+    at = {str(label): i for i, label in enumerate(assessment["block"].values)}
     below = enumerate(map(str, assessment["stands_on"].values))
     return {i: at[label] for i, label in below if label in at}
 
@@ -492,10 +492,10 @@ def with_interval(
 
 
 WHOLES = {
-    **{f"item_{event}_rate": "item_rate" for event in (FORWARD, SIDEWAYS, "off", "overturning", "gated")},
-    "item_rate": f"{ANY}_rate",
+    **{f"{event}_rate": "rate" for event in (FORWARD, SIDEWAYS, "off", "overturning", "gated")},
+    "rate": f"{ANY}_rate",
     "consequence_rate": f"{ANY}_rate",
-    **{f"item_annual_{name}": f"annual_{name}" for name in ("number", "loss", "downtime", "injuries")},
+    **{f"block_annual_{name}": f"annual_{name}" for name in ("number", "loss", "downtime", "injuries")},
     "kit_front_falls": "kit_falls",
 }
 """Variables of events or amounts that another variable contains, the parts of parts first."""

@@ -38,7 +38,7 @@ def write_building_files(
             raise StudyError(f"--model {why}: pelicun's tables are of one law, and {result} holds {named:.300}")
         of_law = results.isel(model=int(laws[0]))
         law = str(of_law["model"].values)
-        items = [str(item) for item in of_law["item"].values]
+        items = [str(item) for item in of_law["block"].values]
         curves, smoothed = _curves(of_law)
         lines = [_line(of_law, i, smoothed[i]) for i in range(len(items))]
         currency = currency_of(results)
@@ -62,13 +62,13 @@ def write_building_files(
 def _curves(results: xr.Dataset) -> tuple[xr.Dataset, list[float]]:
     """Return the curves of the pieces, and the difference of each from the observed probabilities."""
     level = results["level"]
-    observed = results["probability"].transpose("item", "level").values
+    observed = results["probability"].transpose("block", "level").values
     runs = np.ones(level.size)
     table = np.array([isotonic_probabilities(level.values, row, runs) for row in observed])
     table = np.clip(table, 0.0, 1.0)
     curves = xr.Dataset(
-        {"probability": (("item", "level"), table, {"units": "1"})},
-        {"item": results["item"].values, "level": ("level", level.values, dict(level.attrs))},
+        {"probability": (("block", "level"), table, {"units": "1"})},
+        {"block": results["block"].values, "level": ("level", level.values, dict(level.attrs))},
         {
             "im": str(results.attrs["im"]),
             "form": ISOTONIC,
@@ -84,7 +84,7 @@ def _line(results: xr.Dataset, i: int, smoothed: float) -> Line:
     floor = str(values["floor"])
     if not floor.isdecimal():
         raise StudyError(
-            f"pelicun's locations are numbers, and {results['item'].values[i]!s:.80} stands on floor {floor!r}"
+            f"pelicun's locations are numbers, and {results['block'].values[i]!s:.80} stands on floor {floor!r}"
         )
     room = str(results["room"].values[i]) if "room" in results.coords else ""
     meant = str(results["consequences"].values[i]).split(JOINT)

@@ -73,7 +73,7 @@ def _tables(results: xr.Dataset, path: Path, model: str | None, readable: bool) 
         ["code requirements", code],
         version,
     ]
-    if "item_rate" not in results and "at_level" in results.attrs:
+    if "rate" not in results and "at_level" in results.attrs:
         about.append(["level of shaking", _level(results)])
     kits = {"kits": exported_kits(results, at)} if "kit_falls" in results else {}
     return {"pieces": exported_pieces(results, at, readable), **kits, ABOUT: _about(about)}

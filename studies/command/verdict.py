@@ -39,7 +39,7 @@ def verdict(results: xr.Dataset, answered: bool) -> tuple[list[str], list[str], 
 
 
 def _facts(results: xr.Dataset, answered: bool) -> Iterator[Fact]:
-    if "item" in results.dims:
+    if "place" in results.dims:
         yield from building.answer(results)
         yield from (fact for fact in footnotes(results) if fact.what == "rate.model_range")
         yield from (fact for fact in building.details(results) if fact.what == "consequence.loss")

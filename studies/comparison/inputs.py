@@ -1,6 +1,6 @@
 """Differences between the inputs of two studies: blocks, laws, motions, hazard curves, options."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -44,9 +44,8 @@ def inputs_that_differ(a: Side, b: Side, matched: Mapping[str, Matched]) -> Iter
         values = [str(side.results.attrs.get(key, "")) for side in (a, b)]
         if values[0] != values[1]:
             yield Fact("comparison.input", names=(key, *values))
-    rows = "item" if a.kind == PIECES else "block"
-    yield from _numbers(a, b, rows, matched)
-    yield from _surroundings(a, b, rows, matched[rows])
+    yield from _numbers(a, b, OF_PIECES if a.kind == PIECES else OF_BLOCKS, matched)
+    yield from _surroundings(a, b, matched["block"])
 
 
 def notes_on_inputs(a: Side, b: Side, differ: bool, resampled: bool) -> Iterator[Fact]:
@@ -77,22 +76,22 @@ def _alone(what: str, of_a: list[str], of_b: list[str]) -> Fact:
     return Fact("comparison.input_of_one", names=(what, first_names(of_a), first_names(of_b)))
 
 
-def _numbers(a: Side, b: Side, dim: str, matched: Mapping[str, Matched]) -> Iterator[Fact]:
+def _numbers(a: Side, b: Side, names: Sequence[str], matched: Mapping[str, Matched]) -> Iterator[Fact]:
     """Yield the sizes and other numbers of blocks or pieces that differ, under the first laws that are compared."""
-    pairs = matched[dim].pairs
-    for name in OF_PIECES if dim == "item" else OF_BLOCKS:
+    pairs = matched["block"].pairs
+    for name in names:
         if not all(name in side.results.coords for side in (a, b)):
             continue
         both = [
             side.results[name].isel(model=k, missing_dims="ignore")
             for side, k in zip((a, b), matched["model"].pairs[0], strict=True)
         ]
-        if any(values.dims != (dim,) for values in both):
+        if any(values.dims != ("block",) for values in both):
             continue
         # (money has the unit of its inventory)
         units = ["" if values.attrs.get("units", "1") == "1" else f" {values.attrs['units']}" for values in both]
         before, after = (values.values[[pair[k] for pair in pairs]] for k, values in enumerate(both))
-        labels = [str(a.results[dim].values[i]) for i, _ in pairs]
+        labels = [str(a.results["block"].values[i]) for i, _ in pairs]
         if name == "anchored":
             alone = [[labels[i] for i in np.flatnonzero(more)] for more in (before > after, after > before)]
             if any(alone):
@@ -105,11 +104,11 @@ def _numbers(a: Side, b: Side, dim: str, matched: Mapping[str, Matched]) -> Iter
                 yield Fact("comparison.input", names=(name, *values), more={"of": label})
 
 
-def _surroundings(a: Side, b: Side, dim: str, matched: Matched) -> Iterator[Fact]:
+def _surroundings(a: Side, b: Side, matched: Matched) -> Iterator[Fact]:
     """Yield walls, kits, edges, leans, limits of tilt and depths that differ between blocks or pieces of one name."""
     if not any(name in side.results.coords for side in (a, b) for name in (SCENE, EDGE, "depth")):
         return
-    before, after = (blocks_of(side.results.rename({dim: "block"} if dim == "item" else {})) for side in (a, b))
+    before, after = (blocks_of(side.results) for side in (a, b))
     for i, j in matched.pairs:
         old, new = (
             ", ".join([*block.scene_words, *([] if block.depth is None else [f"{block.depth:g} m deep"])])

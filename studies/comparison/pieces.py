@@ -46,10 +46,10 @@ def fallen(side: Side, law: int) -> dict[str, Array]:
     counts, sizes = results["count"].values, results.sizes
     independent = str(results.attrs["pieces"]) == "independent"
     year = year_of(side)
-    chance = np.empty((sizes["item"], year.size(sizes["motion"])))
+    chance = np.empty((sizes["block"], year.size(sizes["motion"])))
     none = np.ones((sizes["level"], sizes["motion"]))
-    for i in range(sizes["item"]):
-        of_item = chances(fall_flags(results).isel(model=[law], item=[i]).values)
+    for i in range(sizes["block"]):
+        of_item = chances(fall_flags(results).isel(model=[law], block=[i]).values)
         none *= 1.0 - chances_of_any(of_item, counts[[i]], independent)[0, 0]
         chance[i] = year.total(of_item[0, 0])
     of_piece = {NUMBER: 1, LOSS: results["value"].values}
@@ -67,8 +67,8 @@ def fallen(side: Side, law: int) -> dict[str, Array]:
 
 def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Found:
     """Compare pieces and totals of two performance studies, with paired intervals if their motions are the same."""
-    items, models = matched_names(a, b, "item", "piece"), matched_laws(a, b, laws)
-    yearly = "item_rate" in a.results
+    items, models = matched_names(a, b, "block", "piece"), matched_laws(a, b, laws)
+    yearly = "rate" in a.results
     # if levels have their own motions, motions of the same levels are drawn
     paired = same_motions(a, b) and np.array_equal(year_of(a).strata_levels, year_of(b).strata_levels)
     options = a.study.get("performance", {})
@@ -91,7 +91,7 @@ def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Fou
         pieces = [{piece.item: piece for piece in pieces_of(side.results, law)} for side, law in sides]
         for pair in items.pairs:
             sides_of = zip(pieces, (a, b), pair, strict=True)
-            both = [by_item[str(side.results["item"].values[at])] for by_item, side, at in sides_of]
+            both = [by_item[str(side.results["block"].values[at])] for by_item, side, at in sides_of]
             chances = [UNKNOWN if piece.held else piece.chance for piece in both]
             name = pair_text(*(piece.item for piece in both))
             place = pair_text(*(", ".join(filter(None, (piece.room, floor_name(piece.floor)))) for piece in both))
@@ -109,7 +109,7 @@ def compare_pieces(a: Side, b: Side, laws: tuple[str, str] | None = None) -> Fou
         has = [AT_LEVEL[quantity] in side.results for side in (a, b)]
         if has[0] != has[1]:
             notes.append(Fact("comparison.no_amount", names=(quantity, "A" if has[0] else "B")))
-    return Found({"model": models, "item": items}, lines, _quantities(a, yearly), notes)
+    return Found({"model": models, "block": items}, lines, _quantities(a, yearly), notes)
 
 
 def _quantities(side: Side, yearly: bool) -> list[Quantity]:

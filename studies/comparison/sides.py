@@ -159,7 +159,7 @@ def refuse_different(a: Side, b: Side) -> None:
 
 def _refuse_pieces(a: Side, b: Side) -> None:
     """Raise StudyError if the chances of pieces are not of the same thing."""
-    yearly = ["item_rate" in side.results for side in (a, b)]
+    yearly = ["rate" in side.results for side in (a, b)]
     if yearly[0] != yearly[1]:
         has, lacks = ("A", "B") if yearly[0] else ("B", "A")
         raise StudyError(

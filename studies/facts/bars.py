@@ -47,7 +47,7 @@ class Bars(NamedTuple):
 
 def bars_of(results: xr.Dataset) -> Bars | None:
     """Return the bars of a study's results; None if no value is known."""
-    if "item" in results.dims:
+    if "place" in results.dims:
         return _of_pieces(results)
     if "half_level" not in results or "sensitivity" in str(results.attrs["kind"]):
         return None
@@ -57,7 +57,7 @@ def bars_of(results: xr.Dataset) -> Bars | None:
 def _of_pieces(results: xr.Dataset) -> Bars | None:
     """Return the chance of falling of a piece of each line."""
     at, _ = reference_law(results)
-    yearly, spread = "item_rate" in results, over_branches(results)
+    yearly, spread = "rate" in results, over_branches(results)
     lines = {piece.item for piece in recommended_lines(results)}
     every = sorted(
         (piece for piece in pieces_of(results, at) if not piece.held and not math.isnan(piece.chance.value)),

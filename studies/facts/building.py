@@ -76,7 +76,7 @@ def rate_without(results: xr.Dataset, lines: Sequence[str]) -> float:
         return math.nan  # (what falls with a kit, and breaks it, is no flag of these)
     at, _ = reference_law(results)
     flags = fall_flags(results.isel(model=[at]))
-    stands = ~results["anchored"].values.astype(bool) & ~np.isin(results["item"].values.astype(str), list(lines))
+    stands = ~results["anchored"].values.astype(bool) & ~np.isin(results["block"].values.astype(str), list(lines))
     independent = str(results.attrs.get("pieces")) == INDEPENDENT
     parts = []
     for where in slabs({str(dim): size for dim, size in flags.sizes.items()}, ("motion",)):
@@ -307,7 +307,7 @@ def _budget(pieces: Sequence[Piece], results: xr.Dataset, at: int, money: Mappin
 def _kit_sets(results: xr.Dataset, pieces: Sequence[Piece], money: Mapping[str, object]) -> Iterator[Fact]:
     """Yield the kits to buy for the study's budget, and the cheapest that meet its target."""
     of_law = results.isel(model=reference_law(results)[0])
-    yearly = "item_rate" in results
+    yearly = "rate" in results
     for name in ("budget", "target"):
         if f"{name}_kit" not in results:
             continue
@@ -317,25 +317,23 @@ def _kit_sets(results: xr.Dataset, pieces: Sequence[Piece], money: Mapping[str, 
             yield Fact("kit.target_missed", more=more)
             continue
         kits = {
-            str(item): str(kit) for item, kit in zip(of_law["item"].values, of_law[f"{name}_kit"].values, strict=True)
+            str(item): str(kit) for item, kit in zip(of_law["block"].values, of_law[f"{name}_kit"].values, strict=True)
         }
         pairs = tuple((kits[piece.item], piece.item) for piece in pieces if kits[piece.item])
         surely = [of_law[f"kit_{side}falls_saved_lower"] for side in ("", "front_")]
         shown = {
-            item for item, kit in kits.items() if kit and any(least.sel(item=item, kit=kit) > 0.0 for least in surely)
+            item for item, kit in kits.items() if kit and any(least.sel(block=item, kit=kit) > 0.0 for least in surely)
         }
         falls = of_law if yearly else of_law.sel(level=float(of_law.attrs["at_level"]))
-        now = [
-            falls[f"item_{side}rate" if yearly else f"{side}probability"] * of_law["count"] for side in ("", "front_")
-        ]
+        now = [falls[f"{side}rate" if yearly else f"{side}probability"] * of_law["count"] for side in ("", "front_")]
         more |= {"pairs": pairs, "unclear": tuple(item for item, kit in kits.items() if kit and item not in shown)}
         more["now"] = [math.fsum(number.values.ravel()) for number in now]
         more["then"] = [float(of_law[f"{name}_{side}falls"]) for side in ("", "front_")]
         yield Fact(f"kit.for_{name}", float(of_law[f"{name}_cost"]), more=more)
         if name == "budget":
-            saved, lower = (of_law[f"kit_falls_saved{end}"].transpose("item", "kit") for end in ("", "_lower"))
+            saved, lower = (of_law[f"kit_falls_saved{end}"].transpose("block", "kit") for end in ("", "_lower"))
             open_ = ((saved > 0.0) & (lower <= 0.0)).any("kit") & ~(lower > 0.0).any("kit")
-            names = tuple(f"“{item}”" for item, kit in kits.items() if not kit and bool(open_.sel(item=item)))
+            names = tuple(f"“{item}”" for item, kit in kits.items() if not kit and bool(open_.sel(block=item)))
             if names:
                 yield Fact("kit.too_few_motions", number_of_motions(results), names=names)
         if float(of_law[f"{name}_gap"]) > 0.0:
@@ -364,18 +362,18 @@ def _supports(results: xr.Dataset) -> Iterator[Fact]:
     moving = on_moving_supports(results)
     shares = shares_with_moving_supports(results) if moving.any() else np.zeros(moving.size)
     for i in np.flatnonzero(moving).tolist():
-        names = (f"“{results['stands_on'].values[i]}”", f"“{results['item'].values[i]}”")
+        names = (f"“{results['stands_on'].values[i]}”", f"“{results['block'].values[i]}”")
         yield Fact("support.fix_first", float(shares[i]), names=names)
 
 
 def _carried(results: xr.Dataset) -> Iterator[Fact]:
     """Yield the frequency of falls of pieces that carry others, and of the latter."""
-    if "stands_on" not in results.coords or "item_rate" not in results:
+    if "stands_on" not in results.coords or "rate" not in results:
         return
     on = results["stands_on"].values
     for piece in pieces_of(results, reference_law(results)[0]):
         if piece.item in on and not piece.held and piece.chance.value > 0.0:
-            names = (f"“{item}”" for item in (piece.item, *results["item"].values[on == piece.item]))
+            names = (f"“{item}”" for item in (piece.item, *results["block"].values[on == piece.item]))
             yield Fact("support.carries", piece.chance.value, names=tuple(names))
 
 
@@ -383,7 +381,7 @@ def _castors(results: xr.Dataset) -> Iterator[Fact]:
     """Yield the recommendations for pieces on castors."""
     contacts, free = np.array(contacts_of(results)), ~results["anchored"].values.astype(bool)
     for contact, what in ((ROLLING, "support.lock_castors"), (LOCKED, "support.check_brakes")):
-        names = tuple(f"“{item}”" for item in results["item"].values[free & (contacts == contact)])
+        names = tuple(f"“{item}”" for item in results["block"].values[free & (contacts == contact)])
         if names:
             yield Fact(what, names=names)
 

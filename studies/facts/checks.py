@@ -104,7 +104,7 @@ def _numbers(results: xr.Dataset) -> Iterator[Fact]:
     if "outside" in results:
         yield _scaling(results)
     yield _stability(results)
-    if "rate" in results:
+    if "rate" in results and "place" not in results.dims:
         yield _hazard(results)
         if not is_pooled(results):  # (its runs lie where the surface needs them, at levels of no block by itself)
             yield _run_levels(results)
@@ -163,7 +163,7 @@ def _rolling(results: xr.Dataset) -> Iterator[Fact]:
     ):
         which = free & (results["contact"].values == contact)
         if which.any():
-            names = tuple(str(item) for item in results["item"].values[which])
+            names = tuple(str(item) for item in results["block"].values[which])
             yield Fact(what, names=names, word=CARE, remedy=remedy, more=_of_all(results, which))
 
 
@@ -177,7 +177,7 @@ def _pedestals(results: xr.Dataset) -> Iterator[Fact]:
     yield Fact(
         "support.moving_pedestal",
         float(shares[worst]),
-        names=(str(results["item"].values[worst]),),
+        names=(str(results["block"].values[worst]),),
         word=GOOD if shares[worst] < MARKED else INVALID if mostly(shares[known]) else CARE,
         remedy="remedy_pedestal",
     )
@@ -457,5 +457,5 @@ def _at_worst(shares: xr.DataArray) -> tuple[int, ...]:
 
 def _of_all(results: xr.Dataset, which: NDArray[np.bool_]) -> dict[str, int]:
     """Return the number of pieces in some blocks or lines, and in all; a line counts all of its pieces."""
-    counts = results["count"].values if "item" in results.dims else np.ones(which.size, np.int64)
+    counts = results["count"].values if "place" in results.dims else np.ones(which.size, np.int64)
     return {"number": int(counts[which].sum()), "pieces": int(counts.sum())}

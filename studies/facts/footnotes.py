@@ -32,9 +32,9 @@ def footnotes(results: xr.Dataset) -> Iterator[Fact]:
     yield from _model_range(results)
     beta = float(results.attrs.get("modelling_dispersion", 0.0))
     if beta:
-        yearly = "item" not in results.dims or "annual_number" in results
+        yearly = "place" not in results.dims or "annual_number" in results
         more = {"yearly": yearly, "spread": str(results.attrs.get("modelling")) == "fractiles"}
-        more["common"] = "item" in results.dims and not more["spread"]
+        more["common"] = "place" in results.dims and not more["spread"]
         yield Fact("rate.modelling_included", beta, more=more)
     yield from (note for note in notes_of(results) if note.what == "validity.tests")
     # (sensitivity studies compare laws with the reference themselves)
@@ -50,7 +50,7 @@ def _model_range(results: xr.Dataset) -> Iterator[Fact]:
     beta, at = float(results.attrs[RANGE]), reference_law(results)[0]
     more = {"beta": beta, "factors": capacity_factors(beta), "chance": True, "at_level": False}
     of_law, unit, scale, names = results.isel(model=at), "", 1.0, tuple[str, ...]()
-    if "item" in results.dims:
+    if "place" in results.dims:
         of_law = of_law.sel(place=BUILDING)
         name = "any_rate" if "any_rate" in of_law else "any_probability"
         more["at_level"] = name != "any_rate"

@@ -102,7 +102,7 @@ def method_of(results: xr.Dataset) -> Iterator[Fact]:
         yield Fact("curve.fit_method", names=(str(results.attrs["fit_method"]),))
     if _one_way(results) and str(results.attrs.get("form")) == "isotonic":
         yield Fact("curve.isotonic")
-    if "rate" in results or "annual_number" in results:
+    if "rate" in results:
         yield Fact("rate.method")
     limited = tilt_limits(results)
     if limited:
@@ -135,7 +135,7 @@ def _blocks(results: xr.Dataset) -> Sequence[Block]:
     """Return the blocks of a study in which a block has surroundings or a tilt limit; none of others."""
     if SCENE not in results.coords:
         return ()
-    return blocks_of(results if "block" in results.coords else results.rename(item="block"))
+    return blocks_of(results)
 
 
 def _tables(value: object) -> list[dict[str, Any]]:
@@ -219,7 +219,7 @@ def _surroundings(results: xr.Dataset, study: Mapping[str, Any]) -> Iterator[Fac
         more = {"kind": str(table["kind"]), "clearance": clearance, "frequency": frequency, "kept": kept}
         if table is support:
             yield Fact("support.on", more=more)
-        elif (on := results["item"].values[results["support"].values == table["name"]]).size:
+        elif (on := results["block"].values[results["support"].values == table["name"]]).size:
             yield Fact("support.on", names=(str(table["name"]), *map(str, on)), more=more)
     blocks = _blocks(results)
     if any(block.wall is not None for block in blocks):
@@ -245,16 +245,15 @@ def _sliding(results: xr.Dataset) -> Iterator[Fact]:
     if any(note.what == "sliding.checked_freestanding" for note in notes_of(results)):
         yield Fact("sliding.checked_freestanding")
     given = json.loads(str(results.attrs.get("screen", "{}"))).get("friction")
-    dim = "item" if "item" in results.dims else "block"
     if EDGE in results.coords:
-        held = results["anchored"].values if "anchored" in results.coords else np.zeros(results.sizes[dim], bool)
-        edges = zip(results[dim].values, results[EDGE].values, held, strict=True)
+        held = results["anchored"].values if "anchored" in results.coords else np.zeros(results.sizes["block"], bool)
+        edges = zip(results["block"].values, results[EDGE].values, held, strict=True)
         falls = ((label, json.loads(str(edge)) or {}) for label, edge, fixed in edges if not fixed)
         foot = tuple(str(label) for label, edge in falls if edge.get("falls_when") == FOOT)
         if foot:
             yield Fact("sliding.clearance", names=foot)
     if INSTEAD in results and isinstance(given, dict):
-        labels = map(str, results[dim].values[np.isfinite(results[INSTEAD].values)])
+        labels = map(str, results["block"].values[np.isfinite(results[INSTEAD].values)])
         exact = tuple(label for label in labels if given.get(label, given).get("distribution") == "fixed")
         if exact:
             yield Fact("friction.exact", names=exact)
@@ -264,15 +263,15 @@ def _sliding(results: xr.Dataset) -> Iterator[Fact]:
         if round_.any():
             yield Fact("block.round", names=tuple(map(str, results[results["round"].dims[0]].values[round_])))
     if "both_axes" in results.coords:
-        alone = results["item"].values[~results["both_axes"].values.astype(bool) & ~results["anchored"].values]
+        alone = results["block"].values[~results["both_axes"].values.astype(bool) & ~results["anchored"].values]
         if alone.size:
             yield Fact("axis.width_alone", names=tuple(map(str, alone)))
 
 
 def _on_the_roof(results: xr.Dataset, roof: str) -> Iterator[Fact]:
     """Yield the pieces on the roof, so that a floor that was meant as the uppermost storey is noticed."""
-    if not roof or "item" not in results.dims or "floor" not in results.coords:
+    if not roof or "place" not in results.dims or "floor" not in results.coords:
         return
-    above = results["item"].values[results["floor"].values.astype(str) == roof]
+    above = results["block"].values[results["floor"].values.astype(str) == roof]
     if above.size:
         yield Fact("floor.roof", int(roof), names=tuple(map(str, above)))

@@ -32,7 +32,7 @@ REGISTERS = {
 def sections(results: xr.Dataset, state: str = "") -> dict[str, list[Fact]]:
     """Return the facts of results, whose file is in a `state`, by section."""
     within, checks = within_levels(results), checks_of(results, state)
-    of_building = "item" in results.dims
+    of_building = "place" in results.dims
     subject = building if of_building else sensitivity if "value" in results.dims else curves
     inputs, method, below = [*inputs_of(results)], [*method_of(results)], [*footnotes(within)]
     passed = [check for check in checks if check.word == GOOD]

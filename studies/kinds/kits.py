@@ -149,13 +149,13 @@ def _set_variables(what: str, sets: Sequence[KitSet], results: xr.Dataset) -> di
     """Return the sets of kits of all laws as variables."""
     of = f"in the set for the {what}"
     money = results["kit_cost"].attrs["units"]
-    yearly = "item_rate" in results
+    yearly = "rate" in results
     loss = results["value"].attrs["units"]
     units = dict.fromkeys(TARGETS, PER_YEAR if yearly else DIMENSIONLESS) | {LOSS: per_year(loss) if yearly else loss}
     text = "by how much another set can be better, relative to this one"
     variables = {
         f"{what}_kit": variable(
-            ("model", "item"), np.stack([of_law.kits for of_law in sets]), DIMENSIONLESS, f"kit {of}"
+            ("model", "block"), np.stack([of_law.kits for of_law in sets]), DIMENSIONLESS, f"kit {of}"
         ),
         f"{what}_cost": variable(
             ("model",), np.array([of_law.cost for of_law in sets]), money, f"cost of all kits {of}"

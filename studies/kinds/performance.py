@@ -54,7 +54,7 @@ from ..buildings.screening import runs_of_tests, screen_inventory
 from ..buildings.shaking import Shaking
 from ..buildings.slide_runs import Slipping, draws_of, falls_off, number_of_slides, slides
 from ..buildings.sliding import item_slide_notes
-from ..buildings.variables import ITEM_SAVING, JOINT, fall_flags, range_of_a_year, variable
+from ..buildings.variables import ANNUAL_SAVING, JOINT, fall_flags, range_of_a_year, variable
 from ..codes.asce7 import Asce7
 from ..codes.check import Code
 from ..facts.notes import of_branch
@@ -604,11 +604,11 @@ class PerformanceStudy(Study):
         ranked = anchoring(assessed, self.objective, level=self.at, **drawn, array=client.array)
         if self.inventory.carried and "annual_loss" in assessed:
             of_money = anchoring(assessed, "loss", **drawn, array=client.array)
-            of_all = of_money.reindex(item=assessed["item"])
+            of_all = of_money.reindex(block=assessed["block"])
             assessed = assessed.assign(
-                {f"{ITEM_SAVING}{end}": of_all[f"saving{end}"] for end in ("", "_lower", "_upper")}
+                {f"{ANNUAL_SAVING}{end}": of_all[f"saving{end}"] for end in ("", "_lower", "_upper")}
             )
-        whole = ranked.reindex(item=assessed["item"])
+        whole = ranked.reindex(block=assessed["block"])
         facts = [*notes(assessed), *sideways_notes(assessed), *item_slide_notes(assessed, self.inventory), *facts]
         if self.hazard is not None:
             if self._in_mean != asked.modelling_dispersion:
@@ -818,7 +818,7 @@ def _with_set(results: xr.Dataset, budget: float) -> xr.Dataset:
     gaps = np.array([max(choice.gaps) for choice in choices])
     text = "by how much the best of all sets can be better, relative to this one"
     variables = {
-        "budget_chosen": variable(("model", "item"), chosen, DIMENSIONLESS, "whether it is anchored for the budget"),
+        "budget_chosen": variable(("model", "block"), chosen, DIMENSIONLESS, "whether it is anchored for the budget"),
         "budget_gap": variable(("model",), gaps, DIMENSIONLESS, text),
     }
     return results.assign(variables).assign_attrs(budget=budget)

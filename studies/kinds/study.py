@@ -20,6 +20,7 @@ from ...core import checks
 from ...core.aliases import Progress
 from ...core.doubts import Doubt, noted
 from ...core.facts import Fact, doubted, stored
+from ...core.units import SCHEMA
 from ...core.wording import counted, with_article
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.hazard.plausibility import RETURN_PERIODS, hazard_doubts, level_at, point_off
@@ -59,6 +60,7 @@ from ..store.content import AS_WRITTEN, EDITED, content_state, sealed
 from ..store.differences import identifying
 from ..store.folder import RESULT_NAME, finished, folder_of_one, refuse_folder, save
 from ..store.manifest import MOST_RUNS, kept_runs, read_manifest
+from ..store.renames import ordered, with_present_names
 from ..store.resources import Resources, refuse_shortage
 from ..store.shards import Shards, belongs, open_shards, refuse_other, remove_emptied, remove_shards
 from ..store.watch import Interrupted, Stop, Watch, run_log
@@ -423,7 +425,8 @@ class Study(ABC):
                 # (with what keys decide now that are no part of the identity)
                 named = self._named
                 same = before.attrs.get("study") == named["study"]
-                results = (before if same else self._decided(before)).assign_attrs(named)
+                present = with_present_names(before)
+                results = (present if same else ordered(self._decided(present))).assign_attrs(named, schema=SCHEMA)
                 if results.attrs == before.attrs:
                     remove_emptied(folder)
                     return before
@@ -519,7 +522,7 @@ class Study(ABC):
             # (where the curve came from does not change it)
             curve = json.dumps({**asdict(self.site_hazard), "source": ""}, sort_keys=True).encode()
             read["hazard_sha256"] = hashlib.sha256(curve).hexdigest()
-        return results.assign_attrs(
+        return ordered(results).assign_attrs(
             **self._named, **read, kind=self.results_are_of or self.kind, identity=self.identity
         )
 

@@ -85,7 +85,7 @@ def kit_savings(
     year = Year.of(assessment, weights_of(assessment, level))
     precision = interval_options(assessment, year, asked.replicates, asked.seed)
     named, sizes = _named(level is None), assessment.sizes
-    shape, dims = (sizes["model"], len(kits), sizes["item"]), ("model", "kit", "item")
+    shape, dims = (sizes["model"], len(kits), sizes["block"]), ("model", "kit", "block")
     fits = np.zeros(shape[1:], bool)
     ranges = {name: np.full((3, *shape), np.nan) for name in named}
     at_levels = {name: np.full((len(ends), *shape, sizes["level"]), np.nan) for name, (ends, _, _) in AT_LEVELS.items()}
@@ -105,7 +105,7 @@ def kit_savings(
             ranges[name][:, :, k, rows] = values
         for name, values in _ruptures(with_it, level, hazard).items():
             ranges[name][:, :, k, rows] = values
-    variables = {"kit_fits": variable(("kit", "item"), fits, DIMENSIONLESS, "whether the kit fits the pieces")}
+    variables = {"kit_fits": variable(("kit", "block"), fits, DIMENSIONLESS, "whether the kit fits the pieces")}
     for name, (units, text) in named.items():
         variables |= with_interval(name, dims, ranges[name], units, text, precision)
     for name, (ends, _, text) in AT_LEVELS.items():
@@ -173,7 +173,7 @@ def _ruptures(with_it: xr.Dataset, level: float | None, hazard: HazardCurve | No
     assert hazard is not None  # (annual rates come from it)
     levels = with_it["level"].values
     return {
-        "kit_breaks": np.stack([with_it[f"item_{RUPTURE}_rate{end}"].values for end in ENDS]),
+        "kit_breaks": np.stack([with_it[f"{RUPTURE}_rate{end}"].values for end in ENDS]),
         "kit_breaks_at_design": np.stack(
             [at_level(design_level(levels, hazard), levels, chance) for chance in chances]
         ),
@@ -230,10 +230,10 @@ def _static(
     strength = np.array([kit.restraint.count * kit.restraint.strength for kit in kits])
     return {
         "kit_strength": variable(("kit",), strength, NEWTON, "force at which the kits of a piece break, all together"),
-        "kit_peak_acceleration": variable(("item",), peaks, ACCELERATION, text),
-        "kit_required_force": variable(("kit", "item"), force, NEWTON, "static force on the kits of a piece"),
+        "kit_peak_acceleration": variable(("block",), peaks, ACCELERATION, text),
+        "kit_required_force": variable(("kit", "block"), force, NEWTON, "static force on the kits of a piece"),
         "kit_static_capacity": variable(
-            ("kit", "item"), capacity, ACCELERATION, "static acceleration at which a piece with the kit tips"
+            ("kit", "block"), capacity, ACCELERATION, "static acceleration at which a piece with the kit tips"
         ),
-        "kit_half_weight": variable(("item",), half, NEWTON, "half of the weight of a piece"),
+        "kit_half_weight": variable(("block",), half, NEWTON, "half of the weight of a piece"),
     }

@@ -55,9 +55,9 @@ class _Options:
 
     def now(self, name: str) -> float:
         """Return the amount of all items as they are."""
-        yearly = "item_rate" in self.here
+        yearly = "rate" in self.here
         if yearly:
-            falls = self.here["item_front_rate" if name == FRONT_FALLS else "item_rate"].values
+            falls = self.here["front_rate" if name == FRONT_FALLS else "rate"].values
         else:
             level = self.here.sel(level=float(self.here.attrs["at_level"]))
             falls = level["front_probability" if name == FRONT_FALLS else "probability"].values
@@ -87,7 +87,7 @@ def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
     """Choose kits for a sum of money under one law, one a line: the code's, then safety, then savings in 50 years."""
     options = _Options(results, model)
     named = {piece.item: piece for piece in pieces_of(results, model)}
-    pieces = [named[str(item)] for item in results["item"].values]
+    pieces = [named[str(item)] for item in results["block"].values]
     of_options = [pieces[i] for i in options.item]
     duty = np.array([piece.recommendation == DUTY for piece in of_options], bool)
     safe = np.array([piece.safety for piece in of_options], bool)
@@ -96,7 +96,7 @@ def budget_kits(results: xr.Dataset, budget: float, model: int = 0) -> KitSet:
     gain = falls
     if (options.weights(LOSS) > 0.0).any():
         gain = np.where(judged, np.maximum(options.surely_saved(LOSS), 0.0), 0.0)
-        if "item_rate" in results:
+        if "rate" in results:
             factor = present_value(pieces[0].discount, YEARS)
             gain = np.maximum(factor * gain - options.costs, 0.0)
     demand = np.array([math.nan if piece.code is None else piece.code.demand for piece in of_options])

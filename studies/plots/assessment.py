@@ -63,7 +63,7 @@ def inventory(
     if view in ("anchoring", "left"):
         ranking = ranking_in(results)
         laws = selection.laws(ranking, model, color)
-        ax = ax or axes.new(max(3.0, 0.3 * ranking.sizes["item"] + 1.4) if view == "anchoring" else 4.0)
+        ax = ax or axes.new(max(3.0, 0.3 * ranking.sizes["block"] + 1.4) if view == "anchoring" else 4.0)
         (bars if view == "anchoring" else remainder)(ranking, laws, ax)
         if alone:  # (bars become shorter downwards and leave room for a legend)
             axes.own_legend(ax, "lower right" if view == "anchoring" else "best")
@@ -278,7 +278,7 @@ def ranking_in(results: xr.Dataset) -> xr.Dataset:
 
         ranking = ranking_of(results)
         advised = [piece.item for piece in pieces_of(results.assign_attrs(sort=SORTS[0]), reference_law(results)[0])]
-        return ranking.assign_coords({PLACE: ("item", [advised.index(str(item)) for item in ranking["item"].values])})
+        return ranking.assign_coords({PLACE: ("block", [advised.index(str(item)) for item in ranking["block"].values])})
     raise ValueError("a figure of anchoring needs a ranking: a performance study, or what anchoring returns")
 
 
@@ -287,7 +287,7 @@ def order_of(ranking: xr.Dataset) -> list[int]:
     if PLACE in ranking.coords:
         place = ranking[PLACE].values
     else:
-        place = ranking["rank"].transpose(..., "item").values.reshape(-1, ranking.sizes["item"]).mean(axis=0)
+        place = ranking["rank"].transpose(..., "block").values.reshape(-1, ranking.sizes["block"]).mean(axis=0)
     return [int(i) for i in np.argsort(place, kind="stable")[:MOST_BARS]]
 
 
@@ -303,7 +303,7 @@ def bars(ranking: xr.Dataset, laws: list[selection.DrawnLaw], ax: Axes) -> Axes:
     scale, objective, unit = _objective(ranking)
     high = 0.78 / len(laws)
     for i, law in enumerate(laws):
-        ordered = law.results.isel(item=order)
+        ordered = law.results.isel(block=order)
         saving, lower, upper = (ordered[f"saving{end}"].values * scale for end in ("", "_lower", "_upper"))
         y = np.arange(len(order)) + high * (i - 0.5 * (len(laws) - 1))
         # (a black interval could not be seen on a black bar)
@@ -318,7 +318,7 @@ def bars(ranking: xr.Dataset, laws: list[selection.DrawnLaw], ax: Axes) -> Axes:
     doubtful = doubtful_items(ranking)
     places = [place_name(f"floor {ranking['floor'].values[i]}").replace(" ", "\u00a0") for i in order]
     names = [
-        f"{ranking['item'].values[i]} ({place}){f' {MARK}' if doubtful[i] else ''}"
+        f"{ranking['block'].values[i]} ({place}){f' {MARK}' if doubtful[i] else ''}"
         for i, place in zip(order, places, strict=True)
     ]
     axes.named_rows(ax, names, 0.55)
@@ -363,7 +363,7 @@ def anchoring_figure(results: xr.Dataset) -> Figure:
         ax,
         "Savings from anchoring",
         "ranked by saving over cost" if by_cost else "",
-        f"the first {len(order)} of {ranking.sizes['item']} items" if len(order) < ranking.sizes["item"] else "",
+        f"the first {len(order)} of {ranking.sizes['block']} items" if len(order) < ranking.sizes["block"] else "",
         f"black: {percent(float(ranking.attrs['confidence']))} intervals"
         + (f", {laws[0].label}" if len(laws) == 1 and laws[0].label else ""),
         MARKED if doubtful_items(ranking)[order].any() else "",

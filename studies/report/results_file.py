@@ -13,10 +13,13 @@ from ...core.units import SCHEMA
 from ...core.wording import with_article
 from ..store.folder import UNREADABLE, damaged, reading
 from ..store.netcdf import opened
+from ..store.renames import with_present_names
 from ..text.error import StudyError
 
 spare_dask()
 
+OLDEST = 1
+"""Earliest layout of results that is read."""
 KINDS = ("fragility", "uncertainty", "performance", "sensitivity")
 
 
@@ -32,16 +35,16 @@ def opened_results(path: Path) -> Iterator[xr.Dataset]:
         if layout is None or "toppling_version" not in stored.attrs:
             raise StudyError(f"{path}: is a netCDF file, but not one of toppling's (no attribute schema)")
         number = refuse_newer(path, stored)
-        if number < SCHEMA:
+        if number < OLDEST:
             raise StudyError(
-                f"{path}: was written by an older toppling (layout {number}, this one reads {SCHEMA}): "
+                f"{path}: was written by an older toppling (layout {number}, this one reads {OLDEST} to {SCHEMA}): "
                 "run its study again"
             )
         if kind is None:
             raise StudyError(f"{path}: holds runs, not a study's results: toppling run writes those")
         if str(kind) not in KINDS:
             raise StudyError(f"{path}: is of the kind {str(kind)[:40]!r}; reports are of {', '.join(KINDS)} studies")
-        yield stored
+        yield with_present_names(stored)
 
 
 @contextmanager

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ...core.units import SCHEMA
 from ..text.error import StudyError
-from .netcdf import rows_of
+from .netcdf import opened, rows_of
 
 ATTRIBUTE = "content_sha256"
 AS_WRITTEN = "as written"
@@ -56,7 +57,11 @@ def sealed(results: xr.Dataset) -> xr.Dataset:
 
 def check_content(path: Path, results: xr.Dataset, verify: bool = False) -> str:
     """Return the state of results, and warn if they were changed; with `verify` that is an error."""
-    state = content_state(results)
+    if int(results.attrs.get("schema", SCHEMA)) < SCHEMA:  # (read under other names than it was sealed)
+        with opened(path) as stored:
+            state = content_state(stored)
+    else:
+        state = content_state(results)
     if verify and state != AS_WRITTEN:
         raise StudyError(f"{path}: was {state}: run its study again with --fresh")
     if state == EDITED:

@@ -112,7 +112,7 @@ def consequences(assessment: xr.Dataset, model: int = 0) -> Table:
 def doubtful_items(ranking: xr.Dataset) -> Flags:
     """Return True for the items of a ranking whose probability of falling is no basis for advice."""
     known = DOUBTFUL in ranking.coords
-    return np.asarray(ranking[DOUBTFUL].values if known else np.zeros(ranking.sizes["item"], np.bool_))
+    return np.asarray(ranking[DOUBTFUL].values if known else np.zeros(ranking.sizes["block"], np.bool_))
 
 
 def span(annual: xr.DataArray) -> tuple[float, str]:
@@ -199,7 +199,7 @@ def _of_all(values: xr.Dataset, name: str) -> float:
 def _mean_of_a_piece(values: xr.Dataset, quantity: str) -> Array:
     """Return the mean amount of a falling piece of each item."""
     if quantity != "downtime":
-        return np.broadcast_to(np.asarray(of_a_piece(values, quantity)), values.sizes["item"])
+        return np.broadcast_to(np.asarray(of_a_piece(values, quantity)), values.sizes["block"])
     given = [values[f"downtime_{name}"].values.tolist() for name in ("median", "dispersion", "distribution")]
     return np.array([Consequence(*of).mean if of[0] > 0.0 else 0.0 for of in zip(*given, strict=True)])
 

@@ -21,7 +21,7 @@ def axes(results: xr.Dataset) -> Table:
     """Return the shares of the falls along width and depth under the reference law."""
     at, _ = reference_law(results)
     of_law = shown(results).isel(model=at)
-    yearly = "item_rate" in of_law
+    yearly = "rate" in of_law
     of_falls = Column("falls", "falls per year" if yearly else "falls", "plain" if yearly else "chance")
     rows: list[Cells] = [
         {
@@ -47,9 +47,9 @@ def _of_blocks(of_law: xr.Dataset) -> Iterator[tuple[str, Value, Value, Value]]:
 
 def _of_items(of_law: xr.Dataset) -> Iterator[tuple[str, Value, Value, Value]]:
     """Yield the same of each line of an inventory."""
-    for i, name in enumerate(of_law["item"].values):
-        item = of_law.isel(item=i)
-        falls = float(item["item_rate"] if "item_rate" in item else item["probability"].mean())
+    for i, name in enumerate(of_law["block"].values):
+        item = of_law.isel(block=i)
+        falls = float(item["rate"] if "rate" in item else item["probability"].mean())
         share = float(item[f"{SIDEWAYS}_share"])
         ends = (1.0 - share, share) if bool(item["both_axes"]) else ("width alone", None)
         yield str(name), None if bool(item["anchored"]) else falls, *ends

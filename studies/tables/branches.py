@@ -21,7 +21,7 @@ AMOUNTS = {"number": "pieces", "loss": "loss", "downtime": "days out of use", "i
 
 def branch_rates(results: xr.Dataset) -> Table:
     """Return the rates over all branches, and the sources of their spread."""
-    rated = rates_of_building(results).isel(block=slice(MOST)) if "item" in results.dims else shown(results, RATE)
+    rated = rates_of_building(results).isel(block=slice(MOST)) if "place" in results.dims else shown(results, RATE)
     return _rates("Return periods over all branches", rated)
 
 

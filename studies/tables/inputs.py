@@ -51,26 +51,26 @@ def anchoring(results: xr.Dataset) -> Table:
 
 def sizes(results: xr.Dataset) -> Table:
     """Return the table of the blocks' sizes."""
-    dim = "item" if "item" in results.dims else "block"
+    in_building = "place" in results.dims
     results, most = shown(results), 0
-    if dim == "item":  # (the pieces in the order of the other tables)
+    if in_building:  # (the pieces in the order of the other tables)
         lines = pieces_of(results, reference_law(results)[0])
-        results, most = results.sel(item=[line.item for line in lines]), MOST_SHORT
-    columns = [column for column in SIZES if column.key in results.coords and results[column.key].dims == (dim,)]
-    labels = results[dim].values.astype(str).tolist() if columns and dim in results.dims else []
+        results, most = results.sel(block=[line.item for line in lines]), MOST_SHORT
+    columns = [column for column in SIZES if column.key in results.coords and results[column.key].dims == ("block",)]
+    labels = results["block"].values.astype(str).tolist() if columns and "block" in results.dims else []
     medians = fema_p58()["median"].to_series()
     stands = SCENE in results.coords and bool(labels)
-    blocks = blocks_of(results if dim == "block" else results.rename(item="block")) if stands else ()
+    blocks = blocks_of(results) if stands else ()
     rows: list[Cells] = [
         {
-            Column("name", dim): _with_key(label),
+            Column("name", "item" if in_building else "block"): _with_key(label),
             **{column: results[column.key][i].item() for column in columns},
             Column("p58", "FEMA P-58 median PGV", "two", "m/s"): float(medians.get(_key(label), math.nan)),
             Column("stands", "stands"): _stands(blocks[i]) if stands else None,
         }
         for i, label in enumerate(labels)
     ]
-    title = "Items of the inventory" if dim == "item" else "Sizes of the blocks"
+    title = "Items of the inventory" if in_building else "Sizes of the blocks"
     return Table.of(title, rows, chosen(results), most=most)
 
 

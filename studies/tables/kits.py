@@ -39,15 +39,15 @@ Line = tuple[Piece, str, Row]
 def kit_lines(results: xr.Dataset, model: int = 0) -> list[Line]:
     """Return every piece that is not anchored for good as it is and with each kit that fits it, in their order."""
     of_law = results.isel(model=model)
-    yearly = "item_rate" in of_law
-    names = {"falls": "item_rate", "front_falls": "item_front_rate", "breaks": f"item_{RUPTURE}_rate"}
+    yearly = "rate" in of_law
+    names = {"falls": "rate", "front_falls": "front_rate", "breaks": f"{RUPTURE}_rate"}
     if not yearly:
         names = {"falls": "probability", "front_falls": "front_probability", "breaks": f"{RUPTURE}_probability"}
     lines: list[Line] = []
     for piece in pieces_of(results, model):
         if piece.held:
             continue
-        item = of_law.sel(item=piece.item)
+        item = of_law.sel(block=piece.item)
         now = item if yearly else item.sel(level=float(results.attrs["at_level"]))
         common: Row = {
             "item": piece.item,
@@ -83,7 +83,7 @@ def kit_lines(results: xr.Dataset, model: int = 0) -> list[Line]:
 
 def kits(results: xr.Dataset, model: int = 0, number: int = MOST_ROWS) -> Table:
     """Return the falls with each kit and its savings, the kits of each piece together."""
-    yearly, money, bound = "item_rate" in results, currency_of(results), bound_of(results)
+    yearly, money, bound = "rate" in results, currency_of(results), bound_of(results)
     sets = [name for name in SETS if f"{name}_kit" in results]
     lines = kit_lines(results, model)
     savings = {line["saving_of_all"] for _, _, line in lines}
@@ -128,7 +128,7 @@ def static_checks(results: xr.Dataset) -> Table:
         {
             Column("item", "piece"): piece.item,
             Column("floor", "floor"): floor_cell(piece.floor),
-            Column("peak", "peak of its floor", "two", "g"): float(peaks.sel(item=piece.item)),
+            Column("peak", "peak of its floor", "two", "g"): float(peaks.sel(block=piece.item)),
             Column("kit", "kit"): kit,
             Column("strength", "strength", "two", "N"): line["strength"],
             Column("required_force", "static force", "two", "N"): line["required_force"] or "no uplift",
@@ -140,8 +140,8 @@ def static_checks(results: xr.Dataset) -> Table:
         if kit
     ]
     at = "10 % in 50 years"
-    outside = "item_rate" in results and math.isnan(results["kit_peak_acceleration"].values.min())
-    if "item_rate" not in results:
+    outside = "rate" in results and math.isnan(results["kit_peak_acceleration"].values.min())
+    if "rate" not in results:
         at = level_text(float(results.attrs["at_level"]), results["level"])
     notes = f"The shaking is {at}.", OUTSIDE if outside else "", RIGID, _nodes(results)
     return Table.of("Static checks by hand, of one piece", rows, *notes, most=MOST_ROWS)
@@ -169,20 +169,20 @@ def kit_breaks(results: xr.Dataset) -> Table:
     shares: dict[str, list[xr.DataArray]] = {}
     if f"{RUPTURE}_probability" in of_law:
         names = [f"{RUPTURE}_probability{end}" for end in ENDS]
-        for item, kit in zip(of_law["item"].values, of_law["anchored_with"].values, strict=True):
+        for item, kit in zip(of_law["block"].values, of_law["anchored_with"].values, strict=True):
             if kit:
-                shares[f"{item}: {kit}"] = [of_law[name].sel(item=item) for name in names]
+                shares[f"{item}: {kit}"] = [of_law[name].sel(block=item) for name in names]
     if "kit_broken_probability" in of_law:
-        for item, kit in product(of_law["item"].values, of_law["kit"].values):
-            if bool(of_law["kit_fits"].sel(item=item, kit=kit)):
-                at = {"item": item, "kit": kit}
+        for item, kit in product(of_law["block"].values, of_law["kit"].values):
+            if bool(of_law["kit_fits"].sel(block=item, kit=kit)):
+                at = {"block": item, "kit": kit}
                 shares[f"{item}: {kit}"] = [of_law[f"kit_broken_probability{end}"].sel(at) for end in ENDS]
     return breaks_by_level(shares, of_law["level"], "kits", intervals(results))
 
 
 def exported_kits(results: xr.Dataset, model: int = 0) -> Table:
     """Return all pieces with all kits as values, for a spreadsheet."""
-    yearly, money = "item_rate" in results, currency_of(results)
+    yearly, money = "rate" in results, currency_of(results)
     units = {
         "rate": "1/year" if yearly else "1",
         "saving": f"{money}/year" if money and yearly else money,

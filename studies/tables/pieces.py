@@ -10,10 +10,10 @@ from ...core.wording import about_percent, currency_of, given_percent
 from ...fragility.risk.modelling import LOWER, UPPER
 from ..buildings.pieces import SHARES, pieces_of
 from ..buildings.recommendations import UNKNOWN, YEARS, Piece, Range
-from ..buildings.sliding import GATED_RATE, ITEM_TRIP_RATE, OFF, OFF_RATE, OVERTURNING, OVERTURNING_RATE
+from ..buildings.sliding import OFF, OFF_RATE, OVERTURNING, OVERTURNING_RATE
 from ..buildings.variables import RUPTURE
 from ..codes.check import UNSTATED_DANGER
-from ..plan.slides import GATED, INSTEAD, TRIP, TRIP_DISTANCE
+from ..plan.slides import GATED, GATED_RATE, INSTEAD, TRIP, TRIP_DISTANCE, TRIP_RATE
 from ..text.spread import MODEL_RANGE, OUTER, model_note
 from ..text.words import consequence_name, display_unit, floor_cell, level_name, level_text, reference_law, roof_of
 from .assessment import DRAWN, bound_of, most_rate, span
@@ -28,7 +28,7 @@ MOST_ROWS, MOST_SHORT = 60, 8
 FRACTILES = "", "_5_percent", "_95_percent"
 CHANCES = {
     "sliding_off": (OFF, OFF_RATE),
-    "tripping": (TRIP, ITEM_TRIP_RATE),
+    "tripping": (TRIP, TRIP_RATE),
     "overturning_alone": (OVERTURNING, OVERTURNING_RATE),
     "overturning_where_it_rocks": (GATED, GATED_RATE),
 }
@@ -64,19 +64,19 @@ def pieces(results: xr.Dataset, model: int = 0) -> Table:
     """Return the table of the pieces under one law; under the law of the answer chances are over all branches."""
     every = pieces_of(results, model)
     spread = over_branches(results) if model == reference_law(results)[0] else {}
-    yearly, roof, money = "item_rate" in results, roof_of(results), currency_of(results)
+    yearly, roof, money = "rate" in results, roof_of(results), currency_of(results)
     bound, of_law = bound_of(results), results.isel(model=model)
     unseen_rate = most_rate(results) if yearly else math.nan
-    spans = {name: span(results[f"item_annual_{name}"]) for name in DRAWN if f"item_annual_{name}" in results}
+    spans = {name: span(results[f"block_annual_{name}"]) for name in DRAWN if f"block_annual_{name}" in results}
     means = results["cost_median"].notnull().values if "cost_median" in results.coords else np.zeros(0)
-    mean = dict(zip(results["item"].values.tolist(), means.tolist(), strict=False))
+    mean = dict(zip(results["block"].values.tolist(), means.tolist(), strict=False))
     scale, unit = display_unit(results["level"])
     judged = f"Recommendations discount savings at {given_percent(every[0].discount if every else 0.0)} per year."
     when = f" in {YEARS:g} years" if yearly else ""
     rows: list[Cells] = []
     for piece in every:
-        values = of_law.sel(item=piece.item)
-        breaks = chance_of(values, f"{RUPTURE}_probability", f"item_{RUPTURE}_rate")
+        values = of_law.sel(block=piece.item)
+        breaks = chance_of(values, f"{RUPTURE}_probability", f"{RUPTURE}_rate")
         rate = spread.get(piece.item, piece.chance)
         saving = _saving(piece, unseen_rate)
         row: Cells = {
@@ -146,7 +146,7 @@ def short_pieces(results: xr.Dataset, most: int = MOST_SHORT) -> Table:
     if not above:
         return table.first(most)
     highest = max(above, key=lambda chance: chance.value)
-    highest = chance_in(highest, YEARS) if "item_rate" in results else highest
+    highest = chance_in(highest, YEARS) if "rate" in results else highest
     more = f"{len(above):,} of the others fall more often than some of these (up to {about_percent(highest.value)})."
     return table.first(most).noted(more)
 
@@ -214,7 +214,7 @@ def exported_pieces(results: xr.Dataset, model: int = 0, readable: bool = False)
         "money": money,
         "money/year": f"{money}/year" if money else "",
     }
-    yearly = "item_rate" in results
+    yearly = "rate" in results
     of_all: dict[str, Value] = {"damping_law": str(results["model"].values[model])}
     of_all |= {} if yearly else {"level": float(results.attrs["at_level"]) / scale}
     spread = over_branches(results)
@@ -229,14 +229,14 @@ def exported_pieces(results: xr.Dataset, model: int = 0, readable: bool = False)
 
 def _sliding(of_law: xr.Dataset) -> dict[str, Row]:
     """Return the results on sliding of each item, and its probability if all capacities are off, by column."""
-    chance, end = ("chance", IN_50) if "item_rate" in of_law else ("probability", AT_LEVEL)
+    chance, end = ("chance", IN_50) if "rate" in of_law else ("probability", AT_LEVEL)
     sliding_of = {}
-    for i, item in enumerate(of_law["item"].values.tolist()):
-        piece = of_law.isel(item=i)
+    for i, item in enumerate(of_law["block"].values.tolist()):
+        piece = of_law.isel(block=i)
         row: Row = {key: piece[key].item() for key in ("contact", "friction", INSTEAD, TRIP_DISTANCE) if key in of_law}
         row |= {f"{name}{end}": chance_of(piece, *chances) for name, chances in CHANCES.items() if chances[0] in of_law}
-        if f"{'item_rate' if chance == 'chance' else chance}{LOWER}" in of_law:
-            ends = _model_range(piece.drop_vars("epistemic_item_rate", errors="ignore"))
+        if f"{'rate' if chance == 'chance' else chance}{LOWER}" in of_law:
+            ends = _model_range(piece.drop_vars("epistemic_rate", errors="ignore"))
             row |= {f"{chance}{end}{LOWER}": ends.lower, f"{chance}{end}{UPPER}": ends.upper}
         sliding_of[str(item)] = row
     return sliding_of
@@ -244,25 +244,25 @@ def _sliding(of_law: xr.Dataset) -> dict[str, Row]:
 
 def chance_of(piece: xr.Dataset, chance: str, rate: str, ends: Sequence[str] = ENDS) -> Range:
     """Return a chance of a piece in `YEARS`, or at the level; NaN if the results have none."""
-    if "item_rate" in piece:
+    if "rate" in piece:
         return chance_in(range_of(piece, rate, ends=ends), YEARS, 0.0)
     return range_of(piece.sel(level=float(piece.attrs["at_level"])), chance, ends=ends)
 
 
 def _model_range(piece: xr.Dataset) -> Range:
     """Return the range of the chance that a piece falls if all capacities are off; NaN if it is not known."""
-    rate = "epistemic_item_rate" if "epistemic_item_rate" in piece else "item_rate"
+    rate = "epistemic_rate" if "epistemic_rate" in piece else "rate"
     ends = chance_of(piece, "probability", rate, ("", LOWER, UPPER))._replace(value=math.nan)
     return ends if ends.upper > 0.0 else UNKNOWN  # (no range is known of what never fell)
 
 
 def over_branches(results: xr.Dataset) -> dict[str, Range]:
     """Return the mean rate of each piece over all branches with its 5 and 95 % fractiles; empty without branches."""
-    if "epistemic_item_rate" not in results:
+    if "epistemic_rate" not in results:
         return {}
-    ends = results["epistemic_item_rate_fractile"].sel(epistemic_fractile=list(OUTER)).values
-    rates = zip(results["epistemic_item_rate"].values.tolist(), ends.tolist(), strict=True)
-    return {str(item): Range(mean, *pair) for item, (mean, pair) in zip(results["item"].values, rates, strict=True)}
+    ends = results["epistemic_rate_fractile"].sel(epistemic_fractile=list(OUTER)).values
+    rates = zip(results["epistemic_rate"].values.tolist(), ends.tolist(), strict=True)
+    return {str(item): Range(mean, *pair) for item, (mean, pair) in zip(results["block"].values, rates, strict=True)}
 
 
 def bounded(chance: Range, bound: float) -> Range:
@@ -272,7 +272,7 @@ def bounded(chance: Range, bound: float) -> Range:
 
 def _values(results: xr.Dataset, piece: Piece, spread: Range | None, scale: float) -> dict[str, Value]:
     """Return the values of a piece by column; levels divided by `scale`."""
-    yearly = "item_rate" in results
+    yearly = "rate" in results
     values: dict[str, Value] = {
         "item": piece.item,
         "room": piece.room,
@@ -304,9 +304,9 @@ def _values(results: xr.Dataset, piece: Piece, spread: Range | None, scale: floa
         names |= {"_anchor_force": "demand", "_demand_over_strength": "ratio"}
         values |= {f"code{end}": getattr(piece.code, name) for end, name in names.items()}
     unseen = not piece.held and piece.chance.value == 0.0 and math.isnan(piece.chance.upper)
-    if "item_annual_downtime" in results:
+    if "block_annual_downtime" in results:
         values["downtime_of_one_a_year"] = UNKNOWN if unseen else piece.downtime
-    if "item_annual_injuries" in results:
+    if "block_annual_injuries" in results:
         values["injured_a_year"] = UNKNOWN if unseen else piece.injuries
     chance = UNKNOWN if piece.held else piece.chance
     if unseen:  # (no motion made it fall)

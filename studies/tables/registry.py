@@ -56,7 +56,7 @@ def _without(name: str) -> Question:
 
 
 OF_BLOCKS = _both(has("half_level"), _without("value"))
-OF_PIECES = has("item")
+OF_PIECES = has("place")
 REGISTRY = {
     "anchoring": Entry(_both(OF_PIECES, lambda results: bool(recommended_lines(results))), inputs.anchoring),
     "lead_blocks": Entry(OF_BLOCKS, blocks.lead_blocks),
@@ -96,7 +96,7 @@ REGISTRY = {
     "codes": Entry(_both(OF_PIECES, has("code")), pieces.codes),
     "ratios": Entry(has("median_ratio"), sensitivity.median_ratios),
     "short_ratios": Entry(has("median_ratio"), sensitivity.short_ratios),
-    "inventory": Entry(has("block", "item"), inputs.sizes),
+    "inventory": Entry(has("block"), inputs.sizes),
 }
 """All tables by name."""
 

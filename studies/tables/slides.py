@@ -13,13 +13,10 @@ from ...models import Edge
 from ...models.friction import LOCKED, ROLLING
 from ..buildings.recommendations import YEARS, Range
 from ..buildings.sliding import (
-    GATED_RATE as ITEM_GATED_RATE,
-    ITEM_TRIP_RATE,
     OFF,
     OFF_RATE,
     OVERTURNING,
     OVERTURNING_RATE,
-    SLIP_RATE as ITEM_SLIP_RATE,
 )
 from ..plan.adaptive_slides import SLIP_HALF
 from ..plan.estimates import middle_level
@@ -172,12 +169,12 @@ def item_slides(results: xr.Dataset, model: int = 0) -> Table:
     contacts, edges = contacts_of(results), _item_edges(results)
     known = results[INSTEAD].values if INSTEAD in results else np.full(len(contacts), math.nan)
     slips = results["slip"].values.tolist() if "slip" in results.coords else []
-    alone = (OVERTURNING, OVERTURNING_RATE) if OVERTURNING in results else ("probability", "item_rate")
+    alone = (OVERTURNING, OVERTURNING_RATE) if OVERTURNING in results else ("probability", "rate")
     rows: list[Cells] = []
-    for i, item in enumerate(results["item"].values):
+    for i, item in enumerate(results["block"].values):
         if not (contacts[i] or edges[i] or not math.isnan(known[i])):
             continue
-        piece, edge = results.isel(item=i, model=model), edges[i]
+        piece, edge = results.isel(block=i, model=model), edges[i]
         friction = None if math.isnan(known[i]) else f"coefficient of friction {float(piece['friction']):.2g}"
         why = "anchored" if bool(piece["anchored"]) else NOT_MODELLED if contacts[i] == ROLLING else ""
         row: Cells = {
@@ -188,19 +185,19 @@ def item_slides(results: xr.Dataset, model: int = 0) -> Table:
         }
         for k, slip in enumerate(slips):
             column = Column(f"{slip:g}", f"slips over {100.0 * slip:g} cm", "chance")
-            row[column] = None if why else _item_chance(piece.isel(slip=k), SLIP, ITEM_SLIP_RATE)
+            row[column] = None if why else _item_chance(piece.isel(slip=k), SLIP, SLIP_RATE)
         obstacle = 1000.0 * float(piece[TRIP_DISTANCE]) if TRIP in results else None
         falls: Cells = {
             Column("edge", "edge"): None if edge is None else edge.label.removeprefix("edge "),
             Column("off", "slides off it", "chance"): _item_chance(piece, OFF, OFF_RATE),
             Column("obstacle", "obstacle at", "short", "mm"): obstacle,
-            Column("trips", "trips over it", "chance", note=TRIPS): _item_chance(piece, TRIP, ITEM_TRIP_RATE),
+            Column("trips", "trips over it", "chance", note=TRIPS): _item_chance(piece, TRIP, TRIP_RATE),
             Column("alone", "overturns, if sliding is prevented", "chance"): _item_chance(piece, *alone),
-            Column("rocking", "overturns, with its friction", "chance"): _item_chance(piece, GATED, ITEM_GATED_RATE),
+            Column("rocking", "overturns, with its friction", "chance"): _item_chance(piece, GATED, GATED_RATE),
         }
         rows.append(row | (dict.fromkeys(falls) if why else falls))
     when = f"in {YEARS:g} years"
-    if "item_rate" not in results:
+    if "rate" not in results:
         when = at_the_level(results, float(results.attrs["at_level"]))
     locked = f"{LOCKED.capitalize()} are as on feet, as long as the brakes hold." if LOCKED in contacts else ""
     title = f"Sliding of the pieces {when}"
@@ -215,7 +212,7 @@ def slips(results: xr.Dataset, model: int = 0) -> Table:
 def falls(results: xr.Dataset, model: int = 0) -> Table:
     """Return the falls of pieces that can slide: over an edge, over an obstacle or by overturning."""
     table = item_slides(results, model)
-    return table.apart(table.title.replace("Sliding", "Falls"), ("item", "floor"), OF_FALLS).first(MOST_ROWS)
+    return table.apart(table.title.replace("Sliding", "Falls"), ("block", "floor"), OF_FALLS).first(MOST_ROWS)
 
 
 OF_FALLS = "edge", "off", "obstacle", "trips", "alone", "rocking"
@@ -226,13 +223,13 @@ def contacts_of(results: xr.Dataset) -> list[str]:
     """Return the contacts of the pieces of each line with their floor, '' if not stated."""
     if "contact" in results.coords:
         return [str(contact) for contact in results["contact"].values]
-    return [""] * results.sizes["item"]
+    return [""] * results.sizes["block"]
 
 
 def _item_edges(results: xr.Dataset) -> list[Edge | None]:
     """Return the edges of each line."""
     if EDGE not in results.coords:
-        return [None] * results.sizes["item"]
+        return [None] * results.sizes["block"]
     every = [json.loads(str(edge)) for edge in results[EDGE].values]
     return [None if edge is None else Edge(**edge) for edge in every]
 

@@ -10,7 +10,7 @@ REPLACEMENT = "\ufffd"
 _TURNING = {*range(0x202A, 0x202F), *range(0x2066, 0x206A)}
 LONGEST_LABEL = 60
 """Maximum length of a name in a figure: longer names are cut (tables contain them whole)."""
-NAMED = ("block", "model", "item", "place", "consequence", "floor", "motion_floor", "law")
+NAMED = ("block", "model", "place", "consequence", "floor", "motion_floor", "law")
 
 
 def clean(text: str) -> str:

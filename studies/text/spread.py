@@ -66,7 +66,7 @@ def sources(results: xr.Dataset) -> list[tuple[str, float]]:
 
 def rates_of_building(results: xr.Dataset) -> xr.Dataset:
     """Return the rates over branches of a performance study in the form of blocks: any fall by place, and pieces."""
-    item = _as_blocks(results, "item_rate", "item")
+    item = _as_blocks(results, "rate", "block")
     item = item.isel(block=np.argsort(-item["epistemic_rate"].values, kind="stable"))
     item = item.isel(block=np.flatnonzero(item["epistemic_rate"].values > 0.0))
     place = _as_blocks(results, "any_rate", "place")

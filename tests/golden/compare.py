@@ -5,7 +5,7 @@ import difflib
 import json
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -61,7 +61,7 @@ def compare_case(
     names: Sequence[str],
     old: Path,
     new: Path,
-    variables: Mapping[str, str] | None = None,
+    variables: Callable[[str], str] = str,
 ) -> list[Difference]:
     """Return the differences of a case.
 
@@ -71,8 +71,8 @@ def compare_case(
         Files of the case itself, which are not compared.
     names : sequence of str
         What a refusal must name; where given, only this of its sentence is compared.
-    variables : mapping of str to str
-        Names of variables now by those under the old commit.
+    variables : callable
+        Returns the name of a variable or dimension now, from that under the old commit.
     """
     ends = [[end["code"] for end in json.loads((side / REPORT).read_text(encoding="utf-8"))] for side in (old, new)]
     found = [*_commands(names, ends, old, new)]
@@ -83,7 +83,7 @@ def compare_case(
         if name not in after or name not in before:
             found.append(("", name, np.inf, "file is lost" if name in before else "file is new"))
             continue
-        found += [(name, *rest) for rest in _file(before[name], after[name], variables or {})]
+        found += [(name, *rest) for rest in _file(before[name], after[name], variables)]
     return [
         Difference(case, f"{name}{':' * bool(name and item)}{item}", size, _short(what))
         for name, item, size, what in found
@@ -133,7 +133,7 @@ def _opens(path: Path) -> bool:
     return True
 
 
-def _file(old: Path, new: Path, variables: Mapping[str, str]) -> Iterator[tuple[str, float, str]]:
+def _file(old: Path, new: Path, variables: Callable[[str], str]) -> Iterator[tuple[str, float, str]]:
     """Yield the item within a file, the size and the words of each of its differences."""
     kind = new.suffix.lower()
     if kind in PICTURES or old.read_bytes() == new.read_bytes():
@@ -249,7 +249,7 @@ def visible(page: str) -> list[str]:
     return [" ".join(line.split()).removesuffix(" |") for line in "".join(parser.text).split("\n") if line.strip(" |")]
 
 
-def _datasets(old: Any, new: Any, names: Mapping[str, str]) -> Iterator[tuple[str, float, str]]:
+def _datasets(old: Any, new: Any, names: Callable[[str], str]) -> Iterator[tuple[str, float, str]]:
     """Yield differences of variables, dimensions, types, units and attributes."""
     before, after = {_now(name, names): old[name] for name in old.variables}, dict(new.variables)
     for name in sorted(before.keys() | after.keys()):
@@ -257,22 +257,28 @@ def _datasets(old: Any, new: Any, names: Mapping[str, str]) -> Iterator[tuple[st
             yield name, np.inf, "variable is lost" if name in before else "variable is new"
             continue
         was, is_ = before[name], after[name]
+        dims = [_now(dim, names) for dim in was.dimensions]
+        # (names that changed come with one order of dimensions)
+        order = (
+            [dims.index(dim) for dim in is_.dimensions] if {*dims} == {*is_.dimensions} and names is not str else None
+        )
+        dims, shape = (dims, was.shape) if order is None else (list(is_.dimensions), tuple(was.shape[i] for i in order))
         for what, a, b in (
-            ("dimensions", [_now(dim, names) for dim in was.dimensions], list(is_.dimensions)),
+            ("dimensions", dims, list(is_.dimensions)),
             ("type", str(was.dtype), str(is_.dtype)),
-            ("shape", was.shape, is_.shape),
+            ("shape", shape, is_.shape),
         ):
             if a != b:
                 yield name, np.inf, f"{what} {a} → {b}"
-        if was.shape == is_.shape:
-            yield from ((name, size, what) for size, what in _values(was, is_))
+        if shape == is_.shape:
+            yield from ((name, size, what) for size, what in _values(was, is_, order))
         yield from _attributes(name, was, is_)
     yield from _attributes("", old, new)
 
 
-def _now(name: str, names: Mapping[str, str]) -> str:
+def _now(name: str, names: Callable[[str], str]) -> str:
     """Return the name that a variable has now, by the last part of its name in the datasets of scripts."""
-    return re.sub(r"\w+$", lambda last: names.get(last[0], last[0]), name)
+    return re.sub(r"\w+$", lambda last: names(last[0]), name)
 
 
 def _attributes(name: str, old: Any, new: Any) -> Iterator[tuple[str, float, str]]:
@@ -286,11 +292,11 @@ def _attributes(name: str, old: Any, new: Any) -> Iterator[tuple[str, float, str
             yield from ((f"{name}@{key}", size, what) for size, what in _lines(*texts))
 
 
-def _values(old: Any, new: Any) -> Iterator[tuple[float, str]]:
+def _values(old: Any, new: Any, order: Sequence[int] | None = None) -> Iterator[tuple[float, str]]:
     """Yield the size of the difference of two variables of the same shape, if they differ in a bit."""
     for variable in (old, new):
         variable.set_auto_maskandscale(False)
-    was, is_ = np.asarray(old[...]), np.asarray(new[...])
+    was, is_ = np.transpose(np.asarray(old[...]), order), np.asarray(new[...])
     if was.dtype.kind in "OUS" or is_.dtype.kind in "OUS":
         differing = [(a, b) for a, b in zip(np.ravel(was), np.ravel(is_), strict=True) if a != b]
         if differing:

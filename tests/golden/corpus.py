@@ -1,4 +1,4 @@
-"""The whole corpus, and the two tables of names that later commits gave to keys and variables."""
+"""The whole corpus, and the table of names that later commits gave to keys."""
 
 import csv
 import re
@@ -28,9 +28,13 @@ def cases(only: str | None = None, pairs: bool = False) -> list[Case]:
     ]
 
 
-def renames(table: str, applies: Callable[[str], bool] = lambda after: True) -> list[Rename]:
-    """Return the renames of `keys` or `variables` that lie between the commits compared."""
-    with (HERE / f"renamed_{table}.csv").open(encoding="utf-8", newline="") as file:
+SCHEMA_1 = "57b5ead9"
+"""The last commit whose results are of schema 1."""
+
+
+def renamed_keys(applies: Callable[[str], bool] = lambda after: True) -> list[Rename]:
+    """Return the renames of keys that lie between the commits compared."""
+    with (HERE / "renamed_keys.csv").open(encoding="utf-8", newline="") as file:
         return [rename for rename in map(Rename._make, list(csv.reader(file))[1:]) if applies(rename.after)]
 
 

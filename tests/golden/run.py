@@ -24,8 +24,10 @@ from pathlib import Path
 from case import HERE, ROOT, Case
 from changes import read_changes, sort_out
 from compare import Difference, compare_case
-from corpus import cases, renames, with_old_keys
+from corpus import SCHEMA_1, cases, renamed_keys, with_old_keys
 from worker import DIED, ENDS, HUNG, LONGEST, PLAN, REPORT
+
+from toppling.studies.store.renames import renamed
 
 PLACE = ROOT / ".golden"
 ENVIRONMENT = {"COLUMNS": "100", "NO_COLOR": "1", "MPLBACKEND": "Agg", "TZ": "UTC", "PYTHONHASHSEED": "0"}
@@ -106,7 +108,7 @@ def environment(commit: str) -> Path:
 def lay_out(corpus: Sequence[Case], side: Path, old: bool, applies: Callable[[str], bool]) -> None:
     """Write the files of all cases into new folders; for the old commit with its keys and twins."""
     shutil.rmtree(side, ignore_errors=True)
-    keys = renames("keys", applies) if old else []
+    keys = renamed_keys(applies) if old else []
     for case in corpus:
         folder = side / case.name
         twins = case.twins if old and case.renamed and applies(case.renamed) else {}
@@ -239,7 +241,7 @@ def compared(old_commit: str, only: str | None, pairs: bool) -> int:
     print(f"running {len(corpus)} cases under {commit[:12]} and under the working tree", flush=True)
     names = [case.name for case in corpus]
     run_sides(dict(zip(sides, pythons, strict=True)), names)
-    variables = {rename.old: rename.new for rename in renames("variables", applies)}
+    variables = renamed if applies(SCHEMA_1) else str
     differences = []
     for case in corpus:
         old, new = (side / case.name for side in sides)

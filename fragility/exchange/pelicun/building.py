@@ -175,7 +175,7 @@ def write_building(
     if rows > MAX_CURVES:
         raise ExchangeError(f"pelicun's quantities need a row a piece, and {rows:,} are more than {MAX_CURVES:,}")
     offsets = np.array([-float(_location(line)) for line in lines])
-    located = curves.assign_coords(offset=("item", offsets, {"units": DIMENSIONLESS}))
+    located = curves.assign_coords(offset=("block", offsets, {"units": DIMENSIONLESS}))
     curve_rows = curve_set(located.assign_attrs(im_at="ground"), TABLE_MARKS, ids)
     notes = dict(zip(curve_rows.ids, (line.note for line in lines), strict=True))
     metadata = metadata_text(curve_rows, description, notes, REPLACED)
