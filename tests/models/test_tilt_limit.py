@@ -85,10 +85,10 @@ def study(folder, limits):
 def test_a_line_of_an_inventory(tmp_path, capsys):
     name = "solvent cabinet"
     with study(tmp_path / "plain", {}) as plain, study(tmp_path / "limited", {name: "2"}) as limited:
-        rates = [one["item_rate"].sel(item=name).max().item() for one in (plain, limited)]
+        rates = [one["rate"].sel(block=name).max().item() for one in (plain, limited)]
         assert rates[1] > 1.5 * rates[0]
-        others = [item for item in plain["item"].values.tolist() if item != name]
-        np.testing.assert_array_equal(limited["item_rate"].sel(item=others), plain["item_rate"].sel(item=others))
+        others = [item for item in plain["block"].values.tolist() if item != name]
+        np.testing.assert_array_equal(limited["rate"].sel(block=others), plain["rate"].sel(block=others))
     capsys.readouterr()
     assert main(["report", str(tmp_path / "limited/results")]) == 0
     page = (tmp_path / "limited/results/report.html").read_text("utf-8")

@@ -57,9 +57,9 @@ def check_totals(results):
             largest = results[name].isel(place=slice(1, None)).max("place")
             assert not (largest > CLOSE * results[name].isel(place=0)).any(), name
     for name in ("probability", "rate"):
-        every, pieces = f"any_{name}", "probability" if name == "probability" else "item_rate"
+        every, pieces = f"any_{name}", "probability" if name == "probability" else "rate"
         if every in results and pieces in results:
-            most = (results["count"] * results[pieces]).sum("item")
+            most = (results["count"] * results[pieces]).sum("block")
             assert not (results[every].isel(place=0) > CLOSE * most).any(), every
             assert not (results[pieces] > CLOSE * results[every].isel(place=0)).any(), every
     for name in results.data_vars:

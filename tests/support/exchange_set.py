@@ -155,10 +155,10 @@ def building(folder: Path, name: str) -> dict[str, object]:
     with xr.open_dataset(results) as stored:
         found = stored.isel(model=0).load()
     lines = read_inventory(inventory).rows
-    assert [one.label for one in lines] == found["item"].values.tolist()
+    assert [one.label for one in lines] == found["block"].values.tolist()
     together = found.attrs["pieces"] == "alike"
     components = []
-    for i, one in enumerate(found["probability"].transpose("item", "level").values):
+    for i, one in enumerate(found["probability"].transpose("block", "level").values):
         rising = bool((np.diff(one) >= 0.0).all())  # the table has made the others rise
         p = one if rising else isotonic_regression(one).x
         chance = [float(p[k]) for k in AT_LEVELS]

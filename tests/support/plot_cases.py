@@ -127,10 +127,10 @@ def dear(floors=4):
     return values.assign_coords(
         place=["building", *here],
         item=here,
-        floor=("item", [str(i + 1) for i in range(floors)]),
-        count=("item", [5] * floors),
-        value=("item", [850.0 * 110.0] * floors),
-        anchored=("item", [False] * floors),
+        floor=("block", [str(i + 1) for i in range(floors)]),
+        count=("block", [5] * floors),
+        value=("block", [850.0 * 110.0] * floors),
+        anchored=("block", [False] * floors),
     ).assign_attrs(whole.attrs)
 
 
@@ -178,11 +178,11 @@ def assessment(laws=3):
             "quantile": [0.1, 0.5, 0.9],
             "number_threshold": count,
             "loss_threshold": worth,
-            "item": ["shelf", "rack"],
-            "floor": ("item", ["0", "3"]),
-            "count": ("item", [3, 5]),
-            "value": ("item", [110.0, 110.0]),
-            "anchored": ("item", [False, False]),
+            "block": ["shelf", "rack"],
+            "floor": ("block", ["0", "3"]),
+            "count": ("block", [3, 5]),
+            "value": ("block", [110.0, 110.0]),
+            "anchored": ("block", [False, False]),
             "motion": np.arange(40),
         },
         {"title": TITLE, "confidence": 0.95, "currency": "EUR", "im": "pga"},
@@ -195,7 +195,7 @@ def ranking(laws=3, items=("shelf", "rack", "a cabinet with a long name, loaded 
     n = len(items)
     saving = np.linspace(4.0, 1.0, n) * np.array([1.0, 0.8, 1.5])[:, None]
     left = saving.sum(-1, keepdims=True) - np.concatenate([np.zeros((3, 1)), np.cumsum(saving, -1)], -1)
-    on, steps = ("model", "item"), ("model", "step")
+    on, steps = ("model", "block"), ("model", "step")
     units = {"units": "EUR year-1"}
     found = xr.Dataset(
         {
@@ -209,7 +209,7 @@ def ranking(laws=3, items=("shelf", "rack", "a cabinet with a long name, loaded 
             "left_upper": (steps, 1.2 * left),
             "total_cost": (steps, np.tile(100.0 * np.arange(n + 1), (3, 1))),
         },
-        {**MODELS, "item": list(items), "floor": ("item", ["3"] * n), "step": np.arange(n + 1)},
+        {**MODELS, "block": list(items), "floor": ("block", ["3"] * n), "step": np.arange(n + 1)},
         {
             "title": TITLE,
             "confidence": 0.95,
@@ -282,12 +282,12 @@ def uncertain(blocks=("shelf",)):
 def with_ranking(found, ranked):
     """A performance study's results: the ranking stands beside the assessment, whose shelf can injure people."""
     beside = {f"ranked_{name}": one for name, one in ranked.data_vars.items()}
-    shape = found.sizes["model"], found.sizes["item"]
+    shape = found.sizes["model"], found.sizes["block"]
     for i, end in enumerate(("_lower", "", "_upper")):
-        beside[f"item_rate{end}"] = (("model", "item"), np.full(shape, 1e-3 * (1 + i)))
-    beside["probability"] = (("model", "item", "level"), np.zeros((*shape, found.sizes["level"])))
+        beside[f"rate{end}"] = (("model", "block"), np.full(shape, 1e-3 * (1 + i)))
+    beside["probability"] = (("model", "block", "level"), np.zeros((*shape, found.sizes["level"])))
     found = found.assign_coords(
-        consequences=("item", ["injury", "none"]), anchoring_cost=("item", np.full(shape[1], np.nan))
+        consequences=("block", ["injury", "none"]), anchoring_cost=("block", np.full(shape[1], np.nan))
     )
     plain = {name: value for name, value in ranked.attrs.items() if name not in found.attrs}
     return found.assign(beside).assign_attrs(ranking=json.dumps(plain), kind="performance")

@@ -101,26 +101,26 @@ class TestAgainstIda:
             for k, law in enumerate((LAW, tp.DiscreteDamping())):
                 model = law if row.e is None else replace(law, e=row.e)
                 flags = self.runs(row.block, model, row.floor).overturned.values[0, 0]
-                mine = found.overturned.isel(model=k).sel(item=row.label).values
+                mine = found.overturned.isel(model=k).sel(block=row.label).values
                 np.testing.assert_array_equal(mine, np.zeros_like(flags) if row.anchored else flags)
         assert found.overturned.any()
         assert not found.overturned.isel(level=0).any()
 
     def test_one_item_is_its_fragility(self, found):
         counts = tp.overturning_probability(self.runs(SHELF, LAW, 3).drop_vars("floor"))
-        one = found.isel(model=0).sel(item="shelf")
+        one = found.isel(model=0).sel(block="shelf")
         for name in ("probability", "lower", "upper"):
             mine = one["probability" if name == "probability" else f"probability_{name}"]
             np.testing.assert_allclose(mine, counts[name].values[0, 0], atol=1e-14)
 
     def test_one_item_in_a_year_is_its_risk(self, found):
         weights = level_weights(LEVELS, CURVE).weights
-        one = found.isel(model=0).sel(item="shelf")
+        one = found.isel(model=0).sel(block="shelf")
         rate = float(weights @ one.probability.values)
         assert rate > 0.0
-        assert float(one.item_rate) == pytest.approx(rate, rel=1e-12)
-        assert float(one.item_annual_number) == pytest.approx(4.0 * rate, rel=1e-12)
-        assert float(one.item_annual_loss) == pytest.approx(1200.0 * rate, rel=1e-12)
+        assert float(one.rate) == pytest.approx(rate, rel=1e-12)
+        assert float(one.block_annual_number) == pytest.approx(4.0 * rate, rel=1e-12)
+        assert float(one.block_annual_loss) == pytest.approx(1200.0 * rate, rel=1e-12)
 
     def test_number_and_loss_of_each_motion(self, found):
         flags = found.overturned.values.astype(float)
@@ -158,7 +158,7 @@ class TestConditional:
         assert found.loss.attrs["units"] == "1"
 
     def test_what_cannot_happen_has_no_uncertainty(self, found):
-        assert (found.probability_upper.sel(item="fixed") == 0.0).all()
+        assert (found.probability_upper.sel(block="fixed") == 0.0).all()
         assert (found.consequence_probability_upper.sel(place="floor 1") == 0.0).all()
         assert (found.number_mean_upper.sel(place="floor 1") == 0.0).all()
         # at the lowest level nothing fell, which 24 motions do not prove
@@ -204,7 +204,7 @@ class TestInAYear:
         floors = found.sel(place=["floor 0", "floor 1", "floor 3"])
         for name in ("annual_number", "annual_loss"):
             np.testing.assert_allclose(floors[name].sum("place"), whole[name], rtol=1e-12)
-            np.testing.assert_allclose(found[f"item_{name}"].sum("item"), whole[name], rtol=1e-12)
+            np.testing.assert_allclose(found[f"{name}"].sum("block"), whole[name], rtol=1e-12)
         np.testing.assert_allclose(whole.number_rate.sum("number_threshold"), whole.annual_number, rtol=1e-12)
         np.testing.assert_allclose(whole.number_rate.isel(number_threshold=0), whole.any_rate, rtol=1e-12)
         np.testing.assert_allclose(whole.loss_rate.isel(loss_threshold=0), whole.any_rate, rtol=1e-12)
@@ -255,7 +255,7 @@ class TestInAYear:
         share = wilson_interval(0, 6)[1] * float(low.level_weight.sum())
         pieces = low["count"].values * ~low["anchored"].values.astype(bool)
         np.testing.assert_allclose(low.annual_number_upper.sel(place="building"), share * pieces.sum(), rtol=1e-12)
-        np.testing.assert_allclose(low.item_rate_upper[0], np.where(pieces, share, 0.0), rtol=1e-12)
+        np.testing.assert_allclose(low.rate_upper[0], np.where(pieces, share, 0.0), rtol=1e-12)
         np.testing.assert_allclose(low.any_rate_upper.sel(place="building"), share, rtol=1e-12)
         assert "building.no_fall" in {fact.what for fact in notes(low)}
         scenario = assess(INVENTORY, Assessment(LAW, shaking(6), [0.02], "pga", FRAME))
@@ -314,11 +314,11 @@ def replace_curve(**changes):
 
 class TestPieces:
     def test_means_are_shares_of_variants(self, drawn):
-        assert drawn.overturned.dims == ("model", "item", "variant", "level", "motion")
+        assert drawn.overturned.dims == ("model", "block", "variant", "level", "motion")
         share = drawn.overturned.mean("variant")
         np.testing.assert_allclose(drawn.probability, share.mean("motion"), rtol=1e-12, atol=1e-15)
-        count = xr.DataArray([row.count for row in INVENTORY.rows], dims="item")
-        mean = (share.mean("motion") * count).sum("item")
+        count = xr.DataArray([row.count for row in INVENTORY.rows], dims="block")
+        mean = (share.mean("motion") * count).sum("block")
         np.testing.assert_allclose(drawn.number_mean.sel(place="building"), mean, rtol=1e-12)
         # as drawn, the number has that mean but for the noise of 20 fillings
         np.testing.assert_allclose(drawn.number.sel(place="building").mean(["motion", "realisation"]), mean, atol=0.25)
@@ -333,9 +333,9 @@ class TestPieces:
         assert set(np.unique(together.number.sel(place="floor 0"))) <= {0.0, 2.0}
         assert 1.0 in np.unique(drawn.number.sel(place="floor 0"))
         level = {"level": 3, "model": 0}
-        q = drawn.overturned.isel(level).mean("variant").sel(item=["shelf", "other shelf"]).values
+        q = drawn.overturned.isel(level).mean("variant").sel(block=["shelf", "other shelf"]).values
         apart = 1.0 - (1.0 - q[0]) ** 4 * (1.0 - q[1])
-        one = drawn.overturned.isel(level).mean("variant").sel(item="files").values
+        one = drawn.overturned.isel(level).mean("variant").sel(block="files").values
         expected = (1.0 - (1.0 - apart) * (1.0 - one) ** 5).mean()
         assert float(drawn.any_probability.isel(level).sel(place="floor 3")) == pytest.approx(expected, rel=1e-12)
         assert float(together.any_probability.isel(level).sel(place="floor 3")) < expected
@@ -393,7 +393,7 @@ class TestAssessment:
         other = assess(
             turned, Assessment(LAW, shaking(), LEVELS, "pga", FRAME, CURVE, variability=Variability(0.02, 0.05))
         )
-        for name in ("overturned", "number", "annual_loss", "item_rate_lower"):
+        for name in ("overturned", "number", "annual_loss", "rate_lower"):
             left, right = xr.align(other[name], drawn[name], join="right")
             xr.testing.assert_allclose(left, right, rtol=1e-12)
 
@@ -456,7 +456,7 @@ class TestAnchoring:
         np.testing.assert_allclose(ranked.saving, [0.5, 2.25, 0.25], rtol=1e-12)
         np.testing.assert_allclose(ranked.saving_share, np.array([0.5, 2.25, 0.25]) / 3.0, rtol=1e-12)
         assert ranked["rank"].values.tolist() == [2, 1, 3]
-        assert ranked.anchored_item.values.tolist() == ["", "right", "left", "heap"]
+        assert ranked.anchored_block.values.tolist() == ["", "right", "left", "heap"]
         np.testing.assert_allclose(ranked.left, [3.0, 0.75, 0.25, 0.0], atol=1e-15)
         np.testing.assert_allclose(ranked.total_cost, [0.0, 300.0, 350.0, 360.0])
         assert ranked.saving.attrs["units"] == "EUR year-1"
@@ -464,7 +464,7 @@ class TestAnchoring:
 
     def test_per_cost(self, monkeypatch):
         ranked = anchoring(self.found(monkeypatch), per_cost=True).isel(model=0)
-        assert ranked.anchored_item.values.tolist() == ["", "heap", "left", "right"]
+        assert ranked.anchored_block.values.tolist() == ["", "heap", "left", "right"]
         np.testing.assert_allclose(ranked.total_cost, [0.0, 10.0, 60.0, 360.0])
         assert ranked["rank"].values.tolist() == [2, 3, 1]
 
@@ -480,7 +480,7 @@ class TestAnchoring:
         np.testing.assert_allclose(ranked.saving, [0.0, 0.0025], atol=1e-17)
         np.testing.assert_allclose(ranked.alone, [0.005, 0.0075], rtol=1e-12)
         np.testing.assert_allclose(ranked.left, [0.0075, 0.005, 0.0], atol=1e-17)
-        assert ranked.anchored_item.values.tolist() == ["", "right", "left"]
+        assert ranked.anchored_block.values.tolist() == ["", "right", "left"]
 
     @pytest.mark.slow
     def test_what_stands_on_a_piece_is_lost_with_it(self, monkeypatch):
@@ -498,7 +498,7 @@ class TestAnchoring:
         inventory = Inventory(rows, "EUR")
         found = known(monkeypatch, flags, inventory, [1.0], self.curve).isel(model=[0])
         lost = 0.01 * np.array([0.5 * 100.0, 0.75 * 1000.0, 0.5 * 500.0])
-        np.testing.assert_allclose(found.item_annual_loss[0], lost, rtol=1e-12)
+        np.testing.assert_allclose(found.block_annual_loss[0], lost, rtol=1e-12)
         np.testing.assert_allclose(found.annual_loss.sel(place="building"), lost.sum(), rtol=1e-12)
         assert found.loss.sel(place="building").values[0, 0].tolist() == [1600.0, 1600.0, 1000.0, 0.0]
         assert found.number.sel(place="building").values[0, 0].tolist() == [2.0, 1.0, 1.0, 0.0]
@@ -507,13 +507,13 @@ class TestAnchoring:
         np.testing.assert_allclose(ranked.saving, 0.01 * np.array([50.0 + 250.0 + 250.0, 250.0]), rtol=1e-12)
         np.testing.assert_allclose(ranked.alone, 0.01 * np.array([50.0 + 500.0 + 250.0, 500.0]), rtol=1e-12)
         np.testing.assert_allclose(ranked.left, [10.5, 5.0, 0.0], atol=1e-12)
-        assert ranked.anchored_item.values.tolist() == ["", "pedestal", "vase"]
+        assert ranked.anchored_block.values.tolist() == ["", "pedestal", "vase"]
         for label in ("pedestal", "vase"):
             held = [replace(row, anchored=row.anchored or row.label == label) for row in rows]
             free = [runs for row, runs in zip(rows, flags, strict=False) if row.label != label]
             after = known(monkeypatch, free, replace(inventory, rows=tuple(held)), [1.0], self.curve)
             saved = found.annual_loss - after.annual_loss
-            np.testing.assert_allclose(ranked.saving.sel(item=label), saved.values[0, 0], rtol=1e-12)
+            np.testing.assert_allclose(ranked.saving.sel(block=label), saved.values[0, 0], rtol=1e-12)
 
     def test_steps_where_nothing_alone_saves(self, monkeypatch):
         rows = tuple(replace(row, label=f"{row.label} {i}") for i in range(2) for row in self.rows[:1])
@@ -537,7 +537,7 @@ class TestAnchoring:
         assert float(ranked.left[0]) == pytest.approx(value(found), rel=1e-12)
         for label in ranked.item.values:
             saved = value(found) - value(anchored[label])
-            assert float(ranked.saving.sel(item=label)) == pytest.approx(saved, rel=1e-9, abs=1e-12)
+            assert float(ranked.saving.sel(block=label)) == pytest.approx(saved, rel=1e-9, abs=1e-12)
         assert float(ranked.left[-1]) == pytest.approx(0.0, abs=1e-15)
         assert (ranked.left.diff("step") <= 1e-15).all()
 
@@ -554,8 +554,8 @@ class TestAnchoring:
         np.testing.assert_allclose(ranked.left_lower[:, 0], found.annual_loss_lower.sel(place="building"), rtol=1e-9)
         assert (ranked.rank_lower <= ranked["rank"]).all()
         assert (ranked.rank_upper >= ranked["rank"]).all()
-        np.testing.assert_allclose(ranked.saving, found.item_annual_loss.sel(item=ranked.item), rtol=1e-12)
-        np.testing.assert_allclose(ranked.saving_lower, found.item_annual_loss_lower.sel(item=ranked.item), rtol=1e-9)
+        np.testing.assert_allclose(ranked.saving, found.block_annual_loss.sel(block=ranked.item), rtol=1e-12)
+        np.testing.assert_allclose(ranked.saving_lower, found.block_annual_loss_lower.sel(block=ranked.item), rtol=1e-9)
 
     def test_refuses(self, monkeypatch, found):
         plain = known(monkeypatch, self.flags[:1], Inventory((Contents("a", SHELF, 0),)), [1.0])

@@ -117,7 +117,7 @@ def test_rates_and_shares_are_sums_over_the_levels(found):
     for i, line in enumerate(LINES):
         fell, first = by_hand(line.block, line.floor, line.direction)
         rate, deep = ((weights[:, None] * flags).sum(0).mean() for flags in (fell, first == 2))
-        assert float(found["item_rate"].values[0, i]) == pytest.approx(rate, rel=1e-12)
+        assert float(found["rate"].values[0, i]) == pytest.approx(rate, rel=1e-12)
         assert float(found["item_sideways_rate"].values[0, i]) == pytest.approx(deep, rel=1e-12)
         assert float(found["sideways_share"].values[0, i]) == pytest.approx(deep / rate, rel=1e-12)
 
@@ -136,7 +136,7 @@ def test_both_polarities(found):
     """A wall makes all motions run both ways; what stands free falls under both, forward under one of them."""
     rows = (*LINES, Contents("walled", WALLED, floor=1, direction="x"))
     both = assess(Inventory(rows), Assessment(LAW, TURNED, LEVELS, "RotD50(pga)", FRAME))
-    free = both.isel(item=[0, 1])
+    free = both.isel(block=[0, 1])
     for name in ("overturned", "sideways"):
         own = free[name].values.reshape(1, 2, 3, 8, 2)
         np.testing.assert_array_equal(own[..., 0], own[..., 1])
@@ -194,7 +194,7 @@ class TestKits:
             own = assess(held, replace(self.ASKED, polarity=polarity), sides=True)
             assert own["both_axes"].values.all()
             for i, at in enumerate(rows):
-                rate, before = float(own["item_rate"][0, i]), float(plain["item_rate"][0, at])
+                rate, before = float(own["rate"][0, i]), float(plain["rate"][0, at])
                 assert float(found["kit_falls"][0, k, at]) == pytest.approx(rate, rel=1e-12)
                 assert float(found["kit_falls_saved"][0, k, at]) == pytest.approx(before - rate, rel=1e-9, abs=1e-15)
                 assert float(found["kit_breaks"][0, k, at]) == pytest.approx(

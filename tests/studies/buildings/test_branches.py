@@ -32,7 +32,7 @@ def known():
     def of(factor):
         flags = np.array([LEVELS[:, None] > factor * one for one in CAPACITIES])[None]
         found = plain.drop_dims("level").assign_coords(level=LEVELS)
-        return found.assign(overturned=(("model", "item", "level", "motion"), flags))
+        return found.assign(overturned=(("model", "block", "level", "motion"), flags))
 
     return {"motions": of(1.0), "stiff": of(1.5)}
 
@@ -57,12 +57,12 @@ def test_three_hazards_by_hand(known):
     found = spread(steady, Sampling(100, 0), hazards=curves)
     lowest = rates_of(CAPACITIES[:, 0])
     # (a capacity is known to the step between two levels)
-    np.testing.assert_allclose(found["branch_item_rate"], lowest[:, None] * [2.0, 1.0, 4.0], rtol=0.045)
-    own = found["branch_item_rate"].values[:, 1]
-    np.testing.assert_allclose(found["epistemic_item_rate"], own * (1.0 + 0.2 + 1.2), rtol=1e-12)
+    np.testing.assert_allclose(found["branch_rate"], lowest[:, None] * [2.0, 1.0, 4.0], rtol=0.045)
+    own = found["branch_rate"].values[:, 1]
+    np.testing.assert_allclose(found["epistemic_rate"], own * (1.0 + 0.2 + 1.2), rtol=1e-12)
     expected = own[:, None] * np.array([1.0, 1.0, 2.0, 4.0, 4.0])
-    np.testing.assert_allclose(found["epistemic_item_rate_fractile"], expected, rtol=1e-12)
-    np.testing.assert_allclose(found["epistemic_item_rate_spread"].sel(epistemic_source="hazard"), 1.0, rtol=1e-9)
+    np.testing.assert_allclose(found["epistemic_rate_fractile"], expected, rtol=1e-12)
+    np.testing.assert_allclose(found["epistemic_rate_spread"].sel(epistemic_source="hazard"), 1.0, rtol=1e-9)
     number = (np.array([3.0, 2.0]) * own).sum()
     np.testing.assert_allclose(found["branch_annual_number"].values[0], number * np.array([2.0, 1.0, 4.0]), rtol=1e-12)
     np.testing.assert_allclose(found["branch_annual_loss"].values[0, 1], 3.0 * own[0] + 20.0 * own[1], rtol=1e-12)
@@ -86,7 +86,7 @@ def test_branches_are_assessments_of_their_own():
     found = rates_over_branches(every, known, TWO, Sampling(100, 0))
     for b, one in enumerate(every):
         own = assess(TWO, Assessment(laws, sets[one.motions], levels, hazard=one.hazard)).sel(model=one.model)
-        for name in ("item_rate", "any_rate", "annual_number", "annual_loss"):
+        for name in ("rate", "any_rate", "annual_number", "annual_loss"):
             np.testing.assert_allclose(found[f"branch_{name}"].isel(branch=b), own[name], rtol=1e-12)
             np.testing.assert_allclose(
                 found[f"epistemic_{name}"], found[f"branch_{name}"] @ found["branch_weight"], rtol=1e-12
@@ -136,24 +136,22 @@ class TestModelling:
         """With a power law the rate of a piece is lognormal with dispersion k beta_m, its mean exp(k² beta_m²/2)."""
         steady = {"motions": known["motions"].isel(motion=[0, 0])}
         found = spread(steady, Sampling(1000, 0, 0.3, True))
-        own = found["branch_item_rate"].values[:, 0]
+        own = found["branch_rate"].values[:, 0]
         np.testing.assert_allclose(own, rates_of(CAPACITIES[:, 0]), rtol=0.045)
-        np.testing.assert_allclose(found["epistemic_item_rate"], own * np.exp(0.5 * (K * 0.3) ** 2), rtol=1e-10)
+        np.testing.assert_allclose(found["epistemic_rate"], own * np.exp(0.5 * (K * 0.3) ** 2), rtol=1e-10)
         expected = own[:, None] * np.exp(K * 0.3 * scipy.special.ndtri(found["epistemic_fractile"].values))
-        np.testing.assert_allclose(found["epistemic_item_rate_fractile"], expected, rtol=5e-3)
-        np.testing.assert_allclose(
-            found["epistemic_item_rate_spread"].sel(epistemic_source="modelling"), 1.0, rtol=1e-9
-        )
+        np.testing.assert_allclose(found["epistemic_rate_fractile"], expected, rtol=5e-3)
+        np.testing.assert_allclose(found["epistemic_rate_spread"].sel(epistemic_source="modelling"), 1.0, rtol=1e-9)
 
     @pytest.mark.slow
     def test_in_the_mean_it_is_a_factor(self, known):
         plain, found = (spread(known, Sampling(200, 0, beta)) for beta in (0.0, 0.3))
         factor = np.exp(0.5 * (K * 0.3) ** 2)
         for name in (
-            "epistemic_item_rate",
-            "branch_item_rate",
+            "epistemic_rate",
+            "branch_rate",
             "epistemic_annual_loss",
-            "epistemic_item_rate_fractile",
+            "epistemic_rate_fractile",
         ):
             np.testing.assert_allclose(found[name], factor * plain[name], rtol=1e-10)
 
@@ -205,10 +203,8 @@ def test_realisations_count_as_hazard(known):
     curve = tp.HazardCurve(levels, [], "pga", realisations=[rates, 3.0 * rates], weights=[0.25, 0.75])
     steady = {"motions": known["motions"].isel(motion=[0, 0])}
     found = spread(steady, Sampling(100, 0), hazards={"hazard": (curve, 1.0)})
-    low = found["branch_item_rate"].values[:, 0] / 2.5
-    np.testing.assert_allclose(
-        found["epistemic_item_rate_fractile"].values[:, [0, 4]], low[:, None] * [1.0, 3.0], rtol=1e-9
-    )
+    low = found["branch_rate"].values[:, 0] / 2.5
+    np.testing.assert_allclose(found["epistemic_rate_fractile"].values[:, [0, 4]], low[:, None] * [1.0, 3.0], rtol=1e-9)
     upper = tp.HazardCurve(
         levels, 3.0 * rates, "pga", realisations=[rates, 3.0 * rates], weights=[0.25, 0.75], fractile=0.9
     )
@@ -219,7 +215,7 @@ def test_realisations_count_as_hazard(known):
 def test_what_comes_from_beyond(known):
     """The share from above the hazard curve's last level, by hand: pieces that all fall from 20 m/s² on."""
     flags = np.broadcast_to((LEVELS > 20.0)[:, None], (2, LEVELS.size, MOTIONS))[None]
-    high = {"motions": known["motions"].assign(overturned=(("model", "item", "level", "motion"), flags))}
+    high = {"motions": known["motions"].assign(overturned=(("model", "block", "level", "motion"), flags))}
     curve = tp.HazardCurve([0.1, 1.0, 10.0], [1e-1, 1e-3, 1e-5], "pga")
     found = spread(high, Sampling(100, 0), hazards={"hazard": (curve, 1.0)})
     assert found["branch_share_beyond"].item() == pytest.approx(1.0, abs=1e-6)

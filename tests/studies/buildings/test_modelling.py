@@ -50,7 +50,7 @@ class TestAnnualValues:
             assessed(monkeypatch, inventory, FINE, hazard, modelling_dispersion=beta) for beta in (0.0, BETA)
         )
         factor = math.exp(0.5 * 1.8**2 * BETA**2)
-        for name in ("item_rate", "item_annual_loss", "annual_number", "annual_loss"):
+        for name in ("rate", "block_annual_loss", "annual_number", "annual_loss"):
             for end in ("", "_lower", "_upper"):
                 np.testing.assert_allclose(found[name + end], factor * plain[name + end], rtol=1e-10, err_msg=name)
         for name in ("number_mean", "any_probability", "number_exceedance", "probability"):
@@ -131,10 +131,10 @@ class TestAnnualValues:
         found = assessed(monkeypatch, THREE, levels, hazard, modelling_dispersion=0.3)
         only = Inventory((ROWS[0], *(replace(row, anchored=True) for row in ROWS[1:])), "EUR")
         alone = assessed(monkeypatch, only, levels, hazard, modelling_dispersion=0.3)
-        np.testing.assert_allclose(alone["any_rate"], alone["item_rate"].sel(item="shelf"), rtol=2e-3)
-        np.testing.assert_allclose(alone["item_rate"].sel(item="shelf"), found["item_rate"].sel(item="shelf"))
-        assert (found["any_rate"] > found["item_rate"].max("item")).all()
-        assert (found["any_rate"] < found["item_rate"].sum("item")).all()
+        np.testing.assert_allclose(alone["any_rate"], alone["rate"].sel(block="shelf"), rtol=2e-3)
+        np.testing.assert_allclose(alone["rate"].sel(block="shelf"), found["rate"].sel(block="shelf"))
+        assert (found["any_rate"] > found["rate"].max("block")).all()
+        assert (found["any_rate"] < found["rate"].sum("block")).all()
 
 
 class TestAtALevel:

@@ -65,24 +65,21 @@ def results(lines=LINES, **attributes):
     observed = np.where(rates[:, :1] > 0.0, [[0.0, 0.2, 0.1, 1.0]], 0.0)
     return xr.Dataset(
         {
-            "probability": (("model", "item", "level"), observed[None]),
-            **{
-                f"item_rate{end}": (("model", "item"), rates[None, :, i])
-                for i, end in enumerate(("", "_lower", "_upper"))
-            },
+            "probability": (("model", "block", "level"), observed[None]),
+            **{f"rate{end}": (("model", "block"), rates[None, :, i]) for i, end in enumerate(("", "_lower", "_upper"))},
             "level_weight": ("level", [0.02, 0.004, 0.001, 0.0005]),
             "level_weight_above": ((), 0.0001),
             "scale": ("motion", np.ones(40)),
         },
         {
-            "item": [*lines],
-            "room": ("item", ["hall"] * len(lines)),
-            "floor": ("item", [str(i) for i in range(len(lines))]),
-            "count": ("item", number),
-            "anchored": ("item", held),
-            "value": ("item", value),
-            "anchoring_cost": ("item", cost),
-            "consequences": ("item", words),
+            "block": [*lines],
+            "room": ("block", ["hall"] * len(lines)),
+            "floor": ("block", [str(i) for i in range(len(lines))]),
+            "count": ("block", number),
+            "anchored": ("block", held),
+            "value": ("block", value),
+            "anchoring_cost": ("block", cost),
+            "consequences": ("block", words),
             "level": ("level", LEVELS, {"units": "m s-2", "long_name": "peak ground acceleration"}),
             "model": ["one law"],
         },
@@ -145,13 +142,13 @@ class TestRecommendations:
         assert [one.item for one in pieces_of(given)] == ["shelves", "cabinet"]
         injured = np.array([[0.001, 0.01]])
         for end in ("", "_lower", "_upper"):
-            given[f"item_annual_injuries{end}"] = (("model", "item"), injured)
+            given[f"block_annual_injuries{end}"] = (("model", "block"), injured)
         found = pieces_of(given)
         assert [one.item for one in found] == ["cabinet", "shelves"]
         assert [one.recommendation for one in found] == [REDUCES, SAFER]
         assert budget_set(given, 10.0).chosen.tolist() == [False, True]
         # (one of them without persons beside it: the number of injuries of the other says nothing of their order)
-        given["item_annual_injuries"] = (("model", "item"), injured * [0.0, 1.0])
+        given["block_annual_injuries"] = (("model", "block"), injured * [0.0, 1.0])
         assert [one.item for one in pieces_of(given)] == ["shelves", "cabinet"]
 
     def test_what_stands_on_a_piece_is_lost_with_it(self):
@@ -161,7 +158,9 @@ class TestRecommendations:
             "vase": ((2e-4, 1e-4, 3e-4), 3, 25_000.0, 120.0, "", True),
         }
         alone = {one.item: one for one in pieces_of(results(lines))}
-        found = {one.item: one for one in pieces_of(results(lines).assign_coords(stands_on=("item", ["", "pedestal"])))}
+        found = {
+            one.item: one for one in pieces_of(results(lines).assign_coords(stands_on=("block", ["", "pedestal"])))
+        }
         assert alone["pedestal"].saving.value == pytest.approx(3 * 200.0 * 1e-4)
         assert found["pedestal"].saving.value == pytest.approx(3 * 25_200.0 * 1e-4)
         assert found["pedestal"].payback == pytest.approx(-math.log(1.0 - 0.04 * 30.0 / 2.52) / math.log(1.04))
@@ -171,15 +170,15 @@ class TestRecommendations:
     def test_squat_pieces_have_no_advice_on_money(self):
         """Of the rack, which is worth its cost, nothing is advised where its mass centre is 1.9 half widths high."""
         alpha = np.where(np.array([*LINES]) == "rack", math.atan(1.0 / 1.9), math.atan(1.0 / 2.1))
-        found = {one.item: one for one in pieces_of(results().assign_coords(alpha=("item", alpha)))}
+        found = {one.item: one for one in pieces_of(results().assign_coords(alpha=("block", alpha)))}
         assert found["rack"].recommendation == OUTSIDE
         assert math.isnan(found["rack"].payback)
         assert {name for name, one in found.items() if one.doubt} == {"rack"}
-        squat = results(kind="performance").assign_coords(alpha=("item", alpha), law=("model", ["housner"]))
+        squat = results(kind="performance").assign_coords(alpha=("block", alpha), law=("model", ["housner"]))
         said = advice(squat)
         assert said["anchoring.outside"].names == ("“rack” (ground)",)
         assert said["anchoring.lines"].names == ("“shelf” (floor 1)", "“crate” (floor 2)")
-        assert "rack" not in squat["item"].values[budget_set(squat, 5000.0).chosen]
+        assert "rack" not in squat["block"].values[budget_set(squat, 5000.0).chosen]
 
     def test_other_words_are_a_matter_of_safety(self):
         found = {one.item: one for one in pieces_of(results(safety="dirt"))}
@@ -209,7 +208,7 @@ class TestRecommendations:
         given = yearly.drop_vars([name for name in yearly.data_vars if "rate" in name])
         chances = np.repeat([[0.6], [0.5], [0.0]], 4, axis=1)[None]
         for end in ("", "_lower", "_upper"):
-            given[f"probability{end}"] = (("model", "item", "level"), chances)
+            given[f"probability{end}"] = (("model", "block", "level"), chances)
         given = given.assign_attrs(at_level=2.0)
         assert {one.item: one.recommendation for one in pieces_of(given)} == {
             "vase": REDUCES,
@@ -238,10 +237,10 @@ class TestRecommendations:
             "archive": ((0.01, 0.008, 0.012), 20, value, math.nan, "", False),
             "shelf": ((0.001, 0.0008, 0.0012), 1, min(value, 10.0), math.nan, "injury", False),
             "stool": ((0.0001, 0.0, 0.0002), 1, min(value, 10.0), math.nan, "none", False),
-        }, kind="performance").drop_vars([f"item_rate{end}" for end in ("", "_lower", "_upper")])  # fmt: skip
+        }, kind="performance").drop_vars([f"rate{end}" for end in ("", "_lower", "_upper")])  # fmt: skip
         chances = np.repeat([[0.6], [0.1], [0.01]], 4, axis=1)[None]
         for end in ("", "_lower", "_upper"):
-            found[f"probability{end}"] = (("model", "item", "level"), chances)
+            found[f"probability{end}"] = (("model", "block", "level"), chances)
         found = found.assign_attrs(at_level=2.0).assign_coords(law=("model", ["housner"]))
         assert [(one.item, one.recommendation) for one in pieces_of(found)] == [
             ("shelf", REDUCES),
@@ -251,7 +250,7 @@ class TestRecommendations:
         said = advice(found)
         assert said["anchoring.lines"].names == ("“shelf” (floor 1)", "“archive” (ground)")
         assert (said["anchoring.lines"].more["number"], said["anchoring.after"].more["share_safe"]) == (21, 1.0)
-        alone = found.assign_coords(consequences=("item", ["none", "none", "none"]))
+        alone = found.assign_coords(consequences=("block", ["none", "none", "none"]))
         assert {one.recommendation for one in pieces_of(alone)} == {REDUCES, SMALL}
         assert advice(alone)["anchoring.lines"].names == ("“archive” (ground)",)
         assert "anchoring.after" not in advice(alone)
@@ -260,8 +259,8 @@ class TestRecommendations:
         mixed = results(kind="performance").assign_coords(law=("model", ["housner"]))
         inspect = advice(mixed)["anchoring.inspect"]
         assert (inspect.value, inspect.names) == (3, ("“held” (floor 7)",))
-        all_held = mixed.assign_coords(anchored=("item", np.ones(len(LINES), bool)))
-        all_held = all_held.assign(budget_chosen=(("model", "item"), np.zeros((1, len(LINES)), bool)))
+        all_held = mixed.assign_coords(anchored=("block", np.ones(len(LINES), bool)))
+        all_held = all_held.assign(budget_chosen=(("model", "block"), np.zeros((1, len(LINES)), bool)))
         all_held = all_held.assign(budget_gap=("model", [0.0])).assign_attrs(budget=100.0)
         said = advice(all_held)
         assert {*said} == {"anchoring.inspect", "anchoring.all_anchored", "code.not_checked"}
@@ -307,7 +306,7 @@ CHECKS = {
 
 def with_code(found):
     """Results of a study that names a code, which says this of the lines (the others are exempt)."""
-    of = [CHECKS.get(str(item), ("exempt", math.nan)) for item in found["item"].values]
+    of = [CHECKS.get(str(item), ("exempt", math.nan)) for item in found["block"].values]
     columns = {
         "status": [status for status, _ in of],
         "clause": ["4.3.5"] * len(of),
@@ -317,7 +316,7 @@ def with_code(found):
         "demand": [250.0 if status == "required" else math.nan for status, _ in of],
         "ratio": [ratio for _, ratio in of],
     }
-    code = {f"code_{name}": ("item", values) for name, values in columns.items()}
+    code = {f"code_{name}": ("block", values) for name, values in columns.items()}
     return found.assign(code).assign_attrs(code="EN 1998-1, 4.3.5", code_site="a_g = 0.2 g, S = 1.2")
 
 
@@ -329,13 +328,13 @@ class TestCode:
             ("rack", DUTY),
             ("shelf", REDUCES),
         ]
-        held = next(row for row in pieces(with_code(results())).lines if row["item"] == "held")
+        held = next(row for row in pieces(with_code(results())).lines if row["block"] == "held")
         assert held["chance"] is None  # (it falls no more as long as its anchors hold)
 
     def test_tables(self):
         given = with_code(results())
         forces = codes(given)
-        texts = {row["item"]: forces.cells(row)[1:] for row in forces.lines}
+        texts = {row["block"]: forces.cells(row)[1:] for row in forces.lines}
         assert texts["rack"] == ["required", "4.3.5", "0.400", "400", "250", "0.90"]
         assert texts["held"][-1] == "1.2"
         assert not REGISTRY["codes"].applies(results())
@@ -357,14 +356,14 @@ class TestBudget:
     def test_law_before_safety_before_money(self):
         """The rack (400, required), the shelves (2,000) and the crate (20); the vase saves no more than its 200."""
         given = with_code(results())
-        items = given["item"].values
+        items = given["block"].values
         assert [*items[budget_set(given, 2650.0).chosen]] == ["rack", "shelf", "crate"]
         assert [*items[budget_set(given, 2450.0).chosen]] == ["rack", "shelf", "crate"]
         assert [*items[budget_set(given, 399.0).chosen]] == ["crate"]
         dear = results({**LINES, "vase": ((0.004, 0.001, 0.007), 1, 2400.0, 200.0, "", False)})
         chosen = budget_set(dear, 2650.0).chosen
         assert "vase" in items[chosen]  # (206 in 50 years, 52 to 360)
-        dear = dear.assign(budget_chosen=(("model", "item"), chosen[None]), budget_gap=("model", [0.0]))
+        dear = dear.assign(budget_chosen=(("model", "block"), chosen[None]), budget_gap=("model", [0.0]))
         dear = dear.assign_attrs(budget=2650.0, kind="performance").assign_coords(law=("model", ["housner"]))
         said = advice(dear)
         lines = "“shelf” (floor 1)", "“crate” (floor 2)", "“rack” (ground)", "“vase” (floor 3)"
@@ -385,11 +384,11 @@ class TestBudget:
     def test_the_table_marks_them(self):
         given = results()
         chosen = budget_set(given, 2420.0).chosen
-        given = given.assign(budget_chosen=(("model", "item"), chosen[None])).assign_attrs(budget=2420.0)
+        given = given.assign(budget_chosen=(("model", "block"), chosen[None])).assign_attrs(budget=2420.0)
         table = anchoring(given)
         assert sorted(table.column("item")[:-1]) == ["crate", "rack", "shelf"]
         assert "2,420 EUR" in table.note
-        values = {row["item"]: row for row in exported_pieces(given).lines}
+        values = {row["block"]: row for row in exported_pieces(given).lines}
         assert values["rack"]["within_budget"] == "yes"
         assert values["vase"]["within_budget"] == "no"
 
@@ -400,10 +399,10 @@ class TestTables:
         """Safety comes before money there, too, though anchoring the rack saves most; what is held has no bar."""
         saving = np.array([math.nan if held else rate[0] * n * worth for rate, n, worth, *_, held in LINES.values()])
         units = {"units": "EUR year-1"}
-        ranked = {f"ranked_saving{end}": (("model", "item"), saving[None], units) for end in ("", "_lower", "_upper")}
+        ranked = {f"ranked_saving{end}": (("model", "block"), saving[None], units) for end in ("", "_lower", "_upper")}
         ranked["ranked_alone"] = ranked["ranked_saving"]
         ranked["ranked_rank"] = (
-            ("model", "item"),
+            ("model", "block"),
             np.where(np.isnan(saving), np.nan, (-saving).argsort().argsort())[None],
         )
         about = {"confidence": 0.95, "objective_text": "expected annual value overturned", "per_cost": 0}
@@ -418,7 +417,7 @@ class TestTables:
         assert "95 % intervals" in table.notes[0]
         assert "at 4 %" in table.note
         assert [column.key for column in table.columns][:5] == ["item", "room", "floor", "pieces", "chance"]
-        texts = {row["item"]: dict(zip((column.key for column in table.columns), table.cells(row), strict=True))
+        texts = {row["block"]: dict(zip((column.key for column in table.columns), table.cells(row), strict=True))
                  for row in table.lines}  # fmt: skip
         assert texts["rack"]["chance"] == "9.5\u00a0% (7.2–12)"
         assert texts["never"]["chance"].startswith("at most 11")  # 3.84/43.84 of 0.0254 a year, all beyond
@@ -453,10 +452,10 @@ def test_a_rate_is_that_of_the_piece_s_own_curve():
     found = assess(
         inventory, Assessment(tp.EnergyConsistent(), ground, np.geomspace(0.8, 12.0, 15), "pga", frame, hazard)
     )
-    flags = found[["overturned"]].rename(item="block").drop_vars("floor").assign_attrs(found.attrs)
+    flags = found[["overturned"]].rename(block="block").drop_vars("floor").assign_attrs(found.attrs)
     own = tp.annual_rate(tp.fit_fragility(flags, replicates=200), hazard)["rate"].item()
-    assert found["item_rate"].item() == pytest.approx(own, rel=0.03)
-    assert found["item_rate_lower"].item() < own < found["item_rate_upper"].item()
+    assert found["rate"].item() == pytest.approx(own, rel=0.03)
+    assert found["rate_lower"].item() < own < found["rate_upper"].item()
 
 
 class TestFiles:
@@ -479,8 +478,8 @@ class TestFiles:
     def test_csv(self, folder):
         path = piece_files.write_pieces(folder / "results.nc", folder / "export", "csv")
         rows = [*csv.DictReader(io.StringIO(path.read_text(encoding="utf-8")))]
-        assert {row["item"] for row in rows} == {"'=1+1", *LINES}
-        rack = next(row for row in rows if row["item"] == "rack")
+        assert {row["block"] for row in rows} == {"'=1+1", *LINES}
+        rack = next(row for row in rows if row["block"] == "rack")
         assert float(rack["payback (years)"]) == pytest.approx(-math.log(1.0 - 16.0 / 120.0) / math.log(1.04))
         assert rack["recommendation"] == WORTH
         assert rack["damping_law"] == "one law"
@@ -492,11 +491,11 @@ class TestFiles:
             ("downtime", "downtime_median", "rack"),
             ("injuries", "persons_exposed", "crate"),
         ):
-            amounts = given["item_rate"].where(given["item"] != missing, 0.0) * 0.5
-            given[f"item_annual_{name}"] = amounts
+            amounts = given["rate"].where(given["block"] != missing, 0.0) * 0.5
+            given[f"block_annual_{name}"] = amounts
             ends = amounts.where(amounts > 0.0)
-            given = given.assign({f"item_annual_{name}{end}": ends for end in ("_lower", "_upper")})
-            given = given.assign_coords({stated: ("item", np.where(given["item"].values == missing, np.nan, 0.5))})
+            given = given.assign({f"block_annual_{name}{end}": ends for end in ("_lower", "_upper")})
+            given = given.assign_coords({stated: ("block", np.where(given["block"].values == missing, np.nan, 0.5))})
         heading, *rows = cells(exported_pieces(given))
         found = {row[0]: dict(zip(heading, row, strict=True)) for row in rows}
         downtime, injured = "downtime_of_one_a_year (days/year)", "injured_a_year (1/year)"

@@ -237,9 +237,9 @@ class TestIntervals:
 
     def test_half_of_the_falls_of_symmetric_pieces_are_to_the_front(self):
         one = found(SYMMETRIC, "both", sides=True)
-        assert (one["item_rate"].values[0] > 0.0).sum() == 4
+        assert (one["rate"].values[0] > 0.0).sum() == 4
         for end in ("", "_lower", "_upper"):
-            assert_allclose(one[f"item_front_rate{end}"], 0.5 * one[f"item_rate{end}"], rtol=1e-12)
+            assert_allclose(one[f"front_rate{end}"], 0.5 * one[f"rate{end}"], rtol=1e-12)
         assert_allclose(one["front_probability"], 0.5 * one["probability"], rtol=1e-12)
 
 
@@ -301,7 +301,7 @@ class TestAnchoring:
             here = results[name].isel(model=0).sel(place="building")
             return float(here.sel(consequence=objective) if objective == "injury" else here)
 
-        for i, label in enumerate(ranked["item"].values):
+        for i, label in enumerate(ranked["block"].values):
             without = found(replace(MIXED, rows=tuple(fixed(row, label) for row in MIXED.rows)), "both")
             saving = ranked["saving"].values[0, i]
             assert saving == pytest.approx(value(both) - value(without), rel=1e-9, abs=1e-15)
@@ -352,7 +352,7 @@ class TestBranches:
         rates = rates_over_branches([branch(1.0)], {"motions": one}, MIXED, Sampling(200, 0))
         each = of_each(np.einsum("lr,l->r", one["overturned"].values[0, 0], level_weights(LEVELS, CURVE).weights))
         means = draw_motions((np.arange(N),), 200, 0) @ each / N
-        fractiles = rates["epistemic_item_rate_fractile"].values[0]
+        fractiles = rates["epistemic_rate_fractile"].values[0]
         for q, value in zip(rates["epistemic_fractile"].values, fractiles, strict=True):
             near = np.sort(means)[[max(0, int(200 * q) - 2), min(199, int(200 * q) + 1)]]
             assert near[0] * (1 - 1e-9) <= value <= near[1] * (1 + 1e-9)
@@ -411,7 +411,7 @@ class TestHistories:
             assess(MIXED, Assessment(LAW, motions, LEVELS, hazard=CURVE, polarity=way, replicates=200))
             for motions, way in ((given, "both"), (given, "as recorded"), (histories(False, -1.0, True), "as recorded"))
         )
-        assert_allclose(one["item_rate"], 0.5 * (plus["item_rate"].values + minus["item_rate"].values), rtol=1e-12)
+        assert_allclose(one["rate"], 0.5 * (plus["rate"].values + minus["rate"].values), rtol=1e-12)
 
     def test_a_motion_with_the_name_of_a_reverse(self):
         every = [History(1.0, name, "0", "", np.ones(9), 0.01, "made") for name in ("a", "a, reversed")]

@@ -97,15 +97,15 @@ class TestOneLine:
         off, topples = by_hand
         weights = level_weights(LEVELS, CURVE).weights
         for name, chance in (
-            ("item_rate", (off | topples).mean(axis=(0, 2))),
-            ("item_off_rate", off.mean(axis=(0, 2))),
-            ("item_overturning_rate", topples.mean(axis=1)),
+            ("rate", (off | topples).mean(axis=(0, 2))),
+            ("off_rate", off.mean(axis=(0, 2))),
+            ("overturning_rate", topples.mean(axis=1)),
         ):
-            value = results[name].isel(item=0).values.ravel()[0]
+            value = results[name].isel(block=0).values.ravel()[0]
             assert_allclose(value, weights @ chance, rtol=1e-12)
         assert_allclose(results["probability"].values[0, 0], (off | topples).mean(axis=(0, 2)), rtol=1e-12)
         assert_allclose(results["off_probability"].values[0], off.mean(axis=(0, 2)), rtol=1e-12)
-        assert np.isnan(results["item_off_rate"].values[1])
+        assert np.isnan(results["off_rate"].values[1])
 
     def test_the_gate_is_beside_the_headline_and_never_in_it(self, results, by_hand):
         _, topples = by_hand
@@ -114,9 +114,7 @@ class TestOneLine:
         gated = results["gated_probability"].values[0, 0]
         assert_allclose(gated, (1.0 - instead) * topples.mean(axis=1), rtol=1e-12)
         assert (results["probability"].values[0, 0] >= topples.mean(axis=1)).all()
-        assert_allclose(
-            results["item_gated_rate"].values[0, 0], (1.0 - instead) * results["item_overturning_rate"].values[0, 0]
-        )
+        assert_allclose(results["gated_rate"].values[0, 0], (1.0 - instead) * results["overturning_rate"].values[0, 0])
 
     def test_slips_over_distances(self, results):
         peaks = np.array([slips_by_hand(ANALYSER, float(mu)).max(axis=0) for mu in quantiles(LOW)])
@@ -129,8 +127,8 @@ class TestOneLine:
         assert_allclose(results["slide_probability"].values[0], moves, rtol=1e-12)
 
     def test_intervals_enclose_and_come_from_the_motions(self, results):
-        for name in ("item_off_rate", "item_slip_rate", "item_gated_rate", "item_overturning_rate"):
-            value, low, high = (results[f"{name}{end}"].isel(item=0).values.ravel()[0] for end in ENDS)
+        for name in ("off_rate", "slip_rate", "gated_rate", "overturning_rate"):
+            value, low, high = (results[f"{name}{end}"].isel(block=0).values.ravel()[0] for end in ENDS)
             assert 0.0 <= low < value < high
         again = found(ANALYSER, SHELF, polarity="as recorded")
         assert again.drop_attrs(deep=False).identical(results.drop_attrs(deep=False))
@@ -216,14 +214,14 @@ class TestTogether:
     def test_anchoring_saves_what_falls_off(self):
         results = found(ANALYSER, SHELF)
         ranked = anchoring(results, "number")
-        at = ranked["item"].values.tolist().index("analyser")
-        assert_allclose(ranked["saving"].values[0, at], 3.0 * results["item_rate"].values[0, 0], rtol=1e-9)
+        at = ranked["block"].values.tolist().index("analyser")
+        assert_allclose(ranked["saving"].values[0, at], 3.0 * results["rate"].values[0, 0], rtol=1e-9)
         (foot,) = (fact for fact in of_sliding(results) if fact.what == "sliding.clearance")
         assert foot.names == ("analyser",)
         anchored = found(replace(ANALYSER, anchored=True), SHELF)
         assert "sliding.clearance" not in {fact.what for fact in of_sliding(anchored)}
         assert "fallen" not in anchored
-        assert anchored["item_rate"].values[0, 0] == 0.0
+        assert anchored["rate"].values[0, 0] == 0.0
 
 
 class TestVariants:
@@ -252,14 +250,14 @@ class TestFrictionAlone:
         for name in without.data_vars:
             assert without[name].variable.identical(with_it[name].variable), name
         more = {*with_it.data_vars} - {*without.data_vars}
-        assert {"slides_instead", "slip_probability", "item_slip_rate", "gated_probability"} <= more
+        assert {"slides_instead", "slip_probability", "slip_rate", "gated_probability"} <= more
         assert not {one for one in more if "off" in str(one) or one == "fallen"}
 
     def test_with_modelling_uncertainty(self):
         for options in ({"modelling_dispersion": 0.3}, {"modelling_dispersion": 0.3, "hazard": None}):
             results = found(ANALYSER, SHELF, **options)
             assert (results["probability"] >= results["overturning_probability"] - 1e-12).all()
-            assert (results["probability"].isel(item=0) >= results["off_probability"].isel(item=0) - 1e-12).all()
+            assert (results["probability"].isel(block=0) >= results["off_probability"].isel(block=0) - 1e-12).all()
 
     def test_held_pieces_have_none(self):
         walled = Contents("case", tp.Block(0.3, 1.6, wall=tp.Wall(0.02)), 0, friction=LOW)
@@ -325,7 +323,7 @@ class TestPedestals:
         assert_allclose(results["support_moves_probability"].values[1], moves, rtol=1e-9)
         assert np.isnan(results["support_moves_probability"].values[0]).all()
         weights = level_weights(LEVELS, CURVE).weights
-        assert_allclose(results["item_support_moves_rate"].values[1], weights @ moves, rtol=1e-9)
+        assert_allclose(results["support_moves_rate"].values[1], weights @ moves, rtol=1e-9)
 
     def test_an_anchored_one_rests(self):
         inventory = Inventory((replace(BASE, anchored=True), BUST), "EUR")
@@ -338,7 +336,7 @@ class TestPedestals:
         base = replace(BASE, anchored=True, friction=None)
         bust = replace(BUST, block=replace(BUST.block, edge=None), friction=None)
         results, free = found(base, bust), found(replace(bust, stands_on=""))
-        assert_array_equal(*(one["overturned"].sel(item="bust") for one in (results, free)))
+        assert_array_equal(*(one["overturned"].sel(block="bust") for one in (results, free)))
         assert (results["support_moves_probability"].values[1] == 0.0).all()
 
     @pytest.mark.parametrize(

@@ -78,10 +78,10 @@ class TestRuns:
             assert 0.0 < flags.mean() < 1.0
             assert_array_equal(runs.tripped[k], flags.sum(axis=-1))
             assert_allclose(results["trip_probability"].values[k], flags.mean(axis=(1, 2)), rtol=1e-12)
-            assert_allclose(results["item_trip_rate"].values[k], weights @ flags.mean(axis=(1, 2)), rtol=1e-12)
+            assert_allclose(results["trip_rate"].values[k], weights @ flags.mean(axis=(1, 2)), rtol=1e-12)
         assert np.isnan(results["trip_probability"].values[2]).all()
         assert_array_equal(results["trip_distance"], [0.04, 0.01, np.nan])
-        for name in ("trip_probability", "item_trip_rate"):
+        for name in ("trip_probability", "trip_rate"):
             low, high = (results[f"{name}{end}"].values[:2] for end in ("_lower", "_upper"))
             assert (low <= results[name].values[:2]).all()
             assert (results[name].values[:2] <= high).all()
@@ -152,7 +152,7 @@ class TestWords:
 
     def test_chances_are_of_50_years_or_of_the_level(self, results):
         for end, rate in {"": 0.01, "_lower": 0.005, "_upper": 0.02}.items():
-            results[f"item_trip_rate{end}"][:] = rate
+            results[f"trip_rate{end}"][:] = rate
         assert item_slides(results).texts("trips")[1] == "39\u00a0% (22–63)"  # (once in 100 years, 50 to 200)
         level = found(*ROWS, hazard=None).assign_attrs(at_level=float(LEVELS[-1]))
         assert item_slides(level).title == f"Sliding of the pieces {at_the_level(level, float(LEVELS[-1]))}"
@@ -219,7 +219,7 @@ trip_mm = 40
         keys = {column.key for column in table.columns}
         assert {"tripping_at_level", "trip_distance"} < keys
         assert "tripping_in_50_years" not in keys
-        trips = {row["item"]: row["tripping_at_level"].value for row in table.lines}
+        trips = {row["block"]: row["tripping_at_level"].value for row in table.lines}
         level = results.attrs["at_level"]
         assert trips["cabinet"] == pytest.approx(float(results["trip_probability"].sel(level=level)[1]))
         assert np.isnan(trips["cart"])

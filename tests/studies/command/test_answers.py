@@ -47,7 +47,7 @@ class TestBuilding:
         assert "falls in 50" in text
         assert "Expected loss: " in text
         with xr.open_dataset(building.parent / "out/results.nc") as results:
-            assert results.sizes["item"] == 2
+            assert results.sizes["block"] == 2
             lines = facts_of(of_building.actions, results)["anchoring.lines"]
             assert (lines.names, lines.more["budget"]) == (("“shelf” (ground)",), 100.0)
             assert " ".join(say(next(of_building.answer(results)), "page").split()) in text

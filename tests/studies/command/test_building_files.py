@@ -32,15 +32,15 @@ def results(laws=("exact", "linear"), **changes):
     attributes = {"im": "pga", "currency": "EUR", "pieces": "alike", "title": "A clinic", "kind": "performance"}
     units = {"units": "m s-2", "long_name": "peak ground acceleration", "im": "pga"}
     return xr.Dataset(
-        {"probability": (("model", "item", "level"), np.stack([chances * 0.5**i for i in range(len(laws))]))},
+        {"probability": (("model", "block", "level"), np.stack([chances * 0.5**i for i in range(len(laws))]))},
         {
-            "item": [*LINES],
-            "floor": ("item", [*floor]),
-            "room": ("item", ["hall", "", ""]),
-            "count": ("item", [*count]),
-            "value": ("item", [*value]),
-            "anchored": ("item", [*held]),
-            "consequences": ("item", [*words]),
+            "block": [*LINES],
+            "floor": ("block", [*floor]),
+            "room": ("block", ["hall", "", ""]),
+            "count": ("block", [*count]),
+            "value": ("block", [*value]),
+            "anchored": ("block", [*held]),
+            "consequences": ("block", [*words]),
             "level": ("level", LEVELS, units),
             "model": [f"{law} e=0.9" for law in laws],
             "law": ("model", [*laws]),
@@ -148,7 +148,7 @@ def with_distributions(found):
         "downtime_distribution": (np.array(["lognormal", "", ""], dtype=object), "1"),
         "value": ([300.0 * np.exp(0.18), 26_010.0, 80.0], "EUR"),
     }
-    return found.assign_coords({name: ("item", values, {"units": unit}) for name, (values, unit) in columns.items()})
+    return found.assign_coords({name: ("block", values, {"units": unit}) for name, (values, unit) in columns.items()})
 
 
 class TestDistributions:
@@ -229,7 +229,7 @@ def test_files_of_an_earlier_export_are_removed(export):
     _, folder = export(results(), model="exact")
     assert (folder / "units.json").exists()
     (folder / "notes.txt").write_text("mine", encoding="utf-8")
-    export(results().assign_coords(value=("item", [0.0] * 3)), model="exact")
+    export(results().assign_coords(value=("block", [0.0] * 3)), model="exact")
     left = {"fragility.csv", "fragility.json", "components.csv", "notes.txt", RECORD}
     assert {path.name for path in folder.iterdir()} == left
 
@@ -296,7 +296,7 @@ class TestRefused:
         assert said[0].endswith("law exact e=0.9")
 
     def test_floors_without_numbers(self, export):
-        found = results().assign_coords(floor=("item", ["0", "roof", "2"]))
+        found = results().assign_coords(floor=("block", ["0", "roof", "2"]))
         with pytest.raises(StudyError, match="locations are numbers, and rack stands on floor 'roof'"):
             export(found, model="exact")
 
@@ -308,7 +308,7 @@ class TestRefused:
         assert not (tmp_path / "pelicun").exists()
 
     def test_too_many_pieces(self, export):
-        found = results(pieces="independent").assign_coords(count=("item", [100_000, 1, 1]))
+        found = results(pieces="independent").assign_coords(count=("block", [100_000, 1, 1]))
         with pytest.raises(StudyError, match="100,002 are more than 100,000"):
             export(found, model="exact")
 

@@ -331,7 +331,7 @@ class TestPieces:
         found = lines_of(folder, "free", "held")
         a, b = (xr.open_dataset(folder / name / "results.nc") for name in ("free", "held"))
         line = one(found, "chance", "shelf")
-        chances = [1.0 - math.exp(-50.0 * float(each["item_rate"].sel(item="shelf")[0])) for each in (a, b)]
+        chances = [1.0 - math.exp(-50.0 * float(each["rate"].sel(block="shelf")[0])) for each in (a, b)]
         assert (line.a.value, line.b.value) == pytest.approx(chances, rel=1e-12)
         assert line.ratio.value == pytest.approx(chances[1] / chances[0], rel=1e-12)
         assert line.place == "archive, ground"
@@ -347,7 +347,7 @@ class TestPieces:
         samples = []
         for name in ("free", "held"):
             results = xr.open_dataset(folder / name / "results.nc")
-            each = results["overturned"].astype(float).mean("variant").isel(model=0).sel(item="shelf")
+            each = results["overturned"].astype(float).mean("variant").isel(model=0).sel(block="shelf")
             rates = (each * results["level_weight"]).sum("level").values
             samples.append(1.0 - np.exp(-50.0 * weights @ rates))
         line = one(found, "chance", "shelf")
@@ -365,7 +365,7 @@ class TestPieces:
                     continue
                 held = float(a.results[variable].sel(place="building")[0])
                 assert shaken[quantity].mean() == pytest.approx(held, rel=1e-12)
-            assert shaken["chance"].mean(axis=1) == pytest.approx(a.results["item_rate"].values[0], rel=1e-12)
+            assert shaken["chance"].mean(axis=1) == pytest.approx(a.results["rate"].values[0], rel=1e-12)
 
     @pytest.mark.slow
     def test_anchored(self, folder, tmp_path):

@@ -90,7 +90,7 @@ def test_in_a_year(folder, quantity, name):
                 "loss": results["value"],
                 "injuries": (results["persons_exposed"] * results["injury_probability"]).fillna(0.0),
             }[quantity]
-            given = (results["overturned"] * results["count"] * mean).sum("item")
+            given = (results["overturned"] * results["count"] * mean).sum("block")
         of_motion = (given * results["level_weight"]).sum("level").values
         assert of_motion.mean() == pytest.approx(values[-1], rel=1e-9)
         samples.append(drawn(200, 16) @ of_motion)

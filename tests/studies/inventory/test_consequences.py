@@ -162,13 +162,13 @@ class TestAgainstSimulatedYears:
         """EAL = Σ rate · number · median · exp(β²/2), of lines with a value rate · number · value."""
         here = found.isel(model=0)
         means = [1000.0 * math.exp(0.18), scipy.stats.truncnorm(-1 / 0.3, np.inf, 4000.0, 1200.0).mean(), 150.0]
-        lines = here.item_rate.values * np.array([3, 2, 4]) * means
-        np.testing.assert_allclose(here.item_annual_loss, lines, rtol=1e-12)
+        lines = here.rate.values * np.array([3, 2, 4]) * means
+        np.testing.assert_allclose(here.block_annual_loss, lines, rtol=1e-12)
         assert float(here.annual_loss.sel(place="building")) == pytest.approx(lines.sum(), rel=1e-12)
-        hurt = here.item_rate.values * np.array([3 * 0.6, 0.0, 0.0])
-        np.testing.assert_allclose(here.item_annual_injuries, hurt, rtol=1e-12, atol=0.0)
-        days = here.item_rate.values * np.array([5.0 * math.exp(0.32), 12.0 * math.exp(0.08), 0.0])
-        np.testing.assert_allclose(here.item_annual_downtime, days, rtol=1e-12, atol=0.0)
+        hurt = here.rate.values * np.array([3 * 0.6, 0.0, 0.0])
+        np.testing.assert_allclose(here.block_annual_injuries, hurt, rtol=1e-12, atol=0.0)
+        days = here.rate.values * np.array([5.0 * math.exp(0.32), 12.0 * math.exp(0.08), 0.0])
+        np.testing.assert_allclose(here.block_annual_downtime, days, rtol=1e-12, atol=0.0)
         np.testing.assert_allclose(found.value, means, rtol=1e-12)
 
     def test_rates_of_anything_are_where_they_were(self, found):
@@ -199,7 +199,7 @@ class TestLongestDowntime:
             flags = falls(3, seed)
             for some in (LAB, replace(LAB, rows=LAB.rows[:1]), replace(LAB, rows=LAB.rows[1:])):
                 found = shaken(monkeypatch, flags[: len(some.rows)], some)
-                assert (found.item_annual_downtime <= found.annual_downtime[:, 0] * (1.0 + 1e-12)).all()
+                assert (found.block_annual_downtime <= found.annual_downtime[:, 0] * (1.0 + 1e-12)).all()
                 alone = float(found.annual_downtime[0, 0])
                 if len(some.rows) == 1:
                     exact = float(found.any_rate[0, 0]) * DAYS.of_several(3, greatest=True)[0]
@@ -275,7 +275,7 @@ class TestRealisations:
         plain = shaken(monkeypatch, falls(20)[:2], Inventory(rows, "EUR"), losses=[0.0, 500.0])
         known = tuple(replace(row, value=0.0, cost=Consequence(row.value)) for row in rows)
         drawn = shaken(monkeypatch, falls(20)[:2], Inventory(known, "EUR"), losses=[0.0, 500.0])
-        for name in ("annual_loss", "loss_rate", "loss_quantile", "loss_exceedance", "item_annual_loss"):
+        for name in ("annual_loss", "loss_rate", "loss_quantile", "loss_exceedance", "block_annual_loss"):
             np.testing.assert_allclose(drawn[name], plain[name], rtol=1e-12)
 
 
@@ -401,34 +401,34 @@ class TestDecisions:
     def test_means_pay_back(self, monkeypatch):
         found = shaken(monkeypatch, falls(60))
         pieces = {one.item: one for one in pieces_of(found.assign_attrs(safety=" | ".join(SAFETY)))}
-        assert pieces["freezer"].saving.value == pytest.approx(float(found.item_annual_loss[0, 0]))
+        assert pieces["freezer"].saving.value == pytest.approx(float(found.block_annual_loss[0, 0]))
         assert pieces["freezer"].payback == math.inf  # (a year saves 1.8 EUR, and the interest on 150 EUR is 6)
         free = {one.item: one for one in pieces_of(found.assign_attrs(safety=" | ".join(SAFETY), discount_rate=0.0))}
-        assert free["freezer"].payback == pytest.approx(150.0 / float(found.item_annual_loss[0, 0]))
+        assert free["freezer"].payback == pytest.approx(150.0 / float(found.block_annual_loss[0, 0]))
         assert pieces["freezer"].safety
         assert not pieces["rack"].safety
         assert math.isnan(pieces["rack"].injuries.value)  # (the line states no persons)
         ranked = anchoring(found, replicates=100)
-        np.testing.assert_allclose(ranked.saving, found.item_annual_loss, rtol=1e-12)
+        np.testing.assert_allclose(ranked.saving, found.block_annual_loss, rtol=1e-12)
 
     def test_tables_and_sentences_hold_the_numbers(self, monkeypatch):
         found = shaken(monkeypatch, falls(60)).assign_attrs(safety=" | ".join(SAFETY))
-        exported = {row["item"]: row for row in exported_pieces(found).lines}
+        exported = {row["block"]: row for row in exported_pieces(found).lines}
         for i, name in enumerate(("freezer", "rack")):
-            annual = found.isel(model=0, item=i)
+            annual = found.isel(model=0, block=i)
             for key, variable in (("downtime_of_one_a_year", "downtime"), ("saving_a_year", "loss")):
-                amounts = [float(annual[f"item_annual_{variable}{end}"]) for end in ("", "_lower", "_upper")]
+                amounts = [float(annual[f"block_annual_{variable}{end}"]) for end in ("", "_lower", "_upper")]
                 assert exported[name][key] == pytest.approx(amounts, rel=1e-9)
-        hurt = float(found.item_annual_injuries[0, 0])
+        hurt = float(found.block_annual_injuries[0, 0])
         assert exported["freezer"]["injured_a_year"].value == hurt
         table = pieces(found)
-        freezer = next(row for row in table.lines if row["item"] == "freezer")
+        freezer = next(row for row in table.lines if row["block"] == "freezer")
         titles = {column.key: column.title for column in table.columns}
         assert (freezer["value"], titles["value"]) == (1200.0, "mean cost, each")
-        assert freezer["lost"] == pytest.approx(float(found.item_annual_loss[0, 0]))
+        assert freezer["lost"] == pytest.approx(float(found.block_annual_loss[0, 0]))
         assert freezer["injuries"] == pytest.approx(1000.0 * hurt)
         assert "1,000 years" in titles["injuries"]
-        assert freezer["downtime"] == pytest.approx(1000.0 * float(found.item_annual_downtime[0, 0]))
+        assert freezer["downtime"] == pytest.approx(1000.0 * float(found.block_annual_downtime[0, 0]))
         table = annual_table(found)
         titles = {column.key: column.title for column in table.columns}
         for name in ("downtime", "injuries"):
@@ -441,7 +441,7 @@ class TestDecisions:
     def test_lines_without_persons_are_said_not_to_count(self, monkeypatch):
         found = shaken(monkeypatch, falls(60)).assign_attrs(safety=" | ".join(SAFETY), kind="performance")
         for persons, some in ([1.0, np.nan, 1.0], True), ([1.0, 0.0, 1.0], False):
-            given = found.assign_coords(persons_exposed=("item", persons[: found.sizes["item"]]))
+            given = found.assign_coords(persons_exposed=("block", persons[: found.sizes["block"]]))
             (injuries,) = (fact for fact in details(given) if fact.what == "consequence.injuries")
             assert injuries.value == float(given["annual_injuries"][0, 0])
             assert injuries.more["unstated"] == some

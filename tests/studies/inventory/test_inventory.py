@@ -348,7 +348,7 @@ def test_lines_of_totals_are_no_pieces(tmp_path, name, total):
     if not total:
         assert len(read(tmp_path, text)) == 2
         return
-    with pytest.raises(InventoryError, match=r"line 3, column 'item': must be a piece, got .* leave totals out"):
+    with pytest.raises(InventoryError, match=r"line 3, column 'block': must be a piece, got .* leave totals out"):
         read(tmp_path, text)
 
 
@@ -471,7 +471,7 @@ class TestWorkbooks:
 
     def test_an_error_is_no_comment(self, tmp_path):
         rows = [["item", "catalogue", "floor"], ["#REF!", "bookcase-5-shelf", 1], ["x", "bookcase-5-shelf", 1]]
-        with pytest.raises(InventoryError, match=r"row 2, column 'item': holds the error #REF!$"):
+        with pytest.raises(InventoryError, match=r"row 2, column 'block': holds the error #REF!$"):
             read_inventory(book_of(rows, tmp_path / "i.xlsx"))
 
     def test_kept_values_of_formulas(self, tmp_path):
@@ -555,7 +555,7 @@ class TestWorkbooks:
             (lambda book: setattr(book.active.column_dimensions["C"], "hidden", True), "hidden column C is read, too"),
             (lambda book: book.active.column_dimensions.group("B", "C", hidden=True), "hidden column B is read, too"),
             (
-                lambda book: book.create_sheet("floor 2").append(["item"]),
+                lambda book: book.create_sheet("floor 2").append(["block"]),
                 "only the sheet 'Sheet' is read, not 'floor 2'",
             ),
             (hidden_by_name, "hidden sheet 'inventory' is read, too"),

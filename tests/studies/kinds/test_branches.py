@@ -294,8 +294,8 @@ class TestInventories:
         cells = dict(
             zip(lines[0].split(","), next(one for one in lines if one.startswith("shelf,")).split(","), strict=True)
         )
-        rates = [found["epistemic_item_rate"].sel(item="shelf").item()]
-        of_shelf = found["epistemic_item_rate_fractile"].sel(item="shelf")
+        rates = [found["epistemic_rate"].sel(block="shelf").item()]
+        of_shelf = found["epistemic_rate_fractile"].sel(block="shelf")
         rates += [of_shelf.sel(epistemic_fractile=end).item() for end in (0.05, 0.95)]
         names = [f"chance_in_50_years_over_branches{end}" for end in ("", "_5_percent", "_95_percent")]
         values = [float(next(cells[one] for one in cells if one.split(" ")[0] == name)) for name in names]

@@ -35,7 +35,7 @@ def results(tmp_path_factory):
 def annual_loss(results, model, held=()):
     """The annual loss under a law with some lines held, from the flags and weights alone."""
     flags = results["overturned"].values.astype(bool)[model]
-    fell = {str(item): flags[i] & (item not in held) for i, item in enumerate(results["item"].values)}
+    fell = {str(item): flags[i] & (item not in held) for i, item in enumerate(results["block"].values)}
     lost = 100.0 * fell["pedestal"] + 50e3 * (fell["pedestal"] | fell["vase"]) + 1000.0 * fell["pedestal"]
     lost = lost + (2 * 300.0 + 2 * 40e3) * fell["plinth"]
     return float(results["level_weight"].values @ lost.mean(axis=-1))
@@ -43,28 +43,28 @@ def annual_loss(results, model, held=()):
 
 @pytest.mark.parametrize("model", [0, 1])
 def test_totals_savings_and_branches(results, model):
-    pedestal, vase = (results["overturned"].sel(item=item).values[model].astype(bool) for item in ("pedestal", "vase"))
+    pedestal, vase = (results["overturned"].sel(block=item).values[model].astype(bool) for item in ("pedestal", "vase"))
     assert (pedestal & ~vase).any()
     assert (pedestal & vase).any()
     here, whole = results.isel(model=model), annual_loss(results, model)
     assert here["annual_loss"].sel(place="building").item() == pytest.approx(whole, rel=1e-12)
-    assert here["item_annual_loss"].sum("item").item() == pytest.approx(whole, rel=1e-12)
+    assert here["block_annual_loss"].sum("block").item() == pytest.approx(whole, rel=1e-12)
     assert here["ranked_left"].values[0] == pytest.approx(whole, rel=1e-12)
     assert results["branch_annual_loss"].values[0, model] == pytest.approx(whole, rel=1e-9)
     for item in ("pedestal", "vase", "plinth"):
         saved = whole - annual_loss(results, model, (item,))
-        for name in ("ranked_saving", "item_annual_saving"):
-            assert here[name].sel(item=item).item() == pytest.approx(saved, rel=1e-9), (name, item)
+        for name in ("ranked_saving", "block_annual_saving"):
+            assert here[name].sel(block=item).item() == pytest.approx(saved, rel=1e-9), (name, item)
 
 
 def test_recommendation_table_and_answer(results):
     """The plinth, whose load is fixed to it; of the pedestal, which moves in the falls of its vase, nothing is said."""
     found = {one.item: one for one in pieces_of(results)}
     saved = annual_loss(results, 0) - annual_loss(results, 0, ("plinth",))
-    assert saved == pytest.approx(80_600.0 * results["item_rate"].sel(item="plinth").values[0], rel=1e-12)
+    assert saved == pytest.approx(80_600.0 * results["rate"].sel(block="plinth").values[0], rel=1e-12)
     assert found["plinth"].saving.value == pytest.approx(saved, rel=1e-9)
     assert np.isnan([found[item].saving.value for item in ("pedestal", "vase")]).all()
-    (row,) = [row for row in exported_pieces(results).lines if row["item"] == "plinth"]
+    (row,) = [row for row in exported_pieces(results).lines if row["block"] == "plinth"]
     assert row["saving_a_year"].value == pytest.approx(saved, rel=1e-9)
     ranked = results.isel(model=0)["ranked_saving"]
-    assert ranked.sel(item="plinth").item() == pytest.approx(saved, rel=1e-9)
+    assert ranked.sel(block="plinth").item() == pytest.approx(saved, rel=1e-9)

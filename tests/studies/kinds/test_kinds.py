@@ -222,7 +222,7 @@ def test_a_single_piece_in_a_year_is_its_own_curve(tmp_path, hazard):
     levels = 'levels = { from = 0.5, to = 30.0, number = 9, spacing = "log", unit = "m/s2" }\n'
     asked = '[performance]\ninventory = "things.csv"\nim = "pga"\nreplicates = 100\n' + levels
     found = run(tmp_path, '[[models]]\nlaw = "housner"\n', MOTIONS, asked, f'[hazard]\nunit = "g"\n{hazard}')
-    p = found["probability"].isel(item=0)
+    p = found["probability"].isel(block=0)
     assert (p.isel(level=0) == 0.0).all()
     assert (p.isel(level=-1) == 1.0).all()
     assert (p.diff("level") >= 0.0).all()  # (as it must be to be a curve)
@@ -234,7 +234,7 @@ def test_a_single_piece_in_a_year_is_its_own_curve(tmp_path, hazard):
     curve = tp.Study.from_toml(tmp_path / "study.toml").hazard
     rates = curve.rate_at(np.exp(fine))
     inside = cubic(0.5 * (fine[1:] + fine[:-1])) @ -np.diff(rates)
-    np.testing.assert_allclose(found.item_annual_number.isel(item=0), inside + rates[-1], rtol=1e-5)
+    np.testing.assert_allclose(found.block_annual_number.isel(block=0), inside + rates[-1], rtol=1e-5)
 
 
 SHELF = "[[blocks]]\nwidth_m = 0.4\nheight_m = 1.8\n"

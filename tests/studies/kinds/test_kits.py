@@ -132,10 +132,10 @@ class TestResults:
         """Of any fall and of falls to the front; the shelf has no wall behind it and also falls to the back."""
         now = {}
         for row in exported_kits(results).lines:
-            now.setdefault(row["item"], row)  # (as it is comes first)
+            now.setdefault(row["block"], row)  # (as it is comes first)
             for name in ("falls", "front_falls"):
-                saved = now[row["item"]][name].value - row[name].value
-                assert row[f"{name}_saved"].value == pytest.approx(saved, rel=1e-12, abs=1e-15), (row["item"], name)
+                saved = now[row["block"]][name].value - row[name].value
+                assert row[f"{name}_saved"].value == pytest.approx(saved, rel=1e-12, abs=1e-15), (row["block"], name)
 
     def test_the_report_says_what_to_buy(self, results):
         """Once that several pieces may fall together; its facts are those of `tests/golden/studies/kits`."""
@@ -156,8 +156,8 @@ class TestResults:
         assert np.isnan(upper[part]).all()
         assert "(no interval)" in str([*kits(results).groups])
         assert any("missing where all motions agree" in note for note in kits(results).notes)
-        assert np.isfinite(results["item_rate_lower"]).all()
-        assert np.isfinite(results["item_rate_upper"]).all()
+        assert np.isfinite(results["rate_lower"]).all()
+        assert np.isfinite(results["rate_upper"]).all()
         assert "(no interval)" not in str([*pieces.pieces(results).groups])
 
     def test_the_terminal_has_80_columns(self, results):

@@ -59,7 +59,7 @@ class TestLaboratory:
         lower = laboratory.assign_attrs(study=json.dumps(file))
         roof = facts_of(inputs_of, lower)["floor.roof"]
         assert (roof.value, roof.names[:3]) == (3, ("server rack", "standing cabinet", "bench analyser"))
-        floors = {row["item"]: row["floor"] for row in pieces(lower).rows}
+        floors = {row["block"]: row["floor"] for row in pieces(lower).rows}
         assert (floors["server rack"], floors["bookcase"]) == ("3 (roof)", "1")
 
     def test_what_is_locked_is_said_below_the_table(self, laboratory):
@@ -68,17 +68,17 @@ class TestLaboratory:
 
 class TestGallery:
     def test_pedestals_that_move_are_said(self, gallery):
-        share = gallery["item_support_moves_share"].isel(model=0)
-        assert float(share.sel(item="marble bust")) == 0.0  # (its case is anchored)
-        assert float(share.sel(item="vase")) > 0.0
+        share = gallery["support_moves_rate_share"].isel(model=0)
+        assert float(share.sel(block="marble bust")) == 0.0  # (its case is anchored)
+        assert float(share.sel(block="vase")) > 0.0
         moving = notes_by_name(gallery)["support.pedestals_as_floor"]
-        assert (moving.names, moving.value) == (("vase",), float(share.sel(item="vase")))
+        assert (moving.names, moving.value) == (("vase",), float(share.sel(block="vase")))
         assert check_of(gallery, "moving supports").names == ("vase",)
         (fixed,) = (fact for fact in building.actions(gallery) if fact.what == "support.fix_first")
-        assert (fixed.names, fixed.value) == (("“pedestal”", "“vase”"), pytest.approx(float(share.sel(item="vase"))))
+        assert (fixed.names, fixed.value) == (("“pedestal”", "“vase”"), pytest.approx(float(share.sel(block="vase"))))
         falling = gallery.copy(deep=True)
-        falling["item_rate"].loc[{"item": "pedestal"}] = 1e-5
+        falling["rate"].loc[{"block": "pedestal"}] = 1e-5
         carries = facts_of(building.details, falling)["support.carries"]
         assert (carries.value, carries.names[:2]) == (1e-5, ("“pedestal”", "“vase”"))
-        falling["item_rate"].loc[{"item": "pedestal"}] = 0.0
+        falling["rate"].loc[{"block": "pedestal"}] = 0.0
         assert "support.carries" not in facts_of(building.details, falling)

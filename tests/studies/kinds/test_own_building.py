@@ -152,7 +152,7 @@ class TestAgainstTheBuildingModel:
                 built = assess(
                     Inventory(rows), Assessment(LAW, shaking, [1.0], "scale", building, variability=study.variability)
                 )
-                here = own["overturned"].sel(item=[row.label for row in rows]).isel(level=i)
+                here = own["overturned"].sel(block=[row.label for row in rows]).isel(level=i)
                 others += int((here.values != built["overturned"].isel(level=0).values).sum())
         assert (
             abs(others - differing) <= differing / 2
@@ -173,7 +173,7 @@ class TestLevelsWithMotionsOfTheirOwn:
         np.testing.assert_allclose(apart["level_weight"].values[1:], weights[1:], rtol=0.2)
         weights = apart["level_weight"].values
         for name, given in (
-            ("item_rate", "probability"),
+            ("rate", "probability"),
             ("annual_loss", "loss_mean"),
             ("any_rate", "any_probability"),
         ):
@@ -195,7 +195,7 @@ class TestLevelsWithMotionsOfTheirOwn:
         # a set that all levels share is drawn for all of them at once, which is wider
         together = Year.of(same[1], same[1]["level_weight"].values)
         assert together.strata(12)[0].tolist() == list(range(12))
-        ends = [float(apart[f"item_rate{end}"][0, 0]) for end in ("_lower", "", "_upper")]
+        ends = [float(apart[f"rate{end}"][0, 0]) for end in ("_lower", "", "_upper")]
         assert ends[0] < ends[1] < ends[2]
         assert ends[2] - ends[0] == pytest.approx(4.0 * np.sqrt((of_levels**2).sum()), rel=0.25)
 
@@ -228,8 +228,8 @@ class TestLevelsWithMotionsOfTheirOwn:
         assert float(ranked["left"][0, -1]) == pytest.approx(0.0, abs=1e-15)
         flags = apart["overturned"].values.astype(float)[0]
         weights = apart["level_weight"].values
-        for item in ranked["item"].values:
-            i = apart["item"].values.tolist().index(item)
+        for item in ranked["block"].values:
+            i = apart["block"].values.tolist().index(item)
             if objective in ("loss", "number"):
                 amount = int(apart["count"][i]) * (float(apart["value"][i]) if objective == "loss" else 1.0)
                 saved = amount * float(weights @ flags[i].mean(axis=1))
@@ -237,7 +237,7 @@ class TestLevelsWithMotionsOfTheirOwn:
                 words = [objective in str(one) or objective == "any" for one in apart["consequences"].values]
                 others = np.delete(flags, i, axis=0)[np.delete(words, i)]
                 saved = float(weights @ (flags[i] * (1.0 - others.max(axis=0))).mean(axis=1))
-            row = ranked.sel(item=item)
+            row = ranked.sel(block=item)
             assert float(row["saving"][0]) == pytest.approx(saved, rel=1e-9, abs=1e-15)
             assert not float(row["saving_lower"][0]) > float(row["saving"][0])
         at_level = anchoring(apart, objective, level=float(LEVELS[1]))
@@ -263,7 +263,7 @@ class TestModellingUncertainty:
             self.ALIKE, Assessment(LAW, histories(sets_apart()), LEVELS, "pga", hazard=HAZARD, modelling_dispersion=0.4)
         )
         assert float(found["level_weight"][0]) > 1.1 * float(apart["level_weight"][0])
-        for name, given in (("item_rate", "probability"), ("any_rate", "any_probability")):
+        for name, given in (("rate", "probability"), ("any_rate", "any_probability")):
             np.testing.assert_array_equal(found[given], apart[given])
             expected = (found[given].values * found["level_weight"].values).sum(axis=-1)
             np.testing.assert_allclose(found[name].values, expected, rtol=1e-12)
@@ -295,14 +295,14 @@ class TestBranches:
     def test_motions_are_drawn_level_by_level(self, apart):
         """Fractiles are those of resampled sums, each level by itself."""
         found = self.spread(apart, Sampling(4000, 0))
-        for name, of in (("item_rate", "item_rate"), ("any_rate", "any_rate"), ("annual_loss", "annual_loss")):
+        for name, of in (("rate", "rate"), ("any_rate", "any_rate"), ("annual_loss", "annual_loss")):
             np.testing.assert_allclose(found[f"branch_{name}"].values[:, 0], apart[of].values[0], rtol=1e-12)
         year = Year.of(apart, apart["level_weight"].values)
         flags = apart["overturned"].values.astype(float)[0]
         standing = ~apart["anchored"].values
         together = 1.0 - (1.0 - flags[standing]).prod(axis=0)
         for values, fractiles in (
-            (flags[0], found["epistemic_item_rate_fractile"].values[0]),
+            (flags[0], found["epistemic_rate_fractile"].values[0]),
             (together, found["epistemic_any_rate_fractile"].values[0]),
         ):
             sums = resampled_means(year.total(values)[None], 20_000, seed=1, strata=year.strata(12))[0]
@@ -403,8 +403,8 @@ class TestStudies:
         plan = tp.Study.from_toml(path)
         assert "motion.floor_histories" in {note.what for note in plan.facts if note.more.get("branch") == "other"}
         results = plan.run()
-        assert results["branch_item_rate"].shape == (2, 2)
-        np.testing.assert_allclose(results["branch_item_rate"].values[:, 0], results["item_rate"].values[0])
+        assert results["branch_rate"].shape == (2, 2)
+        np.testing.assert_allclose(results["branch_rate"].values[:, 0], results["rate"].values[0])
         assert plan.work == plan.runs + plan.perturbed_runs + 2 * 3 * 2
         (tmp_path / "other.csv").write_text(other.replace("x", "y"), encoding="utf-8")
         with pytest.raises(StudyError, match="motion_sets 'other': floor 1 has no histories in direction x"):
@@ -430,7 +430,7 @@ def finished(tmp_path_factory):
 class TestExample:
     def test_levels_at_which_nothing_fell_are_named(self, finished):
         with xr.open_dataset(finished / "out/results.nc") as results:
-            fell = results["overturned"].any(["model", "item", "variant", "motion"]).values
+            fell = results["overturned"].any(["model", "block", "variant", "motion"]).values
             assert fell.tolist() == [False, True, True, True]
             (silent,) = notes_named(results, "precision.levels_without_falls")
             assert (silent.names, silent.more["motions"]) == (("0.1 g",), 8)

@@ -108,7 +108,7 @@ class TestInventories:
     def test_equals_the_screen_of_single_runs(self, both):
         _, found, single, _ = both
         for item, expected in single.items():
-            here = found.sel(item=[item]).rename(item="block").transpose("block", ...)
+            here = found.sel(block=[item]).rename(block="block").transpose("block", ...)
             same(here, expected, ("block", "model"))
             np.testing.assert_allclose(here["scale_factor_highest"], expected["scale_factor"].max())
             assert expected["outside"].sel(reason="slides_while_rocking").max() > 0.0
@@ -118,18 +118,18 @@ class TestInventories:
         one, found, single, counts = both
         for item, expected in single.items():
             for name in ("undecided", "undecided_lower", "undecided_upper"):
-                np.testing.assert_allclose(found[name].sel(item=item), expected[name].isel(block=0))
+                np.testing.assert_allclose(found[name].sel(block=item), expected[name].isel(block=0))
         assert float(found["undecided"].max()) > 0.0
         assert one.perturbed_runs == 2 * (4 + 2) * len(LEVELS) * NUMBER  # lines that are alike are run once
         assert counts[-1] == (one.work, one.work) == (one.runs + one.perturbed_runs,) * 2
 
     def test_anchored_lines_neither_slide_nor_rock(self, both):
         _, found, _, _ = both
-        held = found.sel(item="held")
+        held = found.sel(block="held")
         assert held["outside"].isnull().all()
         assert np.isnan(held["friction_rocking_demand"])
         assert bool(held["squat"])
-        np.testing.assert_array_equal(found["outside"].sel(item="twin"), found["outside"].sel(item="narrow"))
+        np.testing.assert_array_equal(found["outside"].sel(block="twin"), found["outside"].sel(block="narrow"))
 
     def test_the_notes_say_it(self, both):
         _, found, _, _ = both
@@ -358,7 +358,7 @@ class TestTails:
         rates = [1e-2 * (one / 2.0) ** -2.5 for one in levels]
         text = self.POINTS.format(", ".join(map(str, levels)), ", ".join(map(str, rates)))
         found = study(tmp_path, MODELS, MOTIONS, PERFORMANCE, text, UNTESTED, inventory=NARROW).run()
-        p = found["probability"].isel(item=0, model=0).values
+        p = found["probability"].isel(block=0, model=0).values
         at = np.log(LEVELS)
         first = 2.0 * at[0] - at[1]
         fine = np.linspace(first, np.log(1e4), 400_001)

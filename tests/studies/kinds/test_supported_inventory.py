@@ -106,7 +106,7 @@ def test_motions_as_they_are_and_both_ways(tmp_path):
     asked = '[performance]\ninventory = "things.csv"\npolarity = "both"\n'
     result = study(tmp_path, things(FLOOR, ("dish", 0, "dish")), table("dish"), asked).run()
     both = [share(SUPPORTS["dish"][1].motions(sign * ground())) for sign in (1.0, -1.0)]
-    np.testing.assert_allclose(result["probability"].isel(model=0, item=1), [np.mean(both)], rtol=1e-12)
+    np.testing.assert_allclose(result["probability"].isel(model=0, block=1), [np.mean(both)], rtol=1e-12)
 
 
 def test_strikes_are_said_by_platform_and_level(tmp_path):

@@ -207,7 +207,7 @@ def test_slides_and_trips_on_floors_that_do_not_scale(tmp_path, polarity):
             if trip is not None:
                 expected["trip"] = slid["trips"].values.mean()
             for what, chance in expected.items():
-                value = result[f"{what}_probability"].sel(item=name).values.ravel()[k]
+                value = result[f"{what}_probability"].sel(block=name).values.ravel()[k]
                 assert value == pytest.approx(chance, rel=1e-12), (what, name, level)
                 seen |= {(what, bool(0.0 < chance < 1.0))}
     assert {("slip", True), ("trip", True)} <= seen

@@ -97,7 +97,7 @@ class TestRuns:
             sides = runs_of(row.block, row.floor)
             assert_array_equal(found["overturned"].values[0, i], sides != 0)
             assert_array_equal(found["front"].values[0, i], sides > 0)
-        assert not found["overturned"].sel(item="fixed").any()
+        assert not found["overturned"].sel(block="fixed").any()
 
     def test_each_kit_is_that_restraint(self, saved):
         """`kit_probability` is the share of the motions under which the block with the kit falls."""
@@ -150,7 +150,7 @@ class TestBreaks:
         weights = found["level_weight"].values
         assert any(0 < one.sum() < one.size for one in broken.values())
         for (k, i), flags in broken.items():
-            one = saved.isel(model=0, kit=k, item=i)
+            one = saved.isel(model=0, kit=k, block=i)
             assert_array_equal(one["kit_broken_probability"], flags.mean(axis=1))
             low, high = wilson_interval(flags.sum(axis=1), np.full(LEVELS.size, MOTIONS.sizes["motion"]), 0.95)
             assert_allclose(one["kit_broken_probability_lower"], low, rtol=1e-12, atol=1e-15)
@@ -168,12 +168,12 @@ class TestBreaks:
         shaken = FRAME.floor_motions(MOTIONS, [1])
         runs = tp.ida(ROWS[2].block, LAW, shaken, LEVELS, "pga", ["ruptured"], ground=MOTIONS)
         flags = runs["ruptured"].squeeze(drop=True).transpose("level", "motion").values
-        one = found.isel(model=0).sel(item="strapped")
+        one = found.isel(model=0).sel(block="strapped")
         assert 0 < flags.sum() < flags.size
         assert_array_equal(one["broken_probability"], flags.mean(axis=1))
         assert float(one["item_broken_rate"]) == pytest.approx(float(found["level_weight"].values @ flags.mean(axis=1)))
         others = [row.label for row in ROWS if row.label != "strapped"]
-        assert np.isnan(found["item_broken_rate"].sel(item=others)).all()
+        assert np.isnan(found["item_broken_rate"].sel(block=others)).all()
 
     def test_at_a_level(self):
         at = float(LEVELS[4])
@@ -194,21 +194,21 @@ class TestSavings:
         """Each kit on each piece as an inventory of its own, assessed by itself."""
         for k, kit in enumerate(KITS):
             for i, row in enumerate(ROWS):
-                one = saved.isel(model=0, kit=k, item=i)
+                one = saved.isel(model=0, kit=k, block=i)
                 if not kit.fits(row):
                     assert np.isnan(one["kit_falls"])
                     assert not one["kit_fits"]
                     continue
                 alone = assessed(Inventory((kit.on(row),), "EUR"))
-                now = float(found["item_rate"][0, i])
-                with_it = float(alone["item_rate"][0, 0])
+                now = float(found["rate"][0, i])
+                with_it = float(alone["rate"][0, 0])
                 assert_allclose(one["kit_falls"], with_it, rtol=1e-12)
                 assert_allclose(one["kit_falls_saved"], now - with_it, rtol=1e-9, atol=1e-15)
-                front = float(found["item_front_rate"][0, i] - alone["item_front_rate"][0, 0])
+                front = float(found["front_rate"][0, i] - alone["front_rate"][0, 0])
                 assert_allclose(one["kit_front_falls_saved"], front, rtol=1e-9, atol=1e-15)
                 assert_allclose(one["kit_saving"], row.count * row.value * (now - with_it), rtol=1e-9, atol=1e-12)
                 assert_allclose(one["kit_share_saved"], 1.0 - with_it / now, rtol=1e-9, atol=1e-12)
-                assert_allclose(float(one["kit_falls_lower"]), float(alone["item_rate_lower"][0, 0]), rtol=1e-12)
+                assert_allclose(float(one["kit_falls_lower"]), float(alone["rate_lower"][0, 0]), rtol=1e-12)
 
     def test_not_all_kits_do_the_same(self, saved):
         """What the other tests compare is no row of zeros: kits save falls, and all intervals hold their values."""
@@ -237,7 +237,7 @@ class TestSavings:
         now = assessed(variability=varied)
         given = kit_savings(INVENTORY, [STRAP], now, replace(ASKED, variability=varied))
         alone = assessed(Inventory((STRAP.on(ROWS[0]),)), variability=varied)
-        assert_allclose(given["kit_falls"][0, 0, 0], alone["item_rate"][0, 0], rtol=1e-12)
+        assert_allclose(given["kit_falls"][0, 0, 0], alone["rate"][0, 0], rtol=1e-12)
 
     def test_modelling_at_a_level_is_refused(self, found):
         with pytest.raises(ValueError, match="at a given level hold no modelling_dispersion"):
@@ -272,8 +272,8 @@ def all_sets(results):
         cost = sum(KITS[k].cost * row.count for k, row in zip(picks, ROWS, strict=True) if k >= 0)
         amounts = dict.fromkeys(TARGETS, 0.0)
         for i, (k, row) in enumerate(zip(picks, ROWS, strict=True)):
-            rate = float(here["item_rate"][i] if k < 0 else here["kit_falls"][k, i])
-            front = float(here["item_front_rate"][i] if k < 0 else here["kit_front_falls"][k, i])
+            rate = float(here["rate"][i] if k < 0 else here["kit_falls"][k, i])
+            front = float(here["front_rate"][i] if k < 0 else here["kit_front_falls"][k, i])
             amounts["falls"] += row.count * rate
             amounts["front_falls"] += row.count * front
             amounts["injuries"] += row.count * persons[i] * rate
@@ -341,32 +341,32 @@ class TestUnresolved:
     def doubtful(results, kit, item, side=""):
         found = results.copy(deep=True)
         name = f"kit_{side}falls_saved"
-        assert float(found[name].sel(kit=kit, item=item)[0]) > 0.0
-        assert float(found[f"{name}_lower"].sel(kit=kit, item=item)[0]) > 0.0
-        found[f"{name}_lower"].loc[{"kit": kit, "item": item}] = -1e-6
+        assert float(found[name].sel(kit=kit, block=item)[0]) > 0.0
+        assert float(found[f"{name}_lower"].sel(kit=kit, block=item)[0]) > 0.0
+        found[f"{name}_lower"].loc[{"kit": kit, "block": item}] = -1e-6
         return found
 
     def test_of_a_budget(self, results):
         chosen = budget_kits(results, 1e4)
-        taken = [(str(item), kit) for item, kit in zip(results["item"].values, chosen.kits, strict=True) if kit]
+        taken = [(str(item), kit) for item, kit in zip(results["block"].values, chosen.kits, strict=True) if kit]
         assert taken
         for item, kit in taken:
             again = budget_kits(self.doubtful(results, kit, item), 1e4)
-            now = dict(zip(results["item"].values, again.kits, strict=True))
+            now = dict(zip(results["block"].values, again.kits, strict=True))
             assert now[item] != kit
             assert {name: one for name, one in now.items() if name != item} == {
-                name: one for name, one in zip(results["item"].values, chosen.kits, strict=True) if name != item
+                name: one for name, one in zip(results["block"].values, chosen.kits, strict=True) if name != item
             }
 
     @pytest.mark.parametrize(("name", "side"), [("falls", ""), ("front_falls", "front_"), ("loss", "")])
     def test_of_a_target(self, results, name, side):
         most = 0.8 * next(iter(all_sets(results)))[2][name]
         chosen = target_kits(results, {name: most})
-        taken = [(str(item), kit) for item, kit in zip(results["item"].values, chosen.kits, strict=True) if kit]
+        taken = [(str(item), kit) for item, kit in zip(results["block"].values, chosen.kits, strict=True) if kit]
         assert taken
         for item, kit in taken:
             again = target_kits(self.doubtful(results, kit, item, side), {name: most})
-            assert dict(zip(results["item"].values, again.kits, strict=True))[item] != kit
+            assert dict(zip(results["block"].values, again.kits, strict=True))[item] != kit
             assert not again.met or again.cost >= chosen.cost
 
     def test_the_report_says_for_which_lines(self, results):
@@ -375,7 +375,7 @@ class TestUnresolved:
         kept = budget_kits(found, 1e4)
         assert set(kept.kits) == {""}
         found = found.assign(
-            budget_kit=(("model", "item"), kept.kits[None]),
+            budget_kit=(("model", "block"), kept.kits[None]),
             budget_cost=("model", [kept.cost]),
             budget_gap=("model", [0.0]),
             **{f"budget_{name}": ("model", [value]) for name, value in kept.amounts.items()},
@@ -385,13 +385,13 @@ class TestUnresolved:
         assert said["kit.for_budget"].more["pairs"] == ()
         helped = (found["kit_falls_saved"].isel(model=0) > 0.0).any("kit").values
         few = said["kit.too_few_motions"]
-        assert few.names == tuple(f"“{item}”" for item in found["item"].values[helped])
+        assert few.names == tuple(f"“{item}”" for item in found["block"].values[helped])
         assert few.value == found.sizes["motion"]
         bought = found.copy(deep=True)
-        item = str(found["item"].values[helped][0])
-        saved = found["kit_falls_saved"].isel(model=0).sel(item=item)
+        item = str(found["block"].values[helped][0])
+        saved = found["kit_falls_saved"].isel(model=0).sel(block=item)
         fitting = next(str(kit) for kit in found["kit"].values if float(saved.sel(kit=kit)) > 0.0)
-        bought["budget_kit"].loc[{"item": item}] = fitting
+        bought["budget_kit"].loc[{"block": item}] = fitting
         more = next(fact.more for fact in actions(bought) if fact.what == "kit.for_budget")
         assert (more["pairs"], more["unclear"]) == (((fitting, item),), ())  # (forward falls are prevented)
         bought["kit_front_falls_saved_lower"][:] = -1e-6

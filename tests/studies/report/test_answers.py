@@ -68,7 +68,7 @@ class TestAnswer:
     def test_recommended_pieces_beyond_the_budget_are_apart(self, folder):
         results = loaded(folder, "performance")
         assert [*bars_of(results).groups] == ["anchor"]
-        flags = results["item_rate"].dims, np.zeros(results["item_rate"].shape, dtype=bool)
+        flags = results["rate"].dims, np.zeros(results["rate"].shape, dtype=bool)
         assert [*bars_of(results.assign(budget_chosen=flags)).groups] == ["dear"]
 
 
@@ -213,7 +213,7 @@ class TestFacts:
         alike["any_rate"][:] = alike["any_rate"].values[1]
         assert "law.building_range" not in facts_of(building.answer, alike)
         assert building.rate_without(results, []) == pytest.approx(fall.value, rel=1e-9)
-        held = results.assign_coords(anchored=("item", [True]))
+        held = results.assign_coords(anchored=("block", [True]))
         assert "anchoring.all_anchored" in facts_of(building.answer, held)
         inspect = facts_of(building.actions, held)["anchoring.inspect"]
         assert (inspect.value, inspect.names) == (2, ("“rack” (ground)",))

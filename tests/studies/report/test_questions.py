@@ -46,7 +46,7 @@ def test_what_must_be_anchored_and_what_does_it_cost(page):
     assert all(codes.column("clause"))
     after = page("clinic").facts["answer"]["anchoring.after"]
     assert after.more["cost"] == sum(lines.column("cost")[:-1]) == lines.column("cost")[-1]
-    assert all(row["recommendation"] for row in pieces.lines if row["item"] == "filing cabinet")
+    assert all(row["recommendation"] for row in pieces.lines if row["block"] == "filing cabinet")
     table = page("clinic").table("Consequences")
     (row,) = (cells for cells in table.lines if "exit" in str(table.cells(cells)[0]))
     assert len(table.cells(row)) == 1 + 1 + 4  # (the building and each floor)

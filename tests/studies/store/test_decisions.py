@@ -127,7 +127,7 @@ def test_a_disk_that_is_full_leaves_the_earlier_results(tmp_path, monkeypatch, f
 def test_edited_results_are_not_decided_anew(tmp_path):
     study(tmp_path).run(tmp_path / "out")
     found = stored(tmp_path / "out")
-    found["item_rate"][:] *= 0.1
+    found["rate"][:] *= 0.1
     found.to_netcdf(tmp_path / "out" / "results.nc")
     with pytest.raises(StudyError, match="edited"):
         study(tmp_path, DECISIONS["budget"]).run(tmp_path / "out")
@@ -139,7 +139,7 @@ def test_a_key_that_changes_runs_is_another_study(tmp_path):
     other = TEXT.replace("3.0, 6.0", "3.0, 7.0")
     with pytest.raises(StudyError, match=r"another study \(performance\.levels\.values\[3\] was 6.0, is 7.0\)"):
         study(tmp_path, DECISIONS["all"], other).run(tmp_path / "out")
-    assert np.isfinite(stored(tmp_path / "out")["item_rate"]).all()
+    assert np.isfinite(stored(tmp_path / "out")["rate"]).all()
 
 
 def test_the_discount_rate_of_the_file_decides_paybacks(tmp_path):

@@ -38,7 +38,7 @@ def test_words_in_a_note_have_no_unit():
     assert "height not reached;" in table.note
 
 
-@pytest.mark.parametrize("dim", ["block", "item"])
+@pytest.mark.parametrize("dim", ["block", "block"])
 def test_a_tilt_that_counts_as_overturning_is_noted(dim):
     scenes = [json.dumps(scene) for scene in ({"tilt_limit": math.radians(5.0)}, {"lean": 0.1}, {})]
     results = xr.Dataset(coords={dim: ["vessel", "shelf", "case"], "scene": (dim, scenes)})
@@ -98,17 +98,17 @@ def test_components_of_records_are_no_sources_of_variance():
 
 
 def ranking(**coordinates):
-    saving = (("model", "item"), np.array([[3.0, 1.0]]), {"units": "EUR"})
+    saving = (("model", "block"), np.array([[3.0, 1.0]]), {"units": "EUR"})
     values = dict.fromkeys(("alone", "saving", "saving_lower", "saving_upper"), saving)
-    ranks = {"rank": (("model", "item"), np.array([[1, 2]]))}
+    ranks = {"rank": (("model", "block"), np.array([[1, 2]]))}
     return xr.Dataset(
-        {**values, **ranks, "saving_share": (("model", "item"), np.array([[0.75, 0.25]]))},
+        {**values, **ranks, "saving_share": (("model", "block"), np.array([[0.75, 0.25]]))},
         {
             "model": ["housner"],
-            "item": ["bust", "shelf"],
-            "floor": ("item", ["1", "2"]),
-            "count": ("item", [1, 1]),
-            "cost": ("item", np.full(2, np.nan)),
+            "block": ["bust", "shelf"],
+            "floor": ("block", ["1", "2"]),
+            "count": ("block", [1, 1]),
+            "cost": ("block", np.full(2, np.nan)),
             **coordinates,
         },
         {"objective": "loss", "objective_text": "expected loss", "objective_units": "EUR", "confidence": 0.95},
@@ -121,12 +121,12 @@ def marked(given):
 
 
 def test_a_squat_piece_is_marked():
-    labels = marked(ranking(doubtful=("item", [True, False])))
+    labels = marked(ranking(doubtful=("block", [True, False])))
     assert ["‡" in label for label in labels] == ["bust" in label for label in labels]
 
 
 def test_nothing_is_marked_where_nothing_is_doubted():
-    for given in (ranking(), ranking(doubtful=("item", [False, False]))):
+    for given in (ranking(), ranking(doubtful=("block", [False, False]))):
         assert not any("‡" in label for label in marked(given))
         assert not doubtful_items(given).any()
 
