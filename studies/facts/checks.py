@@ -350,7 +350,8 @@ def _stability(results: xr.Dataset) -> Fact:
     if "undecided" not in results:
         state = state_named(str(results.attrs.get("state", state_name(OVERTURNED))))
         other = str(results.attrs["state"]) if state not in (OVERTURNED, *DIRECTIONS) else ""
-        return Fact("stability.not_tested", word=UNKNOWN, more={"state": other})
+        cure = "remedy_common_levels" if is_pooled(results) else "remedy_stability"
+        return Fact("stability.not_tested", word=UNKNOWN, remedy=cure, more={"state": other})
     share, where = _worst(results["undecided"])
     word = GOOD if share < UNSTABLE else CARE
     return Fact("stability.undecided", share, names=where, word=word, remedy="remedy_stability")

@@ -106,7 +106,7 @@ def consequences(assessment: xr.Dataset, model: int = 0) -> Table:
         rows.append(row)
     columns = [Column(place, place_name(place), "years3" if yearly else "share") for place in places]
     title = "Consequences, return periods in years" if yearly else "Consequences"
-    return Table(title, [Column("name"), *columns], rows, [intervals(of_law)], "no piece there has it")
+    return Table(title, [Column("name"), *columns], rows, [intervals(of_law)], "no piece with this consequence")
 
 
 def doubtful_items(ranking: xr.Dataset) -> Flags:

@@ -81,7 +81,7 @@ def curves(results: xr.Dataset) -> Table:
             rows.append(row | (_rates(curve, years) if yearly else {}))
     notes = (
         "Dispersions are of the blocks that uplift." if "uplift_median" in selected else "",
-        "Motions and inputs vary together." if "sample_median" in selected else "",
+        "The curves include the variation of motions and inputs." if "sample_median" in selected else "",
     )
     title = "Fragility curves and rates" if yearly else "Fragility curves"
     return Table.of(title, rows, intervals(selected), *notes, chosen(selected))
@@ -306,5 +306,6 @@ def indices(results: xr.Dataset) -> Table:
                     row[Column(key, title, "plus_minus")] = Range(value, upper - value, np.nan)
                 rows.append(row)
     of = "the probability of overturning at the level where it is nearest to 50 %"
-    note = f"Numbers are shares of the variance of {of}."
+    ends = percent(float(results.attrs.get("confidence", 0.95)))
+    note = f"Numbers are shares of the variance of {of}. ±: half width of the {ends} interval."
     return Table.of("Sobol’ indices", rows, note, chosen(selected))

@@ -29,7 +29,7 @@ def surfaces(results: xr.Dataset) -> Table:
             Column("reached", "reached", "precision"): float(law["half_width"]),
             Column("motions", "motions", "count"): int(law["motions_run"]),
             Column("runs", "runs", "count"): int((results["run_model"].values == j).sum()),
-            Column("apart", "blocks run by themselves differ"): beyond,
+            Column("apart", "difference of blocks run alone"): beyond,
             Column("stopped", "stopped because"): str(law["stopped_because"].item()),
         })  # fmt: skip
     note = f"The requested half width is {100.0 * requested:g} % of the half levels of all blocks at once (95 %)."

@@ -151,7 +151,7 @@ class TestChecks:
         assert (found.word, found.names, found.value) == (INVALID, ("hazard curve", "sliding", "castors"), 4)
         assert say(found, "checks") == "not valid: 3 of 4 checks need attention (hazard curve, sliding, castors)"
         assert say(badge(checks[2:3]), "checks") == "good"
-        assert say(badge(checks[:1]), "checks") == "use with care: 1 of 1 check needs attention (sliding)"
+        assert say(badge(checks[:1]), "checks") == "use with care. 1 of 1 check needs attention (sliding)"
 
     @pytest.mark.slow
     def test_every_kind_of_doubt_is_named(self, results):
