@@ -268,7 +268,9 @@ def _inputs(results: xr.Dataset) -> Fact:
 def _spectra(results: xr.Dataset) -> Fact:
     if "spectral_variability" not in results.attrs:
         made = results.attrs.keys() & {"processor", "machines"}
-        return Fact("motion.spectra_not_compared", word=UNKNOWN) if made else _missing("motion.spectra_alike")
+        if not made:
+            return _missing("motion.spectra_alike")
+        return Fact("motion.spectra_not_compared", word=UNKNOWN, remedy="remedy_compare_spectra")
     varied = Variability(*json.loads(str(results.attrs["spectral_variability"])))
     rates = any(name in results for name in RATES)
     accepted = any(kind == SPECTRA and yes for kind, _, yes in json.loads(str(results.attrs.get("doubts", "[]"))))

@@ -163,8 +163,7 @@ def sizes(results: xr.Dataset) -> Table:
             Column("status"): "" if status == "ok" else status,
         })  # fmt: skip
     years = years_text(float(results.attrs["years"]))
-    goal = f"A block of this size {verb_in(results)} with a chance of {percent(target)} in {years}."
-    return Table.of("Size for the target", rows, goal, intervals(results))
+    return Table.of(f"Size for a chance of {percent(target)} in {years}", rows, intervals(results))
 
 
 def measures(results: xr.Dataset, most: int = 4) -> Table:

@@ -215,7 +215,7 @@ class Table:
         same = "; ".join(
             f"{text} for {of} {column.title}"  # (columns are values of e, for example)
             if of.endswith("=") and column.title[:1].isdigit()
-            else f"{column.title} {text} {units[column]}".rstrip()
+            else f"{column.title}{':' if text in ('yes', 'no') else ''} {text} {units[column]}".rstrip()
             for column, text in alike.items()
         )
         table = self.but(column.key for column in alike)
@@ -241,7 +241,7 @@ class Table:
         (last,) = (i for i, row in enumerate(self.rows) if row is self.lines[most])
         rows = self.rows[:last]
         rows = rows[:-1] if isinstance(rows[-1], str) else rows
-        note = f"{most} of {number:,} rows; “toppling export” writes all."
+        note = f"{most} of {number:,} rows (all: “toppling export”)."
         return replace(self, rows=rows, notes=[*self.notes, note])
 
 

@@ -249,7 +249,7 @@ class TestFacts:
         results["sample_median"][0, :, -1] = 2.1 * G  # (above the levels that were run: not reached)
         above = facts_of(curves.answer, results)["uncertainty.half_level"]
         assert (above.lower, above.upper) == (pytest.approx(0.25), np.inf)
-        assert say(above, "page") == "With its uncertain properties that level is above 0.25 g (90 %)."
+        assert say(above, "page") == "With its uncertain properties that level is above 0.25 g (90\u00a0%)."
         # the reference law is found among laws of which each sample names its own
         assert reference_law(results) == (1, True)
 
@@ -263,7 +263,7 @@ class TestFacts:
         found = facts_of(curves.answer, results)["curve.at_end"]
         assert of(found) == pytest.approx((0.29, 0.2, 0.34))
         assert (found.more["end"], found.more["sampled"]) == (which, True)
-        assert say(found, "page").endswith("; with its uncertain properties 20–34\u00a0% (90 %).")
+        assert say(found, "page").endswith("; with its uncertain properties 20–34\u00a0% (90\u00a0%).")
 
     def test_names_of_the_catalogue_are_titles(self, results):
         results = results.assign_coords(block=["bookcase-5-shelf", "rack"])
