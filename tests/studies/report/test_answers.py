@@ -279,7 +279,7 @@ class TestFacts:
         (size,) = curves.actions(results)
         assert (size.what, of(size), size.names) == ("size.target", (0.38, 0.37, 0.4), ("“shelf”",))
         assert (size.more["others"], size.more["target"], size.more["only"]) == ((0.5, 0.5), 0.01, ())
-        assert "Other damping laws give 0.50 m. “shelf” misses that: anchor it if" in say(size, "page")
+        assert "With other damping it is 0.50 m. “shelf” misses that: anchor it if" in say(size, "page")
         assert say(size, "page") in verdict(results, answered=True)[0]  # (the study asks for it)
 
     def test_the_share_beyond_the_hazard_curve(self, results):

@@ -168,6 +168,7 @@ class TestChecks:
             if check.word != GOOD:
                 assert " ".join(say(check, "checks").split()) in text
                 assert " ".join(remedy(check, "checks").split()) in text
+                assert check.remedy or check.more.get("sentence") == "missing"
 
 
 def test_every_check_has_a_title_and_a_sentence():
