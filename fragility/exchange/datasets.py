@@ -18,7 +18,7 @@ from ...motions.intensity.naming import FLOOR, GROUND, place_in
 from ..curves.curve import ISOTONIC, LINKED, UPLIFT
 from ..fitting.links import LOGNORMAL
 from ..fitting.states import ABSENT, DIRECTIONS, OK, OVERTURNED, state_named
-from ..runs.provenance import levels_of_the_ground, tilt_limits
+from ..runs.provenance import levels_of_the_ground, tilt_limits, upper_floors
 from .files import ExchangeError
 from .ids import OPENQUAKE_MARKS, TABLE_MARKS, check_ids, is_id, make_ids
 from .rows import (
@@ -100,7 +100,7 @@ def curve_set(curves: xr.Dataset, marks: str, chosen: Sequence[str] | None = Non
         form,
         levels,
         title,
-        tuple(_text(floor) for floor in curves["floor"].values.reshape(-1)) if "floor" in curves.coords else (),
+        tuple(upper_floors(curves)),
         _state(curves),
         GROUND if at_ground else place_in(str(of_levels.attrs.get("long_name", ""))) or FLOOR,
     )

@@ -133,9 +133,9 @@ def annual_rate(
     with the slope of an end overestimates the rates beyond both ends. A share_above of more than some per cent means
     that the hazard curve is too short for these blocks.
 
-    Curves whose levels are of the floor motion (``im_at`` "floor") need the hazard of that floor: ``HazardCurve(…,
-    at="floor")``, one floor at a time.  With ``im_at = "ground"`` all floors use the hazard of the ground.  Curves
-    without a ``floor`` coordinate are taken to be at the place of the hazard curve.
+    Curves whose levels are of the floor motion need the hazard of that floor: ``HazardCurve(…, at="floor")``, one floor
+    at a time.  Runs with their ground motions (``ground``) use the hazard of the ground on all floors.  Curves
+    that do not state their place are assumed to be at the place of the hazard curve.
 
     rate_sample are samples of a studentised bootstrap, of which the ends of intervals
     are percentiles.  Every replicate is combined with every realisation by its weight; replicates without an estimate

@@ -31,7 +31,7 @@ from ..arrays import (
     shakes_of,
 )
 from ..kernels import oscillators as engine
-from ..plausibility import building_doubts, record_doubts, ringing_doubts, storey_doubts
+from ..plausibility import building_doubts, record_doubts, ringing_doubts, storey_doubts, unusual
 from ..supports.isolator import Isolator
 from ..supports.support import Support
 from .isolation import BaseMass, Isolation
@@ -268,7 +268,8 @@ class Building:
         m, k, omega, _ = _chain(masses, stiffnesses)
         isolation = Isolation(isolator, base_mass)
         heights = storey_heights(storey_height, m.size)
-        warn([*building_doubts(2.0 * math.pi / float(omega[0]), damping, heights), *storey_doubts(m, k)])
+        slab = unusual({"mass of the slab on isolators over a floor's": isolation.base_mass / m.mean()})
+        warn([*building_doubts(2.0 * math.pi / float(omega[0]), damping, heights), *storey_doubts(m, k), *slab])
         text = f"isolated shear building, {m.size} storeys, {heights[-1]:g} m, T1 on a fixed base = "
         text += f"{2.0 * math.pi / omega[0]:.4g} s, {_damping_text(damping)}"
         return yielding_building(m, k, omega, damping, heights, text, yielding, isolation)

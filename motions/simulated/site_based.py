@@ -373,8 +373,7 @@ def site_based_motions(streams: Streams, drawn: Parameters, middle: float, f_c: 
     parts = np.split(order, LANES * (np.flatnonzero(np.diff(costs // PART_WORK)) + 1))
     pulses = normals(streams, live)
     for part in parts:
-        every = np.arange(part.size)
-        motions[part, :live] = drifting_noise(pulses[part], omega[part], drawn.zeta[part], dt, ends[part], every)
+        motions[part, :live] = drifting_noise(pulses[part], omega[part], drawn.zeta[part], dt, ends[part])
     motions[:, :live] *= np.sqrt(density)
     return filtered(motions, *high_pass(2.0 * math.pi * f_c, 1.0), dt)
 

@@ -20,7 +20,7 @@ from ...core import checks
 from ...core.aliases import Progress
 from ...core.doubts import Doubt, noted
 from ...core.facts import Fact, doubted, stored
-from ...core.wording import counted, with_article
+from ...core.wording import about_years, counted, with_article
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.hazard.plausibility import RETURN_PERIODS, hazard_doubts, level_at, point_off
 from ...fragility.numerics import slabs
@@ -319,7 +319,11 @@ class Study(ABC):
         levels = {f"{years:.0f}": level_at(hazard, 1.0 / years) for years in RETURN_PERIODS}
         known = {years: value_in(level, hazard.units) for years, level in levels.items() if not math.isnan(level)}
         names, number = (measure_name(hazard.measure.label), hazard.source), len(self.configuration.get("hazards", []))
-        return [Fact("hazard.given", 1 + number, names=names, more={"levels": known})]
+        more = {"levels": known}
+        if len(known) < len(levels):  # (the ends of the curve show wrong levels or rates, too)
+            ends = ((hazard.rates[k], hazard.levels[k]) for k in (0, -1))
+            more["ends"] = {about_years(rate): value_in(level, hazard.units) for rate, level in ends}
+        return [Fact("hazard.given", 1 + number, names=names, more=more)]
 
     @property
     def further(self) -> Mapping[str, Any]:

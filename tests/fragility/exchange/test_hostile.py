@@ -24,6 +24,12 @@ def unsure(**changes):
     return lognormal().assign_attrs(changes)
 
 
+def of_one_floor():
+    """Curves as of runs on one floor, whose long name alone shows the place."""
+    curves = lognormal().assign_attrs(design="ida")
+    return curves.assign(median=curves["median"].assign_attrs(long_name="median: peak floor acceleration"))
+
+
 def times(curves, factor):
     return curves.assign(median=(curves["median"].dims, curves["median"].values * factor, curves["median"].attrs))
 

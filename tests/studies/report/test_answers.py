@@ -163,7 +163,7 @@ class TestClientPart:
         assert motions(results, motion_sets=[{}, {}]).more["sets"] == 2
         hazard = facts_of(inputs_of, results)["hazard.given"]
         assert (hazard.value, hazard.names) == (1, ("PGA", "study file"))
-        assert hazard.more["levels"] == {"475": "0.21 g", "2475": "0.38 g"}  # (by logarithms by hand)
+        assert hazard.more == {"levels": {"475": "0.21 g", "2475": "0.38 g"}}  # (by logarithms by hand)
         floors = xr.concat([results, results], "floor", data_vars="minimal").assign_coords(floor=["1", "2"])
         assert motions(floors).value == 6
 
