@@ -20,7 +20,6 @@ from toppling.fragility.uncertainty.joint import Variability
 from toppling.models import laws
 from toppling.motions import Building
 from toppling.motions.floors.histories import FloorHistories, History
-from toppling.motions.polarity import both_polarities
 from toppling.studies.buildings.anchoring import anchoring
 from toppling.studies.buildings.assessment import Assessment, assess, distinct_runs, polarity_of
 from toppling.studies.buildings.branches import InventoryBranch, Sampling, rates_over_branches
@@ -154,13 +153,6 @@ class TestMeanOfBothPolarities:
         with dask.config.set(num_workers=1):
             again = found(MIXED)
         assert again.identical(both)
-
-    def test_refusals(self):
-        with pytest.raises(ValueError, match="polarity must be one of 'as recorded', 'both', got 'neither'"):
-            found(MIXED, "neither")
-        for way in ("both", "as recorded"):
-            with pytest.raises(ValueError, match="motions must be as given, without their reverses"):
-                found(MIXED, way, both_polarities(MOTIONS))
 
 
 class TestIntervals:
@@ -413,11 +405,6 @@ class TestHistories:
         )
         assert_allclose(one["item_rate"], 0.5 * (plus["item_rate"].values + minus["item_rate"].values), rtol=1e-12)
 
-    def test_a_motion_with_the_name_of_a_reverse(self):
-        every = [History(1.0, name, "0", "", np.ones(9), 0.01, "made") for name in ("a", "a, reversed")]
-        with pytest.raises(ValueError, match="motion 'a, reversed' has the name of the reverse of motion 'a'"):
-            _ = FloorHistories.of(every).both_ways
-
 
 class TestFloorMotions:
     @pytest.mark.slow
@@ -428,3 +415,7 @@ class TestFloorMotions:
             given = moved if ground is None else moved.isel(floor=[0, 1, 2])
             one = found(MIXED, "both", given, None, ground=ground)
             assert_array_equal(one["overturned"].values, through["overturned"].values)
+
+
+def test_refused(refusal):
+    refusal()

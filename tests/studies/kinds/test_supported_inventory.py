@@ -171,13 +171,5 @@ def test_what_stands_on_a_piece_shares_its_support(tmp_path):
         read_inventory(tmp_path / "bad.csv", stands=stands)
 
 
-def test_in_python_a_platform_that_yields_is_not_scaled():
-    row = Contents("vase", BLOCK, 0, stand=Stand("dish", SUPPORTS["dish"][1]))
-    with pytest.raises(ValueError, match="'dish' of 'vase' yields, and needs motions of each level"):
-        assess(Inventory((row,)), Assessment(LAW, ground(), list(LEVELS), "pga"))
-
-
-def test_what_does_not_go_together_has_one_sentence(tmp_path):
-    """All else: `tests/golden/refused`."""
-    with pytest.raises(StudyError, match="supports 'soft' carries nothing: name it"):
-        study(tmp_path, things(FLOOR, ("a", 0, "bench")), table("bench", "soft"), PERFORMANCE)
+def test_refused(refusal):
+    refusal()
