@@ -325,13 +325,15 @@ class TestBranches:
         each = [branch(weight, curve, str(weight)) for weight, curve in zip((0.4, 0.6), self.CURVES, strict=True)]
         return rates_over_branches(each, {"motions": assessment}, inventory, Sampling(200, 0, **options))
 
+    @pytest.fixture(scope="class")
+    def assessed(self):
+        ways = ("both", MOTIONS), ("as recorded", MOTIONS), ("as recorded", MINUS)
+        return [found(DRAWN, way, motions) for way, motions in ways]
+
     @pytest.mark.slow
     @pytest.mark.parametrize("options", [{}, {"beta": 0.3}, {"beta": 0.3, "spread": True}], ids=str)
-    def test_means_are_those_of_both_polarities(self, options):
-        one, plus, minus = (
-            self.rates(found(DRAWN, way, motions), DRAWN, **options)
-            for way, motions in (("both", MOTIONS), ("as recorded", MOTIONS), ("as recorded", MINUS))
-        )
+    def test_means_are_those_of_both_polarities(self, assessed, options):
+        one, plus, minus = (self.rates(each, DRAWN, **options) for each in assessed)
         for name in one.data_vars:
             if str(name).startswith("branch_share") or "fractile" in str(name) or "spread" in str(name):
                 continue
