@@ -453,26 +453,6 @@ class TestDecisions:
         assert not [column for column in pieces(plain).columns if re.search("downtime|injur|lost", column.key)]
         assert "realisation" not in plain.dims
 
-    @pytest.mark.parametrize(
-        ("make", "error", "message"),
-        [
-            (lambda: Consequence(0.0), ValueError, "median must be finite and > 0"),
-            (lambda: Consequence(1.0, -0.1), ValueError, "dispersion must be finite and >= 0, got -0.1$"),
-            (lambda: Consequence(1.0, 0.6, "normal"), ValueError, "from 0 to 0.5 of a normal .* use lognormal above"),
-            (lambda: Consequence(1.0, 0.6, "beta"), ValueError, "distribution must be one of 'lognormal', 'normal'"),
-            (lambda: Injury(1.0, 1.2), ValueError, "probability must be .*<= 1, got 1.2"),
-            (lambda: PieceScores(correlation=1.5), ValueError, "consequence_correlation must be .* got 1.5"),
-            (lambda: Contents("x", SHELF, 0, value=1.0, cost=COST), ValueError, "cost takes the place of value"),
-            (lambda: Contents("x", SHELF, 0, cost=5.0), TypeError, "cost must be of Consequence or None, got float"),
-            (
-                lambda: assess(
-                    Inventory((Contents("x", SHELF, 0, 60_000, cost=COST),)), Assessment(LAW, GROUND, [1.0])
-                ),
-                ValueError,
-                "'x' has 60,000 pieces with drawn consequences, which must be at most 50,000",
-            ),
-        ],
-    )
-    def test_refuses(self, make, error, message):
-        with pytest.raises(error, match=message):
-            make()
+
+def test_refused(refusal):
+    refusal()
