@@ -301,7 +301,7 @@ def rate_share_above(
             )
         if dim in at.coords and dim in curves.coords and not np.array_equal(at[dim].values, curves[dim].values):
             raise ValueError(f"levels must have the labels of the curves on {dim}, in their order")
-    if (at.values <= 0.0).any():
+    if not (at.values > 0.0).all():
         raise ValueError(f"levels must be > 0, got {at.values.min():g}")
     at = at.transpose(*(dim for dim in dims if dim in at.dims))
     places = [at.sizes[dim] if dim in at.dims else 1 for dim in dims]

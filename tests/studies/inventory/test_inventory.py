@@ -184,6 +184,14 @@ def test_bad_paths(tmp_path):
         read_inventory(big)
 
 
+@pytest.mark.parametrize("value", ["1.200,00", "1'200.00", "1\N{NO-BREAK SPACE}200,00", "1 200", "1.200.300"])
+def test_marks_of_thousands_are_refused_with_their_remedy(tmp_path, value):
+    with pytest.raises(InventoryError, match=r"'value': must be a number, got .*: write thousands without a mark"):
+        read(tmp_path, f"catalogue;floor;value\nbookcase-5-shelf;0;{value}\n")
+    with pytest.raises(InventoryError, match="must be a number, got '0,5': write decimals with a point"):
+        read(tmp_path, 'catalogue,floor,value\nbookcase-5-shelf,0,"0,5"\n')
+
+
 @pytest.mark.parametrize("written", ["1200", "1.2000", "1,2000"])
 def test_what_the_refusal_of_thousands_offers_is_read(tmp_path, written):
     (row,) = read(tmp_path, f"catalogue;floor;value\nbookcase-5-shelf;0;{written}\n").rows
