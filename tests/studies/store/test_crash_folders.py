@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import signal
 import threading
 import time
 
@@ -259,9 +260,17 @@ def interrupt(*_):
     raise KeyboardInterrupt
 
 
-def test_interrupted_while_drawing(study, out, monkeypatch, capsys):
-    monkeypatch.setattr(show, "draw", interrupt)
-    assert main(["run", str(study), "--out", str(out)]) == 130
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_while_drawing(study, out, monkeypatch, capsys, number):
+    """The exit code is that of the signal."""
+
+    def interrupted(*_):
+        error = KeyboardInterrupt()
+        error.number = number
+        raise error
+
+    monkeypatch.setattr(show, "draw", interrupted)
+    assert main(["run", str(study), "--out", str(out)]) == 128 + number
     assert "results are written" in capsys.readouterr().err
 
 
