@@ -3,6 +3,7 @@
 import itertools
 import math
 import re
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -55,7 +56,12 @@ def curve_set(curves: xr.Dataset, marks: str, chosen: Sequence[str] | None = Non
     of_levels = curves["level"] if "level" in curves.coords else base
     im = str(curves.attrs.get("im") or of_levels.attrs.get("im", ""))
     units = _si_unit(im, str((of_levels if form == ISOTONIC else base).attrs.get("units", DIMENSIONLESS)))
+    checks.not_empty("curves", curves, *dims)
     axes = [[_text(value) for value in curves[dim].values] for dim in dims]
+    for dim, axis in zip(dims, axes, strict=True):
+        label, times = Counter(axis).most_common(1)[0]
+        if times > 1:
+            raise ValueError(f"labels of curves must differ, got {label!r:.60} {times:,} times on {dim}")
     labels = list(itertools.product(*axes))
     parameters = [CurveParameters()] * len(labels)
     probabilities: list[Array | None] = [None] * len(labels)

@@ -60,7 +60,7 @@ from ..store.differences import identifying
 from ..store.folder import RESULT_NAME, finished, folder_of_one, refuse_folder, save
 from ..store.manifest import MOST_RUNS, kept_runs, read_manifest
 from ..store.resources import Resources, refuse_shortage
-from ..store.shards import Shards, belongs, open_shards, refuse_other, remove_emptied, remove_shards
+from ..store.shards import Shards, belongs, open_shards, refuse_other, remove_leftover_shards, remove_shards
 from ..store.watch import Interrupted, Stop, Watch, run_log
 from ..store.worker_motions import cluster
 from ..text.error import StudyError
@@ -429,7 +429,7 @@ class Study(ABC):
                 same = before.attrs.get("study") == named["study"]
                 results = (before if same else self._decided(before)).assign_attrs(named)
                 if results.attrs == before.attrs:
-                    remove_emptied(folder)
+                    remove_leftover_shards(folder)
                     return before
                 # (what was never sealed may have been edited)
                 results = sealed(results) if state == AS_WRITTEN else results

@@ -195,8 +195,9 @@ def _films(response: Dataset, folder: Path, speed: float, log: Console) -> list[
             size = 480 if name.endswith("gif") else 960
             with show_progress(log, f"frames of {name}", None) as shown:
                 films.append(animate(response, folder / name, speed=speed, size=size, progress=shown.update))
-    except KeyboardInterrupt:
-        raise KeyboardInterrupt(f"interrupted: {name} is not written, the history is") from None
+    except KeyboardInterrupt as error:
+        error.args = (f"interrupted: {name} is not written, the history is",)
+        raise
     except OSError as error:
         raise StudyError(f"{folder / name}: cannot be written ({system_reason(error)})") from None
     except ValueError as error:

@@ -10,6 +10,7 @@ import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
 from ....core import checks
@@ -81,6 +82,8 @@ def write_table(
 
     `located`: the curves' offsets give the place of the demand.
     """
+    if directional is not None and not isinstance(directional, np.bool_):
+        checks.flag("directional", directional)
     demand = demand_of(curve_rows, located)
     if not file.name:
         raise ExchangeError("path must name a file, got a folder")
