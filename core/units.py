@@ -8,6 +8,8 @@ from typing import Any, Final
 
 STANDARD_GRAVITY: Final = 9.80665
 """Standard acceleration of gravity, m/s² (CGPM 1901)."""
+DAMPING: Final = 0.05
+"""Damping ratio of response spectra if no other is given."""
 
 DIMENSIONLESS: Final = "1"
 METRE: Final = "m"

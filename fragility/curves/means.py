@@ -12,7 +12,7 @@ import scipy
 
 from ...core import checks
 from ...core.elementary import Array, Flags, Index, exp, log
-from ...core.parameters import CONFIDENCE
+from ...core.parameters import CONFIDENCE, USUAL_CONFIDENCE
 from ..fitting.bootstrap import draw_motions
 from ..numerics.proportions import wilson_interval
 from ..numerics.slabs import Allocator, in_memory
@@ -71,7 +71,7 @@ def _means(values: Array, counts: Array) -> Array:
 
 def mean_interval(
     values: Array,
-    confidence: float = 0.95,
+    confidence: float = USUAL_CONFIDENCE,
     replicates: int = REPLICATES,
     seed: int = 0,
     most: Array | float | None = None,
@@ -159,7 +159,7 @@ class Quantiles(NamedTuple):
 
 
 def quantiles(
-    values: Array, probabilities: Array, most: Array | float, confidence: float = 0.95, ways: int = 1
+    values: Array, probabilities: Array, most: Array | float, confidence: float = USUAL_CONFIDENCE, ways: int = 1
 ) -> Quantiles:
     """Return quantiles of values (…, motion, realisation), with distribution-free intervals.
 

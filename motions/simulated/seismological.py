@@ -12,7 +12,7 @@ import xarray as xr
 from ...core import checks
 from ...core.elementary import Array, exp, log, power
 from ...core.parameters import Parameter, check
-from .generator import LARGEST, Generator, Seconds, Streams, ensemble, steps_of
+from .generator import LARGEST, USUAL_STEP, Generator, Seconds, Streams, ensemble, steps_of
 from .ground_motion_models import Scenario
 
 SITES = ("generic-rock", "flat")
@@ -105,7 +105,7 @@ class Seismological(Generator):
     density: Annotated[float, Parameter("kg/m³", at_least=100.0, at_most=1e4)] = 2800.0
     site: Annotated[str, Parameter(words=SITES)] = "generic-rock"
     amplification: Sequence[tuple[float, float]] | None = None
-    dt: Seconds = 0.005
+    dt: Seconds = USUAL_STEP
     duration: Seconds | None = None
 
     def __post_init__(self) -> None:

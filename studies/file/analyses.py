@@ -41,8 +41,9 @@ from ...motions.intensity.directions import PAIR_MEASURES
 from ...motions.intensity.naming import as_known
 from ...motions.intensity.parametric_measures import PARAMETRIC_MEASURES
 from ...motions.polarity import BOTH, POLARITIES
+from ..inventory.consequences import SAFETY
 from ..money.present_value import DISCOUNT, DISCOUNT_RATE
-from ..plan.estimates import UNDECIDED, Fit
+from ..plan.estimates import MEAN, UNDECIDED, Fit
 from ..plan.piece_classes import NAMES, with_class
 from ..plan.slides import DISTANCES, Slides
 from .code import Codes
@@ -508,11 +509,11 @@ class PerformanceTable(Table):
     variability: Annotated[VariabilityTable | None, KeyInfo("alike: they fall together")] = None
     objective: Annotated[str | None, KeyInfo("`loss`, or `number` where nothing has a value")] = None
     at_level: Annotated[float | None, KeyInfo("the middle one", unit="as `levels.unit` says"), Field(gt=0.0)] = None
-    safety: Annotated[list[str] | None, KeyInfo("`injury`, `blocks-exit`, `release`")] = None
+    safety: Annotated[list[str] | None, KeyInfo(", ".join(f"`{word}`" for word in SAFETY))] = None
     sort: Literal["recommendation", "chance", "loss", "payback", "value", "cost", "floor", "item"] = "recommendation"
     discount_rate: Annotated[float, KeyInfo(unit="1/year"), DISCOUNT_RATE] = DISCOUNT
-    modelling_dispersion: Modelling = 0.0
-    modelling: ModelledIn = "mean"
+    modelling_dispersion: Modelling = Fit.modelling_dispersion
+    modelling: ModelledIn = MEAN
     modelling_class: ModellingClass = None
     consequence_correlation: Annotated[float, SHARE] = 1.0
     code: Annotated[Codes | None, KeyInfo("code requirements are not checked")] = None
@@ -555,8 +556,8 @@ class FitTable(Table):
     seed: ResamplingSeed = 0
     state: str | float = OVERTURNED
     confidence: Confidence = Fit.confidence
-    modelling_dispersion: Modelling = 0.0
-    modelling: ModelledIn = "mean"
+    modelling_dispersion: Modelling = Fit.modelling_dispersion
+    modelling: ModelledIn = MEAN
     modelling_class: ModellingClass = None
 
     @field_validator("state", mode="before")

@@ -26,6 +26,7 @@ from ...fragility.fitting.links import LINKS
 from ...fragility.fitting.states import OVERTURNED, UPLIFTED
 from ...fragility.hazard.pieces import EXTEND
 from ...fragility.runs.outputs import OF_ROCKING
+from ...fragility.runs.request import USUAL_OF_ROCKING
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE
 from ...fragility.uncertainty.joint import INDEPENDENT, TOGETHER
 from ...fragility.validity.slab_screen import FACTORS
@@ -148,7 +149,7 @@ class StudyFile(Table):
     report: Annotated[ReportTable | None, KeyInfo("none: no cover")] = None
 
     accept: Annotated[list[Annotated[str, one_of(KINDS)]] | None, KeyInfo("none")] = None
-    outputs: Annotated[list[Annotated[str, one_of(OF_ROCKING)]] | None, KeyInfo("overturned, peak_rotation")] = None
+    outputs: Annotated[list[Annotated[str, one_of(OF_ROCKING)]] | None, KeyInfo(", ".join(USUAL_OF_ROCKING))] = None
     fit: FitTable | None = None
     measures: MeasuresTable | None = None
     uncertainty: UncertaintyTable | None = None

@@ -11,6 +11,7 @@ from ...core.parameters import CORRELATION, POSITIVE, Seed
 from ...core.units import METRE, NEWTON, RADIAN, STIFFNESS
 from ...fragility import Beta, Categorical, Least, Lognormal, Normal, RandomInputs, Uniform
 from ...fragility.uncertainty.distributions import Distribution
+from ...fragility.uncertainty.ida import SAMPLES
 from ...fragility.uncertainty.realisation import KNOWN
 from ...models.laws import DELTA, RESTITUTION
 from ..plan.estimates import Fit
@@ -210,7 +211,7 @@ class UncertaintyTable(Table):
         ),
     ]
     correlations: Annotated[list[CorrelationTable] | None, KeyInfo("none")] = None
-    samples: Annotated[int, Field(ge=2, le=1000000)] = 64
+    samples: Annotated[int, Field(ge=2, le=1000000)] = SAMPLES
     seed: Seed = 0
     sobol: Sobol = None
 
