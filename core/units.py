@@ -42,6 +42,8 @@ UNITS: Final[dict[str, tuple[float, str]]] = {
     "1/year": (1.0, PER_YEAR),
 }
 """SI value and SI unit of each unit that a column of a file, or a value on the command line, may have."""
+SPELLED: Final = {ACCELERATION: "m/s2", VELOCITY: "m/s", PER_YEAR: "1/year"}
+"""Units as people write them."""
 
 
 def described(long_name: str, units: str = DIMENSIONLESS) -> dict[str, str]:

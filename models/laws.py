@@ -61,7 +61,7 @@ class Model(ABC):
         """Short name and options as people read them, different for different options."""
 
 
-RESTITUTION = Parameter(above=0.0, at_most=1.0)
+RESTITUTION = PART
 DELTA = Parameter(at_least=MIN_DELTA, below=1.0)
 USUAL_DELTA = 0.05
 """Recommendation of the paper."""

@@ -17,7 +17,7 @@ import xarray as xr
 from ...core import checks
 from ...core.doubts import warn
 from ...core.elementary import Array, power
-from ...core.parameters import RATIO, SHARE, Parameter, Seed, check
+from ...core.parameters import POSITIVE, RATIO, SHARE, Seed, check
 from ...core.streams import key_of, stream
 from ...core.units import ACCELERATION, METRE, STANDARD_GRAVITY, VELOCITY, described, provenance
 from ..arrays import OWN_LEVEL, Record, floor_array, floor_coordinates, motion_coordinates, records
@@ -25,7 +25,7 @@ from ..kernels.yielding import storey_response
 from ..plausibility import collapse_doubts, record_doubts, unusual
 from .isolation import Isolation, refuse_light
 
-YIELD_COEFFICIENT = Parameter(above=0.0)
+YIELD_COEFFICIENT = POSITIVE
 COLLAPSE_DRIFT = 0.1
 """Drift over the storey's height at which a storey counts as collapsed (assumed)."""
 

@@ -15,7 +15,7 @@ import xarray as xr
 from ...core import checks
 from ...core.doubts import noted, warn
 from ...core.elementary import Array, power, times
-from ...core.parameters import Parameter, check
+from ...core.parameters import SHARE, Parameter, check
 from ...core.units import HERTZ, SECOND, VELOCITY, described, provenance
 from ..arrays import Record, motion_coordinates, records
 from ..intensity.cumulative import significant_duration_5_95
@@ -25,7 +25,7 @@ from ..simulated.envelopes import Envelope
 from ..simulated.generator import USUAL_STEP, Generator, Seconds
 from .adjustment import PGD_BOUND, PGV_BOUND, Bound, TargetMissed, matching_doubts
 from .spectrum_compatible import SpectrumCompatible
-from .target_spectra import AC156_FREQUENCIES, ASCE_16, EDITIONS, TargetSpectrum
+from .target_spectra import AC156_FREQUENCIES, ASCE_16, EDITIONS, S_DS, TargetSpectrum
 
 MARGIN = 0.01
 TOLERANCE = 0.015
@@ -87,8 +87,8 @@ class AC156(Generator):
 
     own_amplitude: ClassVar[bool] = False
 
-    s_ds: Annotated[float, Parameter("g", above=0.0, at_most=10.0)]
-    z_over_h: Annotated[float, Parameter(at_least=0.0, at_most=1.0)] = 0.0
+    s_ds: Annotated[float, S_DS]
+    z_over_h: Annotated[float, SHARE] = 0.0
     edition: Annotated[str, Parameter(words=EDITIONS)] = ASCE_16
     vertical: Annotated[bool, Parameter()] = False
     duration: Seconds = 30.0

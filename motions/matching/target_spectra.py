@@ -20,6 +20,7 @@ from ..plausibility import unusual
 from ..readers.lines import Lines, RecordError, is_blank, is_comment, plain
 from ..readers.units import agreed, quantities, unit_factor, unit_of, units_in
 
+S_DS = Parameter("g", above=0.0, at_most=10.0)
 EDITIONS = ASCE_16, ASCE_22 = "7-16", "7-22"
 AC156_FREQUENCIES = (0.1, 1.3, 8.3, 33.3)  # Hz
 LARGEST_SA = 1e3  # m/s²
@@ -213,7 +214,7 @@ class TargetSpectrum:
         >>> [round(float(a) / 9.80665, 6) for a in target.at([1 / 33.3, 1 / 8.3, 1 / 1.3, 10.0])]
         [0.4, 1.0, 1.0, 0.1]
         """
-        design = checks.number("s_ds", s_ds, above=0.0, at_most=10.0, unit="g")
+        design = S_DS.number("s_ds", s_ds)
         height = SHARE.number("z_over_h", z_over_h)
         checks.choice("edition", edition, EDITIONS)
         if edition == ASCE_16 and not (h_f is None and r_mu is None):

@@ -11,7 +11,7 @@ from ...core import checks
 from ...core.doubts import warn
 from ...core.elementary import Array, exp
 from ...core.parameters import CHANCE, PART, SHARE, Seed
-from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY
+from ...core.units import DIMENSIONLESS, UNITS
 from ...fragility.adaptive.sequential import MOST_RUNS, RUNS
 from ...fragility.adaptive.until import (
     FEWEST,
@@ -30,7 +30,7 @@ from ...fragility.analyses.pooled import A_MOTION, BLOCKS_A_MOTION, MOST as MOST
 from ...fragility.fitting.fit import FORMS, METHODS, default_form
 from ...fragility.fitting.intervals import INTERVALS
 from ...fragility.fitting.likelihood import PENALTIES
-from ...fragility.fitting.states import DISTANCE, MOST_STATE, NAMES as STATES, OVERTURNED
+from ...fragility.fitting.states import DISTANCE, NAMES as STATES, OVERTURNED, TURNED
 from ...fragility.runs.scaling import INTENSITY_MEASURES, intensity_measure
 from ...fragility.uncertainty.joint import Variability
 from ...fragility.validity.plausibility import level_doubts
@@ -70,17 +70,8 @@ from .table import (
     shown,
 )
 
-# The SI value of each unit that a level may be written in, and the SI unit that it belongs to.
-LEVEL_UNITS: dict[str, tuple[float, str]] = {
-    "g": (STANDARD_GRAVITY, "m s-2"),
-    "m/s2": (1.0, "m s-2"),
-    "cm/s2": (0.01, "m s-2"),
-    "m/s": (1.0, "m s-1"),
-    "cm/s": (0.01, "m s-1"),
-    "m": (1.0, "m"),
-    "cm": (0.01, "m"),
-    "1": (1.0, "1"),
-}
+LEVEL_UNITS = {unit: UNITS[unit] for unit in ("g", "m/s2", "cm/s2", "m/s", "cm/s", "m", "cm", "1")}
+"""SI value and SI unit of each unit that a level may have."""
 
 
 MOST_SAMPLE = 20_000
@@ -566,13 +557,13 @@ class FitTable(Table):
         """Raise an error for a value that is neither a state's word nor a number that |θ|/α exceeds."""
         if isinstance(state, str):
             return checked(state, STATES)
-        plain = isinstance(state, int | float) and not isinstance(state, bool)
-        if not plain or not 0.0 < state <= MOST_STATE:
+        try:
+            return TURNED.number("state", state)
+        except (TypeError, ValueError):
             given = str(state).lower() if isinstance(state, bool) else shown(state)
             raise ValueError(
-                f"must be a word, as 'overturned', or a number > 0 and <= {MOST_STATE:g}, of |θ|/α, got {given}"
-            )
-        return float(state)
+                f"must be a word, as 'overturned', or a number {TURNED.text}, of |θ|/α, got {given}"
+            ) from None
 
     @model_validator(mode="before")
     @classmethod
