@@ -132,8 +132,8 @@ class TestRecords:
         if max(peaks) < 2.0:
             assert record_doubts(records(arrays), own_level=False) == []
         assert record_doubts(records(mo.from_array(waves, DT, own_amplitude=False))) == []
-        made = [doubt.kind for doubt in record_doubts(records(mo.from_array(waves, DT)))]
-        assert made == ["units"] * ("weak" in said)
+        made = [doubt.sentence for doubt in record_doubts(records(mo.from_array(waves, DT)))]
+        assert ["in place of" in sentence for sentence in made] == [True] * ("weak" in said)
 
     @pytest.mark.parametrize(("frequency", "named"), [(0.25, False), (0.15, True), (14.0, False), (18.0, True)])
     def test_ratio(self, frequency, named):
