@@ -86,6 +86,8 @@ class MotionSet(NamedTuple):
 LOOKED_AT = 64
 """Number of motions of a generator that are made before an adaptive or a pooled analysis runs, to check them."""
 
+OF_STRIPES = "the motions of all stripes"
+
 
 class StudyFile(Table):
     """A study: blocks x damping laws x motions, as one kind of analysis.
@@ -272,7 +274,7 @@ class StudyFile(Table):
         for i, table in enumerate(tables, start=1):
             with self._of_stripe(i):
                 samples += table.samples(folder)
-        refuse_samples(samples * (1 + sum(self._floor_counts())), "the motions of all stripes")
+        refuse_samples(samples * (1 + sum(self._floor_counts())), OF_STRIPES)
         sets: list[MotionSet] = []
         held, levels = 0, self.stripes.levels().tolist()
         for i, table in enumerate(tables, start=1):
@@ -281,7 +283,7 @@ class StudyFile(Table):
             sets.append(self._in_buildings(ground, reading, levels[i - 1]))
             held += sum(array.size for array in sets[-1].motions)
             # (the size of records is known only once they are read)
-            refuse_samples(held, "the motions of all stripes")
+            refuse_samples(held, OF_STRIPES)
         return sets
 
     @contextmanager
@@ -318,7 +320,7 @@ class StudyFile(Table):
             reading = Reading.of(ground, own_level=False)
             reading = reading._replace(doubts=(*(doubts if i == 0 else ()), *reading.doubts))
             sets.append(self._in_buildings(ground, reading, float(report.attrs["level"]))._replace(selection=report))
-        refuse_samples(sum(array.size for of_set in sets for array in of_set.motions), "the motions of all stripes")
+        refuse_samples(sum(array.size for of_set in sets for array in of_set.motions), OF_STRIPES)
         return sets
 
     def _stripes_motions(self, stripes: StripesTable) -> list[MotionsTable]:
