@@ -120,7 +120,7 @@ class Block:
         middle = 0.5 * height
         cm_height = middle
         if self.cm_height is not None:
-            cm_height = checks.number("cm_height", self.cm_height, above=0.0, below=height, unit="m")
+            cm_height = checks.number("cm_height", self.cm_height, below=height, unit="m")
         factor = UNIFORM_INERTIA_FACTOR
         if self.inertia_factor is not None:
             factor = float(self.inertia_factor)

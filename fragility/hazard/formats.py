@@ -15,7 +15,7 @@ import numpy as np
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import first_names
-from ...motions.intensity.spectra import DAMPING
+from ...core.units import DAMPING
 from ...motions.matching.target_spectra import other_damping
 from ...motions.readers.lines import THOUSANDS, Lines, is_blank, is_comment, plain
 from ...motions.readers.units import units_in

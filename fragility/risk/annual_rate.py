@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...core import checks
 from ...core.doubts import warn_of_results
 from ...core.elementary import Array, exp, geomspace, log
-from ...core.parameters import CONFIDENCE, YEARS
+from ...core.parameters import CONFIDENCE, USUAL_CONFIDENCE, USUAL_YEARS, YEARS
 from ...core.units import DIMENSIONLESS, PER_YEAR, described, provenance
 from ...core.wording import given_percent
 from ...motions.intensity.naming import long_name_at
@@ -65,13 +65,13 @@ one, instead of 5 to 100 times.
 def annual_rate(
     curves: xr.Dataset,
     hazard: HazardCurve,
-    years: float = 50.0,
+    years: float = USUAL_YEARS,
     *,
     below: str = EXTEND,
     above: str = EXTEND,
     outside: str = REFUSE,
     bins: Any = 40,
-    confidence: float = 0.95,
+    confidence: float = USUAL_CONFIDENCE,
 ) -> xr.Dataset:
     """Return the annual rate of overturning of every curve under a hazard curve, with its deaggregation.
 

@@ -43,7 +43,9 @@ ALPHA0 = Parameter(at_least=0.0, at_most=1e4)
 MAX_STOREYS = 500
 MOST_PARTS = 1000
 Damping = Annotated[float | Sequence[float], RATIO]
+USUAL_DAMPING = 0.05
 StoreyHeight = Annotated[float | Sequence[float], Parameter("m", above=0.0)]
+USUAL_STOREY = 3.0
 Modes = Annotated[int, Parameter(at_least=1)]
 MASS, STIFFNESS = Parameter("kg", above=0.0), Parameter("N/m", above=0.0)
 Masses = Annotated[Any, MASS]
@@ -94,10 +96,10 @@ class Building:
     def flexural_shear(
         cls,
         period: Annotated[float, PERIOD],
-        damping: Damping = 0.05,
+        damping: Damping = USUAL_DAMPING,
         alpha0: Annotated[float, ALPHA0] = 5.0,
         storeys: Annotated[int, Parameter(at_least=1, at_most=MAX_STOREYS)] = 5,
-        storey_height: StoreyHeight = 3.0,
+        storey_height: StoreyHeight = USUAL_STOREY,
         modes: Modes = 6,
     ) -> Building:
         """Return a uniform cantilever with flexural and shear deformation.
@@ -153,8 +155,8 @@ class Building:
         cls,
         masses: Masses,
         stiffnesses: Stiffnesses,
-        damping: Damping = 0.05,
-        storey_height: StoreyHeight = 3.0,
+        damping: Damping = USUAL_DAMPING,
+        storey_height: StoreyHeight = USUAL_STOREY,
         modes: Modes | None = None,
         *,
         yielding: Yielding | None = None,
@@ -219,8 +221,8 @@ class Building:
         base_mass: BaseMass,
         masses: Masses,
         stiffnesses: Stiffnesses,
-        damping: Annotated[float, RATIO] = 0.05,
-        storey_height: StoreyHeight = 3.0,
+        damping: Annotated[float, RATIO] = USUAL_DAMPING,
+        storey_height: StoreyHeight = USUAL_STOREY,
         *,
         yielding: Yielding | None = None,
     ) -> YieldingBuilding:

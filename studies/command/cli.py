@@ -25,6 +25,7 @@ from cyclopts.exceptions import CycloptsError, MissingArgumentError
 
 from ...core.doubts import noted
 from ...core.limits import memory_limit
+from ...core.units import DAMPING
 from ...core.wording import counted, system_reason
 from ..app.command import live_page
 from ..single.command import simulate_one
@@ -269,7 +270,7 @@ def look_at_motions(
     *,
     out: Path = Path("results/motions"),
     json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
-    damping: float = 0.05,
+    damping: float = DAMPING,
     target: Path | None = None,
 ) -> None:
     """Show ground motions: intensity measures, histories, spectra and Husid plots.

