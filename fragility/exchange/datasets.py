@@ -59,9 +59,9 @@ def curve_set(curves: xr.Dataset, marks: str, chosen: Sequence[str] | None = Non
     checks.not_empty("curves", curves, *dims)
     axes = [[_text(value) for value in curves[dim].values] for dim in dims]
     for dim, axis in zip(dims, axes, strict=True):
-        label, times = Counter(axis).most_common(1)[0]
+        repeated, times = Counter(axis).most_common(1)[0]
         if times > 1:
-            raise ValueError(f"labels of curves must differ, got {label!r:.60} {times:,} times on {dim}")
+            raise ValueError(f"labels of curves must differ, got {repeated!r:.60} {times:,} times on {dim}")
     labels = list(itertools.product(*axes))
     parameters = [CurveParameters()] * len(labels)
     probabilities: list[Array | None] = [None] * len(labels)

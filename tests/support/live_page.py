@@ -11,7 +11,9 @@ import time
 import pytest
 from browser import CHROMIUM, Browser
 
-NAMES = """[...document.querySelectorAll('input, select, button, summary, progress, [role="img"]')].filter((element) => {
+NAMES = """[
+  ...document.querySelectorAll('input, select, button, summary, progress, [role="img"]')
+].filter((element) => {
   const label = element.labels && element.labels.length ? element.labels[0].textContent : '';
   return !(label || element.getAttribute('aria-label') || element.textContent).trim();
 }).map((element) => element.outerHTML)"""

@@ -10,7 +10,6 @@ import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-import numpy as np
 import xarray as xr
 
 from ....core import checks
@@ -82,7 +81,7 @@ def write_table(
 
     `located`: the curves' offsets give the place of the demand.
     """
-    if directional is not None and not isinstance(directional, np.bool_):
+    if directional is not None:
         checks.flag("directional", directional)
     demand = demand_of(curve_rows, located)
     if not file.name:
