@@ -105,6 +105,7 @@ STEP = Parameter("s", above=0.0, at_most=checks.MAX_STEP)
 CHANCE = Parameter(above=0.0, below=1.0)
 CONFIDENCE = Parameter(at_least=0.5, below=1.0)
 """Of intervals: a lower value is a level of significance."""
+USUAL_CONFIDENCE = 0.95
 BETA_M = Parameter(at_least=0.0, at_most=1.5)
 """Modelling uncertainty: FEMA P-58 has up to 0.57, and per cent are above the bound."""
 SHARE = Parameter(at_least=0.0, at_most=1.0)
@@ -112,6 +113,7 @@ PART = Parameter(above=0.0, at_most=1.0)
 RATIO = Parameter(at_least=0.0, below=1.0)
 CORRELATION = Parameter(at_least=-1.0, at_most=1.0)
 YEARS = Parameter("years", above=0.0)
+USUAL_YEARS = 50.0
 Seed = typing.Annotated[int, Parameter(at_least=0)]
 """Seed of random draws."""
 
@@ -193,12 +195,6 @@ def _checked(kind: Any) -> tuple[tuple[str, Any, Parameter, bool], ...]:
 
 _SECTION = re.compile(r"Parameters\n-+\n(.*?)(?:\n\n\S|\Z)", re.S)
 _ENTRY = re.compile(r"^(\w[\w, ]*?) : [^\n]*\n((?:    .*\n?|\n(?=    ))+)", re.M)
-
-
-def defaults_of(make: Any) -> dict[str, Any]:
-    """Return the defaults of the arguments of a function by their names."""
-    arguments = inspect.signature(make).parameters.values()
-    return {argument.name: argument.default for argument in arguments if argument.default is not argument.empty}
 
 
 def sentences_of(make: Any) -> dict[str, str]:

@@ -38,6 +38,7 @@ FILTERS: Filters = {
 }
 """Filters of numbers, plurals and lists."""
 _SPACES, _GAPS = re.compile(r"[ \n]+"), re.compile(r" ([,.;:])(?=\s|$)")
+_PER_CENT = re.compile(r"(?<=\d) (?=%)")
 
 
 def environment(
@@ -88,7 +89,8 @@ def sentence(what: str, fact: Fact, modules: Iterable[Any], shared: Mapping[str,
     modules = [*modules]
     macros = (name.replace(".", "_") for name in (what, shared.get(what, what)))
     macro, module = next((macro, module) for macro in macros for module in modules if hasattr(module, macro))
-    return _GAPS.sub(r"\1", _SPACES.sub(" ", str(getattr(module, macro)(fact)))).strip()
+    text = _GAPS.sub(r"\1", _SPACES.sub(" ", str(getattr(module, macro)(fact)))).strip()
+    return _PER_CENT.sub("\u00a0", text)
 
 
 @cache

@@ -8,6 +8,8 @@ from typing import Any, Final
 
 STANDARD_GRAVITY: Final = 9.80665
 """Standard acceleration of gravity, m/s² (CGPM 1901)."""
+DAMPING: Final = 0.05
+"""Damping ratio of response spectra if no other is given."""
 
 DIMENSIONLESS: Final = "1"
 METRE: Final = "m"
@@ -40,6 +42,8 @@ UNITS: Final[dict[str, tuple[float, str]]] = {
     "1/year": (1.0, PER_YEAR),
 }
 """SI value and SI unit of each unit that a column of a file, or a value on the command line, may have."""
+SPELLED: Final = {ACCELERATION: "m/s2", VELOCITY: "m/s", PER_YEAR: "1/year"}
+"""Units as people write them."""
 
 
 def described(long_name: str, units: str = DIMENSIONLESS) -> dict[str, str]:

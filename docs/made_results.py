@@ -1,6 +1,6 @@
 """Results of small studies of every kind, and the page of their variables, docs/_made/results.md.
 
-tests/studies/test_outputs.py checks the same results.
+tests/golden/test_studies.py checks units, names and dimensions of results.
 """
 
 import re

@@ -120,7 +120,7 @@ class Block:
         middle = 0.5 * height
         cm_height = middle
         if self.cm_height is not None:
-            cm_height = checks.number("cm_height", self.cm_height, above=0.0, below=height, unit="m")
+            cm_height = checks.number("cm_height", self.cm_height, below=height, unit="m")
         factor = UNIFORM_INERTIA_FACTOR
         if self.inertia_factor is not None:
             factor = float(self.inertia_factor)
@@ -172,15 +172,15 @@ class Block:
         (_, front), (_, back) = self.corners
         if min(front, back) < MIN_ANGLE:
             raise ValueError(
-                f"lean must leave the block standing: between {self.lean - back:.4g} and {self.lean + front:.4g} rad, "
-                f"got {self.lean:.4g}"
+                f"lean must leave the block standing: between {_angle(self.lean - back)} and "
+                f"{_angle(self.lean + front)}, got {_angle(self.lean)}"
             )
         # (shaking would turn it the wrong way about a corner that is above its mass, and no state of rest is left)
         if max(front, back) > 0.5 * math.pi - MIN_ANGLE:
             raise ValueError(
                 "lean must leave the mass centre above both corners of the base: between "
-                f"{self.lean + front - 0.5 * math.pi:.4g} and {self.lean - back + 0.5 * math.pi:.4g} rad, "
-                f"got {self.lean:.4g}"
+                f"{_angle(self.lean + front - 0.5 * math.pi)} and {_angle(self.lean - back + 0.5 * math.pi)}, "
+                f"got {_angle(self.lean)}"
             )
 
     def _check_surroundings(self) -> None:
@@ -475,3 +475,8 @@ def likely_sizes(width: float, height: float) -> str:
 def _plausible(width: float, height: float) -> bool:
     bounded = ((width, WIDTHS), (height, HEIGHTS), (height / width, RATIOS))
     return all(low <= value <= high for value, (low, high) in bounded)
+
+
+def _angle(value: float) -> str:
+    """Return an angle in radians with its degrees."""
+    return f"{value:.4g} rad ({math.degrees(value):.3g}°)"

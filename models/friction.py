@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..core import checks
 from ..core.aliases import Array, Flags
 from ..core.distributions import Lognormal
-from ..core.parameters import PART, check
+from ..core.parameters import PART, Parameter, check
 from ..core.units import STANDARD_GRAVITY
 from .block import UNIFORM_INERTIA_FACTOR
 
@@ -132,6 +132,9 @@ class Friction(ABC):
 
 MOST_FRICTION = 10.0
 """Largest coefficient of friction, beyond any contact's: 40 is per cent; blocks of 10 do not slide."""
+STATIC = Parameter(above=0.0, at_most=MOST_FRICTION)
+SPREAD = Parameter(above=0.0)
+"""Dispersion of a coefficient of friction."""
 
 
 @dataclass(frozen=True)
@@ -142,7 +145,7 @@ class FixedFriction(Friction):
     value: float
 
     def __post_init__(self) -> None:
-        checks.number("friction", self.value, above=0.0, at_most=MOST_FRICTION)
+        STATIC.number("friction", self.value)
 
     def below(self, need: ArrayLike) -> Array:
         wanted = np.asarray(need, dtype=float)
@@ -167,8 +170,8 @@ class LognormalFriction(Friction):
     dispersion: float
 
     def __post_init__(self) -> None:
-        checks.number("median of friction", self.median, above=0.0, at_most=MOST_FRICTION)
-        checks.number("dispersion of friction", self.dispersion, above=0.0)
+        STATIC.number("median of friction", self.median)
+        SPREAD.number("dispersion of friction", self.dispersion)
 
     def below(self, need: ArrayLike) -> Array:
         return Lognormal(self.median, self.dispersion).below(need)

@@ -61,8 +61,11 @@ class Model(ABC):
         """Short name and options as people read them, different for different options."""
 
 
-RESTITUTION = Parameter(above=0.0, at_most=1.0)
+RESTITUTION = PART
 DELTA = Parameter(at_least=MIN_DELTA, below=1.0)
+USUAL_DELTA = 0.05
+"""Recommendation of the paper."""
+USUAL_LEVER = "h"
 Restitution = Annotated[float, RESTITUTION]
 Factor = Annotated[float, Parameter(above=0.0)]
 Delta = Annotated[float, DELTA]
@@ -247,8 +250,8 @@ class DiscreteDamping(_HeldZoneLaw):
     law: ClassVar[str] = "discrete"
     rule: ClassVar[int] = engine.RULE_ENTRY_SPEED
     e: Restitution | None = None
-    delta: Delta = 0.05
-    lever: Lever = "h"
+    delta: Delta = USUAL_DELTA
+    lever: Lever = USUAL_LEVER
     rest: Rest = "elastic"
     restitution_factor: Factor = field(default=1.0, kw_only=True)
 
@@ -269,8 +272,8 @@ class EnergyConsistent(_HeldZoneLaw):
     law: ClassVar[str] = "energy-consistent"
     rule: ClassVar[int] = engine.RULE_ENERGY
     e: Restitution | None = None
-    delta: Delta = 0.05
-    lever: Lever = "h"
+    delta: Delta = USUAL_DELTA
+    lever: Lever = USUAL_LEVER
     rest: Rest = "rigid"
     restitution_factor: Factor = field(default=1.0, kw_only=True)
 
@@ -280,8 +283,8 @@ class _RestitutionViscous(_ImpactLaw):
     """Initial-stiffness proportional damping f_d = 2 zeta(e) sqrt(I_O k0) theta' at every rotation (paper, Eq. 11)."""
 
     e: Restitution | None = None
-    delta: Delta = 0.05
-    lever: Lever = "h"
+    delta: Delta = USUAL_DELTA
+    lever: Lever = USUAL_LEVER
     restitution_factor: Factor = field(default=1.0, kw_only=True)
 
     @staticmethod
@@ -346,9 +349,9 @@ class Vassiliou(Law):
     """
 
     law: ClassVar[str] = "vassiliou"
-    delta: Delta = 0.05
+    delta: Delta = USUAL_DELTA
     coefficient: Damping = 0.02
-    lever: Lever = "h"
+    lever: Lever = USUAL_LEVER
 
     def oscillator(self, block: Block) -> Oscillator:
         _refuse_bed(block, self, "its damping is that of rocking on a rigid floor")
@@ -377,11 +380,11 @@ class ViscousDamping(Law):
 
     law: ClassVar[str] = "viscous"
     zeta: Damping
-    delta: Delta = 0.05
-    lever: Lever = "h"
+    delta: Delta = USUAL_DELTA
+    lever: Lever = USUAL_LEVER
 
     @classmethod
-    def fema356(cls, e: float, delta: float = 0.05, lever: str = "h") -> "ViscousDamping":
+    def fema356(cls, e: float, delta: float = USUAL_DELTA, lever: str = USUAL_LEVER) -> "ViscousDamping":
         """Return the law with FEMA 356's zeta = 0.4 (1 - e), as quoted by Makris and Konstantinidis (2003)."""
         return cls(0.4 * (1.0 - PART.number("e", e)), delta, lever)
 
@@ -413,12 +416,12 @@ class HousnerImpact(_ImpactLaw):
     law: ClassVar[str] = "housner"
     e: Restitution | None = None
     geometry: Annotated[str, Parameter(words=GEOMETRIES)] = "exact"
-    lever: Lever = "h"
+    lever: Lever = USUAL_LEVER
     restitution_factor: Factor = field(default=1.0, kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.lever != "h" and self.geometry != "bilinear":
+        if self.lever != USUAL_LEVER and self.geometry != "bilinear":
             raise ValueError(f"lever={self.lever!r} needs geometry='bilinear', got geometry={self.geometry!r}")
 
     def oscillator(self, block: Block) -> Oscillator:

@@ -253,6 +253,7 @@ OWN_LEVEL = "own_level"
 """Coordinate of motions that belong to the level at which they were made, such as motions of yielding floors and
 isolators.
 """
+OF_OWN_LEVEL = described("belongs to the strength of its ground motion, and must not be scaled")
 _RECORD_COORDINATES = ("motion", "source", "dt", "own_amplitude", "recorded", "time", REVERSE_OF, OWN_LEVEL)
 
 

@@ -395,6 +395,13 @@ def storey_doubts(masses: Array, stiffnesses: Array) -> list[Doubt]:
     return [Doubt.of("storeys")]
 
 
+def strength_doubts(coefficients: Array) -> list[Doubt]:
+    """Return the input warning on storeys, more than two, of which each is stronger than the storey below."""
+    if coefficients.size < 3 or (np.diff(coefficients) <= 0.0).any():
+        return []
+    return [Doubt.of("storey_strengths", given=", ".join(map(short_digits, coefficients.tolist())))]
+
+
 def ringing_doubts(floor_motions: Iterable[xr.DataArray]) -> list[Doubt]:
     """Return the input warning on floor motions (their coordinate ``ringing``) that end while the building moves."""
     every, cut = 0, []

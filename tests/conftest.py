@@ -1,10 +1,16 @@
-"""Order and pace of tests, random examples that do not depend on where a test lies, interrupts in the background."""
+"""Order and pace of tests, random examples that do not depend on where a test lies, interrupts in the background.
+
+Calls that are refused or doubted stand in refusals.csv and doubts.csv of each package.
+"""
 
 import gc
 import signal
 import threading
 
 import pytest
+from refusals import doubts, pytest_generate_tests, refusal
+
+__all__ = ["doubts", "pytest_generate_tests", "refusal"]
 
 # (a third of the time that collecting all tests takes goes to the garbage collector, which finds none)
 gc.disable()

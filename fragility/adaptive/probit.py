@@ -11,11 +11,11 @@ import numpy as np
 import scipy
 
 from ...core.elementary import Array, Flags, Index, exp, inverse, times
+from ...core.parameters import USUAL_CONFIDENCE
 from ..fitting.likelihood import STATUSES, FactorData, FittedLines, fit_lines
 from ..fitting.links import LINKS, LOGNORMAL, Link
 from ..fitting.trials import gap_between
 from ..kernels import binomial as engine
-from .until import CONFIDENCE
 
 ROUNDS = 4
 """Maximum number of times that the window of a local fit is moved to its median."""
@@ -71,7 +71,7 @@ class Estimate(NamedTuple):
 
 def student(freedom: float) -> float:
     """Return the quantile of Student's t for an interval of 95 %; infinite without a degree of freedom."""
-    return float(scipy.special.stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE)) if freedom >= 1 else math.inf
+    return float(scipy.special.stdtrit(freedom, 0.5 + 0.5 * USUAL_CONFIDENCE)) if freedom >= 1 else math.inf
 
 
 def difference(first: Estimate, second: Estimate) -> tuple[float, float]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...core import checks
 from ...core.elementary import Array, Flags, Index, exp, log
+from ...core.parameters import USUAL_CONFIDENCE
 from ...core.streams import stream
 from ...core.wording import counted
 from ..fitting.states import ALL, NONE
@@ -19,7 +20,7 @@ from ..numerics.proportions import binomial_interval
 from .probit import Estimate, Observations, Probit, difference, enclosing, fit_probit, local_probit
 from .rate import HazardCells, draw_levels, hazard_cells, unseen_tail, weighted_rate
 from .stopping import ALL_FELL, MISFIT, MOST_MOTIONS, NONE_FELL, REACHED, StoppingRule, motions_needed, reason_text
-from .until import CONFIDENCE, DISPERSION, MEDIAN, PROBABILITY, RATE, Until
+from .until import DISPERSION, MEDIAN, PROBABILITY, RATE, Until
 
 LEVELS = (0, 2)
 """Key, under a seed and before the number of a motion, of the random numbers that its levels are drawn from."""
@@ -280,7 +281,9 @@ class SequentialCurve:
         if near.x.size and alike:
             # (a motion counts once: its runs are as alike as they can be)
             n = np.unique(near.motion).size
-            lower, upper = map(float, binomial_interval(n if near.fell[0] else 0, n, CONFIDENCE, "clopper-pearson"))
+            lower, upper = map(
+                float, binomial_interval(n if near.fell[0] else 0, n, USUAL_CONFIDENCE, "clopper-pearson")
+            )
             return Look(k, (upper - lower) / self.until.room, float(near.fell[0]), lower, upper, *estimates)
         if not near.x.size:
             return Look(k, *UNKNOWN, *estimates)
@@ -289,7 +292,7 @@ class SequentialCurve:
             n = np.unique(near.motion).size
             value = float(near.fell.mean())
             falls = min(max(round(value * n), 1), n - 1) if n > 1 else round(value)
-            lower, upper = map(float, binomial_interval(falls, n, CONFIDENCE, "clopper-pearson"))
+            lower, upper = map(float, binomial_interval(falls, n, USUAL_CONFIDENCE, "clopper-pearson"))
         else:
             estimate = fitted.probability(x)
             value, (lower, upper) = estimate.value, estimate.proportion()

@@ -19,7 +19,6 @@ FEWEST = 32
 FINEST = 1e-3
 TOLERANCES = {name: Parameter(at_least=FINEST, below=0.5 if name == PROBABILITY else 1.0) for name in TARGETS}
 """Half widths that can be asked for."""
-CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from ..runs.labels import block_coordinates, depth_coordinate, law_coordinates, 
 from ..runs.outputs import AXIS, BOTH, OUTPUTS
 from ..runs.plan import LeftError, refuse_endless_runs
 from ..runs.provenance import AXES, CLOUD, DESCRIBED, STRIPES
-from ..runs.request import ENDS, USUAL, Request, check_vertical, collect_about, work_of
+from ..runs.request import ENDS, USUAL_OF_ROCKING, Request, check_vertical, collect_about, work_of
 from ..runs.runners import thread_count
 from ..validity.characteristics import Characteristics
 from ..validity.plausibility import cut_slides, end_doubts, level_doubts, period_doubts
@@ -188,7 +188,7 @@ def _about(axes: str, request: Request) -> Request:
     check_axes(axes, request.blocks, request.models)
     check_outputs(axes, request.outputs, request.models)
     named = [name for name in request.outputs if name != "ruptured"]  # (which studies add for what holds blocks)
-    usual = axes == BOTH_AXES and named == list(USUAL[0])
+    usual = axes == BOTH_AXES and named == list(USUAL_OF_ROCKING)
     return request._replace(outputs=[*request.outputs, AXIS]) if usual else request
 
 

@@ -9,6 +9,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Flags, Progress
+from ...core.parameters import USUAL_CONFIDENCE
 from ...core.streams import stream
 from ...core.units import described, provenance
 from ...models import Block, Law
@@ -16,7 +17,6 @@ from ...models.block_array import BlockArray
 from ...models.sliding.law import SlidingLaw
 from ...motions.intensity.measure import Measure
 from ..adaptive.probit import student
-from ..adaptive.until import CONFIDENCE
 from ..numerics.proportions import binomial_interval
 from ..runs.runners import Workers
 from ..runs.scaling import BlockMeasure, intensity_measure
@@ -174,7 +174,7 @@ def _falls(fell: Flags, number: int) -> dict[str, Any]:
     ends = mean - reach, mean + reach
     if mean in {0.0, 1.0}:
         # as if all blocks fell together, the minimum information of these events
-        lower, upper = binomial_interval(round(mean) * motions, motions, CONFIDENCE, "clopper-pearson")
+        lower, upper = binomial_interval(round(mean) * motions, motions, USUAL_CONFIDENCE, "clopper-pearson")
         ends = float(lower), float(upper)
     quantile = np.quantile(share, QUANTILES)
     return {

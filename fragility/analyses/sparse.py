@@ -17,7 +17,7 @@ from ...motions.intensity.naming import GROUND, measure_named
 from ..adaptive.sequential import SequentialCurve, account, half_width
 from ..adaptive.stopping import reason_text
 from ..adaptive.until import MEDIAN, PROBABILITY, RATE
-from ..runs.labels import depth_coordinate
+from ..runs.labels import OF_ACCOUNT, OF_DISPERSION, OF_ENDS, OF_MEDIAN, OF_STOP, depth_coordinate
 from ..runs.outputs import OUTPUTS
 from ..runs.provenance import AXES, RUN, configuration_of
 from ..runs.request import Request, part_of
@@ -185,20 +185,19 @@ def curve_variables(
 
     def interval(name: str, ends: Sequence[tuple[float, float, float]], units: str, text: str) -> None:
         for suffix, k in (("", 0), ("_lower", 1), ("_upper", 2)):
-            words = ("", "lower end of the 95 % interval of: ", "upper end of the 95 % interval of: ")[k]
-            column(f"{name}{suffix}", [end[k] for end in ends], units, words + text)
+            column(f"{name}{suffix}", [end[k] for end in ends], units, OF_ENDS[k] + text)
 
     variables: dict[str, xr.Variable] = {}
     looks = [curve.looks[-1] for curve in curves]
     near = f"level at which {half}, from levels near it: {measure}"
     interval("half_level", [_ends(look.local) for look in looks], unit, near)
-    through = f"median of the curve through all runs: {measure}"
+    through = f"{OF_MEDIAN}: {measure}"
     interval("median", [_ends(look.curve) for look in looks], unit, through)
     interval(
         "dispersion",
         [_ends(look.log_dispersion) for look in looks],
         DIMENSIONLESS,
-        "lognormal standard deviation of the curve through all runs",
+        OF_DISPERSION,
     )
     target = curves[0].until.target
     asked = [(look.value, look.lower, look.upper) for look in looks]
@@ -218,12 +217,12 @@ def curve_variables(
     width = "half width of the 95 % interval asked for, in the terms of until"
     column("half_width", [half_width(curve, curve.looks[-1].ratio) for curve in curves], DIMENSIONLESS, width)
     reasons = [reason_text(curve.stopped, state) for curve in curves]
-    column("stopped_because", reasons, DIMENSIONLESS, "why no further motions were run")
+    column("stopped_because", reasons, DIMENSIONLESS, OF_STOP)
     accounts = [
         "; ".join(part for part in (account(curve, state), offer) if part)
         for curve, offer in zip(curves, offers, strict=True)
     ]
-    column("account", accounts, DIMENSIONLESS, "what was reached, and what more would bring")
+    column("account", accounts, DIMENSIONLESS, OF_ACCOUNT)
     variables |= look_variables(curves, shape)
     return variables
 

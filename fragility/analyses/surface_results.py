@@ -25,7 +25,7 @@ from ...models import Block
 from ...models.block_array import BlockArray
 from ..adaptive.stopping import REACHED, motions_needed
 from ..hazard.curve import HazardCurve
-from ..runs.labels import OF_BLOCKS, law_coordinates
+from ..runs.labels import OF_ACCOUNT, OF_BLOCKS, OF_DISPERSION, OF_ENDS, OF_LAWS, OF_MEDIAN, OF_STOP, law_coordinates
 from ..surfaces.checks import Check, RatePlane
 from ..surfaces.domain import NARROW, Domain
 from ..surfaces.evaluation import Curves, LawSurfaces, curves_at
@@ -151,11 +151,11 @@ def surface_dataset(
     of_laws("check_p_value", [check.p_value for check in checked], "chance of differences as large as the check's")
     of_laws("motions_run", [law.motions for law in runs.laws], "motions of the surface")
     of_laws("half_width", reaches, "half width of the widest interval of a median, as a share")
-    of_laws("stopped_because", [law.stopped for law in runs.laws], "why no further motions were run")
+    of_laws("stopped_because", [law.stopped for law in runs.laws], OF_STOP)
     gains = [runs.others.gains(law.centred) for law in runs.laws]
     offers = [gain_words(runs.others.labels, gain) for gain in gains]
     accounts = [_account(plan, *parts) for parts in zip(runs.laws, known, checked, reaches, offers, strict=True)]
-    of_laws("account", accounts, "what was reached, and what more would bring")
+    of_laws("account", accounts, OF_ACCOUNT)
     if plan.hazard is not None:
         variables |= _rate_variables(known, plan.domain.size + 1)
     variables |= _check_variables(plan, checked) | _run_variables(plan, runs)
@@ -300,7 +300,7 @@ def _run_variables(plan: PooledPlan, runs: PooledRuns) -> dict[str, xr.Variable]
     return {name: xr.Variable(*variable) for name, variable in variables_on("pooled_run", labels).items()}
 
 
-_OWN = {"e": "coefficient of restitution", "delta": "half width of the elastic zone over alpha"}
+_OWN = {"e": "coefficient of restitution", "delta": OF_LAWS["delta"]}
 
 
 def _law_coordinates(plan: PooledPlan) -> dict[str, xr.Variable]:
@@ -340,21 +340,20 @@ def _law_surfaces(surface: xr.Dataset, i: int, variables: int) -> LawSurfaces:
     return LawSurfaces(near, curve, factor, math.log1p(apart), rates)
 
 
-_INTERVAL = ("", "lower end of the 95 % interval of: ", "upper end of the 95 % interval of: ")
-
-
 def _curve_dataset(columns: BlockArray, laws: Sequence[Curves], surface: xr.Dataset, rated: bool) -> xr.Dataset:
     """Return curves as variables on (block, model)."""
     unit = surface.attrs["level_units"]
     name = surface.attrs["level_name"]
     of_all = f"level at which half overturn, from levels near it; its interval holds for all blocks at once: {name}"
-    spread = "lognormal standard deviation of the curve through all runs"
     rate = "annual rate of overturning: of the lognormal curve through all runs, times what runs without a form say"
     labels = {
-        **{f"half_level{end}": (unit, words + of_all) for end, words in zip(_ENDS, _INTERVAL, strict=True)},
-        "median": (unit, f"median of the curve through all runs: {name}"),
-        **{f"dispersion{end}": (DIMENSIONLESS, words + spread) for end, words in zip(_ENDS, _INTERVAL, strict=True)},
-        **{f"rate{end}": (PER_YEAR, words + rate) for end, words in zip(_ENDS, _INTERVAL, strict=True)},
+        **{f"half_level{end}": (unit, words + of_all) for end, words in zip(_ENDS, OF_ENDS, strict=True)},
+        "median": (unit, f"{OF_MEDIAN}: {name}"),
+        **{
+            f"dispersion{end}": (DIMENSIONLESS, words + OF_DISPERSION)
+            for end, words in zip(_ENDS, OF_ENDS, strict=True)
+        },
+        **{f"rate{end}": (PER_YEAR, words + rate) for end, words in zip(_ENDS, OF_ENDS, strict=True)},
         **{
             f"rate_share_{side}": (DIMENSIONLESS, f"share of the rate from {side} the levels of the hazard curve")
             for side in ("below", "above")

@@ -12,7 +12,7 @@ import scipy
 
 from ...core import checks
 from ...core.elementary import Array, Flags, Index, exp, log
-from ...core.parameters import CONFIDENCE
+from ...core.parameters import CONFIDENCE, USUAL_CONFIDENCE, Parameter
 from ..fitting.bootstrap import draw_motions
 from ..numerics.proportions import wilson_interval
 from ..numerics.slabs import Allocator, in_memory
@@ -28,6 +28,8 @@ Without it, upper ends were up to 10^13 times too far away; of 0.05 to 0.3, 0.05
 """
 ERRORS = 1.9
 """Errors of a share at whose ends quantiles are looked up: values have gaps, which 1.96 errors then cross."""
+RESAMPLES = Parameter(at_least=50)
+"""Number of resamples of an interval."""
 
 
 class Interval(NamedTuple):
@@ -71,7 +73,7 @@ def _means(values: Array, counts: Array) -> Array:
 
 def mean_interval(
     values: Array,
-    confidence: float = 0.95,
+    confidence: float = USUAL_CONFIDENCE,
     replicates: int = REPLICATES,
     seed: int = 0,
     most: Array | float | None = None,
@@ -99,7 +101,7 @@ def mean_interval(
     (`benchmarks.coverage`).
     """
     level = CONFIDENCE.number("confidence", confidence)
-    checks.count("replicates", replicates, at_least=50)
+    RESAMPLES.check("replicates", replicates, int)
     checks.count("seed", seed)
     n = values.shape[-1]
     flat = np.ascontiguousarray(values, dtype=np.float64).reshape(-1, n)
@@ -159,7 +161,7 @@ class Quantiles(NamedTuple):
 
 
 def quantiles(
-    values: Array, probabilities: Array, most: Array | float, confidence: float = 0.95, ways: int = 1
+    values: Array, probabilities: Array, most: Array | float, confidence: float = USUAL_CONFIDENCE, ways: int = 1
 ) -> Quantiles:
     """Return quantiles of values (…, motion, realisation), with distribution-free intervals.
 

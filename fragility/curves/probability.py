@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from ...core.doubts import warn_of_results
-from ...core.parameters import CONFIDENCE
+from ...core.parameters import CONFIDENCE, USUAL_CONFIDENCE
 from ...core.units import described
 from ...core.wording import given_percent
 from ..fitting.states import OVERTURNED, State, reached, state_name
@@ -14,7 +14,7 @@ from ..validity.limits import of_runs
 
 
 def overturning_probability(
-    runs: xr.Dataset, confidence: float = 0.95, state: State = OVERTURNED, interval: str = "wilson"
+    runs: xr.Dataset, confidence: float = USUAL_CONFIDENCE, state: State = OVERTURNED, interval: str = "wilson"
 ) -> xr.Dataset:
     """Observed probability of overturning, or of another damage state, and its binomial interval.
 

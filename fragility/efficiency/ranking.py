@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.elementary import Array, Index, exp
-from ...core.parameters import CONFIDENCE
+from ...core.parameters import CONFIDENCE, USUAL_CONFIDENCE
 from ...core.streams import stream
 from ...core.units import described
 from ...core.wording import given_percent
@@ -49,7 +49,7 @@ def rank_measures(
     state: State = OVERTURNED,
     least_demand: float = 0.01,
     replicates: int = 200,
-    confidence: float = 0.95,
+    confidence: float = USUAL_CONFIDENCE,
     seed: int = 0,
 ) -> xr.Dataset:
     """Rank intensity measures by efficiency, with their sufficiency, practicality and proficiency.

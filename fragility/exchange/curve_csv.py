@@ -13,7 +13,7 @@ from collections.abc import Iterable, Sequence
 import xarray as xr
 
 from ...core import checks
-from ...core.units import DIMENSIONLESS, PER_YEAR
+from ...core.units import DIMENSIONLESS, SPELLED
 from ..curves.curve import ISOTONIC, LINKED, UPLIFT
 from .datasets import curve_set
 from .files import write_text
@@ -21,7 +21,6 @@ from .ids import TABLE_MARKS
 from .rows import CURVE_NUMBERS, CURVE_WORDS, LEVEL, LIMIT_STATE, OVERTURNING, PARAMETERS, CurveRow, CurveSet, Written
 
 _IN_LEVELS = ("median", "uplift_median", "level", *(name for name, (unit, _) in CURVE_NUMBERS.items() if unit == LEVEL))
-_SPELLED = {"m s-2": "m/s2", "m s-1": "m/s", PER_YEAR: "1/year"}
 
 
 def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str], ids: Sequence[str] | None = None) -> Written:
@@ -80,7 +79,7 @@ def write_curve_csv(curves: xr.Dataset, path: str | os.PathLike[str], ids: Seque
 
 def _with_unit(name: str, units: str) -> str:
     unit = units if name in _IN_LEVELS else CURVE_NUMBERS[name][0] if name in CURVE_NUMBERS else DIMENSIONLESS
-    return f"{name} ({_SPELLED.get(unit, unit)})"
+    return f"{name} ({SPELLED.get(unit, unit)})"
 
 
 def _rows(curve: CurveRow, parameters: Sequence[str], chosen: CurveSet) -> Iterable[Sequence[float]]:

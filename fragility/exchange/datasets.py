@@ -3,6 +3,7 @@
 import itertools
 import math
 import re
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -18,7 +19,7 @@ from ...motions.intensity.naming import FLOOR, GROUND, place_in
 from ..curves.curve import ISOTONIC, LINKED, UPLIFT
 from ..fitting.links import LOGNORMAL
 from ..fitting.states import ABSENT, DIRECTIONS, OK, OVERTURNED, state_named
-from ..runs.provenance import levels_of_the_ground, tilt_limits
+from ..runs.provenance import levels_of_the_ground, tilt_limits, upper_floors
 from .files import ExchangeError
 from .ids import OPENQUAKE_MARKS, TABLE_MARKS, check_ids, is_id, make_ids
 from .rows import (
@@ -55,7 +56,12 @@ def curve_set(curves: xr.Dataset, marks: str, chosen: Sequence[str] | None = Non
     of_levels = curves["level"] if "level" in curves.coords else base
     im = str(curves.attrs.get("im") or of_levels.attrs.get("im", ""))
     units = _si_unit(im, str((of_levels if form == ISOTONIC else base).attrs.get("units", DIMENSIONLESS)))
+    checks.not_empty("curves", curves, *dims)
     axes = [[_text(value) for value in curves[dim].values] for dim in dims]
+    for dim, axis in zip(dims, axes, strict=True):
+        repeated, times = Counter(axis).most_common(1)[0]
+        if times > 1:
+            raise ValueError(f"labels of curves must differ, got {repeated!r:.60} {times:,} times on {dim}")
     labels = list(itertools.product(*axes))
     parameters = [CurveParameters()] * len(labels)
     probabilities: list[Array | None] = [None] * len(labels)
@@ -100,7 +106,7 @@ def curve_set(curves: xr.Dataset, marks: str, chosen: Sequence[str] | None = Non
         form,
         levels,
         title,
-        tuple(_text(floor) for floor in curves["floor"].values.reshape(-1)) if "floor" in curves.coords else (),
+        tuple(upper_floors(curves)),
         _state(curves),
         GROUND if at_ground else place_in(str(of_levels.attrs.get("long_name", ""))) or FLOOR,
     )

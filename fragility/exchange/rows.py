@@ -159,9 +159,9 @@ class CurveRow(NamedTuple):
 class CurveSet(NamedTuple):
     """Curves of one measure: the measure's label and SI unit, a flag for the ground's motion, dimensions, ids, form.
 
-    Curves that differ only in the limit state are one component and have one id. `floors` are the floors below the
-    blocks, if known. `state` is the limit state if there is only one. `place` is the place of the motions that levels
-    measure.
+    Curves that differ only in the limit state are one component and have one id. `floors` are the floors above the
+    ground whose motions levels measure (`upper_floors`). `state` is the limit state if there is only one. `place` is
+    the place of the motions that levels measure.
     """
 
     im: str

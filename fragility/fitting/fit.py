@@ -10,7 +10,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.doubts import warn_of_results
-from ...core.parameters import CHANCE, CONFIDENCE
+from ...core.parameters import CHANCE, CONFIDENCE, USUAL_CONFIDENCE
 from ...models.scenes.edge import FALLEN_OFF
 from ...models.sliding.trip import TRIPS
 from ..runs.provenance import carried_attributes, motions_by_floor
@@ -32,8 +32,7 @@ from .uplift import UpliftForm
 
 FORMS: dict[str, Form] = {**TWO_PARAMETER_FORMS, "uplift-lognormal": UpliftForm(), "isotonic": IsotonicForm()}
 """Every built-in form of curve by name."""
-FIRST = "first-overturning"
-METHODS = ("binomial", FIRST)
+METHODS = BINOMIAL, FIRST = "binomial", "first-overturning"
 REPLICATES = 1000
 
 
@@ -41,9 +40,9 @@ REPLICATES = 1000
 class CurveOptions:
     """Options of fitted curves, as `fit_fragility` takes them."""
 
-    confidence: float = 0.95
+    confidence: float = USUAL_CONFIDENCE
     form: str | Fit | None = None
-    method: str = "binomial"
+    method: str = BINOMIAL
     intervals: str | None = None
     fractiles: Sequence[float] = ()
     penalty: str = "auto"

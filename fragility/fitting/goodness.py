@@ -21,11 +21,13 @@ from ...core.elementary import Array, Index, exp, times
 from ...core.streams import stream
 from ...core.units import described
 from ..runs.provenance import ADAPTIVE, CLOUD, carried_attributes
-from .fit import METHODS, check_method, fit_fragility, form_named
+from .fit import FIRST, METHODS, USUAL, check_method, fit_fragility, form_named
 from .form import Fit, Form
 from .likelihood import PENALTIES
-from .states import OVERTURNED, State
+from .links import LOGNORMAL
+from .states import State
 from .trials import ROCKED, STATES, STOOD, TOPPLED, Sample, collect
+from .two_parameter import TWO_PARAMETER_FORMS
 
 Draw = Callable[[np.random.Generator], NDArray[Any]]
 SCORES = np.linspace(-6.0, 6.0, 401)
@@ -38,13 +40,13 @@ close enough.
 
 def goodness_of_fit(
     data: xr.Dataset,
-    form: str | Fit = "lognormal",
+    form: str | Fit = LOGNORMAL,
     *,
-    method: str = "binomial",
-    penalty: str = "auto",
-    replicates: int = 1000,
-    seed: int = 0,
-    state: State = OVERTURNED,
+    method: str = USUAL.method,
+    penalty: str = USUAL.penalty,
+    replicates: int = USUAL.replicates,
+    seed: int = USUAL.seed,
+    state: State = USUAL.state,
 ) -> xr.Dataset:
     """Goodness of fit of fragility curves by parametric bootstrap.
 
@@ -86,7 +88,7 @@ def goodness_of_fit(
     rejected 9-20 %.
     """
     chosen = form_named(form)
-    first = checks.choice("method", method, METHODS) == "first-overturning"
+    first = checks.choice("method", method, METHODS) == FIRST
     trials = collect(data, first, state)
     if trials.design == ADAPTIVE:
         raise ValueError(
@@ -125,11 +127,11 @@ def goodness_of_fit(
 
 def compare_forms(
     data: xr.Dataset,
-    forms: Sequence[str | Fit] = ("lognormal", "log-logistic", "weibull"),
+    forms: Sequence[str | Fit] = tuple(TWO_PARAMETER_FORMS),
     *,
-    method: str = "binomial",
-    penalty: str = "auto",
-    state: State = OVERTURNED,
+    method: str = USUAL.method,
+    penalty: str = USUAL.penalty,
+    state: State = USUAL.state,
 ) -> xr.Dataset:
     """Akaike's criterion of several forms fitted to the same data.
 

@@ -32,8 +32,8 @@ NAMES = {
     FALLEN_OFF: "a fall over an edge",
     TRIPS: "a trip over an obstacle",
 }
-MOST_STATE = 3.0
-"""Maximum of |θ|/α in a damage state: no block returns from there, so 50 is per cent."""
+TURNED = Parameter(above=0.0, at_most=3.0)
+"""Value of |θ|/α in a damage state: no block returns from 3, so 50 is per cent."""
 DIRECTIONS = {FRONT: 1, BACK: -1}
 SIDES = {"either": "slide_peak", FRONT: "slide_forward", BACK: "slide_backward"}
 
@@ -93,7 +93,7 @@ def state_name(state: State) -> str:
         return f"a slip above {state.distance:g} m" + ("" if state.side == "either" else f" to the {state.side}")
     if isinstance(state, str):
         return NAMES[checks.choice("state", state, tuple(NAMES))]
-    return f"|theta|/alpha > {checks.number('state', state, above=0.0, at_most=MOST_STATE):g}"
+    return f"|theta|/alpha > {TURNED.number('state', state):g}"
 
 
 def state_named(name: str) -> State | None:

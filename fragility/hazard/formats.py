@@ -15,9 +15,9 @@ import numpy as np
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import first_names
-from ...motions.intensity.spectra import DAMPING
+from ...core.units import DAMPING
 from ...motions.matching.target_spectra import other_damping
-from ...motions.readers.lines import Lines, is_blank, is_comment, plain
+from ...motions.readers.lines import THOUSANDS, Lines, is_blank, is_comment, plain
 from ...motions.readers.units import units_in
 from .curve import HazardCurve, unit_to_si
 from .plausibility import SEVERAL, names_point, starts_rare
@@ -148,7 +148,6 @@ _OF_RATES = re.compile(r"rate|frequen|exceed|events?|number of (?:event|exceed)|
 _OF_SOURCES = re.compile(r"slip|activity|recurrence|seismicity|catalog|\bdata\b|\blife|from|convert", re.IGNORECASE)
 _RATES = re.compile(r"rate|frequenc|from|convert", re.IGNORECASE)
 """Words with which a comment on probabilities is still consistent with rates."""
-_THOUSANDS = re.compile(r"[1-9]\d{0,2}\.\d{3}")
 _ANNUAL = re.compile(r"(?<![a-z])(?:annual|yearly|apoe|afe|mafe)(?![a-z])")
 _PERCENT = re.compile(r"%|(?<![a-z])per ?cent(?![a-z])")
 _PLAIN_WORDS = frozenset(
@@ -208,11 +207,11 @@ def read_plain(
             continue
         words = _row_under(names, lines, line, separator)
         level = lines.value(words[0], names[0][:40])
-        decimal = decimal or any("." in word and not _THOUSANDS.fullmatch(word) for word in words)
+        decimal = decimal or any("." in word and not THOUSANDS.fullmatch(word) for word in words)
         unsure += [
             (lines.number, name, word)
             for word, name, period in zip(words, names, periods, strict=True)
-            if (period or separator != ",") and _THOUSANDS.fullmatch(word)
+            if (period or separator != ",") and THOUSANDS.fullmatch(word)
         ]
         rates = [
             rate_of_word(lines, word, name, quantity)

@@ -10,14 +10,14 @@ import xarray as xr
 from ...core import checks
 from ...core.doubts import Doubt, warn
 from ...core.elementary import Array, expm1, log1p
-from ...core.parameters import YEARS
+from ...core.parameters import USUAL_YEARS, YEARS
 
 IMPOSSIBLY_OFTEN = 10.0
 """Annual rate of damaging motions above which the input cannot be meant."""
 Values = TypeVar("Values", float, Array, xr.DataArray)
 
 
-def probability_in(rate: Values, years: float = 50.0) -> Values:
+def probability_in(rate: Values, years: float = USUAL_YEARS) -> Values:
     """Probability of at least one event in `years` (> 0) of a Poisson process with `rate` (1/year, >= 0, any shape).
 
     Rates that are all above 10 per year cause a warning (`ImplausibleInput`): they are usually return periods.
@@ -38,7 +38,7 @@ def probability_in(rate: Values, years: float = 50.0) -> Values:
     return cast(Values, probability)
 
 
-def rate_from_probability(probability: Values, years: float = 50.0) -> Values:
+def rate_from_probability(probability: Values, years: float = USUAL_YEARS) -> Values:
     """Annual rate (1/year) of a Poisson process with a probability (0 to below 1, any shape) of an event in `years`.
 
     Examples

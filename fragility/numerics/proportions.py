@@ -10,12 +10,14 @@ import scipy
 from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, warn
-from ...core.parameters import CONFIDENCE
+from ...core.parameters import CONFIDENCE, USUAL_CONFIDENCE
 
 Ends = tuple[Array, Array]
 
 
-def binomial_interval(successes: Any, trials: Any, confidence: float = 0.95, method: str = "wilson") -> Ends:
+def binomial_interval(
+    successes: Any, trials: Any, confidence: float = USUAL_CONFIDENCE, method: str = "wilson"
+) -> Ends:
     """Return an interval of a binomial proportion.
 
     Parameters
@@ -63,12 +65,12 @@ def binomial_interval(successes: Any, trials: Any, confidence: float = 0.95, met
     return _ends(k, n, confidence, checks.choice("method", method, tuple(METHODS)))
 
 
-def wilson_interval(successes: Any, trials: Any, confidence: float = 0.95) -> Ends:
+def wilson_interval(successes: Any, trials: Any, confidence: float = USUAL_CONFIDENCE) -> Ends:
     """`binomial_interval` with ``method="wilson"``."""
     return binomial_interval(successes, trials, confidence, "wilson")
 
 
-def interval_of_parts(successes: Any, trials: Any, confidence: float = 0.95) -> Ends:
+def interval_of_parts(successes: Any, trials: Any, confidence: float = USUAL_CONFIDENCE) -> Ends:
     """`wilson_interval` of trials that succeed in part (means over variants of a piece), without a warning."""
     return _ends(*_numbers(successes, trials), confidence, "wilson")
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...core import checks
 from ...core.doubts import warn_of_results
 from ...core.elementary import Array, exp, geomspace, log
-from ...core.parameters import CONFIDENCE, YEARS
+from ...core.parameters import CONFIDENCE, USUAL_CONFIDENCE, USUAL_YEARS, YEARS
 from ...core.units import DIMENSIONLESS, PER_YEAR, described, provenance
 from ...core.wording import given_percent
 from ...motions.intensity.naming import long_name_at
@@ -65,13 +65,13 @@ one, instead of 5 to 100 times.
 def annual_rate(
     curves: xr.Dataset,
     hazard: HazardCurve,
-    years: float = 50.0,
+    years: float = USUAL_YEARS,
     *,
     below: str = EXTEND,
     above: str = EXTEND,
     outside: str = REFUSE,
     bins: Any = 40,
-    confidence: float = 0.95,
+    confidence: float = USUAL_CONFIDENCE,
 ) -> xr.Dataset:
     """Return the annual rate of overturning of every curve under a hazard curve, with its deaggregation.
 
@@ -133,9 +133,9 @@ def annual_rate(
     with the slope of an end overestimates the rates beyond both ends. A share_above of more than some per cent means
     that the hazard curve is too short for these blocks.
 
-    Curves whose levels are of the floor motion (``im_at`` "floor") need the hazard of that floor: ``HazardCurve(…,
-    at="floor")``, one floor at a time.  With ``im_at = "ground"`` all floors use the hazard of the ground.  Curves
-    without a ``floor`` coordinate are taken to be at the place of the hazard curve.
+    Curves whose levels are of the floor motion need the hazard of that floor: ``HazardCurve(…, at="floor")``, one floor
+    at a time.  Runs with their ground motions (``ground``) use the hazard of the ground on all floors.  Curves
+    that do not state their place are assumed to be at the place of the hazard curve.
 
     rate_sample are samples of a studentised bootstrap, of which the ends of intervals
     are percentiles.  Every replicate is combined with every realisation by its weight; replicates without an estimate
@@ -301,7 +301,7 @@ def rate_share_above(
             )
         if dim in at.coords and dim in curves.coords and not np.array_equal(at[dim].values, curves[dim].values):
             raise ValueError(f"levels must have the labels of the curves on {dim}, in their order")
-    if (at.values <= 0.0).any():
+    if not (at.values > 0.0).all():
         raise ValueError(f"levels must be > 0, got {at.values.min():g}")
     at = at.transpose(*(dim for dim in dims if dim in at.dims))
     places = [at.sizes[dim] if dim in at.dims else 1 for dim in dims]

@@ -7,10 +7,10 @@ import xarray as xr
 
 from ...core import checks
 from ...core.elementary import log
-from ...motions.intensity.naming import FLOOR, GROUND_FLOORS, measure_named
+from ...motions.intensity.naming import FLOOR, measure_named
 from ..curves.curve import CurveArrays, LinkedCurves, TabulatedCurves, curve_arrays, im_of
 from ..hazard.curve import HazardCurve
-from ..runs.provenance import levels_of_the_ground
+from ..runs.provenance import levels_of_the_ground, upper_floors
 from ..runs.scaling import BLOCK_MEASURES
 
 
@@ -70,18 +70,16 @@ def per_block(curves: xr.Dataset, im: str) -> xr.DataArray:
 
 def check_floor(curves: xr.Dataset, hazard: HazardCurve) -> None:
     """Raise ValueError if the levels of the curves are of another floor's motion than the hazard."""
-    at_ground = levels_of_the_ground(curves)
     floors = [str(floor) for floor in np.atleast_1d(curves["floor"].values)] if "floor" in curves.coords else []
-    upper = [floor for floor in floors if floor not in GROUND_FLOORS]
     if hazard.at == FLOOR:
-        if at_ground:
+        if levels_of_the_ground(curves):
             raise ValueError("levels of the curves are of the ground's motion, the hazard curve is of a floor's")
         if len(floors) > 1:
             raise ValueError(
                 f"a hazard curve of one floor belongs to one floor's curves, got floors {', '.join(floors)}"
             )
-    elif upper and not at_ground:
+    elif upper := upper_floors(curves):
         raise ValueError(
-            f"levels of the curves are of the motions of floor {', '.join(upper)}, the hazard curve is of the "
-            "ground's: use runs with im_at='ground', or the floor's own hazard (at='floor')"
+            f"levels of the curves are of the motions of {', '.join(upper)}, the hazard curve is of the ground's: give "
+            "the runs their ground motions (ground), or the floor's own hazard (at='floor')"
         )

@@ -8,7 +8,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.elementary import Array, Index, log
-from ...core.parameters import CHANCE, CONFIDENCE
+from ...core.parameters import CHANCE, CONFIDENCE, USUAL_CONFIDENCE, USUAL_YEARS
 from ...core.units import DIMENSIONLESS, described, provenance
 from ...core.wording import given_percent
 from ..curves.curve import coordinates_on
@@ -27,8 +27,8 @@ def size_for_rate(
     *,
     rate: float | None = None,
     probability: float | None = None,
-    years: float = 50.0,
-    confidence: float = 0.95,
+    years: float = USUAL_YEARS,
+    confidence: float = USUAL_CONFIDENCE,
 ) -> xr.Dataset:
     """Find the slenderness or size at which a family of blocks meets a target, from the rates of several blocks.
 

@@ -19,7 +19,7 @@ from ...models import LAWS, Block, Law
 from ...models.block import block_from
 from ...motions.arrays import BOTH_AXES, DRAW, POLARITY, RECORD, Record, floor_coordinates, listed
 from ...motions.intensity.measure import Measure
-from ...motions.intensity.naming import GROUND
+from ...motions.intensity.naming import FLOOR, GROUND, GROUND_FLOORS, place_in
 from ...motions.polarity import AS_RECORDED, BOTH, records_under
 from .factors import BlockFactors, Factors, ScaleFactors, unscaled
 from .scaling import BlockMeasure, intensity_measure
@@ -67,6 +67,22 @@ def load_coordinates(data: xr.Dataset) -> None:
 def levels_of_the_ground(data: xr.Dataset) -> bool:
     """Return True if levels refer to the ground motion below a floor (``im_at``) and not to the floor motion."""
     return bool(data.attrs.get("im_at", configuration_of(data).get("im_at")) == GROUND)
+
+
+def upper_floors(curves: xr.Dataset) -> list[str]:
+    """Return the floors above the ground whose motions the levels of curves refer to.
+
+    Curves of runs on one floor have no coordinate of it: the long name of their levels shows the place. Curves from
+    elsewhere may have the floor below the block in their names, which can be the ground.
+    """
+    if levels_of_the_ground(curves):
+        return []
+    if "floor" in curves.coords:
+        labels = [str(floor) for floor in np.atleast_1d(curves["floor"].values)]
+        return [f"floor {label}" for label in labels if label not in GROUND_FLOORS]
+    levels = curves["median" if "median" in curves else "level"]
+    on_floor = "design" in curves.attrs and place_in(str(levels.attrs.get("long_name", ""))) == FLOOR
+    return ["a floor"] if on_floor else []
 
 
 def provenance_from(analysis: str, options: Mapping[str, Any], **sources: xr.Dataset) -> dict[str, Any]:

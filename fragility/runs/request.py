@@ -23,7 +23,7 @@ from .runners import ConfiguredScheduler, Runner, Workers, default_client
 
 Labelled = TypeVar("Labelled", Block, Law, Model)
 
-USUAL = ("overturned", "peak_rotation"), ("slide_peak",)
+USUAL = USUAL_OF_ROCKING, USUAL_OF_SLIDING = ("overturned", "peak_rotation"), ("slide_peak",)
 """Outputs if none are named: of rocking and of sliding blocks."""
 ENDS = ("slide_peak", "slide_after")
 """Outputs that show if blocks still slide at the end of a motion."""

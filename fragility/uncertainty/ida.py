@@ -19,10 +19,12 @@ from ..analyses.ida import incremental
 from ..curves.probability import overturning_probability
 from ..runs.axes import axes_of, check_axes
 from ..runs.labels import block_coordinates, depth_coordinate, law_coordinates, law_variable, restitution_variable
-from ..runs.request import check_request, labelled_sequence
+from ..runs.request import USUAL_OF_ROCKING, check_request, labelled_sequence
 from ..runs.runners import Workers
 from .inputs import RandomInputs
 from .realisation import LAW
+
+SAMPLES = 64
 
 
 def uncertain_ida(
@@ -32,10 +34,10 @@ def uncertain_ida(
     motions: xr.DataArray | Iterable[xr.DataArray],
     levels: Any,
     im: str | Measure = "pga",
-    outputs: Sequence[str] = ("overturned", "peak_rotation"),
+    outputs: Sequence[str] = USUAL_OF_ROCKING,
     client: Workers = None,
     *,
-    samples: int | xr.Dataset = 64,
+    samples: int | xr.Dataset = SAMPLES,
     ground: xr.DataArray | Iterable[xr.DataArray] | None = None,
     polarity: str = AS_RECORDED,
     progress: Progress | None = None,

@@ -8,7 +8,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.aliases import Array
-from ...core.parameters import CHANCE, CONFIDENCE
+from ...core.parameters import CHANCE, CONFIDENCE, USUAL_CONFIDENCE
 from ...core.streams import stream
 from ...core.units import DIMENSIONLESS, described, provenance
 from ...core.wording import given_percent
@@ -25,7 +25,7 @@ def sobol_indices(
     function: Response,
     n: int = 256,
     *,
-    confidence: float = 0.95,
+    confidence: float = USUAL_CONFIDENCE,
     replicates: int = 200,
     seed: int = 0,
 ) -> xr.Dataset:

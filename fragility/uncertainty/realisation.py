@@ -5,8 +5,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from ...core.units import DIMENSIONLESS, METRE, NEWTON, RADIAN, STIFFNESS
+from ...core.units import DIMENSIONLESS, NEWTON, STIFFNESS
 from ...models import LAWS, Block, Law, Restraint
+from ..runs.labels import OF_BLOCKS, OF_LAWS
 from .distributions import Categorical, Distribution
 
 
@@ -20,19 +21,13 @@ class InputRange(NamedTuple):
 
 
 SLENDERNESS = {
-    "alpha": InputRange(RADIAN, "slenderness angle", 0.0, 0.5 * math.pi),
-    "alpha_factor": InputRange(DIMENSIONLESS, "slenderness angle over that of the nominal block", 0.0, math.inf),
-    "R": InputRange(METRE, "distance from the centre of mass to the corner", 0.0, math.inf),
-    "R_factor": InputRange(
-        DIMENSIONLESS, "distance from the centre of mass to the corner over the nominal", 0.0, math.inf
-    ),
+    "alpha": InputRange(*OF_BLOCKS["alpha"], 0.0, 0.5 * math.pi),
+    "alpha_factor": InputRange(DIMENSIONLESS, f"{OF_BLOCKS['alpha'][1]} over that of the nominal block", 0.0, math.inf),
+    "R": InputRange(*OF_BLOCKS["R"], 0.0, math.inf),
+    "R_factor": InputRange(DIMENSIONLESS, f"{OF_BLOCKS['R'][1]} over the nominal", 0.0, math.inf),
 }
-SIZES = {
-    "width": InputRange(METRE, "full width", 0.0, math.inf),
-    "height": InputRange(METRE, "full height", 0.0, math.inf),
-    "cm_height": InputRange(METRE, "height of the centre of mass", 0.0, math.inf),
-}
-INERTIA = {"inertia_factor": InputRange(DIMENSIONLESS, "moment of inertia about the corner over m R²", 1.0, 2.0)}
+SIZES = {name: InputRange(*OF_BLOCKS[name], 0.0, math.inf) for name in ("width", "height", "cm_height")}
+INERTIA = {"inertia_factor": InputRange(*OF_BLOCKS["inertia_factor"], 1.0, 2.0)}
 RESTRAINT = {
     "restraint_strength": InputRange(NEWTON, "strength of the restraint", 0.0, math.inf),
     "restraint_stiffness": InputRange(STIFFNESS, "stiffness of the restraint", 0.0, math.inf),
@@ -40,7 +35,7 @@ RESTRAINT = {
 OPTIONS = {
     "e": InputRange(DIMENSIONLESS, "coefficient of restitution", 0.0, 1.0),
     "restitution_factor": InputRange(DIMENSIONLESS, "coefficient of restitution over e_R", 0.0, math.inf),
-    "delta": InputRange(DIMENSIONLESS, "half width of the elastic zone over alpha", 0.0, 1.0),
+    "delta": InputRange(DIMENSIONLESS, OF_LAWS["delta"], 0.0, 1.0),
     "zeta": InputRange(DIMENSIONLESS, "damping ratio", 0.0, math.inf),
     "coefficient": InputRange(DIMENSIONLESS, "coefficient of Vassiliou's law", 0.0, math.inf),
 }

@@ -44,7 +44,8 @@ def of_runs(data: xr.Dataset, motions: int) -> Iterator[str]:
     """Yield the sentences on runs that are not valid; motions: their number at the level that has the fewest."""
     if motions and wilson_half_width(motions) > NO_BETTER_THAN:
         yield (
-            f"{counted(motions, 'motion')} leave a probability of 1/2 known to ±{wilson_half_width(motions):.2f}: "
+            f"{counted(motions, 'motion')} {'leaves' if motions == 1 else 'leave'} a probability of 1/2 known to "
+            f"±{wilson_half_width(motions):.2f}: "
             f"take {runs_for_half_width(NO_BETTER_THAN)} or more"
         )
     if copies := _copies(data):

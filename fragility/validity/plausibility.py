@@ -6,7 +6,7 @@ import numpy as np
 
 from ...core.aliases import Array, Flags
 from ...core.doubts import Doubt, first_names
-from ...core.units import ACCELERATION, METRE, STANDARD_GRAVITY, VELOCITY
+from ...core.units import ACCELERATION, METRE, SPELLED, STANDARD_GRAVITY, VELOCITY
 from ...core.wording import short_digits, two_digits
 from ...motions.intensity.spectra import spectrum_doubts
 from ..runs.scaling import intensity_measure
@@ -24,7 +24,6 @@ HIGHEST: dict[str, tuple[float, float, str]] = {
     METRE: (10.0, 1e3, "displacement"),
 }
 """By the unit of levels: the highest that exists, the highest that can be meant, and its cure in `doubts.toml`."""
-UNIT_TEXTS = {VELOCITY: "m/s", METRE: "m"}
 LEAST_TOP = {ACCELERATION: 0.05 * STANDARD_GRAVITY, VELOCITY: 0.02, METRE: 0.001}
 """By the unit of levels: the highest level, at least, of any that overturn something."""
 
@@ -59,7 +58,7 @@ def level_doubts(levels: Array, units: str) -> list[Doubt]:
         return []
     highest, beyond, cure = HIGHEST[units]
     top = float(np.max(levels, where=~np.isnan(levels), initial=0.0))
-    shown = f"{top / STANDARD_GRAVITY:g} g" if units == ACCELERATION else f"{top:g} {UNIT_TEXTS[units]}"
+    shown = f"{top / STANDARD_GRAVITY:g} g" if units == ACCELERATION else f"{top:g} {SPELLED.get(units, units)}"
     if 0.0 < top < LEAST_TOP[units]:
         return [Doubt.of("level_weak", level=shown)]
     return [Doubt.of("level_beyond", top > beyond, cure, level=shown)] if top > highest else []

@@ -9,7 +9,7 @@ import xarray as xr
 from ...core import checks
 from ...core.aliases import Progress
 from ...core.parameters import SHARE
-from ...models.friction import Friction
+from ...models.friction import Contact, Friction
 from ...models.sliding.law import SlidingLaw
 from ...motions.arrays import listed
 from ...motions.simulated.generator import Generator
@@ -26,7 +26,7 @@ from .undecided import FlipCounts, count_flips
 def screen(
     runs: xr.Dataset,
     motions: Motions | Generator | None = None,
-    friction: float | Friction | Mapping[str, float | Friction] | None = None,
+    friction: float | Friction | Contact | Mapping[str, float | Friction | Contact] | None = None,
     *,
     factors: tuple[float, float] = FACTORS,
     half_width: float = HALF_WIDTH,
@@ -44,9 +44,10 @@ def screen(
         The motions of the runs (for stripes, one set for each stripe; at adaptive levels also the generator, which
         makes them again).  Without them neither the friction at uplift nor the frequency bands of the motions can be
         assessed.
-    friction : float, Friction or mapping, optional
-        Coefficient of friction between block and floor: a number, a distribution (`toppling.models.friction`), or
-        either for each block by its label. If not given, only a need above 1 counts as sliding.
+    friction : float, Friction, Contact or mapping, optional
+        Coefficient of friction between block and floor: a number, a distribution or a `Contact`
+        (`toppling.models.friction`), or any of them for each block by its label. Only the static friction of a
+        `Contact` counts. If not given, only a need above 1 counts as sliding.
     factors : (float, float)
         Minimum and maximum scale factor that pass, for motions that have an amplitude of their own (records,
         scenarios).

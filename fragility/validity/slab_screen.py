@@ -10,7 +10,7 @@ import xarray as xr
 
 from ...core.aliases import Index
 from ...core.units import HERTZ, STANDARD_GRAVITY
-from ...models.friction import FixedFriction, Friction, friction_at_impact
+from ...models.friction import Contact, FixedFriction, Friction, friction_at_impact
 from ...models.runs import leaves_floor
 from ...motions.arrays import DOWNWARD, POLARITY, RECORD
 from ..numerics.proportions import wilson_half_width
@@ -145,7 +145,7 @@ def known_coordinates(runs: xr.Dataset) -> dict[str, xr.Variable]:
 class ScreenRequest(NamedTuple):
     """Request for a screen of runs: friction and limits as of `screen`, and the share of the motions tested."""
 
-    friction: float | Friction | Mapping[str, float | Friction] | None = None
+    friction: float | Friction | Contact | Mapping[str, float | Friction | Contact] | None = None
     factors: tuple[float, float] = FACTORS
     half_width: float = HALF_WIDTH
     undecided: float = 0.0

@@ -9,7 +9,7 @@ import xarray as xr
 
 from ...core.units import described
 from ...models import Block, Law
-from ...models.friction import Friction
+from ...models.friction import Contact, Friction
 from ...motions.arrays import DOWNWARD, OWN_AMPLITUDE, POLARITY, RECORD, Record, motion_coordinates
 from ..numerics.proportions import wilson_interval
 from ..numerics.slabs import Where, in_memory, put
@@ -67,7 +67,7 @@ def input_of_pairs(
 def summary_screen(
     given: ScreenInput,
     shaking: Characteristics,
-    friction: float | Friction | Mapping[str, float | Friction] | None = None,
+    friction: float | Friction | Contact | Mapping[str, float | Friction | Contact] | None = None,
     flips: FlipCounts | None = None,
 ) -> xr.Dataset:
     """Screen runs as `screen` does, and keep only shares and maximum demands.

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
-from ...core.parameters import Parameter, check
+from ...core.parameters import SHARE, Parameter, check
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class Wall:
 
     gap: Annotated[float, Parameter("m", at_least=0.0, written="mm")] = 0.0
     height: Annotated[float, Parameter("m", above=0.0)] | None = None
-    restitution: Annotated[float, Parameter(at_least=0.0, at_most=1.0)] | None = None
+    restitution: Annotated[float, SHARE] | None = None
     front_gap: Annotated[float, Parameter("m", above=0.0, written="mm")] | None = None
 
     def __post_init__(self) -> None:

@@ -31,7 +31,7 @@ from ..arrays import (
     shakes_of,
 )
 from ..kernels import oscillators as engine
-from ..plausibility import building_doubts, record_doubts, ringing_doubts, storey_doubts
+from ..plausibility import building_doubts, record_doubts, ringing_doubts, storey_doubts, unusual
 from ..supports.isolator import Isolator
 from ..supports.support import Support
 from .isolation import BaseMass, Isolation
@@ -43,7 +43,9 @@ ALPHA0 = Parameter(at_least=0.0, at_most=1e4)
 MAX_STOREYS = 500
 MOST_PARTS = 1000
 Damping = Annotated[float | Sequence[float], RATIO]
+USUAL_DAMPING = 0.05
 StoreyHeight = Annotated[float | Sequence[float], Parameter("m", above=0.0)]
+USUAL_STOREY = 3.0
 Modes = Annotated[int, Parameter(at_least=1)]
 MASS, STIFFNESS = Parameter("kg", above=0.0), Parameter("N/m", above=0.0)
 Masses = Annotated[Any, MASS]
@@ -94,10 +96,10 @@ class Building:
     def flexural_shear(
         cls,
         period: Annotated[float, PERIOD],
-        damping: Damping = 0.05,
+        damping: Damping = USUAL_DAMPING,
         alpha0: Annotated[float, ALPHA0] = 5.0,
         storeys: Annotated[int, Parameter(at_least=1, at_most=MAX_STOREYS)] = 5,
-        storey_height: StoreyHeight = 3.0,
+        storey_height: StoreyHeight = USUAL_STOREY,
         modes: Modes = 6,
     ) -> Building:
         """Return a uniform cantilever with flexural and shear deformation.
@@ -153,8 +155,8 @@ class Building:
         cls,
         masses: Masses,
         stiffnesses: Stiffnesses,
-        damping: Damping = 0.05,
-        storey_height: StoreyHeight = 3.0,
+        damping: Damping = USUAL_DAMPING,
+        storey_height: StoreyHeight = USUAL_STOREY,
         modes: Modes | None = None,
         *,
         yielding: Yielding | None = None,
@@ -219,8 +221,8 @@ class Building:
         base_mass: BaseMass,
         masses: Masses,
         stiffnesses: Stiffnesses,
-        damping: Annotated[float, RATIO] = 0.05,
-        storey_height: StoreyHeight = 3.0,
+        damping: Annotated[float, RATIO] = USUAL_DAMPING,
+        storey_height: StoreyHeight = USUAL_STOREY,
         *,
         yielding: Yielding | None = None,
     ) -> YieldingBuilding:
@@ -268,7 +270,8 @@ class Building:
         m, k, omega, _ = _chain(masses, stiffnesses)
         isolation = Isolation(isolator, base_mass)
         heights = storey_heights(storey_height, m.size)
-        warn([*building_doubts(2.0 * math.pi / float(omega[0]), damping, heights), *storey_doubts(m, k)])
+        slab = unusual({"mass of the slab on isolators over a floor's": isolation.base_mass / m.mean()})
+        warn([*building_doubts(2.0 * math.pi / float(omega[0]), damping, heights), *storey_doubts(m, k), *slab])
         text = f"isolated shear building, {m.size} storeys, {heights[-1]:g} m, T1 on a fixed base = "
         text += f"{2.0 * math.pi / omega[0]:.4g} s, {_damping_text(damping)}"
         return yielding_building(m, k, omega, damping, heights, text, yielding, isolation)

@@ -10,11 +10,9 @@ import xarray as xr
 from ...core import checks
 from ...core.limits import open_netcdf
 from ..arrays import RECORDED, floor_array, records, taken
-from ..readers.lines import HEADER_WIDTH, Lines, RecordError, beginning, existing, is_blank, is_comment
+from ..readers.lines import HEADER_WIDTH, NETCDF, Lines, RecordError, beginning, existing, is_blank, is_comment
 from ..readers.units import RELATIVE, agreed, doubt_factors, refuse_others, unit_factor, unit_of, unit_taken, units_in
 
-# First bytes of netCDF-3 and of HDF5, in which netCDF-4 is written.
-_NETCDF = (b"CDF\x01", b"CDF\x02", b"CDF\x05", b"\x89HDF\r\n\x1a\n")
 _COLUMN = re.compile(r"(?P<motion>.*\S)\s*/\s*(?P<floor>[^\s/\[\]]+)\s*(?:\[(?P<unit>[^\]]*)\])?")
 _TIME = re.compile(r"time\s*(?:\[\s*s\s*\])?", re.IGNORECASE)
 
@@ -55,7 +53,7 @@ def read_floors(path: str | os.PathLike[str]) -> xr.DataArray:
     Floors that are whole numbers are read as numbers.
     """
     file = existing(path)
-    if beginning(file, 8).startswith(_NETCDF):
+    if beginning(file, 8).startswith(NETCDF):
         return _read_netcdf(file)
     with Lines(file) as lines:
         histories = _read_table(lines)

@@ -17,20 +17,22 @@ import xarray as xr
 from ...core import checks
 from ...core.doubts import warn
 from ...core.elementary import Array, power
-from ...core.parameters import RATIO, SHARE, Parameter, Seed, check
+from ...core.parameters import POSITIVE, RATIO, SHARE, Seed, check
 from ...core.streams import key_of, stream
 from ...core.units import ACCELERATION, METRE, STANDARD_GRAVITY, VELOCITY, described, provenance
-from ..arrays import OWN_LEVEL, Record, floor_array, floor_coordinates, motion_coordinates, records
+from ..arrays import OF_OWN_LEVEL, OWN_LEVEL, Record, floor_array, floor_coordinates, motion_coordinates, records
 from ..kernels.yielding import storey_response
-from ..plausibility import collapse_doubts, record_doubts, unusual
+from ..plausibility import collapse_doubts, record_doubts, strength_doubts, unusual
 from .isolation import Isolation, refuse_light
 
-YIELD_COEFFICIENT = Parameter(above=0.0)
+YIELD_COEFFICIENT = POSITIVE
+P_DELTA = "p_delta (theta of a storey, P/(k h))"
 COLLAPSE_DRIFT = 0.1
 """Drift over the storey's height at which a storey counts as collapsed (assumed)."""
 
 
 DISPLACEMENT = described("greatest displacement of the isolators", METRE)
+COLLAPSED = described("storey that collapsed, from 1; 0 for none")
 FACTOR = described("factor on the strengths of the building that the motion meets")
 
 
@@ -64,6 +66,8 @@ class Yielding:
 
     def __post_init__(self) -> None:
         YIELD_COEFFICIENT.array("yield_coefficient", self.yield_coefficient)
+        if self.p_delta is not None and not isinstance(self.p_delta, bool):
+            RATIO.array(P_DELTA, self.p_delta)
         check(self, but=("yield_coefficient",))
 
     @property
@@ -220,15 +224,13 @@ class YieldingBuilding:
         sources = [f"{self.description}, {record.source}{of}" for record in plain]
         amplitudes = [record.own_amplitude for record in plain]
         drift = "greatest drift of a storey over its yield drift"
-        storey = "storey that collapsed, from 1; 0 for none"
-        level = "belongs to the strength of its ground motion, and must not be scaled"
         array = (
             floor_array(values, plain[0].dt, labels, sources, chosen, self.heights[chosen], amplitudes)
             .assign_coords(
                 {
                     "ductility": ("motion", ductility, described(drift)),
-                    "collapsed": ("motion", collapsed, described(storey)),
-                    OWN_LEVEL: ("motion", np.full(len(plain), True), described(level)),
+                    "collapsed": ("motion", collapsed, COLLAPSED),
+                    OWN_LEVEL: ("motion", np.full(len(plain), True), OF_OWN_LEVEL),
                 }
             )
             .assign_attrs(building=json.dumps(self._described() | {"factor": scale}, ensure_ascii=False))
@@ -290,7 +292,7 @@ class YieldingBuilding:
                 "drift": (on_storey, storey[0], described("greatest drift", METRE)),
                 "ductility": (on_storey, storey[1], described("drift over yield drift")),
                 "residual": (on_storey, storey[2], described("residual plastic drift", METRE)),
-                "collapsed": (("factor", "motion"), collapsed, described("storey that collapsed, from 1; 0 for none")),
+                "collapsed": (("factor", "motion"), collapsed, COLLAPSED),
                 **isolated,
             },
             coords={
@@ -451,8 +453,8 @@ def _strengths(coefficient: Any, weight: Array, heights: Array, period: float) -
 
     Forces grow with w h^k, k = 1 up to 0.5 s, 2 from 2.5 s on (ASCE/SEI 7-22, 12.8.3).
     """
-    given = YIELD_COEFFICIENT.array("yield_coefficient", coefficient)
-    warn(unusual({"yield coefficient": given}))
+    given = np.asarray(coefficient, float)
+    warn([*unusual({"yield coefficient": given}), *strength_doubts(np.atleast_1d(given))])
     if given.ndim == 1:
         if given.size != weight.size:
             raise ValueError(f"yield_coefficient must be one number or {weight.size}, one a storey, got {given.size}")
@@ -467,8 +469,8 @@ def _stability(p_delta: Any, weight: Array, stiffnesses: Array, heights: Array) 
     if p_delta is None or p_delta is False:
         return np.zeros(weight.size)
     if p_delta is True:
-        p_delta = np.cumsum(weight[::-1])[::-1] / (stiffnesses * np.diff(heights))
-    theta = RATIO.array("p_delta (theta of a storey, P/(k h))", p_delta)
+        p_delta = RATIO.array(P_DELTA, np.cumsum(weight[::-1])[::-1] / (stiffnesses * np.diff(heights)))
+    theta = np.asarray(p_delta, float)
     if theta.ndim == 1 and theta.size not in (1, weight.size):
         raise ValueError(f"p_delta must be one number or {weight.size}, one a storey, got {theta.size}")
     return np.array(np.broadcast_to(theta, weight.size))

@@ -13,11 +13,11 @@ import scipy
 
 from ...core import checks
 from ...core.elementary import Array, exp, log
-from ...core.units import ACCELERATION, METRE, VELOCITY
+from ...core.units import ACCELERATION, DAMPING, METRE, VELOCITY
 from ..kernels import oscillators as engine
 from .measure import Measure
 from .peaks import velocity
-from .spectra import DAMPING, damping_of, peak_displacements, period_of
+from .spectra import damping_of, peak_displacements, period_of
 
 MOST_PERIODS = 10_000
 NO_RIPPLE = 1e-6  # of the largest: a window longer than a pulse gives a plateau, whose ripples are rounding errors

@@ -17,11 +17,10 @@ from ...core import checks
 from ...core.aliases import Array
 from ...core.doubts import Doubt, warn
 from ...core.parameters import RATIO
-from ...core.units import ACCELERATION, METRE, SECOND, VELOCITY, described, provenance, variables
+from ...core.units import ACCELERATION, DAMPING, METRE, SECOND, VELOCITY, described, provenance, variables
 from ..arrays import motion_coordinates, records
 from ..kernels import oscillators as engine
 
-DAMPING = 0.05
 MIN_PERIOD, MAX_PERIOD = 1e-3, 1e3
 HOUSNER_PERIODS = np.linspace(0.1, 2.5, 49)
 MEAN_PERIOD_BAND = (0.25, 20.0)  # Hz

@@ -8,9 +8,10 @@ import numpy as np
 import scipy
 
 from ...core.aliases import Array
+from ...core.units import DAMPING
 from ..arrays import Record
 from .peaks import peak_acceleration, peak_velocity
-from .spectra import DAMPING, peak_displacements
+from .spectra import peak_displacements
 
 SHORT, LONG = 0.2, 1.0
 """Periods of the ratio of spectral accelerations, s."""

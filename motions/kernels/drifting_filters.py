@@ -152,7 +152,7 @@ def _noise(group, live, ends, rows, sums, oldest, out):
 
 
 @kernel(keep=True)
-def drifting_noise(pulses, omega, zeta, dt, live, order):
+def drifting_noise(pulses, omega, zeta, dt, live):
     """Return unit-variance filtered white noise x_k = sum_j s_kj u_j / sqrt(sum_j s_kj²), x_0 = 0.
 
     Pulse u_j starts the response s_kj = h(t_k - t_j) of an oscillator with the frequency omega_j of the instant t_j.
@@ -161,8 +161,8 @@ def drifting_noise(pulses, omega, zeta, dt, live, order):
 
     Shapes: `pulses` (motion, n). `omega` (motion, n), rad/s, below 1.75/(zeta dt), so that no response dies out within
     `SAMPLES` samples. `zeta` (motion,), below 1. `live` (motion,): number of samples that are computed of each motion;
-    the others are zero. `order`: motions in the order in which they share vectors, best grouped by equal lives of their
-    responses. A motion does not depend on it.
+    the others are zero. Motions share vectors in their order, best grouped by equal lives of their responses. A motion
+    does not depend on the others.
     """
     m, n = pulses.shape
     out = np.zeros((m, n))
@@ -171,8 +171,8 @@ def drifting_noise(pulses, omega, zeta, dt, live, order):
     ends = np.empty((LANES, n))
     sums = np.empty(2 * SQUARES)
     oldest = np.empty(LANES, np.int64)
-    for start in range(0, order.size, LANES):
-        group = order[start : start + LANES]
+    for start in range(0, m, LANES):
+        group = np.arange(start, min(start + LANES, m))
         rows[:] = 0.0
         for lane in range(group.size):
             i = group[lane]

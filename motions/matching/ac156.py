@@ -15,17 +15,17 @@ import xarray as xr
 from ...core import checks
 from ...core.doubts import noted, warn
 from ...core.elementary import Array, power, times
-from ...core.parameters import Parameter, check
+from ...core.parameters import SHARE, Parameter, check
 from ...core.units import HERTZ, SECOND, VELOCITY, described, provenance
 from ..arrays import Record, motion_coordinates, records
 from ..intensity.cumulative import significant_duration_5_95
 from ..intensity.peaks import peak_velocity
 from ..intensity.spectra import peak_displacements
 from ..simulated.envelopes import Envelope
-from ..simulated.generator import Generator, Seconds
+from ..simulated.generator import USUAL_STEP, Generator, Seconds
 from .adjustment import PGD_BOUND, PGV_BOUND, Bound, TargetMissed, matching_doubts
 from .spectrum_compatible import SpectrumCompatible
-from .target_spectra import AC156_FREQUENCIES, EDITIONS, TargetSpectrum
+from .target_spectra import AC156_FREQUENCIES, ASCE_16, EDITIONS, S_DS, TargetSpectrum
 
 MARGIN = 0.01
 TOLERANCE = 0.015
@@ -87,12 +87,12 @@ class AC156(Generator):
 
     own_amplitude: ClassVar[bool] = False
 
-    s_ds: Annotated[float, Parameter("g", above=0.0, at_most=10.0)]
-    z_over_h: Annotated[float, Parameter(at_least=0.0, at_most=1.0)] = 0.0
-    edition: Annotated[str, Parameter(words=EDITIONS)] = "7-16"
+    s_ds: Annotated[float, S_DS]
+    z_over_h: Annotated[float, SHARE] = 0.0
+    edition: Annotated[str, Parameter(words=EDITIONS)] = ASCE_16
     vertical: Annotated[bool, Parameter()] = False
     duration: Seconds = 30.0
-    dt: Seconds = 0.005
+    dt: Seconds = USUAL_STEP
     envelope: Envelope | None = None
     lowest_frequency: float = AC156_FREQUENCIES[0]
     f_lowest: float | None = None
@@ -161,7 +161,7 @@ def ac156_acceptance(
     motions: xr.DataArray,
     s_ds: float,
     z_over_h: float = 0.0,
-    edition: str = "7-16",
+    edition: str = AC156.edition,
     vertical: bool = False,
     f_lowest: float | None = None,
     other_axes: Sequence[xr.DataArray] = (),

@@ -16,7 +16,7 @@ from ...core.streams import stream
 from ..intensity.peaks import peak_displacement, peak_velocity
 from ..kernels import matching as engine
 from ..simulated.envelopes import Envelope, RiseStrongDecay
-from ..simulated.generator import LEAST_STEPS, Generator, Seconds, check_samples, counts
+from ..simulated.generator import LEAST_STEPS, USUAL_STEP, Generator, Seconds, check_samples, counts
 from .adjustment import (
     GOOD,
     PGD_BOUND,
@@ -98,7 +98,7 @@ class SpectrumCompatible(Generator):
 
     target: TargetSpectrum
     duration: Seconds = 20.0
-    dt: Seconds = 0.005
+    dt: Seconds = USUAL_STEP
     envelope: Envelope | None = None
     pgv_bound: Bound | None = PGV_BOUND
     pgd_bound: Bound | None = PGD_BOUND

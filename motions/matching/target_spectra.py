@@ -14,13 +14,14 @@ from ...core import checks
 from ...core.doubts import Doubt, warn
 from ...core.elementary import Array, exp, geomspace, log
 from ...core.parameters import SHARE, Parameter
-from ...core.units import STANDARD_GRAVITY
-from ..intensity.spectra import DAMPING, damping_of, period_of, spectrum_doubts
+from ...core.units import DAMPING, STANDARD_GRAVITY
+from ..intensity.spectra import damping_of, period_of, spectrum_doubts
 from ..plausibility import unusual
 from ..readers.lines import Lines, RecordError, is_blank, is_comment, plain
 from ..readers.units import agreed, quantities, unit_factor, unit_of, units_in
 
-EDITIONS = ("7-16", "7-22")
+S_DS = Parameter("g", above=0.0, at_most=10.0)
+EDITIONS = ASCE_16, ASCE_22 = "7-16", "7-22"
 AC156_FREQUENCIES = (0.1, 1.3, 8.3, 33.3)  # Hz
 LARGEST_SA = 1e3  # m/s²
 SMALLEST_SA = 1e-9
@@ -173,7 +174,7 @@ class TargetSpectrum:
         cls,
         s_ds: float,
         z_over_h: float = 0.0,
-        edition: str = "7-16",
+        edition: str = ASCE_16,
         h_f: float | None = None,
         r_mu: float | None = None,
         vertical: bool = False,
@@ -213,15 +214,15 @@ class TargetSpectrum:
         >>> [round(float(a) / 9.80665, 6) for a in target.at([1 / 33.3, 1 / 8.3, 1 / 1.3, 10.0])]
         [0.4, 1.0, 1.0, 0.1]
         """
-        design = checks.number("s_ds", s_ds, above=0.0, at_most=10.0, unit="g")
+        design = S_DS.number("s_ds", s_ds)
         height = SHARE.number("z_over_h", z_over_h)
         checks.choice("edition", edition, EDITIONS)
-        if edition == "7-16" and not (h_f is None and r_mu is None):
-            raise ValueError("h_f and r_mu belong to edition '7-22', got one with '7-16'")
+        if edition == ASCE_16 and not (h_f is None and r_mu is None):
+            raise ValueError(f"h_f and r_mu belong to edition {ASCE_22!r}, got one with {ASCE_16!r}")
         if vertical:
             flexible, rigid = 0.67 * design, 0.27 * design
         else:
-            ratio = 1.0 + 2.0 * height if edition == "7-16" else _amplification(height, h_f, r_mu)
+            ratio = 1.0 + 2.0 * height if edition == ASCE_16 else _amplification(height, h_f, r_mu)
             flexible = min(CEILING * design, design * ratio)
             rigid = min(CEILING * design, 0.4 * design * ratio)
         text = ", vertical" if vertical else f", z/h {height:g}"
@@ -271,7 +272,7 @@ class TargetSpectrum:
                 raise ValueError("either t_a or h_f may be given, got both")
             period = checks.number("t_a", t_a, above=0.0, at_most=100.0, unit="s")
             h_f = 1.0 + min(1.0 / period, 2.5) * height + max(1.0 - (0.4 / period) ** 2, 0.0) * height**10
-        spectrum = cls.ac156(s_ds, height, "7-22", h_f, r_mu)
+        spectrum = cls.ac156(s_ds, height, ASCE_22, h_f, r_mu)
         text = f"ASCE 7-22 floor, S_DS {s_ds:g} g, z/h {height:g}" + (f", T_a {t_a:g} s" if t_a is not None else "")
         return cls(spectrum.periods, spectrum.sa, spectrum.damping, text)
 

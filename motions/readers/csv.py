@@ -20,6 +20,7 @@ from ...core.parameters import STEP
 from .components import Component, arrays_of, doubt_duration, refuse_gaps, refuse_stated_peak, single
 from .directions import channel_of, channels_of, direction_of, place_of, vertical_of
 from .lines import (
+    DECIMALS,
     FEW,
     HEADER_WIDTH,
     LONGEST_STEP,
@@ -175,11 +176,14 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     timed = columns > 1 and not (names and _is_direction(names[0]))
     number = header[-1][0] if header else 0
     time = _times(file, values[:, 0], names[0] if names else "", number, words) if timed else values[:, 0]
+    if timed:
+        _refuse_doubled(file, time, values)
     step, dt_from = _step(lines, time, header, dt, timed)
     doubt_duration(file, words, n * step)
     given = None if unit is None else given_factor(unit)
     doubt_factors(file, header)
     kept: list[Component] = []
+    sources: list[tuple[float, str]] = []
     slower: list[str] = []
     out: dict[str, list[str]] = {}
     directions = [direction_of(name) for name in names]
@@ -221,9 +225,8 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
         label = channel_of(name, channels) if several else vertical_of(text for _, text in words)
         if columns == 1 + timed and (place := place_of(text for _, text in words)):
             label = f"{label or 'sensor'}{place}"
-        unit_from = unit_taken(factor, GIVEN if agreed_on is None else agreed_on.line)
-        column_of = Component(acceleration, step, file.stem if label else "", label, processing=note)
-        kept.append(column_of._replace(unit_from=unit_from, dt_from=dt_from))
+        sources.append((factor, GIVEN if agreed_on is None else f"line {agreed_on.line}"))
+        kept.append(Component(acceleration, step, file.stem if label else "", label, processing=note, dt_from=dt_from))
     if not kept:
         headings = first_names([name for left in out.values() for name in left]) or "velocity or displacement"
         raise RecordError(f"{file}: its heading names {headings}, not acceleration")
@@ -234,8 +237,11 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
     refuse_stated_peak(file, words, [component.acceleration for component in kept])
     for why, left in out.items():
         warn([Doubt.of("column_left_out", file=file, named=first_names(left), why=why)])
-    left_out = f", columns left out: {first_names(slower)})" if slower else ")"
-    return [column._replace(unit_from=f"{column.unit_from[:-1]}{left_out}") for column in kept]
+    left_out = f", columns left out: {first_names(slower)}" if slower else ""
+    return [
+        column._replace(unit_from=unit_taken(factor, f"{source}{left_out}"))
+        for column, (factor, source) in zip(kept, sources, strict=True)
+    ]
 
 
 def _samples(file: Path, values: Array, header: list[tuple[int, str]]) -> tuple[Array, list[tuple[int, str]], str]:
@@ -318,6 +324,18 @@ def _refuse_repeated(file: Path, columns: Sequence[Component]) -> None:
             )
 
 
+def _refuse_doubled(file: Path, time: Array, values: Array) -> None:
+    """Raise RecordError for rows that stand twice; rounded times may be equal, but not with all their samples."""
+    later = np.diff(time)
+    back, equal = (later < 0.0) & (time[-1] > time[0]), later == 0.0
+    if back.any() or (equal.any() and np.array_equal(values[1:][equal], values[:-1][equal])):
+        row = int(np.argmax(back if back.any() else equal)) + 2
+        raise RecordError(
+            f"{file}: row {row} has the time {time[row - 1]:g} s after {time[row - 2]:g} s: give one record, with each "
+            "row once"
+        )
+
+
 def _times(file: Path, column: Array, name: str, line: int, words: Sequence[tuple[int, str]]) -> Array:
     """Return a column of times in s, of the unit that its name or else a line above it states; from 0 if since 1970."""
     last = _LAST_UNIT.search(name)
@@ -370,14 +388,14 @@ def _table(lines: Lines) -> tuple[list[tuple[int, str]], list[str], array[float]
             columns = len(row)
             apart = ";" in stripped or _COMMAS.search(stripped) or re.search(r'"[-+]?\d+,\d[\d.]*"', stripped)
             if apart and re.search(r"\d,\d", stripped):
-                raise lines.error(f"holds {stripped[:30]!r}: write decimals with a point")
+                raise lines.error(f"holds {stripped[:30]!r}: {DECIMALS}")
             if not (names := _names([text for _, text in header], columns)) and columns > 1:
                 # comments may be between the heading and the numbers
                 heading = [i for i, (_, text) in enumerate(header) if not is_comment(text)][-1:]
                 header += [header.pop(i) for i in heading]
                 names = _names([text for _, text in header], columns)
             if not names and _NO_POINTS.fullmatch(stripped):
-                raise lines.error(f"holds {stripped[:30]!r}: write decimals with a point")
+                raise lines.error(f"holds {stripped[:30]!r}: {DECIMALS}")
             heads = cells_of(header[-1][1]) if header else []
             later = [cell for cell in heads[1:] if _TIME.match(cell) and not re.search(r"\d", cell)]
             if len(heads) == columns and not names and later:

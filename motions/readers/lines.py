@@ -13,7 +13,7 @@ import os
 import re
 import unicodedata
 from array import array
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
@@ -57,6 +57,8 @@ def existing(path: str | os.PathLike[str]) -> Path:
     return file
 
 
+NETCDF = (b"CDF\x01", b"CDF\x02", b"CDF\x05", b"\x89HDF\r\n\x1a\n")
+"""First bytes of netCDF-3 and of HDF5, in which netCDF-4 is written."""
 # The first bytes of what is not the text of a record, its name, and what to do.
 _PACKED = {
     b"\x1f\x8b": ("compressed (gzip)", "unpack it first"),
@@ -68,6 +70,7 @@ _PACKED = {
     b"\xff\xfe": ("UTF-16", "save it as UTF-8"),
     b"\xfe\xff": ("UTF-16", "save it as UTF-8"),
     b"%PDF": ("a PDF", "take the numbers themselves"),
+    **dict.fromkeys(NETCDF, ("netCDF or HDF5", "write time and acceleration as CSV")),
 }
 
 
@@ -104,13 +107,16 @@ class Lines:
         self.file = existing(path)
         refuse_packed(self.file)
         self.number = 0
-        self._unended = False
+        self._unended = self._commas = False
         # (a transfer between systems may double the line ends, CR CR LF, which are one each)
         newline = "\n" if b"\r\r\n" in beginning(self.file) else None
         with system_errors(RecordError, f"{self.file}: cannot be read"):
             self._stream = self.file.open(encoding="utf-8-sig", errors=LATIN, newline=newline)
         try:
             self._ahead = list(itertools.islice(iter(self._fetch, ""), HEAD_LINES))
+            if has_decimal_commas(self._ahead) and has_decimal_commas(lines_of(self.file)):
+                self._commas = True
+                self._ahead = [pointed(line) for line in self._ahead]
             self.head = tuple(line[:HEADER_WIDTH].rstrip() for line in self._ahead)
             if re.match(r"\s*<(?:!doctype|!--|html|head|\?xml)", " ".join(self.head), re.IGNORECASE):
                 raise RecordError(f"{self.file}: a web page or XML, not a record")
@@ -155,7 +161,7 @@ class Lines:
         if not fields or last.strip(_OF_NUMBERS):
             return
         above: list[tuple[int, int, int]] = []
-        for line in lines_of(self.file):
+        for line in map(pointed, lines_of(self.file)) if self._commas else lines_of(self.file):
             at = [*_FIELD.finditer(line)]
             if line.strip(_OF_NUMBERS):
                 above.clear()
@@ -188,7 +194,8 @@ class Lines:
             raise RecordError(f"{self.file}: not text (holds NUL bytes)")
         # Control-Z is the end-of-file mark of DOS, single or as padding
         self._unended |= bool(line) and not line.endswith(("\n", "\r", "\x1a"))
-        return line.rstrip("\r\n\x1a") + "\n" if line else line
+        line = line.rstrip("\r\n\x1a") + "\n" if line else line
+        return pointed(line) if self._commas else line
 
     def back(self, line: str) -> None:
         """Put the line that was read last back: the next one is that again."""
@@ -217,7 +224,8 @@ class Lines:
         if not above < number < below:
             bounds = [f"> {above:g}"] * (above > -math.inf) + [f"< {below:g}"] * (below < math.inf)
             allowed = f", {' and '.join(bounds)}" if bounds else ""
-            raise self.error(f"gives {what} as {text.strip()[:30]!r}, must be a finite number{allowed}", at)
+            remedy = f": {DECIMALS}" if re.search(r"\d,\d", text) else ""
+            raise self.error(f"gives {what} as {text.strip()[:30]!r}, must be a finite number{allowed}{remedy}", at)
         return number
 
     def step(self, number: str, rest: str, unit: str = "") -> float:
@@ -315,6 +323,27 @@ def cells_of(line: str) -> list[str]:
     return [cell.strip(' "') for cell in line.split(separator)]
 
 
+def has_decimal_commas(lines: Iterable[str]) -> bool:
+    """Return True if the commas of a table, with numbers between semicolons or tabs, are surely decimal.
+
+    No number has a point or a second comma, and some have a comma that marks no thousands.
+    """
+    sure = False
+    for line in map(str.strip, lines):
+        cells = [cell for cell in cells_of(line) if cell] if re.search("[;\t]", line) else [line]
+        if is_comment(line) or not all(map(_DIGITS.fullmatch, cells)):
+            continue
+        if ("," in line and len(cells) < 2) or not all(map(_COMMA.fullmatch, cells)):
+            return False
+        sure = sure or any("," in cell and not THOUSANDS.fullmatch(cell) for cell in cells)
+    return sure
+
+
+def pointed(line: str) -> str:
+    """Return a line with points for its decimal commas."""
+    return _DECIMAL_COMMA.sub(".", line)
+
+
 def as_key(line: str) -> str:
     """Return 'key: value unit' of a line of a header whose cells are these, and other lines as they are.
 
@@ -365,6 +394,12 @@ _CELL_ERROR = re.compile(
     r"#(?:N/A|NV|NAME\?|VALUE!|WERT!|REF!|BEZUG!|DIV/0!|NUM!|ZAHL!|NULL!|VALEUR ?!|NOMBRE ?!|¡?VALOR!)(?![\w/])"
 )
 """Errors of cells, which begin as comments do: in English, German, French and Spanish."""
+THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}[.,]\d{3}", re.ASCII)
+"""A number that may be a thousand or one: 1.200 or 1,200."""
+DECIMALS = "write decimals with a point, thousands without a mark"
+_DIGITS = re.compile(r"[-+.,'\s\d]+(?:(?<=[\d.,])[eE][-+]?\d+)?")
+_COMMA = re.compile(r"[-+]?(?:\d+|\d*,\d+)(?:[eE][-+]?\d+)?", re.ASCII)
+_DECIMAL_COMMA = re.compile(r"(?<![^\s;\"+-]),(?=\d)|(?<=\d),(?=\d)")
 _FIELD = re.compile(r"[^,;\s]+")
 _OF_NUMBERS = "+-.0123456789eEdD,; \t\r\n\x1a"
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?(?=$|[\s,+-])", re.ASCII)

@@ -12,9 +12,9 @@ import numpy as np
 
 from ...core import checks
 from ...core.elementary import Array, eigh, log, times
+from ...core.units import DAMPING
 from ..intensity.measure import MEASURES, Measure
 from ..intensity.parametric_measures import Sa
-from ..intensity.spectra import DAMPING
 
 SHORTEST, LONGEST = 0.01, 10.0
 """Periods of the formulas, s; the peak acceleration counts as the spectral one at the shortest."""

@@ -28,6 +28,8 @@ LARGEST = 1e6
 SECONDS = Parameter("s", above=0.0, at_most=LARGEST)
 Seconds = Annotated[float, SECONDS]
 """Type of a time that is longer than 0."""
+USUAL_STEP = 0.005
+"""Time step of motions, s."""
 MOST_SAMPLES = 500_000_000  # 4 GB
 LEAST_STEPS = 20  # fewer steps hold no motion, and a parabolic baseline would remove most of it
 CHUNK_SAMPLES = 2_000_000  # 16 MB for each temporary array

@@ -13,7 +13,7 @@ from ..intensity.peaks import velocity
 from ..scaling import parabolic_baseline
 from .envelopes import Envelope, RiseStrongDecay
 from .filters import filtered, high_pass, settling, soil_layer
-from .generator import LARGEST, Generator, Seconds, Streams, ensemble, normals, steps_of
+from .generator import LARGEST, USUAL_STEP, Generator, Seconds, Streams, ensemble, normals, steps_of
 
 BASELINES = ("parabolic", "none")
 Baseline = Annotated[str, Parameter(words=BASELINES)]
@@ -152,7 +152,7 @@ class KanaiTajimi(FilteredNoise):
     xi_g: Ratio = 0.6
     s0: Density = 0.01
     duration: Seconds = 30.0
-    dt: Seconds = 0.005
+    dt: Seconds = USUAL_STEP
     envelope: Envelope = field(default_factory=RiseStrongDecay)
     baseline: Baseline = "parabolic"
     omega_g_dispersion: Dispersion = field(default=0.0, kw_only=True)

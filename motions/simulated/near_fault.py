@@ -11,7 +11,7 @@ from ...core.aliases import Array, Index
 from ...core.parameters import Parameter
 from ...core.streams import stream
 from .directivity import MIDDLE, TRUNCATION, NearFaultEquations, background_parameters, pulse_parameters
-from .generator import Seconds, Streams, counts, steps_of
+from .generator import USUAL_STEP, Seconds, Streams, counts, steps_of
 from .modulation import modulation
 from .pulses import velocity_pulse
 from .scenario import STRIKE_SLIP, UNITS, Faulting, Parameters, Velocity
@@ -80,7 +80,7 @@ class NearFault(ScenarioGenerator):
     angle: Annotated[float, Parameter("rad", at_least=0.0, at_most=0.5 * math.pi)] = 0.0
     with_pulse: Annotated[str, Parameter(words=WITH_PULSE)] = "always"
     f_c: Corner | None = None
-    dt: Seconds = 0.005
+    dt: Seconds = USUAL_STEP
     duration: Seconds | None = None
     late: ClassVar[float] = TRUNCATION
     along_a_pulse: ClassVar[bool] = True

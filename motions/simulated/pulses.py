@@ -174,11 +174,11 @@ class MavroeidisPapageorgiou(Pulse):
         cls,
         velocity: float,
         period: float,
-        gamma: float = 2.0,
-        nu: float = 0.0,
-        zero_residual: bool = False,
-        dt: float = 0.001,
-        tail: float = 1.0,
+        gamma: float = gamma,
+        nu: float = nu,
+        zero_residual: bool = zero_residual,
+        dt: float = Pulse.dt,
+        tail: float = Pulse.tail,
     ) -> "MavroeidisPapageorgiou":
         """Return the pulse with a given velocity amplitude A, m/s, > 0, and period 1/f, s, > 0."""
         checks.number("velocity", velocity, above=0.0, unit="m/s")

@@ -11,8 +11,8 @@ import xarray as xr
 
 from ...core import checks
 from ...core.elementary import Array, exp, log, power
-from ...core.parameters import Parameter, check
-from .generator import LARGEST, Generator, Seconds, Streams, ensemble, steps_of
+from ...core.parameters import SHARE, Parameter, check
+from .generator import LARGEST, USUAL_STEP, Generator, Seconds, Streams, ensemble, steps_of
 from .ground_motion_models import Scenario
 
 SITES = ("generic-rock", "flat")
@@ -100,12 +100,12 @@ class Seismological(Generator):
     stress_drop: Annotated[float, Parameter("Pa", at_least=1e4, at_most=1e9)] = 8e6
     kappa: Annotated[float, Parameter("s", at_least=0.0, at_most=1.0)] = 0.04
     q0: Annotated[float, Parameter(above=0.0, at_most=LARGEST)] = 180.0
-    q_exponent: Annotated[float, Parameter(at_least=0.0, at_most=1.0)] = 0.45
+    q_exponent: Annotated[float, SHARE] = 0.45
     beta: Annotated[float, Parameter("m/s", at_least=100.0, at_most=1e4)] = 3500.0
     density: Annotated[float, Parameter("kg/m³", at_least=100.0, at_most=1e4)] = 2800.0
     site: Annotated[str, Parameter(words=SITES)] = "generic-rock"
     amplification: Sequence[tuple[float, float]] | None = None
-    dt: Seconds = 0.005
+    dt: Seconds = USUAL_STEP
     duration: Seconds | None = None
 
     def __post_init__(self) -> None:

@@ -21,7 +21,7 @@ from ..arrays import records
 from ..intensity.cumulative import energy_at_samples
 from ..kernels.drifting_filters import LANES, drifting_noise
 from .filters import filtered, high_pass, settling
-from .generator import LARGEST, Generator, Seconds, Streams, counts, ensemble, normals, steps_of
+from .generator import LARGEST, USUAL_STEP, Generator, Seconds, Streams, counts, ensemble, normals, steps_of
 from .ground_motion_models import Scenario
 from .modulation import Modulation, modulation, ratio_limits
 from .scenario import (
@@ -104,7 +104,7 @@ class SiteBased(Generator):
     omega_slope: float = -0.2 * math.pi
     zeta: Annotated[float, Parameter(at_least=LEAST_ZETA, at_most=MOST_ZETA)] = 0.2
     f_c: Annotated[float, Parameter("Hz", above=0.0, at_most=LARGEST)] = DEFAULT_CORNER
-    dt: Seconds = 0.005
+    dt: Seconds = USUAL_STEP
     duration: Seconds | None = None
 
     def __post_init__(self) -> None:
@@ -287,7 +287,7 @@ class SiteBasedScenario(ScenarioGenerator):
     vs30: Velocity = 760.0
     faulting: Faulting = STRIKE_SLIP
     f_c: Corner | None = None
-    dt: Seconds = 0.005
+    dt: Seconds = USUAL_STEP
     duration: Seconds | None = None
     arias_constant: Annotated[float, Parameter(at_least=-5.0, at_most=0.0)] = PUBLISHED_CONSTANT
 
@@ -373,8 +373,7 @@ def site_based_motions(streams: Streams, drawn: Parameters, middle: float, f_c: 
     parts = np.split(order, LANES * (np.flatnonzero(np.diff(costs // PART_WORK)) + 1))
     pulses = normals(streams, live)
     for part in parts:
-        every = np.arange(part.size)
-        motions[part, :live] = drifting_noise(pulses[part], omega[part], drawn.zeta[part], dt, ends[part], every)
+        motions[part, :live] = drifting_noise(pulses[part], omega[part], drawn.zeta[part], dt, ends[part])
     motions[:, :live] *= np.sqrt(density)
     return filtered(motions, *high_pass(2.0 * math.pi * f_c, 1.0), dt)
 

@@ -9,7 +9,7 @@ import xarray as xr
 from ...core.aliases import Array
 from ...core.parameters import RATIO
 from ...core.units import ACCELERATION, METRE, described
-from ..arrays import HORIZONTAL, OWN_LEVEL, records, shakes_of
+from ..arrays import HORIZONTAL, OF_OWN_LEVEL, OWN_LEVEL, records, shakes_of
 
 MOST_RATIO = 0.1
 """Maximum mass of a block, over the mass of block and platform, with a negligible reaction on the platform (assumed).
@@ -87,8 +87,7 @@ def chained(
         coordinates["strikes"] = (dims, strikes, described(times))
         coordinates["strike_acceleration"] = (dims, hardest, described(force, ACCELERATION))
     if level or any(record.own_level for record in plain):
-        text = "belongs to the strength of its ground motion, and must not be scaled"
-        coordinates[OWN_LEVEL] = ("motion", np.full(shape[0], True), described(text))
+        coordinates[OWN_LEVEL] = ("motion", np.full(shape[0], True), OF_OWN_LEVEL)
     return xr.DataArray(
         values,
         dims=(*dims, "time"),

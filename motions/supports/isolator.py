@@ -27,6 +27,7 @@ FINE = 1e-3
 """Maximum time between samples of motions on a friction pendulum, whose acceleration jumps, s."""
 PERIOD, SHARE = Parameter("s", at_least=0.01, at_most=100.0), Parameter(above=0.0, below=1.0)
 # (below it a pendulum slides without yielding before)
+RADIUS = Parameter("m", above=0.0)
 YIELD = Parameter("m", at_least=1e-6, written="mm")
 Period = Annotated[float, PERIOD]
 Share = Annotated[float, SHARE]
@@ -175,7 +176,7 @@ class Isolator:
     @classmethod
     def pendulum(
         cls,
-        radius: Annotated[float, Parameter("m", above=0.0)],
+        radius: Annotated[float, RADIUS],
         friction: Share,
         *,
         clearance: Clearance = math.inf,
@@ -199,7 +200,7 @@ class Isolator:
         -----
         u'' = -a - (g/R) u - mu g s; it sticks while |a + (g/R) u| <= mu g, and begins to slip against that pull.
         """
-        period = 2.0 * math.pi * math.sqrt(checks.number("radius", radius, above=0.0, unit="m") / STANDARD_GRAVITY)
+        period = 2.0 * math.pi * math.sqrt(RADIUS.number("radius", radius) / STANDARD_GRAVITY)
         stops = Stops(clearance, stop_frequency, stop_restitution)
         return cls(PENDULUM, period, friction, 0.0, 0.0, stops, mass_ratio, one_way)
 

@@ -18,7 +18,7 @@ from jinja2 import ChoiceLoader, Environment, FileSystemLoader
 from markupsafe import Markup
 
 from ...core.doubts import noted
-from ...core.parameters import declared
+from ...core.parameters import USUAL_YEARS, declared
 from ...core.wording import counted, given_number, two_digits
 from ...core.writing import write_bytes
 from ...fragility.hazard.poisson import probability_in
@@ -411,7 +411,7 @@ class Page:
     @property
     def years(self) -> float:
         """The years of the hazard."""
-        return float(self.content.get("hazard", {}).get("years", 50.0))
+        return float(self.content.get("hazard", {}).get("years", USUAL_YEARS))
 
     def remedies(self) -> str:
         """Return the table of restraints."""

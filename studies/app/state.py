@@ -24,7 +24,7 @@ from ..file.blocks import BlockTable
 from ..file.include import read_content, refuse_text
 from ..file.refusals import refusals
 from ..file.schema import StudyFile
-from ..file.table import WRITTEN, all_errors
+from ..file.table import UNIT_FACTORS, WRITTEN, all_errors
 from ..text.error import StudyError, writing
 
 SCHEMA = Path(__file__).parents[1] / "reference" / "study.schema.json"
@@ -34,7 +34,7 @@ PIECE_STATE, BUILDING_STATE = f"piece{ENDING}", f"building{ENDING}"
 """Files of the states of a page without a study, in its folder."""
 MOST_TEXT = 200
 """Most characters of a value."""
-LENGTHS = {"cm": 0.01, "mm": 0.001, "in": 0.0254}
+LENGTHS = {unit: UNIT_FACTORS[unit][0] for unit in ("cm", "mm", "in")}
 """Units in which sizes are typed, in metres."""
 SHOWN = {"motions.distance_m": ("km", 1000.0)}
 """Units of keys that are shown in other units than in the study file."""

@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from ...core import checks
 from ...core.aliases import Array, Flags, Index
-from ...core.units import DIMENSIONLESS, described
+from ...core.units import DIMENSIONLESS, PER_YEAR, described
 from ...core.wording import given_percent
 from ...fragility.curves.means import REPLICATES, resampled_means
 from ...fragility.numerics.slabs import Allocator, in_memory, slabs
 from .outcomes import ANY
 from .savings import AdditiveItems, EventItems, FreeItems, ItemChances, most_left, order_of, score_of
-from .variables import JOINT, PER_YEAR, Precision, Year, carried_items, level_index, per_year, variable
+from .variables import JOINT, Precision, Year, carried_items, level_index, per_year, variable
 
 AMOUNTS = ("number", "loss")
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...core import checks
 from ...core.aliases import Array, Flags
 from ...core.doubts import warn
-from ...core.parameters import BETA_M
+from ...core.parameters import BETA_M, USUAL_CONFIDENCE
 from ...core.units import DIMENSIONLESS, METRE, provenance
 from ...fragility import HazardCurve
 from ...fragility.analyses.sliding import SLIDES_ON
@@ -142,7 +142,7 @@ class Assessment:
     losses: Any = field(default=None, kw_only=True)
     slipping: Slipping = field(default=Slipping(), kw_only=True)
     consequence_correlation: float = field(default=1.0, kw_only=True)
-    confidence: float = field(default=0.95, kw_only=True)
+    confidence: float = field(default=USUAL_CONFIDENCE, kw_only=True)
     replicates: int = field(default=REPLICATES, kw_only=True)
     seed: int = field(default=0, kw_only=True)
     polarity: str | None = field(default=None, kw_only=True)

@@ -16,7 +16,7 @@ from scipy.special import ndtri
 
 from ...core.elementary import Array, Flags, Index, times
 from ...core.streams import key_of, stream
-from ...core.units import DIMENSIONLESS
+from ...core.units import DIMENSIONLESS, PER_YEAR
 from ...fragility import HazardCurve
 from ...fragility.fitting.bootstrap import draw_motions
 from ...fragility.hazard.level_weights import level_weights
@@ -28,7 +28,7 @@ from .assessment import straight_weights
 from .modelling import ShiftedLevels, covering, refuse_own_motions
 from .outcomes import DAY, JointFlags
 from .savings import ItemChances
-from .variables import PER_YEAR, Year, fall_flags, per_year, range_of_a_year, variable
+from .variables import Year, fall_flags, per_year, range_of_a_year, variable
 
 
 @dataclass(frozen=True)

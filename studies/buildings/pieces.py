@@ -15,6 +15,7 @@ from ...fragility.fitting.isotonic import crossings, isotonic_probabilities
 from ...fragility.validity.slab_screen import SQUAT_RATIO
 from ...motions import Building
 from ..codes.check import Code, CodeCheck, Component
+from ..inventory.consequences import SAFETY
 from ..inventory.contents import Contents, Inventory
 from ..money.budget import Choice, best_set
 from ..money.present_value import DISCOUNT
@@ -113,8 +114,6 @@ def checks_of_items(results: xr.Dataset) -> list[CodeCheck] | None:
     return [CodeCheck(*row) for row in zip(*columns, strict=True)]
 
 
-SAFETY = ("injury", "blocks-exit", "release")
-"""Consequences that rank before money, if a study names no others."""
 NEAR = 0.7
 """Similarity of a consequence to one that is a matter of safety, from which it may be a slip of the pen."""
 ABROAD = {

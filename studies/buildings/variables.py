@@ -13,9 +13,9 @@ import xarray as xr
 from ...core import checks
 from ...core.elementary import Array, Flags, Index, times
 from ...core.parameters import CONFIDENCE
-from ...core.units import DIMENSIONLESS, described
+from ...core.units import DIMENSIONLESS, PER_YEAR, described
 from ...core.wording import given_percent
-from ...fragility.curves.means import mean_interval, quantiles, share_error
+from ...fragility.curves.means import RESAMPLES, mean_interval, quantiles, share_error
 from ...fragility.fitting.bootstrap import draw_motions
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.hazard.level_weights import LevelWeights, level_weights
@@ -32,7 +32,6 @@ from .outcomes import ANY, JointFlags, JointOutcomes, Quantity
 
 Variables = dict[str, xr.Variable]
 
-PER_YEAR = "year-1"
 JOINT = " | "
 """Separator of the consequences of one item in a coordinate."""
 DRAWING, OF_DRAWS = "_sampling_error", "standard error from the draws"
@@ -74,7 +73,7 @@ class Precision:
         return cls(
             quantiles_at,
             CONFIDENCE.number("confidence", confidence),
-            checks.count("replicates", replicates, at_least=50),
+            RESAMPLES.count("replicates", replicates),
             checks.count("seed", seed),
         )
 

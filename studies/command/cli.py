@@ -25,6 +25,7 @@ from cyclopts.exceptions import CycloptsError, MissingArgumentError
 
 from ...core.doubts import noted
 from ...core.limits import memory_limit
+from ...core.units import DAMPING
 from ...core.wording import counted, system_reason
 from ..app.command import live_page
 from ..single.command import simulate_one
@@ -46,6 +47,16 @@ Result = Annotated[Path, Parameter(help="Results file (results.nc) or its folder
 Verify = Annotated[bool, Parameter(negative="", help="Exit with code 2 if the results were edited.")]
 LEAST_OF_ANY = 600_000  # kB of memory (ulimit -v): below, what any command loads may hang, or end it without a word
 COMMANDS = ("new", "run", "status", "app", "simulate", "motions", "catalogue", "export", "report", "compare", "schema")
+
+INTERRUPTED = {
+    "run": "interrupted; the same command goes on",
+    **dict.fromkeys(
+        ("export", "report", "compare"),
+        "interrupted: the results are unchanged; of other files, each is complete or unchanged",
+    ),
+    **dict.fromkeys(("new", "simulate", "motions"), "interrupted: each file is complete or unchanged"),
+}
+"""Sentences of an interrupt by command, where the interrupted work has none of its own."""
 
 SCHEMA = Path(__file__).parents[1] / "reference" / "study.schema.json"
 """The schema of study files as `make schema` writes it, for the classes of all tables take a second to load."""
@@ -154,10 +165,9 @@ def run(
     try:
         with noted():  # (rates are computed, and not given)
             _show(console, printed, results, folder, verbose)
-    except KeyboardInterrupt:
-        raise KeyboardInterrupt(
-            f"interrupted: the results are written ({folder / RESULT_NAME}), not all of the figures"
-        ) from None
+    except KeyboardInterrupt as error:
+        error.args = (f"interrupted: the results are written ({folder / RESULT_NAME}), not all of the figures",)
+        raise
 
 
 def _announced(compiles: bool) -> AbstractContextManager[None]:
@@ -260,7 +270,7 @@ def look_at_motions(
     *,
     out: Path = Path("results/motions"),
     json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
-    damping: float = 0.05,
+    damping: float = DAMPING,
     target: Path | None = None,
 ) -> None:
     """Show ground motions: intensity measures, histories, spectra and Husid plots.
@@ -565,6 +575,7 @@ def _ended(sentence: str, code: int) -> int:
 
 def main(arguments: list[str] | None = None) -> int:
     """Entry point of the command; returns the exit code."""
+    words = sys.argv[1:] if arguments is None else arguments
     try:
         for name, least in (("NUMBA_NUM_THREADS", 1), ("SOURCE_DATE_EPOCH", 0)):
             given = os.environ.get(name)
@@ -572,7 +583,6 @@ def main(arguments: list[str] | None = None) -> int:
                 raise RuntimeWarning(
                     f"Environment variable {name!r} must be a number of at least {least}, got {given!r}"
                 )
-        words = sys.argv[1:] if arguments is None else arguments
         # (the last one, `schema`, loads nothing)
         if words and words[0] in COMMANDS[:-1] and 0 < memory_limit() < LEAST_OF_ANY:
             return _out_of_memory()
@@ -599,7 +609,7 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt as error:
         # (`Interrupted` knows the number of its signal)
         code = EXIT_SIGNAL + int(getattr(error, "number", signal.SIGINT))
-        return _ended(str(error) or "interrupted, no results written", code)
+        return _ended(str(error) or INTERRUPTED.get(words[0] if words else "", "interrupted"), code)
     except (ValueError, RuntimeError) as error:
         return _code_of(error)
     return 0

@@ -16,7 +16,7 @@ from ...fragility.uncertainty.joint import INDEPENDENT
 from ...models.friction import LOCKED, ROLLING
 from ..buildings.anchoring import weights_of
 from ..buildings.assessment import BUILDING
-from ..buildings.pieces import SAFETY, on_moving_supports, pieces_of
+from ..buildings.pieces import on_moving_supports, pieces_of
 from ..buildings.recommendations import (
     ANCHORED,
     DUTY,
@@ -42,6 +42,7 @@ from ..buildings.recommendations import (
 from ..buildings.sliding import shares_with_moving_supports
 from ..buildings.variables import JOINT, Year, fall_flags
 from ..codes.check import UNSTATED_DANGER
+from ..inventory.consequences import SAFETY
 from ..tables.assessment import amount, at_most, fallen_word, most_rate, pieces_at, span
 from ..tables.slides import contacts_of
 from ..tables.table import range_of

@@ -268,7 +268,9 @@ def _inputs(results: xr.Dataset) -> Fact:
 def _spectra(results: xr.Dataset) -> Fact:
     if "spectral_variability" not in results.attrs:
         made = results.attrs.keys() & {"processor", "machines"}
-        return Fact("motion.spectra_not_compared", word=UNKNOWN) if made else _missing("motion.spectra_alike")
+        if not made:
+            return _missing("motion.spectra_alike")
+        return Fact("motion.spectra_not_compared", word=UNKNOWN, remedy="remedy_compare_spectra")
     varied = Variability(*json.loads(str(results.attrs["spectral_variability"])))
     rates = any(name in results for name in RATES)
     accepted = any(kind == SPECTRA and yes for kind, _, yes in json.loads(str(results.attrs.get("doubts", "[]"))))
@@ -350,7 +352,8 @@ def _stability(results: xr.Dataset) -> Fact:
     if "undecided" not in results:
         state = state_named(str(results.attrs.get("state", state_name(OVERTURNED))))
         other = str(results.attrs["state"]) if state not in (OVERTURNED, *DIRECTIONS) else ""
-        return Fact("stability.not_tested", word=UNKNOWN, more={"state": other})
+        cure = "remedy_common_levels" if is_pooled(results) else "remedy_stability"
+        return Fact("stability.not_tested", word=UNKNOWN, remedy=cure, more={"state": other})
     share, where = _worst(results["undecided"])
     word = GOOD if share < UNSTABLE else CARE
     return Fact("stability.undecided", share, names=where, word=word, remedy="remedy_stability")

@@ -27,6 +27,8 @@ def footnotes(results: xr.Dataset) -> Iterator[Fact]:
         # (on several floors each floor's motion is one)
         number = motions // max(1, results.sizes.get("floor", 1))
         more = {"motions": number, "branches": results.sizes.get("branch", 0)}
+        if "value" in results.dims:  # (levels by value have no ranges, figures have bands)
+            more["bands"] = True
         yield Fact("precision.interval_meaning", float(results.attrs["confidence"]), more=more)
     yield from coverage_in(results)
     yield from _model_range(results)

@@ -11,7 +11,7 @@ from ...core import checks
 from ...core.doubts import warn
 from ...core.elementary import Array, exp
 from ...core.parameters import CHANCE, PART, SHARE, Seed
-from ...core.units import DIMENSIONLESS, STANDARD_GRAVITY
+from ...core.units import DIMENSIONLESS, UNITS
 from ...fragility.adaptive.sequential import MOST_RUNS, RUNS
 from ...fragility.adaptive.until import (
     FEWEST,
@@ -30,7 +30,7 @@ from ...fragility.analyses.pooled import A_MOTION, BLOCKS_A_MOTION, MOST as MOST
 from ...fragility.fitting.fit import FORMS, METHODS, default_form
 from ...fragility.fitting.intervals import INTERVALS
 from ...fragility.fitting.likelihood import PENALTIES
-from ...fragility.fitting.states import DISTANCE, MOST_STATE, NAMES as STATES, OVERTURNED
+from ...fragility.fitting.states import DISTANCE, NAMES as STATES, OVERTURNED, TURNED
 from ...fragility.runs.scaling import INTENSITY_MEASURES, intensity_measure
 from ...fragility.uncertainty.joint import Variability
 from ...fragility.validity.plausibility import level_doubts
@@ -41,8 +41,9 @@ from ...motions.intensity.directions import PAIR_MEASURES
 from ...motions.intensity.naming import as_known
 from ...motions.intensity.parametric_measures import PARAMETRIC_MEASURES
 from ...motions.polarity import BOTH, POLARITIES
+from ..inventory.consequences import SAFETY
 from ..money.present_value import DISCOUNT, DISCOUNT_RATE
-from ..plan.estimates import UNDECIDED, Fit
+from ..plan.estimates import MEAN, UNDECIDED, Fit
 from ..plan.piece_classes import NAMES, with_class
 from ..plan.slides import DISTANCES, Slides
 from .code import Codes
@@ -69,17 +70,8 @@ from .table import (
     shown,
 )
 
-# The SI value of each unit that a level may be written in, and the SI unit that it belongs to.
-LEVEL_UNITS: dict[str, tuple[float, str]] = {
-    "g": (STANDARD_GRAVITY, "m s-2"),
-    "m/s2": (1.0, "m s-2"),
-    "cm/s2": (0.01, "m s-2"),
-    "m/s": (1.0, "m s-1"),
-    "cm/s": (0.01, "m s-1"),
-    "m": (1.0, "m"),
-    "cm": (0.01, "m"),
-    "1": (1.0, "1"),
-}
+LEVEL_UNITS = {unit: UNITS[unit] for unit in ("g", "m/s2", "cm/s2", "m/s", "cm/s", "m", "cm", "1")}
+"""SI value and SI unit of each unit that a level may have."""
 
 
 MOST_SAMPLE = 20_000
@@ -508,11 +500,11 @@ class PerformanceTable(Table):
     variability: Annotated[VariabilityTable | None, KeyInfo("alike: they fall together")] = None
     objective: Annotated[str | None, KeyInfo("`loss`, or `number` where nothing has a value")] = None
     at_level: Annotated[float | None, KeyInfo("the middle one", unit="as `levels.unit` says"), Field(gt=0.0)] = None
-    safety: Annotated[list[str] | None, KeyInfo("`injury`, `blocks-exit`, `release`")] = None
+    safety: Annotated[list[str] | None, KeyInfo(", ".join(f"`{word}`" for word in SAFETY))] = None
     sort: Literal["recommendation", "chance", "loss", "payback", "value", "cost", "floor", "item"] = "recommendation"
     discount_rate: Annotated[float, KeyInfo(unit="1/year"), DISCOUNT_RATE] = DISCOUNT
-    modelling_dispersion: Modelling = 0.0
-    modelling: ModelledIn = "mean"
+    modelling_dispersion: Modelling = Fit.modelling_dispersion
+    modelling: ModelledIn = MEAN
     modelling_class: ModellingClass = None
     consequence_correlation: Annotated[float, SHARE] = 1.0
     code: Annotated[Codes | None, KeyInfo("code requirements are not checked")] = None
@@ -555,8 +547,8 @@ class FitTable(Table):
     seed: ResamplingSeed = 0
     state: str | float = OVERTURNED
     confidence: Confidence = Fit.confidence
-    modelling_dispersion: Modelling = 0.0
-    modelling: ModelledIn = "mean"
+    modelling_dispersion: Modelling = Fit.modelling_dispersion
+    modelling: ModelledIn = MEAN
     modelling_class: ModellingClass = None
 
     @field_validator("state", mode="before")
@@ -565,13 +557,13 @@ class FitTable(Table):
         """Raise an error for a value that is neither a state's word nor a number that |θ|/α exceeds."""
         if isinstance(state, str):
             return checked(state, STATES)
-        plain = isinstance(state, int | float) and not isinstance(state, bool)
-        if not plain or not 0.0 < state <= MOST_STATE:
+        try:
+            return TURNED.number("state", state)
+        except (TypeError, ValueError):
             given = str(state).lower() if isinstance(state, bool) else shown(state)
             raise ValueError(
-                f"must be a word, as 'overturned', or a number > 0 and <= {MOST_STATE:g}, of |θ|/α, got {given}"
-            )
-        return float(state)
+                f"must be a word, as 'overturned', or a number {TURNED.text}, of |θ|/α, got {given}"
+            ) from None
 
     @model_validator(mode="before")
     @classmethod

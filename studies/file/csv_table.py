@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from ...core import checks
 from ...core.doubts import Doubt, first_of, warn
 from ...core.limits import whole_content
+from ...motions.readers.lines import DECIMALS, THOUSANDS
 from ..text.error import StudyError
 from .refusals import refusal
 from .table import MAX_TEXT, Table, WordChoice, bare, meant, shown, unended
@@ -265,10 +266,8 @@ class CsvLine:
             key = field.alias or name
             if self.cells.get(key):
                 kind = _kind_of(field.annotation)
-                value: Any = self.text(key)
-                if kind is not str:
-                    read = self.number_in if kind is float else self.yes_in if kind is bool else self.count_in
-                    value = read(key)
+                readers: dict[Any, Callable[[str], Any]] = {float: self.number_in, bool: self.yes_in, str: self.text}
+                value = readers.get(kind, self.count_in)(key)
                 words = [part.allowed for part in field.metadata if isinstance(part, WordChoice)]
                 if kind is str and _PLACEHOLDER.fullmatch(value):
                     self.refuse(key, f"must be written out, or left empty if it does not apply, got {shown(value)}")
@@ -293,10 +292,14 @@ class CsvLine:
         self, column: str, *, above: float | None = None, at_least: float | None = None, at_most: float | None = None
     ) -> float | None:
         """Return a cell as a number, None if it is empty."""
-        cell = self.text(column)
-        if not cell:
+        cell = self.cells.get(column, "")
+        known = _NUMBER.fullmatch(cell) and not ("," in cell and self.table.delimiter == ",")
+        if not known and _MARKS.fullmatch(cell):  # (no-break blanks, too)
+            remedy = DECIMALS if self.table.delimiter == "," else "write thousands without a mark"
+            self.refuse(column, f"must be a number, got {shown(cell)}: {remedy}")
+        if not self.text(column):
             return None
-        if not _NUMBER.fullmatch(cell) or ("," in cell and self.table.delimiter == ","):
+        if not known:
             self.refuse(column, f"must be a number, got {shown(cell)}")
         if not isinstance(self.cells[column], Numeric):
             self._check_mark(column, cell)
@@ -308,7 +311,7 @@ class CsvLine:
     def _check_mark(self, column: str, cell: str) -> None:
         """Refuse decimals that are not marked as those above, and numbers that may have no decimals at all."""
         table, mark = self.table, "," if "," in cell else "." if "." in cell else ""
-        if mark and not (mark == "." and column.endswith("_m")) and _THOUSANDS.fullmatch(cell):
+        if mark and not (mark == "." and column.endswith("_m")) and THOUSANDS.fullmatch(cell):
             # (a German spreadsheet writes 1200 as 1.200, and other columns do not show the meaning of its point)
             if mark == "," or table.decimal == ",":
                 self.refuse_ambiguous(column)
@@ -366,6 +369,7 @@ MONEY = ("value", "anchoring_cost", "cost_median")
 _LARGE, LESS = ("_mm", "_days"), 10.0
 """Ends of columns in which thousands are plausible, and the number of thousands from which they are not."""
 _NUMBER = re.compile(r"[-+]?(?:\d{1,30}[.,]?\d{0,30}|[.,]\d{1,30})(?:[eE][-+]?\d{1,3})?", re.ASCII)
+_MARKS = re.compile(r"[-+]?\d[\d.,'’\s]*")
 _TOTAL = re.compile(
     r"(?i)(grand |sub[- ]?)?(totals?|sum)( général| general|e|es)?( (of )?(pieces|items|value|number))?[\W\d]*"
     r"|((ins)?gesamt|(sous-|sub)?totaa?l|somme|suma|summa|soma|toplam|celkem|razem|yhteensä"
@@ -391,4 +395,3 @@ _PLACEHOLDER = re.compile(
 )
 """Texts for an empty cell of another program, or for the cell above."""
 _MARKED = re.compile(r"[ \t]*#\S")
-_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}[.,]\d{3}", re.ASCII)

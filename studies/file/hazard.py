@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 import numpy as np
 from pydantic import BeforeValidator, Field, TypeAdapter, model_validator
 
-from ...core.parameters import CHANCE, PART, YEARS, defaults_of
-from ...fragility import HazardCurve, annual_rate, read_hazard
+from ...core.parameters import CHANCE, PART, USUAL_YEARS, YEARS
+from ...fragility import HazardCurve, read_hazard
 from ...fragility.hazard.curve import AT_ONE, check_rates
 from ...fragility.hazard.files import COMPONENT
 from ...fragility.hazard.pieces import ABOVE_RULES, BELOW_RULES
@@ -40,7 +40,7 @@ class HazardTable(Table):
     at: Annotated[str, one_of(("ground", "floor"))] = "ground"
     below: Annotated[str, one_of(BELOW_RULES)] = "extend"
     above: Annotated[str, one_of(ABOVE_RULES)] = "extend"
-    years: Annotated[float, KeyInfo(unit="years"), YEARS] = defaults_of(annual_rate)["years"]
+    years: Annotated[float, KeyInfo(unit="years"), YEARS] = USUAL_YEARS
     probability: Annotated[Annotated[float, CHANCE] | None, KeyInfo("not asked")] = None
     along: Annotated[str | None, one_of(ALONG)] = None
 

@@ -26,6 +26,7 @@ from ...fragility.fitting.links import LINKS
 from ...fragility.fitting.states import OVERTURNED, UPLIFTED
 from ...fragility.hazard.pieces import EXTEND
 from ...fragility.runs.outputs import OF_ROCKING
+from ...fragility.runs.request import USUAL_OF_ROCKING
 from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE
 from ...fragility.uncertainty.joint import INDEPENDENT, TOGETHER
 from ...fragility.validity.slab_screen import FACTORS
@@ -84,6 +85,8 @@ class MotionSet(NamedTuple):
 
 LOOKED_AT = 64
 """Number of motions of a generator that are made before an adaptive or a pooled analysis runs, to check them."""
+
+OF_STRIPES = "the motions of all stripes"
 
 
 class StudyFile(Table):
@@ -148,7 +151,7 @@ class StudyFile(Table):
     report: Annotated[ReportTable | None, KeyInfo("none: no cover")] = None
 
     accept: Annotated[list[Annotated[str, one_of(KINDS)]] | None, KeyInfo("none")] = None
-    outputs: Annotated[list[Annotated[str, one_of(OF_ROCKING)]] | None, KeyInfo("overturned, peak_rotation")] = None
+    outputs: Annotated[list[Annotated[str, one_of(OF_ROCKING)]] | None, KeyInfo(", ".join(USUAL_OF_ROCKING))] = None
     fit: FitTable | None = None
     measures: MeasuresTable | None = None
     uncertainty: UncertaintyTable | None = None
@@ -271,7 +274,7 @@ class StudyFile(Table):
         for i, table in enumerate(tables, start=1):
             with self._of_stripe(i):
                 samples += table.samples(folder)
-        refuse_samples(samples * (1 + sum(self._floor_counts())), "the motions of all stripes")
+        refuse_samples(samples * (1 + sum(self._floor_counts())), OF_STRIPES)
         sets: list[MotionSet] = []
         held, levels = 0, self.stripes.levels().tolist()
         for i, table in enumerate(tables, start=1):
@@ -280,7 +283,7 @@ class StudyFile(Table):
             sets.append(self._in_buildings(ground, reading, levels[i - 1]))
             held += sum(array.size for array in sets[-1].motions)
             # (the size of records is known only once they are read)
-            refuse_samples(held, "the motions of all stripes")
+            refuse_samples(held, OF_STRIPES)
         return sets
 
     @contextmanager
@@ -317,7 +320,7 @@ class StudyFile(Table):
             reading = Reading.of(ground, own_level=False)
             reading = reading._replace(doubts=(*(doubts if i == 0 else ()), *reading.doubts))
             sets.append(self._in_buildings(ground, reading, float(report.attrs["level"]))._replace(selection=report))
-        refuse_samples(sum(array.size for of_set in sets for array in of_set.motions), "the motions of all stripes")
+        refuse_samples(sum(array.size for of_set in sets for array in of_set.motions), OF_STRIPES)
         return sets
 
     def _stripes_motions(self, stripes: StripesTable) -> list[MotionsTable]:

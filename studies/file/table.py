@@ -14,6 +14,7 @@ from pydantic_core.core_schema import CoreSchema, no_info_after_validator_functi
 from ...core.doubts import Doubt
 from ...core.parameters import BETA_M, CONFIDENCE, Parameter, Seed
 from ...core.units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND, STIFFNESS, UNITS
+from ...models.friction import SPREAD
 from ...models.sliding.trip import TRIP
 from ...motions.plausibility import unusual, usual
 from ..text.error import StudyError
@@ -34,9 +35,13 @@ _SAME = {
     **dict.fromkeys(("quantity", "qty", "pieces", "number"), "count"),
     **dict.fromkeys(("coefficient", "friction", "mu", "static_friction"), "static"),
 }
-_FACTORS = {
-    **{"mm": (1e-3, "m"), "cm": (1e-2, "m"), "m": (1.0, "m"), "in": (0.0254, "m"), "ft": (0.3048, "m")},
-    **{"n": (1.0, "n"), "kn": (1e3, "n"), "kg": (1.0, "kg"), "t": (1e3, "kg"), "s": (1.0, "s"), "ms": (1e-3, "s")},
+UNIT_FACTORS = {
+    unit.lower(): (factor, si.lower())
+    for unit, (factor, si) in {
+        **{"in": (0.0254, METRE), "ft": (0.3048, METRE), "t": (1e3, KILOGRAM)},
+        **{**UNITS, **_MORE},
+    }.items()
+    if si in (METRE, SECOND, KILOGRAM, NEWTON)
 }
 """SI value and SI unit, as names of keys end, of each unit that a user may write there."""
 _WRITTEN = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
@@ -109,9 +114,9 @@ def meant(name: str, keys: Sequence[str]) -> str:
     """
     plain = re.sub(r"[\W_]+", "_", name.casefold()).strip("_")
     stem, _, unit = plain.rpartition("_")
-    factor, si = _FACTORS.get(unit, (0.0, ""))
+    factor, si = UNIT_FACTORS.get(unit, (0.0, ""))
     for key in keys:
-        factor_of_key, of = _FACTORS.get(suffix_of(key)[1:], (0.0, ""))
+        factor_of_key, of = UNIT_FACTORS.get(suffix_of(key)[1:], (0.0, ""))
         if of == si != "" and factor_of_key != factor and bare(key) in (bare(stem), _SAME.get(bare(stem))):
             less = (
                 f"divide by {factor_of_key / factor:g}" if factor_of_key > factor and unit not in {"in", "ft"} else ""
@@ -282,7 +287,7 @@ def bare(key: str) -> str:
     return key.removesuffix(suffix_of(key))
 
 
-WRITTEN = {"mm": 1e-3, "°": math.pi / 180.0, "N/mm": 1e3}
+WRITTEN = {"mm": UNITS["mm"][0], "°": _MORE["deg"][0], "N/mm": _MORE["N/mm"][0]}
 """SI value of each unit of study files that is not SI."""
 
 
@@ -308,7 +313,9 @@ SEVERAL = Field(min_length=1, max_length=100)
 """Number of tables of a list, or of characters of a name that tables refer to."""
 Label = Annotated[str, Field(min_length=1, max_length=MAX_TEXT)]
 Static = Annotated[float, Field(ge=0.05, le=2.0, description="Static coefficient of friction, or its median.")]
-Spread = Annotated[float, Field(gt=0.0, le=1.0, description="Dispersion of a lognormal coefficient of friction.")]
+Spread = Annotated[
+    float, replace(SPREAD, at_most=1.0), Field(description="Dispersion of a lognormal coefficient of friction.")
+]
 Trip = Annotated[
     float,
     as_written(TRIP),

@@ -11,22 +11,24 @@ from ...core.parameters import CORRELATION, POSITIVE, Seed
 from ...core.units import METRE, NEWTON, RADIAN, STIFFNESS
 from ...fragility import Beta, Categorical, Least, Lognormal, Normal, RandomInputs, Uniform
 from ...fragility.uncertainty.distributions import Distribution
+from ...fragility.uncertainty.ida import SAMPLES
 from ...fragility.uncertainty.realisation import KNOWN
 from ...models.laws import DELTA, RESTITUTION
 from ..plan.estimates import Fit
 from .derived import choice
-from .table import Confidence, KeyInfo, Replicates, ResamplingSeed, Table, checked
+from .table import WRITTEN, Confidence, KeyInfo, Replicates, ResamplingSeed, Table, checked
 
 SUFFIXES = {METRE: "_m", RADIAN: "_rad", NEWTON: "_n", STIFFNESS: "_n_per_mm"}
-FACTORS = {STIFFNESS: 1000.0}
+FACTORS = {STIFFNESS: WRITTEN["N/mm"]}
 """SI value of the unit in which the names of inputs are, if it is not 1."""
 INPUTS = {name + SUFFIXES.get(known.units, ""): name for name, known in KNOWN.items()}
 """Names of the inputs that can be uncertain, each with its unit, and without it."""
 
+MOST_SAMPLES = 1_000_000
 Sobol = Annotated[
     int | None,
     KeyInfo("no indices"),
-    Field(ge=8, le=1_000_000, description="Base samples of Sobol' indices, a power of 2."),
+    Field(ge=8, le=MOST_SAMPLES, description="Base samples of Sobol' indices, a power of 2."),
 ]
 
 
@@ -210,7 +212,7 @@ class UncertaintyTable(Table):
         ),
     ]
     correlations: Annotated[list[CorrelationTable] | None, KeyInfo("none")] = None
-    samples: Annotated[int, Field(ge=2, le=1000000)] = 64
+    samples: Annotated[int, Field(ge=2, le=MOST_SAMPLES)] = SAMPLES
     seed: Seed = 0
     sobol: Sobol = None
 

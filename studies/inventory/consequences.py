@@ -32,6 +32,8 @@ DRAWN_BYTES = 300.0
 """Memory of the draws of a piece and realisation under one motion, with all that is made of them."""
 CELLS = 60
 """Most cells of the values over which the mean of a maximum is summed."""
+SAFETY = ("injury", "blocks-exit", "release")
+"""Consequences that rank before money, if a study names no others."""
 COLUMNS = {"cost": 0, "downtime": 1, "injury": 2}
 """Columns of the scores of a piece, by the consequences of `Contents`."""
 

@@ -9,7 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from ..file.csv_table import _THOUSANDS, CsvTable
+from ...motions.readers.lines import THOUSANDS
+from ..file.csv_table import CsvTable
 from ..file.table import MAX_TEXT
 from ..file.workbook import Numeric, Unreadable
 from ..text.error import StudyError
@@ -149,6 +150,6 @@ def _plain(cell: str, heading: str, mixed: bool) -> str:
         return f"{cell} [{cell.why}]{UNMENDED}"
     if isinstance(cell, Numeric) and ((mixed and cell.money) or not cell.is_in(heading)):
         return f"{cell} [{cell.unit or cell.money}]{UNMENDED}"
-    if isinstance(cell, Numeric) and _THOUSANDS.fullmatch(cell):
+    if isinstance(cell, Numeric) and THOUSANDS.fullmatch(cell):
         return f"{cell}0"  # (a number of a workbook is never thousands: 1.234 as text may be)
     return re.sub(r"[\r\n]+", UNMENDED, cell)  # (a line of the file is a line of the table)

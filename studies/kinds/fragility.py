@@ -24,7 +24,7 @@ from ...fragility.hazard.poisson import probability_in
 from ...fragility.risk.inversion import check_family
 from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION, range_of_half_levels
 from ...fragility.runs.axes import check_axes, check_outputs
-from ...fragility.runs.request import part_of
+from ...fragility.runs.request import USUAL_OF_ROCKING, part_of
 from ...fragility.runs.runners import Runner
 from ...fragility.runs.scaling import BLOCK_MEASURES
 from ...fragility.validity.notes import screen_facts
@@ -168,7 +168,7 @@ class FragilityStudy(BlockStudy):
     """
 
     measures: tuple[str, ...] | None = None
-    outputs: tuple[str, ...] = ("overturned", "peak_rotation")
+    outputs: tuple[str, ...] = USUAL_OF_ROCKING
     branches: Branches | None = None
     slides: Slides | None = None
     targets: tuple[float, ...] = ()

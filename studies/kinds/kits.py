@@ -10,10 +10,10 @@ import xarray as xr
 
 from ...core.doubts import Doubt, first_of
 from ...core.facts import Fact
-from ...core.units import DIMENSIONLESS
+from ...core.units import DIMENSIONLESS, PER_YEAR
 from ...models import Block
 from ...models.plausibility import unit_doubts
-from ..buildings.variables import PER_YEAR, per_year, variable
+from ..buildings.variables import per_year, variable
 from ..file.analyses import PerformanceTable
 from ..file.csv_table import NO, YES
 from ..file.schema import StudyFile

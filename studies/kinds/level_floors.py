@@ -16,6 +16,7 @@ from ...fragility.runs.scaling import BLOCK_MEASURES, SCALE
 from ...motions import Building, Generator, records
 from ...motions.arrays import Record
 from ...motions.floors.histories import FloorHistories, History
+from ...motions.floors.yielding import FACTOR
 from ...motions.plausibility import collapse_doubts, history_doubts, ringing_doubts
 from ...motions.scaling import scale_to
 from ..buildings.notes import PROPORTIONAL, history_notes
@@ -160,8 +161,7 @@ class LevelFloors(NamedTuple):
             variables["building_isolator_displacement"] = variable(("level", "motion"), values, METRE, text)
         if self.strength is not None:
             of = np.repeat(self.strength, polarities)
-            text = "factor on the strengths of the building that the motion meets"
-            variables["building_strength_factor"] = variable(("motion",), of, DIMENSIONLESS, text)
+            variables["building_strength_factor"] = xr.Variable(("motion",), of, FACTOR)
         return variables
 
 

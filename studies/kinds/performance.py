@@ -49,7 +49,7 @@ from ..buildings.axes import axes_notes, placed_on_axes, sideways_notes
 from ..buildings.branches import BEYOND, InventoryBranch, Sampling, combinations, rates_over_branches
 from ..buildings.modelling import DRAWS, MOST_POINTS, scored_levels
 from ..buildings.notes import UNDIRECTED, hazard_notes, hazard_shares, inventory_notes, notes, polarity_notes
-from ..buildings.pieces import RANKING, SAFETY, budget_set, code_variables
+from ..buildings.pieces import RANKING, budget_set, code_variables
 from ..buildings.screening import runs_of_tests, screen_inventory
 from ..buildings.shaking import Shaking
 from ..buildings.slide_runs import Slipping, draws_of, falls_off, number_of_slides, slides
@@ -61,7 +61,7 @@ from ..facts.notes import of_branch
 from ..file.analyses import LevelsTable, PerformanceTable
 from ..file.hazard import OF_MOTIONS
 from ..file.schema import StudyFile
-from ..inventory.consequences import COLUMNS, DRAWN_BYTES, REALISATIONS
+from ..inventory.consequences import COLUMNS, DRAWN_BYTES, REALISATIONS, SAFETY
 from ..inventory.contents import Contents, Inventory, Stand, place_doubts, row_doubts
 from ..inventory.kits import Kit
 from ..inventory.reading import read_inventory

@@ -12,6 +12,7 @@ from ...core.aliases import Progress
 from ...core.doubts import Doubt
 from ...core.elementary import expm1
 from ...core.facts import Fact, doubted, stored
+from ...core.parameters import USUAL_CONFIDENCE
 from ...core.units import described
 from ...core.wording import counted, years_text
 from ...fragility.analyses.pooled import checked_plan
@@ -29,7 +30,6 @@ from ..region.rows import pooled_notes
 from .fragility import median_doubts
 from .study import BlockStudy, Expected, blocks_of, parts_of
 
-CONFIDENCE = 0.95
 STORED_BYTES = 8.0 * 14
 """Bytes of a curve in the results."""
 HELD_BYTES = 3.0
@@ -149,7 +149,7 @@ class PooledStudy(BlockStudy):
             modelling_dispersion=0.0,
             modelling_range=USUAL_DISPERSION,
             modelling="mean",
-            confidence=CONFIDENCE,
+            confidence=USUAL_CONFIDENCE,
             state=state_name(OVERTURNED),
             notes=stored(
                 [*pooled_notes(curves), *doubted(median_doubts(curves["half_level"].values, run.attrs["units"]))]

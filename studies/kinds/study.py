@@ -21,7 +21,7 @@ from ...core.aliases import Progress
 from ...core.doubts import Doubt, noted
 from ...core.facts import Fact, doubted, stored
 from ...core.units import SCHEMA
-from ...core.wording import counted, with_article
+from ...core.wording import about_years, counted, with_article
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.hazard.plausibility import RETURN_PERIODS, hazard_doubts, level_at, point_off
 from ...fragility.numerics import slabs
@@ -62,7 +62,7 @@ from ..store.folder import RESULT_NAME, finished, folder_of_one, refuse_folder, 
 from ..store.manifest import MOST_RUNS, kept_runs, read_manifest
 from ..store.renames import ordered, with_present_names
 from ..store.resources import Resources, refuse_shortage
-from ..store.shards import Shards, belongs, open_shards, refuse_other, remove_emptied, remove_shards
+from ..store.shards import Shards, belongs, open_shards, refuse_other, remove_leftover_shards, remove_shards
 from ..store.watch import Interrupted, Stop, Watch, run_log
 from ..store.worker_motions import cluster
 from ..text.error import StudyError
@@ -321,7 +321,11 @@ class Study(ABC):
         levels = {f"{years:.0f}": level_at(hazard, 1.0 / years) for years in RETURN_PERIODS}
         known = {years: value_in(level, hazard.units) for years, level in levels.items() if not math.isnan(level)}
         names, number = (measure_name(hazard.measure.label), hazard.source), len(self.configuration.get("hazards", []))
-        return [Fact("hazard.given", 1 + number, names=names, more={"levels": known})]
+        more = {"levels": known}
+        if len(known) < len(levels):  # (the ends of the curve show wrong levels or rates, too)
+            ends = ((hazard.rates[k], hazard.levels[k]) for k in (0, -1))
+            more["ends"] = {about_years(rate): value_in(level, hazard.units) for rate, level in ends}
+        return [Fact("hazard.given", 1 + number, names=names, more=more)]
 
     @property
     def further(self) -> Mapping[str, Any]:
@@ -428,7 +432,7 @@ class Study(ABC):
                 present = with_present_names(before)
                 results = (present if same else ordered(self._decided(present))).assign_attrs(named, schema=SCHEMA)
                 if results.attrs == before.attrs:
-                    remove_emptied(folder)
+                    remove_leftover_shards(folder)
                     return before
                 # (what was never sealed may have been edited)
                 results = sealed(results) if state == AS_WRITTEN else results

@@ -10,7 +10,7 @@ import xarray as xr
 
 from ...core import checks
 from ...core.elementary import Array, Index, log
-from ...core.units import ACCELERATION, DIMENSIONLESS, NEWTON
+from ...core.units import ACCELERATION, DIMENSIONLESS, NEWTON, PER_YEAR
 from ...fragility import HazardCurve
 from ...fragility.curves.means import resampled_means
 from ...fragility.numerics.slabs import in_memory
@@ -26,7 +26,6 @@ from ..buildings.assessment import Assessment, assess, distinct_runs
 from ..buildings.savings import ItemChances
 from ..buildings.shaking import Shaking, support_of
 from ..buildings.variables import (
-    PER_YEAR,
     RUPTURE,
     Precision,
     Year,

@@ -12,6 +12,7 @@ from ...core.facts import Fact, doubted
 from ...core.units import DIMENSIONLESS, METRE, PER_YEAR, described
 from ...fragility import Slip
 from ...fragility.adaptive.until import MEDIAN, PROBABILITY, RATE
+from ...fragility.runs.labels import OF_ACCOUNT, OF_STOP
 from ...fragility.runs.runners import Runner
 from ...models import Block, RandomSliding
 from ..text.precision import (
@@ -131,8 +132,8 @@ def adaptive_slides(
         (SLIP_HALF_WIDTH, f"half width of the interval of this {target}", [curve.half_width for curve in every]),
         (SLIP_MOTIONS, "motions that the block slid under", [curve.motions for curve in every]),
         (SLIP_RUNS, "runs of the block that slides", [curve.runs for curve in every]),
-        (SLIP_STOPPED, "why no further motions were run", [curve.stopped for curve in every]),
-        (SLIP_ACCOUNT, "what was reached, and what more would bring", [curve.account for curve in every]),
+        (SLIP_STOPPED, OF_STOP, [curve.stopped for curve in every]),
+        (SLIP_ACCOUNT, OF_ACCOUNT, [curve.account for curve in every]),
     ):
         table = np.array(values, dtype=object if isinstance(values[0], str) else None).reshape(shape)
         results[name] = (("block", "slip"), table, described(text))

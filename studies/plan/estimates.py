@@ -4,7 +4,7 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
@@ -23,7 +23,7 @@ from ..text.curve_notes import curve_notes, misfit_notes, spacing_notes
 
 RANK = "measure_"
 """Prefix of the names of the ranking's variables, to distinguish them from other variables of the results."""
-MEAN = "mean"
+MEAN: Final = "mean"
 """Use of the modelling uncertainty: in the mean rate, else in its fractiles."""
 UNDECIDED = 0.08
 """Share of the motions whose flags are tested under perturbations: about 30 % more work."""

@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 
 from ...core.facts import Fact
+from ...core.parameters import USUAL_CONFIDENCE
 from ...core.wording import listed_name
-from ...fragility.adaptive.until import CONFIDENCE
 from ...fragility.analyses.weighted_rates import weighted_rate_samples
 from ...fragility.hazard.poisson import probability_in
 from ...fragility.risk.modelling import LOWER, UPPER
@@ -83,8 +83,8 @@ def form_free(
     facts = [Fact("rate.form_free"), *_differing(runs)]
     if risk.hazard.weights is not None:
         facts.append(OF_THE_MEAN)
-    if fit.confidence != CONFIDENCE:
-        facts.append(Fact("rate.form_free_confidence", CONFIDENCE))
+    if fit.confidence != USUAL_CONFIDENCE:
+        facts.append(Fact("rate.form_free_confidence", USUAL_CONFIDENCE))
     return variables, facts
 
 

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ...core.aliases import Array
+from ...core.parameters import USUAL_CONFIDENCE
 from ...core.wording import percent
 from ...fragility.curves.curve import TABULATED
 from ...fragility.fitting.states import OVERTURNED, State, flags_of, needed_output, state_name, state_named
@@ -214,7 +215,7 @@ def _motions(law: selection.DrawnLaw, ax: Axes, scale: float, i: int, floor: int
         trials = np.array([np.unique(runs["run_motion"].values[part]).size for part in parts])
     else:
         trials = np.array([part.size for part in parts]) / (at.size // motions)
-    ends = wilson_interval(share * trials, trials, float(runs.attrs.get("confidence", 0.95)))
+    ends = wilson_interval(share * trials, trials, float(runs.attrs.get("confidence", USUAL_CONFIDENCE)))
     places = np.array([_place(runs, at[part] * scale) for part in parts]) / scale
     _points(ax, law, places, share, np.asarray(ends[0]), np.asarray(ends[1]))
 
@@ -336,7 +337,7 @@ def _rail(ax: Axes, laws: list[selection.DrawnLaw], rows: list[Array], at: int, 
 def _reading_notes(results: xr.Dataset, floors: int, cases: int, every: int, at: int) -> list[str]:
     """Return the caption's notes for reading the panels."""
     motions = number_of_motions(results) // floors
-    confidence = percent(float(results.attrs.get("confidence", 0.95)))
+    confidence = percent(float(results.attrs.get("confidence", USUAL_CONFIDENCE)))
     notes = [selection.motions(results, floors)]
     if cases < every or "shown_of" in results.attrs:
         by = results.attrs.get("shown_by", ORDERS[HALF])
@@ -389,7 +390,7 @@ def laws_figure(results: xr.Dataset) -> Figure:
     panels[0].set_xscale("log")
     axes.plain_log(panels[0])
     figure.supxlabel(f"Median relative to {laws[at].label} (numbers: median{f', {unit}' if unit else ''})", fontsize=9)
-    confidence = percent(float(results.attrs.get("confidence", 0.95)))
+    confidence = percent(float(results.attrs.get("confidence", USUAL_CONFIDENCE)))
     note = f"bars: {confidence} intervals; left of 1: the state is reached in weaker shaking"
     motions = selection.motions(results, len(selection.floors(results)))
     axes.heading(figure, "Medians by damping law", motions, note)

@@ -11,6 +11,7 @@ from matplotlib.ticker import LogFormatterSciNotation, LogLocator
 
 from ...core import checks
 from ...core.aliases import Array
+from ...core.parameters import USUAL_CONFIDENCE
 from ...core.wording import percent
 from ..plan.risk import risk_of
 from ..text import block_order as falling
@@ -189,7 +190,7 @@ def risk_figure(results: xr.Dataset) -> Figure:
     risk(rates, right, quantity=SHARE, block=block, floor=floor)
     outside = right.get_title("left")
     axes.name(right, names[highest] if len(rows) > 1 else "")
-    notes = [f"rates with {percent(float(results.attrs.get('confidence', 0.95)))} intervals"]
+    notes = [f"rates with {percent(float(results.attrs.get('confidence', USUAL_CONFIDENCE)))} intervals"]
     if len(every) > len(rows):
         floors = len(every) // results.sizes["block"]
         of = f"{floors * int(results.attrs.get('shown_of', results.sizes['block'])):,} blocks"

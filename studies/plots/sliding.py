@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from ...core import checks
 from ...models import Block
-from ...models.friction import CONTACTS, LognormalFriction
+from ...models.friction import CONTACTS, SPREAD, LognormalFriction
 from ..plan.slides import BAND
 from . import axes
 
@@ -38,7 +38,7 @@ def sliding(blocks: Block | Sequence[Block] = (), ax: Axes | None = None, *, dis
     dispersion : float
         Logarithmic standard deviation of the coefficient, > 0.
     """
-    spread = checks.number("dispersion", dispersion, above=0.0)
+    spread = SPREAD.number("dispersion", dispersion)
     marked = checks.several("blocks", blocks, Block)
     alone = ax is None
     ax = ax or axes.new(4.6)

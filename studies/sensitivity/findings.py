@@ -13,6 +13,7 @@ from ...core.wording import given_percent
 from ...fragility import binomial_interval, fit_fragility, overturning_probability
 from ...fragility.fitting.bootstrap import draw_clusters, percentile_interval
 from ...fragility.numerics.slabs import Allocator, gathered, in_memory
+from ...fragility.runs.labels import OF_LAWS
 from ...fragility.runs.provenance import number_of_motions, polarity_pairs
 from ...models import Block, Law
 from ...models.friction import friction_at_impact
@@ -283,7 +284,7 @@ def _coordinates(
     flat = np.array([np.sin(block.alpha) / block.alpha for block in blocks])
     mode = p[:, None, None] * np.sqrt((1.0 / delta - 1.0) * flat[:, None, None]) / (2.0 * np.pi)
     mode = np.where((rest == "elastic")[:, None], mode, np.nan)
-    names = {"delta": "half width of the elastic zone over alpha, δ", "e": "coefficient of restitution, e"}
+    names = {"delta": f"{OF_LAWS['delta']}, δ", "e": "coefficient of restitution, e"}
     on = ("block", "model", "value")
     return {
         **kept,
@@ -300,7 +301,7 @@ def _coordinates(
         "in_use": (("block", "value"), usual(blocks, sweep), described("whether the value is a usual one")),
         "e": (on, e, described("coefficient of restitution used; NaN of laws without")),
         "rigid_e": (on, rigid, described("coefficient of restitution of the rigid block beside it")),
-        "delta": (("model", "value"), delta, described("half width of the elastic zone over alpha; NaN without")),
+        "delta": (("model", "value"), delta, described(f"{OF_LAWS['delta']}; NaN without")),
         "friction_impact": (
             ("block", "model", "value"),
             friction_at_impact(ratio[:, None, None], rigid),

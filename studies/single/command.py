@@ -38,7 +38,7 @@ class BlockOptions:
     cm_height: str | None = None
     """Height of the centre of mass; default mid-height."""
     inertia_factor: float | None = None
-    """I_O/(m R²), above 1, at most 2; default 4/3."""
+    """I_O/(m R²); default for a uniform block."""
     mass: str | None = None
     """Mass, 100kg; needed with a restraint."""
     cm_offset: Toward = None
@@ -72,15 +72,15 @@ class LawOptions:
     law: str = "housner"
     """Damping law."""
     e: float | None = None
-    """Coefficient of restitution, above 0, at most 1; default e_R of the block's shape."""
+    """Coefficient of restitution; default e_R of the block's shape."""
     restitution_factor: float | None = None
     """Factor on e_R, instead of e."""
     delta: float | None = None
-    """Half width of the elastic zone over α; default 0.05."""
+    """Half width of the elastic zone over α."""
     zeta: float | None = None
     """Damping ratio of the viscous law."""
     coefficient: float | None = None
-    """Coefficient of the law of Vassiliou et al.; default 0.02."""
+    """Coefficient of the law of Vassiliou et al."""
     lever: str | None = None
     """Lever arm of the inertia force: h or R."""
     rest: str | None = None
@@ -97,7 +97,7 @@ class MotionOptions:
     pga: str | None = None
     """Peak acceleration to scale to, instead of scale: 0.4g or 3.9m/s2."""
     seed: Annotated[int | None, Parameter(converter=whole)] = None
-    """Seed of a generator; default 0."""
+    """Seed of a generator."""
     index: Annotated[int, Parameter(converter=whole)] = 0
     """Number of the motion of the seed or file, from 0."""
     period: str | None = None
@@ -195,8 +195,9 @@ def _films(response: Dataset, folder: Path, speed: float, log: Console) -> list[
             size = 480 if name.endswith("gif") else 960
             with show_progress(log, f"frames of {name}", None) as shown:
                 films.append(animate(response, folder / name, speed=speed, size=size, progress=shown.update))
-    except KeyboardInterrupt:
-        raise KeyboardInterrupt(f"interrupted: {name} is not written, the history is") from None
+    except KeyboardInterrupt as error:
+        error.args = (f"interrupted: {name} is not written, the history is",)
+        raise
     except OSError as error:
         raise StudyError(f"{folder / name}: cannot be written ({system_reason(error)})") from None
     except ValueError as error:

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from ... import motions as shaking
 from ...core.parameters import declared
-from ...core.units import ACCELERATION, KILOGRAM, METRE, NEWTON, RADIAN, SECOND, STIFFNESS
+from ...core.units import ACCELERATION, METRE, SECOND, STIFFNESS
 from ...core.wording import counted
 from ...models import Block, Law
 from ...models.scenes.restraint import KINDS
@@ -45,14 +45,11 @@ class _Word(NamedTuple):
     at_least: float | None = None
 
 
-CF = {"m": METRE, "N": NEWTON, "N/m": STIFFNESS, "rad": RADIAN, "kg": KILOGRAM, "s": SECOND}
-"""Units of parameters in the notation of labelled arrays."""
-
-
 def _word(key: str, parameter: Any) -> _Word:
     """Return the word of a parameter: one above 0 has no minimum."""
     least = None if parameter.above == 0.0 else -math.inf if parameter.at_least is None else parameter.at_least
-    return _Word(key, CF[parameter.unit], WRITTEN.get(parameter.written, 1.0), least)
+    units = STIFFNESS if parameter.unit == "N/m" else parameter.unit
+    return _Word(key, units, WRITTEN.get(parameter.written, 1.0), least)
 
 
 OPTIONS = {

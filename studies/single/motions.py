@@ -13,7 +13,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from ... import motions as shaking
 from ...core.doubts import Doubt, noted
-from ...core.units import STANDARD_GRAVITY
+from ...core.units import DAMPING, STANDARD_GRAVITY
 from ...core.wording import counted
 from ...core.writing import whole_file
 from ...motions.arrays import Record, digest, records
@@ -132,7 +132,7 @@ def _labelled_once(sets: Sequence[Sequence[xr.DataArray]]) -> list[xr.DataArray]
     return distinct
 
 
-def measured(motions: Sequence[xr.DataArray], damping: float = 0.05) -> xr.Dataset:
+def measured(motions: Sequence[xr.DataArray], damping: float = DAMPING) -> xr.Dataset:
     """Return every measure without parameters, and Sa(1.0) at a damping ratio, on ``motion``."""
     return shaking.measures(list(motions), [*shaking.MEASURES, shaking.Sa(1.0, damping)])
 
@@ -201,7 +201,7 @@ def _over(ratios: xr.Dataset) -> dict[str, Any]:
 
 
 def write_figures(
-    motions: Sequence[xr.DataArray], folder: Path, damping: float = 0.05, target: TargetSpectrum | None = None
+    motions: Sequence[xr.DataArray], folder: Path, damping: float = DAMPING, target: TargetSpectrum | None = None
 ) -> list[Path]:
     """Write histories.png, spectra.png and husid.png; StudyError if the folder cannot be written."""
     plain = records(list(motions))
@@ -240,7 +240,7 @@ def histories_figure(plain: Sequence[Record]) -> Figure:
 
 
 def spectra_figure(
-    motions: Sequence[xr.DataArray], damping: float = 0.05, target: TargetSpectrum | None = None
+    motions: Sequence[xr.DataArray], damping: float = DAMPING, target: TargetSpectrum | None = None
 ) -> Figure:
     """Return the figure of all motions' pseudo-acceleration spectra, with median and percentiles of each floor."""
     figure = Figure(figsize=(6.4, 4.6), layout="constrained")
@@ -249,7 +249,7 @@ def spectra_figure(
 
 
 def draw_spectra(
-    ax: Axes, motions: Sequence[xr.DataArray], damping: float = 0.05, target: TargetSpectrum | None = None
+    ax: Axes, motions: Sequence[xr.DataArray], damping: float = DAMPING, target: TargetSpectrum | None = None
 ) -> Axes:
     """Draw spectra into axes: every motion thin, median and 16 and 84 % of each floor, and a target dotted."""
     spectrum = shaking.response_spectrum(list(motions), PERIODS, damping_of(damping))

@@ -145,7 +145,7 @@ def open_shards(folder: Path, pinned: Mapping[str, Any], fresh: bool) -> tuple[P
             return shards, True
         if any(NAME.fullmatch(path.name) for path in shards.iterdir()):
             raise StudyError(f"{shards}: holds parts of a study without a manifest; use --fresh to start over")
-    remove_shards(folder)
+    remove_shards(folder, finished=False)
     with system_errors(StudyError, f"{shards}: cannot be made a folder"):
         shards.mkdir(exist_ok=True)
     write_whole(shards / MANIFEST, _json(_manifest(pinned)))
@@ -178,24 +178,28 @@ def belongs(folder: Path, identity: str) -> bool:
     return manifest is not None and manifest["identity"] == identity and manifest["engine"] == engine_identity()
 
 
-def remove_shards(folder: Path) -> None:
-    """Remove our files from the folder of shards, the manifest last; StudyError if this fails."""
+def remove_shards(folder: Path, finished: bool = True) -> None:
+    """Remove our files from the folder of shards; StudyError if this fails.
+
+    The manifest is removed first if the study is `finished`, so that after a kill its results count; otherwise last.
+    """
     shards = folder / FOLDER
     refuse_link(shards)
     if not shards.exists():
         return
     with system_errors(StudyError, f"{shards}: cannot be removed"):
         ours = [path for path in shards.iterdir() if NAME.fullmatch(path.name) or PART.fullmatch(path.name)]
-        for path in (*ours, shards / MANIFEST):
+        for path in sorted([*ours, shards / MANIFEST], key=lambda path: (path.name == MANIFEST) != finished):
             _remove(path)
         if not any(shards.iterdir()):  # other files are not toppling's
             shards.rmdir()
 
 
-def remove_emptied(folder: Path) -> None:
-    """Remove a folder of shards without content: its process was killed after it had removed the manifest."""
-    with suppress(OSError):  # (not there, or with content)
-        (folder / FOLDER).rmdir()
+def remove_leftover_shards(folder: Path) -> None:
+    """Remove shards of finished results: their process was killed after it had removed the manifest."""
+    with suppress(StudyError, OSError):  # (the results count)
+        if not (folder / FOLDER / MANIFEST).exists():
+            remove_shards(folder)
 
 
 def _remove(path: Path) -> None:

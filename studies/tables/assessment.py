@@ -6,14 +6,14 @@ import numpy as np
 import xarray as xr
 
 from ...core.aliases import Array, Flags
-from ...core.units import DIMENSIONLESS
+from ...core.units import DIMENSIONLESS, PER_YEAR
 from ...core.wording import about_percent, currency_of, given_percent
 from ...fragility.hazard.poisson import probability_in
 from ...fragility.numerics.proportions import wilson_interval
 from ...fragility.runs.provenance import number_of_motions
 from ..buildings.notes import of_a_piece
 from ..buildings.recommendations import YEARS, Range
-from ..buildings.variables import DOUBTFUL, DRAWING, FALLEN, OF_DRAWS, PER_YEAR, level_index
+from ..buildings.variables import DOUBTFUL, DRAWING, FALLEN, OF_DRAWS, level_index
 from ..inventory.consequences import Consequence
 from ..text.words import axis_of, consequence_name, floor_name, level_name, level_text
 from .table import Cells, Column, Row, Table, Value, intervals, range_of
@@ -106,7 +106,7 @@ def consequences(assessment: xr.Dataset, model: int = 0) -> Table:
         rows.append(row)
     columns = [Column(place, place_name(place), "years3" if yearly else "share") for place in places]
     title = "Consequences, return periods in years" if yearly else "Consequences"
-    return Table(title, [Column("name"), *columns], rows, [intervals(of_law)], "no piece there has it")
+    return Table(title, [Column("name"), *columns], rows, [intervals(of_law)], "no piece with this consequence")
 
 
 def doubtful_items(ranking: xr.Dataset) -> Flags:

@@ -81,7 +81,7 @@ def curves(results: xr.Dataset) -> Table:
             rows.append(row | (_rates(curve, years) if yearly else {}))
     notes = (
         "Dispersions are of the blocks that uplift." if "uplift_median" in selected else "",
-        "Motions and inputs vary together." if "sample_median" in selected else "",
+        "The curves include the variation of motions and inputs." if "sample_median" in selected else "",
     )
     title = "Fragility curves and rates" if yearly else "Fragility curves"
     return Table.of(title, rows, intervals(selected), *notes, chosen(selected))
@@ -163,8 +163,7 @@ def sizes(results: xr.Dataset) -> Table:
             Column("status"): "" if status == "ok" else status,
         })  # fmt: skip
     years = years_text(float(results.attrs["years"]))
-    goal = f"A block of this size {verb_in(results)} with a chance of {percent(target)} in {years}."
-    return Table.of("Size for the target", rows, goal, intervals(results))
+    return Table.of(f"Size for a chance of {percent(target)} in {years}", rows, intervals(results))
 
 
 def measures(results: xr.Dataset, most: int = 4) -> Table:
@@ -306,5 +305,6 @@ def indices(results: xr.Dataset) -> Table:
                     row[Column(key, title, "plus_minus")] = Range(value, upper - value, np.nan)
                 rows.append(row)
     of = "the probability of overturning at the level where it is nearest to 50 %"
-    note = f"Numbers are shares of the variance of {of}."
+    ends = percent(float(results.attrs.get("confidence", 0.95)))
+    note = f"Numbers are shares of the variance of {of}. ±: half width of the {ends} interval."
     return Table.of("Sobol’ indices", rows, note, chosen(selected))

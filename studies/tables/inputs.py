@@ -40,7 +40,7 @@ def anchoring(results: xr.Dataset) -> Table:
     }
     columns = (
         *(Column("item", "piece"), Column("floor", "floor"), Column("pieces", "pieces", "count")),
-        *(Column("consequences", "a fall could mean"), Column("force", "force, each", "two", "N")),
+        *(Column("consequences", "a fall could mean"), Column("force", "force, each", "three", "N")),
         Column("cost", "cost", "given", money),
     )
     rest: Row = {"item": "Total", "floor": "", "consequences": "", "force": ""}

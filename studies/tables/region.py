@@ -5,6 +5,7 @@ import json
 import numpy as np
 import xarray as xr
 
+from ...core.parameters import USUAL_YEARS
 from ...core.wording import given_percent, two_digits, years_text
 from ...fragility.adaptive.until import MEDIAN
 from ..text.block_order import HALF
@@ -29,7 +30,7 @@ def surfaces(results: xr.Dataset) -> Table:
             Column("reached", "reached", "precision"): float(law["half_width"]),
             Column("motions", "motions", "count"): int(law["motions_run"]),
             Column("runs", "runs", "count"): int((results["run_model"].values == j).sum()),
-            Column("apart", "blocks run by themselves differ"): beyond,
+            Column("apart", "difference of blocks run alone"): beyond,
             Column("stopped", "stopped because"): str(law["stopped_because"].item()),
         })  # fmt: skip
     note = f"The requested half width is {100.0 * requested:g} % of the half levels of all blocks at once (95 %)."
@@ -39,7 +40,7 @@ def surfaces(results: xr.Dataset) -> Table:
 def spread(results: xr.Dataset) -> Table:
     """Return the distribution of levels, dispersions and probabilities of the blocks, by law."""
     scale, unit = display_unit(axis_of(results))
-    years = years_text(float(results.attrs.get("years", 50.0)))
+    years = years_text(float(results.attrs.get("years", USUAL_YEARS)))
     columns = (
         *(
             Column(HALF, f"half overturn at {level_name(results)}", "two", unit),

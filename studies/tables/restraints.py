@@ -67,7 +67,7 @@ def gains(results: xr.Dataset) -> Table:
     return Table.of("Effects of walls and restraints", rows, intervals(results), PAIRED, first)
 
 
-PAIRED = "Both blocks have the same motions."
+PAIRED = "Compared blocks have the same motions."
 
 
 MOST_COLUMNS = 6

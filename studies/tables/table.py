@@ -211,7 +211,13 @@ class Table:
         alike = {column: text for column, text in alike.items() if not (column.numeric and "(" in text)}
         # (words such as "not reached" have no unit)
         units = {column: column.unit if any(map(str.isdigit, text)) else "" for column, text in alike.items()}
-        same = "; ".join(f"{column.title} {text} {units[column]}".rstrip() for column, text in alike.items())
+        of = self.columns[0].title
+        same = "; ".join(
+            f"{text} for {of} {column.title}"  # (columns are values of e, for example)
+            if of.endswith("=") and column.title[:1].isdigit()
+            else f"{column.title}{':' if text in ('yes', 'no') else ''} {text} {units[column]}".rstrip()
+            for column, text in alike.items()
+        )
         table = self.but(column.key for column in alike)
         return replace(table, notes=[f"In all rows: {same}.", *self.notes]) if alike else self
 
@@ -235,7 +241,8 @@ class Table:
         (last,) = (i for i, row in enumerate(self.rows) if row is self.lines[most])
         rows = self.rows[:last]
         rows = rows[:-1] if isinstance(rows[-1], str) else rows
-        return replace(self, rows=rows, notes=[*self.notes, f"{most} of {number:,} rows (toppling export: all)."])
+        note = f"{most} of {number:,} rows (all: “toppling export”)."
+        return replace(self, rows=rows, notes=[*self.notes, note])
 
 
 def _blank(value: Value) -> bool:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...core.units import ACCELERATION, STANDARD_GRAVITY, VELOCITY
+from ...core.units import ACCELERATION, DIMENSIONLESS, SPELLED, STANDARD_GRAVITY
 from ...fragility.runs.provenance import floor_of_each_motion
 from ...models import catalogue
 from ...motions.intensity.naming import FLOOR, place_in
@@ -73,7 +73,7 @@ def display_of(units: str) -> tuple[float, str]:
     """Return the same of the SI unit of a level."""
     if units == ACCELERATION:
         return STANDARD_GRAVITY, "g"
-    return 1.0, {VELOCITY: "m/s", "1": ""}.get(units, units)
+    return 1.0, "" if units == DIMENSIONLESS else SPELLED.get(units, units)
 
 
 def level_text(value: float, like: xr.DataArray) -> str:

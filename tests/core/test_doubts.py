@@ -69,10 +69,13 @@ def test_rows(name):
 
 def test_plural_and_cure():
     singular = Doubt.of("record_drift", False, "drift", of="the record", named="a")
-    assert singular.sentence.startswith("the record ends in motion (a): baseline_order = 1 or highpass_hz")
+    row, cure = DATA["doubt"]["record_drift"], DATA["cure"]
+    (singly, together), values = row["verb"], {"of": "the record", "named": "a"}
+    assert singular.sentence == row["sentence"].format(**values, verb=singly, cure=cure["drift"])
     assert singular[2:] == (False, False)
     plural = Doubt.of("record_drift", True, "floors", number=2, of="2 of 2 records", named="a, {b}")
-    assert plural.sentence.startswith("2 of 2 records end in motion (a, {b}): floor histories are used")
+    values = {"of": "2 of 2 records", "named": "a, {b}"}
+    assert plural.sentence == row.get("plural", row["sentence"]).format(**values, verb=together, cure=cure["floors"])
     assert plural.grave
 
 

@@ -1,10 +1,12 @@
 """Templates that are kept compiled: equal texts, renewed with their source, and no need of a place."""
 
 import sys
+from types import SimpleNamespace
 
 import pytest
 
 from toppling.core import sentences
+from toppling.core.facts import Fact
 
 
 def text(folder, **options):
@@ -42,3 +44,8 @@ def test_nothing_is_kept_where_nothing_may_be_written(folder, monkeypatch):
     monkeypatch.setattr(sys, "dont_write_bytecode", False)
     (folder / "__pycache__").write_text("", encoding="utf-8")
     assert text(folder) == "<b>!"
+
+
+def test_a_number_and_its_per_cent_sign_stay_together():
+    module = SimpleNamespace(share=lambda fact: f"A  chance of {fact.value:g} % , or 5 % more.")
+    assert sentences.sentence("share", Fact("share", 95.0), [module]) == "A chance of 95\u00a0%, or 5\u00a0% more."

@@ -1,11 +1,13 @@
 """Every study of the corpus has the numbers that are expected of it."""
 
 import pytest
+import xarray as xr
 from check_results import check_results
 from expect import PAGE, compute, differences, otherwise_said, read, said, tolerances
 from study_cases import cases, folders, settings
 
 from toppling.studies.report.page import content
+from toppling.studies.store.content import ATTRIBUTE, content_digest
 
 STUDIES = [
     pytest.param(folder, id=folder.name, marks=() if settings(folder).get("fast") else pytest.mark.slow)
@@ -20,6 +22,8 @@ def test_numbers_of_a_study(folder, tmp_path):
     assert not list(differences(read(folder), results, tolerances(folder)))
     assert not list(otherwise_said(read(folder, PAGE), said(results)))
     check_results(results)
+    with xr.open_dataset(tmp_path / "study" / "out" / "results.nc") as stored:
+        assert content_digest(stored) == content_digest(results) == results.attrs[ATTRIBUTE]
     page = content(results, tmp_path / "study" / "out" / "results.nc", "as written")
     assert page["answer"]
 

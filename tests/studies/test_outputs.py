@@ -1,4 +1,4 @@
-"""Results of every kind of study: units, long names and dimensions of all variables, the same in memory and on disk."""
+"""What pages say of results, inventories, hazard files and commands."""
 
 import importlib.util
 import re
@@ -11,7 +11,6 @@ import xarray as xr
 
 import toppling as tp
 from toppling.studies.inventory.reading import COLUMNS
-from toppling.studies.store.content import ATTRIBUTE, content_digest
 
 ROOT = Path(tp.__file__).parent
 EXAMPLES = ROOT / "studies/examples"
@@ -19,36 +18,6 @@ SPEC = importlib.util.spec_from_file_location("made_results", ROOT / "docs/made_
 made_results = importlib.util.module_from_spec(SPEC)
 sys.modules["made_results"] = made_results
 SPEC.loader.exec_module(made_results)
-UNITS = {
-    *("1", "Hz", "N", "m", "m s-1", "m s-2", "rad", "rad s-1", "s", "day", "year-1", "day year-1", "EUR", "EUR year-1"),
-    "SI",  # (of selections: the coordinate `selected_unit` names that of each measure)
-}
-DIMENSIONS = {
-    *("block", "model", "level", "motion", "floor", "run", "look", "trial", "bin", "fraction", "slip"),
-    *("measure", "other_measure", "covariate", "selected_level", "selected_measure", "reason", "quantile"),
-    *("branch", "epistemic_fractile", "epistemic_source", "sample", "input", "output", "component", "factor"),
-    *("value", "comparison", "span", "replicate", "half_cycle", "scaled_time"),
-    *("block", "place", "variant", "realisation", "consequence", "kit", "step"),
-    *("number_threshold", "loss_threshold", "downtime_threshold", "injuries_threshold"),
-    *("check", "variable", "vertex", "face", "face_term", "region_axis", "pooled_run", "degree_of"),
-    *("near_term", "near_term_too", "curve_term", "curve_term_too", "rate_term", "rate_term_too"),
-    *("event_level", "event_motion", "event_quantile"),
-}
-
-
-@pytest.mark.slow
-@pytest.mark.longest
-def test_results_of_every_kind(tmp_path):
-    kinds = set()
-    for name, kind, results in made_results.small_results(tmp_path):
-        kinds.add(kind)
-        with xr.open_dataset(tmp_path / name / "results.nc") as stored:
-            assert content_digest(stored) == content_digest(results) == results.attrs[ATTRIBUTE], name
-        for label, variable in results.data_vars.items():
-            assert variable.attrs["units"] in UNITS, label
-            assert variable.attrs["long_name"], label
-            assert set(variable.dims) <= DIMENSIONS, label
-    assert kinds == set(made_results.TITLES)
 
 
 def test_rows_of_the_page():

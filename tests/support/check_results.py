@@ -1,16 +1,36 @@
-"""Checks that the numbers of any results go together: intervals about their values, totals about their parts."""
+"""Checks of any results: units and names, intervals about their values, totals about their parts."""
 
 import numpy as np
 import xarray as xr
 
 from toppling.studies.buildings.variables import OF_A_YEAR, WHOLES
 
+UNITS = {
+    *("1", "Hz", "N", "m", "m s-1", "m s-2", "rad", "rad s-1", "s", "day", "year-1", "day year-1", "EUR", "EUR-1"),
+    "EUR year-1",
+    "SI",  # (of selections: the coordinate `selected_unit` names that of each measure)
+}
+DIMENSIONS = {
+    *("block", "model", "level", "motion", "floor", "run", "look", "trial", "bin", "fraction", "slip"),
+    *("measure", "other_measure", "covariate", "selected_level", "selected_measure", "reason", "quantile"),
+    *("branch", "epistemic_fractile", "epistemic_source", "sample", "input", "output", "component", "factor"),
+    *("value", "comparison", "span", "replicate", "half_cycle", "scaled_time"),
+    *("item", "place", "variant", "realisation", "consequence", "kit", "step"),
+    *("number_threshold", "loss_threshold", "downtime_threshold", "injuries_threshold"),
+    *("check", "variable", "vertex", "face", "face_term", "region_axis", "pooled_run", "degree_of"),
+    *("near_term", "near_term_too", "curve_term", "curve_term_too", "rate_term", "rate_term_too"),
+    *("event_level", "event_motion", "event_quantile"),
+}
 ENDS = "_lower", "", "_upper"
 CLOSE = 1.0 + 1e-9
 
 
 def check_results(results):
     """Assert what holds of all results of studies."""
+    for name, variable in results.data_vars.items():
+        assert variable.attrs["units"] in UNITS, name
+        assert variable.attrs["long_name"], name
+        assert set(variable.dims) <= DIMENSIONS, name
     check_intervals(results)
     if "place" in results.dims:
         check_totals(results)

@@ -8,7 +8,28 @@ import subprocess
 import sys
 import time
 
-from browser import Browser
+import pytest
+from browser import CHROMIUM, Browser
+
+NAMES = """[
+  ...document.querySelectorAll('input, select, button, summary, progress, [role="img"]')
+].filter((element) => {
+  const label = element.labels && element.labels.length ? element.labels[0].textContent : '';
+  return !(label || element.getAttribute('aria-label') || element.textContent).trim();
+}).map((element) => element.outerHTML)"""
+IDS = (
+    "(() => { const ids = [...document.querySelectorAll('[id]')].map((element) => element.id); "
+    "return ids.length - new Set(ids).size; })()"
+)
+WIDTHS = (380, 768, 1440)
+needs_chromium = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium or Chrome")]
+
+
+@pytest.fixture(scope="module")
+def browser():
+    made = LivePage()
+    yield made
+    made.close()
 
 
 class LivePage(Browser):
@@ -47,13 +68,38 @@ class LivePage(Browser):
     def change(self, element, value):
         """Type a value into a field, or choose it, and leave the field; return when the page has answered."""
         before = self.run("document.body.dataset.version")
-        self.run(
-            f"(() => {{ const field = document.getElementById({json.dumps(element)}); field.focus(); "
-            f"field.value = {json.dumps(value)}; field.dispatchEvent(new Event('change', {{bubbles: true}})); }})()"
-        )
+        self.put(element, value, "change")
         self.wait(
             f"document.body.dataset.version !== {json.dumps(before)} || !document.getElementById('message').hidden"
         )
+
+    def put(self, element, value, *events):
+        """Set a field, and tell the page."""
+        told = "".join(f"field.dispatchEvent(new Event('{event}', {{bubbles: true}}));" for event in events)
+        given = ("checked" if isinstance(value, bool) else "value") + f" = {json.dumps(value)}"
+        self.run(
+            f"(() => {{ const field = document.getElementById({json.dumps(element)}); field.focus(); "
+            f"field.{given}; {told} }})()"
+        )
+
+    def check_fit(self, width, dark):
+        """Assert that nothing is wider than the page, every control has a name, and the console is silent."""
+        assert self.run("document.documentElement.scrollWidth") <= width
+        assert self.run(NAMES) == []
+        assert self.run(IDS) == 0
+        colour = self.run("getComputedStyle(document.body).backgroundColor")
+        assert colour == ("rgb(20, 24, 28)" if dark else "rgb(255, 255, 255)")
+        assert self.complaints == []
+
+    def reached(self, number):
+        """Press the tab key so many times, and return what was reached."""
+        self.run("document.activeElement.blur()")
+        found = []
+        for _ in range(number):
+            self.press("Tab", "Tab", 9)
+            found.append(self.run("document.activeElement.id || document.activeElement.textContent.trim()"))
+        assert found[0] == "Skip to the answer"
+        return found
 
     def press(self, key, code, number, modifiers=0):
         """Press a key."""

@@ -126,11 +126,10 @@ def _imt(model: CurveSet) -> tuple[str, float]:
 
 def _refuse_floors(model: CurveSet) -> None:
     """Raise ExchangeError for measures of a floor's motion: OpenQuake would apply them to the ground motion."""
-    upper = next((floor for floor in model.floors if floor not in ("", "0")), None)
-    if upper is not None and not model.ground:
+    if model.floors:
         raise ExchangeError(
-            f"OpenQuake knows the ground's shaking alone, and {model.im} is that of floor {upper}: "
-            "scale the ground motions in the study (im_at), or export for pelicun"
+            f"OpenQuake knows the ground's shaking alone, and {model.im} is that of {model.floors[0]}: scale the "
+            "ground motions (im_at of a study, ground in Python), or export for pelicun"
         )
 
 

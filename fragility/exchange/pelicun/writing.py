@@ -81,6 +81,8 @@ def write_table(
 
     `located`: the curves' offsets give the place of the demand.
     """
+    if directional is not None:
+        checks.flag("directional", getattr(directional, "item", lambda: directional)())
     demand = demand_of(curve_rows, located)
     if not file.name:
         raise ExchangeError("path must name a file, got a folder")

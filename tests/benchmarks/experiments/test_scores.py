@@ -8,7 +8,7 @@ from scipy.stats import binom
 
 from toppling.benchmarks.experiments.scores import best_threshold, brier
 
-TABLES = 200
+TABLES = 100
 
 
 def within(hits, share=0.95):

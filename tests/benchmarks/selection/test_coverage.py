@@ -59,10 +59,10 @@ def test_sites_repeat_under_their_seed():
 
 @pytest.mark.slow
 def test_selected_stripes_hold_the_rate_and_scaled_ones_do_not():
-    """60 sites; on 1,000 the intervals hold 93 to 97 % (development page), which binomial scatter widens here."""
-    ideal, selected, scaled = coverage.coverage(60)
-    assert ideal.holds > 0.85
-    assert selected.holds > 0.85
+    """24 sites; on 1,000 the intervals hold 93 to 97 % (development page), which binomial scatter widens here."""
+    ideal, selected, scaled = coverage.coverage(24)
+    assert ideal.holds > 0.8
+    assert selected.holds > 0.8
     assert abs(selected.bias) < 0.15
     assert scaled.holds < 0.5
     assert scaled.bias > 0.4

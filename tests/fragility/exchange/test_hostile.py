@@ -16,12 +16,19 @@ from toppling.fragility import (
     read_pelicun,
     write_curve_csv,
     write_nrml,
+    write_pelicun,
 )
 from toppling.fragility.exchange.curve_csv import guarded
 
 
 def unsure(**changes):
     return lognormal().assign_attrs(changes)
+
+
+def of_one_floor():
+    """Curves as of runs on one floor, whose long name alone shows the place."""
+    curves = lognormal().assign_attrs(design="ida")
+    return curves.assign(median=curves["median"].assign_attrs(long_name="median: peak floor acceleration"))
 
 
 def times(curves, factor):
@@ -190,3 +197,21 @@ def test_two_thousand_mutations(name, tmp_path, monkeypatch):
 
 def test_refused(refusal):
     refusal()
+
+
+@pytest.mark.parametrize(
+    "curves",
+    [
+        lognormal().assign_coords(block=[f"{chr(97 + k // 2)}{k % 2}".upper() for k in range(lognormal().block.size)]),
+        lognormal().drop_vars(["block", "model"]),
+        lognormal().isel(block=[0], model=[0]),
+        lognormal().isel(block=0, model=0),
+        lognormal().isel(block=[1, 0]),
+        isotonic().isel(block=[1, 0]),
+    ],
+    ids=["capitals", "numbers", "one of each", "none", "reversed", "reversed points"],
+)
+def test_labels_that_differ_are_written(curves, tmp_path):
+    for write, _, file in FORMATS.values():
+        assert write(curves, tmp_path / file).ids
+    assert write_pelicun(curves, tmp_path / "np.csv", directional=np.True_).ids

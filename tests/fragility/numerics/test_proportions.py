@@ -1,7 +1,5 @@
 """Binomial intervals: published numbers, scipy, mpmath, and what share of the time they hold the truth."""
 
-import warnings
-
 import mpmath
 import numpy as np
 import pytest
@@ -9,6 +7,7 @@ import xarray as xr
 from scipy.stats import beta as beta_distribution, binom, binomtest
 
 import toppling as tp
+from toppling.core.doubts import noted
 from toppling.fragility import binomial_interval, wilson_interval
 from toppling.fragility.numerics.proportions import interval_of_parts
 
@@ -107,9 +106,9 @@ def test_probabilities_take_any_of_them():
 @pytest.mark.parametrize(("successes", "doubted"), [(0.3, True), ([0.3, 1.0], True), (0.5, False), ([0.3, 3.0], False)])
 def test_shares_in_place_of_numbers(successes, doubted):
     """0.3 of 100 is not 30 %; half a success is one of a motion's two outcomes."""
-    with warnings.catch_warnings(record=True, action="always") as said:
+    with noted() as doubts:
         wilson_interval(successes, 100)
-    assert ["a share in place of a number?" in str(one.message) for one in said] == [True] * doubted
+    assert [doubt.kind for doubt in doubts] == ["units"] * doubted
 
 
 def test_pieces_that_fall_in_part_are_no_shares(recwarn):

@@ -13,7 +13,16 @@ from risk_cases import SITE, X, curves, outer
 import toppling as tp
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.fragility import HazardCurve, annual_rate, probability_in
+from toppling.fragility.curves import published
 from toppling.fragility.risk.modelling import with_modelling
+
+
+def one_floor(ground=False):
+    """Curves of runs on one floor, whose levels are of the floor's motion, or of the ground motions below."""
+    shakes = tp.motions.CloughPenzien(duration=6.0, dt=0.02).sample(3, seed=2)
+    floor = tp.motions.Building.flexural_shear(0.3).floor_motions(shakes, floors=[2])
+    below = {"ground": shakes} if ground else {}
+    return tp.fit_fragility(tp.ida(tp.Block(0.4, 1.8), tp.HousnerImpact(), floor, [1.0, 3.0, 9.0, 20.0], **below))
 
 
 class TestUncertainty:
@@ -211,6 +220,10 @@ class TestDatasets:
         assert annual_rate(upper, SITE)["bin"].attrs["long_name"].endswith("peak ground acceleration")
         with pytest.raises(ValueError, match="of the ground's motion, the hazard curve is of a floor's"):
             annual_rate(upper.isel(floor=1), there)
+        assert annual_rate(one_floor(), there)["rate"].item() > 0.0
+        assert annual_rate(one_floor(ground=True), SITE)["rate"].item() > 0.0
+        # (published medians are of the floor below the block, which may be the ground)
+        assert (annual_rate(published.fema_p58(), HazardCurve(SITE.levels, SITE.rates, "pgv"))["rate"] > 0.0).all()
 
     def test_a_tabulated_curve_too_short(self):
         level = xr.Variable("level", [1.0, 2.0, 8.0], {"units": "m s-2"})

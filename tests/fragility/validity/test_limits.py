@@ -57,7 +57,8 @@ def told(call):
 @pytest.mark.parametrize(("number", "half"), [(1, "0.45"), (6, "0.31"), (7, ""), (20, "")])
 def test_few_motions(number, half):
     """0.98 / sqrt(n + 3.84): 0.445 of one motion, 0.312 of six and 0.298, which will do, of seven."""
-    said = [re.compile(rf"{number} motions? leaves? .* to ±{half}: take 7 or more")] if half else []
+    counted = "1 motion leaves" if number == 1 else f"{number} motions leave"
+    said = [re.compile(rf"{counted} .* to ±{half}: take 7 or more")] if half else []
     runs = tp.ida(SLENDER, LAW, shakes(number), LEVELS)
     for call in (tp.overturning_probability, lambda one: tp.fit_fragility(one, replicates=20)):
         found = [one for one in told(lambda call=call: call(runs)) if "probability of 1/2" in one]

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import toppling as tp
-from toppling.core.doubts import ImplausibleInput, noted
+from toppling.core.doubts import Doubt, ImplausibleInput, noted
 from toppling.fragility import curve_probability
 from toppling.models.block_array import BlockArray
 from toppling.models.plausibility import block_doubts, law_doubts
@@ -20,7 +20,7 @@ SHAKES = tp.motions.CloughPenzien(duration=5.0, dt=0.01).sample(2)
 def test_a_front_taken_for_the_smaller_size_in_plan():
     """A bookcase is less deep than wide; a stated depth shows that a wide block is meant."""
     (doubt,) = block_doubts([tp.Block(0.9, 1.8, name="bookcase"), CABINET])
-    assert "wider than 0.7 m (bookcase: 0.9 m × 1.8 m)" in doubt.sentence
+    assert doubt == Doubt.of("block_front", deepest=0.7, named="bookcase: 0.9 m × 1.8 m")
     assert block_doubts([tp.Block(0.9, 1.8, depth=0.9)]) == block_doubts([tp.Block(0.9, 1.8, depth=1.2)]) == []
     with pytest.raises(ValueError, match="depth must be at least the width"):
         tp.Block(0.9, 1.8, depth=0.3)

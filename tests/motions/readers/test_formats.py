@@ -16,6 +16,7 @@ from toppling import motions as mo
 from toppling.core.doubts import ImplausibleInput
 from toppling.core.units import STANDARD_GRAVITY as G
 from toppling.motions import RecordError
+from toppling.motions.readers.lines import NETCDF
 
 FORMATS = SHARED / "data/records/formats"
 
@@ -412,6 +413,9 @@ class TestObspy:
         path = tmp_path / "rubbish.AT2"
         path.write_bytes(np.random.default_rng(1).bytes(20000))
         refused(path, "not text .holds NUL bytes.|in a format of", unit="g")
+        for mark in NETCDF:
+            path.write_bytes(mark + bytes(100))
+            refused(path, "netCDF or HDF5, not plain text: write time and acceleration as CSV")
 
     def test_pickles_are_not_opened(self, tmp_path):
         """obspy's own detection would unpickle this file and so run its code."""

@@ -25,6 +25,8 @@ PARTS = {
     "<rows>": ROWS,
     "<rows in ms>": "".join(f"{0.5 * i:.2f},{one}\n" for i, one in enumerate(SAMPLES)),
     "<rows;>": ROWS.replace(",", ";"),
+    "<decimal commas>": ROWS.translate(str.maketrans(",.", ";,")),
+    "<decimal commas between tabs>": ROWS.translate(str.maketrans(",.", "\t,")),
     "<columns>": ROWS.replace(",", " "),
     "<samples>": " ".join(map(str, SAMPLES)),
     "<title>": "PEER RECORD\nSomewhere, 1/2/1999, Station, 090",
@@ -139,12 +141,16 @@ def test_a_row_of_units_and_commas_at_the_ends(tmp_path):
 
 @pytest.mark.parametrize(("step", "decimals"), [(1.0 / 128.0, 3), (0.005, 2), (1.0 / 64.0, 2)])
 def test_times_that_are_rounded(tmp_path, step, decimals):
-    rows = "".join(f"{step * i:.{decimals}f},0.1\n" for i in range(500))
+    rows = "".join(f"{step * i:.{decimals}f},{0.1 * (i % 7)}\n" for i in range(500))
     with pytest.raises(RecordError, match=rf"rounded to {decimals} decimals: leave .* 'dt = {step:.6g}' above"):
         read(tmp_path, f"time,a (g)\n{rows}")
     gap = "".join(f"{0.01 * (i + (i > 250)):.2f},0.1\n" for i in range(500))
     with pytest.raises(RecordError, match="must be uniform"):
         read(tmp_path, f"time,a (g)\n{gap}")
+    once = [f"{0.01 * i:.2f},{0.1 * (i % 7)}\n" for i in range(500)]
+    for rows, row in (([row for row in once for _ in "ab"], 2), ([*once, *once], 501), ([*once[:9], *once[8:]], 10)):
+        with pytest.raises(RecordError, match=f"row {row} has the time .*: give one record, with each row once"):
+            read(tmp_path, f"time,a (g)\n{''.join(rows)}")
 
 
 @pytest.mark.parametrize("mark", ["-999", "999.99", "-99999", "9999.0", "99.99"])

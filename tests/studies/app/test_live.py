@@ -12,16 +12,12 @@ import pytest
 
 pytest.importorskip("starlette", reason="needs the extra app")
 
-from browser import CHROMIUM
-from live_page import LivePage, served
+from live_page import WIDTHS, browser, needs_chromium, served
 
 from toppling.studies.app import answers, state
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium or Chrome"),
-]
-WIDTHS = (380, 768, 1440)
+__all__ = ["browser"]
+pytestmark = needs_chromium
 
 
 @pytest.fixture(scope="module")
@@ -38,13 +34,6 @@ def folder(tmp_path_factory):
 def address(folder):
     with served(folder) as found:
         yield found
-
-
-@pytest.fixture(scope="module")
-def browser():
-    made = LivePage()
-    yield made
-    made.close()
 
 
 @pytest.fixture
@@ -124,25 +113,16 @@ def test_what_is_wrong_is_said_at_its_field(page):
 
 def test_units_and_the_scale_of_the_drawing(page):
     page.change("blocks-0-width_m", "40")
-    page.run(
-        "(() => { const unit = document.getElementById('length'); unit.value = 'in';"
-        "unit.dispatchEvent(new Event('change', {bubbles: true})); })()"
-    )
+    page.put("length", "in", "change")
     page.wait("document.getElementById('blocks-0-width_m').value === '15.748'")
     assert float(page.run("document.querySelector('#scene .piece').getAttribute('width')")) == pytest.approx(40.0)
-    page.run(
-        "(() => { const unit = document.getElementById('length'); unit.value = 'cm';"
-        "unit.dispatchEvent(new Event('change', {bubbles: true})); })()"
-    )
+    page.put("length", "cm", "change")
     page.wait("document.getElementById('blocks-0-width_m').value === '40'")
 
 
 def test_levels_film_and_target(page):
     last = page.run("document.getElementById('level').max")
-    page.run(
-        f"(() => {{ const level = document.getElementById('level'); level.value = {last};"
-        "level.dispatchEvent(new Event('input', {bubbles: true})); })()"
-    )
+    page.put("level", last, "input")
     shown = page.run("[...document.querySelectorAll('#levels p')].map((sentence) => sentence.hidden)")
     assert shown == [True] * int(last) + [False]
     page.run("document.getElementById('play').click()")
@@ -151,21 +131,13 @@ def test_levels_film_and_target(page):
     assert re.search(r"the piece (falls|does not fall)", said)
     corners = page.run("document.querySelector('#film .piece').getAttribute('points').split(' ').length")
     assert corners == 8
-    page.run(
-        "(() => { const target = document.getElementById('target'); target.value = '99';"
-        "target.dispatchEvent(new Event('change', {bubbles: true})); })()"
-    )
+    page.put("target", "99", "change")
     page.wait("document.getElementById('best').textContent.includes('needs no restraint')")
 
 
 def test_by_keyboard_alone(page):
     """Tab reaches every control, in order, with a name; Enter and arrows work."""
-    page.run("document.activeElement.blur()")
-    reached = []
-    for _ in range(60):
-        page.press("Tab", "Tab", 9)
-        reached.append(page.run("document.activeElement.id || document.activeElement.textContent.trim().slice(0, 30)"))
-    assert reached[0] == "Skip to the answer"
+    reached = page.reached(60)
     for control in ("item", "blocks-0-width_m", "wall", "floor", "level", "motion", "play", "target", "name", "which"):
         assert control in reached, control
     order = [reached.index(control) for control in ("item", "blocks-0-width_m", "wall", "level", "play", "name")]
@@ -185,28 +157,13 @@ def test_by_keyboard_alone(page):
     page.wait("document.getElementById('text').textContent.includes('one earthquake')")
 
 
-NAMES = """[...document.querySelectorAll('input, select, button, summary, [role="img"]')].filter((element) => {
-  const label = element.labels && element.labels.length ? element.labels[0].textContent : '';
-  return !(label || element.getAttribute('aria-label') || element.textContent).trim();
-}).map((element) => element.outerHTML)"""
-IDS = (
-    "(() => { const ids = [...document.querySelectorAll('[id]')].map((element) => element.id); "
-    "return ids.length - new Set(ids).size; })()"
-)
-
-
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("dark", [False, True])
 def test_widths_names_and_policy(browser, address, width, dark):
     browser.visit(address, width, dark=dark)
     browser.complete(0)
-    assert browser.run("document.documentElement.scrollWidth") <= width
-    assert browser.run(NAMES) == []
-    assert browser.run(IDS) == 0
+    browser.check_fit(width, dark)
     assert browser.run("[...document.querySelectorAll('h1, h2, h3')].map((h) => h.tagName)")[:2] == ["H1", "H2"]
-    dark_page = browser.run("getComputedStyle(document.body).backgroundColor")
-    assert dark_page == ("rgb(20, 24, 28)" if dark else "rgb(255, 255, 255)")
-    assert browser.complaints == []
     asked = [
         event["params"]["request"]["url"] for event in browser.events if event["method"] == "Network.requestWillBeSent"
     ]

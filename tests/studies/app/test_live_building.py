@@ -10,17 +10,13 @@ import pytest
 
 pytest.importorskip("starlette", reason="needs the extra app")
 
-from browser import CHROMIUM
-from live_page import LivePage, served
+from live_page import WIDTHS, browser, needs_chromium, served
 
 from toppling.studies.app import state
 from toppling.studies.app.building import start_content
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium or Chrome"),
-]
-WIDTHS = (380, 768, 1440)
+__all__ = ["browser"]
+pytestmark = needs_chromium
 HASH = re.compile("[0-9a-f]{62,64}")
 TABLE = """item,catalogue,floor,count,value,currency,consequence,anchored,anchoring_cost
 <b>shelf</b>,bookcase-6-shelf,3,2x,400,EUR,injury,no,30
@@ -53,13 +49,6 @@ def address(folder):
         yield f"{root}building"
 
 
-@pytest.fixture(scope="module")
-def browser():
-    made = LivePage()
-    yield made
-    made.close()
-
-
 def settled(page, version=0):
     """Wait until the runs of a page have ended."""
     page.wait(f"document.body.dataset.running === 'false' && Number(document.body.dataset.version) > {version}", 300)
@@ -69,12 +58,7 @@ def settled(page, version=0):
 def put(page, element, value):
     """Set a field, and wait until the runs that follow have ended."""
     before = int(page.run("document.body.dataset.version"))
-    given = f"field.checked = {json.dumps(value)}" if isinstance(value, bool) else f"field.value = {json.dumps(value)}"
-    page.run(
-        f"(() => {{ const field = document.getElementById({json.dumps(element)}); field.focus(); {given};"
-        "field.dispatchEvent(new Event('input', {bubbles: true}));"
-        "field.dispatchEvent(new Event('change', {bubbles: true})); })()"
-    )
+    page.put(element, value, "input", "change")
     settled(page, before)
 
 
@@ -187,12 +171,7 @@ def test_the_state_outlives_the_process_and_opens_by_its_file(page, folder, brow
 def test_by_keyboard_alone(page, browser, address):
     browser.visit(address)
     settled(browser)
-    browser.run("document.activeElement.blur()")
-    reached = []
-    for _ in range(120):
-        browser.press("Tab", "Tab", 9)
-        reached.append(browser.run("document.activeElement.id || document.activeElement.textContent.trim()"))
-    assert reached[0] == "Skip to the answer"
+    reached = browser.reached(120)
     for control in ("file", "cell-h-0", "cell-0-0", "budget", "sum", "anchor-0", "floor-1", "which"):
         assert control in reached, control
     browser.run("document.getElementById('anchor-1').focus()")
@@ -203,25 +182,10 @@ def test_by_keyboard_alone(page, browser, address):
     assert browser.run("document.activeElement.id") == "anchor-1"
 
 
-NAMES = """[...document.querySelectorAll('input, select, button, summary, progress')].filter((element) => {
-  const label = element.labels && element.labels.length ? element.labels[0].textContent : '';
-  return !(label || element.getAttribute('aria-label') || element.textContent).trim();
-}).map((element) => element.outerHTML)"""
-IDS = (
-    "(() => { const ids = [...document.querySelectorAll('[id]')].map((element) => element.id); "
-    "return ids.length - new Set(ids).size; })()"
-)
-
-
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("dark", [False, True])
 def test_widths_names_and_policy(page, browser, address, width, dark):
     browser.visit(address, width, dark=dark)
     settled(browser)
-    assert browser.run("document.documentElement.scrollWidth") <= width
-    assert browser.run(NAMES) == []
-    assert browser.run(IDS) == 0
+    browser.check_fit(width, dark)
     assert browser.run("document.querySelector('b, i')") is None
-    dark_page = browser.run("getComputedStyle(document.body).backgroundColor")
-    assert dark_page == ("rgb(20, 24, 28)" if dark else "rgb(255, 255, 255)")
-    assert browser.complaints == []

@@ -278,7 +278,7 @@ class TestInAYear:
         facts = {fact.what: fact for fact in (*building.answer(low), *building.details(low))}
         assert facts["building.nothing_falls"].upper == pytest.approx(rate)
         assert facts["consequence.loss"].upper == pytest.approx(rows["building"]["loss"].upper)
-        assert say(facts["consequence.loss"], "page") == f"Expected loss: at most {rate * 3550:.2g} EUR per year."
+        assert f"at most {rate * 3550:.2g} EUR" in say(facts["consequence.loss"], "page")
 
     def test_amounts_that_no_piece_of_a_floor_states(self):
         """Not 0 days: the case on the ground states no downtime, the shelves of 8 exp(0.5²/2) days each do."""
@@ -557,90 +557,19 @@ class TestAnchoring:
         np.testing.assert_allclose(ranked.saving, found.block_annual_loss.sel(block=ranked.item), rtol=1e-12)
         np.testing.assert_allclose(ranked.saving_lower, found.block_annual_loss_lower.sel(block=ranked.item), rtol=1e-9)
 
-    def test_refuses(self, monkeypatch, found):
-        plain = known(monkeypatch, self.flags[:1], Inventory((Contents("a", SHELF, 0),)), [1.0])
-        cases = [
-            (lambda: anchoring(5), TypeError, "assessment must be a dataset as assess returns it, got int"),
-            (lambda: anchoring(plain, "number"), ValueError, "needs a level, or an assessment with a hazard curve"),
-            (lambda: anchoring(plain, "loss", level=1.0), ValueError, "objective must be one of 'number', 'any'"),
-            (lambda: anchoring(plain, "number", level=2.0), ValueError, "level must be one of 1, got 2"),
-            (lambda: anchoring(plain, "number", level=1.0, per_cost=True), ValueError, "'a' has none"),
-            (lambda: anchoring(found, "escape"), ValueError, "objective must be one of .*'blocks-exit'.* got 'escape'"),
-            (
-                lambda: anchoring(
-                    known(monkeypatch, self.flags[:1], Inventory((Contents("a", SHELF, 0, anchored=True),)), [1.0]),
-                    "number",
-                    level=1.0,
-                ),
-                ValueError,
-                "nothing can be anchored that counts for 'number'",
-            ),
-        ]
-        for make, error, message in cases:
-            with pytest.raises(error, match=message):
-                make()
-
 
 GROUND = Inventory((Contents("a", SHELF, 0),))
 
 
-@pytest.mark.parametrize(
-    ("options", "error", "message"),
-    [
-        ({"inventory": (SHELF,)}, TypeError, "inventory must be an Inventory .* got tuple"),
-        ({"building": "frame"}, TypeError, "building must be a Building or None, got str"),
-        ({"inventory": INVENTORY}, ValueError, "floor of 'shelf' must be one of 0, got 3; give a building"),
-        (
-            {"inventory": Inventory((Contents("a", SHELF, 9),)), "building": FRAME},
-            ValueError,
-            "floor of 'a' must be one of 0, 1, 2, 3, 4, got 9$",
-        ),
-        ({"models": []}, ValueError, "models must hold at least one"),
-        ({"models": tp.HousnerImpact}, TypeError, "models must be one Law .* got the class HousnerImpact .call it."),
-        ({"models": [LAW, LAW]}, ValueError, "unique labels"),
-        ({"im": "pga_normalised"}, ValueError, "im must be a measure of the ground motion alone"),
-        ({"im": "pgx"}, ValueError, "im must be one of"),
-        ({"levels": [2.0, 1.0]}, ValueError, "strictly increasing"),
-        ({"quantiles": [0.5, 0.5]}, ValueError, "quantiles must lie between 0 and 1 and increase"),
-        ({"quantiles": [1.0]}, ValueError, "quantiles must lie between 0 and 1"),
-        ({"confidence": 0.0}, ValueError, "confidence must be"),
-        ({"replicates": 5}, ValueError, "replicates must be at least 50"),
-        ({"losses": [1.0]}, ValueError, "losses must not be given for an inventory in which nothing has a value"),
-        ({"hazard": 3.0}, TypeError, "hazard must be a hazard curve"),
-        ({"hazard": replace_curve(levels=[0.5, 5.0], im="pgv")}, ValueError, "'pga', got 'pgv'"),
-        ({"hazard": replace_curve(levels=[0.5, 5.0], units="g")}, ValueError, "must be in m s-2, got 'g'"),
-        ({"variability": 0.1}, TypeError, "variability must be a Variability or None, got float"),
-        ({"client": "x"}, TypeError, "client must be a dask.distributed Client, got str"),
-        ({"ground": shaking(2)}, ValueError, "ground must not be given where motions are ground motions already"),
-        (
-            {"inventory": Inventory((Contents("a", SHELF, 0, e=0.9),)), "models": tp.Vassiliou()},
-            ValueError,
-            "'a': law 'vassiliou' has no restitution",
-        ),
-        (
-            {"building": FRAME, "motions": FRAME.floor_motions(shaking(2))},
-            ValueError,
-            "motions must be ground motions where there is a building",
-        ),
-        (
-            {"motions": [shaking(2), FRAME.floor_motions(shaking(2, 3)).assign_coords(motion=["a", "b"])]},
-            ValueError,
-            "all ground motions or all floor motions, got both",
-        ),
-        ({"motions": None}, TypeError, "labelled arrays"),
-    ],
-)  # fmt: skip
-def test_hostile(options, error, message):
-    arguments = {
-        "inventory": GROUND,
-        "building": None,
-        "motions": shaking(2),
-        "levels": [1.0],
-        "im": "pga",
-        "models": LAW,
-    }
-    with pytest.raises(error, match=message):
-        assessed(**{**arguments, **options})
+@pytest.fixture
+def plain(monkeypatch):
+    return known(monkeypatch, TestAnchoring.flags[:1], GROUND, [1.0])
+
+
+def asked(**options):
+    """An assessment of a shelf on the ground, which has all that is needed."""
+    given = {"inventory": GROUND, "motions": shaking(2), "levels": [1.0], "im": "pga", "models": LAW, "building": None}
+    return assessed(**given | options)
 
 
 class TestTablesAndFigures:
@@ -671,3 +600,7 @@ def test_no_event_has_a_higher_end_than_one_that_it_implies():
     for seed in range(4):
         asked = Assessment(LAW, shaking(4, seed), [0.8, 2.0, 3.0, 4.0, 6.0], "pga", FRAME, CURVE)
         check_results(assess(items, asked, sides=True))
+
+
+def test_refused(refusal):
+    refusal()

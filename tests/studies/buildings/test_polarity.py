@@ -20,7 +20,6 @@ from toppling.fragility.uncertainty.joint import Variability
 from toppling.models import laws
 from toppling.motions import Building
 from toppling.motions.floors.histories import FloorHistories, History
-from toppling.motions.polarity import both_polarities
 from toppling.studies.buildings.anchoring import anchoring
 from toppling.studies.buildings.assessment import Assessment, assess, distinct_runs, polarity_of
 from toppling.studies.buildings.branches import InventoryBranch, Sampling, rates_over_branches
@@ -154,13 +153,6 @@ class TestMeanOfBothPolarities:
         with dask.config.set(num_workers=1):
             again = found(MIXED)
         assert again.identical(both)
-
-    def test_refusals(self):
-        with pytest.raises(ValueError, match="polarity must be one of 'as recorded', 'both', got 'neither'"):
-            found(MIXED, "neither")
-        for way in ("both", "as recorded"):
-            with pytest.raises(ValueError, match="motions must be as given, without their reverses"):
-                found(MIXED, way, both_polarities(MOTIONS))
 
 
 class TestIntervals:
@@ -333,13 +325,15 @@ class TestBranches:
         each = [branch(weight, curve, str(weight)) for weight, curve in zip((0.4, 0.6), self.CURVES, strict=True)]
         return rates_over_branches(each, {"motions": assessment}, inventory, Sampling(200, 0, **options))
 
+    @pytest.fixture(scope="class")
+    def assessed(self):
+        ways = ("both", MOTIONS), ("as recorded", MOTIONS), ("as recorded", MINUS)
+        return [found(DRAWN, way, motions) for way, motions in ways]
+
     @pytest.mark.slow
     @pytest.mark.parametrize("options", [{}, {"beta": 0.3}, {"beta": 0.3, "spread": True}], ids=str)
-    def test_means_are_those_of_both_polarities(self, options):
-        one, plus, minus = (
-            self.rates(found(DRAWN, way, motions), DRAWN, **options)
-            for way, motions in (("both", MOTIONS), ("as recorded", MOTIONS), ("as recorded", MINUS))
-        )
+    def test_means_are_those_of_both_polarities(self, assessed, options):
+        one, plus, minus = (self.rates(each, DRAWN, **options) for each in assessed)
         for name in one.data_vars:
             if str(name).startswith("branch_share") or "fractile" in str(name) or "spread" in str(name):
                 continue
@@ -413,11 +407,6 @@ class TestHistories:
         )
         assert_allclose(one["rate"], 0.5 * (plus["rate"].values + minus["rate"].values), rtol=1e-12)
 
-    def test_a_motion_with_the_name_of_a_reverse(self):
-        every = [History(1.0, name, "0", "", np.ones(9), 0.01, "made") for name in ("a", "a, reversed")]
-        with pytest.raises(ValueError, match="motion 'a, reversed' has the name of the reverse of motion 'a'"):
-            _ = FloorHistories.of(every).both_ways
-
 
 class TestFloorMotions:
     @pytest.mark.slow
@@ -428,3 +417,7 @@ class TestFloorMotions:
             given = moved if ground is None else moved.isel(floor=[0, 1, 2])
             one = found(MIXED, "both", given, None, ground=ground)
             assert_array_equal(one["overturned"].values, through["overturned"].values)
+
+
+def test_refused(refusal):
+    refusal()

@@ -88,6 +88,34 @@ def test_a_signal_before_and_after_the_runs(tmp_path, monkeypatch, capsys):
         assert not (tmp_path / "out/.lock").exists()
 
 
+INTERRUPTED_IN = {
+    "report": "toppling.studies.report.page.write_report",
+    "export": "toppling.studies.command.export.kind_of",
+    "compare": "toppling.studies.comparison.compare.compare",
+    "new": "toppling.studies.command.starters.write_starter",
+}
+
+
+@pytest.mark.parametrize("name", INTERRUPTED_IN)
+def test_an_interrupt_says_that_files_are_whole(tmp_path, monkeypatch, capsys, name):
+    """Results that exist are not called unwritten, and the exit code is the signal's."""
+    (tmp_path / "results.nc").touch()
+
+    def interrupted(*_, **__):
+        error = KeyboardInterrupt()
+        error.number = signal.SIGTERM
+        raise error
+
+    monkeypatch.setattr(INTERRUPTED_IN[name], interrupted)
+    results = str(tmp_path / "results.nc")
+    more = {"export": ["--format", "csv"], "compare": [results]}.get(name, [])
+    given = ["bookcase", str(tmp_path / "new")] if name == "new" else [results, *more]
+    assert cli.main([name, *given]) == 143
+    said = capsys.readouterr().err
+    assert "complete or unchanged" in said
+    assert ("results are unchanged" in said) == (name != "new")
+
+
 def command(*arguments, **options):
     given = {"capture_output": True, "text": True, "timeout": 100, **options}
     return subprocess.run([sys.executable, "-m", "toppling", *arguments], check=False, **given)

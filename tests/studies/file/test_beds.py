@@ -58,11 +58,6 @@ class TestKeys:
         file.write_text("item,width_m,height_m,floor,bed_settlement_mm\na,0.4,1.8,1,2\n", encoding="utf-8")
         assert read_inventory(file).rows[0].block.bed == tp.Bed(0.002)
 
-    def test_uncertain_delta_is_refused(self):
-        inputs = tp.fragility.RandomInputs({"delta": tp.fragility.Uniform(0.01, 0.1)})
-        with pytest.raises(ValueError, match=r"input 'delta' has no effect: .* stands on a bed"):
-            inputs.realise(tp.Block(0.4, 1.8, bed=tp.Bed(0.002)), tp.DiscreteDamping(), inputs.sample(2))
-
 
 class TestScreen:
     """The mode of a bed is physical; that of δ on a rigid floor beside it is not."""
@@ -138,3 +133,7 @@ def test_simulate(tmp_path, monkeypatch, capsys):
     error = capsys.readouterr().err
     assert "bed settlement" in error
     assert error.count("\n") == 1
+
+
+def test_refused(refusal):
+    refusal()

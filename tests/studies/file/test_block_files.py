@@ -541,9 +541,6 @@ class TestCommands:
         assert main(["run", str(other), *out]) == 0
         assert re.search(r"motions\.number was 3,\sis\s4", capsys.readouterr().out)
 
-    def test_a_block_that_a_law_cannot_have_is_named(self, tmp_path):
-        path = written(tmp_path, "name,width_m,height_m\nplate,2,0.5\n")
-        with pytest.raises(
-            StudyError, match=r"blocks_file: 'plate' under discrete .*: Housner's restitution of a block"
-        ):
-            tp.Study.from_toml(path)
+
+def test_refused(refusal):
+    refusal()

@@ -8,7 +8,6 @@ from check_facts import check as check_of, numbers_in
 from study_texts import study_in
 
 import toppling as tp
-from toppling.studies import StudyError
 from toppling.studies.command.starters import write_starter
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.file.schema import read_study_file
@@ -130,29 +129,6 @@ def test_the_target_is_part_of_the_identity(tmp_path, target):
     assert study(tmp_path, f"{target[:-5]}1\n").identity != first  # (the last digits of a dispersion)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ('target = "target.csv"', "", r"needs a target or a disaggregation, or stripes\.at\[1\]"),
-        ("number = 10", "number = 40", r"stripes\.at\[1\]: .* a choice of 40 needs at least 80"),
-        ("number = 10", "number = 10\nweights = { pgx = 1 }", r"stripes\.at\[1\]: .*pgx"),
-        ("level = 3.0", 'level = 3\ntarget = "t.csv"\ndisaggregation = "d.csv"', r"stripes\.at\[2\] has a target"),
-        ('generator = "clough-penzien"', 'generator = "clough-penzien"\ncomponent = "pair"', "no pairs"),
-        ("[stripes]\n", '[building]\nkind = "flexural-shear"\nperiod_s = 0.5\n[stripes]\n', "im_at = 'ground'"),
-    ],
-)
-def test_refused(tmp_path, target, old, new, words):
-    with pytest.raises(StudyError, match=words) as caught:
-        study(tmp_path, target, STUDY.replace(old, new, 1))
-    assert "\n" not in str(caught.value)
-
-
-def test_nothing_that_agrees_is_refused(tmp_path, target):
-    text = STUDY.replace("level = 3.0", "level = 4").replace("level = 0.3", "level = 3")
-    with pytest.raises(StudyError, match="no stripe agrees with the hazard"):
-        study(tmp_path, target, text)
-
-
 def test_further_candidates(tmp_path, target):
     also = (
         '[[stripes.select.also]]\ngenerator = "clough-penzien"\nnumber = 30\nduration_s = 10\ndt_s = 0.01\nseed = 3\n'
@@ -194,12 +170,6 @@ def test_a_disaggregation(tmp_path, target):
     results = found.run()
     wanted = aim.at(0.3 * 9.80665).medians
     np.testing.assert_allclose(results["selection_target_median"][0, :2], wanted, rtol=1e-9)
-
-
-def test_a_disaggregation_of_other_levels(tmp_path, target):
-    """The error names the level of the stripe, and not a choice that a study file does not have."""
-    with pytest.raises(StudyError, match=r"d.csv: holds pga = 0.5 g, pga = 0.9 g, none within 2 % of 0.3 g"):
-        disaggregated(tmp_path, target, ["0.5,0.1", "0.9,0.1"])
 
 
 @pytest.mark.parametrize(
@@ -249,3 +219,7 @@ def test_what_the_tutorial_says_of_its_example(tmp_path):
     )
     assert np.mean(factors > 1.0) > 0.5
     assert factors.max() > 10.0
+
+
+def test_refused(refusal):
+    refusal()

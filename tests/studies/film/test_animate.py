@@ -158,24 +158,6 @@ class TestMoments:
         with pytest.raises(ValueError, match="at most 1200 s long, got 2000 s"):
             frames_of(simulate(tp.motions.from_array(np.zeros(20_001), 0.1)))
 
-    @pytest.mark.parametrize(
-        ("options", "message"),
-        [
-            ({"fps": 30}, "fps must be one of 5, 10, 20, 25, 50, got 30"),
-            ({"speed": 0.0}, "speed must be finite and >= 0.01"),
-            ({"speed": math.nan}, "speed must be finite"),
-        ],
-    )
-    def test_wrong_values(self, options, message):
-        with pytest.raises(ValueError, match=message):
-            frames_of(simulate(QUIET), **options)
-
-    def test_what_is_no_run(self):
-        with pytest.raises(TypeError, match="a response must be a dataset"):
-            frames_of(3)
-        with pytest.raises(ValueError, match="without angular_velocity, floor_acceleration, overturned"):
-            frames_of(simulate(QUIET)[["rotation"]])
-
 
 class TestScene:
     def test_the_block_is_drawn_to_scale_where_it_is(self):
@@ -391,3 +373,7 @@ def test_lazy():
     code = "import toppling, sys; assert 'PIL' not in sys.modules; toppling.animate; assert 'PIL' in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(tp.__file__).parents[1])
     assert isinstance(simulate(QUIET), xr.Dataset)
+
+
+def test_refused(refusal):
+    refusal()

@@ -21,7 +21,6 @@ from toppling.studies.buildings.assessment import Assessment, assess
 from toppling.studies.buildings.notes import hazard_notes, hazard_shares, notes
 from toppling.studies.buildings.pieces import SAFETY, pieces_of
 from toppling.studies.facts.building import details
-from toppling.studies.facts.say import say
 from toppling.studies.inventory.consequences import Consequence, Injury, PieceScores
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.tables.assessment import annual as annual_table, at_level
@@ -350,7 +349,6 @@ class TestEndsOfTheHazardCurve:
             given = (found["number_mean"].isel(level=2) / found["annual_number"]).isel(place=0).item()
             ends = [given * float(curve.rate_at(level)) for level in (4.0, 2.0)]
             assert (told[0].lower, told[0].upper) == pytest.approx(ends, rel=1e-9)
-            assert say(told[0], "notes").startswith("The levels are far apart: pieces may fall anywhere between them")
 
     @pytest.mark.parametrize(("first", "side"), [(0, "below"), (2, "above")])
     def test_notes_on_the_ends_of_the_levels(self, monkeypatch, first, side):
@@ -390,10 +388,8 @@ class TestEndsOfTheHazardCurve:
         assert check.word == word
         if first == 3:
             assert check.value == np.inf
-            assert say(check, "checks").startswith("Nothing falls up to the last level")
         elif word != GOOD:
             assert check.value == pytest.approx(max(above.values()) * (20 / motions - 1.0), rel=1e-6)
-            assert "If everything falls there" in say(check, "checks")
             assert check.more["advice"] == "raise performance.levels.to"
 
 
@@ -453,26 +449,6 @@ class TestDecisions:
         assert not [column for column in pieces(plain).columns if re.search("downtime|injur|lost", column.key)]
         assert "realisation" not in plain.dims
 
-    @pytest.mark.parametrize(
-        ("make", "error", "message"),
-        [
-            (lambda: Consequence(0.0), ValueError, "median must be finite and > 0"),
-            (lambda: Consequence(1.0, -0.1), ValueError, "dispersion must be finite and >= 0, got -0.1$"),
-            (lambda: Consequence(1.0, 0.6, "normal"), ValueError, "from 0 to 0.5 of a normal .* use lognormal above"),
-            (lambda: Consequence(1.0, 0.6, "beta"), ValueError, "distribution must be one of 'lognormal', 'normal'"),
-            (lambda: Injury(1.0, 1.2), ValueError, "probability must be .*<= 1, got 1.2"),
-            (lambda: PieceScores(correlation=1.5), ValueError, "consequence_correlation must be .* got 1.5"),
-            (lambda: Contents("x", SHELF, 0, value=1.0, cost=COST), ValueError, "cost takes the place of value"),
-            (lambda: Contents("x", SHELF, 0, cost=5.0), TypeError, "cost must be of Consequence or None, got float"),
-            (
-                lambda: assess(
-                    Inventory((Contents("x", SHELF, 0, 60_000, cost=COST),)), Assessment(LAW, GROUND, [1.0])
-                ),
-                ValueError,
-                "'x' has 60,000 pieces with drawn consequences, which must be at most 50,000",
-            ),
-        ],
-    )
-    def test_refuses(self, make, error, message):
-        with pytest.raises(error, match=message):
-            make()
+
+def test_refused(refusal):
+    refusal()

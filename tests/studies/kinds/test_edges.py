@@ -44,7 +44,6 @@ replicates = 100
 """
 SHAKES = motions(20, 12, 0.01, 0)
 FRICTION = "[friction]\nstatic = 0.35\ndispersion = 0.3\nkinetic_ratio = 0.85\n"
-FALLS = ("fall_off_probability", "fall_off_rate", "fall_off_risk_probability", "falls_probability", "falls_rate")
 
 
 def study(folder, more=FRICTION + YEAR, blocks=BENCH, polarity="", fit="", name="study"):
@@ -124,16 +123,6 @@ class TestResults:
             raised = float(results["falls_rate"][0, k] - results["rate"][0, k])
             assert raised == pytest.approx(inside + below + above, rel=1e-4)
             assert raised > 0.0
-
-    def test_intervals_hold_their_estimates(self, results):
-        for name in (*FALLS, "falls_risk_probability"):  # (the block falls under both laws)
-            low, middle, high = (results[f"{name}{end}"][0].values for end in ("_lower", "", "_upper"))
-            assert (low <= middle).all()
-            assert (middle <= high).all()
-
-    def test_blocks_near_no_edge_have_none(self, results):
-        for name in FALLS:
-            assert np.isnan(results[name][1]).all()
 
 
 def test_slips_have_words_that_are_called_judgement(results):

@@ -564,6 +564,7 @@ def test_stability_is_that_of_falls_at_common_levels_too(study, state, tested):
         study(asked)
     check = check_of(results, "stability")
     assert (check.what, check.more["state"]) == ("stability.not_tested", results.attrs["state"])
+    assert check.remedy == "remedy_stability"
 
 
 @pytest.mark.slow

@@ -76,17 +76,6 @@ FLOOR = ("floor", 0, "")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", SUPPORTS)
-def test_on_the_ground_every_run_is_that_of_the_steps_in_python(tmp_path, name):
-    result = study(tmp_path, things(FLOOR, (name, 0, name)), table(name), PERFORMANCE).run()
-    expected = [wanted(None), wanted(SUPPORTS[name][1])]
-    assert expected[0] != expected[1]
-    np.testing.assert_array_equal(result["probability"].isel(model=0), expected)
-    assert result["support"].values.tolist() == ["", name]
-    assert "building_ductility" not in result
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("yields", [False, True])
 def test_in_a_building_every_run_is_that_of_the_steps_in_python(tmp_path, yields):
     frame = Building.from_storeys([2e5, 2e5], [2e8, 2e8], yielding=Yielding(0.1) if yields else None)
@@ -171,13 +160,5 @@ def test_what_stands_on_a_piece_shares_its_support(tmp_path):
         read_inventory(tmp_path / "bad.csv", stands=stands)
 
 
-def test_in_python_a_platform_that_yields_is_not_scaled():
-    row = Contents("vase", BLOCK, 0, stand=Stand("dish", SUPPORTS["dish"][1]))
-    with pytest.raises(ValueError, match="'dish' of 'vase' yields, and needs motions of each level"):
-        assess(Inventory((row,)), Assessment(LAW, ground(), list(LEVELS), "pga"))
-
-
-def test_what_does_not_go_together_has_one_sentence(tmp_path):
-    """All else: `tests/golden/refused`."""
-    with pytest.raises(StudyError, match="supports 'soft' carries nothing: name it"):
-        study(tmp_path, things(FLOOR, ("a", 0, "bench")), table("bench", "soft"), PERFORMANCE)
+def test_refused(refusal):
+    refusal()

@@ -104,18 +104,6 @@ def test_every_run_is_that_of_the_steps_in_python(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_strong_building_is_an_elastic_one(tmp_path):
-    """One that never yields gives what the elastic building gives (its damping made alike: none)."""
-    undamped = ('kind = "storeys"', 'kind = "storeys"\ndamping = 0.0')
-    strong = study(tmp_path, undamped, ("= 0.15\np_delta = true", "= 50")).run()
-    elastic = study(tmp_path, undamped, ("yield_coefficient = 0.15\np_delta = true\n", "")).run()
-    assert float(strong["building_ductility"].max()) < 1.0
-    np.testing.assert_array_equal(strong["probability"], elastic["probability"])
-    assert 0.0 < float(strong["probability"].mean()) < 1.0
-    assert "building_ductility" not in elastic
-
-
-@pytest.mark.slow
 def test_motions_as_they_are_are_not_scaled(tmp_path):
     as_they_are = ('im = "Sa(0.5)"\nlevels = { values = [4, 12], unit = "m/s2" }\n', "")
     result = study(tmp_path, as_they_are).run()

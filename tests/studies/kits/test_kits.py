@@ -239,10 +239,6 @@ class TestSavings:
         alone = assessed(Inventory((STRAP.on(ROWS[0]),)), variability=varied)
         assert_allclose(given["kit_falls"][0, 0, 0], alone["rate"][0, 0], rtol=1e-12)
 
-    def test_modelling_at_a_level_is_refused(self, found):
-        with pytest.raises(ValueError, match="at a given level hold no modelling_dispersion"):
-            kit_savings(INVENTORY, KITS, found, replace(ASKED, modelling_dispersion=0.2), float(LEVELS[2]))
-
 
 class TestStatics:
     def test_forces_are_those_of_the_functions(self, saved):
@@ -498,3 +494,7 @@ class TestBothWays:
 )
 def test_a_kit_with_which_alone_a_piece_falls(share, said):
     assert Column("", format="share").text(share) == said
+
+
+def test_refused(refusal):
+    refusal()

@@ -378,40 +378,6 @@ class TestUncertainty:
         np.testing.assert_allclose(np.diff([segment[:, 0] for segment in segments], axis=1), 0.3)
 
 
-@pytest.mark.parametrize(
-    ("function", "results", "options", "message"),
-    [
-        ("fragility", cases.curves(), {}, "results are of several blocks, say which: shelf, rack"),
-        ("fragility", cases.curves(), {"block": "table"}, "block must be one of 'shelf', 'rack', got 'table'"),
-        ("fragility", SHELF, {"model": "viscous"}, "model must be one of"),
-        ("fragility", SHELF, {"color": "red"}, "color must be of one law, got 3 laws"),
-        ("fragility", SHELF, {"label": "mine"}, "label must be of one law, got 3 laws"),
-        ("fragility", cases.rates(), {"block": "shelf"}, "needs curves"),
-        ("risk", SHELF, {}, "needs annual rates"),
-        ("risk", cases.rates(), {"block": "rack", "quantity": "rates"}, "quantity must be one of 'rate', 'share'"),
-        ("inventory", SHELF, {}, "needs an assessment"),
-        ("inventory", WHOLE, {"place": "floor 9"}, "place must be one of 'building'"),
-        ("inventory", WHOLE, {"view": "loss"}, "view must be one of 'levels', 'exceedance'"),
-        ("inventory", WHOLE.isel(level=[0]), {}, "needs several levels, got one"),
-        ("inventory", WHOLE.drop_vars("loss_rate"), {"view": "exceedance"}, "with a hazard curve"),
-        ("inventory", cases.assessment(), {"view": "anchoring"}, "needs a ranking"),
-        ("measures", SHELF, {}, "needs their ranking"),
-        ("measures", cases.measured(), {}, "results are of several models, say which"),
-        ("uncertainty", SHELF, {}, "needs probability_quantile: results of an uncertainty study"),
-        ("uncertainty", cases.uncertain(), {"view": "variance", "model": "housner e=e_R"}, "shared among all laws"),
-        ("sliding", ["crate"], {}, "blocks must be one Block"),
-        ("sliding", (), {"dispersion": 0.0}, "dispersion must be"),
-        ("indices", SHELF, {}, "got none"),
-        ("indices", cases.uncertain(), {"method": "sobol"}, "results are of several models"),
-        ("indices", cases.uncertain().isel(model=[0]), {"method": "sobol", "level": 3.3}, "level must be one of"),
-    ],
-)
-def test_what_cannot_be_drawn(function, results, options, message):
-    with pytest.raises((TypeError, ValueError), match=message) as error:
-        getattr(plot, function)(results, **options)
-    assert "\n" not in str(error.value)
-
-
 @pytest.mark.parametrize("phone", [False, True])
 def test_figures_have_two_widths_and_short_titles_at_the_left(phone):
     """A page or a column wide, a title of at most six words, and notes as sentences of the caption."""
@@ -529,3 +495,7 @@ def test_figures_of_many_blocks_under_several_laws_are_not_endless():
         figure = fragility_figure(results)
         assert figure.get_figheight() <= 11.0  # in, 1,650 pixels
         assert len(figure.axes) == 12, number
+
+
+def test_refused(refusal):
+    refusal()

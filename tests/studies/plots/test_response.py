@@ -5,7 +5,6 @@ import math
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-import xarray as xr
 from matplotlib.figure import Figure
 
 import toppling as tp
@@ -93,19 +92,6 @@ class TestHistory:
     def test_blank_labels_leave_no_legend(self, discrete, falling):
         assert plot.history([discrete, falling], labels=["", ""]).get_legend() is None
 
-    def test_what_cannot_be_drawn(self, discrete):
-        for histories, options, error, message in (
-            ([], {}, ValueError, "at least one history, got none"),
-            ([discrete.rotation], {}, TypeError, "got DataArray"),
-            (3, {}, TypeError, "got int"),
-            (discrete.drop_vars(["rotation", "damping_moment"]), {}, ValueError, "without damping_moment, rotation"),
-            ([discrete, discrete], {"labels": ["one"]}, ValueError, "labels must be 2"),
-            (discrete, {"colors": "red"}, ValueError, "colors must be 1"),
-            (xr.concat([discrete, discrete], "run"), {}, ValueError, "rotation on"),
-        ):
-            with pytest.raises(error, match=message):
-                plot.history(histories, **options)
-
 
 class TestPhase:
     def test_draws_both_over_their_units(self, discrete):
@@ -168,12 +154,6 @@ class TestHysteresis:
         impacts = plot.hysteresis(decay(tp.HousnerImpact(e=E)), moment="damping").get_lines()[0]
         assert not np.any(impacts.get_ydata())  # (an impact encloses nothing)
 
-    def test_another_moment(self, discrete):
-        with pytest.raises(ValueError, match="moment must be one of 'total', 'damping', 'restoring'"):
-            plot.hysteresis(discrete, moment="all")
-        with pytest.raises(ValueError, match="without alpha, configuration, p"):
-            plot.hysteresis(discrete.drop_attrs())
-
 
 class TestMoment:
     def test_bilinear(self):
@@ -198,15 +178,6 @@ class TestMoment:
         x, y = line.get_data()
         np.testing.assert_allclose(y[x > 0.0], 1.0 - x[x > 0.0], atol=1e-14)
 
-    def test_what_cannot_be_drawn(self):
-        for block, law, error, message in (
-            ("shelf", tp.DiscreteDamping(), TypeError, "block must be"),
-            (BLOCK, tp.DiscreteDamping, TypeError, "model must be"),
-            (tp.Block(2.0, 1.0), tp.DiscreteDamping(), ValueError, "explicit e"),
-        ):
-            with pytest.raises(error, match=message):
-                plot.moment(block, law)
-
 
 def test_no_figure_is_left_open(discrete):
     before = plt.get_fignums()  # (of examples that ran in this process)
@@ -214,3 +185,7 @@ def test_no_figure_is_left_open(discrete):
         assert isinstance(draw(discrete).figure, Figure)
     plot.moment(BLOCK, tp.DiscreteDamping(e=E))
     assert plt.get_fignums() == before
+
+
+def test_refused(refusal):
+    refusal()

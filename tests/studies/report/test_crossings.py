@@ -156,8 +156,8 @@ class TestLawChoice:
         fact = self.of("giannini-masiani", "makris-konstantinidis", "vassiliou", "housner")
         viscous = "Giannini–Masiani, Makris–Konstantinidis and Vassiliou et al."
         assert (fact.what, fact.more["viscous"]) == ("law.use_reference", viscous)
-        assert "is no evidence" in say(fact, "page")
-        assert "is no evidence" in say(self.of("giannini-masiani", "vassiliou"), "page")
+        assert "confirms nothing" in say(fact, "page")
+        assert "confirms nothing" in say(self.of("giannini-masiani", "vassiliou"), "page")
 
     def test_without_the_reference(self):
         first, second = self.of("energy-consistent", "discrete"), self.of("discrete", "energy-consistent")

@@ -44,6 +44,8 @@ def test_what_must_be_anchored_and_what_does_it_cost(page):
     codes, lines, pieces = (page("clinic").table(title) for title in ("Code requirem", "What to anchor", "Pieces"))
     assert "required" in codes.column("status")
     assert all(codes.column("clause"))
+    forces = {row["item"]: codes.cells(row)[-1] for row in codes.lines}
+    assert all(lines.cells(row)[-2] == forces[row["item"]] for row in lines.lines[:-1])
     after = page("clinic").facts["answer"]["anchoring.after"]
     assert after.more["cost"] == sum(lines.column("cost")[:-1]) == lines.column("cost")[-1]
     assert all(row["recommendation"] for row in pieces.lines if row["block"] == "filing cabinet")

@@ -349,12 +349,6 @@ class TestMotions:
         with pytest.raises(StudyError, match=r"--index 2: .*AT2 holds 2 motions \(0 to 1\)"):
             motion_of(str(tmp_path / "*.AT2"), index=2)
 
-    def test_a_key_twice(self):
-        with pytest.raises(StudyError, match="--set duration_s: must be given once"):
-            motion_of("clough-penzien", settings=["duration_s=5", "dt_s=0.01", "duration_s=6"])
-        with pytest.raises(StudyError, match="give --period or --set omega_rad_s, not both"):
-            motion_of("ricker", settings=["omega_rad_s=3"], period="1s")
-
     def test_a_table_without_step_and_unit(self, tmp_path):
         (tmp_path / "a.csv").write_text("\n".join(["0", "1", "-1", "0.5"] * 5))
         found = motion_of(str(tmp_path / "a.csv"), settings=["dt_s=0.02", "unit=g"])
@@ -408,3 +402,7 @@ def test_a_bare_number_is_in_si_where_that_is_allowed():
     assert quantity("--width", "12m", "m", bare=10.0) == 12.0
     with pytest.raises(StudyError, match="say the unit"):
         quantity("--width", "0.4", "m")
+
+
+def test_refused(refusal):
+    refusal()

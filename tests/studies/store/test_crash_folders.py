@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import signal
 import threading
 import time
 
@@ -17,7 +18,7 @@ from toppling.studies import StudyError, show
 from toppling.studies.command.cli import main
 from toppling.studies.command.status import status_of
 from toppling.studies.kinds import study as running
-from toppling.studies.store import folder as store, watch
+from toppling.studies.store import folder as store, shards, watch
 
 SMALL = f"""
 title = "small"
@@ -108,6 +109,28 @@ class TestOlderResults:
         run(study, out)
         assert not (out / "shards").exists()
         assert (out / "results.nc").read_bytes() == expected
+
+    @pytest.mark.parametrize("removed", [2, 3])
+    def test_killed_while_shards_are_removed(self, study, out, monkeypatch, removed):
+        """The results count, and no run is computed again."""
+        remove, calls = shards._remove, []
+
+        def killed(path):
+            calls.append(path)
+            if len(calls) == removed:
+                raise SystemExit(9)
+            remove(path)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(shards, "_remove", killed)
+            with pytest.raises(SystemExit):
+                run(study, out)
+        assert list((out / "shards").iterdir())
+        assert status_of(out).state == "finished"
+        before = (out / "results.nc").stat()
+        run(study, out, progress=lambda *_: pytest.fail("runs are computed again"))
+        assert (out / "results.nc").stat() == before
+        assert not (out / "shards").exists()
 
     def test_interrupted_afresh(self, study, out):
         def progress(done, total):
@@ -259,9 +282,17 @@ def interrupt(*_):
     raise KeyboardInterrupt
 
 
-def test_interrupted_while_drawing(study, out, monkeypatch, capsys):
-    monkeypatch.setattr(show, "draw", interrupt)
-    assert main(["run", str(study), "--out", str(out)]) == 130
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_while_drawing(study, out, monkeypatch, capsys, number):
+    """The exit code is that of the signal."""
+
+    def interrupted(*_):
+        error = KeyboardInterrupt()
+        error.number = number
+        raise error
+
+    monkeypatch.setattr(show, "draw", interrupted)
+    assert main(["run", str(study), "--out", str(out)]) == 128 + number
     assert "results are written" in capsys.readouterr().err
 
 
