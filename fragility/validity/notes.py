@@ -87,7 +87,7 @@ def notes(screened: xr.Dataset, slides: bool = False) -> list[str]:
     >>> runs = tp.ida(tp.Block(0.4, 1.2, name="cabinet"), tp.HousnerImpact(e=0.9), shakes, [2.0, 9.8])
     >>> for note in notes(screen(runs, shakes, friction=0.45))[1:]:
     ...     print(note)
-    4 motions give a probability of 1/2 within ±0.35 (95 %); 39 motions give ±0.15.
+    4 motions give a probability of 1/2 within ±0.35 (95...%); 39 motions give ±0.15.
     Not modelled: vertical shaking, bouncing, and sliding.
     """
     return sentences_of(screen_facts(screened, slides))

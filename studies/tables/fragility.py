@@ -18,7 +18,7 @@ from ..buildings.recommendations import Range
 from ..plan.estimates import LOW_SHARE, middle_level, ranking_of_measures
 from ..plan.selections import MEASURE, PREFIX, STRIPE
 from ..text.block_order import RATE, shown
-from ..text.curve_notes import infinitive_of, verb_in
+from ..text.curve_notes import infinitive_of, state_in, verb_in
 from ..text.precision import FITTED_RATE, asked_of, curves_of, reached_by
 from ..text.reached import within_levels
 from ..text.spread import sample_range
@@ -163,7 +163,7 @@ def sizes(results: xr.Dataset) -> Table:
             Column("status"): "" if status == "ok" else status,
         })  # fmt: skip
     years = years_text(float(results.attrs["years"]))
-    return Table.of(f"Size for a chance of {percent(target)} in {years}", rows, intervals(results))
+    return Table.of(f"Size for a {percent(target)} chance of {state_in(results)} in {years}", rows, intervals(results))
 
 
 def measures(results: xr.Dataset, most: int = 4) -> Table:

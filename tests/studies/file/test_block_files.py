@@ -310,12 +310,12 @@ class TestManyBlocks:
             (
                 3.9,
                 (0.042752, 0.200502, 0.358252),
-                "a tenth of 120 pieces below 0.043 g, half of the pieces below 0.20 g and",
+                "below 0.043 g for a tenth of 120 pieces, below 0.20 g for half of them and",
             ),
             (
                 6.0,
                 (0.065772, 0.308464, np.inf),
-                "overturn a tenth of 120 pieces below 0.066 g and half of the pieces below",
+                "below 0.066 g for a tenth of 120 pieces and below 0.31 g for half of them.",
             ),
             (60.0, (np.inf,) * 3, "Half of the motions overturn fewer than a tenth of 120 pieces at any level. No"),
         ],

@@ -194,7 +194,7 @@ class TestRates:
         assert found["rate"].attrs["long_name"].endswith("rate of uplift")
         assert found["intensity_mean"].attrs["long_name"].endswith("that uplifts")
         assert not any("overturn" in str(one.attrs["long_name"]) for name, one in found.items() if "rate" in str(name))
-        assert "uplifts" in sizes(found).note
+        assert "uplift" in sizes(found).title
         assert curves(found).columns[1].title.startswith("half uplift at ")
         housner = found.isel(model=0)
         assert (housner["rate_lower"] == housner["rate_upper"]).all()
