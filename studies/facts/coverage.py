@@ -82,7 +82,7 @@ def _kinds(results: xr.Dataset) -> list[str]:
     form, design = (str(results.attrs.get(name, "")) for name in ("form", "design"))
     by = [part for part in (form, design) if f"rate, {part}" in COVERAGE][:1]
     there = {
-        ", ".join(["rate", *by]): "rate_lower",
+        **({} if "place" in results.dims else {", ".join(["rate", *by]): "rate_lower"}),
         "dispersion": "dispersion_lower",
         "ratio of medians": "median_ratio_lower",
         "fraction, cloud" if design == "cloud" else "fraction": "fraction_level_lower",

@@ -21,7 +21,7 @@ def axes(results: xr.Dataset) -> Table:
     """Return the shares of the falls along width and depth under the reference law."""
     at, _ = reference_law(results)
     of_law = shown(results).isel(model=at)
-    yearly = "rate" in of_law
+    yearly = "rate" in of_law and AXIS not in of_law
     of_falls = Column("falls", "falls per year" if yearly else "falls", "plain" if yearly else "chance")
     rows: list[Cells] = [
         {

@@ -212,7 +212,7 @@ def slips(results: xr.Dataset, model: int = 0) -> Table:
 def falls(results: xr.Dataset, model: int = 0) -> Table:
     """Return the falls of pieces that can slide: over an edge, over an obstacle or by overturning."""
     table = item_slides(results, model)
-    return table.apart(table.title.replace("Sliding", "Falls"), ("block", "floor"), OF_FALLS).first(MOST_ROWS)
+    return table.apart(table.title.replace("Sliding", "Falls"), ("item", "floor"), OF_FALLS).first(MOST_ROWS)
 
 
 OF_FALLS = "edge", "off", "obstacle", "trips", "alone", "rocking"

@@ -15,7 +15,7 @@ DIMENSIONS = {
     *("measure", "other_measure", "covariate", "selected_level", "selected_measure", "reason", "quantile"),
     *("branch", "epistemic_fractile", "epistemic_source", "sample", "input", "output", "component", "factor"),
     *("value", "comparison", "span", "replicate", "half_cycle", "scaled_time"),
-    *("item", "place", "variant", "realisation", "consequence", "kit", "step"),
+    *("place", "variant", "realisation", "consequence", "kit", "step"),
     *("number_threshold", "loss_threshold", "downtime_threshold", "injuries_threshold"),
     *("check", "variable", "vertex", "face", "face_term", "region_axis", "pooled_run", "degree_of"),
     *("near_term", "near_term_too", "curve_term", "curve_term_too", "rate_term", "rate_term_too"),

@@ -204,7 +204,7 @@ class TestInAYear:
         floors = found.sel(place=["floor 0", "floor 1", "floor 3"])
         for name in ("annual_number", "annual_loss"):
             np.testing.assert_allclose(floors[name].sum("place"), whole[name], rtol=1e-12)
-            np.testing.assert_allclose(found[f"{name}"].sum("block"), whole[name], rtol=1e-12)
+            np.testing.assert_allclose(found[f"block_{name}"].sum("block"), whole[name], rtol=1e-12)
         np.testing.assert_allclose(whole.number_rate.sum("number_threshold"), whole.annual_number, rtol=1e-12)
         np.testing.assert_allclose(whole.number_rate.isel(number_threshold=0), whole.any_rate, rtol=1e-12)
         np.testing.assert_allclose(whole.loss_rate.isel(loss_threshold=0), whole.any_rate, rtol=1e-12)
@@ -452,7 +452,7 @@ class TestAnchoring:
 
     def test_loss(self, monkeypatch):
         ranked = anchoring(self.found(monkeypatch)).isel(model=0)
-        assert ranked.item.values.tolist() == ["left", "right", "heap"]
+        assert ranked.block.values.tolist() == ["left", "right", "heap"]
         np.testing.assert_allclose(ranked.saving, [0.5, 2.25, 0.25], rtol=1e-12)
         np.testing.assert_allclose(ranked.saving_share, np.array([0.5, 2.25, 0.25]) / 3.0, rtol=1e-12)
         assert ranked["rank"].values.tolist() == [2, 1, 3]
@@ -535,7 +535,7 @@ class TestAnchoring:
 
         ranked = anchoring(found, objective).isel(model=0)
         assert float(ranked.left[0]) == pytest.approx(value(found), rel=1e-12)
-        for label in ranked.item.values:
+        for label in ranked.block.values:
             saved = value(found) - value(anchored[label])
             assert float(ranked.saving.sel(block=label)) == pytest.approx(saved, rel=1e-9, abs=1e-12)
         assert float(ranked.left[-1]) == pytest.approx(0.0, abs=1e-15)
@@ -554,8 +554,8 @@ class TestAnchoring:
         np.testing.assert_allclose(ranked.left_lower[:, 0], found.annual_loss_lower.sel(place="building"), rtol=1e-9)
         assert (ranked.rank_lower <= ranked["rank"]).all()
         assert (ranked.rank_upper >= ranked["rank"]).all()
-        np.testing.assert_allclose(ranked.saving, found.block_annual_loss.sel(block=ranked.item), rtol=1e-12)
-        np.testing.assert_allclose(ranked.saving_lower, found.block_annual_loss_lower.sel(block=ranked.item), rtol=1e-9)
+        np.testing.assert_allclose(ranked.saving, found.block_annual_loss.sel(block=ranked.block), rtol=1e-12)
+        np.testing.assert_allclose(ranked.saving_lower, found.block_annual_loss_lower.sel(block=ranked.block), rtol=1e-9)
 
 
 GROUND = Inventory((Contents("a", SHELF, 0),))

@@ -118,7 +118,7 @@ def test_rates_and_shares_are_sums_over_the_levels(found):
         fell, first = by_hand(line.block, line.floor, line.direction)
         rate, deep = ((weights[:, None] * flags).sum(0).mean() for flags in (fell, first == 2))
         assert float(found["rate"].values[0, i]) == pytest.approx(rate, rel=1e-12)
-        assert float(found["item_sideways_rate"].values[0, i]) == pytest.approx(deep, rel=1e-12)
+        assert float(found["sideways_rate"].values[0, i]) == pytest.approx(deep, rel=1e-12)
         assert float(found["sideways_share"].values[0, i]) == pytest.approx(deep / rate, rel=1e-12)
 
 
@@ -198,7 +198,7 @@ class TestKits:
                 assert float(found["kit_falls"][0, k, at]) == pytest.approx(rate, rel=1e-12)
                 assert float(found["kit_falls_saved"][0, k, at]) == pytest.approx(before - rate, rel=1e-9, abs=1e-15)
                 assert float(found["kit_breaks"][0, k, at]) == pytest.approx(
-                    float(own["item_broken_rate"][0, i]), rel=1e-12
+                    float(own["broken_rate"][0, i]), rel=1e-12
                 )
             assert float(found["kit_falls_saved"][0, k, 0]) > 0.0
         assert np.isnan(found["kit_falls"].values[0, 0, 2])

@@ -328,13 +328,13 @@ class TestCode:
             ("rack", DUTY),
             ("shelf", REDUCES),
         ]
-        held = next(row for row in pieces(with_code(results())).lines if row["block"] == "held")
+        held = next(row for row in pieces(with_code(results())).lines if row["item"] == "held")
         assert held["chance"] is None  # (it falls no more as long as its anchors hold)
 
     def test_tables(self):
         given = with_code(results())
         forces = codes(given)
-        texts = {row["block"]: forces.cells(row)[1:] for row in forces.lines}
+        texts = {row["item"]: forces.cells(row)[1:] for row in forces.lines}
         assert texts["rack"] == ["required", "4.3.5", "0.400", "400", "250", "0.90"]
         assert texts["held"][-1] == "1.2"
         assert not REGISTRY["codes"].applies(results())
@@ -388,7 +388,7 @@ class TestBudget:
         table = anchoring(given)
         assert sorted(table.column("item")[:-1]) == ["crate", "rack", "shelf"]
         assert "2,420 EUR" in table.note
-        values = {row["block"]: row for row in exported_pieces(given).lines}
+        values = {row["item"]: row for row in exported_pieces(given).lines}
         assert values["rack"]["within_budget"] == "yes"
         assert values["vase"]["within_budget"] == "no"
 
@@ -417,7 +417,7 @@ class TestTables:
         assert "95 % intervals" in table.notes[0]
         assert "at 4 %" in table.note
         assert [column.key for column in table.columns][:5] == ["item", "room", "floor", "pieces", "chance"]
-        texts = {row["block"]: dict(zip((column.key for column in table.columns), table.cells(row), strict=True))
+        texts = {row["item"]: dict(zip((column.key for column in table.columns), table.cells(row), strict=True))
                  for row in table.lines}  # fmt: skip
         assert texts["rack"]["chance"] == "9.5\u00a0% (7.2–12)"
         assert texts["never"]["chance"].startswith("at most 11")  # 3.84/43.84 of 0.0254 a year, all beyond
@@ -478,8 +478,8 @@ class TestFiles:
     def test_csv(self, folder):
         path = piece_files.write_pieces(folder / "results.nc", folder / "export", "csv")
         rows = [*csv.DictReader(io.StringIO(path.read_text(encoding="utf-8")))]
-        assert {row["block"] for row in rows} == {"'=1+1", *LINES}
-        rack = next(row for row in rows if row["block"] == "rack")
+        assert {row["item"] for row in rows} == {"'=1+1", *LINES}
+        rack = next(row for row in rows if row["item"] == "rack")
         assert float(rack["payback (years)"]) == pytest.approx(-math.log(1.0 - 16.0 / 120.0) / math.log(1.04))
         assert rack["recommendation"] == WORTH
         assert rack["damping_law"] == "one law"

@@ -219,7 +219,7 @@ trip_mm = 40
         keys = {column.key for column in table.columns}
         assert {"tripping_at_level", "trip_distance"} < keys
         assert "tripping_in_50_years" not in keys
-        trips = {row["block"]: row["tripping_at_level"].value for row in table.lines}
+        trips = {row["item"]: row["tripping_at_level"].value for row in table.lines}
         level = results.attrs["at_level"]
         assert trips["cabinet"] == pytest.approx(float(results["trip_probability"].sel(level=level)[1]))
         assert np.isnan(trips["cart"])

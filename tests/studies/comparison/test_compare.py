@@ -365,7 +365,7 @@ class TestPieces:
                     continue
                 held = float(a.results[variable].sel(place="building")[0])
                 assert shaken[quantity].mean() == pytest.approx(held, rel=1e-12)
-            assert shaken["chance"].mean(axis=1) == pytest.approx(a.results["rate"].values[0], rel=1e-12)
+            assert shaken["chance"].mean(axis=1) == pytest.approx(a.results["rate"].isel(model=0), rel=1e-12)
 
     @pytest.mark.slow
     def test_anchored(self, folder, tmp_path):

@@ -409,7 +409,7 @@ class TestDecisions:
 
     def test_tables_and_sentences_hold_the_numbers(self, monkeypatch):
         found = shaken(monkeypatch, falls(60)).assign_attrs(safety=" | ".join(SAFETY))
-        exported = {row["block"]: row for row in exported_pieces(found).lines}
+        exported = {row["item"]: row for row in exported_pieces(found).lines}
         for i, name in enumerate(("freezer", "rack")):
             annual = found.isel(model=0, block=i)
             for key, variable in (("downtime_of_one_a_year", "downtime"), ("saving_a_year", "loss")):
@@ -418,7 +418,7 @@ class TestDecisions:
         hurt = float(found.block_annual_injuries[0, 0])
         assert exported["freezer"]["injured_a_year"].value == hurt
         table = pieces(found)
-        freezer = next(row for row in table.lines if row["block"] == "freezer")
+        freezer = next(row for row in table.lines if row["item"] == "freezer")
         titles = {column.key: column.title for column in table.columns}
         assert (freezer["value"], titles["value"]) == (1200.0, "mean cost, each")
         assert freezer["lost"] == pytest.approx(float(found.block_annual_loss[0, 0]))

@@ -363,7 +363,7 @@ def test_lines_of_totals_are_no_pieces(tmp_path, name, total):
     if not total:
         assert len(read(tmp_path, text)) == 2
         return
-    with pytest.raises(InventoryError, match=r"line 3, column 'block': must be a piece, got .* leave totals out"):
+    with pytest.raises(InventoryError, match=r"line 3, column 'item': must be a piece, got .* leave totals out"):
         read(tmp_path, text)
 
 
@@ -542,7 +542,7 @@ class TestWorkbooks:
             (lambda book: setattr(book.active.column_dimensions["C"], "hidden", True), "hidden column C is read, too"),
             (lambda book: book.active.column_dimensions.group("B", "C", hidden=True), "hidden column B is read, too"),
             (
-                lambda book: book.create_sheet("floor 2").append(["block"]),
+                lambda book: book.create_sheet("floor 2").append(["item"]),
                 "only the sheet 'Sheet' is read, not 'floor 2'",
             ),
             (hidden_by_name, "hidden sheet 'inventory' is read, too"),

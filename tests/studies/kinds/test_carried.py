@@ -34,7 +34,7 @@ def results(tmp_path_factory):
 
 def annual_loss(results, model, held=()):
     """The annual loss under a law with some lines held, from the flags and weights alone."""
-    flags = results["overturned"].values.astype(bool)[model]
+    flags = results["overturned"].isel(model=model).values.astype(bool)
     fell = {str(item): flags[i] & (item not in held) for i, item in enumerate(results["block"].values)}
     lost = 100.0 * fell["pedestal"] + 50e3 * (fell["pedestal"] | fell["vase"]) + 1000.0 * fell["pedestal"]
     lost = lost + (2 * 300.0 + 2 * 40e3) * fell["plinth"]
@@ -64,7 +64,7 @@ def test_recommendation_table_and_answer(results):
     assert saved == pytest.approx(80_600.0 * results["rate"].sel(block="plinth").values[0], rel=1e-12)
     assert found["plinth"].saving.value == pytest.approx(saved, rel=1e-9)
     assert np.isnan([found[item].saving.value for item in ("pedestal", "vase")]).all()
-    (row,) = [row for row in exported_pieces(results).lines if row["block"] == "plinth"]
+    (row,) = [row for row in exported_pieces(results).lines if row["item"] == "plinth"]
     assert row["saving_a_year"].value == pytest.approx(saved, rel=1e-9)
     ranked = results.isel(model=0)["ranked_saving"]
     assert ranked.sel(block="plinth").item() == pytest.approx(saved, rel=1e-9)

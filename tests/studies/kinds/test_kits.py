@@ -124,10 +124,10 @@ class TestResults:
         """Of any fall and of falls to the front; the shelf has no wall behind it and also falls to the back."""
         now = {}
         for row in exported_kits(results).lines:
-            now.setdefault(row["block"], row)  # (as it is comes first)
+            now.setdefault(row["item"], row)  # (as it is comes first)
             for name in ("falls", "front_falls"):
-                saved = now[row["block"]][name].value - row[name].value
-                assert row[f"{name}_saved"].value == pytest.approx(saved, rel=1e-12, abs=1e-15), (row["block"], name)
+                saved = now[row["item"]][name].value - row[name].value
+                assert row[f"{name}_saved"].value == pytest.approx(saved, rel=1e-12, abs=1e-15), (row["item"], name)
 
     def test_the_report_says_what_to_buy(self, results):
         """Once that several pieces may fall together; its facts are those of `tests/golden/studies/kits`."""

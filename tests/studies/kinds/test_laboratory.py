@@ -59,7 +59,7 @@ class TestLaboratory:
         lower = laboratory.assign_attrs(study=json.dumps(file))
         roof = facts_of(inputs_of, lower)["floor.roof"]
         assert (roof.value, roof.names[:3]) == (3, ("server rack", "standing cabinet", "bench analyser"))
-        floors = {row["block"]: row["floor"] for row in pieces(lower).rows}
+        floors = {row["item"]: row["floor"] for row in pieces(lower).rows}
         assert (floors["server rack"], floors["bookcase"]) == ("3 (roof)", "1")
 
     def test_what_is_locked_is_said_below_the_table(self, laboratory):

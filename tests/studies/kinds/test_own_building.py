@@ -384,7 +384,7 @@ class TestStudies:
         plan = tp.Study.from_toml(path)
         assert plan.levels_run == 13
         assert "motion.floors_scaled_elastic" in {fact.what for fact in plan.facts}
-        assert plan.run()["probability"].shape == (1, 2, 1)
+        assert plan.run()["probability"].shape == (2, 1, 1)
 
     @pytest.mark.slow
     def test_branches_of_two_building_models(self, tmp_path):

@@ -171,9 +171,9 @@ class TestBreaks:
         one = found.isel(model=0).sel(block="strapped")
         assert 0 < flags.sum() < flags.size
         assert_array_equal(one["broken_probability"], flags.mean(axis=1))
-        assert float(one["item_broken_rate"]) == pytest.approx(float(found["level_weight"].values @ flags.mean(axis=1)))
+        assert float(one["broken_rate"]) == pytest.approx(float(found["level_weight"].values @ flags.mean(axis=1)))
         others = [row.label for row in ROWS if row.label != "strapped"]
-        assert np.isnan(found["item_broken_rate"].sel(block=others)).all()
+        assert np.isnan(found["broken_rate"].sel(block=others)).all()
 
     def test_at_a_level(self):
         at = float(LEVELS[4])

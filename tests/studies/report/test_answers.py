@@ -210,7 +210,7 @@ class TestFacts:
         laws = facts_of(building.answer, results)["law.building_range"]
         assert (laws.lower, laws.upper, laws.more["laws"], laws.more["yearly"]) == (other, other, 1, True)
         alike = results.copy(deep=True)
-        alike["any_rate"][:] = alike["any_rate"].values[1]
+        alike["any_rate"][:] = alike["any_rate"].isel(model=[1]).values
         assert "law.building_range" not in facts_of(building.answer, alike)
         assert building.rate_without(results, []) == pytest.approx(fall.value, rel=1e-9)
         held = results.assign_coords(anchored=("block", [True]))

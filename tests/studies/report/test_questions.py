@@ -48,7 +48,7 @@ def test_what_must_be_anchored_and_what_does_it_cost(page):
     assert all(lines.cells(row)[-2] == forces[row["item"]] for row in lines.lines[:-1])
     after = page("clinic").facts["answer"]["anchoring.after"]
     assert after.more["cost"] == sum(lines.column("cost")[:-1]) == lines.column("cost")[-1]
-    assert all(row["recommendation"] for row in pieces.lines if row["block"] == "filing cabinet")
+    assert all(row["recommendation"] for row in pieces.lines if row["item"] == "filing cabinet")
     table = page("clinic").table("Consequences")
     (row,) = (cells for cells in table.lines if "exit" in str(table.cells(cells)[0]))
     assert len(table.cells(row)) == 1 + 1 + 4  # (the building and each floor)
