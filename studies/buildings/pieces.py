@@ -208,7 +208,7 @@ def ranking_of(results: xr.Dataset) -> xr.Dataset:
     """Return the ranking held by a performance study's results, as `anchoring` returns it."""
     names = [str(name) for name in results.data_vars if str(name).startswith(RANKING)]
     ranked = results[names].rename({name: name.removeprefix(RANKING) for name in names})
-    keep = np.flatnonzero(np.isfinite(ranked["rank"]).all("model").values)
+    keep = np.flatnonzero(ranked["rank"].notnull().all("model").values)
     doubtful = squat_items(results) | on_moving_supports(results)
     ranked = ranked.assign_coords({DOUBTFUL: ("block", doubtful)})
     return ranked.isel(block=keep).assign_attrs(json.loads(results.attrs["ranking"]))

@@ -555,7 +555,9 @@ class TestAnchoring:
         assert (ranked.rank_lower <= ranked["rank"]).all()
         assert (ranked.rank_upper >= ranked["rank"]).all()
         np.testing.assert_allclose(ranked.saving, found.block_annual_loss.sel(block=ranked.block), rtol=1e-12)
-        np.testing.assert_allclose(ranked.saving_lower, found.block_annual_loss_lower.sel(block=ranked.block), rtol=1e-9)
+        np.testing.assert_allclose(
+            ranked.saving_lower, found.block_annual_loss_lower.sel(block=ranked.block), rtol=1e-9
+        )
 
 
 GROUND = Inventory((Contents("a", SHELF, 0),))

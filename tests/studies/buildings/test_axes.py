@@ -197,9 +197,7 @@ class TestKits:
                 rate, before = float(own["rate"][0, i]), float(plain["rate"][0, at])
                 assert float(found["kit_falls"][0, k, at]) == pytest.approx(rate, rel=1e-12)
                 assert float(found["kit_falls_saved"][0, k, at]) == pytest.approx(before - rate, rel=1e-9, abs=1e-15)
-                assert float(found["kit_breaks"][0, k, at]) == pytest.approx(
-                    float(own["broken_rate"][0, i]), rel=1e-12
-                )
+                assert float(found["kit_breaks"][0, k, at]) == pytest.approx(float(own["broken_rate"][0, i]), rel=1e-12)
             assert float(found["kit_falls_saved"][0, k, 0]) > 0.0
         assert np.isnan(found["kit_falls"].values[0, 0, 2])
 

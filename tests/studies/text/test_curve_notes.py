@@ -270,7 +270,9 @@ class TestUncertainRates:
             np.testing.assert_allclose(own.isel(sample=sample), direct["rate"], rtol=1e-9)
         np.testing.assert_allclose(found["sample_rate_mean"].isel(block=0), own.mean("sample"), rtol=1e-12)
         ends = own.quantile([0.05, 0.5, 0.95], "sample")
-        np.testing.assert_allclose(found["sample_rate_quantile"].isel(block=0).transpose("quantile", ...), ends, rtol=1e-12)
+        np.testing.assert_allclose(
+            found["sample_rate_quantile"].isel(block=0).transpose("quantile", ...), ends, rtol=1e-12
+        )
         chance = (-np.expm1(-50.0 * own.values)).mean(axis=1)
         np.testing.assert_allclose(found["sample_risk_probability_mean"].isel(block=0), chance, rtol=1e-9)
 
