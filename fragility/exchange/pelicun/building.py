@@ -161,7 +161,7 @@ def write_building(
 ) -> Written:
     """Write a building's contents for pelicun into a folder: ``fragility.csv``, ``components.csv`` and their metadata.
 
-    `curves` has probabilities on ``item`` and ``level`` (of a measure of the ground motion), and `lines` has one line
+    `curves` has probabilities on ``block`` and ``level`` (of a measure of the ground motion), and `lines` has one line
     for each item. `ids` are made of the items' labels if not given. Costs and downtimes make
     ``consequence_repair.csv``; a currency that pelicun does not know makes ``units.json``.
 
