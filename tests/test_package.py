@@ -77,7 +77,8 @@ class TestWheel:
         modules |= {f"toppling/{name}" for name in ROOT_FILES}
         data = {"toppling/core/doubts.toml", "toppling/models/catalogue.csv", "toppling/motions/example.AT2"}
         data |= {"toppling/fragility/curves/published.csv", "toppling/studies/plan/piece_classes.csv"}
-        data |= {"toppling/studies/reference/study.schema.json", "toppling/studies/text/terms.csv"}
+        data |= {f"toppling/studies/reference/{name}" for name in ("study.schema.json", "renamed_variables.csv")}
+        data.add("toppling/studies/text/terms.csv")
         examples = {f"toppling/studies/examples/{p.name}" for p in (ROOT / "studies/examples").glob("*.*")}
         folders = [ROOT / package / "templates" for package in ("fragility", "studies")]
         templates = {f"toppling/{p.relative_to(ROOT)}" for folder in folders for p in folder.glob("*.j2")}

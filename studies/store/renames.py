@@ -30,7 +30,7 @@ def ordered(results: xr.Dataset) -> xr.Dataset:
 
 
 def with_present_names(stored: xr.Dataset) -> xr.Dataset:
-    """Return results of any schema under the names of this one; the attribute stays that of the file."""
+    """Return results of any schema under the names of this schema; their attribute keeps the schema of the file."""
     if int(stored.attrs.get("schema", SCHEMA)) >= SCHEMA:
         return stored
     names = {name: renamed(str(name)) for name in (*stored.dims, *stored.variables)}

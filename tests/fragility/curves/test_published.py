@@ -10,7 +10,7 @@ from shared_cases import SHARED, needs_shared
 
 import toppling as tp
 from toppling.core.doubts import ImplausibleInput
-from toppling.core.units import STANDARD_GRAVITY as G
+from toppling.core.units import SCHEMA, STANDARD_GRAVITY as G
 from toppling.fragility.curves import published
 
 
@@ -134,7 +134,7 @@ def test_they_are_curves_like_ones_own(name):
     assert curves.attrs["form"] == "lognormal"
     im, unit = ("pga", "m s-2") if name == "acceleration" else ("pgv", "m s-1")
     assert (curves.attrs["im"], curves["median"].attrs["units"]) == (im, unit)
-    assert curves.attrs["schema"] == 1
+    assert curves.attrs["schema"] == SCHEMA
     assert bool(curves["converged"].all())
     assert set(curves["status"].values) == {"ok"}
     for variable in curves.variables:
