@@ -77,8 +77,16 @@ _TOLD = re.compile(
 _IN = re.compile(rf"(?<!\d)(?<!\d\s)\b(?:in|en|em)\s+(?!units?\b)(?P<unit>{_WORD})", re.IGNORECASE)
 _BRACKETS = re.compile(rf"[\[(](?P<unit>[^\])]*(?=[\])]){_AFTER}?)", re.IGNORECASE)
 # "ACCELERATION TIME SERIES, GAL", "Acceleration g"
-_LAST = re.compile(r"(?:[,:]\s*|\b(?:acc[a-z]*|series|history)\s+)(?P<unit>[a-zмс%][^\s,;]*)[^\w%]*$", re.IGNORECASE)
-_NONE_OF_OURS = re.compile(r"/s|^(?:counts?|(?:milli)?volts?|m(?:illi-?)?g|%g|digits?)$", re.IGNORECASE)
+_LAST = re.compile(
+    r"(?:[,:]\s*|\b(?:acc[a-z]*|series|history)\s+)(?P<unit>(?:per ?cent (?:of )?)?[a-zмс%][^\s,;]*)[^\w%]*$",
+    re.IGNORECASE,
+)
+_NOT_OURS = r"counts?|(?:milli)?volts?|m(?:illi-?)?g|%g|digits?"
+_NONE_OF_OURS = re.compile(rf"/s|^(?:{_NOT_OURS})$", re.IGNORECASE)
+# The same in brackets or after "in", where "N/S" is a direction.
+_SURELY_NOT_OURS = re.compile(
+    rf"^(?:{_NOT_OURS}|(?:in(?:ch(?:es)?)?|f(?:ee|oo)?t)\s?/\s?s(?:ec)?\s?(?:/\s?s(?:ec)?|\^?2|²))$", re.IGNORECASE
+)
 # A unit in the open, "Acceleration m/s^2", which no other word can be.
 _OPEN = re.compile(
     rf"(?i)(?<![a-z\d.,/%(\[=])(?<![=\d]\s)(?P<unit>{_BEFORE}?(?:(?:[cm]?m|in|ft)\s?/\s?s(?:ec)?(?:\s?/\s?s(?:ec)?|(?:\^|\*\*)?[2²])?"
@@ -101,8 +109,8 @@ PEAK_TOLERANCE = 0.02
 _ONCE = re.compile(r"\b(?:original(?:ly)?|before|raw units?|converted from)\b[^,;]*$", re.IGNORECASE)
 _THEN = re.compile(r"[\s.)\]]*[(\[]?\s*(?:original|before|prior)", re.IGNORECASE)
 _FACTOR = re.compile(
-    r"(?i)(?<!full.)\b(?:(?:scal(?:e|ing)|amplification|calibration|conversion|gain)(?:[ _-]?factor)?|factor|"
-    r"multipl(?:y|ier)|(?:to|must|should) be (?:multipli|scal)ed)\s*(?:by|of|is|[:=])?\s*"
+    r"(?i)(?<!full.)\b(?:(?:(?:scal(?:e|ing)|amplification|calibration|conversion|gain)(?:[ _-]?factor)?|factor|"
+    r"multipl(?:y|ier)|(?:to|must|should) be (?:multipli|scal)ed)\s*(?:by|of|is|[:=])?|sf\s?=)\s*"
     r"(?P<number>\d+(?:\.\d*)?(?:e[+-]?\d+)?|\.\d+)(?![\d:./]|\s*(?:%|(?!(?:is |was )?not\b)[a-z]))"
 )
 _OF_TIME = (
@@ -238,6 +246,9 @@ def units_in(text: str, line: int, brackets: bool = True, peak: float = math.nan
             else:
                 admitted = ("velocity", "displacement") if pattern is _BRACKETS else named
                 counts = unit.quantity in ("acceleration", *admitted)
+                other = "acceleration" in named and _SURELY_NOT_OURS.search(unit.text.strip())
+                if other and not _TO.search(text) and not _PEAK.search(before):
+                    units.append(unit)
             if math.isnan(unit.factor):
                 number = re.match(r"\s*\d", unit.text) and (pattern is _BRACKETS or not (brackets and named))
                 value = unit.quantity != "acceleration" and _VALUE.match(text, match.end())

@@ -48,6 +48,7 @@ CURRENCIES = {
 """Possible currencies of a sign or a word in a number format."""
 _CODE = re.compile(r"(?<![A-Za-z])[A-Z]{3}(?![A-Za-z])")  # (of a currency)
 _COUNTED = ("pc", "pcs", "ea", "x", "stk", "stück", "pieces", "items", "persons", "people")  # no units
+_NO_SHARES = ("m", "cm", "mm", "days", "deg", "kg", "n", "value", "cost", "count", "floor", "exposed")
 _SPELLED = {"m": ("metre", "metres", "meter", "meters"), "days": ("d", "day"), "deg": ("°",)}  # of units
 _LITERAL = re.compile(r'"([^"]*)"|\\(.)|\[\$([^\]-]*)[^\]]*\]')
 _OLD = b"\xd0\xcf\x11\xe0"
@@ -98,13 +99,15 @@ class Numeric(str):
         elif scaled:  # (a person sees 450 where the number is 450000)
             rest = shown = f"thousands {shown}".strip()
         marked = bare.strip().startswith("-") or re.search(r"""['′″]["\s)]*$""", code)  # (below zero; feet and inches)
-        made.unit = (shown or "-") if rest or marked else ""
+        made.unit = (shown or "-") if rest or marked else "%" if "%" in bare else ""
         return made
 
     def is_in(self, heading: str) -> bool:
         """True if the number is shown in the unit of a heading such as ``width_m``, or in none."""
         unit = self.unit.strip(" .")
         of_heading = heading.rpartition("_")[2]
+        if unit == "%":
+            return of_heading not in _NO_SHARES
         return not self.unit or unit in (of_heading, *_SPELLED.get(of_heading, ()), *_COUNTED)
 
 
