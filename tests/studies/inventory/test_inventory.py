@@ -646,7 +646,7 @@ class TestWorkbooks:
         (row,) = read_inventory(book_of(rows, tmp_path / "i.xlsx", lambda cell: cell, shares)).rows
         assert (row.injury.probability, row.injury.persons, row.value) == (0.4, 1.125, 250.0)
         rows[1][-1] = 0.12
-        with pytest.raises(InventoryError, match="row 2, column 'value': .*got 0.12 shown in %"):
+        with pytest.raises(InventoryError, match=r"row 2, column 'value': .*got 0.12 shown in %"):
             read_inventory(book_of(rows, tmp_path / "i.xlsx", lambda cell: cell, formatted(E2="0%")))
         rows[1][-1] = "1.200"  # (text: as a person wrote it)
         with pytest.raises(InventoryError, match="row 2, column 'value': is ambiguous, write 1200"):
