@@ -98,7 +98,7 @@ class HazardCurve:
             check_rates("rates of a realisation", row, levels, measure.units)
             _check_slopes("rates of a realisation", row, levels, curvature)
         mean = None if rows is None or weights is None else times(weights, rows)
-        computed = mean is not None and np.asarray(self.rates).size == 0
+        computed = mean is not None and not checks.sequence("rates of a hazard curve", self.rates)
         if computed and self.fractile is not None:
             raise ValueError(
                 f"rates of a fractile curve must be given with its realisations, fractile {self.fractile:g}"

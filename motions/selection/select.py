@@ -161,11 +161,11 @@ def select(
     scaled = {im.label: pool.scaled(im, factors) for im in _reported(wanted)}
     values = np.column_stack([scaled[label] for label in labels]) - wanted.mean
     numbered = np.unique(pool.groups[allowed], return_inverse=True)[1]
-    if np.minimum(np.bincount(numbered), most).sum() < n:
+    if np.minimum(np.bincount(numbered), min(most, n)).sum() < n:
         raise ValueError(
             f"{n} motions of at most {most} per event cannot be chosen: {numbered.max() + 1} events are left"
         )
-    problem = Problem(values[allowed], wanted.sigmas, weighted, numbered, most)
+    problem = Problem(values[allowed], wanted.sigmas, weighted, numbered, min(most, n))
     chosen = allowed[choose(problem, wanted.covariance, n, stream(chance, SELECTION))]
     report, taken = _report(wanted, scaled, chosen), factors[chosen]
     report.attrs |= {

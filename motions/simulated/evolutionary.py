@@ -80,7 +80,8 @@ class EvolutionaryKanaiTajimi(FilteredNoise):
         values = tuple(map(float, given))
         object.__setattr__(self, "omega_g", values)
         if self.omega_g_times is not None:
-            times = tuple(checks.number("omega_g_times", time, unit="s") for time in self.omega_g_times)
+            given = checks.sequence("omega_g_times", self.omega_g_times)
+            times = tuple(checks.number("omega_g_times", time, unit="s") for time in given)
             if len(times) != len(values):
                 raise ValueError(f"omega_g_times must hold one time a frequency, got {len(times)} for {len(values)}")
             if any(late <= early for early, late in itertools.pairwise(times)):

@@ -59,6 +59,7 @@ def inventory(
         the building and every floor.
     """
     checks.choice("view", view, VIEWS)
+    checks.plain("results", results)
     alone = ax is None
     if view in ("anchoring", "left"):
         ranking = ranking_in(results)

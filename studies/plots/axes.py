@@ -101,8 +101,8 @@ def drawing(function: Drawing) -> Drawing:
             raise TypeError(f"ax must be matplotlib Axes, got {checks.kind(ax)}")
         if color is not None and not is_color_like(color):
             raise ValueError(f"color must be a colour of matplotlib, got {checks.shown(color)}")
-        if np.ndim(given.get("label", "")) > 0:
-            raise TypeError(f"label must be text, got {checks.shown(given['label'])}")
+        if np.iterable(label := given.get("label")) and not isinstance(label, str):
+            raise TypeError(f"label must be text, got {checks.shown(label)}")
         return function(*arguments, **named)
 
     return cast("Drawing", style()(checked))

@@ -87,7 +87,7 @@ class TestSelection:
         assert attrs["events"] == np.unique(chosen.motions["event"]).size
 
     def test_bounds_and_events(self, pool, target):
-        for most in (1, 2):
+        for most in (1, 2, 10**30):
             found = select(pool, target, 15, level=target.medians[2], factor=(0.5, 2.0), per_event=most)
             factors = found.motions["factor"].values
             assert np.all((factors >= 0.5) & (factors <= 2.0))
