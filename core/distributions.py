@@ -19,6 +19,8 @@ from .parameters import POSITIVE
 
 BISECTIONS = 64
 """Halvings of an interval after which its ends are neighbouring floats."""
+FARTHEST = 1e100
+"""Standard deviations from its middle at which the tail of a normal law is still a number in its logarithm."""
 
 
 class Distribution(ABC):
@@ -54,6 +56,12 @@ def _ends(lower: float, upper: float) -> tuple[float, float]:
     if not ends[0] < ends[1]:
         raise ValueError(f"lower must be below upper, got {ends[0]:g} and {ends[1]:g}")
     return ends[0], ends[1]
+
+
+def _refuse_far(lower: float, upper: float) -> None:
+    """Raise ValueError if both ends of a truncation are so far on one side that the law there is not known."""
+    if max(lower, -upper) > FARTHEST:
+        raise ValueError(f"lower and upper must be within {FARTHEST:g} standard deviations of the middle of the law")
 
 
 def _scores(probability: Array, lower: float, upper: float) -> Array:
@@ -106,6 +114,7 @@ class Normal(Continuous):
         checks.number("mean", self.mean)
         POSITIVE.check("std", self.std)
         _ends(self.lower, self.upper)
+        _refuse_far(*self._edges)
 
     def quantile(self, probability: Array) -> Array:
         return self.mean + self.std * _scores(probability, *self._edges)
@@ -145,6 +154,7 @@ class Lognormal(Continuous):
         POSITIVE.check("dispersion", self.dispersion)
         checks.number("lower", self.lower, at_least=0.0)
         _ends(self.lower, self.upper)
+        _refuse_far(*map(float, self._score(self.support)))
 
     def quantile(self, probability: Array) -> Array:
         lower, upper = self._score(self.support)

@@ -179,7 +179,8 @@ class HazardCurve:
         scale = AT_ONE.number("k0", k0)
         slope = checks.number("k", k, at_least=0.1, at_most=100.0)
         rates = (HIGHEST_RATE, LOWEST_RATE)
-        levels = power(scale / np.array(rates), 1.0 / slope)
+        with np.errstate(over="ignore"):  # (no level is infinite)
+            levels = power(scale / np.array(rates), 1.0 / slope)
         if not np.all(np.isfinite(levels) & (levels > 0.0)):
             raise ValueError(
                 f"k0 = {scale:g} per year with k = {slope:g} puts no level at rates of 1 and 1e-8 per year"

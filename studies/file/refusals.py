@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from typing import Any, get_args
+from typing import Any, get_args, get_origin
 
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
@@ -225,8 +225,13 @@ def _at(table: Any, location: tuple[int | str, ...], content: Any) -> tuple[Any,
     """Return the annotation and the content at a location of a table."""
     annotation = table
     for part in location:
-        field = fields_of(annotation, content).get(part) if isinstance(part, str) else None
-        if field is not None:
+        named = next(
+            (get_args(kind)[1] for kind in (annotation, *get_args(annotation)) if get_origin(kind) is dict), None
+        )
+        field = fields_of(annotation, content).get(part) if isinstance(part, str) and named is None else None
+        if named is not None:  # (of a table whose keys are names, such as inputs, which fields may have, too)
+            annotation = named
+        elif field is not None:
             partial = next((mark.table for mark in field.metadata if isinstance(mark, PartialTable)), None)
             annotation = field.annotation if partial is None else partial
         inside = isinstance(content, dict) and part in content
