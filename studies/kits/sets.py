@@ -33,7 +33,7 @@ class _Options:
     """Options under one law: each is a kit that has a cost, for all pieces of an item that it fits."""
 
     def __init__(self, results: xr.Dataset, model: int) -> None:
-        self.here = results.isel(model=model)
+        self.here = results.isel(model=model).transpose("kit", "block", ...)
         fits = self.here["kit_fits"].values.astype(bool)
         cost = self.here["kit_cost"].values
         self.kit, self.item = np.nonzero(fits & np.isfinite(cost)[:, None])
