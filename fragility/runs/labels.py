@@ -25,6 +25,14 @@ from .provenance import BED, EDGE, SCENE
 from .request import Request, Runs
 from .scaling import Scaling
 
+ORDER = "block", "place", "model"
+"""First dimensions of all variables of results, in this order."""
+
+
+def ordered(results: xr.Dataset) -> xr.Dataset:
+    """Return results whose variables have the same order of dimensions."""
+    return results.transpose(*ORDER, ..., missing_dims="ignore")
+
 
 def output_variables(
     request: Request, runs: Runs, blocks: Sequence[Block], work: Work, sizes: Mapping[str, int]

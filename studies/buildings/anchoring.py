@@ -12,6 +12,7 @@ from ...core.units import DIMENSIONLESS, PER_YEAR, described
 from ...core.wording import given_percent
 from ...fragility.curves.means import REPLICATES, resampled_means
 from ...fragility.numerics.slabs import Allocator, in_memory, slabs
+from ...fragility.runs.labels import ordered
 from .outcomes import ANY
 from .savings import AdditiveItems, EventItems, FreeItems, ItemChances, most_left, order_of, score_of
 from .variables import JOINT, Precision, Year, carried_items, level_index, per_year, variable
@@ -111,7 +112,7 @@ def anchoring(
     for name, coordinate in assessment.coords.items():
         if "block" in coordinate.dims:
             kept[str(name)] = coordinate.isel(block=chosen).variable
-    return xr.Dataset(
+    ranked = xr.Dataset(
         {
             **_savings(assessment, free, (units, text), cost, per_cost, precision),
             **_stepped(assessment, order, left, most_left(free, order), (units, text), labels, cost, precision),
@@ -129,6 +130,7 @@ def anchoring(
             **({} if level is None else {"level": float(level)}),
         },
     )
+    return ordered(ranked)
 
 
 def interval_options(assessment: xr.Dataset, year: Year, replicates: int, seed: int) -> Precision:

@@ -21,7 +21,7 @@ from ...fragility.curves.means import REPLICATES
 from ...fragility.fitting.states import OVERTURNED
 from ...fragility.hazard.level_weights import Hazard, LevelWeights, hazard_points, level_weights, line_weights
 from ...fragility.risk.modelling import MODELLING, RANGE, USUAL_DISPERSION
-from ...fragility.runs.labels import block_coordinates, depth_coordinate, law_coordinates
+from ...fragility.runs.labels import block_coordinates, depth_coordinate, law_coordinates, ordered
 from ...fragility.runs.provenance import AXES
 from ...fragility.runs.request import check_vertical, labelled_sequence, part_of, runner_of
 from ...fragility.runs.runners import Runner, Workers
@@ -368,7 +368,7 @@ def assess(
         MODELLING: beta,
     }
     as_they_are = scaled.name == SCALE and scaled.levels.tolist() == [1.0]
-    return xr.Dataset(
+    assessed = xr.Dataset(
         dict(sorted(consistent(variables).items())),
         coords={
             **law_coordinates(laws),
@@ -395,6 +395,7 @@ def assess(
             **provenance(configuration),
         },
     )
+    return ordered(assessed)
 
 
 def _share_of_falls(variables: Variables, yearly: bool) -> xr.Variable:

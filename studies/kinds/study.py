@@ -25,6 +25,7 @@ from ...core.wording import about_years, counted, with_article
 from ...fragility.hazard.curve import HazardCurve
 from ...fragility.hazard.plausibility import RETURN_PERIODS, hazard_doubts, level_at, point_off
 from ...fragility.numerics import slabs
+from ...fragility.runs.labels import ordered
 from ...fragility.runs.outputs import OUTPUTS
 from ...fragility.runs.plan import (
     MOST_CASES,
@@ -60,7 +61,7 @@ from ..store.content import AS_WRITTEN, EDITED, content_state, sealed
 from ..store.differences import identifying
 from ..store.folder import RESULT_NAME, finished, folder_of_one, refuse_folder, save
 from ..store.manifest import MOST_RUNS, kept_runs, read_manifest
-from ..store.renames import ordered, with_present_names
+from ..store.renames import with_present_names
 from ..store.resources import Resources, refuse_shortage
 from ..store.shards import Shards, belongs, open_shards, refuse_other, remove_leftover_shards, remove_shards
 from ..store.watch import Interrupted, Stop, Watch, run_log

@@ -94,6 +94,7 @@ def kit_savings(
         if held is None:
             continue
         with_it = assess(held, asked, sides=True, client=client, progress=part_of(progress, done))
+        with_it = with_it.transpose("model", "block", ...)
         of_each = distinct_runs(held, asked.variability, str(asked.polarity)) * number_of_motions(with_it)
         done += of_each * with_it.sizes["model"] * with_it.sizes["level"]
         rows = np.array([i for i, row in enumerate(inventory.rows) if kit.fits(row)])

@@ -7,10 +7,9 @@ from pathlib import Path
 import xarray as xr
 
 from ...core.units import SCHEMA
+from ...fragility.runs.labels import ordered
 
 TABLE = Path(__file__).parents[1] / "reference" / "renamed_variables.csv"
-ORDER = "block", "place", "model"
-"""First dimensions of all variables of results, in this order."""
 
 
 @cache
@@ -22,11 +21,6 @@ def _beginnings() -> tuple[tuple[str, str], ...]:
 def renamed(name: str) -> str:
     """Return the name of schema 2 of a variable or dimension of schema 1."""
     return next((new + name.removeprefix(old) for old, new in _beginnings() if name.startswith(old)), name)
-
-
-def ordered(results: xr.Dataset) -> xr.Dataset:
-    """Return results whose variables have the same order of dimensions."""
-    return results.transpose(*ORDER, ..., missing_dims="ignore")
 
 
 def with_present_names(stored: xr.Dataset) -> xr.Dataset:

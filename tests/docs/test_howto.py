@@ -97,7 +97,7 @@ def test_precision_of_a_region(run):
     results, _ = example(run, "region")
     words = f"{results.sizes['pooled_run']:,} runs under {int(results['motions_run'].max())} motions"
     assert words in text_of("precision")
-    assert "±6.4 % at most" in str(results["account"].values[0])
+    assert "±6.4\u00a0% at most" in str(results["account"].values[0])
 
 
 def test_the_yielding_building_without_its_strength(run, tmp_path):

@@ -25,7 +25,7 @@ TRIES = 12
 PERFORMANCE = ("performance", "scenario")
 ANALYSES = ("ida", "stripes", "cloud", "performance")
 # Columns that an inventory calls otherwise than a block does.
-COLUMNS = {"restraint": "anchored", "name": "block"}
+COLUMNS = {"restraint": "anchored", "name": "item"}
 
 Row = dict[str, str]
 

@@ -10,7 +10,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
-from assessed import assessed
+from assessed import anchoring, assess, assessed
 from check_results import check_results
 
 import toppling as tp
@@ -21,8 +21,7 @@ from toppling.fragility.uncertainty.joint import Variability
 from toppling.models.friction import FixedFriction
 from toppling.motions import Building
 from toppling.studies.buildings import assessment as module
-from toppling.studies.buildings.anchoring import anchoring
-from toppling.studies.buildings.assessment import Assessment, assess
+from toppling.studies.buildings.assessment import Assessment
 from toppling.studies.buildings.notes import notes
 from toppling.studies.facts import building
 from toppling.studies.facts.say import say

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from assessed import assess
 from scipy.stats import norm
 from study_texts import changed, motions, study_in
 
@@ -20,7 +21,7 @@ from toppling.models.sliding.law import PlaneSlider
 from toppling.models.sliding.runs import SLIDES, plane_table, run_in_plane
 from toppling.motions.arrays import BOTH_AXES, WEAK_AXIS, digest
 from toppling.motions.floors.histories import FloorHistories, History
-from toppling.studies.buildings.assessment import Assessment, assess
+from toppling.studies.buildings.assessment import Assessment
 from toppling.studies.buildings.axes import axes_notes, placed_on_axes
 from toppling.studies.buildings.shaking import Shaking
 from toppling.studies.buildings.slide_runs import Slipping

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 import scipy
 import xarray as xr
+from assessed import assess
 
 import toppling as tp
-from toppling.studies.buildings.assessment import Assessment, assess
+from toppling.studies.buildings.assessment import Assessment
 from toppling.studies.buildings.branches import Sampling, combinations, rates_over_branches
 from toppling.studies.inventory.consequences import Consequence, Injury
 from toppling.studies.inventory.contents import Contents, Inventory

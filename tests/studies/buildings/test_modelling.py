@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from assessed import assess
 
 import toppling as tp
 from toppling.fragility.uncertainty.joint import Variability
 from toppling.studies.buildings import assessment as module
-from toppling.studies.buildings.assessment import Assessment, assess
+from toppling.studies.buildings.assessment import Assessment
 from toppling.studies.buildings.modelling import DRAWS, scored_levels
 from toppling.studies.inventory.contents import Contents, Inventory
 

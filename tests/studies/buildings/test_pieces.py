@@ -11,10 +11,11 @@ import numpy as np
 import openpyxl
 import pytest
 import xarray as xr
+from assessed import assess
 from study_texts import HAZARD, crate_study, study_in
 
 import toppling as tp
-from toppling.studies.buildings.assessment import Assessment, assess
+from toppling.studies.buildings.assessment import Assessment
 from toppling.studies.buildings.pieces import SORTS, budget_set, pieces_of
 from toppling.studies.buildings.recommendations import (
     ANCHORED,

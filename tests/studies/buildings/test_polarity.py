@@ -8,7 +8,7 @@ import dask
 import numpy as np
 import pytest
 import scipy
-from assessed import assessed
+from assessed import anchoring, assess, assessed
 from numpy.testing import assert_allclose, assert_array_equal
 
 import toppling as tp
@@ -20,8 +20,7 @@ from toppling.fragility.uncertainty.joint import Variability
 from toppling.models import laws
 from toppling.motions import Building
 from toppling.motions.floors.histories import FloorHistories, History
-from toppling.studies.buildings.anchoring import anchoring
-from toppling.studies.buildings.assessment import Assessment, assess, distinct_runs, polarity_of
+from toppling.studies.buildings.assessment import Assessment, distinct_runs, polarity_of
 from toppling.studies.buildings.branches import InventoryBranch, Sampling, rates_over_branches
 from toppling.studies.buildings.variables import Year
 from toppling.studies.inventory.consequences import Consequence, Injury

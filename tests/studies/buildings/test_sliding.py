@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from assessed import assessed
+from assessed import anchoring, assessed
 from numpy.testing import assert_allclose, assert_array_equal
 
 import toppling as tp
@@ -14,7 +14,6 @@ from toppling.fragility import HazardCurve
 from toppling.fragility.hazard.level_weights import level_weights
 from toppling.fragility.uncertainty.joint import Variability, pieces_of
 from toppling.models.friction import CONTACTS, FixedFriction, LognormalFriction
-from toppling.studies.buildings.anchoring import anchoring
 from toppling.studies.buildings.slide_runs import COEFFICIENTS, Slipping
 from toppling.studies.buildings.sliding import item_slide_notes
 from toppling.studies.facts.method import _sliding as of_sliding

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from assessed import assess
 from numpy.testing import assert_allclose, assert_array_equal
 from study_texts import motions, study_in
 
@@ -16,7 +17,7 @@ from toppling.fragility.uncertainty.joint import Variability, pieces_of
 from toppling.models.friction import Contact, LognormalFriction
 from toppling.studies import StudyError
 from toppling.studies.buildings import assessment
-from toppling.studies.buildings.assessment import Assessment, assess
+from toppling.studies.buildings.assessment import Assessment
 from toppling.studies.buildings.slide_runs import COEFFICIENTS, SlidingRuns
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.inventory.contents import Contents, Inventory

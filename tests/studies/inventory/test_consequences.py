@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import scipy
 import xarray as xr
+from assessed import anchoring, assess
 from check_facts import check as check_of
 
 import toppling as tp
@@ -16,8 +17,7 @@ from toppling.core.facts import CARE, GOOD, INVALID
 from toppling.fragility.numerics import slabs
 from toppling.fragility.uncertainty.joint import Variability
 from toppling.studies.buildings import assessment as module
-from toppling.studies.buildings.anchoring import anchoring
-from toppling.studies.buildings.assessment import Assessment, assess
+from toppling.studies.buildings.assessment import Assessment
 from toppling.studies.buildings.notes import hazard_notes, hazard_shares, notes
 from toppling.studies.buildings.pieces import SAFETY, pieces_of
 from toppling.studies.facts.building import details

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from assessed import assessed as assessed_with
+from assessed import assess, assessed as assessed_with
 from numpy.testing import assert_allclose, assert_array_equal
 
 import toppling as tp
@@ -16,7 +16,7 @@ from toppling.fragility.numerics.proportions import wilson_interval
 from toppling.fragility.uncertainty.joint import Variability
 from toppling.models import required_force, static_capacity
 from toppling.motions import Building
-from toppling.studies.buildings.assessment import Assessment, assess, distinct_runs
+from toppling.studies.buildings.assessment import Assessment, distinct_runs
 from toppling.studies.buildings.recommendations import Range
 from toppling.studies.facts.building import actions
 from toppling.studies.inventory.consequences import Injury
