@@ -7,7 +7,7 @@ from toppling.studies.buildings.variables import OF_A_YEAR, WHOLES
 
 UNITS = {
     *("1", "Hz", "N", "m", "m s-1", "m s-2", "rad", "rad s-1", "s", "day", "year-1", "day year-1", "EUR", "EUR-1"),
-    "EUR year-1",
+    *("EUR year-1", "year-1 EUR-1", "day EUR-1", "day year-1 EUR-1"),
     "SI",  # (of selections: the coordinate `selected_unit` names that of each measure)
 }
 DIMENSIONS = {
