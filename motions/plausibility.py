@@ -37,6 +37,8 @@ STANDING = 0.9, 1.1
 """Mean in g of an upright sensor, which measures gravity."""
 LONE, HELD = 3.0, 5
 """Ratio of a peak to all other samples that makes it a spike; number of equal neighbours that make a clipped peak."""
+DOUBLED = 20
+"""Changes of a record between pairs of equal samples from which no rounding explains them (assumed)."""
 DRIFT = 0.1
 """Velocity at the end over PGV above which a record drifts."""
 WANDERING = 0.25
@@ -284,6 +286,9 @@ def record_doubts(plain: Iterable[Record], own_level: bool = True) -> list[Doubt
         flat = np.diff(record.acceleration) == 0.0
         if np.count_nonzero(flat[1:] & flat[:-1] & (size[1:-1] == pga)) >= HELD:
             odd["record_held"].append(reached)
+        first, second = record.acceleration[:-1:2], record.acceleration[1::2]
+        if (first == second).all() and np.count_nonzero(np.diff(first)) > DOUBLED:
+            odd["record_doubled"].append(record.label)
         mean = abs(float(record.acceleration.mean())) / pga
         upright = STANDING[0] < mean * pga / STANDARD_GRAVITY < STANDING[1]
         if not upright and np.ptp(np.sign(record.acceleration)) < 2.0:
@@ -309,7 +314,7 @@ def record_doubts(plain: Iterable[Record], own_level: bool = True) -> list[Doubt
     bounds = {"highest": highest / STANDARD_GRAVITY, "shortest": SHORTEST_PGV_PGA, "longest": LONGEST_PGV_PGA}
     cures = {"record_offset": "offset", "record_drift": "drift", "record_wandering": "drift"}
     for name in (
-        *("record_named_upright", "record_upright", "record_one_sign", "record_lone", "record_held"),
+        *("record_named_upright", "record_upright", "record_one_sign", "record_lone", "record_held", "record_doubled"),
         *(*cures, strong, "record_ratio", "record_long"),
     ):
         if names := odd[name]:

@@ -43,6 +43,7 @@ from .units import (
     doubt_factors,
     given_factor,
     in_name,
+    is_unit,
     quantities,
     refuse_others,
     unit_of,
@@ -205,7 +206,10 @@ def csv_components(lines: Lines, dt: float | None, unit: str | float | None) -> 
         # text in brackets further up, as in "PGA (gal)", is not of a column that has its own unit
         peak = float(np.abs(values[:, column]).max())
         above = [stated for line, text in words for stated in units_in(text, line, not in_heading, peak)]
-        agreed_on = agreed(file, [*in_heading, *above])
+        units = [*in_heading, *above]
+        if unit is not None and not isinstance(unit, str):  # (m/s² per count, or per any unit that is not read)
+            units = [stated for stated in units if stated.quantity not in ("", "acceleration") or stated.factor > 0.0]
+        agreed_on = agreed(file, units)
         if agreed_on is None and any(_other(text) for _, text in header):
             raise RecordError(f"{file}: its heading names velocity or displacement, not acceleration")
         if agreed_on is not None and given is not None:
@@ -435,7 +439,7 @@ def _names(header: list[str], columns: int) -> list[str]:
     titles = [name.strip().strip('"') for name in words]
     if not titles[-1] and len(titles) == columns + 1:  # (a comma ends the line)
         titles.pop()
-    if len(header) > 1 and len(titles) == columns and all(unit_of(name).quantity for name in titles):
+    if len(header) > 1 and len(titles) == columns and all(map(is_unit, titles)):
         above = _names(header[:-1], columns)
         return [f"{name} ({unit.strip('[]() ')})" for name, unit in zip(above, titles, strict=True)] if above else []
     if len(titles) == columns > 1 and not all(titles[1:]):  # (names in a line further up: "Component,NS,EW,UD")

@@ -81,17 +81,19 @@ _LAST = re.compile(
     r"(?:[,:]\s*|\b(?:acc[a-z]*|series|history)\s+)(?P<unit>(?:per ?cent (?:of )?)?[a-zмс%][^\s,;]*)[^\w%]*$",
     re.IGNORECASE,
 )
-_NOT_OURS = r"counts?|(?:milli)?volts?|m(?:illi-?)?g|%g|digits?"
-_NONE_OF_OURS = re.compile(rf"/s|^(?:{_NOT_OURS})$", re.IGNORECASE)
-# The same in brackets or after "in", where "N/S" is a direction.
-_SURELY_NOT_OURS = re.compile(
-    rf"^(?:{_NOT_OURS}|(?:in(?:ch(?:es)?)?|f(?:ee|oo)?t)\s?/\s?s(?:ec)?\s?(?:/\s?s(?:ec)?|\^?2|²))$", re.IGNORECASE
+_NOT_OURS = re.compile(
+    r"(?:milli|micro|[mµμ](?=[- ]?g))(?:[- ]?g(?:n|al)?'?s?)?|(?:tenth|hundredth|thousandth)s?(?: of)?(?: g)?"
+    r"|per ?cent|%g?|(?:digital |adc? )?(?:counts?|digits?)|(?:milli|micro)?volts?|mv"
+    r"|(?:in(?:ch(?:es)?)?|f(?:ee|oo)?t)\s?/\s?s(?:ec)?\s?(?:/\s?s(?:ec)?|\^?2|²)",
+    re.IGNORECASE,
 )
+"""Units of acceleration that are not read, where "N/S" is a direction."""
 # A unit in the open, "Acceleration m/s^2", which no other word can be.
 _OPEN = re.compile(
     rf"(?i)(?<![a-z\d.,/%(\[=])(?<![=\d]\s)(?P<unit>{_BEFORE}?(?:(?:[cm]?m|in|ft)\s?/\s?s(?:ec)?(?:\s?/\s?s(?:ec)?|(?:\^|\*\*)?[2²])?"
     r"|gals?|[cm]?m[ .·]?s(?:\^?-2|⁻²)))(?![\w/²^*)\]-]|\s[²^⁻])"
 )
+_IN_WORDS = re.compile(r"\b([cm]?m) per s(?:ec(?:ond)?)? (?:per s(?:ec(?:ond)?)?|squared)\b", re.IGNORECASE)
 # Values of another thing than the samples: "Vs30 (m/s)", "elevation (m)", "offset (cm): 12".
 _OF_ANOTHER = re.compile(
     r"\b(?:v_?s|wave|shear|elev|alt|depth|dist|radius|height|coord|easting|northing)[^,;]*$", re.IGNORECASE
@@ -99,7 +101,7 @@ _OF_ANOTHER = re.compile(
 _VALUE = re.compile(r"[)\]]?\s*[:=]?\s*[-+]?\.?\d")
 _TO = re.compile(r"(?:\b(?:in)?to|[-=]>|→)\s+(?P<unit>[^\s,;]+)", re.IGNORECASE)  # "gal, converted to m/s2"
 _PEAK = re.compile(r"\b(?:pga|pgv|peak|max\w*)\b[^,;:]*$", re.IGNORECASE)  # (before a unit that is its own)
-_RANGE = re.compile(r"\b(?:full[- ]?scale|range|trigger\w*|threshold|resolution)\b[^,;:]*$", re.IGNORECASE)
+_RANGE = re.compile(r"\b(?:full[- ]?scale|range|trigger\w*|threshold|resolution|sensitiv\w*)\b[^,;:]*$", re.IGNORECASE)
 _NUMBERS = re.compile(r"\d+\.?\d*|\.\d+")
 COUNTED = 10.0
 """Peak of whole numbers from which they may be counts."""
@@ -110,7 +112,8 @@ _ONCE = re.compile(r"\b(?:original(?:ly)?|before|raw units?|converted from)\b[^,
 _THEN = re.compile(r"[\s.)\]]*[(\[]?\s*(?:original|before|prior)", re.IGNORECASE)
 _FACTOR = re.compile(
     r"(?i)(?<!full.)\b(?:(?:(?:scal(?:e|ing)|amplification|calibration|conversion|gain)(?:[ _-]?factor)?|factor|"
-    r"multipl(?:y|ier)|(?:to|must|should) be (?:multipli|scal)ed)\s*(?:by|of|is|[:=])?|sf\s?=)\s*"
+    r"multipl(?:y|ier)|(?:to|must|should) be (?:multipli|scal)ed)\s*(?:by|of|is|[:=])?"
+    r"|sf\s*[:=](?=\s*(?:1?\d(?![\d.])|\d?\d?\.\d)))\s*"
     r"(?P<number>\d+(?:\.\d*)?(?:e[+-]?\d+)?|\.\d+)(?![\d:./]|\s*(?:%|(?!(?:is |was )?not\b)[a-z]))"
 )
 _OF_TIME = (
@@ -147,7 +150,9 @@ _OTHERS_NAMED = {
 _APPLIED = re.compile(r"(?:(?:scal|amplifi|multipli)ed\b[^,;]*|orig peer filename.*)$", re.IGNORECASE)
 # ("a_g (m/s2)" is of the ground)
 _SUFFIX = re.compile(
-    r"[a-z]_(?!(?<!acc_)g\s*[\[(])(?P<unit>[cm]?m_?(?:p|per_)?s-?2|gals?|[a-z]{0,9}g|ms)(?![a-z0-9])", re.IGNORECASE
+    r"[a-z]_(?!(?<!acc_)g\s*[\[(])(?P<unit>[cm]?m_?(?:p|per_)?s-?2|gals?|[a-z]{0,9}g|m(?:illi|icro)_g"
+    r"|ms|(?<=acc_)counts?|(?<=accel_)counts?|(?<=acceleration_)counts?)(?![a-z0-9])",
+    re.IGNORECASE,
 )
 _NO_UNITS = {"the", "this", "these", "that", "each", "all", "a", "an", "time", "raw", "measure", "measurement"}
 
@@ -189,6 +194,11 @@ def unit_of(word: str, line: int = 0) -> Unit:
     return Unit(word, next((name for name, units in _OTHERS.items() if text in units), ""), math.nan, line)
 
 
+def is_unit(word: str) -> bool:
+    """Return True if a word is a unit, of accelerations also one that is not read (mg, counts)."""
+    return bool(unit_of(word).quantity or _NOT_OURS.fullmatch(word.strip(" .()[]")))
+
+
 def unit_factor(word: str) -> float | None:
     """Return m/s² per unit of acceleration, or None if a word is none."""
     factor = unit_of(word).factor
@@ -219,7 +229,7 @@ def in_name(name: str, line: int) -> list[Unit]:
     """Return the units in the name of a column, acceleration (g), acc_g or acceleration in g; also unknown units."""
     words = [match["unit"] for pattern in (_BRACKETS, _SUFFIX, _IN, _OPEN) for match in pattern.finditer(name)]
     last = _LAST.search(name)
-    words += [last["unit"]] if last is not None and not words and unit_of(last["unit"]).quantity else []
+    words += [last["unit"]] if last is not None and not words and is_unit(last["unit"]) else []
     times = [name] if _TIMES.search(name) else []  # ("acc_g_x100", "1000*acc (g)")
     letters = (word for word in words + times if re.search(r"[a-zмс]", word, re.IGNORECASE))
     return [*(unit_of(word, line) for word in letters), *_linked_units(name, line)]
@@ -231,7 +241,7 @@ def units_in(text: str, line: int, brackets: bool = True, peak: float = math.nan
     The unit of a peak does not apply to the samples, unless it is their `peak`; a number in brackets, (0.3 g), is a
     value.
     """
-    text = folded(text, "NFD")
+    text = _IN_WORDS.sub(r"\1/s2", folded(text, "NFD"))
     named = quantities(text)
     units = _linked_units(text, line)
     theirs = any(math.isclose(float(number), peak, rel_tol=PEAK_TOLERANCE) for number in _NUMBERS.findall(text))
@@ -246,9 +256,7 @@ def units_in(text: str, line: int, brackets: bool = True, peak: float = math.nan
             else:
                 admitted = ("velocity", "displacement") if pattern is _BRACKETS else named
                 counts = unit.quantity in ("acceleration", *admitted)
-                other = "acceleration" in named and _SURELY_NOT_OURS.search(unit.text.strip())
-                if other and not _TO.search(text) and not _PEAK.search(before):
-                    units.append(unit)
+                counts |= "acceleration" in named and not unit.quantity and is_unit(unit.text) and not _TO.search(text)
             if math.isnan(unit.factor):
                 number = re.match(r"\s*\d", unit.text) and (pattern is _BRACKETS or not (brackets and named))
                 value = unit.quantity != "acceleration" and _VALUE.match(text, match.end())
@@ -256,7 +264,9 @@ def units_in(text: str, line: int, brackets: bool = True, peak: float = math.nan
             if counts and (theirs or not _PEAK.search(before)) and not _RANGE.search(before):
                 units.append(unit)
     last = _LAST.search(text) if named and not units else None
-    if last is not None and (unit_of(last["unit"]).quantity in named or _NONE_OF_OURS.search(last["unit"])):
+    if last is not None and (
+        unit_of(last["unit"]).quantity in named or is_unit(last["unit"]) or "/s" in last["unit"].lower()
+    ):
         units.append(_of_match(last, line))
     later = [_of_match(match, line) for match in _TO.finditer(text)] if units else []
     return [*units, *(unit for unit in later if unit.quantity == "acceleration")]

@@ -75,6 +75,14 @@ class TestRecords:
         a[10 : 10 + samples] = 1.1 * np.abs(a).max()
         assert ("PGA" in kinds(recorded(a))) == named
 
+    def test_every_sample_twice(self):
+        """Nothing else than a copy keeps all pairs equal; coarse records, tails and odd lengths do not."""
+        a = wavelet()
+        for doubled in (np.repeat(a, 2), np.repeat(a, 2)[:-1]):
+            assert "duration" in kinds(recorded(doubled))
+        for record in (a, np.round(a, 1), np.repeat(a, 2)[1:], np.append(a, np.zeros(9999)), np.repeat([0.0, 1.0], 50)):
+            assert "duration" not in kinds(recorded(record))
+
     def test_displacement(self):
         """PGD over PGV of constant velocity is the duration."""
         a = np.zeros(4000)

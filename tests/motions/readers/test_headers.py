@@ -68,6 +68,17 @@ def test_what_a_header_says(tmp_path, row):
             read(tmp_path, row["text"], name, **{**options, "dt": float(row["contradicted"])})
 
 
+@pytest.mark.parametrize(
+    "text", ["time (s),acc (counts)", "# acceleration in counts\ntime,acc", "time,acc\ns,mg", "time_s,acc_counts"]
+)
+def test_a_number_is_of_any_unit_that_is_not_read(tmp_path, text):
+    motion = read(tmp_path, f"{text}\n{PARTS['<rows>']}", unit=0.5)
+    np.testing.assert_allclose(motion.values, [np.array(SAMPLES) * 0.5], rtol=1e-13)
+    for known in ("time (s),acc (g)", "time (s),acc (cm/s)"):
+        with pytest.raises(RecordError, match=r"unit must not be given|not acceleration"):
+            read(tmp_path, f"{known}\n{PARTS['<rows>']}", unit=0.5)
+
+
 def test_columns_above_the_ground_are_doubted(tmp_path):
     with pytest.warns(ImplausibleInput, match="acc_block .g.: of a structure or block, not of its ground motion?"):
         read(tmp_path, columns("time (s),acc_block (g),acc_table (g)", 1, 2))
