@@ -44,8 +44,8 @@ from ..tables.table import Table
 from ..text.error import StudyError, writing
 from ..text.words import reference_law, with_law_names
 from . import state
-from .answers import SupersededError
 from .page import page_templates
+from .piece_studies import SupersededError
 
 BEFORE, AFTER = "before", "after"
 """The studies: the table as it is, and with the ticked changes."""

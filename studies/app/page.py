@@ -38,8 +38,8 @@ from ..tables.registry import tables
 from ..tables.table import Table
 from ..text.error import StudyError, writing
 from ..text.words import LAW_NAMES, MEASURES, value_in, with_law_names
-from . import answers, state
-from .answers import Full, Numbers, RefusalError, SupersededError
+from . import piece_studies, state
+from .piece_studies import Full, Numbers, RefusalError, SupersededError
 from .state import LESS_RESTITUTION, PIECE, REMEDIES, VARIANT
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -94,7 +94,7 @@ class Page:
         source = live if live.is_file() else path
         content = state.read_state(source) if source.is_file() else state.start_state()
         page = cls(live, content)
-        page.contents = answers.contents_of(content)
+        page.contents = piece_studies.contents_of(content)
         if (file := state.file_of(live, VARIANT)).is_file():
             page.contents[VARIANT] = state.with_held(state.read_state(file))
         return page
@@ -140,11 +140,11 @@ class Page:
 
     def _take(self, content: dict[str, Any], slid: bool) -> dict[str, str]:
         with self.lock:
-            contents = answers.contents_of(content)
+            contents = piece_studies.contents_of(content)
             if VARIANT in self.contents:
                 contents[VARIANT] = self.contents[VARIANT]
-            studies = {PIECE: answers.study_of(contents[PIECE], self.path)}
-            quick = answers.numbers_of(answers.reference_of(studies[PIECE]), quick=True)
+            studies = {PIECE: piece_studies.study_of(contents[PIECE], self.path)}
+            quick = piece_studies.numbers_of(piece_studies.reference_of(studies[PIECE]), quick=True)
             # (the files of the other studies follow with the full answer)
             state.write_state(self.path, {PIECE: contents[PIECE]})
             self.content, self.contents, self.studies, self.quick = content, contents, studies, quick
@@ -166,7 +166,7 @@ class Page:
         """Return the parts of the page that show its quick answer."""
         with self.lock:
             if self.quick is None:
-                self.quick = answers.numbers_of(answers.reference_of(self.piece), quick=True)
+                self.quick = piece_studies.numbers_of(piece_studies.reference_of(self.piece), quick=True)
             made = {"scene": self.scene(), **self.chances()}
             return {"form": self.form(), **made} if form else made
 
@@ -187,12 +187,12 @@ class Page:
         try:
             for name, content in contents.items():
                 if name not in studies and (stage == REST or name in {*LESS_RESTITUTION} | less):
-                    studies[name] = answers.study_of(content, self.path)
+                    studies[name] = piece_studies.study_of(content, self.path)
             for name in [*LESS_RESTITUTION, *less & {*contents}] if not numbers else []:
-                numbers[name] = answers.numbers_of(studies[name], stopped, quick=name in less)
+                numbers[name] = piece_studies.numbers_of(studies[name], stopped, quick=name in less)
             if stage == REST:
                 others = {name: studies[name] for name in contents if name not in less}
-                full = answers.full_of(others, self.path, before, stopped)
+                full = piece_studies.full_of(others, self.path, before, stopped)
         except SupersededError:
             return None
         with self.lock:
@@ -308,7 +308,7 @@ class Page:
         """The study of the piece, made at its first use; StudyError if it is wrong."""
         with self.lock:
             if PIECE not in self.studies:
-                self.studies[PIECE] = answers.study_of(self.contents[PIECE], self.path)
+                self.studies[PIECE] = piece_studies.study_of(self.contents[PIECE], self.path)
             return self.studies[PIECE]
 
     @property
@@ -379,11 +379,11 @@ class Page:
         for study, less in LESS_RESTITUTION.items():
             changed = self.numbers[less].chances if less in self.numbers else None
             pairs.append((with_law_names(self.numbers[study].chances), changed))
-        chances = [("earthquake", answers.range_at(*pairs[1], "probability", ("lower", "upper")))]
+        chances = [("earthquake", piece_studies.range_at(*pairs[1], "probability", ("lower", "upper")))]
         if "rate" in pairs[0][0]:
-            rate = answers.range_at(*pairs[0], "rate", ("rate_lower", "rate_upper"))
+            rate = piece_studies.range_at(*pairs[0], "rate", ("rate_lower", "rate_upper"))
             ends = "risk_probability_lower", "risk_probability_upper"
-            chance = answers.range_at(*pairs[0], "risk_probability", ends)
+            chance = piece_studies.range_at(*pairs[0], "risk_probability", ends)
             chances += [("year", rate.over(1.0)), ("years", chance._replace(friction=rate.over(self.years).friction))]
         return chances
 
@@ -396,7 +396,7 @@ class Page:
         values = [float(chances[name].squeeze()) for name in ("rate", "risk_probability")]
         return [(float(probability_in(np.float64(values[0]), 1.0)), 1.0), (values[1], self.years)]
 
-    less = answers.LEAST_FACTOR
+    less = piece_studies.LEAST_FACTOR
 
     @property
     def comparison(self) -> list[str]:
@@ -417,14 +417,14 @@ class Page:
         """Return the table of restraints."""
         assert self.full is not None
         results = self.full.results.get(REMEDIES)
-        remedies = [] if results is None else answers.remedies_in(results, self.content.get("restraints", {}))
+        remedies = [] if results is None else piece_studies.remedies_in(results, self.content.get("restraints", {}))
         law = "" if results is None else str(with_law_names(results)["model"].values[0])
-        return self.render("remedies", remedies=remedies, best=answers.cheapest(remedies, self.target), law=law)
+        return self.render("remedies", remedies=remedies, best=piece_studies.cheapest(remedies, self.target), law=law)
 
     def film(self, level: int, motion: int) -> dict[str, Any]:
         """Return the frames of one run of the piece: the corners of the block and the floor, m, frame by frame."""
         with self.lock:
-            study = answers.reference_of(self.piece)
+            study = piece_studies.reference_of(self.piece)
         array = study.design.motions[0]
         if not (0 <= level < study.design.levels.size and 0 <= motion < array.sizes["motion"]):
             raise StudyError(f"motion: must be from 1 to {array.sizes['motion']}, at one of the levels")

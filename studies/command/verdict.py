@@ -6,7 +6,7 @@ from dataclasses import replace
 import xarray as xr
 
 from ...core.facts import GOOD, INVALID, Fact
-from ..facts import building, curves, sensitivity
+from ..facts import answer_building as building, answer_curves as curves, answer_sensitivity as sensitivity
 from ..facts.checks import badge, checks_of
 from ..facts.footnotes import footnotes
 from ..facts.say import remedy, say

@@ -13,7 +13,7 @@ from ..tables.pieces import over_branches
 from ..tables.table import chance_in, range_of
 from ..text.block_order import HALF, RATE, shown
 from ..text.words import axis_of, block_title, by_place, display_unit, floor_name, quantity_name, reference_law
-from .building import TO_ANCHOR, recommended_lines
+from .answer_building import TO_ANCHOR, recommended_lines
 
 MOST = 14
 """Maximum number of bars; the tables contain all pieces."""

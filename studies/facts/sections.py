@@ -7,7 +7,7 @@ import xarray as xr
 
 from ...core.facts import GOOD, INVALID, Fact, stored
 from ..text.reached import within_levels
-from . import building, curves, sensitivity
+from . import answer_building as building, answer_curves as curves, answer_sensitivity as sensitivity
 from .checks import badge, checks_of
 from .footnotes import footnotes
 from .method import inputs_of, method_of

@@ -11,7 +11,7 @@ from ...fragility.curves.published import fema_p58
 from ...fragility.runs.provenance import SCENE, blocks_of
 from ...models import Block
 from ..buildings.pieces import pieces_of
-from ..facts.building import recommended_lines
+from ..facts.answer_building import recommended_lines
 from ..store.outputs import file_digest
 from ..text.block_order import shown
 from ..text.words import block_title, consequence_name, floor_cell, reference_law, roof_of

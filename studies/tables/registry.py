@@ -8,7 +8,7 @@ import xarray as xr
 
 from ...fragility.runs.outputs import AXIS
 from ..buildings.variables import SIDEWAYS
-from ..facts.building import recommended_lines
+from ..facts.answer_building import recommended_lines
 from ..plan.adaptive_slides import SLIP_HALF
 from ..plan.gains import GAIN
 from ..plan.restraints import BROKEN

@@ -14,7 +14,7 @@ pytest.importorskip("starlette", reason="needs the extra app")
 
 from live_page import WIDTHS, browser, needs_chromium, served
 
-from toppling.studies.app import answers, state
+from toppling.studies.app import piece_studies, state
 
 __all__ = ["browser"]
 pytestmark = needs_chromium
@@ -26,7 +26,7 @@ def folder(tmp_path_factory):
     content = state.start_state()
     content["motions"] |= {"number": 10, "dt_s": 0.02}
     content["ida"]["levels"]["number"] = 8
-    state.write_state(made / "piece.live.toml", answers.contents_of(content))
+    state.write_state(made / "piece.live.toml", piece_studies.contents_of(content))
     return made
 
 

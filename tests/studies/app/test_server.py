@@ -24,7 +24,7 @@ pytest.importorskip("starlette", reason="needs the extra app")
 
 from live_page import served
 
-from toppling.studies.app import answers, server
+from toppling.studies.app import piece_studies, server
 from toppling.studies.app.page import Page
 from toppling.studies.app.server import HEADERS, MOST_BYTES, MOST_OF_FILE, application
 
@@ -47,7 +47,7 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def page(folder):
     file = folder / "piece.live.toml"
-    state.write_state(file, answers.contents_of(small_state()))
+    state.write_state(file, piece_studies.contents_of(small_state()))
     return Page.opened(file, given=True)
 
 
@@ -395,13 +395,13 @@ def test_a_law_that_restraints_cannot_have_leaves_them_out(app, page):
 def test_a_doubtful_rate_is_no_line_of_the_terminal(page, monkeypatch):
     """It is among the checks of the page."""
     page.complete(page.version)
-    usual = answers.Range.over
+    usual = piece_studies.Range.over
 
     def doubted(chances, years):
         probability_in(np.float64(383.0), years)
         return usual(chances, years)
 
-    monkeypatch.setattr(answers.Range, "over", doubted)
+    monkeypatch.setattr(piece_studies.Range, "over", doubted)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert {*page.chances()} == {"answer", "brief", "curve"}
@@ -441,7 +441,7 @@ def test_later_changes_stop_earlier_answers(page):
 def test_what_changes_while_an_answer_is_computed(page, monkeypatch, place):
     """A variant that is kept meanwhile is no error, and the state on the disk is that of the page."""
     page.studies, page.full, page.numbers_of = {}, None, -1
-    usual = getattr(answers, place)
+    usual = getattr(piece_studies, place)
     changed = []
 
     def meanwhile(*arguments):
@@ -452,7 +452,7 @@ def test_what_changes_while_an_answer_is_computed(page, monkeypatch, place):
             page.change("blocks.0.width_m", "44")
         return made
 
-    monkeypatch.setattr(answers, place, meanwhile)
+    monkeypatch.setattr(piece_studies, place, meanwhile)
     page.piece  # noqa: B018 - made before
     page.keep("forget")
     changed.clear()

@@ -7,7 +7,7 @@ import tomllib
 import pytest
 
 from toppling.models import LAWS, catalogue
-from toppling.studies.app import answers, state
+from toppling.studies.app import piece_studies, state
 from toppling.studies.file.schema import read_study_file
 from toppling.studies.text.error import StudyError
 
@@ -89,21 +89,23 @@ def test_restraints_stay_below_the_upper_edge(start):
 
 def test_laws_that_apply(start):
     content = state.edited(start, "blocks.0.restraint", "strap", "cm")
-    models = answers.contents_of(content)["piece"]["models"]
+    models = piece_studies.contents_of(content)["piece"]["models"]
     assert models == [{"law": "housner", "geometry": "linear"}]
-    assert {model["law"] for model in answers.contents_of(start)["piece"]["models"]} <= {*LAWS}
+    assert {model["law"] for model in piece_studies.contents_of(start)["piece"]["models"]} <= {*LAWS}
 
 
 def test_less_restitution_is_a_study_of_the_reference_law(start):
     """The range of the restitution has studies of its own; none if the study gives e, or the law has no restitution."""
     for name, of in (("restitution", "piece"), ("earthquake-restitution", "earthquake")):
-        contents = answers.contents_of(state.edited(start, "feet", "vinyl", "cm"))
+        contents = piece_studies.contents_of(state.edited(start, "feet", "vinyl", "cm"))
         assert contents[name]["models"] == [{"law": "housner", "restitution_factor": 0.7}]
         assert contents[name]["ida"] == contents[of]["ida"]
         assert "friction" in contents[of]
         assert "friction" not in contents[name]
-    assert "restitution" not in answers.contents_of(state.edited(start, "models.e", "0.9", "cm"))
-    assert "restitution" not in answers.contents_of({**start, "models": [{"law": "vassiliou", "coefficient": 0.1}]})
+    assert "restitution" not in piece_studies.contents_of(state.edited(start, "models.e", "0.9", "cm"))
+    assert "restitution" not in piece_studies.contents_of(
+        {**start, "models": [{"law": "vassiliou", "coefficient": 0.1}]}
+    )
 
 
 @pytest.mark.parametrize("edits", [[], [("wall", "yes"), ("blocks.0.restraint", "two brackets")], [("building", "no")]])
@@ -111,7 +113,7 @@ def test_files_hold_valid_studies_and_the_state(start, tmp_path, edits):
     content = start
     for path, text in edits:
         content = state.edited(content, path, text, "cm")
-    contents = answers.contents_of(content)
+    contents = piece_studies.contents_of(content)
     files = state.write_state(tmp_path / "piece.live.toml", contents)
     assert [file.name for file in files] == [
         "piece.live.toml",

@@ -23,7 +23,7 @@ from toppling.motions import Building
 from toppling.studies.buildings import assessment as module
 from toppling.studies.buildings.assessment import Assessment
 from toppling.studies.buildings.notes import notes
-from toppling.studies.facts import building
+from toppling.studies.facts import answer_building as building
 from toppling.studies.facts.say import say
 from toppling.studies.inventory.consequences import Consequence
 from toppling.studies.inventory.contents import Contents, Inventory

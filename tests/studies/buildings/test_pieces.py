@@ -36,7 +36,7 @@ from toppling.studies.buildings.recommendations import (
 )
 from toppling.studies.command import piece_files
 from toppling.studies.command.cli import main
-from toppling.studies.facts.building import _afterwards, actions
+from toppling.studies.facts.answer_building import _afterwards, actions
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.store.content import AS_WRITTEN
 from toppling.studies.tables.files import cells

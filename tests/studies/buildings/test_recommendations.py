@@ -31,7 +31,7 @@ from toppling.studies.buildings.recommendations import (
     carriers,
     recommended,
 )
-from toppling.studies.facts.building import _kits
+from toppling.studies.facts.answer_building import _kits
 from toppling.studies.inventory.consequences import Injury
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.tables.assessment import at_most, most_rate

@@ -10,7 +10,7 @@ from study_texts import HAZARD, IDA, crate_study, motions, study_in
 
 from toppling.core.doubts import ImplausibleInput
 from toppling.studies.command.cli import main
-from toppling.studies.facts import building as of_building, sensitivity
+from toppling.studies.facts import answer_building as of_building, answer_sensitivity as sensitivity
 from toppling.studies.facts.say import say
 from toppling.studies.kinds.study import Study
 

@@ -29,7 +29,7 @@ from toppling.motions.arrays import records
 from toppling.studies import StudyError, show
 from toppling.studies.command.cli import main
 from toppling.studies.command.forecast import fits
-from toppling.studies.facts.curves import answer
+from toppling.studies.facts.answer_curves import answer
 from toppling.studies.facts.say import say
 from toppling.studies.file.blocks import read_blocks
 from toppling.studies.store.progress import Display

@@ -20,7 +20,7 @@ from toppling.studies.buildings import assessment as module
 from toppling.studies.buildings.assessment import Assessment
 from toppling.studies.buildings.notes import hazard_notes, hazard_shares, notes
 from toppling.studies.buildings.pieces import SAFETY, pieces_of
-from toppling.studies.facts.building import details
+from toppling.studies.facts.answer_building import details
 from toppling.studies.inventory.consequences import Consequence, Injury, PieceScores
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.tables.assessment import annual as annual_table, at_level

@@ -15,7 +15,7 @@ from toppling.core.units import STANDARD_GRAVITY
 from toppling.motions.arrays import digest, records
 from toppling.studies import show
 from toppling.studies.command.cli import main
-from toppling.studies.facts import curves
+from toppling.studies.facts import answer_curves as curves
 from toppling.studies.facts.footnotes import footnotes
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import say

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from study_texts import IDA, motions, study_in, study_of
 
 from toppling.fragility.numerics.proportions import wilson_interval
-from toppling.studies.facts import curves
+from toppling.studies.facts import answer_curves as curves
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.file.blocks import stiffness_notes
 from toppling.studies.plan.design_shaking import at_level

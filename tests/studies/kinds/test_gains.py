@@ -9,7 +9,7 @@ from lognormal import fit_lognormal
 from study_texts import IDA, motions, study_in
 
 import toppling as tp
-from toppling.studies.facts import curves
+from toppling.studies.facts import answer_curves as curves
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import say
 from toppling.studies.plan.gains import comparable

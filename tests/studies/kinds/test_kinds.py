@@ -15,7 +15,7 @@ from toppling.fragility.runs.provenance import blocks_of
 from toppling.studies import Assessment, StudyError, assess, read_inventory
 from toppling.studies.buildings.pieces import ranking_of
 from toppling.studies.command.cli import main
-from toppling.studies.facts import building
+from toppling.studies.facts import answer_building as building
 from toppling.studies.plan.risk import risk_of
 from toppling.studies.report.page import write_report
 

@@ -15,7 +15,7 @@ from study_texts import motions, study_in
 from toppling.studies.buildings.pieces import pieces_of
 from toppling.studies.buildings.recommendations import Range
 from toppling.studies.command.cli import main
-from toppling.studies.facts import building
+from toppling.studies.facts import answer_building as building
 from toppling.studies.facts.say import say
 from toppling.studies.tables import pieces
 from toppling.studies.tables.kits import exported_kits, kit_lines, kits, short_kits

@@ -9,7 +9,7 @@ import pytest
 from check_facts import check as check_of, facts_of
 
 import toppling as tp
-from toppling.studies.facts import building
+from toppling.studies.facts import answer_building as building
 from toppling.studies.facts.method import inputs_of
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.tables.pieces import pieces

@@ -18,7 +18,7 @@ from toppling.studies.command.cli import main
 from toppling.studies.command.forecast import forecast
 from toppling.studies.command.status import status_of
 from toppling.studies.command.verdict import verdict
-from toppling.studies.facts import curves
+from toppling.studies.facts import answer_curves as curves
 from toppling.studies.facts.say import say
 from toppling.studies.file.blocks import read_blocks
 from toppling.studies.plots.fragility import fragility_figure

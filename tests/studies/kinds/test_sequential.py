@@ -25,7 +25,7 @@ from toppling.studies.command.status import status_of
 from toppling.studies.command.verdict import verdict
 from toppling.studies.comparison.curves import compare_curves
 from toppling.studies.comparison.sides import two_sides
-from toppling.studies.facts import curves
+from toppling.studies.facts import answer_curves as curves
 from toppling.studies.facts.notes import notes_of
 from toppling.studies.facts.say import remedy, say
 from toppling.studies.plan.designs import KeptMotions

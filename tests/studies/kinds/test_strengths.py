@@ -9,7 +9,7 @@ from study_texts import IDA, motions
 
 import toppling as tp
 from toppling.studies.command.verdict import verdict
-from toppling.studies.facts import curves
+from toppling.studies.facts import answer_curves as curves
 from toppling.studies.facts.say import say
 from toppling.studies.plan.restraints import needed_strengths
 

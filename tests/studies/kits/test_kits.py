@@ -18,7 +18,7 @@ from toppling.models import required_force, static_capacity
 from toppling.motions import Building
 from toppling.studies.buildings.assessment import Assessment, distinct_runs
 from toppling.studies.buildings.recommendations import Range
-from toppling.studies.facts.building import actions
+from toppling.studies.facts.answer_building import actions
 from toppling.studies.inventory.consequences import Injury
 from toppling.studies.inventory.contents import Contents, Inventory
 from toppling.studies.inventory.kits import Kit

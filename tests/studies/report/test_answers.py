@@ -16,7 +16,7 @@ from toppling.core.facts import INVALID
 from toppling.core.wording import two_digits
 from toppling.studies.command.cli import main
 from toppling.studies.command.verdict import verdict
-from toppling.studies.facts import building, curves
+from toppling.studies.facts import answer_building as building, answer_curves as curves
 from toppling.studies.facts.bars import MOST, bars_of
 from toppling.studies.facts.method import inputs_of
 from toppling.studies.facts.say import say

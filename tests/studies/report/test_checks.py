@@ -10,7 +10,7 @@ from report_pages import STUDIES, Page, loaded
 from toppling.core.doubts import KINDS
 from toppling.core.facts import CARE, GOOD, INVALID, UNKNOWN, Fact
 from toppling.studies.command.verdict import verdict
-from toppling.studies.facts import curves
+from toppling.studies.facts import answer_curves as curves
 from toppling.studies.facts.checks import badge, checks_of, worst_word
 from toppling.studies.facts.say import SHARED, remedy, say, value_of
 from toppling.studies.tables.blocks import lead_blocks

@@ -10,7 +10,7 @@ from scipy.stats import binomtest
 from study_texts import blocks, laws, motions, study_of
 
 from toppling.studies.command.verdict import verdict
-from toppling.studies.facts import curves
+from toppling.studies.facts import answer_curves as curves
 from toppling.studies.facts.crossed import FEWEST_APART, crossing, crossings_of, levels_of
 from toppling.studies.facts.footnotes import footnotes
 from toppling.studies.facts.law_choice import choice_of_law

@@ -9,8 +9,8 @@ import xarray as xr
 
 import toppling as tp
 from toppling.models.friction import friction_at_impact
+from toppling.studies.facts.answer_sensitivity import actions, answer
 from toppling.studies.facts.say import say
-from toppling.studies.facts.sensitivity import actions, answer
 from toppling.studies.tables.sensitivity import (
     ABOVE,
     SLIPS,

@@ -11,7 +11,7 @@ from study_texts import IDA, blocks, laws, motions, study_of as study
 
 import toppling as tp
 from toppling.fragility import annual_rate, fit_fragility
-from toppling.studies.facts import curves
+from toppling.studies.facts import answer_curves as curves
 from toppling.studies.facts.checks import badge, checks_of
 from toppling.studies.tables.blocks import short_blocks
 

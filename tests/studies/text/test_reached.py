@@ -10,7 +10,7 @@ from study_texts import blocks, laws, motions, study_of
 
 import toppling as tp
 from toppling.core.facts import UNKNOWN
-from toppling.studies.facts import curves
+from toppling.studies.facts import answer_curves as curves
 from toppling.studies.tables.blocks import lead_blocks, short_blocks
 from toppling.studies.tables.registry import tables
 from toppling.studies.tables.table import Column, dispersion_of
