@@ -61,11 +61,12 @@ class Quantity(NamedTuple):
 def row_words(lines: Lines, line: str, separator: str) -> list[str]:
     """Return the words of a row of a table."""
     try:
-        words = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
+        words = [word.strip() for word in next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])]
     except csv.Error as error:
         raise HazardError(f"{lines.file}: line {lines.number} is no row of a table ({error})") from None
-    ended = len(words) > 1 and not words[-1].strip()  # (a separator may end a row, too)
-    return [word.strip() for word in (words[:-1] if ended else words)]
+    while len(words) > 1 and not words[-1]:  # (separators may end a row, too)
+        words.pop()
+    return words
 
 
 def rate_of_word(lines: Lines, word: str, name: str, quantity: Quantity, at: int | None = None) -> float:

@@ -88,6 +88,7 @@ _NOT_OURS = re.compile(
     re.IGNORECASE,
 )
 """Units of acceleration that are not read, where "N/S" is a direction."""
+_ALONE = re.compile(r"^\W*(?:(?:units?|acc[a-z]*)\W+)*", re.IGNORECASE)  # (before a unit that is all of its line)
 # A unit in the open, "Acceleration m/s^2", which no other word can be.
 _OPEN = re.compile(
     rf"(?i)(?<![a-z\d.,/%(\[=])(?<![=\d]\s)(?P<unit>{_BEFORE}?(?:(?:[cm]?m|in|ft)\s?/\s?s(?:ec)?(?:\s?/\s?s(?:ec)?|(?:\^|\*\*)?[2²])?"
@@ -268,6 +269,8 @@ def units_in(text: str, line: int, brackets: bool = True, peak: float = math.nan
         unit_of(last["unit"]).quantity in named or is_unit(last["unit"]) or "/s" in last["unit"].lower()
     ):
         units.append(_of_match(last, line))
+    alone = _ALONE.sub("", text).strip(" #()[].:-\t")
+    units += [unit_of(alone, line)] if not units and _NOT_OURS.fullmatch(alone) else []
     later = [_of_match(match, line) for match in _TO.finditer(text)] if units else []
     return [*units, *(unit for unit in later if unit.quantity == "acceleration")]
 
