@@ -33,12 +33,13 @@ OF_MOTIONS = ("motions", "stripes", "building", "buildings", "support", "support
 def inputs_that_differ(a: Side, b: Side, matched: Mapping[str, Matched]) -> Iterator[Fact]:
     """Yield each input that differs, with its values in A and in B: labels, keys of study files, sizes, versions."""
     for dim, pairing in matched.items():
+        what = "item" if dim == "block" and a.kind == PIECES else dim  # (a line of an inventory)
         for i, j in pairing.pairs:
             labels = [str(side.results[dim].values[at]) for side, at in ((a, i), (b, j)) if dim in side.results.coords]
             if len({*labels}) == 2:
-                yield Fact("comparison.input", names=(dim, *labels))
+                yield Fact("comparison.input", names=(what, *labels))
         if pairing.only_a or pairing.only_b:
-            yield _alone(dim, pairing.only_a, pairing.only_b)
+            yield _alone(what, pairing.only_a, pairing.only_b)
     yield from _keys(a, b)
     for key in ("toppling_version", "processor"):
         values = [str(side.results.attrs.get(key, "")) for side in (a, b)]

@@ -374,7 +374,7 @@ class TestPieces:
         assert math.isnan(line.ratio.value)
         found = compare(folder / "free", folder / "held", tmp_path)
         keys = {("performance.inventory", '"free.csv"', '"held.csv"'), ("hazard.k0", "0.002", "0.004")}
-        lines = {("anchored", "", "rack"), ("block", "vase", "clock"), ("e", "0.9", "0.92")}
+        lines = {("anchored", "", "rack"), ("item", "vase", "clock"), ("e", "0.9", "0.92")}
         assert {fact.names for fact in found.inputs} == keys | lines
         answers = [(*fact.names, fact.word, fact.value, fact.more["of"]) for fact in found.answer]
         assert answers[:2] == [("chance", "anchored in B", 1, 2), ("chance", "higher", 1, 2)]
