@@ -11,8 +11,8 @@ import numpy as np
 from ...core.aliases import Array
 from .components import Component, refuse_other_peak, without_offset
 from .directions import place_of_sensor
-from .lines import Lines, RecordError
-from .units import unit_factor, unit_taken
+from .lines import Lines, RecordError, plain
+from .units import quantities, unit_factor, unit_taken
 
 _FIRST = re.compile(r"\(Format v\s?\d.{0,20}?with\s{1,9}(\d{1,3})\s{1,9}text lines\)", re.IGNORECASE)
 _RAW = re.compile(r"\s*(?:raw|uncorrected)\b", re.IGNORECASE)
@@ -58,7 +58,11 @@ def cosmos_components(lines: Lines) -> list[Component]:
         match = _FIRST.search(line[:200])
         if match is None:
             raise lines.error(f"holds {line[:30]!r}, a COSMOS channel begins '… (Format v01.20 with 13 text lines)'")
-        components += _channel(lines, int(match.group(1)), raw=_RAW.match(line[:200]) is not None)
+        begun = plain(line, 30)
+        channel = _channel(lines, int(match.group(1)), raw=_RAW.match(line[:200]) is not None)
+        if channel and quantities(begun) and "acceleration" not in quantities(begun):
+            raise RecordError(f"{lines.file}: a channel begins {begun!r}, but its data say acceleration: correct one")
+        components += channel
     return components
 
 
