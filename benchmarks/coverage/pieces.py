@@ -24,7 +24,7 @@ KITS = tuple(Kit(f"{force:g} N", Restraint.strap(1.3, force, 20e3), 15.0, 1.3) f
 LEVELS = np.geomspace(1.0, 10.0, 8)
 HAZARD = HazardCurve(LEVELS.tolist(), (1e-3 * LEVELS**-2.5).tolist(), "pga")
 MANY, ENDS = 10_000, ("lower", "upper")
-WHAT = [("rank of anchoring", name, 0, "rank", (0, i)) for i, name in enumerate(SIZES)] + [
+WHAT = [("rank of anchoring", name, 0, "rank", (i, 0)) for i, name in enumerate(SIZES)] + [
     ("share of falls that a kit saves", f"{name}, {kit.name}", 1, "kit_share_saved", (0, k, i))
     for (i, name), (k, kit) in itertools.product(enumerate(SIZES), enumerate(KITS))
 ]
