@@ -81,7 +81,8 @@ def _of_pieces(results: xr.Dataset) -> Bars | None:
         "anchor": [bar(piece) for piece in first],
         "dear": [bar(piece) for piece in dear],
         "state": [bar(piece) for piece in rest if not piece.stated],
-        "other": [bar(piece) for piece in rest if piece.stated],
+        "kit": [bar(piece) for piece in rest if piece.stated and piece.kit],
+        "other": [bar(piece) for piece in rest if piece.stated and not piece.kit],
     }
     hidden = [bar(piece).value for piece in others[len(kept) :]]
     shown_groups = {name: bars for name, bars in groups.items() if bars}

@@ -70,6 +70,8 @@ class TestAnswer:
         assert [*bars_of(results).groups] == ["anchor"]
         flags = results["rate"].dims, np.zeros(results["rate"].shape, dtype=bool)
         assert [*bars_of(results.assign(budget_chosen=flags)).groups] == ["dear"]
+        held = results.assign_coords(anchored_with=("block", ["strap"]))
+        assert [*bars_of(held).groups] == ["kit"]
 
 
 class TestJson:
