@@ -43,7 +43,7 @@ def _density(score: float) -> float:
 
 
 BENDS = (
-    Bend(scipy.special.ndtri, scipy.special.ndtr, _density),
+    Bend(LINKS[LOGNORMAL].quantile, LINKS[LOGNORMAL].cumulative, _density),
     Bend(lambda p: log(-log1p(-p)), lambda s: -expm1(-exp(s)), lambda s: math.exp(s - math.exp(s))),
     Bend(lambda p: -log(-log(p)), lambda s: exp(-exp(-s)), lambda s: math.exp(-s - math.exp(-s))),
 )

@@ -9,7 +9,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import ndtri
+import scipy
 
 from ...core.elementary import Array, Index, eigh, times
 
@@ -68,7 +68,7 @@ def _draw(covariance: Array, number: int, rng: np.random.Generator) -> Array:
     """Return a Latin hypercube of `number` points of N(0, covariance), shape (number, measure)."""
     m = covariance.shape[0]
     strata = np.stack([rng.permutation(number) for _ in range(m)], axis=1)
-    normal = ndtri((strata + rng.random((number, m))) / number)
+    normal = scipy.special.ndtri((strata + rng.random((number, m))) / number)
     values, vectors = eigh(covariance)
     return times(normal, (vectors * np.sqrt(np.maximum(values, 0.0))).T)
 

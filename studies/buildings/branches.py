@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.special import ndtri
+import scipy
 
 from ...core.elementary import Array, Flags, Index, times
 from ...core.streams import key_of, stream
@@ -99,7 +99,7 @@ class Sampling:
     def scores(self, label: str, number: int) -> Array:
         """Return equally probable scores (sample,) of a class in an order of its own."""
         order = stream(self.seed, *key_of(f"branches of the class {label}")).permutation(number)
-        return np.asarray(ndtri((order + 0.5) / number))
+        return np.asarray(scipy.special.ndtri((order + 0.5) / number))
 
 
 def rates_over_branches(

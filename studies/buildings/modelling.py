@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from scipy.special import ndtr, ndtri
+import scipy
 
 from ...core.elementary import Array, Index, exp, geomspace, log
 from ...core.streams import key_of, stream
@@ -97,12 +97,12 @@ class ShiftedLevels(Mixture):
 
     @property
     def shares(self) -> Array:
-        reached = ndtr((self.points[:, None] - self.positions) / self.beta)
+        reached = scipy.special.ndtr((self.points[:, None] - self.positions) / self.beta)
         ends = np.ones((self.points.size, 1))
         return np.asarray(np.concatenate([ends, reached], axis=1) - np.concatenate([reached, 0.0 * ends], axis=1))
 
     def states(self, shares: Array) -> Index:
-        at = self.points.reshape(-1, *(1 for _ in shares.shape)) - self.beta * ndtri(shares)
+        at = self.points.reshape(-1, *(1 for _ in shares.shape)) - self.beta * scipy.special.ndtri(shares)
         return np.searchsorted(self.positions, at, side="right")
 
 
